@@ -1,0 +1,35 @@
+"""What the controller tells the robot."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+FREE_SPACE = "free_space"
+BOUNDARY_FOLLOWING = "boundary_following"
+FLOW_THROUGH = "flow_through"
+STOPPED = "stopped"
+MANEUVERS = (FREE_SPACE, BOUNDARY_FOLLOWING, FLOW_THROUGH, STOPPED)
+
+
+@dataclass(frozen=True, eq=False)
+class Command:
+    """A body-frame velocity command and what led to it.
+
+    Attributes:
+        velocity: (2,) [m/s, body frame].
+        yaw_rate: [rad/s].
+        maneuver: one of MANEUVERS.
+        reference: (2,) position tracked now [m, world frame]; NaN when stopped.
+        reason: why the robot is stopped, empty otherwise.
+    """
+
+    velocity: np.ndarray
+    yaw_rate: float
+    maneuver: str
+    reference: np.ndarray
+    reason: str = ""
+
+
+def stopped(reason: str) -> Command:
+    """The zero command."""
+    return Command(np.zeros(2), 0.0, STOPPED, np.full(2, np.nan), reason)

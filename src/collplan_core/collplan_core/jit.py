@@ -1,0 +1,45 @@
+"""Compiled loops, with a cache that notices every change.
+
+numba's file cache looks at one file at a time and returns stale code when a called function in another file has
+changed. The cache folder is therefore named by a hash over all sources of this package and numba's version.
+"""
+
+import hashlib
+import os
+import tempfile
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+PACKAGE = Path(__file__).parent
+
+
+def sources_digest(package: Path = PACKAGE) -> str:
+    """Hash over name and text of every Python file of the package and the version of numba."""
+    digest = hashlib.sha256(version("numba").encode())
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def _cache_dir() -> str:
+    home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+    name = Path("collplan") / f"numba-{sources_digest()}"
+    try:
+        (home / name).mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return str(Path(tempfile.gettempdir()) / f"{os.getuid()}" / name)
+    return str(home / name)
+
+
+os.environ["NUMBA_CACHE_DIR"] = _cache_dir()
+
+import numba  # noqa: E402  (reads NUMBA_CACHE_DIR when imported)
+
+# another import of numba may have come first and read the variable before it was set
+numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]
+
+
+def njit(function: Any) -> Any:
+    """numba's nopython compiler, cached, without reordering of floating point (runs must be bit-reproducible)."""
+    return numba.njit(cache=True)(function)

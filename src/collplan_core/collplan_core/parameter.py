@@ -1,0 +1,104 @@
+"""How one parameter is written down once: default, doc, unit, range, live or not.
+
+A parameter group is a frozen dataclass that derives from `Parameters` and whose fields are made by `parameter()`.
+The same field feeds validation, the ROS declaration and the documentation.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import MISSING, dataclass, field, fields
+from typing import Any
+
+
+class ParameterError(ValueError):
+    """A parameter with an unknown key, a wrong type or a value out of range; the message names all of them."""
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What is known of one parameter. `key` is its ROS name, `group.field`."""
+
+    key: str
+    default: Any
+    doc: str
+    unit: str
+    low: float | None
+    high: float | None
+    choices: tuple[str, ...]
+    live: bool
+
+    @property
+    def expected(self) -> str:
+        """The values this parameter takes, in words."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        kind = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}[type(self.default)]
+        low = "-inf" if self.low is None else f"{self.low:g}"
+        high = "inf" if self.high is None else f"{self.high:g}"
+        bounds = "" if self.low is None and self.high is None else f" in [{low}, {high}]"
+        return kind + bounds + (f" {self.unit}" if self.unit else "")
+
+    def checked(self, value: Any) -> Any:
+        """`value` in the parameter's own type.
+
+        Raises:
+            ParameterError: wrong type, not finite, out of range or not among the choices.
+        """
+        kind = type(self.default)
+        right = type(value) is kind or (kind is float and type(value) is int)
+        if not right or (kind is float and not math.isfinite(value)):
+            raise self._error(value)
+        if self.choices and value not in self.choices:
+            raise self._error(value)
+        if kind in (int, float) and (
+            (self.low is not None and value < self.low) or (self.high is not None and value > self.high)
+        ):
+            raise self._error(value)
+        return kind(value)
+
+    def _error(self, value: Any) -> ParameterError:
+        return ParameterError(f"{self.key}: got {value!r}, expected {self.expected}")
+
+
+def parameter(
+    default: Any,
+    doc: str,
+    *,
+    unit: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+    live: bool = False,
+) -> Any:
+    """A dataclass field that carries what its `Spec` needs. Angles are in radians, everything else in SI units."""
+    return field(
+        default=default,
+        metadata={"doc": doc, "unit": unit, "low": low, "high": high, "choices": choices, "live": live},
+    )
+
+
+class Parameters:
+    """Base of every parameter group. Subclasses are frozen dataclasses and set `group`, the prefix of their keys.
+
+    Raises:
+        ParameterError: at construction, when a value does not fit its parameter.
+    """
+
+    group: str
+
+    def __post_init__(self) -> None:
+        for name, spec in named_specs(type(self)):
+            object.__setattr__(self, name, spec.checked(getattr(self, name)))
+
+
+def named_specs(group: type[Parameters]) -> Iterator[tuple[str, Spec]]:
+    """Field name and `Spec` of each parameter of a group, in the order they are written."""
+    for f in fields(group):  # type: ignore[arg-type]
+        if f.default is MISSING:
+            raise TypeError(f"{group.__name__}.{f.name} has no default")
+        yield f.name, Spec(key=f"{group.group}.{f.name}", default=f.default, **f.metadata)
+
+
+def specs(group: type[Parameters]) -> tuple[Spec, ...]:
+    """The `Spec` of each parameter of a group."""
+    return tuple(spec for _, spec in named_specs(group))

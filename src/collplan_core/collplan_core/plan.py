@@ -1,0 +1,58 @@
+"""The one record that leaves every objective."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Foreseen contacts, world frame: times (k,) [s], points (k, 2) of the disc's centre [m], velocities after (k, 2) [m/s]."""
+
+    times: np.ndarray
+    points: np.ndarray
+    velocities_after: np.ndarray
+
+    @staticmethod
+    def none() -> "Contacts":
+        """No contact foreseen."""
+        return Contacts(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """What the choice was made from, for display: positions (m, 2) [m], velocities (m, 2) [m/s], costs (m,)."""
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    costs: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A timed reference and how it was chosen, world frame.
+
+    Attributes:
+        stamp: stamp of the scan it was made from [s]; the robot is at positions[0] then.
+        times: (n,) when to be where, strictly rising, times[0] == stamp [s].
+        positions: (n, 2) [m].
+        velocities: (n, 2) [m/s].
+        contacts: where this plan expects to touch and how it leaves.
+        aim: (2,) chosen intermediate position p_s [m].
+        aim_velocity: (2,) chosen velocity v_s [m/s].
+        terms: cost terms of the choice by name (position, risk, collision_risk, gap_risk, velocity, total, ...).
+        candidates: all that were compared.
+        n_before_pruning: how many there were before pruning.
+    """
+
+    stamp: float
+    times: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    contacts: Contacts
+    aim: np.ndarray
+    aim_velocity: np.ndarray
+    terms: Mapping[str, float]
+    candidates: Candidates
+    n_before_pruning: int

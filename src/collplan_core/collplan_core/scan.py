@@ -1,0 +1,59 @@
+"""A LIDAR scan as the local map takes it, checked where it enters."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+class ScanError(ValueError):
+    """A scan that cannot be used; the message names the value and what was expected."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """One turn of the LIDAR in the robot's frame (REP-117).
+
+    Attributes:
+        stamp: time on the poses' clock [s].
+        angle_min: direction of the first beam [rad, robot frame].
+        angle_increment: step from beam to beam [rad], not zero.
+        range_min, range_max: limits of a valid range [m].
+        ranges: (n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured.
+
+    Raises:
+        ScanError: wrong shape, fewer than 2 beams, more than a full turn, bad limits, finite ranges outside them,
+            or not a single valid range.
+    """
+
+    stamp: float
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    ranges: np.ndarray
+
+    def __post_init__(self) -> None:
+        ranges = np.array(self.ranges, dtype=np.float64)
+        if ranges.ndim != 1 or len(ranges) < 2:
+            raise ScanError(f"ranges: got shape {ranges.shape}, expected at least 2 beams in one row")
+        if not np.isfinite([self.stamp, self.angle_min, self.angle_increment]).all() or self.angle_increment == 0.0:
+            raise ScanError(f"angles: got angle_min {self.angle_min}, angle_increment {self.angle_increment}, expected finite numbers and a step other than 0")
+        if abs(self.angle_increment) * (len(ranges) - 1) > 2 * np.pi + 1e-3:
+            raise ScanError(f"angles: {len(ranges)} beams of {self.angle_increment} rad, expected at most a full turn")
+        if not (0.0 <= self.range_min < self.range_max < np.inf):
+            raise ScanError(f"limits: got range_min {self.range_min}, range_max {self.range_max}, expected 0 <= range_min < range_max")
+        finite = ranges[np.isfinite(ranges)]
+        if (finite < 0.0).any():
+            raise ScanError(f"ranges: got {finite.min()}, expected no negative range")
+        # REP-117: what a device reports outside its limits is not a measurement of a distance
+        ranges[np.isfinite(ranges) & (ranges < self.range_min)] = -np.inf
+        ranges[np.isfinite(ranges) & (ranges > self.range_max)] = np.inf
+        if np.isnan(ranges).all():
+            raise ScanError(f"ranges: all {len(ranges)} are NaN, expected at least one measurement")
+        ranges.flags.writeable = False
+        object.__setattr__(self, "ranges", ranges)
+
+    @property
+    def angles(self) -> np.ndarray:
+        """(n,) beam directions [rad, robot frame]."""
+        return self.angle_min + self.angle_increment * np.arange(len(self.ranges))

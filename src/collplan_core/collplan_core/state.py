@@ -1,0 +1,22 @@
+"""Where the robot is and how it moves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The robot at one instant, world frame.
+
+    Attributes:
+        stamp: time on the poses' clock [s].
+        position: (2,) centre of the disc [m].
+        velocity: (2,) [m/s].
+        yaw: heading of the body [rad]; the paper's theta is the direction of `velocity`, never this.
+    """
+
+    stamp: float
+    position: np.ndarray
+    velocity: np.ndarray
+    yaw: float
