@@ -1,0 +1,90 @@
+"""The world as pymunk holds it, and the contacts it finds.
+
+The robot is a disc, so every obstacle is grown by its radius and the robot becomes a point: a contact is where the
+point's path meets a grown obstacle. pymunk answers that for a whole step at once, at the exact instant of the touch,
+so nothing tunnels and nothing has to be pushed back out.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+import pymunk
+from collplan_core.worlds import World
+
+from omnipuck_sim.vector import Vector
+
+TOUCHING = 1e-6
+"""Circles nearer to each other than this form one surface [m]."""
+
+ANYTHING = pymunk.ShapeFilter()
+
+
+class Contact(NamedTuple):
+    """Where a path first touches: share of the path, unit normal out of the obstacle, id of the surface."""
+
+    share: float
+    normal: Vector
+    surface: int
+
+
+class Obstacles:
+    """Everything solid in a world, for a disc of the given radius [m]."""
+
+    def __init__(self, world: World, radius: float) -> None:
+        self._space = pymunk.Space()
+        self._surfaces: dict[pymunk.Shape, int] = {}
+        self._room = _room(world, radius)
+        for surface, shape in _grown(world, radius, self._space.static_body):
+            self._space.add(shape)
+            self._surfaces[shape] = surface
+
+    def first_contact(self, start: Vector, end: Vector) -> Contact | None:
+        """First contact of the disc's centre on its way from start to end [m], none if the way is free.
+
+        The start has to be free: from inside an obstacle the way out is not seen.
+        """
+        hit = self._space.segment_query_first(start, end, 0.0, ANYTHING)
+        if hit is None or hit.shape is None:
+            return None
+        return Contact(hit.alpha, hit.normal, self._surfaces[hit.shape])
+
+    def clearance(self, position: Vector) -> float:
+        """Distance of the disc from the nearest obstacle, negative inside or beyond a wall, infinite in the open [m]."""
+        (x, y), (x_min, y_min, x_max, y_max) = position, self._room
+        nearest = self._space.point_query_nearest(position, np.inf, ANYTHING)
+        from_shapes = np.inf if nearest is None else nearest.distance
+        return float(min(from_shapes, x - x_min, y - y_min, x_max - x, y_max - y))
+
+
+def _grown(world: World, radius: float, body: pymunk.Body) -> Iterator[tuple[int, pymunk.Shape]]:
+    n = len(world.polygons)
+    for surface, polygon in enumerate(world.polygons):
+        yield surface, pymunk.Poly(body, np.asarray(polygon).tolist(), radius=radius)
+    for chain, (x, y, r) in zip(_chains(world.circles), np.asarray(world.circles).tolist()):
+        yield n + chain, pymunk.Circle(body, r + radius, (x, y))
+    if world.walled:
+        x0, y0, x1, y1 = map(float, world.bounds)
+        corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+        for side in range(4):
+            wall = pymunk.Segment(body, corners[side], corners[(side + 1) % 4], radius)
+            yield n + len(world.circles) + side, wall
+
+
+def _room(world: World, radius: float) -> tuple[float, float, float, float]:
+    """Where the walls let the disc's centre be: x_min, y_min, x_max, y_max [m]."""
+    if not world.walled:
+        return -np.inf, -np.inf, np.inf, np.inf
+    x_min, y_min, x_max, y_max = map(float, world.bounds)
+    return x_min + radius, y_min + radius, x_max - radius, y_max - radius
+
+
+def _chains(circles: np.ndarray) -> list[int]:
+    """A number for each circle, the same for those that touch: a wall made of circles is one surface."""
+    chain = list(range(len(circles)))
+    for i, j in combinations(chain[:], 2):
+        (xi, yi, ri), (xj, yj, rj) = circles[i], circles[j]
+        if np.hypot(xi - xj, yi - yj) <= ri + rj + TOUCHING:
+            chain = [chain[i] if c == chain[j] else c for c in chain]
+    return chain
