@@ -1,0 +1,66 @@
+"""Which impacts were foreseen by the plans of a run."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.plan import Contacts
+
+TIME_TOLERANCE = 0.15
+"""Largest difference in time between an impact and the contact that foresaw it [s]."""
+DISTANCE_TOLERANCE = 0.08
+"""Largest distance between the two [m]."""
+NOTICE = 0.15
+"""A plan made less than this before an impact only confirms what an earlier one foresaw [s]."""
+UNMATCHED = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """One plan's foreseen contacts and the stamp of the scan it was made from [s]."""
+
+    made: float
+    contacts: Contacts
+
+
+def foreseen_impacts(times: np.ndarray, points: np.ndarray, predictions: Sequence[Prediction]) -> np.ndarray:
+    """(k,) whether each impact, at times (k,) and points (k, 2), was foreseen.
+
+    An impact is foreseen when a plan made at least NOTICE before it has a contact within TIME_TOLERANCE and
+    DISTANCE_TOLERANCE, and every plan made since, up to the impact, has one too. Within a plan one contact stands for
+    one impact. `predictions` holds every plan of the run, also those that foresee nothing, in order of `made`.
+    """
+    made = np.array([p.made for p in predictions])
+    matched = np.array([match_contacts(times, points, p.contacts) != UNMATCHED for p in predictions], dtype=bool)
+    matched = matched.reshape(len(predictions), len(times))
+    return np.array([_announced(t, made, matched[:, i]) for i, t in enumerate(times)], dtype=bool)
+
+
+def _announced(time: float, made: np.ndarray, matched: np.ndarray) -> bool:
+    for k in range(int(np.searchsorted(made, time)) - 1, -1, -1):
+        if not matched[k]:
+            return False
+        if made[k] <= time - NOTICE:
+            return True
+    return False
+
+
+def match_contacts(times: np.ndarray, points: np.ndarray, contacts: Contacts) -> np.ndarray:
+    """(k,) place of the contact that stands for each impact, UNMATCHED where there is none; the nearest pairs first."""
+    if len(times) == 0 or len(contacts.times) == 0:
+        return np.full(len(times), UNMATCHED)
+    late = np.abs(times[:, None] - contacts.times[None, :]) / TIME_TOLERANCE
+    far = np.linalg.norm(points[:, None] - contacts.points[None, :], axis=2) / DISTANCE_TOLERANCE
+    return _nearest_pairs(np.where((late <= 1.0) & (far <= 1.0), np.hypot(late, far), np.inf))
+
+
+def _nearest_pairs(distance: np.ndarray) -> np.ndarray:
+    result = np.full(distance.shape[0], UNMATCHED)
+    distance = distance.copy()
+    while np.isfinite(distance).any():
+        i, j = np.unravel_index(int(distance.argmin()), distance.shape)
+        result[i] = j
+        distance[i, :] = np.inf
+        distance[:, j] = np.inf
+    return result
