@@ -1,0 +1,151 @@
+"""World files: YAML with bounds, obstacles, start and goal. All lengths in metres.
+
+    name: example            # optional, else the file's stem
+    bounds: [0, 0, 2.4, 2.4] # x_min, y_min, x_max, y_max
+    walled: true             # optional: the bounds are solid walls
+    polygons:                # optional, each convex, corners in order
+      - [[0.5, 0.0], [0.8, 0.0], [0.8, 1.0], [0.5, 1.0]]
+    circles:                 # optional
+      - {center: [1.5, 1.2], radius: 0.2}
+    start: [0.2, 0.2]        # optional
+    goal: [2.2, 2.2]         # optional
+"""
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from collplan_core.worlds.shapes import BOUNDS_FORM, POLYGON_FORM, World, WorldError
+
+KEYS = ("name", "bounds", "walled", "polygons", "circles", "start", "goal")
+CIRCLE_FORM = "expected {center: [x, y], radius: r} [m]"
+POINT_FORM = "expected [x, y] [m]"
+
+
+def read_world(path: Path) -> World:
+    """The world in a YAML file.
+
+    Raises:
+        WorldError: the file is missing, cannot be read, is not YAML, or does not hold a world.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise WorldError(f"{path}: no such file, expected a world file in YAML") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise WorldError(f"{path}: cannot be read as text ({error}), expected a world file in YAML") from None
+    return parse_text(text, str(path), path.stem)
+
+
+def parse_text(text: str, source: str, name: str) -> World:
+    """The world that a YAML text holds; `source` stands in errors, `name` is used if the text names none.
+
+    Raises:
+        WorldError: not YAML, or not a world.
+    """
+    try:
+        mapping = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError) as error:
+        raise WorldError(f"{source}: not YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(mapping, Mapping):
+        raise WorldError(f"{source}: got {mapping!r:.80}, expected keys and values: {', '.join(KEYS)}")
+    return parse_world({"name": name, **mapping}, source)
+
+
+def parse_world(mapping: Mapping[str, Any], source: str) -> World:
+    """The world that a mapping with the keys of a world file describes; `source` stands in errors.
+
+    Raises:
+        WorldError: an unknown, missing or malformed key.
+    """
+    try:
+        _check_keys(mapping, KEYS, required=("name", "bounds"))
+        return World(
+            name=_text("name", mapping["name"]),
+            polygons=tuple(_polygon(f"polygons[{i}]", p) for i, p in enumerate(_entries(mapping, "polygons"))),
+            circles=[_circle(f"circles[{i}]", c) for i, c in enumerate(_entries(mapping, "circles"))],  # type: ignore[arg-type]
+            bounds=_numbers("bounds", mapping["bounds"], 4, BOUNDS_FORM),  # type: ignore[arg-type]
+            walled=_flag("walled", mapping.get("walled", True)),
+            start=_point(mapping, "start"),  # type: ignore[arg-type]
+            goal=_point(mapping, "goal"),  # type: ignore[arg-type]
+        )
+    except WorldError as error:
+        raise WorldError(f"{source}: {error}") from None
+
+
+def save_world(world: World, path: Path) -> None:
+    """Write a world so that reading it gives the same world, to the last bit.
+
+    Raises:
+        WorldError: the file cannot be written.
+    """
+    mapping: dict[str, Any] = {
+        "name": world.name,
+        "bounds": list(world.bounds),
+        "walled": world.walled,
+        "polygons": [corners.tolist() for corners in world.polygons],
+        "circles": [{"center": [x, y], "radius": r} for x, y, r in world.circles.tolist()],
+    }
+    mapping |= {key: point.tolist() for key, point in (("start", world.start), ("goal", world.goal)) if point is not None}
+    try:
+        Path(path).write_text(yaml.safe_dump(mapping, sort_keys=False, default_flow_style=None), encoding="utf-8")
+    except OSError as error:
+        raise WorldError(f"{path}: cannot be written ({error})") from None
+
+
+def _check_keys(mapping: Mapping[str, Any], known: tuple[str, ...], required: tuple[str, ...]) -> None:
+    for key in mapping:
+        if key not in known:
+            near = get_close_matches(str(key), known, n=1)
+            hint = f", did you mean {near[0]}?" if near else ""
+            raise WorldError(f"{key}: unknown key, expected {', '.join(known)}{hint}")
+    for key in required:
+        if key not in mapping:
+            raise WorldError(f"{key}: missing" + (f", {BOUNDS_FORM}" if key == "bounds" else ""))
+
+
+def _entries(mapping: Mapping[str, Any], key: str) -> list[Any]:
+    entries = mapping.get(key)
+    if entries is not None and not isinstance(entries, list):
+        raise WorldError(f"{key}: got {entries!r:.80}, expected a list")
+    return entries or []
+
+
+def _polygon(key: str, value: Any) -> list[list[float]]:
+    if not isinstance(value, list):
+        raise WorldError(f"{key}: got {value!r:.80}, {POLYGON_FORM}")
+    return [_numbers(f"{key}[{i}]", corner, 2, POINT_FORM) for i, corner in enumerate(value)]
+
+
+def _circle(key: str, value: Any) -> list[float]:
+    if not isinstance(value, Mapping) or set(value) != {"center", "radius"}:
+        raise WorldError(f"{key}: got {value!r:.80}, {CIRCLE_FORM}")
+    center = _numbers(f"{key}.center", value["center"], 2, POINT_FORM)
+    return [*center, *_numbers(f"{key}.radius", [value["radius"]], 1, "expected a number above 0 [m]")]
+
+
+def _point(mapping: Mapping[str, Any], key: str) -> list[float] | None:
+    return None if mapping.get(key) is None else _numbers(key, mapping[key], 2, POINT_FORM)
+
+
+def _numbers(key: str, value: Any, count: int, form: str) -> list[float]:
+    # yaml reads `true` as a bool, which Python would take for the number 1, and `1e3` as text
+    if not isinstance(value, list) or len(value) != count or any(type(v) not in (int, float) for v in value):
+        shown = value[0] if isinstance(value, list) and count == 1 else value
+        raise WorldError(f"{key}: got {shown!r:.80}, {form}")
+    return [float(v) for v in value]
+
+
+def _text(key: str, value: Any) -> str:
+    if not isinstance(value, str) or not value:
+        raise WorldError(f"{key}: got {value!r:.80}, expected text")
+    return value
+
+
+def _flag(key: str, value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise WorldError(f"{key}: got {value!r:.80}, expected true or false")
+    return value

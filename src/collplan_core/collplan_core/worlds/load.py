@@ -1,0 +1,42 @@
+"""One way to name a world everywhere: NAME, FILE or FAMILY:SEED."""
+
+from difflib import get_close_matches
+from importlib.resources import files
+from pathlib import Path
+
+from collplan_core.worlds.families import FAMILIES
+from collplan_core.worlds.file import parse_text, read_world
+from collplan_core.worlds.shapes import World, WorldError
+
+ARENAS = files("collplan_core.worlds") / "arenas"
+
+
+def arena_names() -> list[str]:
+    """Names of the shipped arenas."""
+    return sorted(entry.name.removesuffix(".yaml") for entry in ARENAS.iterdir() if entry.name.endswith(".yaml"))
+
+
+def load_world(spec: str) -> World:
+    """The world called NAME (a shipped arena), FILE (a path ending in .yaml or .yml) or FAMILY:SEED, as in `random:7`.
+
+    Raises:
+        WorldError: no such world, with near matches, or a file that does not hold one.
+    """
+    if spec.endswith((".yaml", ".yml")) or Path(spec).is_file():
+        return read_world(Path(spec))
+    if spec in arena_names():
+        return parse_text((ARENAS / f"{spec}.yaml").read_text(encoding="utf-8"), f"{spec}.yaml", spec)
+    family, colon, seed = spec.partition(":")
+    if family not in FAMILIES:
+        raise _unknown(spec, family if colon else spec)
+    if not (seed.isascii() and seed.isdecimal()):
+        raise WorldError(f"world {spec!r}: got seed {seed!r}, expected a whole number from 0, as in {family}:7")
+    return FAMILIES[family](int(seed))
+
+
+def _unknown(spec: str, name: str) -> WorldError:
+    known = {name: name for name in arena_names()} | {name: f"{name}:SEED" for name in FAMILIES}
+    near = [known[match] for match in get_close_matches(name, known, n=3, cutoff=0.5)]
+    hint = f"; did you mean {' or '.join(near)}?" if near else ""
+    expected = ", ".join(known.values())
+    return WorldError(f"world {spec!r}: unknown, expected one of {expected} or a path to a .yaml file{hint}")

@@ -1,0 +1,55 @@
+"""Whether a disc can get from one point of a world to another."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from collplan_core.worlds.shapes import World, WorldError, in_bounds
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+# 64 pieces to a quarter turn: a grown corner is off by less than a thousandth of a millimetre per centimetre
+QUARTER_SEGMENTS = 64
+
+
+def free_space(world: World, radius: float) -> "BaseGeometry":
+    """Where the centre of a disc of `radius` [m] can be, as a shapely geometry; without walls the surroundings belong to it."""
+    import shapely
+
+    grown = [shapely.Polygon(corners).buffer(radius, quad_segs=QUARTER_SEGMENTS) for corners in world.polygons]
+    grown += [shapely.Point(x, y).buffer(r + radius, quad_segs=QUARTER_SEGMENTS) for x, y, r in world.circles]
+    obstacles = shapely.union_all(grown)
+    arena = shapely.box(*world.bounds)
+    if world.walled:
+        return arena.buffer(-radius, join_style="mitre").difference(obstacles)
+    return arena.union(obstacles).envelope.buffer(3.0 * radius, join_style="mitre").difference(obstacles)
+
+
+def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float) -> None:
+    """Check that a disc of `radius` [m] can stand at start (2,) and goal (2,) [m] and that a route joins them.
+
+    Raises:
+        WorldError: start or goal is not finite, outside the arena or nearer than `radius` to an obstacle or wall, or
+            the goal cannot be reached.
+    """
+    import shapely
+
+    free = free_space(world, radius)
+    for key, point in (("start", start), ("goal", goal)):
+        if not np.isfinite(point).all() or not in_bounds(world.bounds, point):
+            raise WorldError(
+                f"{world.name}: {key}: {np.asarray(point).tolist()} is outside the arena, "
+                f"expected a point within {list(world.bounds)}"
+            )
+        if not free.covers(shapely.Point(point)):
+            raise WorldError(
+                f"{world.name}: {key}: {np.asarray(point).tolist()} is in an obstacle or too near one, "
+                f"expected {radius:g} m of room around it"
+            )
+    parts = getattr(free, "geoms", [free])
+    if not any(part.covers(shapely.Point(start)) and part.covers(shapely.Point(goal)) for part in parts):
+        raise WorldError(
+            f"{world.name}: goal: {np.asarray(goal).tolist()} cannot be reached from start {np.asarray(start).tolist()}, "
+            f"expected a route for a disc of radius {radius:g} m"
+        )

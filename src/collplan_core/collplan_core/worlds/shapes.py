@@ -1,0 +1,141 @@
+"""What a world is: convex polygons, circles, the arena's bounds, and where a run starts and ends."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+POLYGON_FORM = "expected at least 3 corners [x, y] [m] of a convex polygon, in order"
+BOUNDS_FORM = "expected [x_min, y_min, x_max, y_max] [m] with x_min < x_max and y_min < y_max"
+
+
+class WorldError(ValueError):
+    """A world that cannot be used; the message names the key (and the file), the value and the expected form."""
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Obstacles and bounds in the world frame; it knows nothing of the robot.
+
+    Attributes:
+        name: of a shipped arena, a file's stem, or "family:seed".
+        polygons: each (k, 2), convex; counter-clockwise whichever way they were given [m].
+        circles: (c, 3) x, y, radius [m].
+        bounds: x_min, y_min, x_max, y_max of the arena [m]; obstacles may reach beyond.
+        walled: the bounds are solid walls; otherwise beams and robot can leave the arena.
+        start, goal: (2,) [m], or None.
+
+    Raises:
+        WorldError: at construction, when a shape is degenerate or not convex, a number is not finite, or start or
+            goal lie outside the bounds or in an obstacle. A robot needs more room than a point: see `check_route`.
+    """
+
+    name: str
+    polygons: tuple[np.ndarray, ...]
+    circles: np.ndarray
+    bounds: tuple[float, float, float, float]
+    walled: bool = True
+    start: np.ndarray | None = None
+    goal: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        polygons = tuple(_checked_polygon(f"polygons[{i}]", corners) for i, corners in enumerate(self.polygons))
+        object.__setattr__(self, "polygons", polygons)
+        object.__setattr__(self, "circles", _checked_circles(self.circles))
+        object.__setattr__(self, "bounds", _checked_bounds(self.bounds))
+        for key in ("start", "goal"):
+            if getattr(self, key) is not None:
+                object.__setattr__(self, key, self._checked_point(key, getattr(self, key)))
+
+    def _checked_point(self, key: str, value: Any) -> np.ndarray:
+        point = _finite(key, value, (2,), "expected [x, y] [m]")
+        if not in_bounds(self.bounds, point):
+            raise WorldError(f"{key}: {point.tolist()} is outside the arena, expected a point within {list(self.bounds)}")
+        obstacle = obstacle_at(self, point)
+        if obstacle:
+            raise WorldError(f"{key}: {point.tolist()} is inside {obstacle}, expected a free point")
+        return point
+
+
+def world_segments(world: World) -> np.ndarray:
+    """(s, 4) x0, y0, x1, y1 of every polygon's edges, counter-clockwise, then of the four walls if there are walls [m]."""
+    loops = list(world.polygons)
+    if world.walled:
+        x0, y0, x1, y1 = world.bounds
+        loops.append(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
+    edges = [np.hstack([corners, np.roll(corners, -1, axis=0)]) for corners in loops]
+    return np.vstack(edges) if edges else np.zeros((0, 4))
+
+
+def in_bounds(bounds: Sequence[float], point: np.ndarray) -> bool:
+    """Whether a point (2,) [m] lies within the bounds, border included."""
+    return bool(bounds[0] <= point[0] <= bounds[2] and bounds[1] <= point[1] <= bounds[3])
+
+
+def obstacle_at(world: World, point: np.ndarray) -> str:
+    """Key of the obstacle that a point (2,) [m] lies in, such as "circles[0]"; empty when it lies in none."""
+    for i, corners in enumerate(world.polygons):
+        edges = np.roll(corners, -1, axis=0) - corners
+        if (_cross(edges, point - corners) >= 0.0).all():
+            return f"polygons[{i}]"
+    for i, (x, y, radius) in enumerate(world.circles):
+        if np.hypot(point[0] - x, point[1] - y) <= radius:
+            return f"circles[{i}]"
+    return ""
+
+
+def _checked_polygon(key: str, value: Any) -> np.ndarray:
+    corners = _finite(key, value, (None, 2), POLYGON_FORM)
+    if len(corners) < 3:
+        raise WorldError(f"{key}: got {len(corners)} corners, {POLYGON_FORM}")
+    edges = np.roll(corners, -1, axis=0) - corners
+    if (np.hypot(*edges.T) < 1e-9).any():
+        raise WorldError(f"{key}: two corners in a row are equal, {POLYGON_FORM}")
+    before = np.roll(edges, 1, axis=0)
+    turns = np.arctan2(_cross(before, edges), (before * edges).sum(axis=1))
+    area = 0.5 * _cross(corners - corners[0], np.roll(corners, -1, axis=0) - corners[0]).sum()
+    if abs(abs(turns.sum()) - 2 * np.pi) > 1e-6 or abs(area) < 1e-12:
+        raise WorldError(f"{key}: crosses itself or encloses no area, {POLYGON_FORM}")
+    inward = np.flatnonzero(turns * np.sign(area) < -1e-9)
+    if len(inward):
+        raise WorldError(f"{key}: not convex at corner {inward[0]}, {corners[inward[0]].tolist()}, {POLYGON_FORM}")
+    return _frozen(corners if area > 0.0 else corners[::-1])
+
+
+def _checked_circles(value: Any) -> np.ndarray:
+    if len(value) == 0:
+        return _frozen(np.zeros((0, 3)))
+    circles = _finite("circles", value, (None, 3), "expected a row x, y, radius [m] for each")
+    for i, radius in enumerate(circles[:, 2]):
+        if radius <= 0.0:
+            raise WorldError(f"circles[{i}].radius: got {radius:g}, expected a number above 0 [m]")
+    return circles
+
+
+def _checked_bounds(value: Any) -> tuple[float, float, float, float]:
+    x0, y0, x1, y1 = _finite("bounds", value, (4,), BOUNDS_FORM).tolist()
+    if not (x0 < x1 and y0 < y1):
+        raise WorldError(f"bounds: got {[x0, y0, x1, y1]}, {BOUNDS_FORM}")
+    return x0, y0, x1, y1
+
+
+def _finite(key: str, value: Any, shape: tuple[int | None, ...], form: str) -> np.ndarray:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise WorldError(f"{key}: got {value!r}, {form}") from None
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape))
+    if not fits or not np.isfinite(array).all():
+        raise WorldError(f"{key}: got {array.tolist()}, {form}")
+    return _frozen(array)
+
+
+def _frozen(array: np.ndarray) -> np.ndarray:
+    array = np.ascontiguousarray(array)
+    array.flags.writeable = False
+    return array
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -1,0 +1,122 @@
+"""World files: written and read back, and every way in which one can be wrong."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.worlds import World, WorldError, load_world, parse_world, save_world
+
+coordinate = st.floats(-50, 50, allow_subnormal=False)
+
+
+@st.composite
+def worlds(draw) -> World:
+    polygons = []
+    for _ in range(draw(st.integers(0, 3))):
+        x, y, size, turn = draw(coordinate), draw(coordinate), draw(st.floats(0.01, 3)), draw(st.floats(0, 6))
+        angles = turn + 2 * np.pi * np.arange(n := draw(st.integers(3, 6))) / n
+        polygons.append(np.stack([x + size * np.cos(angles), y + size * np.sin(angles)], axis=1))
+    circles = draw(st.lists(st.tuples(coordinate, coordinate, st.floats(1e-6, 3)), max_size=3))
+    # beyond every obstacle, so that start and goal are free wherever they are drawn
+    corner = st.tuples(st.floats(60, 70), st.floats(60, 70))
+    name = draw(st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), min_size=1, max_size=8))
+    start, goal = draw(st.none() | corner), draw(st.none() | corner)
+    return World(name, tuple(polygons), circles, (-60.0, -60.0, 80.0, 80.0), draw(st.booleans()), start, goal)
+
+
+@settings(derandomize=True, deadline=None, max_examples=25)
+@given(world=worlds())
+def test_a_world_written_and_read_back_is_the_same_to_the_last_bit(world, tmp_path_factory):
+    path = tmp_path_factory.mktemp("worlds") / "world.yaml"
+    save_world(world, path)
+    back = load_world(str(path))
+    assert (back.name, back.bounds, back.walled) == (world.name, world.bounds, world.walled)
+    assert len(back.polygons) == len(world.polygons)
+    for mine, theirs in zip(back.polygons, world.polygons):
+        np.testing.assert_array_equal(mine, theirs)
+    np.testing.assert_array_equal(back.circles, world.circles)
+    np.testing.assert_array_equal(back.start, world.start)
+    np.testing.assert_array_equal(back.goal, world.goal)
+
+
+def test_a_file_with_bounds_alone_is_an_empty_walled_arena_named_after_the_file(tmp_path):
+    path = tmp_path / "hall.yml"
+    path.write_text("bounds: [0, 0, 3, 2]\n")
+    world = load_world(str(path))
+    assert (world.name, world.bounds, world.walled) == ("hall", (0.0, 0.0, 3.0, 2.0), True)
+    assert world.polygons == () and world.circles.shape == (0, 3)
+    assert world.start is None and world.goal is None
+
+
+def test_a_file_is_taken_whatever_its_ending(tmp_path):
+    path = tmp_path / "hall.world"
+    path.write_text("bounds: [0, 0, 3, 2]\nname: big hall\n")
+    assert load_world(str(path)).name == "big hall"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("bounds: [0, 0", "not YAML"),
+        ("a: b: c", "not YAML"),
+        ("bounds: !!python/object:os.system {}", "not YAML"),
+        ("", "got None, expected keys and values: name, bounds"),
+        ("- 1\n- 2\n", r"got \[1, 2\], expected keys and values"),
+        ("start: [1, 1]", "bounds: missing, expected .x_min"),
+        ("bounds: [0, 0, 1, 1]\nwals: true", "wals: unknown key.*did you mean walled"),
+        ("bounds: [0, 0, 1, 1]\n7: true", "7: unknown key"),
+        ("bounds: [0, 0, 1]", "bounds: got .*x_min"),
+        ("bounds: [1, 0, 0, 1]", "bounds: got .*x_min < x_max"),
+        ("bounds: [0, 0, 1, .nan]", "bounds: got"),
+        ("bounds: [0, 0, 1, true]", "bounds: got"),
+        ("bounds: [0, 0, 1, one]", "bounds: got"),
+        ("bounds: [0, 0, 1, 1]\nwalled: perhaps", "walled: got 'perhaps', expected true or false"),
+        ("bounds: [0, 0, 1, 1]\nname: 7", "name: got 7, expected text"),
+        ("bounds: [0, 0, 1, 1]\npolygons: {}", "polygons: got .*expected a list"),
+        ("bounds: [0, 0, 1, 1]\npolygons: [7]", r"polygons\[0\]: got 7, expected at least 3 corners"),
+        ("bounds: [0, 0, 1, 1]\npolygons: [[[0, 0], [1, 0]]]", r"polygons\[0\]: got 2 corners"),
+        ("bounds: [0, 0, 1, 1]\npolygons: [[[0, 0], [1, 0], [0, x]]]", r"polygons\[0\]\[2\]: got .*expected \[x, y\]"),
+        ("bounds: [0, 0, 1, 1]\npolygons: [[[0, 0], [1, 1], [1, 0], [0, 1]]]", r"polygons\[0\]: crosses itself"),
+        ("bounds: [0, 0, 1, 1]\npolygons: [[[0, 0], [1, 0], [0.2, 0.2], [0, 1]]]", r"polygons\[0\]: not convex at corner 2"),
+        ("bounds: [0, 0, 1, 1]\ncircles: [[0, 0, 1]]", r"circles\[0\]: got .*expected {center"),
+        ("bounds: [0, 0, 1, 1]\ncircles: [{center: [0, 0]}]", r"circles\[0\]: got .*expected {center"),
+        ("bounds: [0, 0, 1, 1]\ncircles: [{center: [0], radius: 1}]", r"circles\[0\].center: got"),
+        ("bounds: [0, 0, 1, 1]\ncircles: [{center: [0, 0], radius: big}]", r"circles\[0\].radius: got 'big'"),
+        ("bounds: [0, 0, 1, 1]\ncircles: [{center: [0, 0], radius: 0}]", r"circles\[0\].radius: got 0"),
+        ("bounds: [0, 0, 1, 1]\nstart: [0.5]", r"start: got .*expected \[x, y\]"),
+        ("bounds: [0, 0, 1, 1]\nstart: [2, 0.5]", "start: .*outside the arena"),
+        ("bounds: [0, 0, 1, 1]\ncircles: [{center: [1, 1], radius: 0.5}]\ngoal: [0.9, 0.9]", r"goal: .*inside circles\[0\]"),
+        ("bounds: [0, 0, 1, 1]\nstart: 2001-02-30", "not YAML"),
+    ],
+)
+def test_a_wrong_file_is_named_with_its_key_and_the_expected_form(text, words, tmp_path):
+    path = tmp_path / "broken.yaml"
+    path.write_text(text)
+    with pytest.raises(WorldError, match=r"broken\.yaml: " + words):
+        load_world(str(path))
+
+
+def test_what_is_no_readable_text_file_is_refused(tmp_path):
+    with pytest.raises(WorldError, match="missing.yaml: no such file"):
+        load_world(str(tmp_path / "missing.yaml"))
+    (tmp_path / "folder.yaml").mkdir()
+    with pytest.raises(WorldError, match="folder.yaml: cannot be read"):
+        load_world(str(tmp_path / "folder.yaml"))
+    (tmp_path / "picture.yaml").write_bytes(b"\x89PNG\xff\xfe")
+    with pytest.raises(WorldError, match="picture.yaml: cannot be read as text"):
+        load_world(str(tmp_path / "picture.yaml"))
+
+
+def test_a_world_that_cannot_be_written_says_where(tmp_path):
+    world = load_world("corridor")
+    with pytest.raises(WorldError, match="no_such_folder.*cannot be written"):
+        save_world(world, tmp_path / "no_such_folder" / "world.yaml")
+
+
+def test_a_mapping_serves_as_a_file_does():
+    mapping = {"name": "m", "bounds": [0, 0, 2, 2], "circles": [{"center": [1, 1], "radius": 0.5}]}
+    world = parse_world(mapping, "here")
+    np.testing.assert_array_equal(world.circles, [[1.0, 1.0, 0.5]])
+    with pytest.raises(WorldError, match="here: name: missing"):
+        parse_world({"bounds": [0, 0, 2, 2]}, "here")

@@ -1,0 +1,304 @@
+"""What a world is, the shipped arenas, and how a world is named."""
+
+import heapq
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.worlds import World, WorldError, arena_names, check_route, load_world, world_segments
+from collplan_core.worlds.route import free_space
+from collplan_core.worlds.shapes import obstacle_at
+
+BOUNDS = (0.0, 0.0, 2.0, 1.0)
+SQUARE = [[0.5, 0.2], [0.9, 0.2], [0.9, 0.6], [0.5, 0.6]]
+ROBOT_RADIUS = 0.09
+
+
+def world_of(polygons=(), circles=(), bounds=BOUNDS, walled=True, start=None, goal=None) -> World:
+    return World("w", polygons, circles, bounds, walled, start, goal)
+
+
+def regular_polygon(n_corners: int, turn: float, x: float, y: float, size: float) -> np.ndarray:
+    angles = turn + 2 * np.pi * np.arange(n_corners) / n_corners
+    return np.array([x, y]) + size * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(
+    n_corners=st.integers(3, 9), turn=st.floats(0, 6), size=st.floats(0.01, 5),
+    roll=st.integers(0, 8), backwards=st.booleans(),
+)  # fmt: skip
+def test_a_convex_polygon_comes_out_counter_clockwise_with_the_same_corners(n_corners, turn, size, roll, backwards):
+    corners = np.roll(regular_polygon(n_corners, turn, 1.0, 2.0, size), roll, axis=0)
+    given_corners = corners[::-1] if backwards else corners
+    polygon = world_of([given_corners]).polygons[0]
+    assert shapely.is_ccw(shapely.LinearRing(polygon))
+    assert {tuple(p) for p in polygon} == {tuple(p) for p in corners}
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(n_corners=st.integers(5, 8), dent=st.floats(0.05, 0.9), turn=st.floats(0, 6), at=st.integers(0, 7))
+def test_a_dented_polygon_is_refused_and_its_corner_named(n_corners, dent, turn, at):
+    corners = regular_polygon(n_corners, turn, 0.0, 0.0, 1.0)
+    at %= n_corners
+    neighbours = 0.5 * (corners[at - 1] + corners[(at + 1) % n_corners])
+    corners[at] = (1.0 - dent) * neighbours
+    with pytest.raises(WorldError, match=rf"polygons\[0\]: not convex at corner {at}"):
+        world_of([corners])
+
+
+def pentagram() -> np.ndarray:
+    return regular_polygon(5, 0.0, 0.0, 0.0, 1.0)[[0, 2, 4, 1, 3]]
+
+
+@pytest.mark.parametrize(
+    ("polygon", "words"),
+    [
+        ([[0, 0], [1, 1], [1, 0], [0, 1]], "crosses itself"),
+        ([[0, 0], [1, 0], [0.2, 1], [0.8, 1.1]], "crosses itself"),
+        (pentagram(), "crosses itself"),
+        ([[0, 0], [1, 0]], "got 2 corners"),
+        ([[0, 0], [1, 0], [1, 0], [0, 1]], "two corners in a row are equal"),
+        ([[0, 0], [1, 0], [2, 0]], "crosses itself or encloses no area"),
+        ([[0, 0], [1, float("nan")], [0, 1]], "got"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "got"),
+        ([[0, 0], [1], [0, 1]], "got"),
+        (7, "got"),
+    ],
+)
+def test_a_bad_polygon_is_refused_and_named(polygon, words):
+    with pytest.raises(WorldError, match=rf"polygons\[1\]: {words}.*convex"):
+        world_of([SQUARE, polygon])
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"circles": [[0, 0, 1], [0, 0, 0.0]]}, r"circles\[1\].radius: got 0"),
+        ({"circles": [[0, 0, -1]]}, r"circles\[0\].radius: got -1"),
+        ({"circles": [[0, 0, np.inf]]}, "circles: got"),
+        ({"circles": [[0, 0]]}, "circles: got"),
+        ({"bounds": (0, 0, 0, 1)}, "bounds: got.*x_min < x_max"),
+        ({"bounds": (0, 1, 1, 0)}, "bounds: got.*x_min < x_max"),
+        ({"bounds": (0, 0, 1)}, "bounds: got"),
+        ({"bounds": (0, 0, 1, np.nan)}, "bounds: got"),
+        ({"start": (3, 0.5)}, "start: .*outside the arena"),
+        ({"goal": (0.5, -0.1)}, "goal: .*outside the arena"),
+        ({"goal": (0.5, np.nan)}, "goal: got"),
+        ({"start": (0.7, 0.4), "polygons": [SQUARE]}, r"start: .*inside polygons\[0\]"),
+        ({"goal": (1.5, 0.5), "circles": [[1.5, 0.4, 0.2]]}, r"goal: .*inside circles\[0\]"),
+    ],
+)
+def test_bad_values_are_refused_and_named(fields, words):
+    with pytest.raises(WorldError, match=words):
+        world_of(**fields)
+
+
+def test_arrays_of_a_world_cannot_be_changed():
+    world = world_of([SQUARE], [[1.5, 0.5, 0.1]], start=(0.1, 0.1))
+    for array in (world.polygons[0], world.circles, world.start):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0.0
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(x=st.floats(0, 2), y=st.floats(0, 1))
+def test_the_obstacle_at_a_point_agrees_with_shapely(x, y):
+    world = world_of([SQUARE, [[1.0, 0.1], [1.4, 0.3], [1.1, 0.8]]], [[1.6, 0.5, 0.25]])
+    shapes = [shapely.Polygon(p) for p in world.polygons] + [shapely.Point(1.6, 0.5)]
+    reach = [0.0, 0.0, 0.25]
+    inside = any(shape.distance(shapely.Point(x, y)) <= r for shape, r in zip(shapes, reach))
+    assert bool(obstacle_at(world, np.array([x, y]))) == inside
+
+
+def test_segments_are_the_edges_and_the_walls():
+    world = world_of([[[0.5, 0.2], [0.9, 0.2], [0.5, 0.6]]])
+    expected = [
+        [0.5, 0.2, 0.9, 0.2], [0.9, 0.2, 0.5, 0.6], [0.5, 0.6, 0.5, 0.2],
+        [0, 0, 2, 0], [2, 0, 2, 1], [2, 1, 0, 1], [0, 1, 0, 0],
+    ]  # fmt: skip
+    np.testing.assert_array_equal(world_segments(world), expected)
+    np.testing.assert_array_equal(world_segments(world_of(world.polygons, walled=False)), expected[:3])
+    assert world_segments(world_of(walled=False)).shape == (0, 4)
+
+
+# a wall across the arena but for a gap above it, 0.2 m wide
+GATE = [[0.9, -0.1], [1.1, -0.1], [1.1, 0.8], [0.9, 0.8]]
+
+
+def test_a_route_through_a_gap_depends_on_the_radius():
+    world = world_of([GATE])
+    start, goal = np.array([0.4, 0.5]), np.array([1.6, 0.5])
+    check_route(world, start, goal, 0.099)
+    with pytest.raises(WorldError, match="w: goal: .*cannot be reached"):
+        check_route(world, start, goal, 0.101)
+
+
+def test_without_walls_a_route_may_leave_the_arena():
+    closed = [[0.9, -0.1], [1.1, -0.1], [1.1, 1.1], [0.9, 1.1]]
+    start, goal = np.array([0.4, 0.5]), np.array([1.6, 0.5])
+    check_route(world_of([closed], walled=False), start, goal, 0.1)
+    with pytest.raises(WorldError, match="cannot be reached"):
+        check_route(world_of([closed]), start, goal, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "words"),
+    [
+        ((0.4, 0.5), (1.0, 0.5), "goal: .*in an obstacle"),
+        ((0.82, 0.5), (1.6, 0.5), "start: .*too near"),
+        ((0.05, 0.5), (1.6, 0.5), "start: .*too near"),
+        ((1.6, 0.5), (2.5, 0.5), "goal: .*outside the arena"),
+        ((np.nan, 0.5), (1.6, 0.5), "start: .*outside the arena"),
+    ],
+)
+def test_a_route_needs_room_at_both_ends(start, goal, words):
+    with pytest.raises(WorldError, match=words):
+        check_route(world_of([GATE]), np.array(start), np.array(goal), 0.09)
+
+
+@pytest.mark.parametrize("name", ["corridor", "l_corridor", "slalom"])
+def test_a_shipped_arena_is_named_and_has_a_route(name):
+    world = load_world(name)
+    assert name in arena_names()
+    assert world.name == name and world.walled
+    check_route(world, world.start, world.goal, 0.10)
+
+
+@pytest.mark.parametrize(
+    ("spec", "words"),
+    [
+        ("coridor", "unknown, expected one of corridor, l_corridor, slalom, random:SEED.*did you mean .*corridor"),
+        ("randon:3", "unknown.*did you mean random:SEED"),
+        ("zzz", "unknown, expected one of"),
+        ("", "unknown"),
+        ("random", "got seed '', expected a whole number"),
+        ("random:x", "got seed 'x', expected a whole number.*random:7"),
+        ("random:-1", "got seed '-1'"),
+        ("random:1.5", "got seed '1.5'"),
+        ("random:²", "got seed '²'"),
+        ("nowhere/at/all.yaml", "nowhere/at/all.yaml: no such file"),
+    ],
+)
+def test_a_name_that_means_nothing_is_refused(spec, words):
+    with pytest.raises(WorldError, match=words):
+        load_world(spec)
+
+
+# The paper's arena, measured with shapely.
+
+PASSAGES = (shapely.box(0.97, 0.55, 1.23, 0.78), shapely.box(1.05, 1.08, 1.31, 1.26))
+
+
+def shortest_route(world: World, radius: float, closed: tuple[shapely.Polygon, ...] = ()) -> tuple[float, np.ndarray]:
+    """Length [m] and corners (k, 2) [m] of the shortest route for a disc, by a visibility graph over the grown obstacles."""
+    free = free_space(world, radius).difference(shapely.union_all(closed))
+    free = free.simplify(5e-4)
+    rings = shapely.get_rings(free)
+    corners = np.vstack([world.start, world.goal, *(shapely.get_coordinates(ring)[:-1] for ring in rings)])
+    first, second = np.triu_indices(len(corners), 1)
+    sights = shapely.linestrings(np.stack([corners[first], corners[second]], axis=1))
+    room = free.buffer(1e-6)
+    shapely.prepare(room)
+    clear = shapely.covers(room, sights)
+    lengths = np.full((len(corners), len(corners)), np.inf)
+    lengths[first[clear], second[clear]] = lengths[second[clear], first[clear]] = shapely.length(sights[clear])
+    return dijkstra(lambda i: lengths[i], corners)
+
+
+def dijkstra(lengths_from: Callable[[int], np.ndarray], corners: np.ndarray) -> tuple[float, np.ndarray]:
+    best, before, queue = {0: 0.0}, {}, [(0.0, 0)]
+    while queue:
+        travelled, i = heapq.heappop(queue)
+        if i == 1:
+            route = [1]
+            while route[-1] != 0:
+                route.append(before[route[-1]])
+            return travelled, corners[route[::-1]]
+        for j in np.flatnonzero(np.isfinite(lengths_from(i))):
+            length = travelled + lengths_from(i)[j]
+            if length < best.get(int(j), np.inf):
+                best[int(j)], before[int(j)] = length, i
+                heapq.heappush(queue, (length, int(j)))
+    return np.inf, np.zeros((0, 2))
+
+
+def test_the_shortest_route_of_an_empty_arena_is_straight_and_of_a_gate_bends_at_its_corner():
+    length, _ = shortest_route(world_of(start=(0.5, 0.5), goal=(1.5, 0.5)), 0.1)
+    assert length == pytest.approx(1.0)
+    point_like = world_of([GATE], start=(0.6, 0.4), goal=(1.4, 0.4))
+    length, _ = shortest_route(point_like, 1e-4)
+    assert length == pytest.approx(2 * np.hypot(0.3, 0.4) + 0.2, abs=2e-3)
+
+
+def test_corridor_has_two_narrow_passages_between_obstacles_or_nothing():
+    world = load_world("corridor")
+    shapes = [shapely.Polygon(corners) for corners in world.polygons]
+    for passage in PASSAGES:
+        sides = [s for s in shapes if s.buffer(1e-9).intersects(passage)]
+        solid = shapely.union_all(shapes)
+        assert not passage.buffer(-1e-9).intersects(solid)
+        left = [s for s in sides if s.centroid.x < passage.centroid.x]
+        right = [s for s in sides if s.centroid.x > passage.centroid.x]
+        width = shapely.union_all(left).distance(shapely.union_all(right))
+        assert 0.24 <= width <= 0.30
+
+
+def test_corridor_s_shortest_route_takes_both_passages_one_after_the_other():
+    world = load_world("corridor")
+    _, route = shortest_route(world, ROBOT_RADIUS)
+    line = shapely.LineString(route)
+    at = [line.project(passage.centroid) for passage in PASSAGES]
+    assert all(line.intersects(passage) for passage in PASSAGES)
+    assert at[0] < at[1]
+
+
+def test_corridor_s_detour_is_16_percent_longer_and_wide():
+    world = load_world("corridor")
+    shortest, _ = shortest_route(world, ROBOT_RADIUS)
+    detour, _ = shortest_route(world, ROBOT_RADIUS, closed=PASSAGES)
+    # a disc that just does not fit the passages gives the second measure of the same detour
+    wide, _ = shortest_route(world, 0.1325)
+    assert detour / shortest == pytest.approx(1.16, abs=0.03)
+    assert wide / shortest == pytest.approx(1.16, abs=0.03)
+    check_route(world, world.start, world.goal, 0.225)
+
+
+def test_corridor_shows_passage_and_detour_together_at_the_start():
+    world = load_world("corridor")
+    view = shapely.box(*(world.start - 0.6), *(world.start + 0.6))
+    past_the_pillar = shapely.Point(1.6 + ROBOT_RADIUS, 0.55)
+    for target in (PASSAGES[0].centroid, past_the_pillar):
+        sight = shapely.LineString([world.start, target.coords[0]])
+        assert view.covers(target)
+        assert free_space(world, 0.0).covers(sight)
+
+
+def test_corridor_s_top_obstacle_stands_beside_the_way_from_the_second_passage():
+    world = load_world("corridor")
+    _, route = shortest_route(world, ROBOT_RADIUS)
+    top = shapely.Polygon(world.polygons[-1])
+    left_side = shapely.LineString([(1.44, 1.72), (1.44, 1.9)])
+    assert top.boundary.covers(left_side)
+    assert shapely.LineString(route).distance(left_side) < ROBOT_RADIUS + 0.01
+
+
+def test_l_corridor_s_arms_are_half_a_metre_wide():
+    world = load_world("l_corridor")
+    check_route(world, world.start, world.goal, 0.249)
+    with pytest.raises(WorldError):
+        check_route(world, world.start, world.goal, 0.251)
+    assert not free_space(world, 0.0).covers(shapely.LineString([world.start, world.goal]))
+
+
+def test_slalom_s_gaps_are_0_4_to_0_5_m_wide():
+    world = load_world("slalom")
+    walls = [shapely.Polygon(corners) for corners in world.polygons]
+    for wall, side in zip(walls, (1.2, 0.0, 1.2)):
+        across = shapely.LineString([(0.0, side), (2.4, side)])
+        assert 0.4 <= wall.distance(across) <= 0.5
+    check_route(world, world.start, world.goal, 0.2)
