@@ -8,7 +8,13 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Foreseen contacts, world frame: times (k,) [s], points (k, 2) of the disc's centre [m], velocities after (k, 2) [m/s]."""
+    """Foreseen contacts, world frame.
+
+    Attributes:
+        times: (k,) [s].
+        points: (k, 2) where the ring touches the obstacle, not the disc's centre [m].
+        velocities_after: (k, 2) [m/s].
+    """
 
     times: np.ndarray
     points: np.ndarray

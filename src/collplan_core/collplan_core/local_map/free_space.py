@@ -1,0 +1,203 @@
+"""The free space F of the disc's centre as a star polygon: how far it can travel in each direction.
+
+The obstacles are grown by the disc (configuration space), from the pieces of the scan alone. Points relative to the
+centre of the star.
+"""
+
+import math
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.local_map.surfaces import HIT, OPEN
+
+BORDER, UNSEEN_SURFACE = -1, -2
+
+
+@njit
+def nearest_on_piece(piece: np.ndarray, x: float, y: float) -> tuple[float, float]:
+    """The point of a piece nearest to (x, y)."""
+    ax, ay, bx, by = piece
+    dx, dy = bx - ax, by - ay
+    length2 = dx * dx + dy * dy
+    along = 0.0 if length2 < 1e-24 else min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / length2))
+    return ax + along * dx, ay + along * dy
+
+
+@njit
+def step_out(pieces: np.ndarray, radius: float) -> tuple[float, float]:
+    """Offset that takes a robot inside a grown obstacle to the nearest point of its border; (0, 0) outside.
+
+    Between two obstacles closer than the disc there is no such point: the last try is returned, never beyond radius.
+    """
+    x, y = 0.0, 0.0
+    for _ in range(8):
+        deepest, px, py = 0.0, 0.0, 0.0
+        for k in range(len(pieces)):
+            cx, cy = nearest_on_piece(pieces[k], x, y)
+            d = math.hypot(x - cx, y - cy)
+            if radius - d > deepest and d > 1e-9:
+                deepest = radius - d
+                px, py = (x - cx) / d * deepest, (y - cy) / d * deepest
+        if deepest <= 1e-9:
+            break
+        x, y = x + px * (1.0 + 1e-6), y + py * (1.0 + 1e-6)
+    far = math.hypot(x, y)
+    return (x, y) if far <= radius else (x * radius / far, y * radius / far)
+
+
+@njit
+def border_distance(ux: float, uy: float, left: float, bottom: float, right: float, top: float) -> float:
+    """Distance along the unit direction u from the origin to the border of the box around it."""
+    tx = math.inf if ux == 0.0 else (right / ux if ux > 0.0 else left / ux)
+    ty = math.inf if uy == 0.0 else (top / uy if uy > 0.0 else bottom / uy)
+    return min(tx, ty)
+
+
+@njit
+def _enter_disc(ux: float, uy: float, cx: float, cy: float, radius: float) -> float:
+    """Distance along u at which the centre comes within radius of c; 0 toward a c that is nearer, inf if never."""
+    ahead = ux * cx + uy * cy
+    if ahead <= 0.0:
+        return math.inf
+    rest = radius * radius - (ux * cy - uy * cx) ** 2
+    if rest < 0.0:
+        return math.inf
+    return max(0.0, ahead - math.sqrt(rest))
+
+
+@njit
+def _enter_piece(ux: float, uy: float, piece: np.ndarray, radius: float) -> tuple[float, float, float, bool]:
+    """Distance along u to the grown piece, the unit normal there out of the obstacle, and whether that is its straight face."""
+    ax, ay, bx, by = piece
+    best, nx, ny = math.inf, 0.0, 0.0
+    length = math.hypot(bx - ax, by - ay)
+    if length > 1e-12:
+        dx, dy = (bx - ax) / length, (by - ay) / length
+        mx, my = -dy, dx
+        height = -(ax * mx + ay * my)
+        if height < 0.0:
+            mx, my, height = -mx, -my, -height
+        closing = -(ux * mx + uy * my)
+        if height >= radius and closing > 0.0:
+            t = (height - radius) / closing
+            along = (t * ux - ax) * dx + (t * uy - ay) * dy
+            if 0.0 <= along <= length:
+                return t, mx, my, True
+    for cx, cy in ((ax, ay), (bx, by)):
+        t = _enter_disc(ux, uy, cx, cy, radius)
+        if t < best:
+            px, py = t * ux - cx, t * uy - cy
+            norm = max(math.hypot(px, py), 1e-12)
+            best, nx, ny = t, px / norm, py / norm
+    return best, nx, ny, False
+
+
+@njit
+def _seen_angle(cx: float, cy: float, radius: float) -> float:
+    """Half the angle under which a disc is seen; a quarter turn from inside."""
+    d = math.hypot(cx, cy)
+    return math.pi / 2 if d <= radius else math.asin(radius / d)
+
+
+@njit
+def _block(piece: np.ndarray, owner: int, radius: float, ux: np.ndarray, uy: np.ndarray, reach: np.ndarray,
+           surface: np.ndarray, normals: np.ndarray, straight: np.ndarray) -> None:  # fmt: skip
+    """Shorten the directions that meet the grown piece, visiting only those inside its angular interval."""
+    n = len(reach)
+    step = 2.0 * math.pi / n
+    ax, ay, bx, by = piece
+    first = math.atan2(ay, ax)
+    turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+    alpha, beta = _seen_angle(ax, ay, radius), _seen_angle(bx, by, radius)
+    low, high = first + min(-alpha, turn - beta), first + max(alpha, turn + beta)
+    k_low, k_high = int(math.ceil(low / step - 1e-9)), int(math.floor(high / step + 1e-9))
+    for j in range(k_low, min(k_high, k_low + n - 1) + 1):
+        k = j % n
+        t, nx, ny, face = _enter_piece(ux[k], uy[k], piece, radius)
+        if t < reach[k]:
+            reach[k], surface[k], straight[k] = t, owner, face
+            normals[k, 0], normals[k, 1] = nx, ny
+
+
+@njit
+def _limit_by_beams(beam_kind: np.ndarray, distance: np.ndarray, joined: np.ndarray, surface_of: np.ndarray,
+                    angle_min: float, step: float, closed: bool, k: int, n: int) -> tuple[float, int]:  # fmt: skip
+    """What the beam nearest to direction k allows, and the surface it saw.
+
+    Between two beams on one surface the pieces say it all; elsewhere the nearest beam is believed, so that a sparse
+    scan does not leak past the end of a surface.
+    """
+    m = len(beam_kind)
+    place = ((2.0 * math.pi * k / n - angle_min) % (2.0 * math.pi)) / step
+    i = int(math.floor(place + 1e-9))
+    nearest = int(math.floor(place + 0.5 + 1e-9))
+    if closed:
+        i, nearest = i % m, nearest % m
+    elif nearest >= m:
+        wrapped = place - 2.0 * math.pi / step  # just below the first beam
+        if wrapped < -0.5 - 1e-9:
+            return 0.0, UNSEEN_SURFACE
+        i, nearest = 0, 0
+    if i < m and joined[i]:
+        return math.inf, BORDER
+    if beam_kind[nearest] == OPEN:
+        return math.inf, BORDER
+    if beam_kind[nearest] == HIT:
+        return distance[nearest], surface_of[nearest]
+    return 0.0, UNSEEN_SURFACE
+
+
+@njit
+def free_space(pieces: np.ndarray, owner: np.ndarray, radius: float, box: np.ndarray, n: int, beam_kind: np.ndarray,
+               distance: np.ndarray, joined: np.ndarray, surface_of: np.ndarray, angle_min: float, step: float,
+               closed: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """F in n directions around the origin.
+
+    Returns:
+        reach (n,) [m], ends (n, 2) [m], surface (n,) (number of the observed surface, BORDER or UNSEEN_SURFACE),
+        normals (n, 2) out of the observed surface, zero elsewhere, straight (n,) whether it is a straight face there.
+    """
+    reach = np.empty(n)
+    surface = np.empty(n, np.int64)
+    normals = np.zeros((n, 2))
+    straight = np.zeros(n, np.bool_)
+    ux, uy = np.empty(n), np.empty(n)
+    for k in range(n):
+        ux[k], uy[k] = math.cos(2.0 * math.pi * k / n), math.sin(2.0 * math.pi * k / n)
+        border = border_distance(ux[k], uy[k], box[0], box[1], box[2], box[3])
+        limit, seen = _limit_by_beams(beam_kind, distance, joined, surface_of, angle_min, step, closed, k, n)
+        if limit < border:
+            reach[k], surface[k] = limit, seen
+            normals[k, 0], normals[k, 1] = -ux[k], -uy[k]
+        else:
+            reach[k], surface[k] = border, BORDER
+        if seen == UNSEEN_SURFACE:
+            normals[k, 0], normals[k, 1] = 0.0, 0.0
+    beyond = math.hypot(max(-box[0], box[2]), max(-box[1], box[3])) + radius
+    for j in range(len(pieces)):
+        cx, cy = nearest_on_piece(pieces[j], 0.0, 0.0)
+        if math.hypot(cx, cy) < beyond:
+            _block(pieces[j], owner[j], radius, ux, uy, reach, surface, normals, straight)
+    ends = np.empty((n, 2))
+    for k in range(n):
+        ends[k, 0], ends[k, 1] = reach[k] * ux[k], reach[k] * uy[k]
+    return reach, ends, surface, normals, straight
+
+
+@njit
+def sector(x: float, y: float, n: int) -> int:
+    """The direction k such that (x, y) lies between directions k and k + 1."""
+    return int(math.floor((math.atan2(y, x) % (2.0 * math.pi)) * n / (2.0 * math.pi))) % n
+
+
+@njit
+def inside(ends: np.ndarray, x: float, y: float) -> bool:
+    """Whether a point relative to the centre lies in the star polygon: search the sector, one cross product."""
+    n = len(ends)
+    k = sector(x, y, n)
+    ax, ay = ends[k]
+    bx, by = ends[(k + 1) % n]
+    if ax == 0.0 and ay == 0.0 and bx == 0.0 and by == 0.0:
+        return math.hypot(x, y) < 1e-9
+    return (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= -1e-9

@@ -1,0 +1,71 @@
+"""The sliding local map M as one record."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.local_map.free_space import inside
+
+
+@njit
+def _contains(ends: np.ndarray, points: np.ndarray) -> np.ndarray:
+    result = np.empty(len(points), np.bool_)
+    for i in range(len(points)):
+        result[i] = inside(ends, points[i, 0], points[i, 1])
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class LocalMap:
+    """Free space, boundaries and frontiers around the robot, in the configuration space of its disc, world frame.
+
+    Paper: II-A. Points named `points` and in `segments`, `predicted` are absolute.
+
+    Attributes:
+        stamp: stamp of its scan [s].
+        position: (2,) centre of the star: the robot, or the nearest point out of a grown obstacle [m].
+        radius: disc by which obstacles are grown [m].
+        half_side: half the side of the square map [m].
+        reach: (n,) free distance of the disc's centre in direction 2 pi k / n [m].
+        points: (n, 2) the border of F, counter-clockwise [m].
+        surface: (n,) what ends each direction: number of an observed surface, -1 map border, -2 unseen.
+        normals: (n, 2) unit normal out of the observed surface; zero elsewhere.
+        segments: (m, 4) straight frontier segments x0, y0, x1, y1, counter-clockwise [m].
+        frontier_kind: (m,) 0 shadow edge, 1 border run.
+        frontier_number: (m,) the frontier B_i a segment belongs to.
+        lit: (m, 2) whether the lit side lies clockwise, counter-clockwise of the segment.
+        predicted: (e, 4) set E: origin and unit tangent into unseen space.
+    """
+
+    stamp: float
+    position: np.ndarray
+    radius: float
+    half_side: float
+    reach: np.ndarray
+    points: np.ndarray
+    surface: np.ndarray
+    normals: np.ndarray
+    segments: np.ndarray
+    frontier_kind: np.ndarray
+    frontier_number: np.ndarray
+    lit: np.ndarray
+    predicted: np.ndarray
+
+    @property
+    def ends(self) -> np.ndarray:
+        """(n, 2) the border of F relative to `position` [m]."""
+        return self.points - self.position
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """(k,) whether each of the points (k, 2) lies in F, border included."""
+        return _contains(self.ends, np.atleast_2d(points) - self.position)
+
+    def observed_boundaries(self) -> list[np.ndarray]:
+        """The observed boundaries dO_j of the grown obstacles, one polyline (k, 2) a visible run, counter-clockwise [m]."""
+        n = len(self.surface)
+        changes = np.flatnonzero(self.surface != np.roll(self.surface, 1))
+        if len(changes) == 0:
+            return [np.vstack([self.points, self.points[:1]])] if self.surface[0] >= 0 else []
+        runs = [np.arange(a, b) % n for a, b in zip(changes, np.append(changes[1:], changes[0] + n), strict=True)]
+        return [self.points[run] for run in runs if self.surface[run[0]] >= 0]

@@ -1,0 +1,94 @@
+"""Where the reference meets an observed boundary, and the maneuver for it. Paper: III-B, Alg. 3."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
+from collplan_core.jit import njit
+from collplan_core.local_map.free_space import inside, sector
+from collplan_core.local_map.record import LocalMap
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPoint:
+    """Where a reference first leaves F through an observed boundary, the engaging point p_c.
+
+    Attributes:
+        index: first sample of the reference beyond the boundary.
+        share: where between the samples index - 1 and index, in [0, 1].
+        point: (2,) of the disc's centre [m].
+        direction: (2,) unit direction of the reference there.
+        normal: (2,) unit normal out of the obstacle.
+        surface: number of the observed surface in its map.
+    """
+
+    index: int
+    share: float
+    point: np.ndarray
+    direction: np.ndarray
+    normal: np.ndarray
+    surface: int
+
+
+@njit
+def _first_exit(ends: np.ndarray, surface: np.ndarray, path: np.ndarray) -> tuple[int, float, int]:
+    """Sample at which the path (relative to the centre of F) leaves F, share of the last step, direction met; -1: none or no boundary."""
+    n = len(ends)
+    for i in range(1, len(path)):
+        if inside(ends, path[i, 0], path[i, 1]):
+            continue
+        low, high = 0.0, 1.0
+        for _ in range(20):
+            middle = 0.5 * (low + high)
+            x = path[i - 1, 0] + middle * (path[i, 0] - path[i - 1, 0])
+            y = path[i - 1, 1] + middle * (path[i, 1] - path[i - 1, 1])
+            if inside(ends, x, y):
+                low = middle
+            else:
+                high = middle
+        x = path[i - 1, 0] + high * (path[i, 0] - path[i - 1, 0])
+        y = path[i - 1, 1] + high * (path[i, 1] - path[i - 1, 1])
+        k = sector(x, y, n)
+        if surface[k] < 0:
+            k = (k + 1) % n
+        observed = surface[k] >= 0 and (surface[k] == surface[k - 1] or surface[k] == surface[(k + 1) % n])
+        return (i, high, k) if observed else (-1, 0.0, -1)
+    return -1, 0.0, -1
+
+
+def find_contact(path: np.ndarray, local_map: LocalMap) -> ContactPoint | None:
+    """p_c of a reference (n, 2), or None where it stays in F or leaves it through a frontier."""
+    index, share, k = _first_exit(local_map.ends, local_map.surface, path - local_map.position)
+    if index < 0:
+        return None
+    step = path[index] - path[index - 1]
+    return ContactPoint(
+        index=index,
+        share=share,
+        point=path[index - 1] + share * step,
+        direction=step / max(float(np.hypot(*step)), 1e-12),
+        normal=local_map.normals[k],
+        surface=int(local_map.surface[k]),
+    )
+
+
+def incidence(contact: ContactPoint) -> float:
+    """Angle between the reference and the boundary at the contact, 0 along it, pi/2 square on [rad]."""
+    return math.asin(min(1.0, abs(float(contact.direction @ contact.normal))))
+
+
+def select_maneuver(path: np.ndarray, contact: ContactPoint | None, threshold: float, rule: str) -> str:
+    """Alg. 3: free_space without a contact, else boundary_following or flow_through.
+
+    By incidence: flat contacts follow the boundary, square ones flow through. As printed: the side of the chord
+    WP_1 WP_4 on which p_c lies decides, so that a mirrored world behaves differently.
+    """
+    if contact is None:
+        return FREE_SPACE
+    if rule == "printed":
+        chord, to_contact = path[-1] - path[0], contact.point - path[0]
+        left = np.array([-chord[1], chord[0]])
+        return FLOW_THROUGH if float(left @ to_contact) >= 0.0 else BOUNDARY_FOLLOWING
+    return BOUNDARY_FOLLOWING if incidence(contact) < threshold else FLOW_THROUGH

@@ -1,0 +1,30 @@
+"""The objectives by strategy name. An objective is a pure function; memory is what it keeps between cycles, None at first."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from collplan_core.local_map.record import LocalMap
+from collplan_core.params import Settings
+from collplan_core.plan import Plan
+from collplan_core.planner import NoPlan, plan_cycle
+from collplan_core.state import State
+from collplan_core.strategies import STRATEGIES
+
+__all__ = ["NoPlan", "Objective", "objective_for"]
+
+Objective = Callable[[Any, LocalMap, State, np.ndarray, Settings], tuple[Plan, Any]]
+
+OBJECTIVES: dict[str, Objective] = {**dict.fromkeys(STRATEGIES, plan_cycle), "custom": plan_cycle}
+
+
+def objective_for(strategy: str) -> Objective:
+    """(memory | None, local_map, state, goal, settings) -> (Plan, memory), for a strategy's name.
+
+    Raises:
+        ValueError: unknown name.
+    """
+    if strategy not in OBJECTIVES:
+        raise ValueError(f"strategy: got {strategy!r}, expected one of {', '.join(OBJECTIVES)}")
+    return OBJECTIVES[strategy]

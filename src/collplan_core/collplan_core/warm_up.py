@@ -1,0 +1,33 @@
+"""Compiles everything once, so that the first cycle is not late: `python -m collplan_core.warm_up` at set-up, `warm_up()` in a node."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from collplan_core.controller import ControllerMemory, control
+from collplan_core.local_map import build_local_map
+from collplan_core.objectives import objective_for
+from collplan_core.params import Settings
+from collplan_core.raycast import simulate_scan
+from collplan_core.state import State
+from collplan_core.worlds import load_world
+
+
+def warm_up() -> None:
+    """One pass of the whole loop in a shipped arena: scan, map, plan, control."""
+    settings = Settings()
+    world = load_world("corridor")
+    assert world.start is not None and world.goal is not None
+    state = State(0.0, np.asarray(world.start, dtype=float), np.array([0.1, 0.0]), 0.0)
+    scan = simulate_scan(world, state, settings.lidar)
+    local_map = build_local_map(scan, state, settings.robot, settings.local_map)
+    plan, _ = objective_for("harness")(None, local_map, state, world.goal, settings)
+    wall = local_map.points[np.argmax(local_map.surface >= 0)]
+    into_wall = np.linspace(state.position, state.position + 1.2 * (wall - state.position), len(plan.times))
+    toward = replace(plan, positions=into_wall)
+    for each in (plan, toward):
+        control(ControllerMemory.fresh(), each, local_map, state, plan.stamp, settings)
+
+
+if __name__ == "__main__":
+    warm_up()
