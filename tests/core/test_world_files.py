@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+from collplan_core.worlds import World, WorldError, load_world, parse_world, save_world
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from collplan_core.worlds import World, WorldError, load_world, parse_world, save_world
 
 coordinate = st.floats(-50, 50, allow_subnormal=False)
 
@@ -33,7 +32,7 @@ def test_a_world_written_and_read_back_is_the_same_to_the_last_bit(world, tmp_pa
     back = load_world(str(path))
     assert (back.name, back.bounds, back.walled) == (world.name, world.bounds, world.walled)
     assert len(back.polygons) == len(world.polygons)
-    for mine, theirs in zip(back.polygons, world.polygons):
+    for mine, theirs in zip(back.polygons, world.polygons, strict=True):
         np.testing.assert_array_equal(mine, theirs)
     np.testing.assert_array_equal(back.circles, world.circles)
     np.testing.assert_array_equal(back.start, world.start)
@@ -45,8 +44,8 @@ def test_a_file_with_bounds_alone_is_an_empty_walled_arena_named_after_the_file(
     path.write_text("bounds: [0, 0, 3, 2]\n")
     world = load_world(str(path))
     assert (world.name, world.bounds, world.walled) == ("hall", (0.0, 0.0, 3.0, 2.0), True)
-    assert world.polygons == () and world.circles.shape == (0, 3)
-    assert world.start is None and world.goal is None
+    assert (world.polygons, world.start, world.goal) == ((), None, None)
+    assert world.circles.shape == (0, 3)
 
 
 def test_a_file_is_taken_whatever_its_ending(tmp_path):
@@ -78,7 +77,7 @@ def test_a_file_is_taken_whatever_its_ending(tmp_path):
         ("bounds: [0, 0, 1, 1]\npolygons: [[[0, 0], [1, 0]]]", r"polygons\[0\]: got 2 corners"),
         ("bounds: [0, 0, 1, 1]\npolygons: [[[0, 0], [1, 0], [0, x]]]", r"polygons\[0\]\[2\]: got .*expected \[x, y\]"),
         ("bounds: [0, 0, 1, 1]\npolygons: [[[0, 0], [1, 1], [1, 0], [0, 1]]]", r"polygons\[0\]: crosses itself"),
-        ("bounds: [0, 0, 1, 1]\npolygons: [[[0, 0], [1, 0], [0.2, 0.2], [0, 1]]]", r"polygons\[0\]: not convex at corner 2"),
+        ("bounds: [0, 0, 1, 1]\npolygons: [[[0, 0], [1, 0], [0.2, 0.2], [0, 1]]]", r"polygons\[0\]: not convex at"),
         ("bounds: [0, 0, 1, 1]\ncircles: [[0, 0, 1]]", r"circles\[0\]: got .*expected {center"),
         ("bounds: [0, 0, 1, 1]\ncircles: [{center: [0, 0]}]", r"circles\[0\]: got .*expected {center"),
         ("bounds: [0, 0, 1, 1]\ncircles: [{center: [0], radius: 1}]", r"circles\[0\].center: got"),
@@ -86,7 +85,7 @@ def test_a_file_is_taken_whatever_its_ending(tmp_path):
         ("bounds: [0, 0, 1, 1]\ncircles: [{center: [0, 0], radius: 0}]", r"circles\[0\].radius: got 0"),
         ("bounds: [0, 0, 1, 1]\nstart: [0.5]", r"start: got .*expected \[x, y\]"),
         ("bounds: [0, 0, 1, 1]\nstart: [2, 0.5]", "start: .*outside the arena"),
-        ("bounds: [0, 0, 1, 1]\ncircles: [{center: [1, 1], radius: 0.5}]\ngoal: [0.9, 0.9]", r"goal: .*inside circles\[0\]"),
+        ("bounds: [0, 0, 1, 1]\ncircles: [{center: [1, 1], radius: 1}]\ngoal: [1, 1]", r"goal: .*inside circles\[0\]"),
         ("bounds: [0, 0, 1, 1]\nstart: 2001-02-30", "not YAML"),
     ],
 )
@@ -98,19 +97,19 @@ def test_a_wrong_file_is_named_with_its_key_and_the_expected_form(text, words, t
 
 
 def test_what_is_no_readable_text_file_is_refused(tmp_path):
-    with pytest.raises(WorldError, match="missing.yaml: no such file"):
+    with pytest.raises(WorldError, match=r"missing\.yaml: no such file"):
         load_world(str(tmp_path / "missing.yaml"))
     (tmp_path / "folder.yaml").mkdir()
-    with pytest.raises(WorldError, match="folder.yaml: cannot be read"):
+    with pytest.raises(WorldError, match=r"folder\.yaml: cannot be read"):
         load_world(str(tmp_path / "folder.yaml"))
     (tmp_path / "picture.yaml").write_bytes(b"\x89PNG\xff\xfe")
-    with pytest.raises(WorldError, match="picture.yaml: cannot be read as text"):
+    with pytest.raises(WorldError, match=r"picture\.yaml: cannot be read as text"):
         load_world(str(tmp_path / "picture.yaml"))
 
 
 def test_a_world_that_cannot_be_written_says_where(tmp_path):
     world = load_world("corridor")
-    with pytest.raises(WorldError, match="no_such_folder.*cannot be written"):
+    with pytest.raises(WorldError, match=r"no_such_folder.*cannot be written"):
         save_world(world, tmp_path / "no_such_folder" / "world.yaml")
 
 

@@ -19,8 +19,14 @@ EDGE_TOLERANCE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class RayScene:
-    """A world as the compiled loop takes it: segments (s, 4), first segment of each polygon and end (p + 1,), circles
-    (c, 3), bounds (4,) outside which everything is solid (infinite when there are no walls)."""
+    """A world as the compiled loops take it.
+
+    Attributes:
+        segments: (s, 4) x0, y0, x1, y1 of the polygons' edges, polygon by polygon, then of the walls [m].
+        polygon_starts: (p + 1,) where each polygon's segments start, and where the last one's end.
+        circles: (c, 3) x, y, radius [m].
+        bounds: (4,) beyond these all is solid [m]; infinite when there are no walls.
+    """
 
     segments: np.ndarray
     polygon_starts: np.ndarray
@@ -88,14 +94,16 @@ def _cast(
 
 
 @njit
-def _blocked(x, y, segments, polygon_starts, circles, bounds):
+def _blocked(
+    x: float, y: float, segments: np.ndarray, polygon_starts: np.ndarray, circles: np.ndarray, bounds: np.ndarray
+) -> bool:
     """Whether the point is on or in an obstacle, or on or beyond a wall."""
     if x <= bounds[0] or y <= bounds[1] or x >= bounds[2] or y >= bounds[3]:
         return True
-    for c in range(circles.shape[0]):
+    for c in range(len(circles)):
         if math.hypot(circles[c, 0] - x, circles[c, 1] - y) <= circles[c, 2]:
             return True
-    for p in range(polygon_starts.shape[0] - 1):
+    for p in range(len(polygon_starts) - 1):
         inside = True
         for s in range(polygon_starts[p], polygon_starts[p + 1]):
             edge_x, edge_y = segments[s, 2] - segments[s, 0], segments[s, 3] - segments[s, 1]
@@ -109,64 +117,70 @@ def _blocked(x, y, segments, polygon_starts, circles, bounds):
 
 
 @njit
-def _nearest(x, y, segments, circles, angle_min, increment, n):
+def _nearest(
+    x: float, y: float, segments: np.ndarray, circles: np.ndarray, angle_min: float, increment: float, n: int
+) -> np.ndarray:
     """Distance to the nearest surface along each beam, +Inf where there is none."""
-    ranges = np.full(n, np.inf)
-    cosines, sines = np.empty(n), np.empty(n)
+    ranges, beams = np.full(n, np.inf), np.empty((n, 2))
     for k in range(n):
-        cosines[k], sines[k] = math.cos(angle_min + k * increment), math.sin(angle_min + k * increment)
-    for s in range(segments.shape[0]):
-        _cast_segment(
-            segments[s, 0] - x, segments[s, 1] - y, segments[s, 2] - x, segments[s, 3] - y,
-            angle_min, increment, cosines, sines, ranges,
-        )  # fmt: skip
-    for c in range(circles.shape[0]):
-        _cast_circle(
-            circles[c, 0] - x, circles[c, 1] - y, circles[c, 2], angle_min, increment, cosines, sines, ranges
-        )
+        beams[k, 0], beams[k, 1] = math.cos(angle_min + k * increment), math.sin(angle_min + k * increment)
+    for s in range(len(segments)):
+        x0, y0, x1, y1 = segments[s, 0] - x, segments[s, 1] - y, segments[s, 2] - x, segments[s, 3] - y
+        _cast_segment(x0, y0, x1, y1, angle_min, increment, beams, ranges)
+    for c in range(len(circles)):
+        _cast_circle(circles[c, 0] - x, circles[c, 1] - y, circles[c, 2], angle_min, increment, beams, ranges)
     return ranges
 
 
 @njit
-def _cast_segment(x0, y0, x1, y1, angle_min, increment, cosines, sines, ranges):
+def _cast_segment(
+    x0: float, y0: float, x1: float, y1: float,
+    angle_min: float, increment: float, beams: np.ndarray, ranges: np.ndarray,
+) -> None:  # fmt: skip
     """Shorten the beams that meet a segment, whose ends are given relative to the beams' origin."""
     edge_x, edge_y = x1 - x0, y1 - y0
     offset = x0 * edge_y - y0 * edge_x
     # a segment seen from its right side runs clockwise: begin at its other end
     first = math.atan2(y0, x0) if offset >= 0.0 else math.atan2(y1, x1)
     width = math.atan2(abs(offset), x0 * x1 + y0 * y1)
-    start = (first - angle_min) % (2 * math.pi) - ANGLE_TOLERANCE
     for turn in range(-1, 2):
-        low = max(0, math.ceil((start + turn * 2 * math.pi) / increment))
-        high = min(ranges.shape[0] - 1, math.floor((start + turn * 2 * math.pi + width + 2 * ANGLE_TOLERANCE) / increment))
-        for k in range(low, high + 1):
-            steepness = cosines[k] * edge_y - sines[k] * edge_x
+        start = (first - angle_min) % (2 * math.pi) + turn * 2 * math.pi
+        low, high = _beams_between(start - ANGLE_TOLERANCE, start + width + ANGLE_TOLERANCE, increment, len(beams))
+        for k in range(low, high):
+            steepness = beams[k, 0] * edge_y - beams[k, 1] * edge_x
             if steepness == 0.0:
                 continue  # seen edge-on: the edges beside it hold its ends
-            share = (x0 * sines[k] - y0 * cosines[k]) / steepness
+            share = (x0 * beams[k, 1] - y0 * beams[k, 0]) / steepness
             if -EDGE_TOLERANCE <= share <= 1.0 + EDGE_TOLERANCE:
-                # from the point on the segment, not offset / steepness: stays on it when both are tiny
-                distance = (x0 + share * edge_x) * cosines[k] + (y0 + share * edge_y) * sines[k]
+                # of the point on the segment, not offset / steepness: sound even where both are tiny
+                distance = (x0 + share * edge_x) * beams[k, 0] + (y0 + share * edge_y) * beams[k, 1]
                 ranges[k] = min(ranges[k], max(distance, 0.0))
 
 
 @njit
-def _cast_circle(x, y, radius, angle_min, increment, cosines, sines, ranges):
+def _cast_circle(
+    x: float, y: float, radius: float, angle_min: float, increment: float, beams: np.ndarray, ranges: np.ndarray
+) -> None:
     """Shorten the beams that meet a circle, whose centre is given relative to the beams' origin outside it."""
     half = math.asin(min(1.0, radius / math.hypot(x, y)))
-    start = (math.atan2(y, x) - half - angle_min) % (2 * math.pi)
     for turn in range(-1, 2):
-        low = max(0, math.ceil((start + turn * 2 * math.pi) / increment))
-        high = min(ranges.shape[0] - 1, math.floor((start + turn * 2 * math.pi + 2 * half) / increment))
-        for k in range(low, high + 1):
-            miss = x * sines[k] - y * cosines[k]
+        start = (math.atan2(y, x) - half - angle_min) % (2 * math.pi) + turn * 2 * math.pi
+        low, high = _beams_between(start, start + 2 * half, increment, len(beams))
+        for k in range(low, high):
+            miss = x * beams[k, 1] - y * beams[k, 0]
             chord = math.sqrt(max(0.0, (radius - miss) * (radius + miss)))
-            ranges[k] = min(ranges[k], max(0.0, x * cosines[k] + y * sines[k] - chord))
+            ranges[k] = min(ranges[k], max(0.0, x * beams[k, 0] + y * beams[k, 1] - chord))
 
 
 @njit
-def _apply_limits(ranges, range_min, range_max):
-    for k in range(ranges.shape[0]):
+def _beams_between(start: float, end: float, increment: float, n: int) -> tuple[int, int]:
+    """First beam from `start` on and first beam past `end`, angles counted from the first beam."""
+    return max(0, math.ceil(start / increment)), min(n, math.floor(end / increment) + 1)
+
+
+@njit
+def _apply_limits(ranges: np.ndarray, range_min: float, range_max: float) -> None:
+    for k in range(len(ranges)):
         if ranges[k] < range_min:
             ranges[k] = -np.inf
         elif ranges[k] > range_max:

@@ -73,8 +73,8 @@ def _opposite_points(draw: Draw) -> tuple[np.ndarray, np.ndarray]:
     """Start in one corner's area, goal in the opposite one's."""
     near, far = ([draw(START_MARGIN, START_MARGIN + START_AREA) for _ in range(2)] for _ in range(2))
     flip = [draw(0.0, 1.0) < 0.5 for _ in range(2)]
-    start = [SIDE - v if f else v for v, f in zip(near, flip)]
-    goal = [v if f else SIDE - v for v, f in zip(far, flip)]
+    start = [SIDE - v if f else v for v, f in zip(near, flip, strict=True)]
+    goal = [v if f else SIDE - v for v, f in zip(far, flip, strict=True)]
     return _rounded(start), _rounded(goal)
 
 

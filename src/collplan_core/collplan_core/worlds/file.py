@@ -16,6 +16,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from collplan_core.worlds.shapes import BOUNDS_FORM, POLYGON_FORM, World, WorldError
@@ -66,11 +67,11 @@ def parse_world(mapping: Mapping[str, Any], source: str) -> World:
         return World(
             name=_text("name", mapping["name"]),
             polygons=tuple(_polygon(f"polygons[{i}]", p) for i, p in enumerate(_entries(mapping, "polygons"))),
-            circles=[_circle(f"circles[{i}]", c) for i, c in enumerate(_entries(mapping, "circles"))],  # type: ignore[arg-type]
-            bounds=_numbers("bounds", mapping["bounds"], 4, BOUNDS_FORM),  # type: ignore[arg-type]
+            circles=np.array([_circle(f"circles[{i}]", c) for i, c in enumerate(_entries(mapping, "circles"))]),
+            bounds=_bounds(mapping["bounds"]),
             walled=_flag("walled", mapping.get("walled", True)),
-            start=_point(mapping, "start"),  # type: ignore[arg-type]
-            goal=_point(mapping, "goal"),  # type: ignore[arg-type]
+            start=_point(mapping, "start"),
+            goal=_point(mapping, "goal"),
         )
     except WorldError as error:
         raise WorldError(f"{source}: {error}") from None
@@ -89,7 +90,8 @@ def save_world(world: World, path: Path) -> None:
         "polygons": [corners.tolist() for corners in world.polygons],
         "circles": [{"center": [x, y], "radius": r} for x, y, r in world.circles.tolist()],
     }
-    mapping |= {key: point.tolist() for key, point in (("start", world.start), ("goal", world.goal)) if point is not None}
+    ends = {"start": world.start, "goal": world.goal}
+    mapping |= {key: point.tolist() for key, point in ends.items() if point is not None}
     try:
         Path(path).write_text(yaml.safe_dump(mapping, sort_keys=False, default_flow_style=None), encoding="utf-8")
     except OSError as error:
@@ -114,10 +116,15 @@ def _entries(mapping: Mapping[str, Any], key: str) -> list[Any]:
     return entries or []
 
 
-def _polygon(key: str, value: Any) -> list[list[float]]:
+def _bounds(value: Any) -> tuple[float, float, float, float]:
+    x_min, y_min, x_max, y_max = _numbers("bounds", value, 4, BOUNDS_FORM)
+    return x_min, y_min, x_max, y_max
+
+
+def _polygon(key: str, value: Any) -> np.ndarray:
     if not isinstance(value, list):
         raise WorldError(f"{key}: got {value!r:.80}, {POLYGON_FORM}")
-    return [_numbers(f"{key}[{i}]", corner, 2, POINT_FORM) for i, corner in enumerate(value)]
+    return np.array([_numbers(f"{key}[{i}]", corner, 2, POINT_FORM) for i, corner in enumerate(value)])
 
 
 def _circle(key: str, value: Any) -> list[float]:
@@ -127,8 +134,8 @@ def _circle(key: str, value: Any) -> list[float]:
     return [*center, *_numbers(f"{key}.radius", [value["radius"]], 1, "expected a number above 0 [m]")]
 
 
-def _point(mapping: Mapping[str, Any], key: str) -> list[float] | None:
-    return None if mapping.get(key) is None else _numbers(key, mapping[key], 2, POINT_FORM)
+def _point(mapping: Mapping[str, Any], key: str) -> np.ndarray | None:
+    return None if mapping.get(key) is None else np.array(_numbers(key, mapping[key], 2, POINT_FORM))
 
 
 def _numbers(key: str, value: Any, count: int, form: str) -> list[float]:

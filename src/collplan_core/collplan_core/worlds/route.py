@@ -14,7 +14,10 @@ QUARTER_SEGMENTS = 64
 
 
 def free_space(world: World, radius: float) -> "BaseGeometry":
-    """Where the centre of a disc of `radius` [m] can be, as a shapely geometry; without walls the surroundings belong to it."""
+    """Where the centre of a disc of `radius` [m] can be, as a shapely geometry.
+
+    Without walls the surroundings of the arena belong to it.
+    """
     import shapely
 
     grown = [shapely.Polygon(corners).buffer(radius, quad_segs=QUARTER_SEGMENTS) for corners in world.polygons]
@@ -37,19 +40,21 @@ def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float
 
     free = free_space(world, radius)
     for key, point in (("start", start), ("goal", goal)):
-        if not np.isfinite(point).all() or not in_bounds(world.bounds, point):
-            raise WorldError(
-                f"{world.name}: {key}: {np.asarray(point).tolist()} is outside the arena, "
-                f"expected a point within {list(world.bounds)}"
-            )
-        if not free.covers(shapely.Point(point)):
-            raise WorldError(
-                f"{world.name}: {key}: {np.asarray(point).tolist()} is in an obstacle or too near one, "
-                f"expected {radius:g} m of room around it"
-            )
+        _check_room(world, free, key, np.asarray(point), radius)
     parts = getattr(free, "geoms", [free])
     if not any(part.covers(shapely.Point(start)) and part.covers(shapely.Point(goal)) for part in parts):
         raise WorldError(
-            f"{world.name}: goal: {np.asarray(goal).tolist()} cannot be reached from start {np.asarray(start).tolist()}, "
+            f"{world.name}: goal: {np.asarray(goal).tolist()} cannot be reached from {np.asarray(start).tolist()}, "
             f"expected a route for a disc of radius {radius:g} m"
         )
+
+
+def _check_room(world: World, free: "BaseGeometry", key: str, point: np.ndarray, radius: float) -> None:
+    import shapely
+
+    if not np.isfinite(point).all() or not in_bounds(world.bounds, point):
+        expected = f"expected a point within {list(world.bounds)}"
+        raise WorldError(f"{world.name}: {key}: {point.tolist()} is outside the arena, {expected}")
+    if not free.covers(shapely.Point(point)):
+        expected = f"expected {radius:g} m of room around it"
+        raise WorldError(f"{world.name}: {key}: {point.tolist()} is in an obstacle or too near one, {expected}")

@@ -51,7 +51,8 @@ class World:
     def _checked_point(self, key: str, value: Any) -> np.ndarray:
         point = _finite(key, value, (2,), "expected [x, y] [m]")
         if not in_bounds(self.bounds, point):
-            raise WorldError(f"{key}: {point.tolist()} is outside the arena, expected a point within {list(self.bounds)}")
+            expected = f"expected a point within {list(self.bounds)}"
+            raise WorldError(f"{key}: {point.tolist()} is outside the arena, {expected}")
         obstacle = obstacle_at(self, point)
         if obstacle:
             raise WorldError(f"{key}: {point.tolist()} is inside {obstacle}, expected a free point")
@@ -59,7 +60,7 @@ class World:
 
 
 def world_segments(world: World) -> np.ndarray:
-    """(s, 4) x0, y0, x1, y1 of every polygon's edges, counter-clockwise, then of the four walls if there are walls [m]."""
+    """(s, 4) x0, y0, x1, y1 of every polygon's edges, counter-clockwise, then of the walls if there are any [m]."""
     loops = list(world.polygons)
     if world.walled:
         x0, y0, x1, y1 = world.bounds
@@ -125,7 +126,7 @@ def _finite(key: str, value: Any, shape: tuple[int | None, ...], form: str) -> n
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise WorldError(f"{key}: got {value!r}, {form}") from None
-    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape))
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=False))
     if not fits or not np.isfinite(array).all():
         raise WorldError(f"{key}: got {array.tolist()}, {form}")
     return _frozen(array)
