@@ -22,11 +22,18 @@ ANYTHING = pymunk.ShapeFilter()
 
 
 class Contact(NamedTuple):
-    """Where a path first touches: share of the path, unit normal out of the obstacle, id of the surface."""
+    """Where a path first touches.
+
+    share: of the path up to there, 0 when it begins in touch.
+    normal: unit normal out of the obstacle.
+    surface: id of what is touched.
+    depth: how deep the path's start lies inside, 0 but for rounding [m].
+    """
 
     share: float
     normal: Vector
     surface: int
+    depth: float = 0.0
 
 
 class Obstacles:
@@ -41,17 +48,19 @@ class Obstacles:
             self._surfaces[shape] = surface
 
     def first_contact(self, start: Vector, end: Vector) -> Contact | None:
-        """First contact of the disc's centre on its way from start to end [m], none if the way is free.
-
-        The start has to be free: from inside an obstacle the way out is not seen.
-        """
+        """First contact of the disc's centre on its way from start to end [m], none if the way is free."""
         hit = self._space.segment_query_first(start, end, 0.0, ANYTHING)
         if hit is None or hit.shape is None:
             return None
-        return Contact(hit.alpha, hit.normal, self._surfaces[hit.shape])
+        surface = self._surfaces[hit.shape]
+        if hit.alpha > 0.0:
+            return Contact(hit.alpha, hit.normal, surface)
+        # a start in touch, by rounding: there the query's normal has no length or points inward
+        nearest = hit.shape.point_query(start)
+        return Contact(0.0, nearest.gradient, surface, max(-nearest.distance, 0.0))
 
     def clearance(self, position: Vector) -> float:
-        """Distance of the disc from the nearest obstacle, negative inside or beyond a wall, infinite in the open [m]."""
+        """Distance of the disc from the nearest obstacle, negative inside or beyond a wall [m]."""
         (x, y), (x_min, y_min, x_max, y_max) = position, self._room
         nearest = self._space.point_query_nearest(position, np.inf, ANYTHING)
         from_shapes = np.inf if nearest is None else nearest.distance
@@ -62,7 +71,7 @@ def _grown(world: World, radius: float, body: pymunk.Body) -> Iterator[tuple[int
     n = len(world.polygons)
     for surface, polygon in enumerate(world.polygons):
         yield surface, pymunk.Poly(body, np.asarray(polygon).tolist(), radius=radius)
-    for chain, (x, y, r) in zip(_chains(world.circles), np.asarray(world.circles).tolist()):
+    for chain, (x, y, r) in zip(_chains(world.circles), np.asarray(world.circles).tolist(), strict=True):
         yield n + chain, pymunk.Circle(body, r + radius, (x, y))
     if world.walled:
         x0, y0, x1, y1 = map(float, world.bounds)

@@ -165,17 +165,20 @@ class Simulator:
 
     def _approach(self, contact: Contact, duration: float) -> float:
         """Moves up to the contact, but for the gap; returns the share of the duration used."""
-        into = closing_speed(self._velocity, contact.normal)
-        if into <= 0.0:
+        if contact.share == 0.0:
+            (x, y), (nx, ny), lift = self._position, contact.normal, contact.depth + GAP
+            self._position = x + lift * nx, y + lift * ny
             return 0.0
+        into = closing_speed(self._velocity, contact.normal)
         share = max(contact.share - GAP / (into * duration), 0.0)
         self._position = self._after(share * duration)
         return share
 
     def _touch(self, contact: Contact, time: float) -> None:
         before = self._velocity
-        if closing_speed(before, contact.normal) <= IMPACT_SPEED:
-            self._velocity = slide(before, contact.normal)
+        into = closing_speed(before, contact.normal)
+        if into <= IMPACT_SPEED:
+            self._velocity = slide(before, contact.normal) if into > 0.0 else before
             return
         self._velocity = self._ring.thrown_back(before, contact.normal)
         if time - self._last_impact.get(contact.surface, -np.inf) > SAME_CONTACT:
@@ -200,9 +203,11 @@ class Simulator:
         return x, y
 
     def _check_free(self, position: Vector) -> None:
+        if not (isfinite(position[0]) and isfinite(position[1])):
+            raise WorldError(f"start: got {position}, expected finite coordinates")
         clearance = self._obstacles.clearance(position)
         if not clearance > 0.0:
             raise WorldError(
-                f"start: the robot at ({position[0]:g}, {position[1]:g}) stands {-clearance:.3g} m inside an obstacle or wall,"
-                f" expected free space for a disc of radius {self._radius:g} m"
+                f"start: the robot at ({position[0]:g}, {position[1]:g}) stands {-clearance:.3g} m inside an obstacle"
+                f" or wall, expected free space for a disc of radius {self._radius:g} m"
             )

@@ -1,0 +1,201 @@
+"""Grazing, corners, chains, thin walls: no double hit, no sticking, no tunnelling, no energy from nowhere."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from omnipuck_sim.physics import SAME_CONTACT, Simulator
+from omnipuck_sim.rebound import IMPACT_SPEED
+from physics_scenes import QUIET, RADIUS, RESTITUTION, RETENTION, flight, launched, make_world, quiet, unit
+
+V_MAX = QUIET.robot.max_speed
+FLOOR = [(-5.0, -1.0), (5.0, -1.0), (5.0, 0.0), (-5.0, 0.0)]
+BALL = 0.075
+CHAIN = np.array([(2 * BALL * i - 2.1, -BALL, BALL) for i in range(29)])
+
+
+def solid(world) -> shapely.Geometry:
+    shapes = [shapely.Polygon(p) for p in world.polygons]
+    if world.walled:
+        shapes.append(shapely.box(*world.bounds).exterior)
+    return shapely.union_all(shapes)
+
+
+def room(world, positions) -> np.ndarray:
+    """Distance of the disc from everything solid at each position (n, 2)."""
+    points = shapely.points(positions)
+    distances = [shapely.distance(solid(world), points)] if world.polygons or world.walled else []
+    distances += [np.hypot(*(positions - c[:2]).T) - c[2] for c in world.circles]
+    return np.min(distances, axis=0) - RADIUS
+
+
+def assert_counted_once(impacts) -> None:
+    """On one surface, which here is what lies within a robot's size."""
+    for a, b in pairwise(impacts):
+        same = np.linalg.norm(a.point - b.point) < RADIUS and a.normal @ b.normal > 0.5
+        assert not same or b.time - a.time > SAME_CONTACT
+
+
+@pytest.mark.parametrize("angle", np.radians([2.0, 3.0, 4.0, 6.0, 8.0, 10.0]))
+@pytest.mark.parametrize("speed", [0.3, 1.2, 3.6])
+def test_grazing_hits_once_and_goes_on(angle, speed):
+    world = make_world([FLOOR])
+    velocity = speed * unit(-angle)
+    sim = launched(world, np.array([-2.0, RADIUS]) - 0.1 * velocity, velocity)
+    _, positions, velocities = flight(sim, 1.0)
+    impacts = sim.take_impacts()
+    assert len(impacts) == (speed * np.sin(angle) > IMPACT_SPEED)
+    assert velocities[-1][0] >= RETENTION * speed * np.cos(angle) - 1e-9
+    assert velocities[-1][1] >= 0.0
+    assert room(world, positions).min() >= -1e-9
+
+
+@pytest.mark.parametrize("angle", np.radians([2.0, 10.0, 30.0, 60.0]))
+def test_pressing_along_a_wall_slides_without_drag(angle):
+    sim = Simulator(make_world([FLOOR]), QUIET, 0, start=np.array([-2.0, RADIUS + 1e-5]))
+    for _ in range(400 * 2):
+        sim.command(0.8 * unit(-angle), 0.0)
+        sim.step()
+    assert sim.state.velocity == pytest.approx([0.8 * np.cos(angle), 0.0], abs=0.02)
+    assert sim.state.position[1] == pytest.approx(RADIUS, abs=1e-4)
+
+
+@pytest.mark.parametrize("angle", np.radians([0.0, 2.0, 10.0, 30.0]))
+def test_pressing_along_a_chain_of_circles_keeps_moving(angle):
+    world = make_world(circles=CHAIN)
+    sim = Simulator(world, QUIET, 0, start=np.array([-1.9, RADIUS + 0.01]))
+    positions = []
+    for _ in range(400 * 4):
+        sim.command(0.6 * unit(-angle), 0.0)
+        sim.step()
+        positions.append(sim.state.position)
+    progress = np.diff(np.array(positions)[::400, 0])
+    assert progress.min() > 0.1
+    assert room(world, np.array(positions)).min() >= -1e-9
+    assert_counted_once(sim.take_impacts())
+
+
+@pytest.mark.parametrize("angle", np.radians([2.0, 5.0, 10.0, 45.0, 90.0]))
+@pytest.mark.parametrize("offset", [0.0, 0.02, BALL])
+def test_a_chain_of_circles_throws_back_once(angle, offset):
+    """Also into the notch between two of them, which the robot meets at the same instant."""
+    world = make_world(circles=CHAIN)
+    # from just above the circles down to a centimetre below their tops
+    start = np.array([offset, RADIUS - 0.01]) - 0.011 / np.sin(angle) * unit(-angle)
+    sim = launched(world, start, V_MAX * unit(-angle))
+    _, positions, velocities = flight(sim, 0.5)
+    impacts = sim.take_impacts()
+    assert 1 <= len(impacts) <= 3
+    assert_counted_once(impacts)
+    assert room(world, positions).min() >= -1e-9
+    assert np.linalg.norm(velocities[-1]) > 0.2
+
+
+@pytest.mark.parametrize("direction", np.radians([-10.0, -30.0, -45.0, -60.0, -80.0]))
+def test_a_square_corner_sends_it_back_the_way_it_came(direction):
+    """Worked by hand: e on one wall, k_t on the other, whichever comes first."""
+    velocity = V_MAX * unit(direction)
+    world = make_world(walled=True, bounds=(0.0, 0.0, 1.0, 1.0))
+    corner = np.array([1.0 - RADIUS, RADIUS])
+    sim = launched(world, corner - 0.1 * velocity + [0.0, 0.001], velocity)
+    _, positions, velocities = flight(sim, 0.15)
+    first, second = sim.take_impacts()
+    assert velocities[-1] == pytest.approx(-RESTITUTION * RETENTION * velocity, abs=1e-9)
+    assert {tuple(np.round(i.normal) + 0.0) for i in (first, second)} == {(-1.0, 0.0), (0.0, 1.0)}
+    assert room(world, positions).min() >= -1e-9
+
+
+@pytest.mark.parametrize("half_angle", np.radians([10.0, 20.0, 45.0, 80.0]))
+@pytest.mark.parametrize("speed", [0.4, 3.6])
+def test_a_wedge_does_not_hold_the_robot(half_angle, speed):
+    """Thrown and then pressed into it for a second, it drives out freely."""
+    upper = np.array([(0.0, 0.0), 2 * unit(half_angle), 2 * unit(half_angle + 0.1)])
+    world = make_world([upper, upper * [1, -1]])
+    sim = launched(world, (1.0, 0.0), (-speed, 0.003))
+    _, positions, velocities = flight(sim, 1.0)
+    assert room(world, positions).min() >= -1e-9
+    assert (np.diff(np.linalg.norm(velocities, axis=1)) <= 1e-12).all()
+    sim.drive = True
+    for direction in (-1.0, 1.0):
+        deepest = sim.state.position[0]
+        for _ in range(400):
+            sim.command(np.array([0.8 * direction, 0.0]), 0.0)
+            sim.step()
+    assert sim.state.position[0] > deepest + 0.3
+
+
+@pytest.mark.parametrize("shift", np.linspace(0.0, 3 * V_MAX / 240, 7))
+def test_nothing_tunnels_at_three_times_full_speed(shift):
+    """A wall of 1 mm and a pole of 1 mm, at the slowest physics rate."""
+    wall = [(1.0, -1.0), (1.001, -1.0), (1.001, 1.0), (1.0, 1.0)]
+    world = make_world([wall], circles=[(-1.0, 0.0, 0.001)])
+    for sign in (1.0, -1.0):
+        sim = launched(world, (shift, 0.0), (sign * 3 * V_MAX, 0.0), quiet(physics_rate=240.0))
+        _, positions, velocities = flight(sim, 0.4)
+        assert np.abs(positions[:, 0]).max() <= 1.0 - RADIUS
+        assert velocities[-1] == pytest.approx([-RESTITUTION * sign * 3 * V_MAX, 0.0], abs=1e-9)
+
+
+CLUTTER = make_world(
+    polygons=[
+        [(0.9, 0.9), (1.4, 1.0), (1.1, 1.5)],
+        [(0.3, 1.4), (0.7, 1.5), (0.6, 1.9), (0.25, 1.8)],
+        [(1.4, 0.0), (1.7, 0.0), (1.55, 0.5)],
+    ],
+    circles=[(0.9 + 2 * BALL * i, 2.0, BALL) for i in range(6)] + [(0.4, 0.75, 0.2)],
+    walled=True,
+    bounds=(0.0, 0.0, 2.2, 2.2),
+)
+
+
+def check_free_flight(seed: int, direction: float, speed: float, duration: float) -> None:
+    config = quiet(restitution_spread=0.2, direction_spread=0.4)
+    sim = launched(CLUTTER, (0.8, 0.4), speed * unit(direction), config, seed)
+    _, positions, velocities = flight(sim, duration)
+    assert room(CLUTTER, positions).min() >= -1e-9
+    energy = (velocities**2).sum(axis=1)
+    assert (np.diff(energy) <= 1e-12).all()
+    before = speed * unit(direction)
+    for impact in sim.take_impacts():
+        assert impact.velocity_before @ impact.velocity_before <= before @ before + 1e-12
+        assert impact.velocity_after @ impact.normal >= 0.0 > impact.velocity_before @ impact.normal
+        # no wall pushes harder than an elastic one
+        change = np.linalg.norm(impact.velocity_after - impact.velocity_before)
+        assert change <= 2 * np.linalg.norm(impact.velocity_before)
+        before = impact.velocity_after
+
+
+flights = (st.integers(0, 2**31 - 1), st.floats(-np.pi, np.pi), st.floats(0.05, 3 * V_MAX))
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(*flights)
+def test_free_flight_stays_outside_and_never_gains(seed, direction, speed):
+    check_free_flight(seed, direction, speed, duration=2.0)
+
+
+@pytest.mark.soak
+@settings(derandomize=True, deadline=None, max_examples=2000)
+@given(*flights)
+def test_free_flight_stays_outside_and_never_gains_long(seed, direction, speed):
+    check_free_flight(seed, direction, speed, duration=6.0)
+
+
+@settings(derandomize=True, deadline=None, max_examples=15)
+@given(st.integers(0, 2**31 - 1))
+def test_driven_at_random_it_stays_outside_and_unstuck(seed):
+    sim = Simulator(CLUTTER, QUIET, seed, start=np.array([0.8, 0.4]))
+    random = np.random.default_rng(seed)
+    positions = []
+    for _ in range(30):
+        velocity = V_MAX * unit(random.uniform(-np.pi, np.pi))
+        for k in range(80):
+            if k % 20 == 0:
+                sim.command(velocity, 0.0)
+            sim.step()
+            positions.append(sim.state.position)
+    assert room(CLUTTER, np.array(positions)).min() >= -1e-9
+    assert np.linalg.norm(np.diff(np.array(positions)[::160], axis=0), axis=1).max() > 0.1
