@@ -1,0 +1,61 @@
+# Every target sets up what it needs; `make help` lists them. ARGS="..." goes to what a target runs.
+
+PYTHON := .venv/bin/python
+# stands for .venv and holds the folder it was made in: an environment cannot be moved
+READY := .venv/.ready-$(or $(ROS_DISTRO),wheels)
+COMPILED := .venv/.compiled
+INSTALLED_FROM := $(wildcard src/*/setup.py requirements*.txt) constraints.txt constraints-oldest.txt tools/setup.sh
+CORE := $(shell find src/collplan_core -name '*.py')
+
+ifeq ($(ROS_DISTRO),)
+# ROS from wheels: the environment is the ROS installation
+export AMENT_PREFIX_PATH := $(CURDIR)/.venv
+unexport RMW_IMPLEMENTATION
+endif
+
+ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
+.PHONY: $(READY)
+endif
+
+.PHONY: help setup run test soak bench lint format ws
+
+help:  ## this list
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## */  make \1\t/' | expand -t 16
+
+setup: $(COMPILED)  ## make .venv and compile the planner
+
+run: $(COMPILED)  ## simulate a run to the goal, ARGS="--help" for its options
+	@.venv/bin/bringup $(ARGS)
+
+test: $(COMPILED)  ## all tests but the long ones, then core and simulator on the oldest versions
+	$(PYTHON) -m pytest $(ARGS)
+	@tools/test_oldest.sh $(ARGS)
+
+soak: $(COMPILED)  ## all tests with the long ones, then the core without its compiler
+	$(PYTHON) -m pytest -m "soak or not soak" $(ARGS)
+	NUMBA_DISABLE_JIT=1 $(PYTHON) -m pytest tests/core $(ARGS)
+	@tools/test_oldest.sh $(ARGS)
+
+bench: $(COMPILED)  ## speed, side by side with other planners and simulators
+	$(PYTHON) benchmarks/run.py $(ARGS)
+
+lint: $(READY)  ## style and types
+	$(PYTHON) -m ruff check
+	$(PYTHON) -m ruff format --check
+	$(PYTHON) -m mypy
+
+format: $(READY)  ## lay the sources out as lint wants them
+	$(PYTHON) -m ruff check --fix
+	$(PYTHON) -m ruff format
+
+ws: $(COMPILED)  ## build ros_ws with colcon and try its executables
+	@tools/build_ws.sh $(ARGS)
+
+$(READY): $(INSTALLED_FROM)
+	@tools/setup.sh
+
+# once, here: several nodes that start at the same time would each compile
+$(COMPILED): $(READY) $(CORE)
+	@echo "Compiling the planner ..."
+	@$(PYTHON) -m collplan_core.warm_up
+	@touch $@

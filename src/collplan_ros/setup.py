@@ -1,0 +1,36 @@
+"""ROS 2 nodes of collplan: motion capture, lidar, planner, controller, and bringup."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = "collplan_ros"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="ROS 2 nodes of collplan: motion capture, lidar, planner, controller, and bringup",
+    maintainer="collplan maintainers",
+    maintainer_email="maintainers@collplan.example",
+    license="Apache-2.0",
+    packages=find_packages(),
+    package_data={PACKAGE: ["config/*.yaml", "config/*.xml", "rviz/*.rviz"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
+        ("share/" + PACKAGE, ["package.xml"]),
+        ("share/" + PACKAGE + "/rviz", glob(PACKAGE + "/rviz/*.rviz")),
+    ],
+    python_requires=">=3.10",
+    install_requires=["collplan-core", "matplotlib>=3.8", "numpy>=1.26.4", "pillow>=10.2", "PyYAML>=6.0.1"],
+    extras_require={"test": ["pytest"]},
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "mocap_node = collplan_ros.mocap_node:main",
+            "lidar_node = collplan_ros.lidar_node:main",
+            "planner_node = collplan_ros.planner_node:main",
+            "controller_node = collplan_ros.controller_node:main",
+            "bringup = collplan_ros.bringup:main",
+        ],
+    },
+)

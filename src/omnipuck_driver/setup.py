@@ -1,0 +1,23 @@
+"""Serial driver of the Omnipuck."""
+
+from setuptools import find_packages, setup
+
+PACKAGE = "omnipuck_driver"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Serial driver of the Omnipuck",
+    maintainer="collplan maintainers",
+    maintainer_email="maintainers@collplan.example",
+    license="Apache-2.0",
+    packages=find_packages(),
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
+        ("share/" + PACKAGE, ["package.xml"]),
+    ],
+    python_requires=">=3.10",
+    install_requires=["collplan-core", "collplan-ros"],
+    extras_require={"test": ["pytest"]},
+    zip_safe=False,
+)

@@ -1,0 +1,28 @@
+"""Simulated Omnipuck: physics, the simulator node, and the closed loop without ROS."""
+
+from setuptools import find_packages, setup
+
+PACKAGE = "omnipuck_sim"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Simulated Omnipuck: physics, the simulator node, and the closed loop without ROS",
+    maintainer="collplan maintainers",
+    maintainer_email="maintainers@collplan.example",
+    license="Apache-2.0",
+    packages=find_packages(),
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
+        ("share/" + PACKAGE, ["package.xml"]),
+    ],
+    python_requires=">=3.10",
+    install_requires=["collplan-core", "collplan-ros", "omnipuck-driver", "numpy>=1.26.4", "pymunk>=7"],
+    extras_require={"test": ["pytest"]},
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "simulator_node = omnipuck_sim.simulator_node:main",
+        ],
+    },
+)

@@ -1,0 +1,117 @@
+"""Imports point one way, the algorithm knows no ROS, and each package declares what it imports."""
+
+import ast
+import sys
+import xml.etree.ElementTree as ElementTree
+from importlib.metadata import entry_points, requires
+from pathlib import Path
+
+import pytest
+
+SRC = Path(__file__).parents[2] / "src"
+ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim")
+MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rcl_interfaces",
+            "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "visualization_msgs"}  # fmt: skip
+ROS = {"rclpy", "tf2_ros", *MESSAGES}
+WITH_ROS_IN_SIM = {"omnipuck_sim.simulator_node", "omnipuck_sim.firmware_emulator"}
+ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
+PIP_NAMES = {"PIL": "pillow", "yaml": "PyYAML"}
+WITHOUT_ROSDEP_KEY = {"numba", "pymunk"}
+OPTIONAL = {"tf2_ros"}
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(SRC).with_suffix("").parts[1:]
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imported(path: Path) -> set[str]:
+    """Full names of what a file imports, wherever in the file it does; a name imported from a module counts with it."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
+
+
+FILES = {module_name(path): path for package in ORDER for path in sorted((SRC / package / package).rglob("*.py"))}
+IMPORTS = {module: imported(path) for module, path in FILES.items()}
+
+
+def roots(module: str) -> set[str]:
+    return {name.split(".")[0] for name in IMPORTS[module]}
+
+
+def all_imports(module: str) -> set[str]:
+    """What importing a module of the project imports in turn, first parts of the names."""
+    seen, todo = set(), [module]
+    while todo:
+        at = todo.pop()
+        parents = {at.rsplit(".", n)[0] for n in range(1, at.count(".") + 1)}
+        new = ({name for name in IMPORTS[at] if name in FILES} | parents) - seen
+        seen |= new
+        todo += new
+    return set().union(*(roots(m) for m in seen | {module}))
+
+
+def foreign_roots(package: str) -> set[str]:
+    used = set().union(*(roots(module) for module in FILES if module.split(".")[0] == package))
+    return used - set(sys.stdlib_module_names) - {package}
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_imports_point_one_way(module):
+    package = module.split(".")[0]
+    later = set(ORDER[ORDER.index(package) + 1 :])
+    assert roots(module) & later == set()
+
+
+@pytest.mark.parametrize("module", [m for m in FILES if m.startswith("collplan_core")])
+def test_core_knows_neither_ros_nor_physics(module):
+    assert all_imports(module) & (ROS | {"pymunk", "matplotlib"}) == set()
+
+
+@pytest.mark.parametrize("module", [m for m in FILES if m.startswith("omnipuck_sim") and m not in WITH_ROS_IN_SIM])
+def test_simulator_runs_without_ros(module):
+    assert all_imports(module) & (ROS | {"serial"}) == set()
+
+
+@pytest.mark.parametrize("package", ORDER)
+def test_every_folder_of_sources_is_a_package(package):
+    folders = {path.parent for module, path in FILES.items() if module.split(".")[0] == package}
+    assert [folder for folder in folders if not (folder / "__init__.py").exists()] == []
+
+
+@pytest.mark.parametrize("package", ORDER)
+def test_package_xml_names_what_is_imported(package):
+    manifest = ElementTree.parse(SRC / package / "package.xml")
+    declared = {element.text for element in manifest.iter("exec_depend")}
+    used = foreign_roots(package) - WITHOUT_ROSDEP_KEY - OPTIONAL
+    keys = {name if name in ROS or name in ORDER else ROSDEP_KEYS.get(name, f"python3-{name}") for name in used}
+    assert keys - declared == set()
+    assert manifest.findtext("version") == "0.1.0"
+    assert (SRC / package / "resource" / package).exists()
+
+
+@pytest.mark.parametrize("package", ORDER)
+def test_install_requires_names_what_is_imported(package):
+    declared = {line.split(";")[0].split(">")[0].strip().lower().replace("-", "_") for line in requires(package) or []}
+    used = foreign_roots(package) - ROS
+    assert {PIP_NAMES.get(name, name).lower() for name in used} - declared == set()
+
+
+def executables() -> list:
+    return [e for e in entry_points(group="console_scripts") if e.module.split(".")[0] in ORDER]
+
+
+def test_executables_are_those_of_the_graph():
+    names = {"mocap_node", "lidar_node", "planner_node", "controller_node", "bringup", "simulator_node"}
+    assert {executable.name for executable in executables()} == names
+
+
+@pytest.mark.parametrize("executable", executables(), ids=lambda executable: executable.name)
+def test_executable_has_its_function(executable):
+    assert callable(executable.load())

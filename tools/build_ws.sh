@@ -1,0 +1,32 @@
+#!/bin/sh
+# build_ws.sh [COLCON ARGUMENT...]: builds ros_ws with .venv's Python, whose path colcon writes into the executables,
+# then tries each of them.
+set -eu
+cd "$(dirname "$0")/.."
+
+constraints=constraints.txt
+[ -z "${ROS_DISTRO:-}" ] || constraints=constraints-oldest.txt
+.venv/bin/python -m pip --disable-pip-version-check -qq install --constraint "$constraints" -r requirements-ws.txt
+
+python=$PWD/.venv/bin/python
+cd ros_ws
+COLCON_DEFAULTS_FILE=colcon_defaults.yaml "$python" -m colcon build "$@"
+
+set +u
+# shellcheck disable=SC1091  # made by the build
+. install/setup.sh
+set -u
+
+# a node says no to a parameter that nobody has, once it has loaded all it needs
+starts() {
+    case $1 in
+    */bringup) "$1" --help >/dev/null ;;
+    *) "$1" --ros-args -p no_such.parameter:=1 2>&1 | grep -q '^[^ ].*no_such\.parameter' ;;
+    esac
+}
+for executable in install/*/lib/collplan_*/* install/*/lib/omnipuck_*/*; do
+    [ -f "$executable" ] || continue
+    grep -q "^#!$python\$" "$executable" || { echo "$executable does not run with $python" >&2; exit 1; }
+    starts "$executable" || { echo "$executable does not start" >&2; exit 1; }
+    echo "$executable starts"
+done

