@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from collplan_core.params import Settings, Simulation
 from collplan_core.worlds import World
 from omnipuck_sim.physics import Simulator

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from collplan_core.params import Limits, Settings, Simulation
 from collplan_core.worlds import WorldError
 from omnipuck_sim.physics import Simulator

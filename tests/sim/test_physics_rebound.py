@@ -5,6 +5,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from omnipuck_sim.rebound import IMPACT_SPEED, closing_speed, rebound
 from omnipuck_sim.vector import rotated
 from physics_scenes import QUIET, RADIUS, RESTITUTION, RETENTION, flight, launched, make_world, quiet, unit

@@ -3,7 +3,6 @@
 from math import exp, hypot
 
 from collplan_core.params import Robot
-
 from omnipuck_sim.vector import Vector
 
 

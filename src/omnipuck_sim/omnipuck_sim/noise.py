@@ -1,8 +1,8 @@
 """Every random number of a run, each kind from a stream of its own: strategies meet the same noise."""
 
 import numpy as np
-from collplan_core.params import Simulation
 
+from collplan_core.params import Simulation
 from omnipuck_sim.vector import Vector
 
 ACTUATION_RATE = 20.0

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pymunk
-from collplan_core.worlds import World
 
+from collplan_core.worlds import World
 from omnipuck_sim.vector import Vector
 
 TOUCHING = 1e-6

@@ -3,11 +3,11 @@
 from math import floor, isfinite, pi, remainder
 
 import numpy as np
-from collplan_core.params import Settings
 from collplan_core.pose_filter import PoseSample
+
+from collplan_core.params import Settings
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
-
 from omnipuck_sim.actuation import Wheels
 from omnipuck_sim.noise import ACTUATION_RATE, Noise
 from omnipuck_sim.obstacles import Contact, Obstacles

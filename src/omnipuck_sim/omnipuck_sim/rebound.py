@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from collplan_core.params import Simulation
 
+from collplan_core.params import Simulation
 from omnipuck_sim.vector import Vector, rotated
 
 IMPACT_SPEED = 0.08
