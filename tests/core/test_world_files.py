@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from collplan_core.worlds import World, WorldError, load_world, parse_world, save_world
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from collplan_core.worlds import World, WorldError, load_world, parse_world, save_world
 
 coordinate = st.floats(-50, 50, allow_subnormal=False)
 

@@ -6,11 +6,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from collplan_core.worlds import World, WorldError, arena_names, check_route, load_world, world_segments
 from collplan_core.worlds.route import free_space
 from collplan_core.worlds.shapes import obstacle_at
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 BOUNDS = (0.0, 0.0, 2.0, 1.0)
 SQUARE = [[0.5, 0.2], [0.9, 0.2], [0.9, 0.6], [0.5, 0.6]]

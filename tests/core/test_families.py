@@ -1,0 +1,85 @@
+"""Seeded worlds: what the family `random` promises, and that a seed means one world everywhere."""
+
+import hashlib
+import subprocess
+import sys
+from itertools import combinations
+
+import numpy as np
+import pytest
+import shapely
+
+from collplan_core.worlds import World, check_route, load_world
+
+DISC_RADIUS = 0.10
+SEEDS = [*range(12), 1000, 2**40]
+
+
+def cores(world: World) -> list[tuple[shapely.Geometry, float]]:
+    """Each obstacle as a geometry and how far it reaches around it, so that distances to circles are exact."""
+    polygons = [(shapely.Polygon(corners), 0.0) for corners in world.polygons]
+    return polygons + [(shapely.Point(x, y), radius) for x, y, radius in world.circles]
+
+
+def gaps(world: World) -> list[float]:
+    """Distance between any two obstacles and from each to the walls; zero or less where they meet."""
+    between = [a.distance(b) - ra - rb for (a, ra), (b, rb) in combinations(cores(world), 2)]
+    walls = shapely.box(*world.bounds).exterior
+    return between + [shape.distance(walls) - reach for shape, reach in cores(world)]
+
+
+def fingerprint(world: World) -> str:
+    arrays = [*world.polygons, world.circles, world.start, world.goal]
+    return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)).hexdigest()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_gap_is_closed_or_lets_the_disc_through(seed):
+    assert not [gap for gap in gaps(load_world(f"random:{seed}")) if 0.0 < gap < 2 * DISC_RADIUS]
+
+
+@pytest.mark.soak
+def test_many_seeds_keep_every_promise():
+    for seed in range(2000, 3000):
+        world = load_world(f"random:{seed}")
+        assert not [gap for gap in gaps(world) if 0.0 < gap < 2 * DISC_RADIUS]
+        check_route(world, world.start, world.goal, DISC_RADIUS)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_start_and_goal_are_connected_and_lie_in_opposite_corners(seed):
+    world = load_world(f"random:{seed}")
+    check_route(world, world.start, world.goal, DISC_RADIUS)
+    middle = np.array([1.2, 1.2])
+    assert ((world.start - middle) * (world.goal - middle) < 0.0).all()
+    assert np.hypot(*(world.goal - world.start)) > 1.2
+
+
+def test_a_world_is_the_paper_s_arena_full_of_different_convex_obstacles():
+    worlds = [load_world(f"random:{seed}") for seed in SEEDS]
+    assert {world.bounds for world in worlds} == {(0.0, 0.0, 2.4, 2.4)}
+    assert all(world.walled for world in worlds)
+    assert {len(corners) for world in worlds for corners in world.polygons} == {3, 4, 5, 6}
+    assert sum(len(world.circles) for world in worlds) > len(worlds)
+    assert min(len(world.polygons) + len(world.circles) for world in worlds) >= 5
+    assert len({fingerprint(world) for world in worlds}) == len(worlds)
+
+
+def test_a_seed_gives_the_same_world_in_another_process():
+    code = "import test_families as t; print(t.fingerprint(t.load_world('random:7')))"
+    other = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=__file__.rpartition("/")[0]
+    )
+    assert other.stdout.strip() == fingerprint(load_world("random:7"))
+
+
+def test_a_seed_gives_the_same_world_with_every_version_of_numpy():
+    """Written down once: whoever changes the family changes every result that names one of its seeds."""
+    world = load_world("random:7")
+    assert world.name == "random:7"
+    np.testing.assert_array_equal(world.start, EXPECTED_START)
+    assert fingerprint(world)[:16] == EXPECTED_FINGERPRINT
+
+
+EXPECTED_START = [1.9312, 0.564]
+EXPECTED_FINGERPRINT = "42e128e4c98034ee"

@@ -1,0 +1,232 @@
+"""Ray casting against shapely, under rotation and translation, and at its borders."""
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from collplan_core.params import Lidar
+from collplan_core.raycast import beam_increment, cast_rays, simulate_scan
+from collplan_core.state import State
+from collplan_core.worlds import World, load_world
+
+FAR = 100.0
+BOUNDS = (0.0, 0.0, 4.0, 3.0)
+TURN = 2 * np.pi
+
+
+def full_turn(n: int, first: float = -np.pi) -> np.ndarray:
+    return first + TURN * np.arange(n) / n
+
+
+def world_of(polygons=(), circles=(), bounds=BOUNDS, walled=True) -> World:
+    return World("w", tuple(np.array(p, dtype=float) for p in polygons), np.array(circles), bounds, walled)
+
+
+@st.composite
+def worlds(draw) -> World:
+    polygons = []
+    for _ in range(draw(st.integers(0, 5))):
+        x, y, size, turn = (draw(st.floats(*span)) for span in ((0.0, 4.0), (0.0, 3.0), (0.05, 0.6), (0.0, 6.0)))
+        angles = turn + TURN * np.arange(n := draw(st.integers(3, 6))) / n
+        polygons.append(np.stack([x + size * np.cos(angles), y + size * np.sin(angles)], axis=1))
+    circle = st.tuples(st.floats(0.0, 4.0), st.floats(0.0, 3.0), st.floats(0.05, 0.5))
+    return world_of(polygons, draw(st.lists(circle, max_size=4)), walled=draw(st.booleans()))
+
+
+positions = st.tuples(st.floats(0.01, 3.99), st.floats(0.01, 2.99)).map(np.array)
+
+
+def shapely_blocked(world: World, position: np.ndarray) -> bool:
+    point = shapely.Point(position)
+    in_polygon = any(shapely.Polygon(corners).covers(point) for corners in world.polygons)
+    return in_polygon or any(shapely.Point(x, y).distance(point) <= r for x, y, r in world.circles)
+
+
+def shapely_range(world: World, position: np.ndarray, angle: float) -> float:
+    """The same range, by shapely's intersections; circles by their distance to the beam's line."""
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    origin, beam = shapely.Point(position), shapely.LineString([position, position + FAR * direction])
+    rings = [shapely.LinearRing(corners) for corners in world.polygons]
+    rings += [shapely.box(*world.bounds).exterior] if world.walled else []
+    distances = [hit.distance(origin) for hit in (ring.intersection(beam) for ring in rings) if not hit.is_empty]
+    for x, y, radius in world.circles:
+        centre = shapely.Point(x, y)
+        miss = beam.distance(centre)
+        if miss <= radius and np.dot(direction, [x, y] - position) > 0.0:
+            distances.append(beam.project(centre) - np.sqrt(radius**2 - miss**2))
+    return min(distances, default=np.inf)
+
+
+def graze_distance(world: World, position: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """(n,) How near each beam passes a corner or a circle's rim [m]: there a range leaps, and no two answers agree."""
+    direction = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    corners = np.vstack([np.zeros((0, 2)), *world.polygons]) - position
+    misses = np.abs(np.outer(direction[:, 0], corners[:, 1]) - np.outer(direction[:, 1], corners[:, 0]))
+    centres = world.circles[:, :2] - position
+    rims = np.abs(np.outer(direction[:, 0], centres[:, 1]) - np.outer(direction[:, 1], centres[:, 0]))
+    return np.hstack([misses, np.abs(rims - world.circles[:, 2]), np.full((len(angles), 1), FAR)]).min(axis=1)
+
+
+def assert_exact(world: World, position: np.ndarray, angles: np.ndarray) -> None:
+    ranges = cast_rays(world, position, angles, 0.0, FAR)
+    if shapely_blocked(world, position):
+        assert (ranges == -np.inf).all()
+        return
+    sound = graze_distance(world, position, angles) > 1e-5
+    expected = np.array([shapely_range(world, position, a) for a in angles])
+    np.testing.assert_allclose(ranges[sound], expected[sound], rtol=0.0, atol=1e-9)
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(world=worlds(), position=positions, n=st.integers(2, 60), first=st.floats(-7, 7), span=st.floats(0.05, TURN))
+def test_ranges_are_shapely_s(world, position, n, first, span):
+    assert_exact(world, position, np.linspace(first, first + span, n))
+
+
+@pytest.mark.soak
+@settings(derandomize=True, deadline=None, max_examples=2000)
+@given(world=worlds(), position=positions, n=st.integers(2, 90), first=st.floats(-7, 7), span=st.floats(0.05, TURN))
+def test_ranges_are_shapely_s_in_many_worlds(world, position, n, first, span):
+    assert_exact(world, position, np.linspace(first, first + span, n))
+
+
+@pytest.mark.parametrize("name", ["corridor", "l_corridor", "slalom", "random:1", "random:2"])
+def test_ranges_are_shapely_s_in_the_arenas(name):
+    world = load_world(name)
+    assert_exact(world, world.start, full_turn(180))
+
+
+def moved(world: World, turn: float, shift: np.ndarray) -> World:
+    rotation = rotation_by(turn)
+    circles = np.hstack([world.circles[:, :2] @ rotation.T + shift, world.circles[:, 2:]])
+    polygons = [corners @ rotation.T + shift for corners in world.polygons]
+    return world_of(polygons, circles, bounds=(-50.0, -50.0, 50.0, 50.0), walled=False)
+
+
+def rotation_by(turn: float) -> np.ndarray:
+    return np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(
+    world=worlds(), position=positions, turn=st.floats(-6, 6), x=st.floats(-20, 20), y=st.floats(-20, 20),
+)  # fmt: skip
+def test_ranges_move_with_world_and_robot(world, position, turn, x, y):
+    world, shift, angles = moved(world, 0.0, np.zeros(2)), np.array([x, y]), full_turn(73, 0.1)
+    sound = graze_distance(world, position, angles) > 1e-5
+    before = cast_rays(world, position, angles, 0.0, 10.0)
+    after = cast_rays(moved(world, turn, shift), rotation_by(turn) @ position + shift, angles + turn, 0.0, 10.0)
+    np.testing.assert_allclose(after[sound], before[sound], rtol=0.0, atol=1e-8)
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(world=worlds(), position=positions, n=st.integers(2, 400), first=st.floats(-7, 7))
+def test_a_scan_taken_backwards_is_the_scan_reversed(world, position, n, first):
+    angles = np.linspace(first, first + 3.0, n)
+    sound = graze_distance(world, position, angles) > 1e-5
+    backwards = cast_rays(world, position, angles[::-1], 0.0, FAR)[::-1]
+    forwards = cast_rays(world, position, angles, 0.0, FAR)
+    np.testing.assert_allclose(backwards[sound], forwards[sound], rtol=0.0, atol=1e-9)
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(world=worlds(), position=positions, low=st.floats(0.01, 1.0), width=st.floats(0.1, 3.0))
+def test_ranges_beyond_the_limits_are_infinite(world, position, low, width):
+    angles = full_turn(90)
+    whole = cast_rays(world, position, angles, 0.0, FAR)
+    limited = cast_rays(world, position, angles, low, low + width)
+    expected = np.where(whole < low, -np.inf, np.where(whole > low + width, np.inf, whole))
+    np.testing.assert_array_equal(limited, expected)
+
+
+def test_an_open_arena_is_left_and_a_walled_one_is_not():
+    middle, angles = np.array([2.0, 1.5]), full_turn(4, 0.0)
+    assert (cast_rays(world_of(walled=False), middle, angles, 0.02, FAR) == np.inf).all()
+    np.testing.assert_allclose(cast_rays(world_of(), middle, angles, 0.02, FAR), [2.0, 1.5, 2.0, 1.5], atol=1e-12)
+
+
+SQUARE = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]
+CIRCLE = [3.0, 1.0, 0.5]
+
+
+@pytest.mark.parametrize(
+    "position",
+    [(1.5, 1.5), (1.0, 1.5), (1.0, 1.0), (3.2, 1.1), (3.5, 1.0), (0.0, 1.5), (4.0, 3.0), (-0.1, 1.5), (2.0, 9.0)],
+    ids=["in polygon", "on edge", "on corner", "in circle", "on rim", "on wall", "in corner", "beyond wall", "far out"],
+)
+def test_inside_an_obstacle_or_beyond_the_walls_all_is_too_near(position):
+    world = world_of([SQUARE], [CIRCLE])
+    assert (cast_rays(world, np.array(position), full_turn(60), 0.02, 5.0) == -np.inf).all()
+
+
+def test_beyond_the_bounds_of_an_open_arena_the_obstacles_are_seen_from_outside():
+    world = world_of([SQUARE], walled=False)
+    ranges = cast_rays(world, np.array([-1.0, 1.5]), np.array([0.0, np.pi]), 0.02, 5.0)
+    np.testing.assert_allclose(ranges, [2.0, np.inf])
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@example(distance=0.5, side=0.0, n=360)
+@example(distance=1.0, side=1.0, n=4)
+@given(distance=st.floats(0.01, 1.0), side=st.floats(0.0, 1.0), n=st.integers(2, 720))
+def test_no_beam_slips_through_a_corner_between_two_edges(distance, side, n):
+    """Every beam from inside a closed arena ends, also those aimed right at its corners."""
+    bounds = (-distance, -distance, 1.0 + side, 2.0)
+    world = world_of(bounds=bounds)
+    for x, y in ((bounds[0], bounds[1]), (bounds[2], bounds[1]), (bounds[0], bounds[3])):
+        ranges = cast_rays(world, np.zeros(2), np.arctan2(y, x) + full_turn(n, 0.0), 0.0, FAR)
+        assert np.isfinite(ranges).all()
+        assert ranges[0] == pytest.approx(np.hypot(x, y), abs=1e-9)
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(offset=st.sampled_from([0.0, 1e-300, 1e-17, -1e-16, 1e-13, 1e-10, -1e-9]), n=st.sampled_from([4, 8, 360]))
+def test_a_wall_seen_edge_on_is_never_nearer_than_its_near_end(offset, n):
+    wall = world_of([[[1.0, offset], [2.0, offset], [2.0, -1.0], [1.0, -1.0]]], bounds=(-1, -1, 3, 3), walled=False)
+    ahead = cast_rays(wall, np.zeros(2), full_turn(n, 0.0), 0.0, FAR)[0]
+    assert 1.0 - 1e-9 <= ahead <= 2.0 + 1e-9 or (offset < 0.0 and ahead == np.inf)
+
+
+@settings(derandomize=True, deadline=None, max_examples=30)
+@given(radius=st.floats(0.05, 0.9), turn=st.floats(-6, 6))
+def test_a_circle_is_hit_within_its_angle_and_missed_beyond_it(radius, turn):
+    circle = rotation_by(turn) @ [1.0, 0.0]
+    world = world_of(circles=[[*circle, radius]], bounds=(-3, -3, 3, 3), walled=False)
+    half = np.arcsin(radius)
+    ranges = cast_rays(world, np.zeros(2), turn + np.linspace(-half - 1e-6, half + 1e-6, 101), 0.0, FAR)
+    assert ranges[0] == ranges[-1] == np.inf
+    assert np.isfinite(ranges[1:-1]).all()
+    assert ranges[50] == pytest.approx(1.0 - radius, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "angles", [np.zeros(1), np.zeros(3), np.array([0.0, 1.0, 1.5]), np.linspace(0, 7, 10), np.zeros((2, 2))]
+)
+def test_angles_that_are_not_one_even_sweep_are_refused(angles):
+    with pytest.raises(ValueError, match="angles: "):
+        cast_rays(world_of(), np.ones(2), angles, 0.0, 5.0)
+
+
+def test_a_scan_is_the_world_in_the_robot_s_frame():
+    world = world_of([SQUARE])
+    lidar = Lidar(n_beams=30, angle_min=0.0)
+    # half a metre left of the square, facing away from it
+    scan = simulate_scan(world, State(7.0, np.array([0.5, 1.5]), np.ones(2), np.pi), lidar)
+    assert (scan.stamp, scan.angle_min, scan.range_min, scan.range_max) == (7.0, 0.0, 0.02, 5.0)
+    assert scan.ranges[0] == pytest.approx(0.5, abs=1e-12)
+    assert scan.ranges[15] == pytest.approx(0.5, abs=1e-12)
+    np.testing.assert_allclose(
+        scan.ranges, cast_rays(world, np.array([0.5, 1.5]), scan.angles + np.pi, 0.02, 5.0), atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("n_beams", [30, 360, 2000])
+@pytest.mark.parametrize("span", [0.5, np.pi, TURN])
+def test_beams_cover_their_span_and_a_full_turn_repeats_none(n_beams, span):
+    lidar = Lidar(n_beams=n_beams, angle_min=-1.0, angle_span=span)
+    scan = simulate_scan(load_world("corridor"), State(0.0, np.array([1.12, 0.23]), np.zeros(2), 0.3), lidar)
+    last = -1.0 + span - (beam_increment(lidar) if span == TURN else 0.0)
+    assert scan.angles[[0, -1]] == pytest.approx([-1.0, last])
+    assert len(scan.ranges) == n_beams
