@@ -98,6 +98,7 @@ class Control(Parameters):
 
     group = "controller"
     rate: float = parameter(20.0, "Rate of the velocity command", unit="Hz", low=1.0, high=200.0)
+    stamped_cmd_vel: bool = parameter(False, "cmd_vel is a TwistStamped, for controller and robot alike, instead of a Twist")
     look_ahead: float = parameter(0.15, "The reference velocity is taken so much later: lag and one period", unit="s", low=0.0, high=1.0, live=True)
     k_p: float = parameter(4.0, "Proportional gain on position", unit="1/s", low=0.0, high=50.0, live=True)
     k_i: float = parameter(0.0, "Integral gain on position", unit="1/s^2", low=0.0, high=50.0, live=True)
