@@ -44,6 +44,11 @@ class LocalMapping(Parameters):
     grazing_angle: float = parameter(radians(10.0), "Smallest angle between beam and surface that still joins two hits (Borges and Aldon 2004)", unit="rad", low=0.01, high=1.0, live=True)
     sight_share: float = parameter(0.92, "Share of half_side that a direction must be free for to count as sight", low=0.1, high=1.4, live=True)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.n_rays % 4:
+            raise ParameterError(f"local_map.n_rays: got {self.n_rays}, expected a multiple of 4, so that quarter turns change nothing")
+
 
 @dataclass(frozen=True)
 class Weights(Parameters):
@@ -77,6 +82,7 @@ class Planning(Parameters):
     time_scale: float = parameter(1.3, "P_safe, factor on the time that the waypoints take at v_max", low=1.0, high=5.0, live=True)
     acceleration_factor: float = parameter(2.0, "Peak acceleration of a spline over the robot's max_acceleration", low=0.5, high=100.0, live=True)
     n_samples: int = parameter(64, "Samples of a published plan", low=8, high=1000)
+    frontiers: str = parameter("all", "Shadow edges and visible runs of the map border, or shadow edges alone (obstacle-extending frontiers as printed)", choices=("all", "printed"), live=True)
     position_pruning: bool = parameter(True, "Drop frontiers that a nearby one nearer to the goal stands for", live=True)
     velocity_pruning: bool = parameter(True, "Drop velocity directions that lead back into known free space", live=True)
     position_cost: str = parameter("normalised_first", "J_pos: normalise then penalise, or as printed in Alg. 1", choices=("normalised_first", "printed"), live=True)

@@ -10,6 +10,7 @@ from collplan_core.costs.risk import crosses_boundary, gap_risk
 from collplan_core.costs.total import TERMS, choose, evaluate
 from collplan_core.foreseen import foreseen_contacts
 from collplan_core.jit import njit
+from collplan_core.local_map.frontiers import SHADOW_EDGE
 from collplan_core.local_map.record import LocalMap
 from collplan_core.params import Planning, Settings
 from collplan_core.plan import Candidates, Plan
@@ -27,9 +28,8 @@ class NoPlan(RuntimeError):
 
 @dataclass(frozen=True, eq=False)
 class PlannerMemory:
-    """What one cycle leaves to the next, world frame: p_ini, p_pre, the aim p_s of then, the way from p_ini to p_pre."""
+    """What one cycle leaves to the next, world frame: p_pre, the aim p_s of then, the way from p_ini to p_pre [m]."""
 
-    start: np.ndarray
     previous: np.ndarray
     aim: np.ndarray
     travelled: float
@@ -74,16 +74,23 @@ def _position_risks(positions: np.ndarray, piece: np.ndarray, lit: np.ndarray, c
     return gap, approach
 
 
+def _renumbered(number: np.ndarray) -> np.ndarray:
+    """Frontier numbers without gaps."""
+    return np.cumsum(np.diff(number, prepend=number[0]) != 0)
+
+
 def _aim_at_frontiers(memory: PlannerMemory, local_map: LocalMap, state: State, goal: np.ndarray,
                       settings: Settings) -> tuple[np.ndarray, np.ndarray, dict[str, float], Candidates, int]:  # fmt: skip
     """q_s = argmin over C of the objective. Paper: eq. (1)."""
     p, weights = settings.planner, weights_of(settings)
     center, ends = local_map.position, local_map.ends
-    if len(local_map.segments) == 0:
+    used = local_map.frontier_kind == SHADOW_EDGE if p.frontiers == "printed" else np.ones(len(local_map.segments), bool)
+    if not used.any():
         raise NoPlan("no frontier in the local map and the goal is not in free space")
+    lit = local_map.lit[used]
     current, target = state.position - center, goal - center
     positions, piece, at, velocity, whole = _space(
-        local_map.segments - np.tile(center, 2), local_map.frontier_number, ends, target, p.frontier_spacing, p.n_directions,
+        local_map.segments[used] - np.tile(center, 2), _renumbered(local_map.frontier_number[used]), ends, target, p.frontier_spacing, p.n_directions,
         p.n_speeds, settings.robot.max_speed, p.prune_distance, p.position_pruning, p.velocity_pruning, p.speeds == "printed",
     )  # fmt: skip
     has_previous = not np.isnan(memory.aim).any()
@@ -93,7 +100,7 @@ def _aim_at_frontiers(memory: PlannerMemory, local_map: LocalMap, state: State, 
         p.turn_threshold, p.turn_penalty, p.turn_angle == "printed", p.position_cost == "printed",
     )  # fmt: skip
     gap, approach = _position_risks(
-        positions, piece, local_map.lit, current, state.velocity, local_map.reach, ends, local_map.surface,
+        positions, piece, lit, current, state.velocity, local_map.reach, ends, local_map.surface,
         settings.local_map.sight_share * local_map.half_side, p.gap_weight, settings.robot.max_speed,
         p.gap_risk == "printed", p.approach_risk == "printed",
     )  # fmt: skip
@@ -135,7 +142,7 @@ def plan_cycle(memory: PlannerMemory | None, local_map: LocalMap, state: State, 
         NoPlan: the goal is not in F and F has no frontier.
     """
     nothing = np.full(2, np.nan)
-    memory = memory or PlannerMemory(state.position, state.position, nothing, 0.0)
+    memory = memory or PlannerMemory(state.position, nothing, 0.0)
     if local_map.contains(goal)[0]:
         aim, aim_velocity = np.asarray(goal, dtype=float), np.zeros(2)
         terms: dict[str, float] = dict.fromkeys(TERMS, 0.0)
@@ -151,4 +158,4 @@ def plan_cycle(memory: PlannerMemory | None, local_map: LocalMap, state: State, 
         aim=aim, aim_velocity=aim_velocity, terms=terms, candidates=candidates, n_before_pruning=whole,
     )  # fmt: skip
     way = memory.travelled + float(np.hypot(*(state.position - memory.previous)))
-    return plan, PlannerMemory(memory.start, state.position, seen_aim, way)
+    return plan, PlannerMemory(state.position, seen_aim, way)
