@@ -209,6 +209,12 @@ def test_angles_that_are_not_one_even_sweep_are_refused(angles):
         cast_rays(world_of(), np.ones(2), angles, 0.0, 5.0)
 
 
+@pytest.mark.parametrize(("x", "yaw"), [(np.nan, 0.0), (np.inf, 0.0), (1.0, np.nan)])
+def test_a_pose_that_is_not_finite_is_refused(x, yaw):
+    with pytest.raises(ValueError, match="pose: got"):
+        simulate_scan(world_of(), State(0.0, np.array([x, 1.0]), np.zeros(2), yaw), Lidar())
+
+
 def test_a_scan_is_the_world_in_the_robot_s_frame():
     world = world_of([SQUARE])
     lidar = Lidar(n_beams=30, angle_min=0.0)

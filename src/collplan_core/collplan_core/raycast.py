@@ -42,16 +42,14 @@ def ray_scene(world: World) -> RayScene:
     return RayScene(world_segments(world), np.cumsum(corners), np.array(world.circles), np.array(bounds))
 
 
-def cast_rays(
-    world: World, position: np.ndarray, angles: np.ndarray, range_min: float, range_max: float
-) -> np.ndarray:
+def cast_rays(world: World, position: np.ndarray, angles: np.ndarray, range_min: float, range_max: float) -> np.ndarray:
     """Ranges (n,) [m] from position (2,) along evenly spaced `angles` (n,) [rad], world frame (REP-117).
 
     +Inf: nothing within `range_max`, or the beam leaves an arena without walls. -Inf: nearer than `range_min`; a
     position on or inside an obstacle, or beyond the walls, is nearer than `range_min` in every direction.
 
     Raises:
-        ValueError: fewer than 2 angles, or not evenly spaced over at most a full turn.
+        ValueError: the position is not finite, or the angles are fewer than 2 or not one even sweep of at most a turn.
     """
     angles = np.asarray(angles, dtype=np.float64)
     if angles.ndim != 1 or len(angles) < 2:
@@ -64,7 +62,11 @@ def cast_rays(
 
 
 def simulate_scan(world: World, state: State, lidar: Lidar) -> Scan:
-    """The scan that a LIDAR at the robot's centre, turned with its body, takes of a world; stamped as the state."""
+    """The scan that a LIDAR at the robot's centre, turned with its body, takes of a world; stamped as the state.
+
+    Raises:
+        ValueError: the pose is not finite.
+    """
     increment = beam_increment(lidar)
     ranges = _cast(
         world, state.position, state.yaw + lidar.angle_min, increment, lidar.n_beams, lidar.range_min, lidar.range_max
@@ -81,6 +83,8 @@ def beam_increment(lidar: Lidar) -> float:
 def _cast(
     world: World, position: np.ndarray, angle_min: float, increment: float, n: int, range_min: float, range_max: float
 ) -> np.ndarray:
+    if not (math.isfinite(position[0]) and math.isfinite(position[1]) and math.isfinite(angle_min)):
+        raise ValueError(f"pose: got position {list(position)}, first beam at {angle_min} rad, expected finite numbers")
     scene = ray_scene(world)
     backwards = increment < 0.0
     if backwards:

@@ -1,4 +1,6 @@
-"""World files: YAML with bounds, obstacles, start and goal. All lengths in metres.
+"""World files: YAML with bounds, obstacles, start and goal.
+
+All lengths are in metres, in the world frame:
 
     name: example            # optional, else the file's stem
     bounds: [0, 0, 2.4, 2.4] # x_min, y_min, x_max, y_max

@@ -22,10 +22,10 @@ def load_world(spec: str) -> World:
     Raises:
         WorldError: no such world, with near matches, or a file that does not hold one.
     """
-    if spec.endswith((".yaml", ".yml")) or Path(spec).is_file():
-        return read_world(Path(spec))
     if spec in arena_names():
         return parse_text((ARENAS / f"{spec}.yaml").read_text(encoding="utf-8"), f"{spec}.yaml", spec)
+    if spec.endswith((".yaml", ".yml")) or Path(spec).is_file():
+        return read_world(Path(spec))
     family, colon, seed = spec.partition(":")
     if family not in FAMILIES:
         raise _unknown(spec, family if colon else spec)
