@@ -79,8 +79,8 @@ def _enter_piece(ux: float, uy: float, piece: np.ndarray, radius: float) -> tupl
         if height < 0.0:
             mx, my, height = -mx, -my, -height
         closing = -(ux * mx + uy * my)
-        if height >= radius and closing > 0.0:
-            t = (height - radius) / closing
+        if closing > 0.0:
+            t = max(0.0, (height - radius) / closing)  # 0 when touching, on whichever side rounding puts it
             along = (t * ux - ax) * dx + (t * uy - ay) * dy
             if 0.0 <= along <= length:
                 return t, mx, my, True
@@ -198,6 +198,7 @@ def inside(ends: np.ndarray, x: float, y: float) -> bool:
     k = sector(x, y, n)
     ax, ay = ends[k]
     bx, by = ends[(k + 1) % n]
-    if ax == 0.0 and ay == 0.0 and bx == 0.0 and by == 0.0:
-        return math.hypot(x, y) < 1e-9
+    # the edge alone is too short to judge by where the reach is next to nothing
+    if x * x + y * y > max(ax * ax + ay * ay, bx * bx + by * by) + 1e-9:
+        return False
     return (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= -1e-9

@@ -1,0 +1,126 @@
+"""Hand-made and drawn worlds with the local maps that scans of them give, and the true configuration space."""
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.local_map.free_space import BORDER
+from collplan_core.local_map.frontiers import BORDER_RUN
+from collplan_core.params import Lidar, LocalMapping, Settings
+from collplan_core.raycast import simulate_scan
+from collplan_core.scan import Scan
+from collplan_core.state import State
+from collplan_core.worlds import World
+from hypothesis import strategies as st
+
+SETTINGS = Settings()
+ROBOT, RADIUS = SETTINGS.robot, SETTINGS.robot.radius
+HALF_SIDE = SETTINGS.local_map.half_side
+TURN = 2 * np.pi
+WIDE = (-5.0, -5.0, 5.0, 5.0)
+
+
+def unit(angle: float) -> np.ndarray:
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def rotation(angle: float) -> np.ndarray:
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def box(x0: float, y0: float, x1: float, y1: float) -> np.ndarray:
+    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+
+
+def world_of(polygons=(), circles=(), bounds=WIDE, walled=False) -> World:
+    return World("scene", tuple(np.array(p, dtype=float) for p in polygons), np.array(circles), bounds, walled)
+
+
+def at_rest(position=(0.0, 0.0), yaw: float = 0.0, velocity=(0.0, 0.0)) -> State:
+    return State(0.0, np.array(position, dtype=float), np.array(velocity, dtype=float), yaw)
+
+
+def scan_of(world: World, state: State, n_beams: int = 360, **lidar) -> Scan:
+    return simulate_scan(world, state, Lidar(n_beams=n_beams, **lidar))
+
+
+def map_of(world: World, position=(0.0, 0.0), n_beams: int = 360, yaw: float = 0.0, **mapping) -> LocalMap:
+    state = at_rest(position, yaw)
+    return build_local_map(scan_of(world, state, n_beams), state, ROBOT, replace(SETTINGS.local_map, **mapping))
+
+
+def map_of_ranges(
+    ranges, half_side: float = HALF_SIDE, angle_min: float = 0.0, increment: float | None = None
+) -> LocalMap:
+    """The map of a robot at the origin from ranges [m] over a full turn, or over the increments given."""
+    ranges = np.asarray(ranges, dtype=float)
+    scan = Scan(0.0, angle_min, TURN / len(ranges) if increment is None else increment, 0.02, 5.0, ranges)
+    return build_local_map(scan, at_rest(), ROBOT, LocalMapping(half_side=half_side))
+
+
+def star_map(
+    reach, surface=None, normals=None, segments=(), kind=None, number=None, lit=None, predicted=()
+) -> LocalMap:  # fmt: skip
+    """A map written by hand around the origin, from its reach in evenly spaced directions."""
+    reach = np.asarray(reach, dtype=float)
+    angles = TURN * np.arange(len(reach)) / len(reach)
+    segments = np.array(segments, dtype=float).reshape(-1, 4)
+    m = len(segments)
+    return LocalMap(
+        stamp=0.0, position=np.zeros(2), radius=RADIUS, half_side=HALF_SIDE, reach=reach,
+        points=reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1),
+        surface=np.full(len(reach), BORDER) if surface is None else np.asarray(surface),
+        normals=np.zeros((len(reach), 2)) if normals is None else np.asarray(normals, dtype=float), segments=segments,
+        frontier_kind=np.full(m, BORDER_RUN) if kind is None else np.asarray(kind),
+        frontier_number=np.arange(m) if number is None else np.asarray(number),
+        lit=np.ones((m, 2), bool) if lit is None else np.asarray(lit), predicted=np.array(predicted, float).reshape(-1, 4),
+    )  # fmt: skip
+
+
+def free_polygon(local_map: LocalMap) -> shapely.Polygon:
+    return shapely.make_valid(shapely.Polygon(local_map.points))
+
+
+def obstacles(world: World) -> shapely.Geometry:
+    shapes = [shapely.Polygon(p) for p in world.polygons]
+    shapes += [shapely.Point(x, y).buffer(r, quad_segs=128) for x, y, r in world.circles]
+    if world.walled:
+        shapes.append(shapely.box(*world.bounds).buffer(1.0).difference(shapely.box(*world.bounds)))
+    return shapely.union_all(shapes)
+
+
+def grown(world: World, radius: float = RADIUS) -> shapely.Geometry:
+    return obstacles(world).buffer(radius, quad_segs=64)
+
+
+def true_reach(world: World, position: np.ndarray, n: int, half_side: float = HALF_SIDE) -> np.ndarray:
+    """(n,) distance to the nearest grown obstacle or the map's border in direction 2 pi k / n, by shapely."""
+    square = shapely.box(*(position - half_side), *(position + half_side))
+    blocked = shapely.union(grown(world), square.buffer(3.0, join_style="mitre").difference(square))
+    angles = TURN * np.arange(n) / n
+    far = position + 4.0 * half_side * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    beams = shapely.linestrings(np.stack([np.broadcast_to(position, far.shape), far], axis=1))
+    return shapely.distance(shapely.Point(position), shapely.intersection(beams, blocked))
+
+
+def star(position: np.ndarray, reach: np.ndarray) -> shapely.Polygon:
+    angles = TURN * np.arange(len(reach)) / len(reach)
+    return shapely.Polygon(position + reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+@st.composite
+def cluttered_worlds(draw, most: int = 5) -> World:
+    """Polygons and circles around a robot at the origin that touches none of them."""
+    polygons, circles = [], []
+    for _ in range(draw(st.integers(0, most))):
+        bearing, size = draw(st.floats(0.0, 6.28)), draw(st.floats(0.05, 0.3))
+        center = (RADIUS + 0.02 + size + draw(st.floats(0.0, 0.6))) * unit(bearing)
+        if draw(st.booleans()):
+            circles.append((*center, size))
+        else:
+            angles = draw(st.floats(0.0, 6.28)) + TURN * np.arange(n := draw(st.integers(3, 6))) / n
+            polygons.append(center + size * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    walled = draw(st.booleans())
+    bounds = tuple(draw(st.floats(*span)) for span in ((-1.5, -0.2), (-1.5, -0.2), (0.2, 1.5), (0.2, 1.5)))
+    return world_of(polygons, circles, bounds if walled else WIDE, walled)
