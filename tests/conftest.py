@@ -7,6 +7,11 @@ import tempfile
 from pathlib import Path
 from typing import TextIO
 
+import pytest
+from hypothesis import is_hypothesis_test, settings
+
+pytest_plugins = ["ros_fixture"]
+
 # tests of nodes are named for it, so that core and simulator also run where no ROS is
 collect_ignore_glob = [] if importlib.util.find_spec("rclpy") else ["ros/*", "system/*", "*/test_*node*.py"]
 
@@ -31,3 +36,15 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 if "ROS_DISTRO" not in os.environ:
     os.environ.pop("RMW_IMPLEMENTATION", None)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Where the compiler is off the loops take a hundred times as long, and fewer examples must do."""
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") == "0":
+        return
+    for item in items:
+        test = getattr(item, "obj", None)
+        if is_hypothesis_test(test):
+            # no public name: examples given on a test itself come before those of a profile
+            given = test._hypothesis_internal_use_settings
+            test._hypothesis_internal_use_settings = settings(given, max_examples=min(given.max_examples, 10))

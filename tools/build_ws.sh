@@ -20,8 +20,8 @@ set -u
 # a node says no to a parameter that nobody has, once it has loaded all it needs
 starts() {
     case $1 in
-    */bringup) "$1" --help >/dev/null ;;
-    *) "$1" --ros-args -p no_such.parameter:=1 2>&1 | grep -q '^[^ ].*no_such\.parameter' ;;
+    */bringup) timeout 60 "$1" --help >/dev/null ;;
+    *) timeout 60 "$1" --ros-args -p no_such.parameter:=1 2>&1 | grep -q '^[^ ].*no_such\.parameter' ;;
     esac
 }
 for executable in install/*/lib/collplan_*/* install/*/lib/omnipuck_*/*; do

@@ -7,7 +7,7 @@ module=${2:-ensurepip}
 seen= no_venv= no_module=
 for name in python3 python3.12 python3.11 python3.13 python3.10 /usr/bin/python3; do
     version=$("$name" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null) || continue
-    seen="$seen $version"
+    case "$seen " in *" $version "*) ;; *) seen="$seen $version" ;; esac
     case " $versions " in *" $version "*) ;; *) continue ;; esac
     if ! "$name" -c 'import ensurepip, venv' 2>/dev/null; then
         no_venv=${no_venv:-$version}
