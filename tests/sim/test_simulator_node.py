@@ -1,0 +1,295 @@
+"""The simulated robot on the graph, in one process with a probe; its clean end as a process of its own."""
+
+import math
+import signal
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
+from nav_msgs.msg import Odometry
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
+
+from collplan_core.parameter import ParameterError
+from collplan_core.params import Settings
+from collplan_core.worlds import WorldError
+from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST, POSE_SUBSCRIBED
+from omnipuck_sim.simulator_node import SimulatorNode
+
+HALL = """
+bounds: [-1.0, -3.0, 20.0, 3.0]
+walled: true
+start: [0.0, 0.0]
+"""
+V_MAX = Settings().robot.max_speed
+PATIENCE = Settings().limits.command_age + 1.0 / Settings().controller.rate
+EXECUTABLE = [sys.executable, "-c", "import sys; from omnipuck_sim.simulator_node import main; sys.exit(main())"]
+HEARD = (
+    ("ground_truth/odom", Odometry, EVENT),
+    ("mocap/pose", PoseStamped, POSE_SUBSCRIBED),
+    ("ground_truth/impact", Vector3Stamped, EVENT),
+    ("/diagnostics", DiagnosticArray, DIAGNOSTICS_SUBSCRIBED),
+    ("/clock", Clock, EVENT),
+)
+
+
+class Bench:
+    """The node under test and a probe that hears all it says, spun by the test itself."""
+
+    def __init__(self, world: str, **parameters) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        overrides = {"simulator.world": world, "simulator.noise": 0.0, **parameters}
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.nodes = [rclpy.create_node("probe", context=self.context)]
+        self.probe = self.nodes[0]
+        self.heard = defaultdict(list)
+        for topic, kind, qos in HEARD:
+            self.probe.create_subscription(kind, topic, self.heard[topic].append, qos)
+        given = [Parameter(key, value=value) for key, value in overrides.items()]
+        try:
+            self.nodes.append(SimulatorNode(context=self.context, parameter_overrides=given))
+        except Exception:
+            self.close()
+            raise
+        for node in self.nodes:
+            self.executor.add_node(node)
+        stamped = bool(overrides.get("controller.stamped_cmd_vel"))
+        self.commands = self.probe.create_publisher(TwistStamped if stamped else Twist, "cmd_vel", NEWEST)
+        self.until(lambda: self.commands.get_subscription_count() and self.heard["ground_truth/odom"])
+
+    def until(self, condition: Callable[[], object], timeout: float = 30.0) -> None:
+        end = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < end, "waited in vain"
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def drive_until(self, condition: Callable[[], object], message=None, **velocity) -> None:
+        """Sends the command at about 20 Hz until the condition holds."""
+        message = twist(**velocity) if message is None else message
+        timer = self.probe.create_timer(0.05, lambda: self.commands.publish(message))
+        self.until(condition)
+        self.probe.destroy_timer(timer)
+
+    def call(self, name: str) -> Trigger.Response:
+        client = self.probe.create_client(Trigger, name)
+        self.until(client.service_is_ready)
+        future = client.call_async(Trigger.Request())
+        self.until(future.done)
+        return future.result()
+
+    def diagnosed(self, key: str) -> int:
+        if not self.heard["/diagnostics"]:
+            return 0
+        return int(next(v.value for v in self.heard["/diagnostics"][-1].status[0].values if v.key == key))
+
+    @property
+    def odometry(self) -> list[Odometry]:
+        return self.heard["ground_truth/odom"]
+
+    @property
+    def x(self) -> float:
+        return self.odometry[-1].pose.pose.position.x
+
+    @property
+    def speed(self) -> float:
+        linear = self.odometry[-1].twist.twist.linear
+        return math.hypot(linear.x, linear.y)
+
+    def close(self) -> None:
+        self.executor.shutdown()
+        for node in self.nodes:
+            node.destroy_node()
+        rclpy.try_shutdown(context=self.context)
+
+
+def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
+    message = Twist()
+    message.linear.x, message.linear.y, message.angular.z = x, y, yaw_rate
+    return message
+
+
+def seconds(stamp) -> float:
+    return stamp.sec + stamp.nanosec * 1e-9
+
+
+@pytest.fixture
+def bench(tmp_path):
+    path = tmp_path / "hall.yaml"
+    path.write_text(HALL)
+    made = []
+
+    def make(**parameters) -> Bench:
+        made.append(Bench(str(path), **parameters))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+def test_poses_come_at_100_hz_with_noise_and_the_truth_beside_them(bench):
+    b = bench(**{"simulator.noise": 1.0})
+    b.until(lambda: len(b.heard["mocap/pose"]) > 100)
+    poses = b.heard["mocap/pose"]
+    stamps = np.array([seconds(p.header.stamp) for p in poses])
+    assert np.median(np.diff(stamps)) == pytest.approx(0.01, abs=1e-4)
+    assert stamps[-1] == pytest.approx(time.time(), abs=1.0)
+    assert {p.header.frame_id for p in poses} == {"map"}
+    assert (b.odometry[-1].header.frame_id, b.odometry[-1].child_frame_id) == ("map", "base_link")
+    offsets = [p.pose.position.x - b.x for p in poses]
+    assert 0.001 < np.std(offsets) < 0.003
+
+
+def test_a_command_moves_it_and_silence_stops_it_by_its_own_clock(bench):
+    b = bench()
+    b.drive_until(lambda: b.speed > 0.95 * V_MAX, x=V_MAX)
+    n = len(b.odometry)
+    b.until(lambda: b.speed < 1e-3)
+    stamps = [seconds(o.header.stamp) for o in b.odometry[n:]]
+    speeds = np.array([o.twist.twist.linear.x for o in b.odometry[n:]])
+    # 0.5 m to stop, at most the patience before it, all in simulated time
+    braking = stamps[-1] - stamps[int(np.argmax(speeds < speeds.max() - 0.01))]
+    assert braking == pytest.approx(V_MAX / 1.5 + 0.3, abs=0.5)
+    assert stamps[int(np.argmax(speeds < speeds.max() - 0.01))] - stamps[0] <= PATIENCE + 0.1
+    stopped = b.x
+    n = len(b.odometry)
+    b.until(lambda: len(b.odometry) > n + 20)
+    assert b.x == pytest.approx(stopped, abs=1e-3)
+
+
+def test_a_stamped_command_moves_it_where_the_parameter_says_so(bench):
+    b = bench(**{"controller.stamped_cmd_vel": True})
+    message = TwistStamped(twist=twist(y=0.5))
+    b.drive_until(lambda: b.odometry[-1].twist.twist.linear.y > 0.4, message)
+    assert b.odometry[-1].twist.twist.linear.x == pytest.approx(0.0, abs=1e-6)
+
+
+def test_bad_commands_are_refused_counted_and_stop_it(bench):
+    b = bench()
+    for bad in ({"x": math.nan}, {"y": math.inf}, {"yaw_rate": math.nan}, {"x": 1.51 * V_MAX}):
+        b.drive_until(lambda: b.speed > 0.25, x=0.3)
+        b.drive_until(lambda: b.speed < 1e-3, **bad)
+    b.until(lambda: "refused" in b.heard["/diagnostics"][-1].status[0].message)
+    assert b.heard["/diagnostics"][-1].status[0].level == b"\x01"
+    assert b.diagnosed("refused") >= 4
+    assert math.isfinite(b.x)
+
+
+def test_a_command_just_too_fast_is_clipped_with_its_direction_kept(bench):
+    b = bench()
+    b.drive_until(lambda: b.speed > 0.98 * V_MAX and b.diagnosed("clipped") > 0, x=1.1 * V_MAX, y=-0.55 * V_MAX)
+    linear = b.odometry[-1].twist.twist.linear
+    assert b.speed <= V_MAX + 1e-6
+    assert linear.y / linear.x == pytest.approx(-0.5, abs=1e-3)
+    assert b.diagnosed("refused") == 0
+
+
+def test_an_impact_is_told_as_the_change_of_velocity(bench):
+    b = bench()
+    b.drive_until(lambda: b.heard["ground_truth/impact"], x=-1.0)
+    impact = b.heard["ground_truth/impact"][0]
+    before = max(-o.twist.twist.linear.x for o in b.odometry)
+    assert impact.header.frame_id == "map"
+    assert impact.vector.x == pytest.approx(1.7 * before, rel=0.05)
+    assert impact.vector.y == pytest.approx(0.0, abs=1e-9)
+    assert abs(seconds(impact.header.stamp) - seconds(b.odometry[-1].header.stamp)) < 1.0
+
+
+def test_estop_holds_until_it_is_cleared(bench):
+    b = bench()
+    b.drive_until(lambda: b.speed > 0.5, x=0.6)
+    assert b.call("estop").success
+    b.drive_until(lambda: b.speed < 1e-3, x=0.6)
+    where, n = b.x, len(b.odometry)
+    b.drive_until(lambda: len(b.odometry) > n + 30, x=0.6)
+    assert b.x == pytest.approx(where, abs=1e-3)
+    b.until(lambda: "emergency stop" in b.heard["/diagnostics"][-1].status[0].message)
+    assert b.call("clear_estop").success
+    n = len(b.odometry)
+    b.until(lambda: len(b.odometry) > n + 10)
+    assert b.speed < 1e-3  # clearing alone moves nothing
+    b.drive_until(lambda: b.speed > 0.5, x=0.6)
+
+
+def test_reset_puts_it_back_at_rest_with_stamps_that_go_on(bench):
+    b = bench()
+    b.drive_until(lambda: b.x > 0.3, x=0.6)
+    before = seconds(b.odometry[-1].header.stamp)
+    assert b.call("reset").success
+    b.until(lambda: b.x == 0.0)
+    assert b.speed == 0.0
+    assert seconds(b.odometry[-1].header.stamp) > before
+
+
+def test_at_another_speed_it_publishes_the_clock_its_stamps_are_in(bench):
+    b = bench(**{"simulator.speed_factor": 4.0})
+    b.until(lambda: len(b.heard["mocap/pose"]) > 200)
+    stamps = [seconds(p.header.stamp) for p in b.heard["mocap/pose"]]
+    clock = {seconds(c.clock) for c in b.heard["/clock"]}
+    assert stamps[-1] < 60.0
+    assert np.diff(stamps) == pytest.approx(np.full(len(stamps) - 1, 0.01), abs=1e-6)
+    assert len(clock & set(stamps)) > 100
+
+
+def test_in_real_time_it_leaves_the_clock_alone(bench):
+    b = bench()
+    b.until(lambda: len(b.heard["mocap/pose"]) > 10)
+    assert b.probe.count_publishers("/clock") == 0
+
+
+def test_a_start_inside_an_obstacle_is_an_error(tmp_path):
+    path = tmp_path / "tight.yaml"
+    path.write_text("bounds: [0, 0, 2, 2]\ncircles: [{center: [1.0, 1.0], radius: 0.2}]\nstart: [1.25, 1.0]\n")
+    with pytest.raises(WorldError, match="inside an obstacle"):
+        Bench(str(path))
+
+
+def test_a_parameter_out_of_range_is_an_error(tmp_path):
+    with pytest.raises(ParameterError, match="physics_rate"):
+        Bench("corridor", **{"simulator.physics_rate": 1.0})
+
+
+def test_as_a_process_it_ends_cleanly_on_sigterm():
+    script = "import sys; from omnipuck_sim.simulator_node import main; sys.exit(main())"
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    probe = rclpy.create_node("probe", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(probe)
+    poses: list[PoseStamped] = []
+    probe.create_subscription(PoseStamped, "mocap/pose", poses.append, POSE_SUBSCRIBED)
+    try:
+        end = time.monotonic() + 20.0
+        while not poses and time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.1)
+        process.send_signal(signal.SIGTERM)
+        _, errors = process.communicate(timeout=20.0)
+    finally:
+        process.kill()
+        executor.shutdown()
+        probe.destroy_node()
+        rclpy.try_shutdown(context=context)
+    assert poses
+    assert process.returncode == 0
+    assert "Traceback" not in errors
+
+
+def test_a_world_that_is_not_there_is_one_line_and_code_2():
+    command = [*EXECUTABLE, "--ros-args", "-p", "simulator.world:=nowhere"]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    assert run.returncode == 2
+    assert "nowhere" in run.stderr
+    assert "Traceback" not in run.stderr
