@@ -1,0 +1,120 @@
+"""When the controller stands still, which plans it refuses, when poses do not join, which goals are blocked."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.params import Limits, LocalMapping, Robot, Settings
+from collplan_core.permission import (
+    is_blocked,
+    is_relocated,
+    plan_age_limit,
+    why_refuse_plan,
+    why_stale,
+    why_stand_still,
+)
+from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.scan import Scan
+from collplan_core.state import State
+
+LIMITS = Limits()
+T_MAP = Settings().planner.map_period
+FRESH = {"goal_active": True, "pose_age": 0.1, "scan_age": 0.2, "plan_age": 0.5, "map_period": T_MAP, "limits": LIMITS}
+
+
+def plan(stamp: float, duration: float = 1.0) -> Plan:
+    line = np.column_stack([np.linspace(0.0, 1.0, 5), np.zeros(5)])
+    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    times = stamp + np.linspace(0.0, duration, 5)
+    return Plan(stamp, times, line, np.zeros((5, 2)), Contacts.none(), line[-1], np.zeros(2), {}, nothing, 0)
+
+
+def at(stamp: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> State:
+    return State(stamp, np.array([x, y]), np.zeros(2), yaw)
+
+
+def test_moves_when_all_is_fresh():
+    assert why_stand_still(**FRESH) == ""
+
+
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({"goal_active": False}, "no active goal"),
+        ({"pose_age": math.inf}, "no pose yet"),
+        ({"pose_age": 0.16}, "pose 0.16 s old, limit 0.15 s"),
+        ({"scan_age": 0.31}, "scan 0.31 s old, limit 0.30 s"),
+        ({"plan_age": math.inf}, "no plan yet"),
+        ({"plan_age": 0.61}, "plan 0.61 s old, limit 0.60 s"),
+        ({"pose_age": -1.0}, "pose -1.00 s old, limit 0.15 s"),
+        ({"pose_age": math.nan}, "pose nan s old, limit 0.15 s"),
+    ],
+)
+def test_stands_still_for_the_first_thing_that_lacks(changed, expected):
+    assert why_stand_still(**{**FRESH, **changed}) == expected
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(age=st.floats(0.0, 2.0), limit=st.floats(0.02, 1.0))
+def test_stale_exactly_beyond_the_limit(age, limit):
+    assert bool(why_stale("pose", age, limit)) == (age > limit)
+
+
+def test_plan_age_limit_lets_one_replanning_fail():
+    assert plan_age_limit(0.2) == pytest.approx(0.6)
+
+
+def test_plan_of_the_present_goal_is_followed():
+    assert why_refuse_plan(plan(2.0), goal_stamp=1.9, now=2.1) == ""
+
+
+@pytest.mark.parametrize(
+    ("goal_stamp", "now", "expected"),
+    [
+        (None, 2.1, "no active goal"),
+        (1.9, None, "no pose yet"),
+        (2.0, 2.1, "made at 2.000, expected later than the goal's 2.000"),
+        (2.5, 2.1, "made at 2.000, expected later than the goal's 2.500"),
+        (1.9, 3.5, "ended at 3.000, it is 3.500"),
+    ],
+)
+def test_plan_is_refused_with_its_reason(goal_stamp, now, expected):
+    assert why_refuse_plan(plan(2.0), goal_stamp, now) == expected
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(st.floats(0.0, 2 * math.pi), st.floats(0.0, Robot().max_speed), st.floats(0.001, 0.149))
+def test_whatever_the_robot_can_do_joins(direction, speed, dt):
+    step = speed * dt
+    after = at(5.0 + dt, step * math.cos(direction), step * math.sin(direction))
+    assert not is_relocated(at(5.0), after, Robot(), LIMITS)
+
+
+@pytest.mark.parametrize("after", [at(5.01, 0.5), at(5.01, 0.0, -0.1), at(5.2), at(4.99), at(5.0, 0.3)])
+def test_leap_silence_and_clock_set_back_do_not_join(after):
+    assert is_relocated(at(5.0), after, Robot(), LIMITS)
+
+
+def wall_ahead(distance: float) -> Scan:
+    """A wall across the x axis of the robot, 360 beams."""
+    angles = -math.pi + np.arange(360) * 2 * math.pi / 360
+    with np.errstate(divide="ignore"):
+        ranges = np.where(np.cos(angles) > 1e-6, distance / np.cos(angles), np.inf)
+    return Scan(1.0, -math.pi, 2 * math.pi / 360, 0.02, 5.0, np.where(ranges > 5.0, np.inf, ranges))
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(x=st.floats(-1.0, 1.0), y=st.floats(-1.0, 1.0), yaw=st.floats(-3.0, 3.0), off=st.floats(-0.07, 0.3))
+def test_goal_is_blocked_where_the_disc_overlaps_what_is_seen(x, y, yaw, off):
+    """`off` is the goal's distance in front of the wall; the disc may overlap by less than a centimetre."""
+    scan, state, robot = wall_ahead(0.4), at(1.0, x, y, yaw), Robot()
+    ahead = np.array([math.cos(yaw), math.sin(yaw)])
+    goal = state.position + (0.4 - off) * ahead
+    assert is_blocked(goal, scan, state, robot, LocalMapping()) == (abs(off) < robot.radius - 0.01)
+
+
+def test_goal_near_a_wall_beyond_the_map_is_not_judged_yet():
+    assert not is_blocked(np.array([2.0, 0.0]), wall_ahead(2.0), at(1.0), Robot(), LocalMapping())
