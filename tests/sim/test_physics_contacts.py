@@ -95,6 +95,16 @@ def test_a_chain_of_circles_throws_back_once(angle, offset):
     assert np.linalg.norm(velocities[-1]) > 0.2
 
 
+def test_the_notch_between_two_circles_counts_once():
+    """With little restitution one circle throws it onto the other; the chain is one surface."""
+    start, config = (BALL + 0.001, RADIUS + 0.05), quiet(restitution=0.2)
+    sim = launched(make_world(circles=CHAIN), start, (0.0, -V_MAX), config)
+    _, _, velocities = flight(sim, 0.2)
+    changes = np.linalg.norm(np.diff(velocities, axis=0), axis=1)
+    assert (changes > 0.1).sum() >= 2
+    assert len(sim.take_impacts()) == 1
+
+
 @pytest.mark.parametrize("direction", np.radians([-10.0, -30.0, -45.0, -60.0, -80.0]))
 def test_a_square_corner_sends_it_back_the_way_it_came(direction):
     """Worked by hand: e on one wall, k_t on the other, whichever comes first."""

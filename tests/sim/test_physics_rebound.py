@@ -6,7 +6,8 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnipuck_sim.rebound import IMPACT_SPEED, closing_speed, rebound
+from collplan_core.params import Simulation
+from omnipuck_sim.rebound import IMPACT_SPEED, Ring, closing_speed, rebound, slide
 from omnipuck_sim.vector import rotated
 from physics_scenes import QUIET, RADIUS, RESTITUTION, RETENTION, flight, launched, make_world, quiet, unit
 
@@ -104,6 +105,24 @@ def test_rebound_leaves_the_wall_and_gains_nothing(velocity, angle, e, k):
     assert closing_speed(after, normal) == pytest.approx(-e * into, abs=1e-12)
     assert np.hypot(*after) <= np.hypot(*velocity) + 1e-12
     assert after == pytest.approx(tuple(closed_form(np.array(velocity), np.array(normal), e, k)))
+
+
+@settings(derandomize=True, deadline=None, max_examples=100)
+@given(vectors, st.floats(-np.pi, np.pi))
+def test_sliding_takes_off_only_what_leads_into_the_wall(velocity, angle):
+    normal = unit(angle)
+    along = np.array(velocity) - (np.array(velocity) @ normal) * normal
+    after = np.array(slide(velocity, tuple(normal)))
+    assert after == pytest.approx(along + max(np.array(velocity) @ normal, 0.0) * normal)
+
+
+def test_a_wide_spread_never_throws_into_the_wall():
+    ring = Ring(Simulation(direction_spread=0.5), np.random.default_rng(0))
+    velocity, normal = (1.2, -0.1), (0.0, 1.0)
+    thrown = np.array([ring.thrown_back(velocity, normal) for _ in range(100)])
+    assert (thrown[:, 1] >= 0.0).all()
+    assert (thrown[:, 1] == 0.0).any()
+    assert (np.hypot(*thrown.T) <= np.hypot(*velocity)).all()
 
 
 @pytest.mark.parametrize("speed", [0.3, 1.2])

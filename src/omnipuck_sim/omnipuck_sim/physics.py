@@ -3,9 +3,9 @@
 from math import floor, isfinite, pi, remainder
 
 import numpy as np
-from collplan_core.pose_filter import PoseSample
 
 from collplan_core.params import Settings
+from collplan_core.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
 from omnipuck_sim.actuation import Wheels
@@ -176,9 +176,8 @@ class Simulator:
 
     def _touch(self, contact: Contact, time: float) -> None:
         before = self._velocity
-        into = closing_speed(before, contact.normal)
-        if into <= IMPACT_SPEED:
-            self._velocity = slide(before, contact.normal) if into > 0.0 else before
+        if closing_speed(before, contact.normal) <= IMPACT_SPEED:
+            self._velocity = slide(before, contact.normal)
             return
         self._velocity = self._ring.thrown_back(before, contact.normal)
         if time - self._last_impact.get(contact.surface, -np.inf) > SAME_CONTACT:

@@ -49,8 +49,9 @@ def rebound(velocity: Vector, normal: Vector, restitution: float, tangential_ret
 
 
 def slide(velocity: Vector, normal: Vector) -> Vector:
-    """Velocity along the wall, all of it kept."""
-    return rebound(velocity, normal, 0.0, 1.0)
+    """Velocity without its share into the wall; the rest is kept."""
+    into = max(closing_speed(velocity, normal), 0.0)
+    return velocity[0] + into * normal[0], velocity[1] + into * normal[1]
 
 
 class Ring:
@@ -68,5 +69,4 @@ class Ring:
         after = rebound(velocity, normal, restitution, s.tangential_retention)
         if s.direction_spread == 0.0:
             return after
-        turned = rotated(after, turn * s.direction_spread)
-        return slide(turned, normal) if closing_speed(turned, normal) > 0.0 else turned
+        return slide(rotated(after, turn * s.direction_spread), normal)
