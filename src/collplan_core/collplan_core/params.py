@@ -74,6 +74,7 @@ class Planning(Parameters):
     turn_penalty: float = parameter(5.0, "f_a, factor on J_pos where the turn reaches turn_threshold", low=1.0, high=1e3, live=True)
     turn_threshold: float = parameter(radians(70.0), "theta_thres, turn from which the penalty applies", unit="rad", low=0.0, high=pi, live=True)
     gap_weight: float = parameter(1.0, "f_theta, weight of the opening's width", unit="1/m", low=0.0, high=10.0, live=True)
+    widest_gap: float = parameter(0.6, "Openings wider than this count as this wide: they are not narrow", unit="m", low=0.0, high=100.0, live=True)
     speed_floor: float = parameter(0.05, "delta v, closing speed assumed for a candidate at rest", unit="m/s", low=0.001, high=1.0, live=True)
     time_floor: float = parameter(0.05, "Smallest time to collision told apart", unit="s", low=0.001, high=1.0, live=True)
     rebound_horizon: float = parameter(0.3, "Time after the rebound at which p_ref is taken", unit="s", low=0.01, high=3.0, live=True)
@@ -136,6 +137,7 @@ class Mocap(Parameters):
     group = "mocap"
     velocity_window: float = parameter(0.06, "Poses of this span are fitted for the velocity; the delay is half of it", unit="s", low=0.01, high=0.5, live=True)
     detect_impacts: bool = parameter(True, "Detect hits in the poses; false where the ring itself senses them", live=True)
+    position_noise: float = parameter(0.002, "Noise of a measured position, standard deviation by axis (assumed)", unit="m", low=1e-5, high=0.1, live=True)
     impact_window: float = parameter(0.05, "A change of velocity within this time that max_acceleration cannot make is a hit", unit="s", low=0.02, high=0.2, live=True)
     impact_speed: float = parameter(0.15, "Smallest such change reported", unit="m/s", low=0.01, high=5.0, live=True)
     leap_margin: float = parameter(0.05, "Distance beyond max_speed times the silence that still counts as motion", unit="m", low=0.0, high=1.0, live=True)

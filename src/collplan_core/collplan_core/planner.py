@@ -60,7 +60,7 @@ def _space(segments: np.ndarray, number: np.ndarray, ends: np.ndarray, goal: np.
 
 @njit
 def _position_risks(positions: np.ndarray, piece: np.ndarray, lit: np.ndarray, current: np.ndarray, velocity: np.ndarray,
-                    reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, far: float, gap_weight: float, max_speed: float,
+                    reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, far: float, gap_weight: float, widest: float, max_speed: float,
                     printed_gap: bool, printed_approach: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """The parts of J_risk that depend on the position alone: J_risk,g and the approach. Paper: Alg. 2."""
     n = len(positions)
@@ -68,7 +68,7 @@ def _position_risks(positions: np.ndarray, piece: np.ndarray, lit: np.ndarray, c
     for i in range(n):
         x, y = positions[i]
         from_robot = np.hypot(x - current[0], y - current[1])
-        gap[i] = gap_risk(reach, x, y, from_robot, lit[piece[i], 0], lit[piece[i], 1], far, gap_weight, printed_gap)
+        gap[i] = gap_risk(reach, x, y, from_robot, lit[piece[i], 0], lit[piece[i], 1], far, gap_weight, widest, printed_gap)
         if not printed_approach:
             approach[i] = crosses_boundary(ends, surface, current[0], current[1], velocity[0], velocity[1], x, y, max_speed)
     return gap, approach
@@ -101,7 +101,7 @@ def _aim_at_frontiers(memory: PlannerMemory, local_map: LocalMap, state: State, 
     )  # fmt: skip
     gap, approach = _position_risks(
         positions, piece, lit, current, state.velocity, local_map.reach, ends, local_map.surface,
-        settings.local_map.sight_share * local_map.half_side, p.gap_weight, settings.robot.max_speed,
+        settings.local_map.sight_share * local_map.half_side, p.gap_weight, p.widest_gap, settings.robot.max_speed,
         p.gap_risk == "printed", p.approach_risk == "printed",
     )  # fmt: skip
     predicted = local_map.predicted - np.array([center[0], center[1], 0.0, 0.0])

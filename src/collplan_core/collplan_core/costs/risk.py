@@ -53,13 +53,13 @@ def collision_rate(px: float, py: float, vx: float, vy: float, predicted: np.nda
 
 @njit
 def gap_risk(reach: np.ndarray, x: float, y: float, from_robot: float, clockwise: bool, counter_clockwise: bool, far: float,
-             gap_weight: float, as_printed: bool) -> float:  # fmt: skip
+             gap_weight: float, widest: float, as_printed: bool) -> float:  # fmt: skip
     """J_risk,g = -f_theta theta_sight, times the distance from p_cur (the opening's width) unless as printed.
 
     x, y: the candidate relative to the centre of F [m]; from_robot: |p_s - p_cur| [m].
     """
     angle = sight_angle(reach, x, y, clockwise, counter_clockwise, far)
-    return -gap_weight * angle * (1.0 if as_printed else from_robot)
+    return -gap_weight * (angle if as_printed else min(angle * from_robot, widest))
 
 
 @njit
