@@ -1,0 +1,200 @@
+"""The running graph: a process per node, and bringup's own node that listens and gives the goal."""
+
+import os
+import time
+from collections import Counter
+from collections.abc import Callable
+from contextlib import ExitStack
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from collplan_ros.conversions import goal_to_message
+from collplan_ros.failures import GraphError, StartError
+from collplan_ros.network import described, environment_set, graph_environment
+from collplan_ros.preparation import Preparation
+from collplan_ros.processes import NodeProcess, stop_all
+from collplan_ros.progress import Progress
+from collplan_ros.qos import EVENT
+from collplan_ros.recorder import Recorder
+from collplan_ros.run_folder import RunFolder
+from collplan_ros.run_log import PoseRow
+from collplan_ros.signals import StopRequest
+
+NAME = "bringup"
+FIRST_STOPPED = "controller_node"
+"""Its last command is zero, and the robot must still be there to take it."""
+LISTENING_TIME = 0.5
+"""Whoever else is in the domain is heard within this [s]."""
+READY_PATIENCE = 120.0
+"""Nodes may have to compile first [s]."""
+INPUT_PATIENCE = 3.0
+"""For poses, scans and the answer to a goal, once every node is ready [s]."""
+GOAL_PERIOD = 1.0
+"""A goal that is not answered is given again [s]."""
+SPIN_TIME = 0.02
+
+
+class Graph:
+    """For `with`: entering starts every node, leaving stops them.
+
+    The nodes die with the thread that entered, whatever ends it.
+
+    Raises:
+        StartError: on entering, when a node of the same name is in the domain already.
+        NodeDied, GraphError, Interrupted: from every method that waits.
+    """
+
+    def __init__(self, preparation: Preparation, folder: RunFolder, progress: Progress) -> None:
+        """Starts nothing yet."""
+        self._preparation = preparation
+        self._folder = folder
+        self._progress = progress
+        self._processes: list[NodeProcess] = []
+        self._stop_request = StopRequest()
+        self._stack = ExitStack()
+
+    def __enter__(self) -> "Graph":
+        with ExitStack() as stack:
+            stack.enter_context(environment_set(graph_environment(self._preparation.network, os.environ)))
+            stack.enter_context(self._stop_request.listening())
+            self._open_node(stack)
+            self._refuse_company()
+            self._folder.become_latest()
+            stack.callback(self._stop_processes)
+            for name, program in self._preparation.programs.items():
+                command = [program, "--ros-args", *self._ros_arguments()]
+                self._processes.append(NodeProcess(name, command, self._folder.logs / f"{name}.log"))
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._stack.close()
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process id of each node by name."""
+        return {process.name: process.pid for process in self._processes}
+
+    @property
+    def pose(self) -> PoseRow:
+        """The newest pose.
+
+        Raises:
+            GraphError: there is none, or none has come for INPUT_PATIENCE.
+        """
+        if self.recorder.newest is None or self.recorder.silence > INPUT_PATIENCE:
+            raise GraphError(self._no_pose())
+        return self.recorder.newest
+
+    def step(self) -> None:
+        """Takes one message, or waits a moment for one; notices signals and the end of a node."""
+        self._stop_request.check()
+        for process in self._processes:
+            process.check()
+        self._executor.spin_once(timeout_sec=SPIN_TIME)
+
+    def wait(self, condition: Callable[[], bool], patience: float, complaint: Callable[[], str]) -> None:
+        """Steps until `condition()`.
+
+        Raises:
+            GraphError: with `complaint()`, after `patience` [s].
+        """
+        deadline = time.monotonic() + patience
+        while not condition():
+            if time.monotonic() > deadline:
+                raise GraphError(complaint())
+            self.step()
+
+    def wait_until_ready(self) -> None:
+        """Waits until every node has reported, and poses, scans and the planner are there."""
+        recorder = self.recorder
+        self.wait(lambda: not self._silent_nodes(), READY_PATIENCE, self._unready)
+        self._refuse_doubles()
+        self.wait(lambda: recorder.newest is not None, INPUT_PATIENCE, self._no_pose)
+        self.wait(lambda: recorder.scan_came, INPUT_PATIENCE, lambda: self._missing("scan", "best effort"))
+        self.wait(lambda: self._goals.get_subscription_count() > 0, INPUT_PATIENCE, self._no_planner)
+
+    def give_goal(self, goal: np.ndarray) -> None:
+        """Publishes a goal (2,) [m] and waits for the planner's answer."""
+        self.recorder.goal_state = None
+        again = 0.0
+
+        def answered() -> bool:
+            nonlocal again
+            if time.monotonic() >= again:
+                self._goals.publish(goal_to_message(goal, self._preparation.settings.frames.map, self.pose.stamp))
+                again = time.monotonic() + GOAL_PERIOD
+            return self.recorder.goal_state is not None
+
+        self.wait(answered, INPUT_PATIENCE, self._no_planner)
+
+    def _open_node(self, stack: ExitStack) -> None:
+        context = Context()
+        context.init()
+        stack.callback(context.try_shutdown)
+        self._node = Node(NAME, context=context)
+        stack.callback(self._node.destroy_node)
+        self.recorder = Recorder(self._node, self._preparation.settings, self._folder.trajectory)
+        stack.callback(self.recorder.finish)
+        self._goals = self._node.create_publisher(PoseStamped, "goal_pose", EVENT)
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self._node)
+        stack.callback(self._executor.shutdown)
+
+    def _ros_arguments(self) -> list[str]:
+        arguments = ["--params-file", str(self._folder.parameters)]
+        if self._preparation.settings.simulator.speed_factor != 1.0:
+            arguments += ["-p", "use_sim_time:=true"]
+        return arguments
+
+    def _stop_processes(self) -> None:
+        for name in stop_all(self._processes, FIRST_STOPPED):
+            self._progress.say(f"{name} did not stop when asked to and was killed")
+
+    def _names(self) -> Counter[str]:
+        """How often each name of this graph is seen in its namespace."""
+        ours = {NAME, *self._preparation.programs}
+        seen = self._node.get_node_names_and_namespaces()
+        return Counter(name for name, space in seen if space == self._node.get_namespace() and name in ours)
+
+    def _refuse_company(self) -> None:
+        end = time.monotonic() + LISTENING_TIME
+        while time.monotonic() < end:
+            self.step()
+            others = sorted((self._names() - Counter([NAME])).keys())
+            if others:
+                raise StartError(f"{_in_words(others)} already in {described()}; end it, or set another ROS_DOMAIN_ID")
+
+    def _refuse_doubles(self) -> None:
+        doubles = sorted(name for name, count in self._names().items() if count > 1)
+        if doubles:
+            raise GraphError(f"another {_in_words(doubles)} in {described()}; end it, or set another ROS_DOMAIN_ID")
+
+    def _silent_nodes(self) -> list[str]:
+        space = self._node.get_namespace().rstrip("/")
+        return [name for name in self._preparation.programs if f"{space}/{name}" not in self.recorder.reported]
+
+    def _unready(self) -> str:
+        silent = _in_words(self._silent_nodes())
+        return f"{silent} not ready within {READY_PATIENCE:g} s: nothing on /diagnostics; {described()}"
+
+    def _no_pose(self) -> str:
+        return f"{self._missing('mocap/odom', 'reliable')}, made from {self._name('mocap/pose')} (best effort)"
+
+    def _no_planner(self) -> str:
+        goal, status = self._name("goal_pose"), self._name("goal_status")
+        return f"no answer on {status} to the goal on {goal} (reliable) for {INPUT_PATIENCE:g} s; {described()}"
+
+    def _missing(self, topic: str, reliability: str) -> str:
+        return f"nothing on {self._name(topic)} ({reliability}) for {INPUT_PATIENCE:g} s; {described()}"
+
+    def _name(self, topic: str) -> str:
+        return str(self._node.resolve_topic_name(topic))
+
+
+def _in_words(names: list[str]) -> str:
+    return ", ".join(names)

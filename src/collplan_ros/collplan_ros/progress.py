@@ -1,0 +1,35 @@
+"""The live line of a run."""
+
+import sys
+import time
+from typing import TextIO
+
+TERMINAL_PERIOD = 0.1
+PLAIN_PERIOD = 1.0
+
+
+class Progress:
+    """Rewrites one line of a terminal; elsewhere prints a plain line a second."""
+
+    def __init__(self, stream: TextIO | None = None) -> None:
+        """Writes to standard output unless told otherwise."""
+        self._stream = stream or sys.stdout
+        self._live = self._stream.isatty()
+        self._last = 0.0
+        self._open = False
+
+    def show(self, elapsed: float, distance: float, maneuver: str, impacts: int) -> None:
+        """How the run stands: seconds since the goal was given, metres to the goal."""
+        if time.monotonic() - self._last < (TERMINAL_PERIOD if self._live else PLAIN_PERIOD):
+            return
+        self._last = time.monotonic()
+        line = f"{elapsed:6.1f} s   {distance:5.2f} m to the goal   {maneuver:<18}   impacts {impacts}"
+        self._stream.write(f"\r{line}" if self._live else f"{line}\n")
+        self._stream.flush()
+        self._open = self._live
+
+    def say(self, text: str) -> None:
+        """A line that stays."""
+        self._stream.write(("\n" if self._open else "") + text + "\n")
+        self._stream.flush()
+        self._open = False

@@ -1,0 +1,189 @@
+"""What a run leaves in its folder, from a log made by hand."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.params import Settings
+from collplan_core.plan import Contacts
+from collplan_core.raycast import simulate_scan
+from collplan_core.state import State
+from collplan_core.worlds import World
+from collplan_ros.failures import StartError
+from collplan_ros.impact_log import impacts_of, nearest_surface
+from collplan_ros.preparation import Preparation
+from collplan_ros.results import write_results
+from collplan_ros.robots import ROBOTS
+from collplan_ros.run_folder import RunFolder
+from collplan_ros.run_log import CommandRow, Kick, PlanRow, PoseRow, RunLog
+from collplan_ros.summary import summarize
+from collplan_ros.trajectory_file import COLUMNS, TrajectoryFile
+
+EPOCH = 1.7e9
+WALL = 1.0
+RADIUS = Settings().robot.radius
+HIT_AT = 1.0
+SPEED = 0.5
+
+
+def room() -> World:
+    block = np.array([[WALL, -1.0], [2.0, -1.0], [2.0, 1.0], [WALL, 1.0]])
+    return World("room", (block,), np.array([[-1.0, 0.5, 0.2]]), (-2.0, -1.5, 2.5, 1.5))
+
+
+def bouncing_run() -> RunLog:
+    """Straight at a wall with SPEED, met at HIT_AT, and back with half of it."""
+    log = RunLog()
+    for k in range(200):
+        t = 0.01 * k
+        begin = WALL - RADIUS - SPEED * HIT_AT
+        x = begin + SPEED * t if t < HIT_AT else WALL - RADIUS - 0.5 * SPEED * (t - HIT_AT)
+        row = PoseRow(EPOCH + t, x, 0.1, 0.0, SPEED if t < HIT_AT else -0.5 * SPEED, 0.0)
+        log.poses.append(row)
+        log.truth.append(row)
+        if k % 5 == 0:
+            log.commands.append(
+                CommandRow(
+                    EPOCH + t, 77.0 + t, 0.3 if t > 0.12 else 0.0, 0.0, 0.0, "free_space" if t > 0.12 else "stopped"
+                )
+            )
+            log.scans.append(
+                simulate_scan(room(), State(row.stamp, np.array([row.x, row.y]), np.zeros(2), 0.0), Settings().lidar)
+            )
+        if k % 20 == 0:
+            log.plans.append(PlanRow(EPOCH + t, EPOCH + t + np.array([0.0, 1.0]), np.array([[x, 0.1], [x + 0.5, 0.1]])))
+            touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), np.array([[WALL, 0.12]]), np.zeros((1, 2)))
+            log.contacts[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
+            log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
+    log.kicks.append(Kick(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
+    return log
+
+
+def test_an_impact_is_placed_on_the_world():
+    impacts = impacts_of(bouncing_run(), room())
+    assert impacts.points[0] == pytest.approx([WALL, 0.1], abs=1e-9)
+    assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
+    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
+    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
+    assert impacts.foreseen.tolist() == [True]
+
+
+def test_two_hits_between_two_samples_are_told_apart():
+    log = bouncing_run()
+    log.kicks = [Kick(EPOCH + HIT_AT - 0.006, -SPEED, 0.0), Kick(EPOCH + HIT_AT - 0.003, -0.5 * SPEED, 0.0)]
+    impacts = impacts_of(log, room())
+    assert impacts.before[:, 0] == pytest.approx([SPEED, 0.0], abs=1e-9)
+    assert impacts.after[:, 0] == pytest.approx([0.0, -0.5 * SPEED], abs=1e-9)
+    assert impacts.foreseen.sum() == 1
+
+
+@given(st.floats(-1.99, 2.49), st.floats(-1.49, 1.49))
+@settings(derandomize=True, deadline=None, max_examples=60)
+def test_the_nearest_surface_is_shapelys(x, y):
+    import shapely
+
+    block, circle = shapely.Polygon(room().polygons[0]), shapely.Point(-1.0, 0.5).buffer(0.2, quad_segs=512)
+    here = shapely.Point(x, y)
+    if block.distance(here) < 1e-6 or circle.distance(here) < 1e-6:
+        return
+    point, normal = nearest_surface(room(), np.array([x, y]))
+    distance = min(shape.distance(here) for shape in (block, circle, shapely.box(*room().bounds).exterior))
+    assert np.hypot(*(point - [x, y])) == pytest.approx(distance, abs=1e-5)
+    assert point + distance * normal == pytest.approx([x, y], abs=1e-5)
+
+
+def test_the_summary_of_a_run_worked_by_hand():
+    log = bouncing_run()
+    summary = summarize(log, impacts_of(log, room()), "reached", np.array([0.0, 0.1]), Settings())
+    assert summary["reached"] is True
+    assert summary["arrival_time_s"] == pytest.approx(1.99 - 0.15, abs=1e-6)
+    assert summary["path_length_m"] == pytest.approx(SPEED * 0.85 + 0.5 * SPEED * 0.99, abs=1e-6)
+    assert summary["path_length_source"] == "ground_truth"
+    assert (summary["impacts"], summary["impacts_foreseen"]) == (1, 1)
+    assert summary["plan_time_ms"] == {"p50": pytest.approx(91.0), "p99": pytest.approx(181.0, rel=0.02), "n": 10}
+    assert summary["control_period_ms"]["p50"] == pytest.approx(50.0)
+    assert summary["candidates"] == {"mean": 10.0, "before_pruning_mean": 30.0}
+    assert summary["maneuvers"] == {"free_space": summary["control_period_ms"]["n"] + 1}
+
+
+def test_without_a_truth_the_poses_and_the_detected_hits_count():
+    log = bouncing_run()
+    log.truth, log.detected = [], [Kick(EPOCH + HIT_AT, -0.7, 0.0)]
+    summary = summarize(log, impacts_of(log, room()), "timeout", np.array([0.0, 0.1]), Settings())
+    assert summary["impacts"] == 1
+    assert summary["arrival_time_s"] is None
+    assert "5 Hz" in summary["path_length_source"]
+    assert summary["path_length_m"] == pytest.approx(SPEED * 0.85 + 0.5 * SPEED * 0.99, rel=0.05)
+
+
+def prepared() -> Preparation:
+    return Preparation(ROBOTS["sim"], "local", Settings(), room(), np.array([0.0, 0.1]), {})
+
+
+def test_all_files_are_written(tmp_path):
+    folder = RunFolder(tmp_path / "runs")
+    folder.become_latest()
+    write_results(folder, bouncing_run(), prepared(), "reached", pictures=True)
+    latest = tmp_path / "runs" / "latest"
+    summary = json.loads((latest / "summary.json").read_text())
+    assert summary["simulated"] is True
+    assert summary["assumed"]["robot.radius"] == RADIUS
+    rows = list(csv.DictReader((latest / "impacts.csv").open()))
+    assert [(row["foreseen"], float(row["t"])) for row in rows] == [("true", pytest.approx(HIT_AT - 0.003, abs=1e-5))]
+    from PIL import Image
+
+    for name, frames in (("trajectory.png", 1), ("run.gif", 15)):
+        with Image.open(latest / name) as image:
+            assert getattr(image, "n_frames", 1) >= frames
+            assert image.convert("L").getextrema()[0] < image.convert("L").getextrema()[1]
+
+
+def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
+    folder = RunFolder(tmp_path)
+    summary = write_results(folder, RunLog(), prepared(), "graph_lost", pictures=True)
+    assert summary["reached"] is False
+    assert summary["plan_time_ms"] == {"p50": None, "p99": None, "n": 0}
+    assert json.loads(folder.summary.read_text())["impacts"] == 0
+
+
+def test_a_trajectory_row_is_on_disk_at_once(tmp_path):
+    log = RunLog(maneuver="free_space")
+    file = TrajectoryFile(tmp_path / "trajectory.csv")
+    log.poses.append(PoseRow(EPOCH, 0.0, 0.0, 0.0, 0.0, 0.0))
+    file.add(log.poses[-1], log)
+    log.commands.append(CommandRow(EPOCH, 0.0, 0.3, -0.1, 0.2, "free_space"))
+    log.reference = (0.5, 1.0)
+    log.poses.append(PoseRow(EPOCH + 0.5, 0.4, 1.0, 0.1, 0.8, 2.0))
+    file.add(log.poses[-1], log)
+    first, second = csv.DictReader((tmp_path / "trajectory.csv").open())
+    assert tuple(first) == COLUMNS
+    assert first["cmd_vx"] == "nan"
+    assert [float(second[key]) for key in COLUMNS[:-1]] == pytest.approx(
+        [0.5, 0.4, 1.0, 0.1, 0.8, 2.0, 0.3, -0.1, 0.2, 0.5, 1.0]
+    )
+    file.close()
+
+
+def test_runs_of_the_same_second_have_folders_of_their_own(tmp_path):
+    folders = [RunFolder(tmp_path) for _ in range(3)]
+    for folder in folders:
+        folder.become_latest()
+    assert len({folder.path for folder in folders}) == 3
+    assert (tmp_path / "latest").resolve() == folders[-1].path
+    folders[0].discard()
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == sorted(
+        ["latest", folders[1].path.name, folders[2].path.name]
+    )
+
+
+def test_a_folder_that_cannot_be_written_is_one_clear_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StartError, match=r"run folder .*file/runs: cannot be written: Not a directory"):
+        RunFolder(tmp_path / "file" / "runs")
+    (tmp_path / "latest" / "in_the_way").mkdir(parents=True)
+    with pytest.raises(StartError, match="latest: cannot be written"):
+        RunFolder(tmp_path).become_latest()
