@@ -189,7 +189,7 @@ def test_free_flight_stays_outside_and_never_gains(seed, direction, speed):
 
 
 @pytest.mark.soak
-@settings(derandomize=True, deadline=None, max_examples=2000)
+@settings(derandomize=True, deadline=None, max_examples=800)
 @given(*flights)
 def test_free_flight_stays_outside_and_never_gains_long(seed, direction, speed):
     check_free_flight(seed, direction, speed, duration=6.0)

@@ -1,21 +1,17 @@
 """The simulated robot on the graph, in one process with a probe; its clean end as a process of its own."""
 
 import math
-import signal
 import subprocess
 import sys
 import time
-from collections import defaultdict
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
@@ -43,53 +39,30 @@ HEARD = (
 
 
 class Bench:
-    """The node under test and a probe that hears all it says, spun by the test itself."""
+    """The node under test, commands to it, and all it says."""
 
-    def __init__(self, world: str, **parameters) -> None:
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context)
-        overrides = {"simulator.world": world, "simulator.noise": 0.0, **parameters}
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.nodes = [rclpy.create_node("probe", context=self.context)]
-        self.probe = self.nodes[0]
-        self.heard = defaultdict(list)
-        for topic, kind, qos in HEARD:
-            self.probe.create_subscription(kind, topic, self.heard[topic].append, qos)
-        given = [Parameter(key, value=value) for key, value in overrides.items()]
-        try:
-            self.nodes.append(SimulatorNode(context=self.context, parameter_overrides=given))
-        except Exception:
-            self.close()
-            raise
-        for node in self.nodes:
-            self.executor.add_node(node)
-        stamped = bool(overrides.get("controller.stamped_cmd_vel"))
-        self.commands = self.probe.create_publisher(TwistStamped if stamped else Twist, "cmd_vel", NEWEST)
-        self.until(lambda: self.commands.get_subscription_count() and self.heard["ground_truth/odom"])
+    def __init__(self, ros, world: str, **parameters) -> None:
+        self.ros = ros
+        self.heard = {topic: ros.listen(kind, topic, qos) for topic, kind, qos in HEARD}
+        ros.make(SimulatorNode, {"simulator.world": world, "simulator.noise": 0.0, **parameters})
+        stamped = bool(parameters.get("controller.stamped_cmd_vel"))
+        self.commands = ros.publisher(TwistStamped if stamped else Twist, "cmd_vel", NEWEST)
+        self.until(lambda: self.odometry and self.heard["/diagnostics"])
 
-    def until(self, condition: Callable[[], object], timeout: float = 30.0) -> None:
-        end = time.monotonic() + timeout
-        while not condition():
-            assert time.monotonic() < end, "waited in vain"
-            self.executor.spin_once(timeout_sec=0.02)
+    def until(self, condition: Callable[[], object]) -> None:
+        assert self.ros.wait_until(condition, timeout=30.0), "waited in vain"
 
     def drive_until(self, condition: Callable[[], object], message=None, **velocity) -> None:
         """Sends the command at about 20 Hz until the condition holds."""
         message = twist(**velocity) if message is None else message
-        timer = self.probe.create_timer(0.05, lambda: self.commands.publish(message))
+        timer = self.ros.probe.create_timer(0.05, lambda: self.commands.publish(message))
         self.until(condition)
-        self.probe.destroy_timer(timer)
+        self.ros.probe.destroy_timer(timer)
 
     def call(self, name: str) -> Trigger.Response:
-        client = self.probe.create_client(Trigger, name)
-        self.until(client.service_is_ready)
-        future = client.call_async(Trigger.Request())
-        self.until(future.done)
-        return future.result()
+        return self.ros.call(Trigger, name)
 
     def diagnosed(self, key: str) -> int:
-        if not self.heard["/diagnostics"]:
-            return 0
         return int(next(v.value for v in self.heard["/diagnostics"][-1].status[0].values if v.key == key))
 
     @property
@@ -105,12 +78,6 @@ class Bench:
         linear = self.odometry[-1].twist.twist.linear
         return math.hypot(linear.x, linear.y)
 
-    def close(self) -> None:
-        self.executor.shutdown()
-        for node in self.nodes:
-            node.destroy_node()
-        rclpy.try_shutdown(context=self.context)
-
 
 def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
     message = Twist()
@@ -123,18 +90,10 @@ def seconds(stamp) -> float:
 
 
 @pytest.fixture
-def bench(tmp_path):
+def bench(ros, tmp_path):
     path = tmp_path / "hall.yaml"
     path.write_text(HALL)
-    made = []
-
-    def make(**parameters) -> Bench:
-        made.append(Bench(str(path), **parameters))
-        return made[-1]
-
-    yield make
-    for each in made:
-        each.close()
+    return partial(Bench, ros, str(path))
 
 
 def test_poses_come_at_100_hz_with_noise_and_the_truth_beside_them(bench):
@@ -244,45 +203,31 @@ def test_at_another_speed_it_publishes_the_clock_its_stamps_are_in(bench):
 def test_in_real_time_it_leaves_the_clock_alone(bench):
     b = bench()
     b.until(lambda: len(b.heard["mocap/pose"]) > 10)
-    assert b.probe.count_publishers("/clock") == 0
+    assert b.ros.probe.count_publishers("/clock") == 0
 
 
-def test_a_start_inside_an_obstacle_is_an_error(tmp_path):
+def test_a_start_inside_an_obstacle_is_an_error(ros, tmp_path):
     path = tmp_path / "tight.yaml"
     path.write_text("bounds: [0, 0, 2, 2]\ncircles: [{center: [1.0, 1.0], radius: 0.2}]\nstart: [1.25, 1.0]\n")
     with pytest.raises(WorldError, match="inside an obstacle"):
-        Bench(str(path))
+        Bench(ros, str(path))
 
 
-def test_a_parameter_out_of_range_is_an_error(tmp_path):
+def test_a_parameter_out_of_range_is_an_error(ros):
     with pytest.raises(ParameterError, match="physics_rate"):
-        Bench("corridor", **{"simulator.physics_rate": 1.0})
+        Bench(ros, "corridor", **{"simulator.physics_rate": 1.0})
 
 
-def test_as_a_process_it_ends_cleanly_on_sigterm():
-    script = "import sys; from omnipuck_sim.simulator_node import main; sys.exit(main())"
-    process = subprocess.Popen(
-        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    probe = rclpy.create_node("probe", context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(probe)
-    poses: list[PoseStamped] = []
-    probe.create_subscription(PoseStamped, "mocap/pose", poses.append, POSE_SUBSCRIBED)
-    try:
-        end = time.monotonic() + 20.0
-        while not poses and time.monotonic() < end:
-            executor.spin_once(timeout_sec=0.1)
-        process.send_signal(signal.SIGTERM)
-        _, errors = process.communicate(timeout=20.0)
-    finally:
-        process.kill()
-        executor.shutdown()
-        probe.destroy_node()
-        rclpy.try_shutdown(context=context)
-    assert poses
+def test_as_a_process_it_ends_cleanly_on_sigterm(ros):
+    poses = ros.listen(PoseStamped, "mocap/pose", POSE_SUBSCRIBED)
+    with subprocess.Popen(EXECUTABLE, stderr=subprocess.PIPE, text=True) as process:
+        came = ros.wait_until(lambda: poses, timeout=30.0)
+        process.terminate()
+        try:
+            _, errors = process.communicate(timeout=30.0)
+        finally:
+            process.kill()
+    assert came
     assert process.returncode == 0
     assert "Traceback" not in errors
 
