@@ -1,0 +1,49 @@
+"""The last poses, to know where the robot was at a scan's stamp."""
+
+from bisect import bisect_left
+from collections import deque
+from math import remainder, tau
+
+from collplan_core.state import State
+
+
+class PoseHistory:
+    """Keeps the states of the last `span` [s], by their stamps."""
+
+    def __init__(self, span: float) -> None:
+        self._span = span
+        self._states: deque[State] = deque()
+
+    def add(self, state: State) -> None:
+        """The newest state; one that is not later than those kept begins anew, as after a clock was set back."""
+        if self._states and state.stamp <= self._states[-1].stamp:
+            self._states.clear()
+        self._states.append(state)
+        while self._states[0].stamp < state.stamp - self._span:
+            self._states.popleft()
+
+    def clear(self) -> None:
+        """Forget everything, as after a relocation."""
+        self._states.clear()
+
+    def at(self, stamp: float) -> State | None:
+        """The state at `stamp` [s]; None outside what is kept.
+
+        Between two states position and velocity are linear, and the yaw goes the shortest way.
+        """
+        after = bisect_left(self._states, stamp, key=lambda state: state.stamp)
+        if after == len(self._states):
+            return None
+        if self._states[after].stamp == stamp:
+            return self._states[after]
+        return None if after == 0 else _between(self._states[after - 1], self._states[after], stamp)
+
+
+def _between(a: State, b: State, stamp: float) -> State:
+    share = (stamp - a.stamp) / (b.stamp - a.stamp)
+    return State(
+        stamp=stamp,
+        position=a.position + share * (b.position - a.position),
+        velocity=a.velocity + share * (b.velocity - a.velocity),
+        yaw=remainder(a.yaw + share * remainder(b.yaw - a.yaw, tau), tau),
+    )

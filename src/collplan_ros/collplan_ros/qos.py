@@ -1,0 +1,34 @@
+"""How each kind of topic is delivered."""
+
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+
+def _profile(depth: int, reliable: bool = True, latched: bool = False) -> QoSProfile:
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+
+
+# mocap/pose, mocap/odom: published reliable so that any listener matches, listened to best effort so that none is late
+POSE_PUBLISHED = _profile(10)
+POSE_SUBSCRIBED = _profile(10, reliable=False)
+
+# scan
+SENSOR_DATA = _profile(5, reliable=False)
+
+# impact, goal_pose, planner/costs, ground_truth/*: every one counts
+EVENT = _profile(50)
+
+# plan, planner/foreseen_impacts, cmd_vel: only the newest is acted on. Volatile: a latched plan would be a motion
+# command to whoever starts later.
+NEWEST = _profile(1)
+
+# goal_status, maneuver, planner/markers: a late listener gets the present state
+LATCHED = _profile(1, latched=True)
+
+# /diagnostics: latched, so that a late listener learns at once that a node is ready; many nodes share the topic
+DIAGNOSTICS_PUBLISHED = LATCHED
+DIAGNOSTICS_SUBSCRIBED = _profile(100, latched=True)

@@ -1,0 +1,95 @@
+"""The one way a node is started, run and ended."""
+
+import argparse
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import FrameType
+
+import rclpy
+from rclpy.duration import Duration
+from rclpy.exceptions import NameValidationException, ParameterException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+STARTUP_ERROR = 2
+# RuntimeError: rcl's own errors, among them ROS arguments and parameter files that cannot be read
+_STARTUP_ERRORS = (ValueError, OSError, RuntimeError, ParameterException, NameValidationException)
+
+
+class _StopFlag:
+    """Set by SIGINT and SIGTERM. rclpy's own handlers end the context before a last message can be sent."""
+
+    def __init__(self) -> None:
+        self.raised = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._raise)
+
+    def _raise(self, number: int, frame: FrameType | None) -> None:
+        self.raised = True
+
+
+def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+    """Run one node until SIGINT, SIGTERM or the end of its context.
+
+    At the end `node.stop()` is called, where the node has one, while messages can still be sent.
+
+    Args:
+        make_node: makes the node in rclpy's default context.
+        args: command line with the program's name; sys.argv when None.
+
+    Returns:
+        The exit code: 0, or 2 when the node could not be made, after one line on stderr that says why.
+
+    Raises:
+        Whatever a callback of the node raises, after the node was stopped.
+    """
+    flag = _StopFlag()
+    argv = list(sys.argv if args is None else args)
+    program = Path(argv[0]).name if argv else "node"
+    try:
+        _refuse_other_arguments(program, argv)
+        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+        node = make_node()
+    except _STARTUP_ERRORS as error:
+        print(f"{program}: {' '.join(str(error).split())}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return STARTUP_ERROR
+    _spin(node, flag)
+    return 0
+
+
+def _refuse_other_arguments(program: str, argv: list[str]) -> None:
+    """What stands outside --ros-args would be ignored, a forgotten --ros-args among it."""
+    usage = "%(prog)s [--ros-args -p KEY:=VALUE --params-file FILE -r FROM:=TO ...]"
+    argparse.ArgumentParser(prog=program, usage=usage).parse_args(remove_ros_args(argv)[1:])
+
+
+def _spin(node: Node, flag: _StopFlag) -> None:
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        while not flag.raised and rclpy.ok():
+            executor.spin_once(timeout_sec=0.1)
+    finally:
+        _end(node, executor)
+
+
+def _end(node: Node, executor: SingleThreadedExecutor) -> None:
+    try:
+        if hasattr(node, "stop") and rclpy.ok():
+            node.stop()
+    finally:
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def publish_acknowledged(publisher: Publisher, message: object, timeout: float = 1.0) -> bool:
+    """Publish and wait until every reliable listener has it, at most `timeout` [s]; whether they have."""
+    publisher.publish(message)
+    return publisher.wait_for_all_acked(Duration(seconds=timeout))

@@ -1,0 +1,89 @@
+"""The fixture `ros`: a graph of its own for one test, in this process.
+
+Nothing runs in the background: nodes, timers and callbacks advance while the test waits in `wait_until` or `spin`, in
+the test's own thread, so a test reads what callbacks write without locks.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
+
+import pytest
+
+N = TypeVar("N")
+
+
+class RosGraph:
+    """Nodes of one test, and a probe that publishes to them and listens."""
+
+    def __init__(self) -> None:
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._nodes: list[Any] = []
+        self.probe = self.add(rclpy.create_node("probe", context=self.context))
+
+    def add(self, node: N) -> N:
+        """A node made in this graph's context, run from now on."""
+        self._executor.add_node(node)
+        self._nodes.append(node)
+        return node
+
+    def make(self, node_class: Callable[..., N], parameters: dict[str, object] | None = None, **kwargs: Any) -> N:
+        """A node with these parameter overrides, run from now on."""
+        from rclpy.parameter import Parameter
+
+        overrides = [Parameter(name, value=value) for name, value in (parameters or {}).items()]
+        return self.add(node_class(context=self.context, parameter_overrides=overrides, **kwargs))
+
+    def listen(self, message_type: type, topic: str, qos: Any = 10) -> list[Any]:
+        """A list that grows by every message the probe receives."""
+        messages: list[Any] = []
+        self.probe.create_subscription(message_type, topic, messages.append, qos)
+        return messages
+
+    def publisher(self, message_type: type, topic: str, qos: Any = 10, matched: int = 1, timeout: float = 10.0) -> Any:
+        """A publisher of the probe, after `matched` listeners have found it."""
+        publisher = self.probe.create_publisher(message_type, topic, qos)
+        assert self.wait_until(lambda: publisher.get_subscription_count() >= matched, timeout), (
+            f"no listener on {topic}"
+        )
+        return publisher
+
+    def call(self, service_type: type, name: str, request: Any = None, timeout: float = 10.0) -> Any:
+        """The answer of a service."""
+        client = self.probe.create_client(service_type, name)
+        assert self.wait_until(client.service_is_ready, timeout), f"no service {name}"
+        future = client.call_async(service_type.Request() if request is None else request)
+        assert self.wait_until(future.done, timeout), f"no answer from {name}"
+        return future.result()
+
+    def wait_until(self, condition: Callable[[], Any], timeout: float = 10.0) -> bool:
+        """Runs the nodes until the condition holds; whether it did within `timeout` [s]."""
+        end = time.monotonic() + timeout
+        while not condition():
+            if time.monotonic() > end:
+                return False
+            self._executor.spin_once(timeout_sec=0.02)
+        return True
+
+    def spin(self, duration: float) -> None:
+        """Runs the nodes for so long [s]: to show that something does not happen."""
+        self.wait_until(lambda: False, duration)
+
+    def close(self) -> None:
+        """In the order that leaves nothing behind."""
+        self._executor.shutdown()
+        for node in self._nodes:
+            node.destroy_node()
+        self.context.try_shutdown()
+
+
+@pytest.fixture
+def ros() -> Iterator[RosGraph]:
+    graph = RosGraph()
+    yield graph
+    graph.close()
