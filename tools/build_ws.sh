@@ -4,8 +4,13 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-constraints=constraints.txt
-[ -z "${ROS_DISTRO:-}" ] || constraints=constraints-oldest.txt
+if [ -n "${ROS_DISTRO:-}" ]; then
+    constraints=constraints-oldest.txt
+else
+    constraints=constraints.txt
+    # what make set for the wheels, which are no workspace that colcon could stand on
+    unset AMENT_PREFIX_PATH
+fi
 .venv/bin/python -m pip --disable-pip-version-check -qq install --constraint "$constraints" -r requirements-ws.txt
 
 python=$PWD/.venv/bin/python
