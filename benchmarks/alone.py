@@ -1,0 +1,39 @@
+"""What needs no peer: times of the stages, pruned beside unpruned, a run's pace."""
+
+import statistics
+from typing import Any
+
+from logged import Logged
+from ours import cycle_round, map_round, scan_round, trajectory_round, trial_round
+from timing import Timed, ratio
+
+from collplan_core.worlds import World
+
+
+def alone(states: list[Logged], rounds: int) -> dict[str, Any]:
+    """Times of scan, map, cycle and trajectory in rounds that take turns, and pruned over unpruned."""
+    # where the goal is in free space there is nothing to choose or to prune: it would only flatter
+    states = [state for state in states if state.chooses]
+    timed = {name: Timed() for name in ("scan", "local_map", "cycle_pruned", "cycle_unpruned", "trajectory")}
+    for _ in range(rounds):
+        timed["scan"].rounds.append(scan_round(states))
+        timed["local_map"].rounds.append(map_round(states))
+        timed["cycle_pruned"].rounds.append(cycle_round(states))
+        timed["cycle_unpruned"].rounds.append(cycle_round(states, pruned=False))
+        timed["trajectory"].rounds.append(trajectory_round(states))
+    figures: dict[str, Any] = {name: each.summary() for name, each in timed.items()}
+    figures["ratios"] = {"cycle_pruned_vs_unpruned": ratio(timed["cycle_pruned"], timed["cycle_unpruned"])["ratio"]}
+    figures["candidates"] = {
+        "pruned": statistics.fmean(len(state.plan.candidates.costs) for state in states),
+        "unpruned": statistics.fmean(state.plan.n_before_pruning for state in states),
+    }
+    return figures
+
+
+def realtime_factor(world: World, rounds: int) -> dict[str, float | int]:
+    """Simulated seconds of a run per second of wall time."""
+    factors = []
+    for seed in range(rounds):
+        wall, run = trial_round(world, seed)
+        factors.append((run.trajectory[-1, 0]) / wall)
+    return {"median": round(statistics.median(factors), 1), "n": len(factors)}

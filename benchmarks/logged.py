@@ -1,0 +1,77 @@
+"""States logged from closed-loop runs (simulated), each with the scan taken there and what the planner remembered."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from collplan_core.local_map import build_local_map
+from collplan_core.objectives import NoPlan, objective_for
+from collplan_core.params import Settings
+from collplan_core.plan import Plan
+from collplan_core.raycast import simulate_scan
+from collplan_core.scan import Scan
+from collplan_core.state import State
+from collplan_core.strategies import STRATEGIES
+from collplan_core.worlds import World, load_world
+from omnipuck_sim.trial import TrialResult, run_trial
+
+
+@dataclass(frozen=True, eq=False)
+class Logged:
+    """One cycle's inputs, and the plan that the shipped settings make of them."""
+
+    strategy: str
+    world: World
+    state: State
+    scan: Scan
+    goal: np.ndarray
+    memory: Any
+    plan: Plan
+
+    @property
+    def chooses(self) -> bool:
+        """Whether candidates are compared: the goal is not in free space yet."""
+        return self.plan.n_before_pruning > 1
+
+
+def settings_for(strategy: str, pruned: bool = True) -> Settings:
+    """The shipped settings with a strategy, with or without both prunings."""
+    shipped = Settings()
+    planner = replace(shipped.planner, strategy=strategy, position_pruning=pruned, velocity_pruning=pruned)
+    return replace(shipped, planner=planner)
+
+
+def cycle(logged: Logged, settings: Settings) -> Plan:
+    """A whole plan from a scan: local map, candidates, costs, trajectory."""
+    local_map = build_local_map(logged.scan, logged.state, settings.robot, settings.local_map)
+    plan, _ = objective_for(settings.planner.strategy)(logged.memory, local_map, logged.state, logged.goal, settings)
+    return plan
+
+
+def logged_states(worlds: list[str], seeds: range) -> list[Logged]:
+    """The states of every run of each strategy in each world with each seed."""
+    cases = [(strategy, load_world(spec), seed) for strategy in STRATEGIES for spec in worlds for seed in seeds]
+    return [state for case in cases for state in _states_of_run(*case)]
+
+
+def _states_of_run(strategy: str, world: World, seed: int) -> Iterator[Logged]:
+    settings = settings_for(strategy)
+    run = run_trial(world, settings, seed)
+    goal, memory = np.asarray(world.goal), None
+    for state in _states_every(run, settings):
+        scan = simulate_scan(world, state, settings.lidar)
+        local_map = build_local_map(scan, state, settings.robot, settings.local_map)
+        try:
+            plan, after = objective_for(strategy)(memory, local_map, state, goal, settings)
+        except NoPlan:
+            continue
+        yield Logged(strategy, world, state, scan, goal, memory, plan)
+        memory = after
+
+
+def _states_every(run: TrialResult, settings: Settings) -> Iterator[State]:
+    """The true states of a run, one each map_period."""
+    for t, x, y, vx, vy in run.trajectory[:: round(settings.planner.map_period * settings.simulator.mocap_rate)]:
+        yield State(float(t), np.array([x, y]), np.array([vx, vy]), 0.0)

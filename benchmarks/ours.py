@@ -1,0 +1,54 @@
+"""This project's side of each comparison, one round at a time."""
+
+from time import perf_counter
+
+import numpy as np
+from logged import Logged, cycle, settings_for
+from timing import time_each
+
+from collplan_core.local_map import build_local_map
+from collplan_core.params import Settings
+from collplan_core.raycast import simulate_scan
+from collplan_core.trajectory import make_trajectory, spline
+from collplan_core.worlds import World
+from omnipuck_sim.trial import TrialResult, run_trial
+
+SHIPPED = Settings()
+
+
+def scan_round(states: list[Logged]) -> list[float]:
+    """The scan at each state [us]."""
+    return time_each(lambda each: simulate_scan(each.world, each.state, SHIPPED.lidar), states)
+
+
+def map_round(states: list[Logged]) -> list[float]:
+    """From each state's scan to the local map [us]."""
+    return time_each(lambda each: build_local_map(each.scan, each.state, SHIPPED.robot, SHIPPED.local_map), states)
+
+
+def cycle_round(states: list[Logged], pruned: bool = True) -> list[float]:
+    """From each state's scan to the plan [us]."""
+    cases = [(each, settings_for(each.strategy, pruned)) for each in states]
+    return time_each(lambda case: cycle(*case), cases)
+
+
+def trajectory_round(states: list[Logged]) -> list[float]:
+    """From each state and its plan's aim to the sampled spline [us]."""
+    p, robot = SHIPPED.planner, SHIPPED.robot
+    share = np.linspace(0.0, 1.0, p.n_samples)
+
+    def trajectory(each: Logged) -> None:
+        points, _ = make_trajectory(
+            each.state.position, each.state.velocity, each.plan.aim, each.plan.aim_velocity, robot.max_speed,
+            p.map_period, p.time_scale, p.acceleration_factor * robot.max_acceleration, False, False,
+        )  # fmt: skip
+        spline(points, share)
+
+    return time_each(trajectory, states)
+
+
+def trial_round(world: World, seed: int) -> tuple[float, TrialResult]:
+    """Wall time of a whole run [s], and the run."""
+    begun = perf_counter()
+    result = run_trial(world, SHIPPED, seed)
+    return perf_counter() - begun, result

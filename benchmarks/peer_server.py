@@ -1,0 +1,123 @@
+"""Runs in the peers' environment: reads requests from stdin, times one round of a peer, answers on stdout."""
+
+import json
+import math
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+BEAMS, RANGE_MIN, RANGE_MAX = 360, 0.02, 5.0
+
+scene: dict[str, Any] = {}
+
+
+def irsim_scene(world: dict[str, Any], radius: float, max_speed: float, step_time: float) -> dict[str, Any]:
+    """The world as ir-sim takes it, with an omnidirectional disc that carries a LIDAR without noise."""
+    x0, y0, x1, y1 = world["bounds"]
+    corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+    obstacles = [{"shape": {"name": "polygon", "vertices": p}, "state": [0, 0, 0]} for p in world["polygons"]]
+    walls = [
+        {"shape": {"name": "linestring", "vertices": [corners[i - 1], corners[i]]}, "state": [0, 0, 0]}
+        for i in range(4)
+    ]
+    lidar = {
+        "name": "lidar2d", "range_min": RANGE_MIN, "range_max": RANGE_MAX, "angle_range": 2 * math.pi, "number": BEAMS,
+        "noise": False,
+    }  # fmt: skip
+    robot = {
+        "kinematics": {"name": "omni"}, "shape": {"name": "circle", "radius": radius}, "state": [*world["start"], 0],
+        "goal": [*world["goal"], 0], "vel_max": [max_speed] * 2, "vel_min": [-max_speed] * 2, "sensors": [lidar],
+    }  # fmt: skip
+    arena = {
+        "width": x1 - x0, "height": y1 - y0, "offset": [x0, y0], "step_time": step_time, "collision_mode": "contact",
+    }  # fmt: skip
+    return {"world": arena, "robot": [robot], "obstacle": [*obstacles, *walls]}
+
+
+def make_scene(step_time: float) -> Any:
+    """The environment of the world set last."""
+    import irsim
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.yaml"
+        path.write_text(yaml.safe_dump(irsim_scene(step_time=step_time, **scene)), encoding="utf-8")
+        return irsim.make(str(path), headless=True, log_level="ERROR")
+
+
+def set_world(**description: Any) -> dict[str, Any]:
+    """Remember the world; scan from it from now on."""
+    scene.clear()
+    scene.update(description)
+    lidars["scene"] = make_scene(0.05)
+    lidar = lidars["scene"].robot.sensors[0]
+    return {"angles": lidar.angle_list.tolist()}
+
+
+lidars: dict[str, Any] = {}
+
+
+def scan(poses: list[list[float]]) -> dict[str, Any]:
+    """Wall time of Lidar2D.step at each pose [us], and the last ranges."""
+    lidar = lidars["scene"].robot.sensors[0]
+    times = []
+    for pose in poses:
+        state = np.array(pose)[:, None]
+        begun = time.perf_counter_ns()
+        lidar.step(state)
+        times.append((time.perf_counter_ns() - begun) / 1e3)
+    return {"us": times, "ranges": lidar.range_data.tolist()}
+
+
+def trial(path: list[list[float]], step_time: float) -> dict[str, Any]:
+    """Wall time of steps that lead the robot along a path [s]; the command of each comes from the pose it is at."""
+    env = make_scene(step_time)
+    begun = time.perf_counter()
+    for point in path:
+        env.step((np.array(point)[:, None] - env.robot.state[:2]) / step_time)
+    wall = time.perf_counter() - begun
+    end = env.robot.state[:2, 0].tolist()
+    return {"s": wall, "steps": len(path), "end": end}
+
+
+def dwa_round(settings: dict[str, Any], queries: list[dict[str, Any]]) -> dict[str, Any]:
+    """Wall time of planning for each query [us] and its number of candidates."""
+    import dwa
+
+    config = dwa.Config(**settings)
+    times, candidates = [], []
+    for query in queries:
+        points = np.array(query["points"], dtype=np.float32)
+        pose, velocity, goal = tuple(query["pose"]), tuple(query["velocity"]), tuple(query["goal"])
+        begun = time.perf_counter_ns()
+        dwa.planning(pose, velocity, goal, points, config)
+        times.append((time.perf_counter_ns() - begun) / 1e3)
+        window = dwa.DynamicWindow(velocity, config)
+        candidates.append(len(window.possible_v) * len(window.possible_w))
+    return {"us": times, "candidates": candidates}
+
+
+REQUESTS = {"world": set_world, "scan": scan, "trial": trial, "dwa": dwa_round}
+
+
+def main() -> None:
+    """Answer until stdin ends."""
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # what a peer prints is no answer
+    for line in sys.stdin:
+        request = json.loads(line)
+        try:
+            answer = {"result": REQUESTS[request.pop("what")](**request)}
+        except Exception as error:  # whatever goes wrong in a peer is its reason to be skipped
+            answer = {"error": f"{type(error).__name__}: {error}"}
+        answers.write(json.dumps(answer) + "\n")
+        answers.flush()
+
+
+if __name__ == "__main__":
+    main()

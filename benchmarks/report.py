@@ -1,0 +1,53 @@
+"""The table on the screen: each figure beside its target."""
+
+from typing import Any
+
+TARGETS: list[tuple[str, tuple[str, ...], float, bool]] = [
+    ("scan over ir-sim's Lidar2D.step", ("ratios", "scan_vs_irsim"), 1 / 100, True),
+    ("cycle over a dynamic-window step", ("ratios", "cycle_vs_dwa"), 1 / 100, True),
+    ("cycle, pruned over unpruned", ("ratios", "cycle_pruned_vs_unpruned"), 0.8, True),
+    ("run over the same in ir-sim", ("ratios", "trial_vs_irsim"), 1 / 15, True),
+    ("cycle [us, median]", ("cycle_pruned", "median_us"), 600.0, True),
+    ("pruned aim near the unpruned [share]", ("pruning_agreement", "share"), 0.95, False),
+]
+
+
+def verdicts(figures: dict[str, Any]) -> list[dict[str, Any]]:
+    """Name, value, target and met (None where a peer was skipped) of each figure that has a target."""
+    rows = []
+    for name, keys, target, at_most in TARGETS:
+        value: Any = figures
+        for key in keys:
+            value = value.get(key) if value is not None else None
+        met = None if value is None else (value <= target if at_most else value >= target)
+        rows.append({"figure": name, "value": value, "target": target, "at_most": at_most, "met": met})
+    return rows
+
+
+def print_report(figures: dict[str, Any]) -> None:
+    """Times, stages and targets, as text."""
+    where = figures["machine"]
+    loads = f"load {where['load_average'][0]} before, {figures['load_average_after'][0]} after"
+    print(f"\n{where['cpu']}, {where['cores']} cores, {loads}, Python {where['python']}")
+    print(f"\n{'':38}{'median us':>11}{'p99 us':>11}{'n':>8}")
+    for name in ("scan", "local_map", "cycle_pruned", "cycle_unpruned", "trajectory"):
+        row = figures[name]
+        print(f"{name:38}{row['median_us']:11.1f}{row['p99_us']:11.1f}{row['n']:8d}")
+    print(f"\n{'share of a cycle by stage':38}" + "  ".join(f"{k} {v:.0%}" for k, v in figures["stages"].items()))
+    print(f"{'simulated seconds a second':38}{figures['trial_realtime_factor']['median']:11.1f}")
+    print(f"\n{'':38}{'figure':>14}{'target':>14}")
+    for row in figures["targets"]:
+        print(_line(row))
+    for peer, reason in figures["skipped"].items():
+        print(f"skipped: {peer}: {reason}")
+
+
+def _line(row: dict[str, Any]) -> str:
+    bound = ("<= " if row["at_most"] else ">= ") + _number(row["target"])
+    value = "skipped" if row["value"] is None else _number(row["value"])
+    met = {None: "", True: "met", False: "missed"}[row["met"]]
+    return f"{row['figure']:38}{value:>14}{bound:>14}  {met}"
+
+
+def _number(value: float) -> str:
+    return f"1/{1 / value:.0f}" if 0.0 < value < 0.1 else f"{value:.3g}"

@@ -1,0 +1,101 @@
+"""Speed, side by side with other planners and simulators: writes a JSON file and prints a table with the targets."""
+
+import argparse
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from agreement import agreement
+from alone import alone, realtime_factor
+from logged import Logged, logged_states
+from machine import load, machine
+from peer import Peer
+from peer_environment import STEPS, PeerError, install
+from report import print_report, verdicts
+from side_by_side import beside_dwa, beside_irsim_scan, beside_irsim_trial
+from stages import stage_shares
+
+from collplan_core.warm_up import warm_up
+from collplan_core.worlds import load_world
+
+ARENAS = ["corridor", "l_corridor", "slalom"]
+CLUTTER = [f"random:{seed}" for seed in range(1000, 1010)]
+SCAN_PERIOD, POSE_PERIOD = 0.05, 0.01
+
+
+def main() -> None:
+    """Measure, write, print."""
+    options = parse_options()
+    warm_up()
+    begun = machine()
+    print("Logging states from runs ...", flush=True)
+    states = logged_states(ARENAS, range(options.seeds)) + logged_states(CLUTTER[: options.clutter], range(1))
+    print(f"Timing {len(states)} states ...", flush=True)
+    figures = measured(states, options)
+    figures = {"machine": begun, "load_average_after": load(), "simulated": True, **figures}
+    figures["targets"] = verdicts(figures)
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
+    print_report(figures)
+    print(f"\nwritten to {options.out}")
+
+
+def parse_options() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("runs/bench.json"), help="file written (%(default)s)")
+    parser.add_argument("--rounds", type=int, default=7, help="rounds of each comparison (%(default)s)")
+    parser.add_argument("--seeds", type=int, default=4, help="runs logged per arena and strategy (%(default)s)")
+    parser.add_argument("--clutter", type=int, default=10, help="random worlds logged, at most 10 (%(default)s)")
+    parser.add_argument("--no-peers", action="store_true", help="measure this project alone")
+    return parser.parse_args()
+
+
+def measured(states: list[Logged], options: argparse.Namespace) -> dict[str, Any]:
+    """Every figure but the machine's."""
+    corridor = load_world("corridor")
+    figures = alone(thinned(states, 300), options.rounds)
+    figures["trial_realtime_factor"] = realtime_factor(corridor, 3 * options.rounds)
+    figures["stages"] = stage_shares([state for state in states if state.chooses])
+    figures["pruning_agreement"] = agreement(states)
+    figures["skipped"] = dict.fromkeys(STEPS, "not asked for")
+    if not options.no_peers:
+        comparisons, figures["skipped"] = beside_peers(states, options.rounds)
+        figures["ratios"] |= {name: each.pop("ratio") for name, each in comparisons.items()}
+        figures["comparisons"] = comparisons
+    return figures
+
+
+def beside_peers(states: list[Logged], rounds: int) -> tuple[dict[str, Any], dict[str, str]]:
+    """Every comparison by name, and the reason for each peer that had to be skipped."""
+    corridor = load_world("corridor")
+    inside = thinned([state for state in states if state.world.name == corridor.name], 200)
+    choosing = thinned([state for state in states if state.chooses], 20)
+    comparisons: dict[str, dict[str, Callable[[Peer], dict[str, Any]]]] = {
+        "ir-sim": {
+            "scan_vs_irsim": lambda peer: beside_irsim_scan(peer, corridor, inside, rounds),
+            "trial_vs_irsim": lambda peer: beside_irsim_trial(peer, corridor, SCAN_PERIOD, rounds),
+            "trial_vs_irsim_at_pose_rate": lambda peer: beside_irsim_trial(peer, corridor, POSE_PERIOD, rounds),
+        },
+        "dynamic-window-approach": {"cycle_vs_dwa": lambda peer: beside_dwa(peer, choosing, rounds)},
+    }
+    done: dict[str, Any] = {}
+    skipped: dict[str, str] = {}
+    for peer, each in comparisons.items():
+        try:
+            install(peer)
+            with Peer() as running:
+                done |= {name: compare(running) for name, compare in each.items()}
+        except PeerError as error:
+            skipped[peer] = str(error)
+    return done, skipped
+
+
+def thinned(states: list[Logged], most: int) -> list[Logged]:
+    """At most so many of them, evenly spread."""
+    return states[:: max(1, -(-len(states) // most))]
+
+
+if __name__ == "__main__":
+    main()
