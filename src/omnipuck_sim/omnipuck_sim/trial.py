@@ -5,7 +5,6 @@
 
 from collections import Counter
 from dataclasses import dataclass
-from math import floor
 from time import perf_counter
 from typing import Any
 
@@ -138,13 +137,24 @@ class _Loop:
         return bool(self.command.velocity.any())
 
 
-def _due(step: int, rate: float, physics_rate: float, phase: float = 0.0) -> bool:
-    """Whether a tick of `rate` falls on this physics step."""
+class _Timer:
+    """Ticks at a rate [Hz], the first one after `phase` [s], told in physics steps."""
 
-    def ticks(s: int) -> int:
-        return floor(((s + 0.5) / physics_rate - phase) * rate)
+    def __init__(self, rate: float, physics_rate: float, phase: float = 0.0) -> None:
+        self._rate, self._physics_rate, self._phase = rate, physics_rate, phase
+        self._ticks = 0
+        self._next = self._step_of(0)
 
-    return ticks(step) > ticks(step - 1)
+    def _step_of(self, tick: int) -> int:
+        return round((tick / self._rate + self._phase) * self._physics_rate)
+
+    def due(self, step: int) -> bool:
+        """Whether a tick falls on this step; each is told once."""
+        if step < self._next:
+            return False
+        self._ticks += 1
+        self._next = self._step_of(self._ticks)
+        return True
 
 
 def run_trial(world: World, settings: Settings, seed: int, goal: np.ndarray | None = None) -> TrialResult:
@@ -165,11 +175,14 @@ def _run(loop: _Loop) -> tuple[str, float, list[tuple[float, ...]]]:
     """Runs to the end: the outcome, the time of the first non-zero command, the true states since then."""
     settings, simulator = loop.settings, loop.simulator
     rate = settings.simulator.physics_rate
+    mocap, lidar = _Timer(settings.simulator.mocap_rate, rate), _Timer(settings.lidar.rate, rate)
+    planner = _Timer(1.0 / settings.planner.map_period, rate, PLANNER_PHASE)
+    controller = _Timer(settings.controller.rate, rate, CONTROLLER_PHASE)
     begun: float | None = None
     rows: list[tuple[float, ...]] = []
     step = 0
     while True:
-        if _due(step, settings.simulator.mocap_rate, rate):
+        if mocap.due(step):
             loop.mocap()
             truth = simulator.state
             if begun is not None:
@@ -182,11 +195,11 @@ def _run(loop: _Loop) -> tuple[str, float, list[tuple[float, ...]]]:
                 return STUCK, begun or 0.0, rows
             if begun is None and simulator.time >= settings.trial.timeout:
                 return STUCK, simulator.time, rows
-        if _due(step, settings.lidar.rate, rate):
+        if lidar.due(step):
             loop.lidar()
-        if _due(step, 1.0 / settings.planner.map_period, rate, PLANNER_PHASE):
+        if planner.due(step):
             loop.planner()
-        if _due(step, settings.controller.rate, rate, CONTROLLER_PHASE):
+        if controller.due(step):
             loop.controller()
             begun = simulator.time if begun is None and loop.moving else begun
         simulator.step()
