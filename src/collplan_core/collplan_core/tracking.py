@@ -53,9 +53,11 @@ def hold_heading(yaw: float, held: float, control: Control) -> float:
 
 
 def clip_command(velocity: np.ndarray, yaw_rate: float, robot: Robot, limits: Limits) -> tuple[np.ndarray, float] | None:
-    """What a robot makes of a command: shortened to max_speed, or None (refused) beyond excess_speed times it or not finite."""
+    """What a robot makes of a command: shortened to max_speed and max_yaw_rate; None (refused) beyond excess_speed times them or not finite."""
     if not (np.isfinite(velocity).all() and math.isfinite(yaw_rate)):
         return None
-    if math.hypot(velocity[0], velocity[1]) > limits.excess_speed * robot.max_speed:
+    too_fast = math.hypot(velocity[0], velocity[1]) > limits.excess_speed * robot.max_speed
+    if too_fast or abs(yaw_rate) > limits.excess_speed * robot.max_yaw_rate:
         return None
-    return saturate(np.asarray(velocity, dtype=float), robot.max_speed), yaw_rate
+    turn = min(max(yaw_rate, -robot.max_yaw_rate), robot.max_yaw_rate)
+    return saturate(np.asarray(velocity, dtype=float), robot.max_speed), turn

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from collplan_core import pose_filter
-from collplan_core.command import Command, stopped
+from collplan_core.command import stopped
 from collplan_core.controller import ControllerMemory, control
 from collplan_core.impact_matching import Prediction, foreseen_impacts
 from collplan_core.local_map import LocalMap, build_local_map
@@ -123,7 +123,7 @@ class _Loop:
         now = self.simulator.time
         fresh = self.plan is not None and now - self.plan.stamp <= 2 * self.settings.planner.map_period + 0.2
         if self.plan is None or self.plan_map is None or self.state is None or not fresh:
-            self.command: Command = stopped("no fresh plan")
+            self.command = stopped("no fresh plan")
         else:
             self.command, self.controller_memory = control(
                 self.controller_memory, self.plan, self.plan_map, self.state, now, self.settings
