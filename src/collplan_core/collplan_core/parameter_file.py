@@ -42,9 +42,11 @@ def read_parameters(path: str | Path) -> dict[str, Any]:
             nodes' sections that differ; names the file, the key, the value and what was expected.
     """
     try:
-        return _merged(_sections("", _loaded(path)))
+        values = _merged(_sections("", _loaded(path)))
+        Settings().with_values(values)
     except ParameterError as error:
         raise ParameterError(f"{path}: {error}") from None
+    return values
 
 
 def write_parameters(settings: Settings, path: str | Path) -> None:

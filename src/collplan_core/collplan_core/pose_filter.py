@@ -120,7 +120,7 @@ def filter_pose(
     broken = _disagreement(memory.suspects, sample, received, settings)
     # after a silence this begins anew by itself
     suspects = _extended(Track() if broken else memory.suspects, sample, received, settings)
-    if sample.stamp - suspects.begun < settings.mocap.relocation_time:
+    if sample.stamp - suspects.begun < settings.mocap.relocation_time - _slack(settings.mocap):
         return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
     result, memory = _accepted(suspects, sample, settings)
     return replace(result, relocated=True), memory

@@ -27,6 +27,7 @@ def declare(node: Node, *groups: type[Parameters]) -> None:
         # checked here, not by rclpy: one wording everywhere, and a whole number will do for a float
         value = spec.checked(overrides.get(spec.key, spec.default))
         node.declare_parameter(spec.key, value, _descriptor(spec), ignore_override=True)
+    read_settings(node, *groups)  # some values must fit each other
     node.add_on_set_parameters_callback(lambda parameters: _verdict(node, groups, parameters))
 
 

@@ -1,0 +1,119 @@
+"""Parameter files: round trip, ROS 2's forms, and errors that name file, key, value and range."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.parameter import ParameterError, Spec
+from collplan_core.parameter_file import read_parameters, write_parameters
+from collplan_core.params import Settings, all_specs
+
+
+def values_of(spec: Spec) -> st.SearchStrategy:
+    kind = type(spec.default)
+    if spec.key == "local_map.n_rays":
+        return st.integers(int(spec.low) // 4, int(spec.high) // 4).map(lambda quarter: 4 * quarter)
+    if spec.choices:
+        return st.sampled_from(spec.choices)
+    if kind is bool:
+        return st.booleans()
+    if kind is int:
+        return st.integers(int(spec.low), int(spec.high))
+    if kind is float:
+        return st.floats(spec.low, spec.high)
+    return st.text(st.characters(codec="utf-8", exclude_categories=["C"]), max_size=8)
+
+
+@given(st.fixed_dictionaries({}, optional={key: values_of(spec) for key, spec in all_specs().items()}))
+@settings(derandomize=True, deadline=None, max_examples=25)
+def test_what_is_written_is_read(tmp_path_factory, values):
+    path = tmp_path_factory.mktemp("parameters") / "all.yaml"
+    expected = Settings().with_values(values)
+    write_parameters(expected, path)
+    assert Settings().with_values(read_parameters(path)) == expected
+
+
+FORMS = {
+    "nested": "/**:\n  ros__parameters:\n    planner:\n      map_period: 0.3\n",
+    "dotted": "/**:\n  ros__parameters:\n    planner.map_period: 0.3\n",
+    "node": "planner_node:\n  ros__parameters:\n    planner.map_period: 0.3\n",
+    "full name": "/robot1/planner_node:\n  ros__parameters:\n    planner.map_period: 0.3\n",
+    "namespace": "robot1:\n  planner_node:\n    ros__parameters:\n      planner.map_period: 0.3\n",
+    "beside ROS's own": "/**:\n  ros__parameters:\n    use_sim_time: true\n    planner.map_period: 0.3\n",
+    "exponent": "/**:\n  ros__parameters:\n    planner.map_period: 3e-1\n",
+    "node before all": "planner_node:\n  ros__parameters:\n    planner.map_period: 0.3\n"
+    "/**:\n  ros__parameters:\n    planner.map_period: 0.7\n",
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_forms_of_ros(tmp_path, form):
+    path = tmp_path / "parameters.yaml"
+    path.write_text(FORMS[form])
+    assert read_parameters(path) == {"planner.map_period": 0.3}
+
+
+def test_whole_number_for_a_float(tmp_path):
+    path = tmp_path / "parameters.yaml"
+    path.write_text("/**: {ros__parameters: {robot: {max_speed: 1}}}")
+    value = read_parameters(path)["robot.max_speed"]
+    assert (type(value), value) == (float, 1.0)
+
+
+def in_every_node(text: str) -> str:
+    return "/**:\n  ros__parameters:\n    " + text
+
+
+BAD = {
+    "unknown key": (in_every_node("planner.map_periods: 0.3"), ["planner.map_periods", "planner.map_period"]),
+    "wrong type": (in_every_node("robot.max_speed: fast"), ["robot.max_speed", "'fast'", "0.05", "5"]),
+    "bool for a number": (in_every_node("robot.max_speed: true"), ["robot.max_speed", "True"]),
+    "float for a whole number": (in_every_node("lidar.n_beams: 90.5"), ["lidar.n_beams", "90.5", "whole"]),
+    "out of range": (in_every_node("lidar.n_beams: 9"), ["lidar.n_beams", "9", "30", "2000"]),
+    "not a number": (in_every_node("robot.radius: .nan"), ["robot.radius", "nan", "0.01"]),
+    "infinite": (in_every_node("robot.radius: .inf"), ["robot.radius", "inf"]),
+    "not a choice": (in_every_node("planner.strategy: bold"), ["planner.strategy", "'bold'", "harness"]),
+    "no value": (in_every_node("planner.strategy:"), ["planner.strategy", "None"]),
+    "list": (in_every_node("robot.radius: [0.1, 0.2]"), ["robot.radius", "[0.1, 0.2]"]),
+    "no sections": ("planner.strategy: harness", ["planner.strategy", "ros__parameters"]),
+    "no node": ("ros__parameters: {planner.strategy: harness}", ["ros__parameters"]),
+    "empty": ("", ["None", "ros__parameters"]),
+    "not YAML": ("/**: [", ["not YAML"]),
+    "nodes that differ": (
+        "a: {ros__parameters: {robot.radius: 0.1}}\nb: {ros__parameters: {robot.radius: 0.2}}",
+        ["robot.radius", "0.1", "0.2"],
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_error_names_file_key_value_and_range(tmp_path, kind):
+    text, words = BAD[kind]
+    path = tmp_path / "parameters.yaml"
+    path.write_text(text)
+    with pytest.raises(ParameterError) as error:
+        read_parameters(path)
+    for word in [str(path), *words]:
+        assert word in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(ParameterError, match="No such file"):
+        read_parameters(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize("spec", [s for s in all_specs().values() if s.low is not None], ids=lambda s: s.key)
+def test_ends_of_every_range(spec):
+    step = 1 if isinstance(spec.default, int) else 1e-9 * max(abs(spec.low), abs(spec.high), 1.0)
+    kind = type(spec.default)
+    for inside in (spec.low, spec.high):
+        assert spec.checked(kind(inside)) == inside
+    for outside in (spec.low - step, spec.high + step):
+        with pytest.raises(ParameterError, match=spec.key):
+            spec.checked(kind(outside))
+    if kind is float:
+        with pytest.raises(ParameterError):
+            spec.checked(math.nan)

@@ -1,0 +1,316 @@
+"""The velocity from poses, the hits in them, and what is refused."""
+
+import math
+import os
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.params import Settings
+from collplan_core.pose_filter import FRESH, PoseError, PoseSample, check_pose_fields, filter_pose
+
+SETTINGS = Settings()
+PERIOD = 0.01
+COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0"
+MINUTE = 60.0 if COMPILED else 3.0
+
+
+def feed(points, memory=FRESH, begin=0.0, config=SETTINGS, period=PERIOD):
+    """One result for each pose, and the memory after the last."""
+    results = []
+    for k, point in enumerate(points):
+        stamp = begin + k * period
+        result, memory = filter_pose(memory, PoseSample(stamp, np.asarray(point, dtype=float), 0.0), stamp, config)
+        results.append(result)
+    return results, memory
+
+
+def line(n, velocity, start=(0.0, 0.0)):
+    return np.array(start) + PERIOD * np.outer(np.arange(n), velocity)
+
+
+def driven(duration, seed, hits=(), rate=400):
+    """Positions at 100 Hz of a robot driven as hard as its wheels allow, changing its mind at random.
+
+    hits: (time, change of velocity) in order of time.
+    """
+    robot, rng = SETTINGS.robot, np.random.default_rng(seed)
+    velocity, position, wanted, change_at = np.zeros(2), np.zeros(2), np.zeros(2), 0.0
+    hits, points, step = list(hits), [], 1.0 / rate
+    for k in range(int(duration * rate)):
+        if k * step >= change_at:
+            speed = np.hypot(*velocity)
+            angle = rng.uniform(0.0, 2 * np.pi)
+            reverse = speed > 0.1 and rng.uniform() < 0.5
+            direction = -velocity / speed if reverse else np.array([np.cos(angle), np.sin(angle)])
+            wanted, change_at = robot.max_speed * direction, k * step + rng.uniform(0.05, 0.8)
+        if hits and k * step >= hits[0][0]:
+            velocity = velocity + hits.pop(0)[1]
+        if k % (rate // 100) == 0:
+            points.append(position)
+        pull = (wanted - velocity) * (1.0 - math.exp(-step / robot.velocity_lag))
+        largest = robot.max_acceleration * step
+        velocity = velocity + pull * min(1.0, largest / max(np.hypot(*pull), 1e-12))
+        position = position + velocity * step
+    return np.array(points)
+
+
+def noisy(points, seed, deviation=0.002):
+    return points + np.random.default_rng(seed).normal(0.0, deviation, points.shape)
+
+
+# ---- velocity
+
+
+@given(angle=st.floats(-3.2, 3.2), speed=st.floats(0.0, 1.2), begin=st.floats(-100.0, 1000.0))
+@settings(derandomize=True, deadline=None, max_examples=20)
+def test_straight_drive_is_exact(angle, speed, begin):
+    velocity = speed * np.array([math.cos(angle), math.sin(angle)])
+    points = line(20, velocity, (3.0, -2.0))
+    results, _ = feed(points, begin=begin)
+    assert [r.state is None for r in results] == [True] * 6 + [False] * 14
+    for result, point in zip(results[6:], points[6:], strict=True):
+        np.testing.assert_allclose(result.state.velocity, velocity, atol=1e-6)
+        np.testing.assert_array_equal(result.state.position, point)
+    assert not any(r.refused or r.relocated or r.impact is not None for r in results)
+
+
+def test_velocity_is_that_of_half_a_window_ago():
+    """At a constant acceleration a line's slope is the velocity at the middle of its window, 30 ms ago."""
+    t = PERIOD * np.arange(40)
+    results, _ = feed(np.column_stack([0.5 * 1.5 * t**2, 0.0 * t]))
+    for time, result in zip(t[6:], results[6:], strict=True):
+        assert result.state.velocity[0] == pytest.approx(1.5 * (time - 0.03), abs=1e-9)
+
+
+def test_noise_of_the_velocity():
+    """7 poses, 2 mm: the slope of a line through n poses has the deviation sigma sqrt(12 / (n (n^2 - 1))) / period."""
+    results, _ = feed(noisy(np.zeros((4000 if COMPILED else 300, 2)), seed=1))
+    velocities = np.array([r.state.velocity for r in results[6:]])
+    assert velocities.std() == pytest.approx(0.002 / PERIOD * math.sqrt(12 / (7 * 48)), rel=0.1)
+    assert velocities.std() < 0.05
+
+
+def test_low_rate_still_gives_a_velocity():
+    points = np.column_stack([0.1 * np.arange(10), np.zeros(10)])
+    results, _ = feed(points, period=0.1)
+    np.testing.assert_allclose(results[-1].state.velocity, [1.0, 0.0], atol=1e-9)
+
+
+def test_silence_begins_the_window_anew():
+    results, memory = feed(line(20, (1.0, 0.0)))
+    late = line(10, (0.0, 0.5), (0.4, 0.0))
+    results, _ = feed(late, memory, begin=0.6)
+    assert [r.state is None for r in results] == [True] * 6 + [False] * 4
+    assert not any(r.refused for r in results)
+    np.testing.assert_allclose(results[-1].state.velocity, [0.0, 0.5], atol=1e-9)
+
+
+# ---- hits
+
+
+@pytest.mark.parametrize("deviation", [0.0, 0.0002, 0.002])
+def test_no_false_hit_in_hard_driving(deviation):
+    config = SETTINGS.with_values({"mocap.position_noise": max(deviation, 1e-5)})
+    points = driven(MINUTE, seed=11)
+    results, _ = feed(noisy(points, 12, deviation), config=config)
+    assert [r.impact for r in results if r.impact is not None] == []
+    assert not any(r.refused for r in results)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(4))
+def test_no_false_hit_in_half_an_hour_each(seed):
+    results, _ = feed(noisy(driven(30 * MINUTE, seed=seed), 100 + seed))
+    assert [r.impact for r in results if r.impact is not None] == []
+
+
+def hits_found(change, deviation, seed):
+    """Delays of the first report after each hit [s], errors of the reported change, and reports that match none."""
+    rng = np.random.default_rng(seed)
+    hits, time = [], 1.0
+    while time < 0.4 * MINUTE:
+        angle = rng.uniform(0.0, 2 * np.pi)
+        hits.append((time, change * np.array([math.cos(angle), math.sin(angle)])))
+        time += rng.uniform(0.8, 1.6)
+    config = SETTINGS.with_values({"mocap.position_noise": deviation})
+    results, _ = feed(noisy(driven(time, seed, hits), seed, deviation), config=config)
+    reports = [(k * PERIOD, r.impact) for k, r in enumerate(results) if r.impact is not None]
+    delays, errors = [], []
+    for begin, true in hits:
+        mine = [report for report in reports if 0.0 < report[0] - begin < 0.15]
+        assert len(mine) <= 1
+        delays += [mine[0][0] - begin] if mine else [math.inf]
+        errors += [np.hypot(*(mine[0][1] - true))] if mine else []
+    return np.array(delays), np.array(errors), len(reports) - len(errors)
+
+
+@pytest.mark.parametrize(
+    ("change", "deviation", "found", "delay", "error"),
+    [
+        (0.3, 0.0002, 0.95, 0.04, 0.1),
+        (0.6, 0.002, 0.95, 0.045, 0.25),
+        (1.0, 0.002, 1.0, 0.03, 0.35),
+        (1.8, 0.002, 1.0, 0.03, 0.4),
+    ],
+)
+def test_hits_are_found_once_and_soon(change, deviation, found, delay, error):
+    delays, errors, false = hits_found(change, deviation, seed=5)
+    assert false == 0
+    assert np.isfinite(delays).mean() >= found
+    assert np.median(delays) <= delay
+    assert np.median(errors) <= error
+
+
+def test_velocity_after_a_hit_forgets_the_one_before():
+    points = np.concatenate([line(30, (1.0, 0.3)), line(30, (-0.7, 0.3), (0.3, 0.09))])
+    results, _ = feed(points)
+    (found,) = [k for k, r in enumerate(results) if r.impact is not None]
+    assert found <= 33
+    np.testing.assert_allclose(results[found].impact, [-1.7, 0.0], atol=0.05)
+    for result in results[found:]:
+        np.testing.assert_allclose(result.state.velocity, [-0.7, 0.3], atol=0.1)
+    np.testing.assert_allclose(results[-1].state.velocity, [-0.7, 0.3], atol=1e-9)
+
+
+def test_detection_can_be_switched_off():
+    points = np.concatenate([line(30, (1.0, 0.0)), line(30, (-0.7, 0.0), (0.3, 0.0))])
+    results, _ = feed(points, config=SETTINGS.with_values({"mocap.detect_impacts": False}))
+    assert all(r.impact is None for r in results)
+
+
+@given(angle=st.floats(0.0, 6.3), mirrored=st.booleans(), shift=st.floats(-10.0, 10.0))
+@settings(derandomize=True, deadline=None, max_examples=8)
+def test_turned_and_mirrored_poses_give_turned_and_mirrored_hits(angle, mirrored, shift):
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.array([[c, -s], [s, c]]) @ np.diag([1.0, -1.0 if mirrored else 1.0])
+    points = noisy(np.concatenate([line(30, (1.0, 0.2)), line(10, (-0.6, 0.2), (0.3, 0.06))]), 3)
+    plain, _ = feed(points)
+    turned, _ = feed(points @ turn.T + shift)
+    for a, b in zip(plain, turned, strict=True):
+        assert (a.impact is None) == (b.impact is None)
+        if a.impact is not None:
+            np.testing.assert_allclose(turn @ a.impact, b.impact, atol=1e-6)
+        if a.state is not None:
+            np.testing.assert_allclose(turn @ a.state.velocity, b.state.velocity, atol=1e-6)
+
+
+# ---- refusals
+
+
+def test_leap_is_refused_and_the_track_goes_on():
+    points = line(30, (1.0, 0.0))
+    points[20] += (0.0, 0.5)
+    results, _ = feed(points)
+    assert [k for k, r in enumerate(results) if r.refused] == [20]
+    assert results[20].refused == "leap"
+    np.testing.assert_allclose(results[-1].state.velocity, [1.0, 0.0], atol=1e-9)
+    assert all(r.impact is None for r in results)
+
+
+def test_relocation_is_accepted_after_its_time():
+    _, memory = feed(line(20, (1.0, 0.0)))
+    results, memory = feed(line(70, (0.0, 0.4), (3.0, 1.0)), memory, begin=0.2)
+    assert {r.refused for r in results[:50]} == {"leap"}
+    assert [k for k, r in enumerate(results) if r.relocated] == [50]
+    np.testing.assert_allclose(results[50].state.velocity, [0.0, 0.4], atol=1e-9)
+    assert not any(r.refused for r in results[50:])
+    assert all(r.impact is None for r in results)
+
+
+def test_poses_that_do_not_agree_are_no_relocation():
+    _, memory = feed(line(20, (1.0, 0.0)))
+    wild = np.random.default_rng(2).uniform(-5.0, 5.0, (150, 2)) + 10.0
+    results, _ = feed(wild, memory, begin=0.2)
+    assert all(r.refused for r in results)
+
+
+def test_interrupted_suspects_begin_anew():
+    """0.3 s elsewhere, silence, 0.3 s elsewhere: never 0.5 s in agreement."""
+    _, memory = feed(line(20, (0.0, 0.0)))
+    for begin in (0.2, 0.8):
+        results, memory = feed(line(30, (0.0, 0.0), (3.0, 1.0)), memory, begin=begin)
+        assert {r.refused for r in results} == {"leap"}
+
+
+@given(gap=st.floats(0.011, 3.0), share=st.floats(0.0, 0.99))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_what_the_robot_can_reach_is_no_leap(gap, share):
+    _, memory = feed(line(20, (0.0, 0.0)))
+    reach = SETTINGS.robot.max_speed * gap
+    results, _ = feed([(share * reach, 0.0)], memory, begin=0.19 + gap)
+    assert results[0].refused == ""
+    results, _ = feed([(1.2 * reach + 0.051 + share, 0.0)], memory, begin=0.19 + gap)
+    assert results[0].refused == "leap"
+
+
+def test_stamp_far_ahead_buys_no_leap():
+    _, memory = feed(line(20, (0.0, 0.0)))
+    sample = PoseSample(1000.0, np.array([2.0, 0.0]), 0.0)
+    assert filter_pose(memory, sample, 0.2, SETTINGS)[0].refused == "leap"
+
+
+@pytest.mark.parametrize("stamp", [0.19, 0.1, -7.0])
+def test_stamp_that_does_not_rise_is_refused(stamp):
+    _, memory = feed(line(20, (0.0, 0.0)))
+    results, memory = feed([(0.0, 0.0)], memory, begin=stamp)
+    assert results[0].refused == "stamp"
+    results, _ = feed([(0.0, 0.0)], memory, begin=0.2)
+    assert results[0].refused == ""
+
+
+def test_motion_capture_that_restarts_is_accepted_after_its_time():
+    _, memory = feed(line(20, (0.0, 0.0)), begin=100.0)
+    results, _ = feed(line(60, (0.0, 0.0)), memory, begin=0.0)
+    assert [k for k, r in enumerate(results) if r.relocated] == [50]
+    assert results[-1].state is not None
+
+
+@pytest.mark.parametrize("field", range(4))
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_not_finite_is_refused_without_a_trace(field, value):
+    fields = [0.2, 0.0, 0.0, 0.0]
+    fields[field] = value
+    stamp, x, y, yaw = fields
+    _, memory = feed(line(20, (0.0, 0.0)))
+    result, after = filter_pose(memory, PoseSample(stamp, np.array([x, y]), yaw), 0.2, SETTINGS)
+    assert (result.state, result.refused, after) == (None, "not_finite", memory)
+
+
+def test_first_pose_not_finite():
+    result, after = filter_pose(FRESH, PoseSample(0.0, np.array([math.nan, 0.0]), 0.0), 0.0, SETTINGS)
+    assert (result.refused, after) == ("not_finite", FRESH)
+
+
+GOOD = (1.0, (0.5, -0.5, 0.1), (0.0, 0.0, math.sin(0.4), math.cos(0.4)))
+
+
+def test_fields_of_a_pose():
+    sample = check_pose_fields(*GOOD, tolerance=0.01)
+    assert (sample.stamp, sample.position.tolist()) == (1.0, [0.5, -0.5])
+    assert sample.yaw == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize(
+    ("reason", "stamp", "position", "quaternion"),
+    [
+        ("not_finite", math.nan, GOOD[1], GOOD[2]),
+        ("not_finite", 1.0, (math.inf, 0.0, 0.0), GOOD[2]),
+        ("not_finite", 1.0, (0.0, 0.0, math.nan), GOOD[2]),
+        ("not_finite", 1.0, GOOD[1], (0.0, 0.0, math.nan, 1.0)),
+        ("zeros", 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
+        ("quaternion", 1.0, GOOD[1], (0.0, 0.0, 0.0, 0.0)),
+        ("quaternion", 1.0, GOOD[1], (0.0, 0.0, 0.0, 1.02)),
+        ("quaternion", 1.0, GOOD[1], (1.0, 1.0, 1.0, 1.0)),
+    ],
+)
+def test_fields_that_are_no_pose(reason, stamp, position, quaternion):
+    with pytest.raises(PoseError) as error:
+        check_pose_fields(stamp, position, quaternion, 0.01)
+    assert error.value.reason == reason
+
+
+def test_origin_is_a_pose():
+    assert check_pose_fields(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 0.01).yaw == 0.0

@@ -1,0 +1,74 @@
+"""The pose at a scan's stamp."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.pose_history import PoseHistory
+from collplan_core.state import State
+
+
+def state(stamp, x=0.0, yaw=0.0):
+    return State(stamp, np.array([x, -x]), np.array([1.0, x]), yaw)
+
+
+def history(*states, span=0.5):
+    kept = PoseHistory(span)
+    for each in states:
+        kept.add(each)
+    return kept
+
+
+def test_empty():
+    assert PoseHistory(0.5).at(0.0) is None
+
+
+def test_outside():
+    kept = history(state(1.0), state(1.1))
+    assert kept.at(0.999) is None
+    assert kept.at(1.101) is None
+
+
+@given(share=st.floats(0.0, 1.0), x0=st.floats(-5.0, 5.0), x1=st.floats(-5.0, 5.0))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_linear_between(share, x0, x1):
+    at = history(state(1.0, x0), state(1.25, x1)).at(1.0 + 0.25 * share)
+    x = x0 + share * (x1 - x0)
+    np.testing.assert_allclose(at.position, [x, -x], atol=1e-12)
+    np.testing.assert_allclose(at.velocity, [1.0, x], atol=1e-12)
+    assert at.stamp == 1.0 + 0.25 * share
+
+
+@given(yaw=st.floats(-math.pi, math.pi), turn=st.floats(-3.0, 3.0), share=st.floats(0.0, 1.0))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_yaw_goes_the_shortest_way(yaw, turn, share):
+    at = history(state(0.0, yaw=yaw), state(0.5, yaw=math.remainder(yaw + turn, math.tau))).at(0.5 * share)
+    assert math.remainder(at.yaw - (yaw + share * turn), math.tau) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_kept_poses_are_returned_as_they_are():
+    states = [state(0.1 * k, k) for k in range(4)]
+    kept = history(*states)
+    assert [kept.at(s.stamp) for s in states] == states
+
+
+def test_forgets_after_its_span():
+    kept = history(*(state(0.1 * k) for k in range(20)), span=0.5)
+    assert kept.at(1.39) is None
+    assert kept.at(1.41) is not None
+
+
+@pytest.mark.parametrize("stamp", [1.9, 1.0, -5.0])
+def test_clock_set_back_begins_anew(stamp):
+    kept = history(state(1.0), state(1.9), state(stamp))
+    assert kept.at(stamp) is not None
+    assert kept.at(1.45) is None
+
+
+def test_clear():
+    kept = history(state(1.0), state(1.1))
+    kept.clear()
+    assert kept.at(1.0) is None

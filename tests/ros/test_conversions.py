@@ -1,0 +1,308 @@
+"""Records to messages and back; what a message may not hold."""
+
+import math
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped, Quaternion
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rclpy.serialization import deserialize_message, serialize_message
+
+from collplan_core.command import Command
+from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.pose_filter import PoseError, PoseSample
+from collplan_core.scan import Scan, ScanError
+from collplan_core.state import State
+from collplan_ros import conversions as c
+
+FEW = settings(derandomize=True, deadline=None, max_examples=40)
+numbers = st.floats(-1e3, 1e3)
+points = st.tuples(numbers, numbers).map(np.array)
+yaws = st.floats(-math.pi + 1e-6, math.pi)
+stamps = st.integers(0, 2 * 10**18).map(lambda nanoseconds: nanoseconds / 1e9)
+
+
+def sent(message):
+    """As the listener gets it."""
+    return deserialize_message(serialize_message(message), type(message))
+
+
+# ---- stamps and angles
+
+
+@given(st.floats(0.0, 2.1e9))
+@FEW
+def test_seconds_survive_a_stamp(seconds):
+    assert c.seconds_from_stamp(c.stamp_from_seconds(seconds)) == pytest.approx(seconds, abs=5.1e-10)
+    once = c.seconds_from_stamp(c.stamp_from_seconds(seconds))
+    assert c.seconds_from_stamp(c.stamp_from_seconds(once)) == once
+
+
+@given(st.integers(0, 10**6), st.integers(0, 10**9 - 1))
+@FEW
+def test_stamp_survives_seconds_to_the_nanosecond(sec, nanosec):
+    stamp = c.stamp_from_seconds(c.seconds_from_stamp(Time(sec=sec, nanosec=nanosec)))
+    assert (stamp.sec, stamp.nanosec) == (sec, nanosec)
+
+
+def test_stamp_carries():
+    assert c.stamp_from_seconds(1.9999999999) == Time(sec=2, nanosec=0)
+    assert c.stamp_from_seconds(-0.25) == Time(sec=-1, nanosec=750_000_000)
+
+
+@given(yaws)
+@FEW
+def test_yaw_survives_a_quaternion(yaw):
+    assert c.yaw_from_quaternion(sent(c.quaternion_from_yaw(yaw))) == pytest.approx(yaw, abs=1e-12)
+
+
+@pytest.mark.parametrize("xyzw", [(0.0,) * 4, (0.0, 0.0, 0.0, 1.1), (math.nan, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0, 1.0)])
+def test_quaternion_that_is_none(xyzw):
+    x, y, z, w = xyzw
+    with pytest.raises(c.MessageError, match="orientation"):
+        c.yaw_from_quaternion(Quaternion(x=x, y=y, z=z, w=w))
+
+
+# ---- poses
+
+
+@given(stamps, points, yaws)
+@FEW
+def test_pose(stamp, position, yaw):
+    sample = c.pose_from_message(sent(c.pose_to_message(PoseSample(stamp, position, yaw), "map")), "map")
+    assert sample.stamp == stamp
+    np.testing.assert_array_equal(sample.position, position)
+    assert sample.yaw == pytest.approx(yaw, abs=1e-12)
+
+
+def test_pose_in_another_frame():
+    message = c.pose_to_message(PoseSample(0.0, np.zeros(2), 0.0), "odom")
+    with pytest.raises(PoseError, match="'odom', expected 'map'") as error:
+        c.pose_from_message(message, "map")
+    assert error.value.reason == "frame"
+
+
+@given(stamps, points, points, yaws)
+@FEW
+def test_state(stamp, position, velocity, yaw):
+    message = sent(c.state_to_odometry(State(stamp, position, velocity, yaw), "map", "base_link"))
+    state = c.state_from_odometry(message, "map", "base_link")
+    assert state.stamp == stamp
+    np.testing.assert_array_equal(state.position, position)
+    np.testing.assert_allclose(state.velocity, velocity, atol=1e-9)
+    assert state.yaw == pytest.approx(yaw, abs=1e-12)
+
+
+def test_twist_of_an_odometry_is_in_the_robot_frame():
+    """Driving along y of the map with the nose along y: straight ahead."""
+    message = c.state_to_odometry(State(0.0, np.zeros(2), np.array([0.0, 0.7]), math.pi / 2), "map", "base_link")
+    assert (message.header.frame_id, message.child_frame_id) == ("map", "base_link")
+    linear = message.twist.twist.linear
+    assert (linear.x, linear.y) == pytest.approx((0.7, 0.0), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda m: setattr(m.header, "frame_id", "odom"), "header.frame_id"),
+        (lambda m: setattr(m, "child_frame_id", ""), "child_frame_id"),
+        (lambda m: setattr(m.pose.pose.position, "y", math.nan), "pose.position"),
+        (lambda m: setattr(m.twist.twist.linear, "x", math.inf), "twist.linear"),
+        (lambda m: setattr(m.pose.pose.orientation, "w", 0.0), "orientation"),
+    ],
+)
+def test_odometry_that_is_refused(change, words):
+    message = c.state_to_odometry(State(0.0, np.zeros(2), np.zeros(2), 0.0), "map", "base_link")
+    change(message)
+    with pytest.raises(c.MessageError, match=words):
+        c.state_from_odometry(message, "map", "base_link")
+
+
+@given(points)
+@FEW
+def test_goal(goal):
+    np.testing.assert_array_equal(c.goal_from_message(sent(c.goal_to_message(goal, "map")), "map"), goal)
+
+
+def test_goal_needs_no_orientation():
+    message = PoseStamped()
+    message.header.frame_id = "map"
+    message.pose.orientation.w = 0.0
+    assert c.goal_from_message(message, "map").tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("x", [math.nan, math.inf])
+def test_goal_that_is_refused(x):
+    with pytest.raises(c.MessageError, match=r"pose\.position"):
+        c.goal_from_message(c.goal_to_message(np.array([x, 0.0]), "map"), "map")
+    with pytest.raises(c.MessageError, match="'lab', expected 'map'"):
+        c.goal_from_message(c.goal_to_message(np.zeros(2), "lab"), "map")
+
+
+@given(stamps, points)
+@FEW
+def test_impact(stamp, change):
+    at, value = c.impact_from_message(sent(c.impact_to_message(stamp, change, "map")), "map")
+    assert at == stamp
+    np.testing.assert_array_equal(value, change)
+
+
+# ---- scans
+
+ranges = st.one_of(st.floats(0.02, 5.0), st.sampled_from([math.inf, -math.inf, math.nan]))
+
+
+@given(
+    stamps,
+    st.lists(ranges, min_size=2, max_size=50).filter(lambda r: not np.isnan(r).all()),
+    st.floats(-math.pi, math.pi),
+    st.floats(0.01, 0.12),
+)
+@FEW
+def test_scan(stamp, values, first, step):
+    scan = Scan(stamp, first, step, 0.02, 5.0, np.array(values))
+    back = c.scan_from_message(sent(c.scan_to_message(scan, "base_link")), "base_link")
+    assert back.stamp == stamp
+    np.testing.assert_array_equal(back.ranges, scan.ranges.astype(np.float32))
+    np.testing.assert_allclose(back.angles, scan.angles, atol=1e-5)
+
+
+@pytest.mark.parametrize("beams", [30, 360, 2000])
+def test_full_turn(beams):
+    scan = Scan(0.0, -math.pi, 2 * math.pi / beams, 0.02, 5.0, np.full(beams, 1.0))
+    back = c.scan_from_message(sent(c.scan_to_message(scan, "base_link")), "base_link")
+    np.testing.assert_allclose(back.angles, scan.angles, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("angle_max", 0.0),
+        ("angle_max", math.nan),
+        ("angle_increment", 0.0),
+        ("angle_increment", math.nan),
+        ("angle_increment", 0.5),
+        ("angle_min", math.inf),
+        ("range_max", 0.0),
+        ("range_min", math.nan),
+        ("ranges", []),
+        ("ranges", [math.nan] * 360),
+        ("ranges", [-1.0] * 360),
+        ("ranges", [1.0] * 180),
+    ],
+)
+def test_scan_that_is_refused(field, value):
+    scan = Scan(0.0, -math.pi, 2 * math.pi / 360, 0.02, 5.0, np.full(360, 1.0))
+    message = c.scan_to_message(scan, "base_link")
+    setattr(message, field, value)
+    with pytest.raises(ScanError):
+        c.scan_from_message(message, "base_link")
+
+
+def test_scan_in_another_frame():
+    scan = Scan(0.0, 0.0, 0.1, 0.02, 5.0, np.full(5, 1.0))
+    with pytest.raises(ScanError, match="'laser', expected 'base_link'"):
+        c.scan_from_message(c.scan_to_message(scan, "laser"), "base_link")
+
+
+# ---- plans
+
+
+def plan_along(positions, begin=0.0, period=0.1):
+    positions = np.asarray(positions, dtype=float)
+    times = begin + period * np.arange(len(positions))
+    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    velocities = np.zeros_like(positions)
+    return Plan(begin, times, positions, velocities, Contacts.none(), np.zeros(2), np.zeros(2), {}, nothing, 0)
+
+
+@given(st.floats(0.0, 2e9), st.lists(points, min_size=2, max_size=20), st.floats(0.001, 1.0))
+@FEW
+def test_plan(begin, positions, period):
+    plan = plan_along(positions, begin, period)
+    back = c.plan_from_path(sent(c.plan_to_path(plan, "map")), "map")
+    assert back.stamp == pytest.approx(plan.stamp, abs=1e-9)
+    np.testing.assert_allclose(back.times, plan.times, atol=1e-9, rtol=0.0)
+    np.testing.assert_array_equal(back.positions, plan.positions)
+
+
+def test_velocities_of_a_plan_are_exact_on_a_parabola():
+    t = 0.05 * np.arange(20)
+    plan = plan_along(np.column_stack([0.3 * t**2, 1.0 - t]), period=0.05)
+    back = c.plan_from_path(c.plan_to_path(plan, "map"), "map")
+    np.testing.assert_allclose(back.velocities, np.column_stack([0.6 * t, np.full(20, -1.0)]), atol=1e-9)
+
+
+def path(change=lambda p: None):
+    message = c.plan_to_path(plan_along([(0.0, 0.0), (0.1, 0.0), (0.2, 0.1)], 5.0), "map")
+    change(message)
+    return message
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda p: p.poses.clear(), "got 0, expected at least 2"),
+        (lambda p: p.poses.__delitem__(slice(1, None)), "got 1, expected at least 2"),
+        (lambda p: setattr(p.poses[1].pose.position, "x", math.nan), r"poses\[1\].*finite"),
+        (lambda p: setattr(p.poses[2].pose.position, "y", math.inf), r"poses\[2\].*finite"),
+        (lambda p: setattr(p.poses[2].header, "stamp", c.stamp_from_seconds(5.1)), r"poses\[2\].*later"),
+        (lambda p: setattr(p.poses[1].header, "stamp", c.stamp_from_seconds(4.0)), r"poses\[1\].*later"),
+        (lambda p: setattr(p.header, "frame_id", "odom"), "frame_id"),
+    ],
+)
+def test_path_that_is_refused(change, words):
+    with pytest.raises(c.PathError, match=words):
+        c.plan_from_path(path(change), "map")
+
+
+@given(st.lists(st.tuples(numbers, numbers, yaws, st.floats(0.01, 2.0)), max_size=6))
+@FEW
+def test_contacts(rows):
+    table = np.array(rows).reshape(-1, 4)
+    directions = np.column_stack([np.cos(table[:, 2]), np.sin(table[:, 2])])
+    contacts = Contacts(1.0 + 0.1 * np.arange(len(rows)), table[:, :2], directions * table[:, 3:])
+    back = c.contacts_from_path(sent(c.contacts_to_path(contacts, 0.5, "map")), "map")
+    np.testing.assert_allclose(back.times, contacts.times, atol=1e-9)
+    np.testing.assert_array_equal(back.points, contacts.points)
+    np.testing.assert_allclose(back.velocities_after, directions, atol=1e-9)
+
+
+def test_contact_without_a_direction():
+    message = path()
+    message.poses[1].pose.orientation.w = 3.0
+    with pytest.raises(c.PathError, match="orientation"):
+        c.contacts_from_path(message, "map")
+
+
+# ---- commands
+
+
+@given(points, numbers)
+@FEW
+def test_command(velocity, yaw_rate):
+    command = Command(velocity, yaw_rate, "free_space", np.zeros(2))
+    for twist in (c.command_to_twist(command), c.command_to_twist_stamped(command, 3.0, "base_link").twist):
+        back, rate = c.velocity_from_twist(sent(twist))
+        np.testing.assert_array_equal(back, velocity)
+        assert rate == yaw_rate
+
+
+@pytest.mark.parametrize("bad", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.nan)])
+def test_command_that_is_refused(bad):
+    twist = c.command_to_twist(Command(np.array(bad[:2]), bad[2], "free_space", np.zeros(2)))
+    with pytest.raises(c.MessageError, match="twist"):
+        c.velocity_from_twist(twist)
+
+
+@pytest.mark.parametrize("kind", [int, np.float32, np.float64, np.int64])
+def test_every_kind_of_number_goes_out_as_itself(kind):
+    """Fields are checked in tests: any number that is no Python float would be an error here."""
+    two = np.array([1, 2]).astype(kind)
+    c.pose_to_message(PoseSample(1.0, two, kind(1)), "map")
+    c.state_to_odometry(State(1.0, two, two, kind(0)), "map", "base_link")
+    c.impact_to_message(kind(1), two, "map")
+    command = c.command_to_twist_stamped(Command(two, kind(1), "free_space", two), kind(1), "base_link")
+    assert (command.twist.linear.x, command.twist.linear.y, command.twist.angular.z) == (1.0, 2.0, 1.0)
