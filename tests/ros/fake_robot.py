@@ -1,0 +1,56 @@
+"""What planner and controller hear from mocap_node and lidar_node, without either: a robot that stands in a world."""
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from sensor_msgs.msg import LaserScan
+
+from collplan_core.params import Lidar
+from collplan_core.raycast import simulate_scan
+from collplan_core.state import State
+from collplan_core.worlds import parse_world
+from collplan_ros.conversions import scan_to_message, state_to_odometry
+from collplan_ros.qos import POSE_PUBLISHED, SENSOR_DATA
+
+PERIOD = 0.02
+SCAN_EVERY = 3
+LIDAR = Lidar(n_beams=180)
+
+
+def hall(obstacle_y: float | None = None):
+    """A walled hall, 3 m by 2 m; a disc of 0.15 m stands 0.55 m ahead of the start where one is asked for."""
+    circles = [] if obstacle_y is None else [{"center": [0.55, obstacle_y], "radius": 0.15}]
+    ends = {"start": [0.0, 0.0], "goal": [2.0, 0.0]}
+    return parse_world({"name": "hall", "bounds": [-0.5, -1.0, 2.5, 1.0], "circles": circles, **ends}, "hall")
+
+
+class FakeRobot:
+    """Publishes poses and scans while the test waits; stamps go on by themselves, whatever the machine's load."""
+
+    def __init__(self, ros, world, yaw: float = 0.0) -> None:
+        self.world, self.yaw = world, yaw
+        self.position = np.array([0.0, 0.0])
+        self.stamp = 100.0
+        self.poses_on = self.scans_on = True
+        self.poses = ros.probe.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
+        self.scans = ros.probe.create_publisher(LaserScan, "scan", SENSOR_DATA)
+        self._ticks = 0
+        ros.probe.create_timer(PERIOD, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    @property
+    def state(self) -> State:
+        return State(self.stamp, self.position, np.zeros(2), self.yaw)
+
+    def pose(self) -> Odometry:
+        return state_to_odometry(self.state, "map", "base_link")
+
+    def scan(self) -> LaserScan:
+        return scan_to_message(simulate_scan(self.world, self.state, LIDAR), "base_link")
+
+    def _tick(self) -> None:
+        self._ticks += 1
+        self.stamp = 100.0 + PERIOD * self._ticks
+        if self.poses_on:
+            self.poses.publish(self.pose())
+        if self.scans_on and self._ticks % SCAN_EVERY == 0:
+            self.scans.publish(self.scan())

@@ -1,0 +1,311 @@
+"""controller_node alone, with a fake robot that stands in a hall and a fake planner."""
+
+import math
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PointStamped, Twist, TwistStamped
+from nav_msgs.msg import Path
+from rclpy.parameter import Parameter
+from std_msgs.msg import String
+
+from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_ros.controller_node import ControllerNode
+from collplan_ros.conversions import plan_to_path, stamp_from_seconds
+from collplan_ros.goal_status import Goal, goal_to_status
+from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
+from fake_robot import PERIOD, SCAN_EVERY, FakeRobot, hall
+
+YAW = 0.7
+SPEED = 0.5
+
+
+def straight_plan(stamp: float, start: np.ndarray, duration: float = 2.0) -> Plan:
+    """Along x at SPEED."""
+    times = stamp + np.linspace(0.0, duration, 21)
+    positions = start + np.column_stack([SPEED * (times - stamp), np.zeros(21)])
+    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    velocities = np.tile([SPEED, 0.0], (21, 1))
+    return Plan(stamp, times, positions, velocities, Contacts.none(), positions[-1], velocities[-1], {}, nothing, 0)
+
+
+class ControllerBench:
+    """The node, a robot and a planner for it, and everything it says."""
+
+    def __init__(self, ros, **parameters):
+        self.ros = ros
+        overrides = {k.replace("__", "."): v for k, v in parameters.items()}
+        twist = TwistStamped if overrides.get("controller.stamped_cmd_vel") else Twist
+        self.commands = ros.listen(twist, "cmd_vel", EVENT)
+        self.references = ros.listen(PointStamped, "controller/reference", EVENT)
+        self.maneuvers = ros.listen(String, "maneuver", LATCHED)
+        self.reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
+        self.robot = FakeRobot(ros, hall(), YAW)
+        self.node = ros.make(ControllerNode, overrides)
+        self.plans = ros.publisher(Path, "plan", NEWEST)
+        self.statuses = ros.publisher(GoalStatus, "goal_status", LATCHED)
+        self.goal = Goal(self.robot.stamp, np.full(2, math.nan))
+        assert ros.wait_until(lambda: self.node._sensed.scan_stamp is not None and self.commands)
+
+    def send_status(self, status=GoalStatus.STATUS_EXECUTING, stamp=None):
+        self.goal = Goal(self.robot.stamp if stamp is None else stamp, self.goal.position, status)
+        self.statuses.publish(goal_to_status(self.goal))
+        assert self.ros.wait_until(lambda: self.node._goal is not None and self.node._goal.id == self.goal.id)
+
+    def path(self, **changes) -> Path:
+        """A plan of the newest scan that the node has."""
+        return plan_to_path(straight_plan(self.node._sensed.scan_stamp, self.robot.position, **changes), "map")
+
+    def wait_for_scan(self):
+        """Until the node has a scan that is later than the goal."""
+        assert self.ros.wait_until(lambda: (self.node._sensed.scan_stamp or 0.0) > self.goal.stamp + 1e-6)
+
+    def drive(self):
+        """A goal and plans for it, until the robot is told to move."""
+        self.send_status()
+        self.wait_for_scan()
+        self.plans.publish(self.path())
+        assert self.ros.wait_until(self.moves)
+
+    def moves(self):
+        return self.commands and is_moving(self.commands[-1])
+
+    def wait_until_still(self, reason):
+        """Zero commands, and the health that says why."""
+        assert self.ros.wait_until(lambda: not self.moves())
+        assert self.ros.wait_until(lambda: reason in self.health().message)
+        assert self.maneuvers[-1].data == "stopped"
+
+    def health(self) -> DiagnosticStatus:
+        """The newest health, asked for now."""
+        before = len(self.reports)
+        self.node._diagnostics.publish()
+        assert self.ros.wait_until(lambda: len(self.reports) > before)
+        return self.reports[-1].status[0]
+
+    def values(self):
+        return {v.key: v.value for v in self.health().values}
+
+
+def is_moving(command) -> bool:
+    twist = getattr(command, "twist", command)
+    return twist.linear.x != 0.0 or twist.linear.y != 0.0 or twist.angular.z != 0.0
+
+
+@pytest.fixture
+def bench(ros):
+    return ControllerBench(ros)
+
+
+def test_follows_a_plan_in_the_robot_frame(ros, bench):
+    bench.drive()
+    assert ros.wait_until(lambda: bench.references and bench.maneuvers[-1].data == "free_space")
+    first = next(c for c in bench.commands if is_moving(c))
+    forward = math.hypot(first.linear.x, first.linear.y)
+    assert 0.8 * SPEED < forward <= 1.2
+    assert math.atan2(first.linear.y, first.linear.x) == pytest.approx(-YAW, abs=0.05)
+    reference = bench.references[0]
+    assert reference.header.frame_id == "map"
+    assert 0.0 <= reference.point.x <= 2.0 * SPEED
+    assert reference.point.y == pytest.approx(0.0, abs=1e-9)
+    assert bench.health().message == "moving"
+
+
+def test_commands_zero_from_the_start_and_says_why(ros, bench):
+    ros.wait_until(lambda: len(bench.commands) > 3)
+    bench.wait_until_still("no active goal")
+    bench.send_status()
+    bench.wait_until_still("no plan yet")
+    assert bench.health().level == DiagnosticStatus.WARN
+    assert not any(is_moving(command) for command in bench.commands)
+
+
+def test_stands_still_when_plans_stop(ros, bench):
+    bench.drive()
+    bench.wait_until_still("plan 0.")
+
+
+def test_stands_still_when_poses_stop(ros, bench):
+    bench.node.set_parameters([Parameter("planner.map_period", value=2.0)])
+    bench.drive()
+    bench.robot.poses_on = False
+    bench.wait_until_still("pose 0.")
+
+
+def test_stands_still_when_scans_stop(ros, bench):
+    bench.node.set_parameters([Parameter("planner.map_period", value=2.0)])
+    bench.drive()
+    bench.robot.scans_on = False
+    bench.wait_until_still("scan 0.")
+
+
+@pytest.mark.parametrize("status", [GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED])
+def test_end_of_the_goal_stops(ros, bench, status):
+    bench.drive()
+    bench.send_status(status)
+    bench.wait_until_still("no active goal")
+    before = len(bench.commands)
+    bench.plans.publish(bench.path())
+    assert ros.wait_until(lambda: bench.node._refusals["plan"] == 1 and len(bench.commands) > before + 3)
+    assert not any(is_moving(command) for command in bench.commands[before:])
+
+
+def test_new_goal_drops_the_plan_of_the_old(ros, bench):
+    bench.drive()
+    old = bench.path()
+    bench.send_status(stamp=bench.robot.stamp)
+    bench.wait_until_still("no plan yet")
+    bench.plans.publish(old)
+    assert ros.wait_until(lambda: bench.node._refusals["plan"] == 1)
+    bench.wait_for_scan()
+    bench.plans.publish(bench.path())
+    assert ros.wait_until(bench.moves)
+
+
+def empty(path):
+    path.poses = []
+
+
+def not_a_number(path):
+    path.poses[3].pose.position.x = math.nan
+
+
+def infinite(path):
+    path.poses[-1].pose.position.y = math.inf
+
+
+def past(path):
+    for pose in path.poses:
+        pose.header.stamp.sec -= 10
+
+
+def not_rising(path):
+    path.poses[5].header.stamp = path.poses[4].header.stamp
+
+
+def other_frame(path):
+    path.header.frame_id = "odom"
+
+
+def of_another_goal(path):
+    path.header.stamp = stamp_from_seconds(50.0)
+
+
+BAD_PATHS = (empty, not_a_number, infinite, past, not_rising, other_frame, of_another_goal)
+
+
+def test_bad_paths_are_counted_and_never_move_the_robot(ros, bench):
+    bench.send_status()
+    bench.wait_for_scan()
+    for count, spoil in enumerate(BAD_PATHS, 1):
+        path = bench.path()
+        spoil(path)
+        bench.plans.publish(path)
+        assert ros.wait_until(lambda n=count: bench.node._refusals["plan"] == n), spoil.__name__
+    before = len(bench.commands)
+    assert ros.wait_until(lambda: len(bench.commands) > before + 3)
+    assert not any(is_moving(command) for command in bench.commands)
+    assert bench.values()["refused_plan"] == str(len(BAD_PATHS))
+
+
+def test_plan_waits_for_its_own_scan(ros, bench):
+    bench.send_status()
+    bench.wait_for_scan()
+    coming = bench.node._sensed.scan_stamp + 5 * SCAN_EVERY * PERIOD
+    bench.plans.publish(plan_to_path(straight_plan(coming, bench.robot.position), "map"))
+    assert ros.wait_until(lambda: bench.node._waiting is not None)
+    assert ros.wait_until(bench.moves)
+    assert bench.node._sensed.scan_stamp >= coming
+
+
+def test_plan_whose_scan_never_comes_is_refused_by_the_next(ros, bench):
+    bench.send_status()
+    bench.wait_for_scan()
+    for later in (900.0, 901.0):
+        bench.plans.publish(plan_to_path(straight_plan(later, bench.robot.position), "map"))
+        assert ros.wait_until(lambda t=later: bench.node._waiting is not None and bench.node._waiting[0].stamp == t)
+    assert bench.values()["refused_plan"] == "1"
+    assert "its scan of 900.000" in bench.values()["last_refusal"]
+    assert not any(is_moving(command) for command in bench.commands)
+
+
+def test_leap_of_the_poses_drops_the_plan(ros, bench):
+    bench.drive()
+    bench.robot.position = np.array([1.0, 0.5])
+    assert ros.wait_until(lambda: bench.node._refusals["pose_break"] >= 1)
+    bench.wait_until_still("no plan yet")
+
+
+def test_stamped_commands(ros):
+    bench = ControllerBench(ros, controller__stamped_cmd_vel=True)
+    bench.drive()
+    first = next(c for c in bench.commands if is_moving(c))
+    assert first.header.frame_id == "base_link"
+    assert first.header.stamp.sec >= 100
+
+
+def test_live_parameters_work_in_the_next_period_and_bad_ones_say_why(ros, bench):
+    bench.drive()
+    slow, negative, fixed = bench.node.set_parameters(
+        [
+            Parameter("robot.max_speed", value=0.1),
+            Parameter("controller.k_p", value=-1.0),
+            Parameter("controller.rate", value=50.0),
+        ]
+    )
+    assert slow.successful
+    assert "controller.k_p" in negative.reason
+    assert not fixed.successful
+    before = len(bench.commands)
+    bench.plans.publish(bench.path())
+    assert ros.wait_until(lambda: len(bench.commands) > before + 3)
+    later = bench.commands[before + 1 :]
+    assert all(math.hypot(c.linear.x, c.linear.y) <= 0.1 + 1e-9 for c in later)
+
+
+def test_control_period_is_reported(ros, bench):
+    assert ros.wait_until(lambda: int(bench.values()["control_period_ms.n"]) >= 5)
+    values = bench.values()
+    assert 0.0 < float(values["control_period_ms.p50"]) <= float(values["control_period_ms.p99"])
+
+
+def test_it_knows_no_world(bench):
+    assert not [name for name in bench.node._parameters if "world" in name]
+
+
+def test_stop_commands_zero(ros, bench):
+    bench.drive()
+    ros.spin(0.02)
+    bench.node.stop()
+    last = len(bench.commands)
+    assert ros.wait_until(lambda: len(bench.commands) > last)
+    assert not is_moving(bench.commands[last])
+
+
+def started(module):
+    code = f"import sys; from collplan_ros.{module} import main; sys.exit(main())"
+    return subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
+
+
+def test_processes_end_clean_on_a_signal(ros):
+    commands = ros.listen(Twist, "cmd_vel", EVENT)
+    reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
+    processes = {"controller_node": signal.SIGINT, "planner_node": signal.SIGTERM}
+    running = {started(module): number for module, number in processes.items()}
+    try:
+        assert ros.wait_until(lambda: len({r.status[0].name for r in reports}) == 2 and commands, timeout=60.0)
+        for process, number in running.items():
+            process.send_signal(number)
+        assert ros.wait_until(lambda: all(process.poll() is not None for process in running))
+    finally:
+        for process in running:
+            process.kill()
+        errors = [process.communicate()[1] for process in running]
+    assert [process.returncode for process in running] == [0, 0], errors
+    assert not [error for error in errors if "Traceback" in error]
+    assert not any(is_moving(command) for command in commands)

@@ -1,0 +1,75 @@
+"""All nodes in one process, driving the simulated robot."""
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import Odometry, Path
+from std_msgs.msg import String
+
+from collplan_core.worlds import load_world, save_world
+from collplan_ros.controller_node import ControllerNode
+from collplan_ros.conversions import goal_to_message, plan_from_path, state_from_odometry
+from collplan_ros.lidar_node import LidarNode
+from collplan_ros.mocap_node import MocapNode
+from collplan_ros.planner_node import PlannerNode
+from collplan_ros.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED
+from fake_robot import hall
+from omnipuck_sim.simulator_node import SimulatorNode
+
+
+class Graph:
+    """The whole loop in a world that simulator and lidar alone are told."""
+
+    def __init__(self, ros, world: str) -> None:
+        self.ros = ros
+        self.odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
+        self.commands = ros.listen(Twist, "cmd_vel", NEWEST)
+        self.plans = ros.listen(Path, "plan", NEWEST)
+        self.maneuvers = ros.listen(String, "maneuver", LATCHED)
+        self.statuses = ros.listen(GoalStatus, "goal_status", LATCHED)
+        ros.make(SimulatorNode, {"simulator.world": world, "simulator.seed": 3})
+        ros.make(MocapNode)
+        ros.make(LidarNode, {"lidar.world": world})
+        self.planner = ros.make(PlannerNode)
+        self.controller = ros.make(ControllerNode)
+        self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
+        ready = self.planner._sensed, self.controller._sensed
+        assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
+
+    def send_goal(self, goal) -> None:
+        self.goals.publish(goal_to_message(goal, "map"))
+
+    @property
+    def position(self) -> np.ndarray:
+        return state_from_odometry(self.odometry[-1], "map", "base_link").position
+
+    @property
+    def status(self) -> int | None:
+        return self.statuses[-1].status if self.statuses else None
+
+
+def test_the_robot_reaches_its_goal_and_stops(ros):
+    graph = Graph(ros, "l_corridor")
+    goal = load_world("l_corridor").goal
+    ros.wait_until(lambda: len(graph.commands) > 3)
+    assert not any(c.linear.x or c.linear.y for c in graph.commands)
+    graph.send_goal(goal)
+    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, timeout=30.0)
+    assert np.hypot(*(graph.position - goal)) < 0.25
+    assert "free_space" in {m.data for m in graph.maneuvers}
+    graph.commands.clear()
+    assert ros.wait_until(lambda: len(graph.commands) >= 2)
+    last = graph.commands[-1]
+    assert (last.linear.x, last.linear.y, last.angular.z) == (0.0, 0.0, 0.0)
+    assert ros.wait_until(lambda: graph.maneuvers[-1].data == "stopped")
+
+
+@pytest.mark.parametrize(("obstacle_y", "side"), [(0.1, -1.0), (-0.1, 1.0)])
+def test_plan_follows_an_obstacle_that_only_simulator_and_lidar_know(ros, tmp_path, obstacle_y, side):
+    path = tmp_path / "hall.yaml"
+    save_world(hall(obstacle_y), path)
+    graph = Graph(ros, str(path))
+    graph.send_goal(hall().goal)
+    assert ros.wait_until(lambda: graph.plans)
+    assert side * plan_from_path(graph.plans[0], "map").positions[-1, 1] > 0.05

@@ -1,0 +1,110 @@
+"""Markers from a real cycle: what they show, that they replace each other, and what RViz asks of them."""
+
+from dataclasses import replace
+from importlib.resources import files
+
+import numpy as np
+import pytest
+import yaml
+from visualization_msgs.msg import Marker
+
+from collplan_core.local_map import build_local_map
+from collplan_core.objectives import objective_for
+from collplan_core.params import Settings
+from collplan_core.raycast import simulate_scan
+from collplan_core.state import State
+from collplan_ros.markers import ARROW_LENGTH, cost_colors, plan_markers
+from fake_robot import LIDAR, hall
+
+SETTINGS = Settings()
+FIXED_SCALE = {Marker.TRIANGLE_LIST: ("x", "y", "z"), Marker.POINTS: ("x", "y")}
+
+
+@pytest.fixture(scope="module")
+def cycle():
+    state = State(3.25, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
+    local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, SETTINGS.robot, SETTINGS.local_map)
+    plan, _ = objective_for("harness")(None, local_map, state, np.array([2.0, 0.0]), SETTINGS)
+    return local_map, plan
+
+
+@pytest.fixture(scope="module")
+def markers(cycle):
+    return {marker.ns: marker for marker in plan_markers(*cycle, SETTINGS).markers}
+
+
+def points(marker):
+    return np.array([(p.x, p.y) for p in marker.points])
+
+
+def test_one_marker_a_namespace_so_that_each_replaces_the_last(cycle):
+    made = plan_markers(*cycle, SETTINGS).markers
+    assert len({m.ns for m in made}) == len(made)
+    assert {m.id for m in made} == {0}
+    assert {m.header.frame_id for m in made} == {"map"}
+    assert {(m.header.stamp.sec, m.header.stamp.nanosec) for m in made} == {(3, 250_000_000)}
+
+
+def test_free_space_is_covered_by_its_triangles(cycle, markers):
+    triangles = points(markers["free_space"]).reshape(-1, 3, 2)
+    (a, b), (c, d) = (triangles[:, 1] - triangles[:, 0]).T, (triangles[:, 2] - triangles[:, 0]).T
+    x, y = cycle[0].points.T
+    shoelace = 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    assert 0.5 * (a * d - b * c).sum() == pytest.approx(shoelace, rel=1e-9)
+
+
+def test_lines_are_where_the_records_say(cycle, markers):
+    local_map, plan = cycle
+    np.testing.assert_array_equal(points(markers["frontiers"]).reshape(-1, 4), local_map.segments)
+    np.testing.assert_array_equal(points(markers["spline"]), plan.positions)
+    shafts = points(markers["predicted"]).reshape(-1, 6, 2)[:, :2]
+    np.testing.assert_allclose(shafts[:, 0], local_map.predicted[:, :2])
+    np.testing.assert_allclose((shafts[:, 1] - shafts[:, 0]) / ARROW_LENGTH, local_map.predicted[:, 2:], atol=1e-9)
+    np.testing.assert_allclose(points(markers["choice_velocity"])[0], plan.aim)
+    radii = np.hypot(*(points(markers["choice"]) - plan.aim).T)
+    np.testing.assert_allclose(radii, SETTINGS.robot.radius)
+
+
+def test_candidates_are_coloured_by_cost_the_cheapest_on_top(cycle, markers):
+    lines = markers["candidates"]
+    assert len(lines.points) == len(lines.colors) == 2 * len(cycle[1].candidates.costs)
+    assert (lines.colors[-1].r, lines.colors[-1].g) == (0.0, 1.0)
+    assert (lines.colors[0].r, lines.colors[0].g) == (1.0, 0.0)
+    best = cycle[1].candidates.positions[cycle[1].candidates.costs.argmin()]
+    np.testing.assert_allclose(points(lines)[-2], best)
+    dots = markers["candidates_at_rest"]
+    assert len(dots.points) == len(dots.colors) == (~cycle[1].candidates.velocities.any(axis=1)).sum() > 0
+
+
+def test_cost_colors_of_one_candidate():
+    (only,) = cost_colors(np.array([3.0]))
+    assert (only.r, only.g) == (0.0, 1.0)
+
+
+def test_every_size_that_rviz_uses_is_positive(markers):
+    for marker in markers.values():
+        for axis in FIXED_SCALE.get(marker.type, ("x",)):
+            assert getattr(marker.scale, axis) > 0.0, marker.ns
+
+
+def test_what_is_gone_is_deleted(cycle):
+    local_map, plan = cycle
+    bare = replace(local_map, predicted=np.zeros((0, 4)), segments=np.zeros((0, 4)))
+    made = {m.ns: m for m in plan_markers(bare, plan, SETTINGS).markers}
+    assert made["predicted"].action == made["frontiers"].action == Marker.DELETE
+    assert made["spline"].action == Marker.ADD
+
+
+def rviz_topics():
+    text = (files("collplan_ros") / "rviz" / "collplan.rviz").read_text()
+    manager = yaml.safe_load(text)["Visualization Manager"]
+    assert manager["Global Options"]["Fixed Frame"] == "map"
+    shown = [*manager["Displays"], *manager["Tools"]]
+    return {display["Topic"]["Value"]: display["Topic"] for display in shown if "Topic" in display}
+
+
+def test_rviz_shows_the_graph_and_hears_what_is_sent():
+    topics = rviz_topics()
+    assert {"planner/markers", "scan", "plan", "mocap/odom", "goal_pose"} <= topics.keys()
+    assert topics["scan"]["Reliability Policy"] == "Best Effort"
+    assert topics["planner/markers"]["Durability Policy"] == "Transient Local"

@@ -1,0 +1,332 @@
+"""planner_node alone, with a fake robot that stands in a hall."""
+
+import math
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from nav_msgs.msg import Path
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from collplan_core.worlds import parse_world
+from collplan_ros.conversions import (
+    contacts_from_path,
+    goal_to_message,
+    impact_to_message,
+    plan_from_path,
+    seconds_from_stamp,
+)
+from collplan_ros.planner_node import PlannerNode
+from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
+from fake_robot import FakeRobot, hall
+
+AHEAD = np.array([2.0, 0.0])
+TO_THE_LEFT = np.array([0.0, 0.8])
+
+
+def identity(status):
+    return bytes(status.goal_info.goal_id.uuid)
+
+
+class PlannerBench:
+    """The node, a robot for it to plan for, and everything it says."""
+
+    def __init__(self, ros, world=None, **parameters):
+        self.ros = ros
+        self.plans = ros.listen(Path, "plan", EVENT)
+        self.contacts = ros.listen(Path, "planner/foreseen_impacts", EVENT)
+        self.costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
+        self.statuses = ros.listen(GoalStatus, "goal_status", EVENT)
+        self.reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
+        self.robot = FakeRobot(ros, world or hall())
+        overrides = {"planner.map_period": 0.05, **{k.replace("__", "."): v for k, v in parameters.items()}}
+        self.node = ros.make(PlannerNode, overrides)
+        self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
+        assert ros.wait_until(lambda: self.node._sensed.state is not None and self.node._sensed.scan_stamp is not None)
+
+    def send_goal(self, goal=AHEAD, frame="map"):
+        """A goal, taken by the node before this returns; its first status."""
+        known = {identity(status) for status in self.statuses}
+        self.goals.publish(goal_to_message(goal, frame))
+        assert self.ros.wait_until(lambda: [s for s in self.statuses if identity(s) not in known])
+        return next(s for s in self.statuses if identity(s) not in known)
+
+    def wait_for(self, status):
+        assert self.ros.wait_until(lambda: self.statuses and self.statuses[-1].status == status)
+        return self.statuses[-1]
+
+    def wait_for_plan(self, after=0.0):
+        """The first plan from a scan later than `after`."""
+        assert self.ros.wait_until(lambda: self._plans_after(after))
+        return self._plans_after(after)[0]
+
+    def _plans_after(self, stamp):
+        # a message's stamp is rounded to nanoseconds
+        return [p for p in self.plans if seconds_from_stamp(p.header.stamp) > stamp + 1e-6]
+
+    def health(self) -> DiagnosticStatus:
+        """The newest health, asked for now."""
+        before = len(self.reports)
+        self.node._diagnostics.publish()
+        assert self.ros.wait_until(lambda: len(self.reports) > before)
+        return self.reports[-1].status[0]
+
+    def wait_for_count(self, key, count=1):
+        """The health once at least so many are counted."""
+        assert self.ros.wait_until(lambda: int(self.value(key) or 0) >= count)
+        return self.health()
+
+    def value(self, key):
+        return {v.key: v.value for v in self.health().values}.get(key, "")
+
+    def assert_no_more_plans(self):
+        """None goes out from now on."""
+        self.ros.spin(0.05)
+        before = len(self.plans)
+        self.ros.spin(0.25)
+        assert len(self.plans) == before
+
+
+@pytest.fixture
+def bench(ros):
+    return PlannerBench(ros)
+
+
+def test_goal_becomes_a_plan_of_a_later_scan(ros, bench):
+    accepted = bench.send_goal()
+    assert accepted.status == GoalStatus.STATUS_ACCEPTED
+    plan = plan_from_path(bench.wait_for_plan(), "map")
+    executing = bench.wait_for(GoalStatus.STATUS_EXECUTING)
+    assert identity(executing) == identity(accepted)
+    assert executing.goal_info.stamp == accepted.goal_info.stamp
+    taken = seconds_from_stamp(accepted.goal_info.stamp)
+    assert 100.0 < taken < plan.stamp <= bench.robot.stamp
+    assert plan.times[0] == pytest.approx(plan.stamp, abs=2e-9)
+    np.testing.assert_allclose(plan.positions[0], bench.robot.position, atol=1e-9)
+    assert plan.positions[-1, 0] > 0.3
+
+
+def test_costs_and_foreseen_impacts_belong_to_the_plan(ros, bench):
+    bench.send_goal()
+    plan = bench.wait_for_plan()
+    assert ros.wait_until(lambda: bench.costs and bench.contacts)
+    assert bench.contacts[0].header == plan.header
+    contacts_from_path(bench.contacts[0], "map")
+    costs, stamp = bench.costs[0].status[0], bench.costs[0].header.stamp
+    values = {v.key: v.value for v in costs.values}
+    assert stamp == plan.header.stamp
+    assert float(values["planning_time_ms"]) > 0.0
+    assert 1 <= int(values["candidates"]) <= int(values["candidates_before_pruning"])
+    assert values["strategy"] == "harness"
+    terms = {"total", "position", "risk", "collision_risk", "gap_risk", "velocity"}
+    assert all(math.isfinite(float(values[term])) for term in terms)
+
+
+def test_markers_are_made_for_whoever_looks(ros, bench):
+    bench.send_goal()
+    bench.wait_for_plan()
+    markers = ros.listen(MarkerArray, "planner/markers", LATCHED)
+    assert ros.wait_until(lambda: markers)
+    shown = {marker.ns for marker in markers[0].markers}
+    assert {"free_space", "frontiers", "predicted", "candidates", "choice", "spline"} <= shown
+
+
+def test_arrival_ends_the_plans(ros, bench):
+    bench.send_goal()
+    bench.wait_for_plan()
+    bench.robot.position = AHEAD - [0.2, 0.0]
+    bench.wait_for(GoalStatus.STATUS_EXECUTING)
+    bench.robot.position = AHEAD - [0.15, 0.0]
+    ros.spin(0.1)
+    assert bench.statuses[-1].status == GoalStatus.STATUS_EXECUTING
+    bench.robot.position = AHEAD - [0.0, 0.09]
+    bench.wait_for(GoalStatus.STATUS_SUCCEEDED)
+    bench.assert_no_more_plans()
+
+
+def test_new_goal_replaces_the_old(ros, bench):
+    first = bench.send_goal()
+    bench.wait_for_plan()
+    second = bench.send_goal(TO_THE_LEFT)
+    assert second.status == GoalStatus.STATUS_ACCEPTED
+    assert identity(second) != identity(first)
+    taken = seconds_from_stamp(second.goal_info.stamp)
+    assert taken > seconds_from_stamp(first.goal_info.stamp)
+    plan = plan_from_path(bench.wait_for_plan(taken), "map")
+    assert plan.positions[-1, 1] > 0.3
+    assert bench.wait_for(GoalStatus.STATUS_EXECUTING)
+
+
+def test_cancel_ends_the_plans(ros, bench):
+    assert ros.call(Trigger, "cancel").message == "no goal was active"
+    bench.send_goal()
+    bench.wait_for_plan()
+    answer = ros.call(Trigger, "cancel")
+    assert (answer.success, answer.message) == (True, "goal canceled")
+    bench.wait_for(GoalStatus.STATUS_CANCELED)
+    bench.assert_no_more_plans()
+
+
+BAD_GOALS = {
+    "nan": (np.array([math.nan, 0.0]), "map", "expected finite"),
+    "infinite": (np.array([1.0, math.inf]), "map", "expected finite"),
+    "frame": (AHEAD, "odom", "'odom', expected 'map'"),
+    "inside": (np.array([0.41, 0.0]), "map", "inside an obstacle"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD_GOALS)
+def test_bad_goal_is_aborted_and_ends_the_one_before(ros, kind):
+    goal, frame, reason = BAD_GOALS[kind]
+    bench = PlannerBench(ros, hall(obstacle_y=0.0))
+    before = identity(bench.send_goal())
+    bench.wait_for_plan()
+    bench.send_goal(goal, frame)
+    aborted = bench.wait_for(GoalStatus.STATUS_ABORTED)
+    assert identity(aborted) != before
+    bench.assert_no_more_plans()
+    health = bench.wait_for_count("refused_goal")
+    assert health.level == DiagnosticStatus.WARN
+    assert reason in health.message
+
+
+def scan_with(robot, **fields):
+    message = robot.scan()
+    for name, value in fields.items():
+        setattr(message, name, value)
+    return message
+
+
+BAD_SCANS = {
+    "empty": lambda robot: scan_with(robot, ranges=[]),
+    "nan": lambda robot: scan_with(robot, ranges=[math.nan] * 180),
+    "angles": lambda robot: scan_with(robot, angle_increment=0.5),
+    "no_step": lambda robot: scan_with(robot, angle_increment=0.0),
+    "negative": lambda robot: scan_with(robot, ranges=[-1.0] * 180),
+    "limits": lambda robot: scan_with(robot, range_max=0.0),
+}
+
+
+def test_bad_scans_are_counted_and_make_no_plan(ros, bench):
+    bench.robot.scans_on = False
+    bench.send_goal()
+    for bad in BAD_SCANS.values():
+        bench.robot.scans.publish(bad(bench.robot))
+        ros.spin(0.02)
+    health = bench.wait_for_count("refused_scan", len(BAD_SCANS))
+    assert "range" in {v.key: v.value for v in health.values}["last_refusal"]
+    assert not bench.plans
+
+
+def test_without_scans_there_is_no_plan(ros, bench):
+    bench.send_goal()
+    bench.wait_for_plan()
+    bench.robot.scans_on = False
+    health = bench.wait_for_count("refused_stale")
+    assert health.level == DiagnosticStatus.ERROR
+    assert health.message.startswith("scan ")
+    bench.assert_no_more_plans()
+
+
+def test_without_poses_there_is_no_plan(ros, bench):
+    bench.send_goal()
+    bench.wait_for_plan()
+    bench.robot.poses_on = False
+    health = bench.wait_for_count("refused_stale")
+    assert health.level == DiagnosticStatus.ERROR
+    assert health.message.startswith("pose ")
+    bench.assert_no_more_plans()
+
+
+def test_scan_without_a_pose_for_its_stamp_makes_no_plan(ros, bench):
+    bench.robot.scans_on = False
+    bench.send_goal()
+    early = bench.robot.scan()
+    early.header.stamp.sec += 5
+    bench.robot.scans.publish(early)
+    health = bench.wait_for_count("refused_no_pose")
+    assert not bench.plans
+    assert health.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
+
+
+def test_bad_poses_are_counted(ros, bench):
+    bench.robot.poses_on = False
+    for field, value in (("frame_id", "odom"), ("x", math.nan), ("w", 0.0)):
+        pose = bench.robot.pose()
+        target = {"frame_id": pose.header, "x": pose.pose.pose.position, "w": pose.pose.pose.orientation}[field]
+        setattr(target, field, value)
+        bench.robot.poses.publish(pose)
+        ros.spin(0.02)
+    bench.wait_for_count("refused_pose", 3)
+
+
+def test_relocation_takes_the_goal_anew(ros, bench):
+    taken = bench.send_goal()
+    bench.wait_for_plan()
+    bench.robot.position = np.array([0.5, -0.6])
+    assert ros.wait_until(lambda: bench.statuses[-1].goal_info.stamp != taken.goal_info.stamp)
+    again = bench.statuses[-1]
+    assert identity(again) == identity(taken)
+    plan = plan_from_path(bench.wait_for_plan(seconds_from_stamp(again.goal_info.stamp)), "map")
+    np.testing.assert_allclose(plan.positions[0], [0.5, -0.6], atol=1e-9)
+    between = [p for p in bench.plans if 0.0 < p.poses[0].pose.position.x < 0.49]
+    assert not between
+
+
+def test_plan_follows_an_obstacle_that_moves(ros):
+    bench = PlannerBench(ros, hall(obstacle_y=0.1))
+    bench.send_goal()
+    right = plan_from_path(bench.wait_for_plan(), "map")
+    bench.robot.world = hall(obstacle_y=-0.1)
+    left = plan_from_path(bench.wait_for_plan(bench.robot.stamp), "map")
+    assert right.positions[-1, 1] < 0.0 < left.positions[-1, 1]
+
+
+def test_walled_in_there_is_no_plan(ros):
+    closet = parse_world({"name": "closet", "bounds": [-0.4, -0.4, 0.4, 0.4]}, "closet")
+    bench = PlannerBench(ros, closet)
+    bench.send_goal()
+    health = bench.wait_for_count("refused_no_plan")
+    assert "no frontier" in health.message
+    assert not bench.plans
+
+
+def test_live_parameters_work_in_the_next_cycle_and_bad_ones_say_why(ros, bench):
+    bench.send_goal()
+    bench.wait_for_plan()
+    good, bad, fixed = bench.node.set_parameters(
+        [
+            Parameter("planner.strategy", value="low_risk"),
+            Parameter("planner.strategy", value="brave"),
+            Parameter("robot.radius", value=0.2),
+        ]
+    )
+    assert good.successful
+    assert "'brave', expected one of harness" in bad.reason
+    assert not fixed.successful
+    last = bench.node._planned_until
+    assert ros.wait_until(lambda: [c for c in bench.costs if seconds_from_stamp(c.header.stamp) > last + 1e-6])
+    assert KeyValue(key="strategy", value="low_risk") in bench.costs[-1].status[0].values
+
+
+def test_it_knows_no_world(bench):
+    assert not [name for name in bench.node._parameters if "world" in name]
+
+
+def test_impacts_are_counted(ros, bench):
+    impacts = ros.publisher(Vector3Stamped, "impact", EVENT)
+    impacts.publish(impact_to_message(100.0, np.array([0.5, 0.0]), "map"))
+    impacts.publish(impact_to_message(100.0, np.array([0.5, 0.0]), "odom"))
+    bench.wait_for_count("refused_impact")
+    assert bench.value("impacts") == "1"
+
+
+def test_stop_cancels_the_goal(ros, bench):
+    bench.send_goal()
+    bench.wait_for_plan()
+    bench.node.stop()
+    bench.wait_for(GoalStatus.STATUS_CANCELED)
