@@ -93,7 +93,7 @@ def _draw_path(axes: "Axes", log: RunLog) -> "LineCollection | None":
     points = track[:, 1:3]
     speed = np.hypot(track[:, 4], track[:, 5])
     lines = LineCollection(
-        np.stack([points[:-1], points[1:]], axis=1), cmap="plasma", linewidth=2.6, capstyle="round", zorder=3
+        list(np.stack([points[:-1], points[1:]], axis=1)), cmap="plasma", linewidth=2.6, capstyle="round", zorder=3
     )
     lines.set_array(speed[:-1])
     lines.set_clim(0.0, max(0.1, float(speed.max())))

@@ -14,7 +14,7 @@ from pathlib import Path
 from collplan_ros.failures import NodeDied, StartError
 
 PR_SET_PDEATHSIG = 1
-PATIENCE = 3.0
+PATIENCE = 5.0
 """A node that has not ended so long after SIGTERM is killed [s]."""
 POLL_PERIOD = 0.01
 _libc = ctypes.CDLL(None, use_errno=True)

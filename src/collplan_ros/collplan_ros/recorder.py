@@ -157,7 +157,8 @@ class Recorder:
 
     def _pose_row(self, message: Odometry) -> PoseRow:
         state = state_from_odometry(message, self._frames.map, self._frames.base)
-        return PoseRow(state.stamp, *state.position.tolist(), state.yaw, *state.velocity.tolist())
+        (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
+        return PoseRow(state.stamp, x, y, state.yaw, vx, vy)
 
     def _kick(self, message: Vector3Stamped) -> Kick:
         stamp, change = impact_from_message(message, self._frames.map)

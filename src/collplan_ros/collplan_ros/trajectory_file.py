@@ -26,8 +26,8 @@ class TrajectoryFile:
     def add(self, pose: PoseRow, log: RunLog) -> None:
         """Writes the row of the newest pose."""
         command = log.commands[-1][2:5] if log.commands else (UNKNOWN,) * 3
-        tracked = log.reference is not None and log.maneuver != STOPPED
-        reference = log.reference if tracked else (UNKNOWN,) * 2
+        tracked = log.reference if log.maneuver != STOPPED else None
+        reference = tracked or (UNKNOWN, UNKNOWN)
         numbers = (pose.stamp - log.poses[0].stamp, *pose[1:], *command, *reference)
         self._writer.writerow([*(f"{number:.6f}" for number in numbers), log.maneuver])
 

@@ -1,0 +1,152 @@
+"""bringup as a process: it reaches the goal, and however it ends no process stays behind."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+PATIENCE = 60.0
+NODES = {"simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node"}
+KEYS = {
+    "reached", "arrival_time_s", "path_length_m", "path_length_source", "impacts", "world", "strategy", "seed",
+    "plan_time_ms", "control_period_ms", "candidates", "maneuvers", "simulated", "outcome", "assumed",
+}  # fmt: skip
+FILES = {"summary.json", "trajectory.csv", "impacts.csv", "trajectory.png", "run.gif", "parameters.yaml", "log"}
+
+
+def nodes_of(out: Path) -> dict[str, int]:
+    """Name and pid of each living node that was given the parameters of a run under `out`."""
+    found = {}
+    for entry in Path("/proc").iterdir():
+        try:
+            arguments = (entry / "cmdline").read_bytes().decode().split("\0") if entry.name.isdigit() else []
+            state = (entry / "stat").read_text().rpartition(")")[2].split()[0] if arguments else "Z"
+        except (OSError, UnicodeDecodeError):
+            continue
+        if state != "Z" and any(argument.startswith(f"{out.resolve()}/") for argument in arguments):
+            found[next(Path(a).name for a in arguments if Path(a).name in NODES)] = int(entry.name)
+    return found
+
+
+def wait_for(condition, patience: float = PATIENCE):
+    deadline = time.monotonic() + patience
+    while not (value := condition()):
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.02)
+    return value
+
+
+class Run:
+    """A bringup process that cannot outlive its test."""
+
+    def __init__(self, out: Path, *options: str) -> None:
+        self.out = out
+        self.output = out.with_suffix(".txt")
+        command = [sys.executable, "-m", "collplan_ros.bringup", "--out", str(out), *options]
+        self.process = subprocess.Popen(command, stdout=self.output.open("wb"), stderr=subprocess.STDOUT)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+
+    @property
+    def text(self) -> str:
+        return self.output.read_text()
+
+    def moving(self) -> bool:
+        assert self.process.poll() is None, self.text
+        return "free_space" in self.text or "boundary_following" in self.text
+
+    def end(self) -> int:
+        return self.process.wait(PATIENCE)
+
+    def summary(self) -> dict:
+        return json.loads((self.out / "latest" / "summary.json").read_text())
+
+
+def test_the_goal_is_reached_and_the_folder_is_complete(tmp_path):
+    with Run(tmp_path / "runs", "--seed", "3") as run:
+        assert run.end() == 0, run.text
+    assert nodes_of(run.out) == {}
+    assert {entry.name for entry in (run.out / "latest").iterdir()} == FILES
+    summary = run.summary()
+    assert summary.keys() >= KEYS
+    assert (summary["reached"], summary["world"], summary["strategy"], summary["seed"]) == (
+        True,
+        "corridor",
+        "harness",
+        3,
+    )
+    assert summary["path_length_source"] == "ground_truth"
+    assert summary["control_period_ms"]["n"] > 20
+    assert summary["candidates"]["before_pruning_mean"] >= summary["candidates"]["mean"] > 0
+    rows = list(csv.DictReader((run.out / "latest" / "trajectory.csv").open()))
+    stamps = [float(row["t"]) for row in rows]
+    steps = sorted(b - a for a, b in pairwise(stamps))
+    assert steps[len(steps) // 2] == pytest.approx(0.01, abs=1e-3)
+    begin = next(t for t, row in zip(stamps, rows, strict=True) if abs(float(row["cmd_vx"])) > 0.0)
+    assert summary["arrival_time_s"] == pytest.approx(stamps[-1] - begin, abs=0.1)
+    assert len((run.out / "latest" / "impacts.csv").read_text().splitlines()) == 1 + summary["impacts"]
+    from collplan_core.parameter_file import read_parameters
+
+    used = read_parameters(run.out / "latest" / "parameters.yaml")
+    assert used["simulator.seed"] == 3
+
+
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.soak)], ids=["ctrl_c", "sigterm"]
+)
+def test_a_signal_stops_everything_in_order(tmp_path, number):
+    with Run(tmp_path / "runs", "--timeout", "60", "--no-pictures") as run:
+        wait_for(run.moving)
+        assert nodes_of(run.out).keys() == NODES
+        run.process.send_signal(number)
+        assert run.end() == 128 + number, run.text
+    assert nodes_of(run.out) == {}
+    assert run.summary()["outcome"] == "interrupted"
+    said = "".join(log.read_text() for log in (run.out / "latest" / "log").iterdir())
+    assert "Traceback" not in said + run.text
+    assert "killed" not in run.text
+
+
+@pytest.mark.parametrize(
+    "node", [name if name == "planner_node" else pytest.param(name, marks=pytest.mark.soak) for name in sorted(NODES)]
+)
+def test_a_node_that_dies_is_named_and_ends_the_run(tmp_path, node):
+    with Run(tmp_path / "runs", "--no-pictures") as run:
+        wait_for(run.moving)
+        os.kill(nodes_of(run.out)[node], signal.SIGKILL)
+        assert run.end() == 3
+    assert f"{node} was killed by SIGKILL" in run.text
+    assert nodes_of(run.out) == {}
+    assert run.summary()["outcome"] == "node_died"
+
+
+@pytest.mark.parametrize("moment", ["starting", pytest.param("moving", marks=pytest.mark.soak)])
+def test_no_node_outlives_a_killed_bringup(tmp_path, moment):
+    with Run(tmp_path / "runs", "--no-pictures") as run:
+        wait_for(run.moving if moment == "moving" else lambda: nodes_of(run.out))
+        run.process.kill()
+        run.end()
+        wait_for(lambda: not nodes_of(run.out), patience=5.0)
+
+
+@pytest.mark.soak
+def test_no_node_outlives_a_bringup_killed_at_any_moment_of_its_start(tmp_path):
+    for k in range(20):
+        with Run(tmp_path / f"runs_{k}", "--no-pictures") as run:
+            wait_for(lambda run=run: (run.out / "latest").is_symlink())
+            time.sleep(0.004 * k)
+            run.process.kill()
+            run.end()
+            wait_for(lambda run=run: not nodes_of(run.out), patience=5.0)

@@ -1,0 +1,201 @@
+"""What bringup refuses before anything starts, and what it says when the graph does not come up."""
+
+import os
+import stat
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rclpy.context import Context
+from rclpy.node import Node
+
+from collplan_core.params import Trial
+from collplan_ros import graph, preparation, processes
+from collplan_ros.bringup import main, run
+from collplan_ros.failures import NodeDied
+from collplan_ros.options import Options
+from collplan_ros.processes import NodeProcess, stop_all
+from collplan_ros.robots import RobotKind
+from collplan_ros.watch import REACHED, STUCK, TIMEOUT, Watch
+
+WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0], [1.0, 1], [0.8, 1]]\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--world", "corridoor"], "corridor"),
+        (["--world", "nowhere.yaml"], "nowhere.yaml"),
+        (["--world", "random:x"], "'x'"),
+        (["--strategy", "fast"], "planner.strategy: got 'fast', expected one of harness"),
+        (["--goal", "9", "9"], "outside the arena"),
+        (["--goal", "nan", "0.5"], "nan"),
+        (["--goal", "0.5", "0.8"], "obstacle"),
+        (["--seed", "-1"], "simulator.seed: got -1"),
+        (["--timeout", "nan"], "trial.timeout: got nan"),
+        (["--params", "missing.yaml"], "missing.yaml"),
+    ],
+)
+def test_a_bad_option_is_one_line_and_exit_code_2(tmp_path, capsys, arguments, expected):
+    assert main([*arguments, "--out", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert expected in error
+    assert error.startswith("bringup: ")
+    assert len(error.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--robot", "tank"], ["--network", "everywhere"], ["--goal", "1"], ["--seed", "x"]]
+)
+def test_what_no_option_can_be_is_refused_by_the_parser(capsys, arguments):
+    with pytest.raises(SystemExit, match="2"):
+        main(arguments)
+    assert arguments[0] in capsys.readouterr().err
+
+
+def test_an_unknown_robot_of_a_script_is_named(capsys):
+    with pytest.raises(preparation.StartError, match="robot 'tank': unknown, expected one of sim"):
+        run(Options(robot="tank"))
+
+
+def test_a_goal_behind_a_wall_is_unreachable(tmp_path, capsys):
+    (tmp_path / "split.yaml").write_text(WORLD + "start: [0.3, 0.5]\n")
+    assert main(["--world", str(tmp_path / "split.yaml"), "--goal", "1.5", "0.5", "--out", str(tmp_path / "runs")]) == 2
+    assert "cannot be reached" in capsys.readouterr().err
+    assert main(["--world", str(tmp_path / "split.yaml"), "--out", str(tmp_path / "runs")]) == 2
+    assert "goal" in capsys.readouterr().err
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_parameter_file_is_checked_before_anything_starts(tmp_path, capsys):
+    file = tmp_path / "mine.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    planner:\n      map_perid: 0.2\n")
+    assert main(["--params", str(file), "--out", str(tmp_path / "runs")]) == 2
+    assert "planner.map_perid: unknown parameter, did you mean planner.map_period" in capsys.readouterr().err
+    file.write_text("/**:\n  ros__parameters:\n    planner:\n      map_period: -0.2\n")
+    assert main(["--params", str(file), "--out", str(tmp_path / "runs")]) == 2
+    assert "planner.map_period: got -0.2" in capsys.readouterr().err
+
+
+def test_options_outrank_the_parameter_file_and_the_file_the_defaults(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text(
+        "/**:\n  ros__parameters:\n    planner: {strategy: low_risk}\n    simulator: {seed: 5, world: slalom}\n"
+    )
+    prepared = preparation.prepare(Options(params=file, seed=7))
+    assert prepared.settings.planner.strategy == "low_risk"
+    assert (prepared.settings.simulator.seed, prepared.world.name) == (7, "slalom")
+    assert prepared.network == "local"
+
+
+def test_a_run_folder_that_cannot_be_written_stops_it_before_the_start(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["--out", str(tmp_path / "file")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
+def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys):
+    context = Context()
+    context.init()
+    other = Node("planner_node", context=context)
+    try:
+        assert main(["--out", str(tmp_path)]) == 2
+    finally:
+        other.destroy_node()
+        context.shutdown()
+    assert f"planner_node already in domain {os.environ['ROS_DOMAIN_ID']}" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def program(folder: Path, name: str, body: str) -> None:
+    path = folder / name
+    path.write_text(f"#!{sys.executable}\n" + textwrap.dedent(body))
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+
+
+@pytest.fixture
+def lone_robot(tmp_path, monkeypatch):
+    """A graph of nothing but one robot, whose program the test writes."""
+    monkeypatch.setattr(preparation, "NODES", ())
+    monkeypatch.setitem(preparation.ROBOTS, "fake", RobotKind("fake_robot", "fake_robot", True, "subnet"))
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    return lambda body: program(tmp_path, "fake_robot", body)
+
+
+def test_without_poses_the_message_says_where_they_were_expected(tmp_path, lone_robot, monkeypatch):
+    monkeypatch.setattr(graph, "INPUT_PATIENCE", 0.5)
+    lone_robot("""
+        import sys
+        from rclpy.node import Node
+        from collplan_ros.diagnostics import OK, Diagnostics, Health
+        from collplan_ros.run_node import run_node
+
+        class Robot(Node):
+            def __init__(self):
+                super().__init__("fake_robot")
+                self.diagnostics = Diagnostics(self, lambda: Health(OK, "here"))
+
+        sys.exit(run_node(Robot))
+        """)
+    result = run(Options(robot="fake", out=tmp_path / "runs"))
+    assert (result.outcome, result.exit_code) == ("graph_lost", 3)
+    domain = os.environ["ROS_DOMAIN_ID"]
+    assert result.message == (
+        f"nothing on /mocap/odom (reliable) for 0.5 s; domain {domain}, discovery range SUBNET, "
+        "made from /mocap/pose (best effort)"
+    )
+    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+
+
+def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(tmp_path, lone_robot):
+    lone_robot("""
+        print("opening the port")
+        raise SystemExit("no such port")
+        """)
+    result = run(Options(robot="fake", out=tmp_path / "runs"))
+    assert (result.outcome, result.exit_code) == ("node_died", 3)
+    assert result.message == "fake_robot ended with exit code 1; its last lines:\n  opening the port\n  no such port"
+    assert (result.folder / "summary.json").exists()
+
+
+def test_a_program_that_is_not_installed_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(preparation, "NODES", ("no_such_node",))
+    with pytest.raises(preparation.StartError, match="no_such_node: no such program"):
+        run(Options(out=tmp_path))
+
+
+def test_a_node_that_ignores_sigterm_is_killed_and_the_first_one_goes_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(processes, "PATIENCE", 0.3)
+    stubborn = (
+        "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('up', flush=True); time.sleep(60)"
+    )
+    polite = "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: sys.exit(print(time.time())));"
+    polite += "print('up', flush=True); time.sleep(60)"
+    started = {}
+    for name, code in (("other", polite), ("stubborn", stubborn), ("controller", polite)):
+        started[name] = NodeProcess(name, [sys.executable, "-c", code], tmp_path / name)
+    deadline = time.monotonic() + 10.0
+    while not all((tmp_path / name).read_text() for name in started):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert stop_all(list(started.values()), "controller") == ["stubborn"]
+    ended = {name: float((tmp_path / name).read_text().split()[1]) for name in ("other", "controller")}
+    assert ended["controller"] < ended["other"]
+    with pytest.raises(NodeDied, match=r"stubborn was killed by SIGKILL; its last lines:\n  up"):
+        started["stubborn"].check()
+
+
+def test_the_watch_worked_by_hand():
+    def watch():
+        return Watch(np.array([1.0, 0.0]), 0.1, Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05), 100.0)
+
+    assert watch().outcome(100.0, np.array([0.91, 0.0])) == REACHED
+    assert watch().outcome(130.0, np.array([0.0, 0.0])) == TIMEOUT
+    still = watch()
+    assert [still.outcome(100.0 + t, np.array([0.01 * t, 0.0])) for t in (0.0, 4.9, 5.1)] == [None, None, None]
+    assert still.outcome(109.0, np.array([0.06, 0.01])) is None
+    assert still.outcome(110.2, np.array([0.06, 0.0])) == STUCK
