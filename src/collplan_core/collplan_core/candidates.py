@@ -54,7 +54,7 @@ def sample_positions(segments: np.ndarray, number: np.ndarray, spacing: float) -
 
 @njit
 def speed_counts(piece: np.ndarray, number: np.ndarray, n_speeds: int, as_printed: bool) -> np.ndarray:
-    """(p,) N_v of each position: n_speeds, or as printed floor(length / dl), the number of positions on its frontier."""
+    """(p,) N_v of each position: n_speeds, or as printed floor(length / dl): the positions on its frontier."""
     counts = np.full(len(piece), n_speeds, np.int64)
     if as_printed:
         for i in range(len(piece)):
@@ -65,7 +65,9 @@ def speed_counts(piece: np.ndarray, number: np.ndarray, n_speeds: int, as_printe
 
 
 @njit
-def product(kept: np.ndarray, heads: np.ndarray, piece: np.ndarray, counts: np.ndarray, max_speed: float) -> tuple[np.ndarray, np.ndarray]:
+def product(
+    kept: np.ndarray, heads: np.ndarray, piece: np.ndarray, counts: np.ndarray, max_speed: float
+) -> tuple[np.ndarray, np.ndarray]:
     """The candidates themselves: each kept position at rest once, then every kept direction at every speed.
 
     Args:

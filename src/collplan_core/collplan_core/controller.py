@@ -74,14 +74,16 @@ def control(memory: ControllerMemory, plan: Plan, plan_map: LocalMap, state: Sta
         memory = replace(memory, course=course, stage=stage)
     course, stage = memory.course, memory.stage
     if course.contact_point is not None and course.release_point is not None:
-        stage = update_engaged(stage, state.position, course.contact_point, course.release_point, params.switch_distance)
+        stage = update_engaged(
+            stage, state.position, course.contact_point, course.release_point, params.switch_distance
+        )
     engaged = stage == ENGAGED and course.contact_path is not None
     path = course.contact_path if engaged and course.contact_path is not None else plan.positions
 
     reference, feed_forward = sample_reference(plan.times, path, now, params.look_ahead)
     velocity, integral = pid(
-        reference - state.position, feed_forward, feed_forward - state.velocity, memory.integral, 1.0 / params.rate, params,
-        settings.robot.max_speed,
+        reference - state.position, feed_forward, feed_forward - state.velocity, memory.integral,
+        1.0 / params.rate, params, settings.robot.max_speed,
     )  # fmt: skip
     heading = state.yaw if memory.heading is None else memory.heading
     command = Command(

@@ -12,7 +12,9 @@ from collplan_core.plan import Contacts
 from collplan_core.reflection import rebound
 
 
-def foreseen_contacts(local_map: LocalMap, times: np.ndarray, positions: np.ndarray, velocities: np.ndarray, settings: Settings) -> Contacts:
+def foreseen_contacts(
+    local_map: LocalMap, times: np.ndarray, positions: np.ndarray, velocities: np.ndarray, settings: Settings
+) -> Contacts:
     """The first contact of a reference: times (n,), positions (n, 2), velocities (n, 2), world frame.
 
     A predicted boundary counts where it is met within rebound_horizon after the end at the end's velocity. The robot's
@@ -34,7 +36,13 @@ def foreseen_contacts(local_map: LocalMap, times: np.ndarray, positions: np.ndar
     tangent = local_map.predicted[which, 2:]
     normal = np.array([-tangent[1], tangent[0]])
     normal = normal if normal @ velocities[-1] < 0.0 else -normal
-    return _contact(times[-1] + distance / speed, positions[-1] + velocities[-1] / speed * distance, velocities[-1], normal, settings)
+    return _contact(
+        times[-1] + distance / speed,
+        positions[-1] + velocities[-1] / speed * distance,
+        velocities[-1],
+        normal,
+        settings,
+    )
 
 
 def _contact(time: float, center: np.ndarray, velocity: np.ndarray, normal: np.ndarray, settings: Settings) -> Contacts:

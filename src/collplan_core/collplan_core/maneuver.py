@@ -34,7 +34,10 @@ class ContactPoint:
 
 @njit
 def _first_exit(ends: np.ndarray, surface: np.ndarray, path: np.ndarray) -> tuple[int, float, int]:
-    """Sample at which the path (relative to the centre of F) leaves F, share of the last step, direction met; -1: none or no boundary."""
+    """Sample at which the path leaves F through a boundary (-1: never), share of the last step, direction met.
+
+    The path is relative to the centre of F.
+    """
     n = len(ends)
     for i in range(1, len(path)):
         if inside(ends, path[i, 0], path[i, 1]):

@@ -1,4 +1,4 @@
-"""The objectives by strategy name. An objective is a pure function; memory is what it keeps between cycles, None at first."""
+"""The objectives by strategy name. An objective is a pure function; its memory is None at first."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,6 +1,7 @@
 """The sampling planner: reading `plan_cycle` top to bottom is reading the paper's II and III-A."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -36,9 +37,9 @@ class PlannerMemory:
 
 
 @njit
-def _space(segments: np.ndarray, number: np.ndarray, ends: np.ndarray, goal: np.ndarray, spacing: float, n_directions: int,
-           n_speeds: int, max_speed: float, prune_distance: float, prune_by_position: bool, prune_by_direction: bool,
-           printed_speeds: bool):  # type: ignore[no-untyped-def]  # fmt: skip
+def _space(segments: np.ndarray, number: np.ndarray, ends: np.ndarray, goal: np.ndarray, spacing: float,
+           n_directions: int, n_speeds: int, max_speed: float, prune_distance: float,
+           prune_by_position: bool, prune_by_direction: bool, printed_speeds: bool) -> tuple[Any, ...]:  # fmt: skip
     """C after pruning, and its size before. Paper: II-A, II-C."""
     positions, piece = sample_positions(segments, number, spacing)
     counts = speed_counts(piece, number, n_speeds, printed_speeds)
@@ -59,18 +60,23 @@ def _space(segments: np.ndarray, number: np.ndarray, ends: np.ndarray, goal: np.
 
 
 @njit
-def _position_risks(positions: np.ndarray, piece: np.ndarray, lit: np.ndarray, current: np.ndarray, velocity: np.ndarray,
-                    reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, far: float, gap_weight: float, widest: float, max_speed: float,
-                    printed_gap: bool, printed_approach: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def _position_risks(positions: np.ndarray, piece: np.ndarray, lit: np.ndarray, current: np.ndarray,
+                    velocity: np.ndarray, reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, far: float,
+                    gap_weight: float, widest: float, max_speed: float, printed_gap: bool,
+                    printed_approach: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """The parts of J_risk that depend on the position alone: J_risk,g and the approach. Paper: Alg. 2."""
     n = len(positions)
     gap, approach = np.zeros(n), np.zeros(n)
     for i in range(n):
         x, y = positions[i]
         from_robot = np.hypot(x - current[0], y - current[1])
-        gap[i] = gap_risk(reach, x, y, from_robot, lit[piece[i], 0], lit[piece[i], 1], far, gap_weight, widest, printed_gap)
+        gap[i] = gap_risk(
+            reach, x, y, from_robot, lit[piece[i], 0], lit[piece[i], 1], far, gap_weight, widest, printed_gap
+        )
         if not printed_approach:
-            approach[i] = crosses_boundary(ends, surface, current[0], current[1], velocity[0], velocity[1], x, y, max_speed)
+            approach[i] = crosses_boundary(
+                ends, surface, current[0], current[1], velocity[0], velocity[1], x, y, max_speed
+            )
     return gap, approach
 
 
@@ -79,19 +85,23 @@ def _renumbered(number: np.ndarray) -> np.ndarray:
     return np.cumsum(np.diff(number, prepend=number[0]) != 0)
 
 
-def _aim_at_frontiers(memory: PlannerMemory, local_map: LocalMap, state: State, goal: np.ndarray,
-                      settings: Settings) -> tuple[np.ndarray, np.ndarray, dict[str, float], Candidates, int]:  # fmt: skip
+def _aim_at_frontiers(
+    memory: PlannerMemory, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
+) -> tuple[np.ndarray, np.ndarray, dict[str, float], Candidates, int]:
     """q_s = argmin over C of the objective. Paper: eq. (1)."""
     p, weights = settings.planner, weights_of(settings)
     center, ends = local_map.position, local_map.ends
-    used = local_map.frontier_kind == SHADOW_EDGE if p.frontiers == "printed" else np.ones(len(local_map.segments), bool)
+    used = (
+        local_map.frontier_kind == SHADOW_EDGE if p.frontiers == "printed" else np.ones(len(local_map.segments), bool)
+    )
     if not used.any():
         raise NoPlan("no frontier in the local map and the goal is not in free space")
     lit = local_map.lit[used]
     current, target = state.position - center, goal - center
     positions, piece, at, velocity, whole = _space(
-        local_map.segments[used] - np.tile(center, 2), _renumbered(local_map.frontier_number[used]), ends, target, p.frontier_spacing, p.n_directions,
-        p.n_speeds, settings.robot.max_speed, p.prune_distance, p.position_pruning, p.velocity_pruning, p.speeds == "printed",
+        local_map.segments[used] - np.tile(center, 2), _renumbered(local_map.frontier_number[used]), ends, target,
+        p.frontier_spacing, p.n_directions, p.n_speeds, settings.robot.max_speed, p.prune_distance,
+        p.position_pruning, p.velocity_pruning, p.speeds == "printed",
     )  # fmt: skip
     has_previous = not np.isnan(memory.aim).any()
     j_pos = position_costs(
@@ -114,10 +124,18 @@ def _aim_at_frontiers(memory: PlannerMemory, local_map: LocalMap, state: State, 
     forward = TIE_BREAK if p.tie_rule == "forward" and weights.velocity == 0.0 else 0.0
     best = choose(terms, positions, at, velocity, current, settings.robot.max_speed, forward)
     candidates = Candidates(positions[at] + center, velocity, terms[:, 0])
-    return positions[at[best]] + center, velocity[best], dict(zip(TERMS, terms[best].tolist(), strict=True)), candidates, whole
+    return (
+        positions[at[best]] + center,
+        velocity[best],
+        dict(zip(TERMS, terms[best].tolist(), strict=True)),
+        candidates,
+        whole,
+    )
 
 
-def _trajectory(state: State, aim: np.ndarray, aim_velocity: np.ndarray, settings: Settings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _trajectory(
+    state: State, aim: np.ndarray, aim_velocity: np.ndarray, settings: Settings
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times from 0 (n,), positions (n, 2) and velocities (n, 2) of the spline to the aim. Paper: III-A."""
     p: Planning = settings.planner
     points, duration = make_trajectory(

@@ -26,7 +26,10 @@ def stands_for(ends: np.ndarray, positions: np.ndarray, member: np.ndarray, a: i
         if member[i] != a:
             continue
         for j in range(len(positions)):
-            if member[j] != b or math.hypot(positions[i, 0] - positions[j, 0], positions[i, 1] - positions[j, 1]) > distance:
+            if (
+                member[j] != b
+                or math.hypot(positions[i, 0] - positions[j, 0], positions[i, 1] - positions[j, 1]) > distance
+            ):
                 continue
             if free_sight(ends, positions[i, 0], positions[i, 1], positions[j, 0], positions[j, 1]):
                 return True
@@ -34,7 +37,9 @@ def stands_for(ends: np.ndarray, positions: np.ndarray, member: np.ndarray, a: i
 
 
 @njit
-def prune_positions(ends: np.ndarray, positions: np.ndarray, member: np.ndarray, gx: float, gy: float, distance: float) -> np.ndarray:
+def prune_positions(
+    ends: np.ndarray, positions: np.ndarray, member: np.ndarray, gx: float, gy: float, distance: float
+) -> np.ndarray:
     """Position-based pruning: a frontier is dropped where a nearby one that is nearer to the goal stands for it.
 
     A dropped frontier drops nobody, so the one nearest to the goal always stays. Points relative to the centre of F.

@@ -1,4 +1,4 @@
-"""q_bound and q_flow, the references of the two contact maneuvers, and the switch phi between them and q_spl. Paper: III-B."""
+"""q_bound and q_flow, the references of the contact maneuvers, and the switch phi to them from q_spl. Paper: III-B."""
 
 import math
 
@@ -30,7 +30,9 @@ def _nearest_on_surface(ends: np.ndarray, surface: np.ndarray, number: int, x: f
 
 
 @njit
-def _onto_boundary(ends: np.ndarray, surface: np.ndarray, number: int, path: np.ndarray, first: int) -> tuple[np.ndarray, int]:
+def _onto_boundary(
+    ends: np.ndarray, surface: np.ndarray, number: int, path: np.ndarray, first: int
+) -> tuple[np.ndarray, int]:
     projected = path.copy()
     i = first
     while i < len(path) and not inside(ends, path[i, 0], path[i, 1]):
@@ -57,7 +59,9 @@ def flow_reference(path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return path[0] + np.outer((path - path[0]) @ chord / length2, chord), path[-1]
 
 
-def maneuver_reference(maneuver: str, path: np.ndarray, contact: ContactPoint, local_map: LocalMap) -> tuple[np.ndarray, np.ndarray]:
+def maneuver_reference(
+    maneuver: str, path: np.ndarray, contact: ContactPoint, local_map: LocalMap
+) -> tuple[np.ndarray, np.ndarray]:
     """The reference of a contact maneuver and the point where it is released."""
     return flow_reference(path) if maneuver == FLOW_THROUGH else boundary_reference(path, contact, local_map)
 
@@ -65,7 +69,9 @@ def maneuver_reference(maneuver: str, path: np.ndarray, contact: ContactPoint, l
 WAITING, ENGAGED, RELEASED = "waiting", "engaged", "released"
 
 
-def update_engaged(stage: str, position: np.ndarray, contact_point: np.ndarray, release_point: np.ndarray, switch_distance: float) -> str:
+def update_engaged(
+    stage: str, position: np.ndarray, contact_point: np.ndarray, release_point: np.ndarray, switch_distance: float
+) -> str:
     """phi: engages within delta of p_c, releases within delta of p_d, and does not engage twice for one contact."""
     if stage == WAITING and float(np.hypot(*(position - contact_point))) <= switch_distance:
         return ENGAGED

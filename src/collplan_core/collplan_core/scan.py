@@ -37,11 +37,17 @@ class Scan:
         if ranges.ndim != 1 or len(ranges) < 2:
             raise ScanError(f"ranges: got shape {ranges.shape}, expected at least 2 beams in one row")
         if not np.isfinite([self.stamp, self.angle_min, self.angle_increment]).all() or self.angle_increment == 0.0:
-            raise ScanError(f"angles: got angle_min {self.angle_min}, angle_increment {self.angle_increment}, expected finite numbers and a step other than 0")
+            raise ScanError(
+                f"angles: got angle_min {self.angle_min}, angle_increment {self.angle_increment}, "
+                "expected finite numbers and a step other than 0"
+            )
         if abs(self.angle_increment) * (len(ranges) - 1) > 2 * np.pi + 1e-3:
             raise ScanError(f"angles: {len(ranges)} beams of {self.angle_increment} rad, expected at most a full turn")
         if not (0.0 <= self.range_min < self.range_max < np.inf):
-            raise ScanError(f"limits: got range_min {self.range_min}, range_max {self.range_max}, expected 0 <= range_min < range_max")
+            raise ScanError(
+                f"limits: got range_min {self.range_min}, range_max {self.range_max}, "
+                "expected 0 <= range_min < range_max"
+            )
         finite = ranges[np.isfinite(ranges)]
         if (finite < 0.0).any():
             raise ScanError(f"ranges: got {finite.min()}, expected no negative range")

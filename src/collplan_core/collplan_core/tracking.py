@@ -1,4 +1,4 @@
-"""Following a timed reference: PID with look-ahead, saturation that keeps the direction, the body frame. Paper: III-B."""
+"""Following a timed reference: PID with look-ahead, saturation that keeps the direction, body frame. Paper: III-B."""
 
 import math
 
@@ -7,7 +7,9 @@ import numpy as np
 from collplan_core.params import Control, Limits, Robot
 
 
-def sample_reference(times: np.ndarray, path: np.ndarray, now: float, look_ahead: float) -> tuple[np.ndarray, np.ndarray]:
+def sample_reference(
+    times: np.ndarray, path: np.ndarray, now: float, look_ahead: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Position (2,) now and velocity (2,) look_ahead later; at rest at the end once the time is past.
 
     Args:
@@ -52,8 +54,10 @@ def hold_heading(yaw: float, held: float, control: Control) -> float:
     return float(np.clip(control.k_yaw * error, -control.max_yaw_rate, control.max_yaw_rate))
 
 
-def clip_command(velocity: np.ndarray, yaw_rate: float, robot: Robot, limits: Limits) -> tuple[np.ndarray, float] | None:
-    """What a robot makes of a command: shortened to max_speed and max_yaw_rate; None (refused) beyond excess_speed times them or not finite."""
+def clip_command(
+    velocity: np.ndarray, yaw_rate: float, robot: Robot, limits: Limits
+) -> tuple[np.ndarray, float] | None:
+    """What a robot makes of a command: cut to its limits; None (refused) beyond excess_speed times them; NaN too."""
     if not (np.isfinite(velocity).all() and math.isfinite(yaw_rate)):
         return None
     too_fast = math.hypot(velocity[0], velocity[1]) > limits.excess_speed * robot.max_speed

@@ -68,8 +68,8 @@ def stretched(points: np.ndarray, duration: float, max_speed: float, max_acceler
 
 
 @njit
-def make_trajectory(start: np.ndarray, velocity: np.ndarray, end: np.ndarray, end_velocity: np.ndarray, max_speed: float,
-                    map_period: float, time_scale: float, max_acceleration: float, on_chord: bool,
+def make_trajectory(start: np.ndarray, velocity: np.ndarray, end: np.ndarray, end_velocity: np.ndarray,
+                    max_speed: float, map_period: float, time_scale: float, max_acceleration: float, on_chord: bool,
                     as_printed: bool) -> tuple[np.ndarray, float]:  # fmt: skip
     """Waypoints and T = max(T_v, T_map), T_v = P_safe * length / v_max; they depend on each other: three passes.
 

@@ -1,4 +1,7 @@
-"""Compiles everything once, so that the first cycle is not late: `python -m collplan_core.warm_up` at set-up, `warm_up()` in a node."""
+"""Compiles everything once, so that the first cycle is not late.
+
+`python -m collplan_core.warm_up` at set-up, `warm_up()` in a node before it says that it is ready.
+"""
 
 from dataclasses import replace
 
@@ -17,7 +20,8 @@ def warm_up() -> None:
     """One pass of the whole loop in a shipped arena: scan, map, plan, control."""
     settings = Settings()
     world = load_world("corridor")
-    assert world.start is not None and world.goal is not None
+    assert world.start is not None, "the shipped arenas have a start"
+    assert world.goal is not None, "the shipped arenas have a goal"
     state = State(0.0, np.asarray(world.start, dtype=float), np.array([0.1, 0.0]), 0.0)
     scan = simulate_scan(world, state, settings.lidar)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)

@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+
 from collplan_core import pose_filter
 from collplan_core.command import stopped
 from collplan_core.controller import ControllerMemory, control
@@ -23,7 +24,6 @@ from collplan_core.raycast import simulate_scan
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
-
 from omnipuck_sim.physics import Simulator
 from omnipuck_sim.rebound import Impact
 
@@ -41,7 +41,7 @@ class TrialResult:
 
     Attributes:
         outcome: reached, timeout or stuck.
-        arrival_time: from the first non-zero command to the first measured pose within goal_tolerance, else the limit [s].
+        arrival_time: from the first non-zero command to the first pose within goal_tolerance, else the limit [s].
         path_length: of the true path from the first non-zero command to the end [m].
         impacts: all hits of the run; foreseen: (k,) which of them a plan in force foresaw.
         plan_times: (n,) wall time of each cycle from scan to plan [s].
@@ -92,7 +92,9 @@ class _Loop:
 
     def mocap(self) -> None:
         sample = self.simulator.measured_pose()
-        result, self.filter_memory = pose_filter.filter_pose(self.filter_memory, sample, self.simulator.time, self.settings)
+        result, self.filter_memory = pose_filter.filter_pose(
+            self.filter_memory, sample, self.simulator.time, self.settings
+        )
         if result.state is not None:
             self.state = result.state
             self.history.add(result.state)
@@ -110,7 +112,9 @@ class _Loop:
         begun = perf_counter()
         try:
             local_map = build_local_map(self.scan, at_scan, self.settings.robot, self.settings.local_map)
-            plan, self.planner_memory = self.objective(self.planner_memory, local_map, at_scan, self.goal, self.settings)
+            plan, self.planner_memory = self.objective(
+                self.planner_memory, local_map, at_scan, self.goal, self.settings
+            )
         except (NoPlan, ScanError):
             return
         self.plan_times.append(perf_counter() - begun)
@@ -187,7 +191,10 @@ def _run(loop: _Loop) -> tuple[str, float, list[tuple[float, ...]]]:
             truth = simulator.state
             if begun is not None:
                 rows.append((truth.stamp - begun, *truth.position.tolist(), *truth.velocity.tolist()))
-            if loop.state is not None and np.hypot(*(loop.state.position - loop.goal)) <= settings.planner.goal_tolerance:
+            if (
+                loop.state is not None
+                and np.hypot(*(loop.state.position - loop.goal)) <= settings.planner.goal_tolerance
+            ):
                 return REACHED, simulator.time if begun is None else begun, rows
             if begun is not None and rows[-1][0] >= settings.trial.timeout:
                 return TIMEOUT, begun, rows

@@ -18,8 +18,8 @@ def angle_between(ax: float, ay: float, bx: float, by: float) -> float:
 
 @njit
 def position_costs(positions: np.ndarray, current: np.ndarray, goal: np.ndarray, previous_aim: np.ndarray,
-                   previous: np.ndarray, travelled: float, has_previous: bool, turn_threshold: float, turn_penalty: float,
-                   interior_angle: bool, as_printed: bool) -> np.ndarray:  # fmt: skip
+                   previous: np.ndarray, travelled: float, has_previous: bool, turn_threshold: float,
+                   turn_penalty: float, interior_angle: bool, as_printed: bool) -> np.ndarray:  # fmt: skip
     """J_pos of each position.
 
     Args:

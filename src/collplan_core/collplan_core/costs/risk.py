@@ -1,4 +1,4 @@
-"""J_risk: time to collision with the predicted boundaries, width of the opening, boundaries in the way. Paper: Alg. 2."""
+"""J_risk: time to collision with predicted boundaries, width of the opening, boundaries in the way. Paper: Alg. 2."""
 
 import math
 
@@ -52,8 +52,8 @@ def collision_rate(px: float, py: float, vx: float, vy: float, predicted: np.nda
 
 
 @njit
-def gap_risk(reach: np.ndarray, x: float, y: float, from_robot: float, clockwise: bool, counter_clockwise: bool, far: float,
-             gap_weight: float, widest: float, as_printed: bool) -> float:  # fmt: skip
+def gap_risk(reach: np.ndarray, x: float, y: float, from_robot: float, clockwise: bool, counter_clockwise: bool,
+             far: float, gap_weight: float, widest: float, as_printed: bool) -> float:  # fmt: skip
     """J_risk,g = -f_theta theta_sight, times the distance from p_cur (the opening's width) unless as printed.
 
     x, y: the candidate relative to the centre of F [m]; from_robot: |p_s - p_cur| [m].
@@ -63,8 +63,8 @@ def gap_risk(reach: np.ndarray, x: float, y: float, from_robot: float, clockwise
 
 
 @njit
-def crosses_boundary(ends: np.ndarray, surface: np.ndarray, px: float, py: float, vx: float, vy: float, sx: float, sy: float,
-                     max_speed: float) -> bool:  # fmt: skip
+def crosses_boundary(ends: np.ndarray, surface: np.ndarray, px: float, py: float, vx: float, vy: float,
+                     sx: float, sy: float, max_speed: float) -> bool:  # fmt: skip
     """Whether the approach leaves F through an observed boundary.
 
     The approach is the cubic from p with velocity v to p_s, reached straight at v_max; handles at most 0.4 chord.

@@ -14,10 +14,11 @@ TOTAL, POSITION, RISK, COLLISION_RISK, GAP_RISK, APPROACH_RISK, VELOCITY, REBOUN
 
 
 @njit
-def evaluate(positions: np.ndarray, at: np.ndarray, velocity: np.ndarray, j_pos: np.ndarray, gap: np.ndarray, approach: np.ndarray,
-             current: np.ndarray, goal: np.ndarray, ends: np.ndarray, predicted: np.ndarray, weights: np.ndarray,
-             speed_floor: float, time_floor: float, restitution: float, retention: float, horizon: float, penalty: float,
-             unit_vector: bool, with_reward: bool, with_factor: bool) -> np.ndarray:  # fmt: skip
+def evaluate(positions: np.ndarray, at: np.ndarray, velocity: np.ndarray, j_pos: np.ndarray, gap: np.ndarray,
+             approach: np.ndarray, current: np.ndarray, goal: np.ndarray, ends: np.ndarray, predicted: np.ndarray,
+             weights: np.ndarray, speed_floor: float, time_floor: float, restitution: float, retention: float,
+             horizon: float, penalty: float, unit_vector: bool, with_reward: bool,
+             with_factor: bool) -> np.ndarray:  # fmt: skip
     """(c, len(TERMS)) every term of every candidate. Points relative to the centre of F.
 
     Args:
@@ -31,7 +32,9 @@ def evaluate(positions: np.ndarray, at: np.ndarray, velocity: np.ndarray, j_pos:
     rate, distance, which = np.empty(c), np.empty(c), np.empty(c, np.int64)
     for i in range(c):
         x, y = positions[at[i]]
-        rate[i], distance[i], which[i] = collision_rate(x, y, velocity[i, 0], velocity[i, 1], predicted, speed_floor, time_floor)
+        rate[i], distance[i], which[i] = collision_rate(
+            x, y, velocity[i, 0], velocity[i, 1], predicted, speed_floor, time_floor
+        )
     hit_risk = normalize(rate)
     gx, gy = goal[0] - current[0], goal[1] - current[1]
     far = max(math.hypot(gx, gy), 1e-12)
@@ -52,13 +55,15 @@ def evaluate(positions: np.ndarray, at: np.ndarray, velocity: np.ndarray, j_pos:
             terms[i, VELOCITY] = velocity_cost(velocity[i, 0], velocity[i, 1], vx, vy, hit_risk[i], reward)
         else:
             terms[i, VELOCITY] = -(velocity[i, 0] * vx + velocity[i, 1] * vy) - reward * hit_risk[i]
-        terms[i, TOTAL] = weights[0] * terms[i, POSITION] + weights[1] * terms[i, RISK] + weights[2] * terms[i, VELOCITY]
+        terms[i, TOTAL] = (
+            weights[0] * terms[i, POSITION] + weights[1] * terms[i, RISK] + weights[2] * terms[i, VELOCITY]
+        )
     return terms
 
 
 @njit
-def choose(terms: np.ndarray, positions: np.ndarray, at: np.ndarray, velocity: np.ndarray, current: np.ndarray, max_speed: float,
-           forward: float) -> int:  # fmt: skip
+def choose(terms: np.ndarray, positions: np.ndarray, at: np.ndarray, velocity: np.ndarray, current: np.ndarray,
+           max_speed: float, forward: float) -> int:  # fmt: skip
     """The candidate of least cost; equal ones are told apart by forward times the speed along the approach."""
     best, which = math.inf, -1
     for i in range(len(terms)):

@@ -1,4 +1,4 @@
-"""J_vel: what the velocity at the candidate is worth, straight on and after a rebound. Paper: II-B3, eq. (2) and (3)."""
+"""J_vel: what the velocity at the candidate is worth, straight on and after a rebound. Paper: eq. (2) and (3)."""
 
 import math
 
@@ -10,8 +10,9 @@ from collplan_core.reflection import reflect
 
 
 @njit
-def rebound_reward(px: float, py: float, vx: float, vy: float, distance: float, tangent: np.ndarray, gx: float, gy: float,
-                   ends: np.ndarray, restitution: float, retention: float, horizon: float, penalty: float) -> float:  # fmt: skip
+def rebound_reward(px: float, py: float, vx: float, vy: float, distance: float, tangent: np.ndarray,
+                   gx: float, gy: float, ends: np.ndarray, restitution: float, retention: float, horizon: float,
+                   penalty: float) -> float:  # fmt: skip
     """R_ref = <v_ref, unit_goal>, or the penalty where the rebound ends in known free space. Paper: eq. (2).
 
     Args:

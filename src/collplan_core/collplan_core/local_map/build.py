@@ -1,6 +1,7 @@
 """From one scan and the pose it was taken at to the local map: the stages in order."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +17,8 @@ from collplan_core.state import State
 
 
 @njit
-def _build(ranges: np.ndarray, angle_min: float, step: float, closed: bool, range_min: float, radius: float, half_side: float,
-           n_rays: int, tolerance: float, grazing: float):  # type: ignore[no-untyped-def]  # fmt: skip
+def _build(ranges: np.ndarray, angle_min: float, step: float, closed: bool, range_min: float, radius: float,
+           half_side: float, n_rays: int, tolerance: float, grazing: float) -> tuple[Any, ...]:  # fmt: skip
     kind, distance = beam_kinds(ranges, range_min)
     hits = np.zeros((len(ranges), 2))
     for i in range(len(ranges)):
@@ -54,13 +55,13 @@ def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMappin
     closed = abs(step * len(ranges) - 2 * math.pi) < 0.5 * step
     radius = robot.radius + mapping.clearance
     sx, sy, reach, ends, surface, normals, segments, kind, number, lit, predicted = _build(
-        np.ascontiguousarray(ranges), angle_min, step, closed, scan.range_min, radius, mapping.half_side, mapping.n_rays,
-        mapping.surface_tolerance, mapping.grazing_angle,
+        np.ascontiguousarray(ranges), angle_min, step, closed, scan.range_min, radius, mapping.half_side,
+        mapping.n_rays, mapping.surface_tolerance, mapping.grazing_angle,
     )  # fmt: skip
     center = state.position + np.array([sx, sy])
     predicted[:, :2] += center
     return LocalMap(
-        stamp=scan.stamp, position=center, radius=radius, half_side=mapping.half_side, reach=reach, points=ends + center,
-        surface=surface, normals=normals, segments=segments + np.tile(center, 2), frontier_kind=kind, frontier_number=number,
-        lit=lit >= 0, predicted=predicted,
+        stamp=scan.stamp, position=center, radius=radius, half_side=mapping.half_side, reach=reach,
+        points=ends + center, surface=surface, normals=normals, segments=segments + np.tile(center, 2),
+        frontier_kind=kind, frontier_number=number, lit=lit >= 0, predicted=predicted,
     )  # fmt: skip

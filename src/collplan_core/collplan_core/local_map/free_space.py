@@ -68,7 +68,7 @@ def _enter_disc(ux: float, uy: float, cx: float, cy: float, radius: float) -> fl
 
 @njit
 def _enter_piece(ux: float, uy: float, piece: np.ndarray, radius: float) -> tuple[float, float, float, bool]:
-    """Distance along u to the grown piece, the unit normal there out of the obstacle, and whether that is its straight face."""
+    """Distance along u to the grown piece, the unit normal out of it there, and whether that is its straight face."""
     ax, ay, bx, by = piece
     best, nx, ny = math.inf, 0.0, 0.0
     length = math.hypot(bx - ax, by - ay)

@@ -17,11 +17,25 @@ ALONG = 0.1  # sine of the angle within which a step counts as along a face
 
 @njit
 def _goes_on(ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray, k: int, j: int) -> bool:
-    """Whether the straight face at direction k goes on to j: a wall almost along the beam, seen on or cut by the map border."""
+    """Whether the straight face at k goes on to j: a wall almost along the beam, seen on or cut by the map border."""
     if not straight[k] or not (surface[j] == surface[k] or surface[j] == BORDER):
         return False
     dx, dy = ends[j, 0] - ends[k, 0], ends[j, 1] - ends[k, 1]
-    return abs(dx * normals[k, 0] + dy * normals[k, 1]) <= ALONG * math.hypot(dx, dy) + 1e-4
+    off = dx * normals[k, 0] + dy * normals[k, 1]
+    if surface[j] == BORDER:  # the map ends before direction j meets the face's line, or the face itself has ended
+        return off >= -0.005 * math.hypot(dx, dy) - 1e-4
+    return abs(off) <= ALONG * math.hypot(dx, dy) + 1e-4
+
+
+@njit
+def _bends_away(ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, near: int, far: int) -> bool:
+    """Whether a step along one surface is a chord of its convex side, as on a corner seen almost along the beam."""
+    if surface[near] != surface[far]:
+        return False
+    dx, dy = ends[far, 0] - ends[near, 0], ends[far, 1] - ends[near, 1]
+    falls = dx * normals[near, 0] + dy * normals[near, 1]
+    rises = dx * normals[far, 0] + dy * normals[far, 1]
+    return falls <= 1e-6 and rises >= -1e-6
 
 
 @njit
@@ -36,6 +50,9 @@ def is_jump(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: n
     near = min(reach[k], reach[j])
     across = math.hypot(ends[j, 0] - ends[k, 0], ends[j, 1] - ends[k, 1])
     if across <= near * math.sin(step) / math.sin(max(grazing, 1.5 * step) - step) + 1e-6:
+        return False
+    nearer, farther = (k, j) if reach[k] < reach[j] else (j, k)
+    if _bends_away(ends, surface, normals, nearer, farther):
         return False
     return not (_goes_on(ends, surface, normals, straight, k, j) or _goes_on(ends, surface, normals, straight, j, k))
 
@@ -59,7 +76,8 @@ def _on_side(ax: float, ay: float, bx: float, by: float) -> bool:
 
 @njit
 def find_frontiers(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray,
-                   box: np.ndarray, grazing: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+                   box: np.ndarray,
+                   grazing: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """Straight frontier segments, counter-clockwise around the centre.
 
     Returns:

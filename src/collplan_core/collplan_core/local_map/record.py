@@ -62,7 +62,7 @@ class LocalMap:
         return _contains(self.ends, np.atleast_2d(points) - self.position)
 
     def observed_boundaries(self) -> list[np.ndarray]:
-        """The observed boundaries dO_j of the grown obstacles, one polyline (k, 2) a visible run, counter-clockwise [m]."""
+        """The observed boundaries dO_j of the grown obstacles: a polyline (k, 2) a run, counter-clockwise [m]."""
         n = len(self.surface)
         changes = np.flatnonzero(self.surface != np.roll(self.surface, 1))
         if len(changes) == 0:

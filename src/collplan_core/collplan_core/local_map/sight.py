@@ -20,7 +20,7 @@ def _open_angle(reach: np.ndarray, start: int, onward: int, far: float) -> int:
 
 @njit
 def sight_angle(reach: np.ndarray, x: float, y: float, clockwise: bool, counter_clockwise: bool, far: float) -> float:
-    """Contiguous angle from the bearing of (x, y) to the lit side of its frontier whose free range is at least far [rad]."""
+    """Contiguous angle from the bearing of (x, y) to the lit side of its frontier that is free beyond far [rad]."""
     n = len(reach)
     step = 2.0 * math.pi / n
     k = sector(x, y, n)

@@ -51,8 +51,13 @@ def _joined(hits: np.ndarray, distance: np.ndarray, before: int, i: int, j: int,
     for k, a, b in ((before, i, j), (after, j, i)):
         if k < 0 or math.hypot(hits[k, 0] - hits[a, 0], hits[k, 1] - hits[a, 1]) < tolerance:
             continue
-        ahead = (hits[a, 0] - hits[k, 0]) * (hits[b, 0] - hits[a, 0]) + (hits[a, 1] - hits[k, 1]) * (hits[b, 1] - hits[a, 1])
-        if ahead > 0.0 and _off_line(hits[b, 0], hits[b, 1], hits[k, 0], hits[k, 1], hits[a, 0], hits[a, 1]) <= tolerance + 1e-9:
+        ahead = (hits[a, 0] - hits[k, 0]) * (hits[b, 0] - hits[a, 0]) + (hits[a, 1] - hits[k, 1]) * (
+            hits[b, 1] - hits[a, 1]
+        )
+        if (
+            ahead > 0.0
+            and _off_line(hits[b, 0], hits[b, 1], hits[k, 0], hits[k, 1], hits[a, 0], hits[a, 1]) <= tolerance + 1e-9
+        ):
             return True
     return False
 
@@ -84,7 +89,9 @@ def _split(hits: np.ndarray, first: int, last: int, tolerance: float, corner: np
         a, b = stack.pop()
         worst, at = tolerance, -1
         for i in range(a + 1, b):
-            off = _off_line(hits[i % n, 0], hits[i % n, 1], hits[a % n, 0], hits[a % n, 1], hits[b % n, 0], hits[b % n, 1])
+            off = _off_line(
+                hits[i % n, 0], hits[i % n, 1], hits[a % n, 0], hits[a % n, 1], hits[b % n, 0], hits[b % n, 1]
+            )
             if off > worst:
                 worst, at = off, i
         if at >= 0:
@@ -94,7 +101,9 @@ def _split(hits: np.ndarray, first: int, last: int, tolerance: float, corner: np
 
 
 @njit
-def fit_pieces(kind: np.ndarray, hits: np.ndarray, joined: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def fit_pieces(
+    kind: np.ndarray, hits: np.ndarray, joined: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Straight pieces along every surface (split where it bends by more than the tolerance).
 
     Returns:
