@@ -22,7 +22,8 @@ endif
 help:  ## this list
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## */  make \1\t/' | expand -t 16
 
-setup: $(COMPILED)  ## make .venv and compile the planner
+setup: $(COMPILED)  ## make .venv, compile the planner, make .venv-oldest for the second leg of the tests
+	@tools/test_oldest.sh --setup-only
 
 run: $(COMPILED)  ## simulate a run to the goal, ARGS="--help" for its options
 	@.venv/bin/bringup $(ARGS)
