@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
+from hypothesis import strategies as st
+
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.free_space import BORDER
 from collplan_core.local_map.frontiers import BORDER_RUN
-from collplan_core.params import Lidar, LocalMapping, Settings
+from collplan_core.params import Lidar, Settings
 from collplan_core.raycast import simulate_scan
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.worlds import World
-from hypothesis import strategies as st
 
 SETTINGS = Settings()
 ROBOT, RADIUS = SETTINGS.robot, SETTINGS.robot.radius
@@ -50,32 +51,33 @@ def map_of(world: World, position=(0.0, 0.0), n_beams: int = 360, yaw: float = 0
     return build_local_map(scan_of(world, state, n_beams), state, ROBOT, replace(SETTINGS.local_map, **mapping))
 
 
-def map_of_ranges(
-    ranges, half_side: float = HALF_SIDE, angle_min: float = 0.0, increment: float | None = None
-) -> LocalMap:
+def map_of_ranges(ranges, angle_min: float = 0.0, increment: float | None = None) -> LocalMap:
     """The map of a robot at the origin from ranges [m] over a full turn, or over the increments given."""
     ranges = np.asarray(ranges, dtype=float)
     scan = Scan(0.0, angle_min, TURN / len(ranges) if increment is None else increment, 0.02, 5.0, ranges)
-    return build_local_map(scan, at_rest(), ROBOT, LocalMapping(half_side=half_side))
+    return build_local_map(scan, at_rest(), ROBOT, SETTINGS.local_map)
 
 
-def star_map(
-    reach, surface=None, normals=None, segments=(), kind=None, number=None, lit=None, predicted=()
-) -> LocalMap:  # fmt: skip
-    """A map written by hand around the origin, from its reach in evenly spaced directions."""
-    reach = np.asarray(reach, dtype=float)
-    angles = TURN * np.arange(len(reach)) / len(reach)
-    segments = np.array(segments, dtype=float).reshape(-1, 4)
-    m = len(segments)
+def star_map(reach, surface=None, normals=None, segments=(), predicted=(), position=(0.0, 0.0)) -> LocalMap:
+    """A map written by hand, from its reach in evenly spaced directions; each segment is a frontier of its own."""
+    reach, position = np.asarray(reach, dtype=float), np.array(position, dtype=float)
+    n, segments = len(reach), np.array(segments, dtype=float).reshape(-1, 4)
+    angles = TURN * np.arange(n) / n
     return LocalMap(
-        stamp=0.0, position=np.zeros(2), radius=RADIUS, half_side=HALF_SIDE, reach=reach,
-        points=reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1),
-        surface=np.full(len(reach), BORDER) if surface is None else np.asarray(surface),
-        normals=np.zeros((len(reach), 2)) if normals is None else np.asarray(normals, dtype=float), segments=segments,
-        frontier_kind=np.full(m, BORDER_RUN) if kind is None else np.asarray(kind),
-        frontier_number=np.arange(m) if number is None else np.asarray(number),
-        lit=np.ones((m, 2), bool) if lit is None else np.asarray(lit), predicted=np.array(predicted, float).reshape(-1, 4),
-    )  # fmt: skip
+        stamp=0.0,
+        position=position,
+        radius=RADIUS,
+        half_side=HALF_SIDE,
+        reach=reach,
+        points=position + reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1),
+        surface=np.full(n, BORDER) if surface is None else np.asarray(surface),
+        normals=np.zeros((n, 2)) if normals is None else np.asarray(normals, dtype=float),
+        segments=segments,
+        frontier_kind=np.full(len(segments), BORDER_RUN),
+        frontier_number=np.arange(len(segments)),
+        lit=np.ones((len(segments), 2), bool),
+        predicted=np.array(predicted, dtype=float).reshape(-1, 4),
+    )
 
 
 def free_polygon(local_map: LocalMap) -> shapely.Polygon:

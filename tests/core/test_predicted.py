@@ -1,0 +1,87 @@
+"""The set E of predicted boundaries, and theta_sight, on scenes whose answer is known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from collplan_core.local_map.sight import sight_angle
+from scenes import HALF_SIDE, RADIUS, TURN, box, cluttered_worlds, map_of, unit, world_of
+
+PILLAR, WALL = box(0.2, -0.05, 0.3, 0.05), box(0.5, -3.0, 0.6, 3.0)
+SQUARE_REACH = HALF_SIDE / np.maximum(
+    np.abs(np.cos(TURN * np.arange(360) / 360)), np.abs(np.sin(TURN * np.arange(360) / 360))
+)
+FAR = 0.92 * HALF_SIDE
+
+
+def test_by_hand_a_wall_behind_a_pillar_goes_on_behind_it_and_beyond_the_map():
+    """The wall at x = 0.5 is seen above and below the pillar: it goes on into the shadow and out of the map."""
+    predicted = map_of(world_of([PILLAR, WALL])).predicted
+    order = predicted[np.argsort(predicted[:, 1])]
+    np.testing.assert_allclose(order[:, 0], 0.5 - RADIUS, atol=1e-9)
+    np.testing.assert_allclose(order[:, 2:], [[0, -1], [0, 1], [0, -1], [0, 1]], atol=1e-9)
+    bearing = np.arctan2(0.05, 0.2) + np.arcsin(RADIUS / np.hypot(0.2, 0.05))
+    shadow = 0.41 * np.tan(bearing)
+    np.testing.assert_allclose(order[:, 1], [-HALF_SIDE, -shadow, shadow, HALF_SIDE], atol=0.02)
+
+
+def test_by_hand_a_pillar_alone_predicts_nothing():
+    """The near end of a shadow edge is where a convex obstacle turns away."""
+    assert len(map_of(world_of([PILLAR])).predicted) == 0
+
+
+def test_by_hand_a_corridor_goes_on_at_both_ends_of_both_walls():
+    predicted = map_of(world_of([box(-4.0, 0.2, 4.0, 0.3), box(-4.0, -0.3, 4.0, -0.2)])).predicted
+    assert len(predicted) == 4
+    np.testing.assert_allclose(np.abs(predicted[:, 1]), 0.2 - RADIUS, atol=1e-9)
+    np.testing.assert_allclose(predicted[:, 2], np.sign(predicted[:, 0]), atol=1e-9)
+    np.testing.assert_allclose(predicted[:, 3], 0.0, atol=1e-9)
+
+
+def test_everything_open_and_a_closed_room_predict_nothing():
+    assert len(map_of(world_of()).predicted) == 0
+    assert len(map_of(world_of(bounds=(-0.4, -0.4, 0.4, 0.4), walled=True)).predicted) == 0
+
+
+@settings(derandomize=True, deadline=None, max_examples=80, print_blob=True)
+@given(world=cluttered_worlds())
+def test_predicted_boundaries_begin_on_f_and_point_out_of_it(world):
+    local_map = map_of(world)
+    for x, y, ex, ey in local_map.predicted:
+        origin, tangent = np.array([x, y]), np.array([ex, ey])
+        assert np.hypot(ex, ey) == pytest.approx(1.0, abs=1e-9)
+        assert np.min(np.hypot(*(local_map.points - origin).T)) < 1e-9
+        # a step on lies beyond the map or in what is not known to be free
+        assert not local_map.contains((origin + 0.05 * tangent)[None])[0]
+
+
+def test_by_hand_sight_in_the_open_is_the_whole_turn():
+    x, y = 0.5 * unit(0.3)
+    assert sight_angle(SQUARE_REACH, x, y, True, True, FAR) == pytest.approx(TURN, abs=0.04)
+
+
+def test_by_hand_sight_is_counted_from_the_bearing_to_the_lit_side_alone():
+    """Open from 40 to 100 degrees, seen from a candidate at 60.25 degrees."""
+    reach = np.full(360, 0.2)
+    reach[40:101] = HALF_SIDE
+    x, y = 0.4 * unit(np.radians(60.25))
+    assert sight_angle(reach, x, y, False, True, FAR) == pytest.approx(np.radians(100 - 60.25))
+    assert sight_angle(reach, x, y, True, False, FAR) == pytest.approx(np.radians(60.25 - 40))
+    assert sight_angle(reach, x, y, True, True, FAR) == pytest.approx(np.radians(60))
+    assert sight_angle(reach, x, y, False, False, FAR) == 0.0
+
+
+def test_by_hand_sight_is_contiguous_and_needs_the_whole_distance():
+    reach = np.full(360, 0.2)
+    reach[40:101] = HALF_SIDE
+    reach[80] = 0.99 * FAR
+    x, y = 0.4 * unit(np.radians(60.0))
+    assert sight_angle(reach, x, y, False, True, FAR) == pytest.approx(np.radians(79 - 60))
+
+
+def test_by_hand_the_wider_of_two_openings_has_the_wider_sight():
+    walls = [box(0.25, 0.1, 0.35, 0.3), box(-0.8, -0.35, 0.8, -0.25)]
+    local_map = map_of(world_of(walls))
+    narrow = sight_angle(local_map.reach, *(0.5 * unit(0.0)), True, True, FAR)
+    wide = sight_angle(local_map.reach, *(0.5 * unit(np.radians(120.0))), True, True, FAR)
+    assert 0.0 < narrow < wide
