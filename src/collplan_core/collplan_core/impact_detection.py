@@ -9,8 +9,8 @@ by least squares, with the accelerations a_0 and a_1 held near zero as the wheel
 c is compared with its own standard deviation, for each pair of neighbouring poses between which the hit may lie.
 
 At 100 Hz and 2 mm of noise, driven hard (simulated): changes of 0.6 m/s and more are all found, half of them within
-35 ms (0.6 m/s) and 20 ms (1 m/s); of 0.4 m/s two thirds, of 0.3 m/s one third, within 50 to 80 ms. With 0.2 mm of noise
-0.3 m/s is found within 40 ms. The change reported is off by 0.1 to 0.2 m/s at 2 mm, by 0.05 m/s at 0.2 mm.
+35 ms (0.6 m/s) and 25 ms (1 m/s); of 0.4 m/s two thirds, of 0.3 m/s one third, within 50 to 80 ms. With 0.2 mm of noise
+0.3 m/s is found, half within 35 ms. The change reported is off by 0.1 to 0.2 m/s at 2 mm, by 0.05 m/s at 0.2 mm.
 """
 
 import math
@@ -25,12 +25,14 @@ KINK_SPAN = 3.6
 """Poses of so many impact_windows are fitted."""
 KINK_REACH = 1.6
 """A hit is looked for so many impact_windows back."""
-CERTAINTY = 5.5
-"""Standard deviations; chosen so that hours of driving at max_acceleration give no false hit."""
+CERTAINTY = 5.8
+"""Standard deviations; two hours of driving at max_acceleration, 2 mm of noise, gave no false hit; at 5.5, one."""
 ACCELERATION_SHARE = 0.5
 """Standard deviation of an acceleration by axis, in max_acceleration."""
 SLACK = 1e-4
 """Stamps are not evenly spaced to the last digit [s]."""
+FEWEST_BEFORE = 2
+"""Poses that a velocity before the hit needs."""
 FEWEST_AFTER = 2
 """Poses waited for after a hit: from one alone its time cannot be told from its strength."""
 FINE = 8
@@ -58,7 +60,7 @@ class Kink:
 
 def find_kink(times: np.ndarray, points: np.ndarray, robot: Robot, mocap: Mocap) -> Kink | None:
     """The hit in these poses: times (n,) strictly rising [s], points (n, 2) [m]; None if there is none."""
-    first = int(np.searchsorted(times, times[0] + mocap.impact_window - SLACK))
+    first = max(int(np.searchsorted(times, times[0] + mocap.impact_window - SLACK)), FEWEST_BEFORE)
     last = len(times) - 1
     earliest = times[-1] - KINK_REACH * mocap.impact_window
     deviation = ACCELERATION_SHARE * robot.max_acceleration
@@ -97,19 +99,21 @@ def _likeliest_kink(times, points, first, last, parts, earliest, noise, deviatio
 def _normal_equations(times, points, kink, stiffness):  # type: ignore[no-untyped-def]
     """Unknowns p_0, v_0, c, a_0, a_1; right-hand sides x, y and the unit vector of c, for its variance."""
     m = np.zeros((_UNKNOWNS, _UNKNOWNS + 3))
-    row = np.zeros(_UNKNOWNS)
+    row = np.zeros(_UNKNOWNS + 2)
     for k in range(len(times)):
         t = times[k] - kink
         row[0], row[1], row[2] = 1.0, t, max(t, 0.0)
         row[3], row[4] = 0.5 * min(t, 0.0) ** 2, 0.5 * max(t, 0.0) ** 2
+        row[5], row[6] = points[k, 0], points[k, 1]
         for i in range(_UNKNOWNS):
-            for j in range(_UNKNOWNS):
+            for j in range(i, _UNKNOWNS + 2):
                 m[i, j] += row[i] * row[j]
-            m[i, _UNKNOWNS] += row[i] * points[k, 0]
-            m[i, _UNKNOWNS + 1] += row[i] * points[k, 1]
     m[3, 3] += stiffness**2
     m[4, 4] += stiffness**2
     m[2, _UNKNOWNS + 2] = 1.0
+    for i in range(_UNKNOWNS):
+        for j in range(i):
+            m[i, j] = m[j, i]
     return m
 
 
@@ -117,8 +121,10 @@ def _normal_equations(times, points, kink, stiffness):  # type: ignore[no-untype
 def _solved(m):  # type: ignore[no-untyped-def]
     """Gauss-Jordan without pivoting: the matrix is symmetric and positive definite."""
     for i in range(_UNKNOWNS):
-        m[i] /= m[i, i]
+        for k in range(_UNKNOWNS + 2, i - 1, -1):
+            m[i, k] /= m[i, i]
         for j in range(_UNKNOWNS):
             if j != i:
-                m[j] -= m[j, i] * m[i]
+                for k in range(_UNKNOWNS + 2, i - 1, -1):
+                    m[j, k] -= m[j, i] * m[i, k]
     return m
