@@ -29,8 +29,10 @@ FIRST_STOPPED = "controller_node"
 """Its last command is zero, and the robot must still be there to take it."""
 LISTENING_TIME = 0.5
 """Whoever else is in the domain is heard within this [s]."""
-READY_PATIENCE = 120.0
+READY_PATIENCE = 300.0
 """Nodes may have to compile first [s]."""
+NOTICE_TIME = 5.0
+"""After this it is said whom the start waits for [s]."""
 INPUT_PATIENCE = 3.0
 """For poses, scans and the answer to a goal, once every node is ready [s]."""
 GOAL_PERIOD = 1.0
@@ -112,7 +114,7 @@ class Graph:
     def wait_until_ready(self) -> None:
         """Waits until every node has reported, and poses, scans and the planner are there."""
         recorder = self.recorder
-        self.wait(lambda: not self._silent_nodes(), READY_PATIENCE, self._unready)
+        self.wait(self._all_reported(), READY_PATIENCE, self._unready)
         self._refuse_doubles()
         self.wait(lambda: recorder.newest is not None, INPUT_PATIENCE, self._no_pose)
         self.wait(lambda: recorder.scan_came, INPUT_PATIENCE, lambda: self._missing("scan", "best effort"))
@@ -173,6 +175,19 @@ class Graph:
         doubles = sorted(name for name, count in self._names().items() if count > 1)
         if doubles:
             raise GraphError(f"another {_in_words(doubles)} in {described()}; end it, or set another ROS_DOMAIN_ID")
+
+    def _all_reported(self) -> Callable[[], bool]:
+        notice = time.monotonic() + NOTICE_TIME
+
+        def condition() -> bool:
+            nonlocal notice
+            silent = self._silent_nodes()
+            if silent and time.monotonic() > notice:
+                self._progress.say(f"waiting for {_in_words(silent)} (a first start compiles the core)")
+                notice = float("inf")
+            return not silent
+
+        return condition
 
     def _silent_nodes(self) -> list[str]:
         space = self._node.get_namespace().rstrip("/")
