@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from collplan_core import pose_filter
 from collplan_core.controller import ControllerMemory, control
+from collplan_core.foreseen import foreseen_contacts
 from collplan_core.local_map import build_local_map
 from collplan_core.objectives import objective_for
 from collplan_core.params import Settings
@@ -17,15 +19,19 @@ from collplan_core.worlds import load_world
 
 
 def warm_up() -> None:
-    """One pass of the whole loop in a shipped arena: scan, map, plan, control."""
+    """One pass of the whole loop in a shipped arena: poses, scan, map, plan, control."""
+    pose_filter.warm_up()
     settings = Settings()
     world = load_world("corridor")
     assert world.start is not None, "the shipped arenas have a start"
     assert world.goal is not None, "the shipped arenas have a goal"
-    state = State(0.0, np.asarray(world.start, dtype=float), np.array([0.1, 0.0]), 0.0)
+    state = State(0.0, np.array(world.start), np.array([0.1, 0.0]), 0.0)
     scan = simulate_scan(world, state, settings.lidar)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
-    plan, _ = objective_for("harness")(None, local_map, state, world.goal, settings)
+    plan, memory = objective_for("harness")(None, local_map, state, world.goal, settings)
+    objective_for("harness")(memory, local_map, state, state.position + 0.01, settings)
+    at_rest, onward = np.tile(state.position, (2, 1)), np.tile(plan.velocities.max(axis=0), (2, 1))
+    foreseen_contacts(local_map, np.array([0.0, 1.0]), at_rest, onward, settings)
     wall = local_map.points[np.argmax(local_map.surface >= 0)]
     into_wall = np.linspace(state.position, state.position + 1.2 * (wall - state.position), len(plan.times))
     toward = replace(plan, positions=into_wall)
