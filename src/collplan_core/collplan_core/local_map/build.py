@@ -7,7 +7,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import free_space, step_out
-from collplan_core.local_map.frontiers import find_frontiers
+from collplan_core.local_map.frontiers import find_frontiers, find_jumps
 from collplan_core.local_map.predicted import find_predicted
 from collplan_core.local_map.record import LocalMap
 from collplan_core.local_map.surfaces import HIT, beam_kinds, find_surfaces, fit_pieces
@@ -37,8 +37,9 @@ def _build(ranges: np.ndarray, angle_min: float, step: float, closed: bool, rang
     reach, ends, surface, normals, straight = free_space(
         pieces, owner, radius, box, n_rays, kind, distance, joined, surface_of, angle_min, step, closed
     )
-    segments, frontier_kind, number, lit = find_frontiers(reach, ends, surface, normals, straight, box, grazing)
-    predicted = find_predicted(reach, ends, surface, normals, straight, grazing)
+    jumps = find_jumps(reach, ends, surface, normals, straight, grazing)
+    segments, frontier_kind, number, lit = find_frontiers(reach, ends, surface, jumps, box)
+    predicted = find_predicted(reach, ends, surface, normals, jumps)
     return sx, sy, reach, ends, surface, normals, segments, frontier_kind, number, lit, predicted
 
 

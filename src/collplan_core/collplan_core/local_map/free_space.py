@@ -67,9 +67,10 @@ def _enter_disc(ux: float, uy: float, cx: float, cy: float, radius: float) -> fl
 
 
 @njit
-def _enter_piece(ux: float, uy: float, piece: np.ndarray, radius: float) -> tuple[float, float, float, bool]:
+def _enter_piece(
+    ux: float, uy: float, ax: float, ay: float, bx: float, by: float, radius: float
+) -> tuple[float, float, float, bool]:
     """Distance along u to the grown piece, the unit normal out of it there, and whether that is its straight face."""
-    ax, ay, bx, by = piece
     best, nx, ny = math.inf, 0.0, 0.0
     length = math.hypot(bx - ax, by - ay)
     if length > 1e-12:
@@ -114,38 +115,47 @@ def _block(piece: np.ndarray, owner: int, radius: float, ux: np.ndarray, uy: np.
     k_low, k_high = int(math.ceil(low / step - 1e-9)), int(math.floor(high / step + 1e-9))
     for j in range(k_low, min(k_high, k_low + n - 1) + 1):
         k = j % n
-        t, nx, ny, face = _enter_piece(ux[k], uy[k], piece, radius)
+        t, nx, ny, face = _enter_piece(ux[k], uy[k], ax, ay, bx, by, radius)
         if t < reach[k]:
             reach[k], surface[k], straight[k] = t, owner, face
             normals[k, 0], normals[k, 1] = nx, ny
 
 
 @njit
-def _limit_by_beams(beam_kind: np.ndarray, distance: np.ndarray, joined: np.ndarray, surface_of: np.ndarray,
-                    angle_min: float, step: float, closed: bool, k: int, n: int) -> tuple[float, int]:  # fmt: skip
-    """What the beam nearest to direction k allows, and the surface it saw.
+def _beams_at(direction: float, angle_min: float, step: float, m: int, closed: bool) -> tuple[int, int]:
+    """Of m beams the one before a direction and the one nearest to it; nearest -1 outside of what the scan covers."""
+    place = ((direction - angle_min) % (2.0 * math.pi)) / step
+    before = int(math.floor(place + 1e-9))
+    nearest = int(math.floor(place + 0.5 + 1e-9))
+    if closed:
+        return before % m, nearest % m
+    if nearest < m:
+        return before, nearest
+    just_below_first = place - 2.0 * math.pi / step >= -0.5 - 1e-9
+    return (0, 0) if just_below_first else (before, -1)
+
+
+@njit
+def _limits_by_beams(beam_kind: np.ndarray, distance: np.ndarray, joined: np.ndarray, surface_of: np.ndarray,
+                     angle_min: float, step: float, closed: bool, n: int) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """What the beam nearest to each of n directions allows (n,) [m], and the surface it saw (n,).
 
     Between two beams on one surface the pieces say it all; elsewhere the nearest beam is believed, so that a sparse
     scan does not leak past the end of a surface.
     """
     m = len(beam_kind)
-    place = ((2.0 * math.pi * k / n - angle_min) % (2.0 * math.pi)) / step
-    i = int(math.floor(place + 1e-9))
-    nearest = int(math.floor(place + 0.5 + 1e-9))
-    if closed:
-        i, nearest = i % m, nearest % m
-    elif nearest >= m:
-        wrapped = place - 2.0 * math.pi / step  # just below the first beam
-        if wrapped < -0.5 - 1e-9:
-            return 0.0, UNSEEN_SURFACE
-        i, nearest = 0, 0
-    if i < m and joined[i]:
-        return math.inf, BORDER
-    if beam_kind[nearest] == OPEN:
-        return math.inf, BORDER
-    if beam_kind[nearest] == HIT:
-        return distance[nearest], surface_of[nearest]
-    return 0.0, UNSEEN_SURFACE
+    limit, seen = np.full(n, math.inf), np.full(n, BORDER)
+    for k in range(n):
+        before, nearest = _beams_at(2.0 * math.pi * k / n, angle_min, step, m, closed)
+        if nearest < 0:
+            limit[k], seen[k] = 0.0, UNSEEN_SURFACE
+        elif (before < m and joined[before]) or beam_kind[nearest] == OPEN:
+            continue
+        elif beam_kind[nearest] == HIT:
+            limit[k], seen[k] = distance[nearest], surface_of[nearest]
+        else:
+            limit[k], seen[k] = 0.0, UNSEEN_SURFACE
+    return limit, seen
 
 
 @njit
@@ -163,16 +173,16 @@ def free_space(pieces: np.ndarray, owner: np.ndarray, radius: float, box: np.nda
     normals = np.zeros((n, 2))
     straight = np.zeros(n, np.bool_)
     ux, uy = np.empty(n), np.empty(n)
+    limits, seen = _limits_by_beams(beam_kind, distance, joined, surface_of, angle_min, step, closed, n)
     for k in range(n):
         ux[k], uy[k] = math.cos(2.0 * math.pi * k / n), math.sin(2.0 * math.pi * k / n)
         border = border_distance(ux[k], uy[k], box[0], box[1], box[2], box[3])
-        limit, seen = _limit_by_beams(beam_kind, distance, joined, surface_of, angle_min, step, closed, k, n)
-        if limit < border:
-            reach[k], surface[k] = limit, seen
+        if limits[k] < border:
+            reach[k], surface[k] = limits[k], seen[k]
             normals[k, 0], normals[k, 1] = -ux[k], -uy[k]
         else:
             reach[k], surface[k] = border, BORDER
-        if seen == UNSEEN_SURFACE:
+        if seen[k] == UNSEEN_SURFACE:
             normals[k, 0], normals[k, 1] = 0.0, 0.0
     beyond = math.hypot(max(-box[0], box[2]), max(-box[1], box[3])) + radius
     for j in range(len(pieces)):

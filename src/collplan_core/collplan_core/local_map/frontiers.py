@@ -39,22 +39,31 @@ def _bends_away(ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, near
 
 
 @njit
-def is_jump(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray, k: int,
-            grazing: float) -> bool:  # fmt: skip
-    """Whether the border of F jumps between directions k and k + 1 by more than one surface can explain."""
-    n = len(reach)
-    j = (k + 1) % n
-    if surface[k] == UNSEEN_SURFACE or surface[j] == UNSEEN_SURFACE or (surface[k] == BORDER and surface[j] == BORDER):
-        return False
-    step = 2.0 * math.pi / n
-    near = min(reach[k], reach[j])
-    across = math.hypot(ends[j, 0] - ends[k, 0], ends[j, 1] - ends[k, 1])
-    if across <= near * math.sin(step) / math.sin(max(grazing, 1.5 * step) - step) + 1e-6:
-        return False
+def _explained(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray,
+               k: int, j: int) -> bool:  # fmt: skip
+    """Whether a steep step between directions k and j is one surface all the same."""
     nearer, farther = (k, j) if reach[k] < reach[j] else (j, k)
     if _bends_away(ends, surface, normals, nearer, farther):
-        return False
-    return not (_goes_on(ends, surface, normals, straight, k, j) or _goes_on(ends, surface, normals, straight, j, k))
+        return True
+    return _goes_on(ends, surface, normals, straight, k, j) or _goes_on(ends, surface, normals, straight, j, k)
+
+
+@njit
+def find_jumps(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray,
+               grazing: float) -> np.ndarray:  # fmt: skip
+    """(n,) whether the border of F jumps between directions k and k + 1 by more than one surface can explain."""
+    n = len(reach)
+    step = 2.0 * math.pi / n
+    steepest = math.sin(step) / math.sin(max(grazing, 1.5 * step) - step)
+    jumps = np.zeros(n, np.bool_)
+    for k in range(n):
+        j = (k + 1) % n
+        if surface[k] == UNSEEN_SURFACE or surface[j] == UNSEEN_SURFACE or (surface[k] == BORDER == surface[j]):
+            continue
+        across = math.hypot(ends[j, 0] - ends[k, 0], ends[j, 1] - ends[k, 1])
+        if across > min(reach[k], reach[j]) * steepest + 1e-6:
+            jumps[k] = not _explained(reach, ends, surface, normals, straight, k, j)
+    return jumps
 
 
 @njit
@@ -75,9 +84,9 @@ def _on_side(ax: float, ay: float, bx: float, by: float) -> bool:
 
 
 @njit
-def find_frontiers(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray,
-                   box: np.ndarray,
-                   grazing: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+def find_frontiers(
+    reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, jumps: np.ndarray, box: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Straight frontier segments, counter-clockwise around the centre.
 
     Returns:
@@ -121,7 +130,7 @@ def find_frontiers(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, nor
         if open_run:
             frontier += 1
             open_run = False
-        if is_jump(reach, ends, surface, normals, straight, k, grazing):
+        if jumps[k]:
             segments[m, 0], segments[m, 1], segments[m, 2], segments[m, 3] = ax, ay, bx, by
             kind[m], number[m] = SHADOW_EDGE, frontier
             lit[m, 0] = k if reach[k] > reach[j] else -1

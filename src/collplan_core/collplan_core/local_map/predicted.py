@@ -8,19 +8,19 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import BORDER
-from collplan_core.local_map.frontiers import is_jump
 
 
 @njit
-def find_predicted(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray,
-                   grazing: float) -> np.ndarray:  # fmt: skip
+def find_predicted(
+    reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, jumps: np.ndarray
+) -> np.ndarray:
     """(e, 4) half lines: origin relative to the centre of the star, unit tangent into unseen space."""
     n = len(reach)
     found = np.empty((2 * n, 4))
     count = 0
     for k in range(n):
         j = (k + 1) % n
-        jump = is_jump(reach, ends, surface, normals, straight, k, grazing)
+        jump = jumps[k]
         far_k = surface[k] >= 0 and ((jump and reach[k] > reach[j]) or (not jump and surface[j] == BORDER))
         far_j = surface[j] >= 0 and ((jump and reach[j] > reach[k]) or (not jump and surface[k] == BORDER))
         for far, i, onward in ((far_k, k, 1.0), (far_j, j, -1.0)):
