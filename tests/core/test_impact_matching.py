@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from collplan_core.impact_matching import NOTICE, UNMATCHED, Prediction, foreseen_impacts, match_contacts
-from collplan_core.plan import Contacts
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from collplan_core.impact_matching import NOTICE, UNMATCHED, Prediction, foreseen_impacts, match_contacts
+from collplan_core.plan import Contacts
 
 
 def contacts(*rows):
