@@ -84,16 +84,22 @@ def free_polygon(local_map: LocalMap) -> shapely.Polygon:
     return shapely.make_valid(shapely.Polygon(local_map.points))
 
 
-def obstacles(world: World) -> shapely.Geometry:
+def _solids(world: World) -> list[shapely.Geometry]:
     shapes = [shapely.Polygon(p) for p in world.polygons]
     shapes += [shapely.Point(x, y).buffer(r, quad_segs=128) for x, y, r in world.circles]
     if world.walled:
-        shapes.append(shapely.box(*world.bounds).buffer(1.0).difference(shapely.box(*world.bounds)))
-    return shapely.union_all(shapes)
+        arena = shapely.box(*world.bounds)
+        shapes.append(arena.buffer(1.0, join_style="mitre").difference(arena))
+    return shapes
+
+
+def obstacles(world: World) -> shapely.Geometry:
+    return shapely.union_all(_solids(world))
 
 
 def grown(world: World, radius: float = RADIUS) -> shapely.Geometry:
-    return obstacles(world).buffer(radius, quad_segs=64)
+    # one by one: GEOS has been seen to buffer a union of walls and circles by too much
+    return shapely.union_all([solid.buffer(radius, quad_segs=64) for solid in _solids(world)])
 
 
 def true_reach(world: World, position: np.ndarray, n: int, half_side: float = HALF_SIDE) -> np.ndarray:

@@ -1,0 +1,149 @@
+"""Both prunings, checked with shapely on maps of drawn worlds. Paper: II-C."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from collplan_core.candidates import sample_positions
+from collplan_core.planner import plan_cycle
+from collplan_core.pruning import free_sight, prune_directions, prune_positions
+from scenes import SETTINGS, at_rest, box, cluttered_worlds, free_polygon, map_of, star_map, unit, world_of
+
+D_PRUNE, SPACING = SETTINGS.planner.prune_distance, SETTINGS.planner.frontier_spacing
+GOALS = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).map(np.array)
+QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+
+
+def sampled(local_map) -> tuple[np.ndarray, np.ndarray]:
+    positions, piece = sample_positions(local_map.segments, local_map.frontier_number, SPACING)
+    return positions, local_map.frontier_number[piece]
+
+
+def nearest_to_goal(positions, goal) -> float:
+    return np.hypot(*(positions - goal).T).min()
+
+
+def assert_stood_for(local_map, positions, member, kept, goal) -> None:
+    """Each dropped frontier has a surviving one within d_prune, in free sight, nearer to the goal."""
+    free = free_polygon(local_map).buffer(2e-3)
+    for dropped in set(member[~kept]):
+        assert not kept[member == dropped].any()
+        mine = positions[member == dropped]
+        standing = False
+        for other in set(member[kept]):
+            theirs = positions[member == other]
+            if nearest_to_goal(theirs, goal) >= nearest_to_goal(mine, goal):
+                continue
+            pairs = [(a, b) for a in mine for b in theirs if np.hypot(*(a - b)) <= D_PRUNE + 1e-9]
+            standing |= any(free.covers(shapely.LineString(pair)) for pair in pairs)
+        assert standing
+
+
+@QUICK
+@given(world=cluttered_worlds(), goal=GOALS)
+def test_a_dropped_frontier_is_stood_for_and_never_all_are_dropped(world, goal):
+    local_map = map_of(world)
+    assume(len(local_map.segments))
+    positions, member = sampled(local_map)
+    kept = prune_positions(local_map.ends, positions, member, *goal, D_PRUNE)
+    assert kept.any()
+    closest = min(set(member), key=lambda i: nearest_to_goal(positions[member == i], goal))
+    assert kept[member == closest].all()
+    assert_stood_for(local_map, positions, member, kept, goal)
+
+
+@pytest.mark.soak
+@settings(derandomize=True, deadline=None, max_examples=3000, print_blob=True)
+@given(world=cluttered_worlds(), goal=GOALS)
+def test_a_dropped_frontier_is_stood_for_in_many_more_cases(world, goal):
+    local_map = map_of(world)
+    assume(len(local_map.segments))
+    positions, member = sampled(local_map)
+    kept = prune_positions(local_map.ends, positions, member, *goal, D_PRUNE)
+    assert kept.any()
+    assert_stood_for(local_map, positions, member, kept, goal)
+
+
+@QUICK
+@given(world=cluttered_worlds(), n_directions=st.integers(4, 32))
+def test_directions_kept_lead_out_of_f_or_all_are_kept(world, n_directions):
+    local_map = map_of(world)
+    heads = prune_directions(local_map.segments, n_directions)
+    assert heads.any(axis=1).all()
+    for segment, kept in zip(local_map.segments, heads, strict=True):
+        along = segment[2:] - segment[:2]
+        if kept.all():
+            continue
+        # left of a frontier, which runs counter-clockwise around F, lies F
+        into_f = np.array([-along[1], along[0]])
+        directions = np.array([unit(2 * np.pi * i / n_directions) for i in range(n_directions)])
+        leads_out = directions @ into_f < -1e-6 * np.hypot(*along)
+        np.testing.assert_array_equal(kept, leads_out)
+
+
+@QUICK
+@given(world=cluttered_worlds(), goal=GOALS)
+def test_the_pruned_space_is_a_part_of_the_whole(world, goal):
+    local_map = map_of(world)
+    assume(len(local_map.segments) and not local_map.contains(goal[None])[0])
+    everything = SETTINGS.with_values({"planner.position_pruning": False, "planner.velocity_pruning": False})
+    pruned, _ = plan_cycle(None, local_map, at_rest(), goal, SETTINGS)
+    whole, _ = plan_cycle(None, local_map, at_rest(), goal, everything)
+    rows = [
+        {tuple(np.hstack([c.positions, c.velocities]).round(9)[i]) for i in range(len(c.costs))}
+        for c in (pruned.candidates, whole.candidates)
+    ]
+    assert rows[0] <= rows[1]
+    assert 0 < len(pruned.candidates.costs) <= pruned.n_before_pruning
+    assert pruned.n_before_pruning == whole.n_before_pruning == len(whole.candidates.costs)
+
+
+OPEN = star_map(np.full(360, 1.0))
+
+
+def test_by_hand_the_nearer_of_two_neighbours_stands_for_both():
+    positions = np.array([[0.5, 0.0], [0.5, 0.3], [-0.5, 0.0]])
+    kept = prune_positions(OPEN.ends, positions, np.array([0, 1, 2]), 3.0, 0.0, 0.35)
+    assert kept.tolist() == [True, False, True]
+    assert prune_positions(OPEN.ends, positions, np.array([0, 1, 2]), 3.0, 0.0, 0.25).all()
+
+
+def test_by_hand_a_dropped_frontier_drops_nobody():
+    """Three in a row toward the goal, 0.3 m apart: the middle one is stood for, the last by a dropped one only."""
+    positions = np.array([[0.6, 0.0], [0.3, 0.0], [0.0, 0.0]])
+    kept = prune_positions(OPEN.ends, positions, np.array([0, 1, 2]), 3.0, 0.0, 0.35)
+    assert kept.tolist() == [True, False, True]
+
+
+def test_by_hand_a_frontier_across_unseen_space_is_kept():
+    reach = np.full(360, 1.0)
+    reach[10:21] = 0.1
+    positions = np.array([0.5 * unit(0.0), 0.5 * unit(np.radians(30.0))])
+    assert not free_sight(star_map(reach).ends, *positions[0], *positions[1])
+    assert prune_positions(star_map(reach).ends, positions, np.array([0, 1]), 3.0, 0.0, 0.35).all()
+    assert free_sight(OPEN.ends, *positions[0], *positions[1])
+    assert not prune_positions(OPEN.ends, positions, np.array([0, 1]), 3.0, 0.0, 0.35).all()
+
+
+def test_by_hand_directions_out_of_a_vertical_border():
+    """Right border of the map, run upward: of eight directions the three with a part to the right stay."""
+    kept = prune_directions(np.array([[0.6, -0.6, 0.6, 0.6]]), 8)
+    assert np.flatnonzero(kept[0]).tolist() == [0, 1, 7]
+
+
+def test_by_hand_behind_a_pillar_the_space_is_pruned_to_what_leads_on():
+    world = world_of([box(0.2, -0.05, 0.3, 0.05)])
+    local_map, goal = map_of(world), np.array([3.0, 0.0])
+    counts = []
+    for position, velocity in ((True, True), (True, False), (False, True), (False, False)):
+        planner = replace(SETTINGS.planner, position_pruning=position, velocity_pruning=velocity)
+        plan, _ = plan_cycle(None, local_map, at_rest(), goal, replace(SETTINGS, planner=planner))
+        counts.append(len(plan.candidates.costs))
+    both, position_only, velocity_only, none = counts
+    assert both <= min(position_only, velocity_only)
+    assert max(position_only, velocity_only) <= none
+    assert velocity_only < none

@@ -1,0 +1,121 @@
+"""Waypoints, duration and spline. Paper: III-A."""
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline
+
+from collplan_core.trajectory import LONGEST_HANDLE, make_trajectory, polygon_length, spline, waypoints
+from scenes import rotation
+
+V_MAX, T_MAP, P_SAFE, A_MAX = 1.2, 0.2, 1.3, 3.0
+SHARE = np.linspace(0.0, 1.0, 64)
+
+points = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)).map(np.array)
+# a measured velocity may exceed v_max a little
+velocities = st.tuples(st.floats(0.0, 1.5), st.floats(-4.0, 4.0)).map(
+    lambda p: p[0] * np.array([np.cos(p[1]), np.sin(p[1])])
+)
+controls = st.lists(points, min_size=4, max_size=4).map(np.array)
+QUICK = settings(derandomize=True, deadline=None, max_examples=100, print_blob=True)
+ZERO = np.zeros(2)
+
+
+def trajectory(start, velocity, end, end_velocity, on_chord=False, as_printed=False):
+    return make_trajectory(start, velocity, end, end_velocity, V_MAX, T_MAP, P_SAFE, A_MAX, on_chord, as_printed)
+
+
+@QUICK
+@given(control=controls)
+def test_the_spline_is_scipys_clamped_cubic_b_spline(control):
+    oracle = BSpline(np.repeat([0.0, 1.0], 4), control, 3)
+    position, derivative = spline(control, SHARE)
+    np.testing.assert_allclose(position, oracle(SHARE), atol=1e-12)
+    np.testing.assert_allclose(derivative, oracle.derivative()(SHARE), atol=1e-11)
+
+
+@QUICK
+@given(control=controls, turn=st.floats(-4.0, 4.0), shift=points)
+def test_the_spline_moves_with_its_waypoints(control, turn, shift):
+    position, derivative = spline(control, SHARE)
+    moved, moved_derivative = spline(control @ rotation(turn).T + shift, SHARE)
+    np.testing.assert_allclose(moved, position @ rotation(turn).T + shift, atol=1e-12)
+    np.testing.assert_allclose(moved_derivative, derivative @ rotation(turn).T, atol=1e-11)
+
+
+@QUICK
+@given(start=points, v=velocities, end=points, v_s=velocities, turn=st.floats(-4.0, 4.0), shift=points)
+def test_waypoints_and_duration_move_with_the_world(start, v, end, v_s, turn, shift):
+    r = rotation(turn)
+    control, duration = trajectory(start, v, end, v_s)
+    moved, moved_duration = trajectory(r @ start + shift, r @ v, r @ end + shift, r @ v_s)
+    np.testing.assert_allclose(moved, control @ r.T + shift, atol=1e-9)
+    assert moved_duration == pytest.approx(duration, rel=1e-9)
+
+
+@QUICK
+@given(start=points, v=velocities, end=points, v_s=velocities, on_chord=st.booleans())
+@example(start=ZERO, v=ZERO, end=ZERO, v_s=ZERO, on_chord=False)
+@example(start=ZERO, v=np.array([1.2, 0.0]), end=np.array([-0.6, 0.0]), v_s=np.array([1.2, 0.0]), on_chord=False)
+def test_no_reference_is_beyond_the_motors(start, v, end, v_s, on_chord):
+    control, duration = trajectory(start, v, end, v_s, on_chord)
+    oracle = BSpline(np.repeat([0.0, 1.0], 4), control, 3)
+    dense = np.linspace(0.0, 1.0, 1000)
+    assert np.hypot(*oracle.derivative()(dense).T).max() / duration <= V_MAX * (1 + 1e-3)
+    assert np.hypot(*oracle.derivative(2)(dense).T).max() / duration**2 <= A_MAX * (1 + 1e-6)
+    assert duration >= T_MAP
+    np.testing.assert_allclose(control[[0, 3]], [start, end], atol=1e-12)
+    assert np.isfinite(control).all()
+
+
+@QUICK
+@given(start=points, v=velocities, end=points, v_s=velocities)
+def test_the_ends_velocities_are_those_asked_for_or_shorter_along_them(start, v, end, v_s):
+    control, duration = trajectory(start, v, end, v_s)
+    _, derivative = spline(control, SHARE)
+    for asked, got in ((v, derivative[0] / duration), (v_s, derivative[-1] / duration)):
+        assert np.hypot(*got) <= np.hypot(*asked) * (1 + 1e-9) + 1e-12
+        assert got @ asked >= np.hypot(*got) * np.hypot(*asked) - 1e-9
+
+
+@QUICK
+@given(start=points, v=velocities, end=points, v_s=velocities)
+def test_as_printed_t_is_p_safe_times_the_waypoints_length_over_v_max(start, v, end, v_s):
+    control, duration = trajectory(start, v, end, v_s, as_printed=True)
+    # three passes of a fixed point: the duration is that of the pass before the last waypoints
+    again = max(T_MAP, P_SAFE * polygon_length(control) / V_MAX)
+    assert duration == pytest.approx(again, rel=0.15)
+    assert duration >= T_MAP
+    limited = trajectory(start, v, end, v_s)[1]
+    assert limited >= duration - 1e-12
+
+
+@QUICK
+@given(start=points, v=velocities, end=points, v_s=velocities, duration=st.floats(0.1, 3.0))
+def test_handles_are_a_third_of_the_way_at_the_ends_velocity_and_at_most_0_4_of_the_chord(start, v, end, v_s, duration):
+    control = waypoints(start, v, end, v_s, duration, False)
+    limit = LONGEST_HANDLE * np.hypot(*(end - start))
+    for handle, velocity in ((control[1] - control[0], v), (control[3] - control[2], v_s)):
+        assert np.hypot(*handle) <= limit + 1e-12
+        if np.hypot(*velocity) * duration / 3 < limit:
+            np.testing.assert_allclose(handle, velocity * duration / 3, atol=1e-12)
+
+
+def test_by_hand_waypoints():
+    control = waypoints(ZERO, np.array([0.0, 0.6]), np.array([1.0, 0.0]), np.array([0.9, 0.0]), 1.0, False)
+    np.testing.assert_allclose(control, [[0.0, 0.0], [0.0, 0.2], [0.7, 0.0], [1.0, 0.0]])
+    even = waypoints(ZERO, np.array([0.0, 0.6]), np.array([0.9, 0.0]), np.array([0.9, 0.0]), 1.0, True)
+    np.testing.assert_allclose(even, [[0.0, 0.0], [0.3, 0.0], [0.6, 0.0], [0.9, 0.0]])
+
+
+def test_by_hand_printed_duration_on_a_chord():
+    """1.2 m at 1.2 m/s and P_safe = 1.3: 1.3 s; a step of 1 cm takes T_map."""
+    assert trajectory(ZERO, ZERO, np.array([1.2, 0.0]), ZERO, True, True)[1] == pytest.approx(1.3)
+    assert trajectory(ZERO, ZERO, np.array([0.01, 0.0]), ZERO, True, True)[1] == pytest.approx(T_MAP)
+
+
+def test_by_hand_from_rest_to_rest_takes_the_time_the_acceleration_asks_for():
+    """0.6 m with handles of zero length: the second derivative is 6 * 0.6 m at the ends, T = sqrt(3.6 / 3) s."""
+    _, duration = trajectory(ZERO, ZERO, np.array([0.6, 0.0]), ZERO)
+    assert duration == pytest.approx(np.sqrt(6 * 0.6 / A_MAX))
