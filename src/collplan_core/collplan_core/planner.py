@@ -1,6 +1,6 @@
 """The sampling planner: reading `plan_cycle` top to bottom is reading the paper's II and III-A."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -159,10 +159,12 @@ def plan_cycle(memory: PlannerMemory | None, local_map: LocalMap, state: State, 
     Raises:
         NoPlan: the goal is not in F and F has no frontier.
     """
-    nothing = np.full(2, np.nan)
+    # own copies: a read-only array is another type to the compiler, and would be compiled for once more
+    state = replace(state, position=np.array(state.position), velocity=np.array(state.velocity))
+    goal, nothing = np.array(goal, dtype=float), np.full(2, np.nan)
     memory = memory or PlannerMemory(state.position, nothing, 0.0)
     if local_map.contains(goal)[0]:
-        aim, aim_velocity = np.asarray(goal, dtype=float), np.zeros(2)
+        aim, aim_velocity = goal, np.zeros(2)
         terms: dict[str, float] = dict.fromkeys(TERMS, 0.0)
         candidates, whole = Candidates(aim[None], aim_velocity[None], np.zeros(1)), 1
         seen_aim = nothing
