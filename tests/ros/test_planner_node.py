@@ -298,14 +298,17 @@ def test_walled_in_there_is_no_plan(ros):
 def test_live_parameters_work_in_the_next_cycle_and_bad_ones_say_why(ros, bench):
     bench.send_goal()
     bench.wait_for_plan()
-    good, bad, fixed = bench.node.set_parameters(
+    good, period, bad, fixed = bench.node.set_parameters(
         [
             Parameter("planner.strategy", value="low_risk"),
+            Parameter("planner.map_period", value=0.1),
             Parameter("planner.strategy", value="brave"),
             Parameter("robot.radius", value=0.2),
         ]
     )
     assert good.successful
+    assert period.successful
+    assert bench.node._timer.timer_period_ns == 100_000_000
     assert "'brave', expected one of harness" in bad.reason
     assert not fixed.successful
     last = bench.node._planned_until

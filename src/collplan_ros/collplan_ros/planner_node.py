@@ -135,8 +135,7 @@ class PlannerNode(Node):
         self._n_impacts += 1
 
     def _on_goal(self, message: PoseStamped) -> None:
-        self._memory, self._planned_until = None, self._sensed.scan_stamp or 0.0
-        self._trouble = ""
+        self._memory, self._planned_until = None, self._sensed.newest_stamp
         try:
             position = goal_from_message(message, self._settings.frames.map)
         except MessageError as error:
@@ -158,6 +157,7 @@ class PlannerNode(Node):
 
     def _announce(self, goal: Goal) -> None:
         self._goal = goal
+        self._trouble = ""
         self._status_out.publish(goal_to_status(goal))
 
     def _set_status(self, status: int) -> None:

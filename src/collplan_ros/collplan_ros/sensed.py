@@ -60,6 +60,13 @@ class Sensed:
         """Stamp of the newest scan [s]."""
         return self._scans[-1].stamp if self._scans else None
 
+    @property
+    def newest_stamp(self) -> float:
+        """Stamp of the newest scan [s], or of the newest pose where there is no scan, or 0."""
+        if self._scans:
+            return self._scans[-1].stamp
+        return 0.0 if self.state is None else self.state.stamp
+
     def newest_placed(self, after: float) -> tuple[Scan, State] | None:
         """The newest scan with a stamp later than `after` [s] whose pose is known, and that pose."""
         for scan in reversed(self._scans):
