@@ -40,3 +40,8 @@ class PosesClock:
     def age(self, local: float) -> float:
         """Local time since the newest pose came in [s]; infinite before the first."""
         return float("inf") if self._stamp is None else local - self._local
+
+
+def described_age(age: float) -> str:
+    """An age [s] in words, after "no pose"."""
+    return "yet" if age == float("inf") else f"for {age:.1f} s"

@@ -13,7 +13,7 @@ from collplan_core.raycast import simulate_scan
 from collplan_core.scan import ScanError
 from collplan_core.state import State
 from collplan_core.worlds import load_world
-from collplan_ros.clock import PosesClock, local_clock, seconds
+from collplan_ros.clock import PosesClock, described_age, local_clock, seconds
 from collplan_ros.conversions import MessageError, scan_to_message, state_from_odometry
 from collplan_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_parameters import declare, on_change, read_settings
@@ -90,7 +90,8 @@ class LidarNode(Node):
         if why:
             return Health(WARN, f"refused, {why}", values)
         if age > self._settings.limits.pose_age:
-            return Health(ERROR, f"no scan: no pose on {self.resolve_topic_name('mocap/odom')} for {age:.1f} s", values)
+            topic = self.resolve_topic_name("mocap/odom")
+            return Health(ERROR, f"no scan: no pose on {topic} {described_age(age)}", values)
         return Health(OK, "scanning", values)
 
 

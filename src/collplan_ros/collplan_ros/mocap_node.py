@@ -10,7 +10,7 @@ from rclpy.node import Node
 from collplan_core.params import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.pose_filter import FRESH, FilterResult, PoseError, filter_pose, warm_up
 from collplan_core.state import State
-from collplan_ros.clock import PosesClock, local_clock, seconds
+from collplan_ros.clock import PosesClock, described_age, local_clock, seconds
 from collplan_ros.conversions import impact_to_message, pose_from_message, state_to_odometry
 from collplan_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.frame_broadcast import frame_broadcast
@@ -91,7 +91,7 @@ class MocapNode(Node):
             return Health(WARN, f"{new} poses refused, the last for {self._last_refusal}", values)
         if age > self._settings.limits.pose_age:
             topic = self.resolve_topic_name("mocap/pose")
-            return Health(ERROR, f"no pose on {topic} for {age:.1f} s", values)
+            return Health(ERROR, f"no pose on {topic} {described_age(age)}", values)
         return Health(OK, "poses come in", values)
 
 

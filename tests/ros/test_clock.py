@@ -1,0 +1,47 @@
+"""The two times: steady or simulated local time, and the poses' clock."""
+
+import math
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rclpy.clock import ClockType
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from collplan_ros.clock import PosesClock, local_clock, seconds
+from collplan_ros.conversions import stamp_from_seconds
+from collplan_ros.qos import NEWEST
+
+
+@given(st.floats(0.0, 2e9), st.floats(0.0, 1e6), st.floats(0.0, 10.0))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_poses_clock_runs_on_between_poses(stamp, local, later):
+    clock = PosesClock()
+    clock.received(stamp, local)
+    assert abs(clock.now(local + later) - (stamp + later)) < 1e-6
+    assert abs(clock.age(local + later) - later) < 1e-6
+
+
+def test_poses_clock_before_the_first_pose():
+    assert PosesClock().now(3.0) is None
+    assert PosesClock().age(3.0) == math.inf
+
+
+def test_local_clock_is_steady(ros):
+    node = ros.add(Node("steady", context=ros.context))
+    clock = local_clock(node)
+    assert clock.clock_type == ClockType.STEADY_TIME
+    assert seconds(clock) <= seconds(clock)
+
+
+def test_local_clock_follows_simulated_time(ros):
+    node = ros.make(lambda **kwargs: Node("simulated", **kwargs), {"use_sim_time": True})
+    ticks = []
+    clock = local_clock(node)
+    node.create_timer(1.0, lambda: ticks.append(seconds(clock)), clock=clock)
+    publisher = ros.publisher(Clock, "/clock", NEWEST)
+    for time in (100.0, 100.5, 101.5):
+        publisher.publish(Clock(clock=stamp_from_seconds(time)))
+        assert ros.wait_until(lambda time=time: seconds(clock) == time)
+    assert ros.wait_until(lambda: 101.5 in ticks)
+    assert 100.5 not in ticks
