@@ -12,13 +12,21 @@ from pathlib import Path
 
 import pytest
 
-PATIENCE = 60.0
+from collplan_core.warm_up import warm_up
+
+PATIENCE = 100.0
 NODES = {"simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node"}
 KEYS = {
     "reached", "arrival_time_s", "path_length_m", "path_length_source", "impacts", "world", "strategy", "seed",
     "plan_time_ms", "control_period_ms", "candidates", "maneuvers", "simulated", "outcome", "assumed",
 }  # fmt: skip
 FILES = {"summary.json", "trajectory.csv", "impacts.csv", "trajectory.png", "run.gif", "parameters.yaml", "log"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiled():
+    """Four nodes that compile at once are slow; here they find it done."""
+    warm_up()
 
 
 def nodes_of(out: Path) -> dict[str, int]:
