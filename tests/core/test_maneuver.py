@@ -1,0 +1,169 @@
+"""Alg. 3, the references of the contact maneuvers, and the switch phi. Paper: III-B."""
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
+from collplan_core.maneuver import find_contact, incidence, select_maneuver
+from collplan_core.references import (
+    ENGAGED,
+    RELEASED,
+    WAITING,
+    boundary_reference,
+    flow_reference,
+    update_engaged,
+)
+from scenes import RADIUS, box, cluttered_worlds, free_polygon, map_of, rotation, unit, world_of
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+THRESHOLD, DELTA = np.radians(45.0), 0.15
+GAP = 0.3
+
+
+def before_a_wall(turn: float = 0.0):
+    """A wall whose grown face lies 0.3 m ahead of the robot, in the direction `turn`."""
+    return map_of(world_of([box(GAP + RADIUS, -4.0, 2.0, 4.0) @ rotation(turn).T]))
+
+
+def line(*corners, n: int = 64) -> np.ndarray:
+    """Evenly spaced samples along a polyline."""
+    path = shapely.LineString(corners)
+    return np.array([path.interpolate(s, normalized=True).coords[0] for s in np.linspace(0, 1, n)])
+
+
+def test_by_hand_the_contact_point_is_where_the_reference_meets_the_boundary():
+    contact = find_contact(line((0, 0), (0.5, 0.25)), before_a_wall())
+    np.testing.assert_allclose(contact.point, [0.3, 0.15], atol=1e-4)
+    np.testing.assert_allclose(contact.normal, [-1.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(contact.direction, np.array([2.0, 1.0]) / np.sqrt(5.0), atol=1e-9)
+    assert incidence(contact) == pytest.approx(np.arctan2(2.0, 1.0))
+
+
+def test_a_reference_that_stays_in_f_or_leaves_it_through_a_frontier_has_no_contact():
+    local_map = before_a_wall()
+    assert find_contact(line((0, 0), (0.25, 0.2)), local_map) is None
+    assert find_contact(line((0, 0), (-0.8, 0.1)), local_map) is None
+
+
+@pytest.mark.parametrize("turn", np.radians([0.0, 33.0, 90.0, 200.0]))
+@pytest.mark.parametrize("slope", np.radians([-80.0, -50.0, -40.0, 0.0, 40.0, 50.0, 80.0]))
+def test_by_hand_flat_contacts_follow_the_boundary_and_square_ones_flow_through(slope, turn):
+    path = line((0, 0), 0.35 / np.cos(slope) * unit(slope)) @ rotation(turn).T
+    contact = find_contact(path, before_a_wall(turn))
+    if abs(slope) > np.radians(70.0):  # it leaves the map before it meets the wall
+        assert contact is None
+        return
+    expected = BOUNDARY_FOLLOWING if abs(slope) > THRESHOLD else FLOW_THROUGH
+    assert select_maneuver(path, contact, THRESHOLD, "incidence") == expected
+
+
+def bowed(side: float, n: int = 64) -> np.ndarray:
+    """A cubic that bows to one side of its chord, which ends behind the wall."""
+    t = np.linspace(0.0, 1.0, n)[:, None]
+    a, b, c, d = np.array([[0.0, 0.0], [0.1, 0.3 * side], [0.4, 0.3 * side], [0.5, 0.0]])
+    return (1 - t) ** 3 * a + 3 * t * (1 - t) ** 2 * b + 3 * t**2 * (1 - t) * c + t**3 * d
+
+
+def test_by_hand_as_printed_the_side_of_the_chord_decides_and_mirrored_worlds_differ():
+    """WP_4 - WP_1 is along x; turned left it is along y: p_c on the left flows through, on the right it follows."""
+    local_map = before_a_wall()
+    left, right = bowed(1.0), bowed(-1.0)
+    contacts = find_contact(left, local_map), find_contact(right, local_map)
+    assert contacts[0].point[1] > 0.1
+    np.testing.assert_allclose(contacts[0].point * [1, -1], contacts[1].point, atol=1e-9)
+    printed = [select_maneuver(p, c, THRESHOLD, "printed") for p, c in zip((left, right), contacts, strict=True)]
+    assert printed == [FLOW_THROUGH, BOUNDARY_FOLLOWING]
+    by_incidence = {select_maneuver(p, c, THRESHOLD, "incidence") for p, c in zip((left, right), contacts, strict=True)}
+    assert len(by_incidence) == 1
+
+
+def test_without_contact_it_is_free_space():
+    for rule in ("incidence", "printed"):
+        assert select_maneuver(bowed(1.0), None, THRESHOLD, rule) == FREE_SPACE
+
+
+@QUICK
+@given(world=cluttered_worlds(), aim=st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)).map(np.array))
+def test_contact_lies_on_the_border_and_the_projected_reference_does_not_leave_f(world, aim):
+    local_map = map_of(world)
+    assume(local_map.position @ local_map.position == 0.0)
+    path = line((0, 0), 0.5 * aim + [0.02, 0.01], aim)
+    contact = find_contact(path, local_map)
+    assume(contact is not None)
+    free = free_polygon(local_map)
+    assert free.exterior.distance(shapely.Point(contact.point)) < 1e-5
+    assert (local_map.contains(path[: contact.index])).all()
+    assert np.hypot(*contact.normal) == pytest.approx(1.0)
+    projected, release = boundary_reference(path, contact, local_map)
+    np.testing.assert_array_equal(projected[: contact.index], path[: contact.index])
+    beyond = projected[contact.index]
+    assert shapely.distance(free, shapely.Point(beyond)) < 1e-6
+    assert (projected == release).all(axis=1).any()
+
+
+def test_by_hand_q_bound_runs_along_the_wall_to_where_the_reference_ends():
+    path = line((0, 0), (0.4, 0.4))
+    local_map = before_a_wall()
+    contact = find_contact(path, local_map)
+    projected, release = boundary_reference(path, contact, local_map)
+    np.testing.assert_allclose(projected[contact.index :, 0], 0.3, atol=1e-9)
+    np.testing.assert_allclose(projected[contact.index :, 1], path[contact.index :, 1], atol=1e-9)
+    np.testing.assert_allclose(release, [0.3, 0.4], atol=1e-9)
+
+
+def test_by_hand_q_bound_is_left_where_the_reference_comes_back():
+    path = line((0, 0), (0.35, 0.2), (0.1, 0.4))
+    local_map = before_a_wall()
+    contact = find_contact(path, local_map)
+    projected, release = boundary_reference(path, contact, local_map)
+    outside = path[:, 0] > 0.3
+    np.testing.assert_array_equal(projected[~outside], path[~outside])
+    np.testing.assert_allclose(projected[outside, 0], 0.3, atol=1e-9)
+    last = np.flatnonzero(outside)[-1]
+    np.testing.assert_allclose(release, path[last + 1])
+
+
+def test_by_hand_q_flow_is_the_projection_onto_the_chord():
+    path = bowed(1.0)
+    projected, end = flow_reference(path)
+    np.testing.assert_allclose(projected, path * [1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(end, path[-1])
+
+
+@QUICK
+@given(turn=st.floats(-4.0, 4.0), x=st.floats(-2.0, 2.0), y=st.floats(-2.0, 2.0))
+def test_q_flow_moves_with_the_world(turn, x, y):
+    path = bowed(1.0)
+    moved, _ = flow_reference(path @ rotation(turn).T + [x, y])
+    np.testing.assert_allclose(moved, flow_reference(path)[0] @ rotation(turn).T + [x, y], atol=1e-9)
+
+
+CONTACT, RELEASE = np.array([1.0, 0.0]), np.array([2.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("stage", "x", "after"),
+    [
+        (WAITING, 0.80, WAITING),
+        (WAITING, 0.86, ENGAGED),
+        (WAITING, 1.14, ENGAGED),
+        (ENGAGED, 0.50, ENGAGED),
+        (ENGAGED, 1.50, ENGAGED),
+        (ENGAGED, 2.10, RELEASED),
+        (RELEASED, 1.00, RELEASED),
+        (RELEASED, 0.00, RELEASED),
+    ],
+)
+def test_by_hand_phi(stage, x, after):
+    assert update_engaged(stage, np.array([x, 0.0]), CONTACT, RELEASE, DELTA) == after
+
+
+def test_on_the_way_past_a_contact_phi_is_on_once():
+    stage, seen = WAITING, []
+    for x in np.linspace(0.0, 3.0, 301):
+        stage = update_engaged(stage, np.array([x, 0.02]), CONTACT, RELEASE, DELTA)
+        seen.append(stage)
+    assert [s for i, s in enumerate(seen) if i == 0 or s != seen[i - 1]] == [WAITING, ENGAGED, RELEASED]

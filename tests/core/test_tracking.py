@@ -1,0 +1,123 @@
+"""PID, look-ahead, saturation, heading, and what a robot makes of a command."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.params import Control, Limits, Robot
+from collplan_core.tracking import clip_command, hold_heading, pid, sample_reference, saturate, to_body
+from scenes import rotation, unit
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=80, print_blob=True)
+CONTROL, ROBOT, LIMITS = Control(), Robot(), Limits()
+ZERO = np.zeros(2)
+vectors = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0)).map(np.array)
+angles = st.floats(-20.0, 20.0)
+
+
+@QUICK
+@given(v=vectors, limit=st.floats(0.01, 3.0))
+def test_saturation_keeps_the_direction(v, limit):
+    out = saturate(v, limit)
+    assert np.hypot(*out) <= limit * (1 + 1e-12)
+    assert out @ v == pytest.approx(np.hypot(*out) * np.hypot(*v), abs=1e-9)
+    if np.hypot(*v) <= limit:
+        np.testing.assert_array_equal(out, v)
+
+
+@QUICK
+@given(v=vectors, yaw=angles)
+def test_the_body_frame_is_turned_by_the_yaw(v, yaw):
+    np.testing.assert_allclose(rotation(yaw) @ to_body(v, yaw), v, atol=1e-12)
+
+
+def test_by_hand_a_robot_that_looks_left_goes_right_to_go_forward():
+    np.testing.assert_allclose(to_body(np.array([1.0, 0.0]), np.pi / 2), [0.0, -1.0], atol=1e-12)
+
+
+@QUICK
+@given(yaw=angles, held=angles)
+def test_the_heading_is_held_the_short_way(yaw, held):
+    rate = hold_heading(yaw, held, CONTROL)
+    error = (held - yaw + np.pi) % (2 * np.pi) - np.pi
+    assert abs(rate) <= ROBOT.max_yaw_rate + 1e-12
+    if abs(abs(error) - np.pi) > 1e-9:
+        assert rate * error >= 0.0
+        assert abs(rate) == pytest.approx(min(2.0 * abs(error), abs(hold_heading(0.0, 3.0, CONTROL))), abs=1e-9)
+
+
+def test_by_hand_a_command_is_cut_to_v_max_and_refused_beyond_half_as_much_again():
+    v = ROBOT.max_speed
+    for factor in (0.0, 0.5, 1.0, 1.2, 1.499):
+        velocity, _ = clip_command(factor * v * unit(0.3), 0.1, ROBOT, LIMITS)
+        np.testing.assert_allclose(velocity, min(factor, 1.0) * v * unit(0.3), atol=1e-12)
+    assert clip_command(1.501 * v * unit(0.3), 0.1, ROBOT, LIMITS) is None
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_command_that_is_not_finite_is_refused(bad):
+    assert clip_command(np.array([bad, 0.0]), 0.0, ROBOT, LIMITS) is None
+    assert clip_command(np.array([0.0, bad]), 0.0, ROBOT, LIMITS) is None
+    assert clip_command(ZERO, bad, ROBOT, LIMITS) is None
+
+
+def test_by_hand_yaw_rates_are_cut_and_refused_alike():
+    most = ROBOT.max_yaw_rate
+    assert clip_command(ZERO, 1.2 * most, ROBOT, LIMITS)[1] == most
+    assert clip_command(ZERO, -1.2 * most, ROBOT, LIMITS)[1] == -most
+    assert clip_command(ZERO, 1.6 * most, ROBOT, LIMITS) is None
+
+
+def run_pid(control: Control, error, steps: int, max_speed: float = 1.2):
+    integral = ZERO
+    for _ in range(steps):
+        command, integral = pid(np.array(error), ZERO, ZERO, integral, 0.05, control, max_speed)
+    return command, integral
+
+
+def test_by_hand_pid():
+    control = replace(CONTROL, k_p=4.0, k_i=2.0, k_d=0.5)
+    command, integral = pid(
+        np.array([0.1, 0.0]), np.array([0.2, 0.1]), np.array([0.0, 0.2]), np.array([0.05, 0.0]), 0.05, control, 1.2
+    )
+    np.testing.assert_allclose(integral, [0.05 + 2.0 * 0.1 * 0.05, 0.0])
+    np.testing.assert_allclose(command, [0.2 + 0.4 + 0.06, 0.1 + 0.1])
+
+
+def test_the_integral_stands_still_while_saturated_and_never_exceeds_its_limit():
+    control = replace(CONTROL, k_i=2.0)
+    _, wound = run_pid(control, [1.0, 0.0], 200)
+    assert not wound.any()
+    command, limited = run_pid(control, [0.05, 0.0], 2000)
+    np.testing.assert_allclose(limited, [control.integral_limit, 0.0])
+    np.testing.assert_allclose(command, [0.2 + control.integral_limit, 0.0])
+
+
+@QUICK
+@given(error=vectors, forward=vectors, integral=vectors)
+def test_no_command_is_beyond_v_max(error, forward, integral):
+    command, _ = pid(error, forward, ZERO, integral, 0.05, replace(CONTROL, k_i=1.0), ROBOT.max_speed)
+    assert np.hypot(*command) <= ROBOT.max_speed * (1 + 1e-12)
+
+
+TIMES = np.linspace(10.0, 11.0, 65)
+PARABOLA = np.stack([(TIMES - 10.0) ** 2 / 2, TIMES - 10.0], axis=1)
+
+
+@QUICK
+@given(now=st.floats(10.0, 10.8))
+def test_the_velocity_is_that_of_the_reference_look_ahead_later(now):
+    position, velocity = sample_reference(TIMES, PARABOLA, now, 0.15)
+    np.testing.assert_allclose(position, [(now - 10.0) ** 2 / 2, now - 10.0], atol=1e-4)
+    np.testing.assert_allclose(velocity, [now + 0.15 - 10.0, 1.0], atol=0.02)
+
+
+def test_the_reference_rests_at_its_end_once_past():
+    position, velocity = sample_reference(TIMES, PARABOLA, 11.01, 0.15)
+    np.testing.assert_allclose(position, PARABOLA[-1])
+    assert not velocity.any()
+    position, _ = sample_reference(TIMES, PARABOLA, 9.0, 0.15)
+    np.testing.assert_allclose(position, PARABOLA[0])
