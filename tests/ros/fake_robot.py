@@ -1,5 +1,7 @@
 """What planner and controller hear from mocap_node and lidar_node, without either: a robot that stands in a world."""
 
+import math
+
 import numpy as np
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
@@ -46,6 +48,30 @@ class FakeRobot:
 
     def scan(self) -> LaserScan:
         return scan_to_message(simulate_scan(self.world, self.state, LIDAR), "base_link")
+
+    def bad_scans(self) -> list[LaserScan]:
+        """Empty, nothing measured, angles that do not fit, no step, negative ranges, limits the wrong way round."""
+        faults = (
+            {"ranges": []},
+            {"ranges": [math.nan] * LIDAR.n_beams},
+            {"angle_increment": 0.5},
+            {"angle_increment": 0.0},
+            {"ranges": [-1.0] * LIDAR.n_beams},
+            {"range_max": 0.0},
+        )
+        scans = [self.scan() for _ in faults]
+        for scan, fault in zip(scans, faults, strict=True):
+            for name, value in fault.items():
+                setattr(scan, name, value)
+        return scans
+
+    def bad_poses(self) -> list[Odometry]:
+        """In another frame, not a number, without an orientation."""
+        poses = [self.pose() for _ in range(3)]
+        poses[0].header.frame_id = "odom"
+        poses[1].pose.pose.position.x = math.nan
+        poses[2].pose.pose.orientation.w = poses[2].pose.pose.orientation.z = 0.0
+        return poses
 
     def _tick(self) -> None:
         self._ticks += 1

@@ -144,6 +144,19 @@ def test_stands_still_when_scans_stop(ros, bench):
     bench.wait_until_still("scan 0.")
 
 
+def test_bad_scans_and_poses_are_counted_and_stop_the_robot(ros, bench):
+    bench.node.set_parameters([Parameter("planner.map_period", value=2.0)])
+    bench.drive()
+    bench.robot.scans_on = bench.robot.poses_on = False
+    for pose in bench.robot.bad_poses():
+        bench.robot.poses.publish(pose)
+    for scan in bench.robot.bad_scans():
+        bench.robot.scans.publish(scan)
+        ros.spin(0.02)
+    assert ros.wait_until(lambda: (bench.node._refusals["pose"], bench.node._refusals["scan"]) == (3, 6))
+    bench.wait_until_still("pose 0.")
+
+
 @pytest.mark.parametrize("status", [GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED])
 def test_end_of_the_goal_stops(ros, bench, status):
     bench.drive()
@@ -298,7 +311,7 @@ def test_processes_end_clean_on_a_signal(ros):
     processes = {"controller_node": signal.SIGINT, "planner_node": signal.SIGTERM}
     running = {started(module): number for module, number in processes.items()}
     try:
-        assert ros.wait_until(lambda: len({r.status[0].name for r in reports}) == 2 and commands, timeout=60.0)
+        assert ros.wait_until(lambda: len({r.status[0].name for r in reports}) == 2 and commands, timeout=100.0)
         for process, number in running.items():
             process.send_signal(number)
         assert ros.wait_until(lambda: all(process.poll() is not None for process in running))

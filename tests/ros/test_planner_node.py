@@ -194,30 +194,14 @@ def test_bad_goal_is_aborted_and_ends_the_one_before(ros, kind):
     assert reason in health.message
 
 
-def scan_with(robot, **fields):
-    message = robot.scan()
-    for name, value in fields.items():
-        setattr(message, name, value)
-    return message
-
-
-BAD_SCANS = {
-    "empty": lambda robot: scan_with(robot, ranges=[]),
-    "nan": lambda robot: scan_with(robot, ranges=[math.nan] * 180),
-    "angles": lambda robot: scan_with(robot, angle_increment=0.5),
-    "no_step": lambda robot: scan_with(robot, angle_increment=0.0),
-    "negative": lambda robot: scan_with(robot, ranges=[-1.0] * 180),
-    "limits": lambda robot: scan_with(robot, range_max=0.0),
-}
-
-
 def test_bad_scans_are_counted_and_make_no_plan(ros, bench):
     bench.robot.scans_on = False
     bench.send_goal()
-    for bad in BAD_SCANS.values():
-        bench.robot.scans.publish(bad(bench.robot))
+    bad = bench.robot.bad_scans()
+    for scan in bad:
+        bench.robot.scans.publish(scan)
         ros.spin(0.02)
-    health = bench.wait_for_count("refused_scan", len(BAD_SCANS))
+    health = bench.wait_for_count("refused_scan", len(bad))
     assert "range" in {v.key: v.value for v in health.values}["last_refusal"]
     assert not bench.plans
 
@@ -255,10 +239,7 @@ def test_scan_without_a_pose_for_its_stamp_makes_no_plan(ros, bench):
 
 def test_bad_poses_are_counted(ros, bench):
     bench.robot.poses_on = False
-    for field, value in (("frame_id", "odom"), ("x", math.nan), ("w", 0.0)):
-        pose = bench.robot.pose()
-        target = {"frame_id": pose.header, "x": pose.pose.pose.position, "w": pose.pose.pose.orientation}[field]
-        setattr(target, field, value)
+    for pose in bench.robot.bad_poses():
         bench.robot.poses.publish(pose)
         ros.spin(0.02)
     bench.wait_for_count("refused_pose", 3)

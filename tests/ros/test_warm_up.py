@@ -1,0 +1,54 @@
+"""warm_up compiles what the nodes will call: a first plan that waited for the compiler would be seconds late."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+
+SCRIPT = """
+import sys; sys.path.insert(0, sys.argv[1])
+from test_warm_up import compiled_beyond_warm_up
+print(*compiled_beyond_warm_up())
+"""
+
+
+def signatures() -> dict[str, int]:
+    """How many variants of each compiled function of the core there are."""
+    modules = [m for name, m in list(sys.modules.items()) if name.startswith("collplan_core")]
+    found = [v for m in modules for v in vars(m).values() if isinstance(v, Dispatcher)]
+    return {f"{d.py_func.__module__}.{d.py_func.__name__}": len(d.signatures) for d in found}
+
+
+def compiled_beyond_warm_up() -> list[str]:
+    """What a cycle of both nodes compiles after warm_up, with records as they come from messages."""
+    from collplan_core.controller import ControllerMemory, control
+    from collplan_core.local_map import build_local_map
+    from collplan_core.objectives import objective_for
+    from collplan_core.params import Settings
+    from collplan_core.raycast import simulate_scan
+    from collplan_core.state import State
+    from collplan_core.warm_up import warm_up
+    from collplan_ros import conversions
+    from fake_robot import LIDAR, hall
+
+    warm_up()
+    before, settings = signatures(), Settings()
+    state = State(1.0, np.zeros(2), np.zeros(2), 0.1)
+    state = conversions.state_from_odometry(conversions.state_to_odometry(state, "map", "base"), "map", "base")
+    scan = conversions.scan_to_message(simulate_scan(hall(0.1), state, LIDAR), "base")
+    local_map = build_local_map(conversions.scan_from_message(scan, "base"), state, settings.robot, settings.local_map)
+    memory = None
+    for goal in ([2.0, 0.0], [2.0, 0.0], [0.2, 0.1]):
+        plan, memory = objective_for("harness")(memory, local_map, state, np.array(goal), settings)
+        plan = conversions.plan_from_path(conversions.plan_to_path(plan, "map"), "map")
+        control(ControllerMemory.fresh(), plan, local_map, state, 1.1, settings)
+    return [name for name, count in signatures().items() if count != before.get(name, 0)]
+
+
+def test_first_cycle_of_the_nodes_compiles_nothing():
+    command = [sys.executable, "-c", SCRIPT, str(Path(__file__).parent)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.split() == []
