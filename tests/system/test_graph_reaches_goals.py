@@ -1,0 +1,58 @@
+"""Every shipped arena with every strategy through the ROS graph, and beside it the loop without ROS (simulated)."""
+
+import os
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
+from collplan_core.params import Settings
+from collplan_core.strategies import STRATEGIES
+from collplan_core.warm_up import warm_up
+from collplan_core.worlds import arena_names, load_world
+from collplan_ros.bringup import run
+from collplan_ros.options import parse
+from omnipuck_sim.trial import run_trial
+
+pytestmark = pytest.mark.soak
+
+
+def through_the_graph(out: Path, world: str, strategy: str, seed: int) -> dict:
+    """The summary of one run of bringup."""
+    warm_up()
+    options = ["--world", world, "--strategy", strategy, "--seed", str(seed), "--out", str(out), "--no-pictures"]
+    return dict(run(parse(options)).summary)
+
+
+def test_every_arena_and_strategy_reaches_the_goal_three_times_with_every_maneuver(tmp_path):
+    maneuvers: Counter[str] = Counter()
+    missed = []
+    for world in arena_names():
+        for strategy in STRATEGIES:
+            for seed in range(3):
+                summary = through_the_graph(tmp_path, world, strategy, seed)
+                maneuvers.update(summary["maneuvers"])
+                if not summary["reached"]:
+                    missed.append((world, strategy, seed, summary["outcome"]))
+    assert missed == []
+    assert {FREE_SPACE, BOUNDARY_FOLLOWING, FLOW_THROUGH} <= set(maneuvers), maneuvers
+
+
+def test_one_core_is_enough(tmp_path):
+    all_cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(all_cores)})
+    try:
+        assert through_the_graph(tmp_path, "corridor", "harness", 0)["reached"]
+    finally:
+        os.sched_setaffinity(0, all_cores)
+
+
+def test_the_graph_and_the_loop_without_ros_agree(tmp_path):
+    ratios = []
+    for seed in range(5):
+        summary = through_the_graph(tmp_path, "l_corridor", "harness", seed)
+        trial = run_trial(load_world("l_corridor"), Settings(), seed)
+        ratios.append((summary["arrival_time_s"] / trial.arrival_time, summary["path_length_m"] / trial.path_length))
+    np.testing.assert_allclose(np.median(ratios, axis=0), 1.0, atol=0.15, err_msg=str(ratios))
