@@ -16,7 +16,7 @@ from collplan_ros.bringup import run
 from collplan_ros.options import parse
 from omnipuck_sim.trial import run_trial
 
-pytestmark = pytest.mark.soak
+pytestmark = [pytest.mark.soak, pytest.mark.timeout(1200)]
 
 
 def through_the_graph(out: Path, world: str, strategy: str, seed: int) -> dict:
