@@ -1,0 +1,225 @@
+"""The whole cycle from a scan to a plan: symmetries, special cases, memory, and every choice by name."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from collplan_core.local_map import build_local_map
+from collplan_core.objectives import NoPlan, objective_for
+from collplan_core.params import Settings, Weights
+from collplan_core.planner import plan_cycle
+from collplan_core.strategies import STRATEGIES, weights_of
+from collplan_core.worlds import World, load_world
+from scenes import ROBOT, SETTINGS, at_rest, box, cluttered_worlds, map_of, rotation, scan_of, unit, world_of
+
+GOALS = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).map(np.array)
+VELOCITIES = st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)).map(np.array)
+
+
+def cycle(world, state, goal, settings=SETTINGS, memory=None):
+    local_map = build_local_map(scan_of(world, state), state, ROBOT, settings.local_map)
+    return plan_cycle(memory, local_map, state, goal, settings)
+
+
+def moved(world: World, turn: np.ndarray, shift: np.ndarray) -> World:
+    corners = np.array(world.bounds).reshape(2, 2) @ turn.T + shift
+    circles = np.array([(*(turn @ c[:2] + shift), c[2]) for c in world.circles])
+    return World(
+        "moved", tuple(p @ turn.T + shift for p in world.polygons), circles,
+        (*corners.min(axis=0), *corners.max(axis=0)), world.walled,
+    )  # fmt: skip
+
+
+def is_close_call(plan) -> bool:
+    """Whether rounding may decide: between two candidates, or on which side of a corner of the map one lies."""
+    costs, positions = plan.candidates.costs, np.abs(plan.candidates.positions)
+    at_corner = np.isclose(positions, SETTINGS.local_map.half_side, atol=1e-6).all(axis=1)
+    return (len(costs) > 1 and np.diff(np.sort(costs)[:2])[0] < 1e-5) or at_corner.any()
+
+
+def assert_moves_with_the_world(world, goal, velocity, strategy, quarter, mirror, shift) -> None:
+    chosen = SETTINGS.with_values({"planner.strategy": strategy})
+    turn = rotation(quarter * np.pi / 2).round() @ np.diag([1.0, -1.0 if mirror else 1.0])
+    try:
+        plan, _ = cycle(world, at_rest(velocity=velocity), goal, chosen)
+    except NoPlan:
+        with pytest.raises(NoPlan):
+            cycle(moved(world, turn, shift), at_rest(shift, velocity=turn @ velocity), turn @ goal + shift, chosen)
+        return
+    assume(not is_close_call(plan))
+    other, _ = cycle(moved(world, turn, shift), at_rest(shift, velocity=turn @ velocity), turn @ goal + shift, chosen)
+    np.testing.assert_allclose(np.sort(other.candidates.costs), np.sort(plan.candidates.costs), atol=1e-5)
+    np.testing.assert_allclose(other.positions, plan.positions @ turn.T + shift, atol=1e-6)
+    np.testing.assert_allclose(other.velocities, plan.velocities @ turn.T, atol=1e-6)
+    np.testing.assert_allclose(other.times, plan.times, atol=1e-6)
+    np.testing.assert_allclose(other.aim, turn @ plan.aim + shift, atol=1e-6)
+    # the straight pieces of a round obstacle begin elsewhere in a mirrored scan
+    np.testing.assert_allclose(other.contacts.points, plan.contacts.points @ turn.T + shift, atol=2e-3)
+    for name, value in plan.terms.items():
+        assert other.terms[name] == pytest.approx(value, abs=1e-6)
+
+
+MOVES = {
+    "world": cluttered_worlds(), "goal": GOALS, "velocity": VELOCITIES, "strategy": st.sampled_from(sorted(STRATEGIES)),
+    "quarter": st.integers(0, 3), "mirror": st.booleans(), "shift": GOALS,
+}  # fmt: skip
+
+
+@settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+@given(**MOVES)
+def test_the_cycle_moves_with_the_world(**case):
+    assert_moves_with_the_world(**case)
+
+
+@pytest.mark.soak
+@settings(derandomize=True, deadline=None, max_examples=3000, print_blob=True)
+@given(**MOVES)
+def test_the_cycle_moves_with_the_world_in_many_more_cases(**case):
+    assert_moves_with_the_world(**case)
+
+
+@settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+@given(world=cluttered_worlds(), goal=GOALS, velocity=VELOCITIES, strategy=st.sampled_from(sorted(STRATEGIES)))
+def test_a_plan_is_a_sound_reference(world, goal, velocity, strategy):
+    chosen = SETTINGS.with_values({"planner.strategy": strategy})
+    try:
+        plan, _ = cycle(world, at_rest(velocity=velocity), goal, chosen)
+    except NoPlan:
+        return
+    assert (np.diff(plan.times) > 0).all()
+    assert plan.times[0] == plan.stamp
+    assert plan.times[-1] - plan.times[0] >= chosen.planner.map_period - 1e-12
+    np.testing.assert_allclose(plan.positions[[0, -1]], [[0.0, 0.0], plan.aim], atol=1e-12)
+    assert np.hypot(*plan.velocities.T).max() <= ROBOT.max_speed * (1 + 1e-3)
+    steps = np.diff(plan.positions, axis=0) / np.diff(plan.times)[:, None]
+    assert np.hypot(*steps.T).max() <= ROBOT.max_speed * (1 + 1e-3)
+    changes = np.diff(plan.velocities, axis=0) / np.diff(plan.times)[:, None]
+    most = chosen.planner.acceleration_factor * ROBOT.max_acceleration
+    assert np.hypot(*changes.T).max() <= most * (1 + 1e-3)
+    assert 1 <= len(plan.candidates.costs) <= plan.n_before_pruning
+    assert plan.terms["total"] <= plan.candidates.costs.min() + 1e-2
+
+
+def test_a_goal_in_free_space_is_the_aim_and_the_end():
+    plan, memory = cycle(world_of(), at_rest(velocity=(0.5, 0.0)), np.array([0.3, 0.2]))
+    np.testing.assert_array_equal(plan.aim, [0.3, 0.2])
+    assert not plan.aim_velocity.any()
+    np.testing.assert_allclose(plan.positions[-1], [0.3, 0.2])
+    np.testing.assert_allclose(plan.velocities[-1], 0.0, atol=1e-12)
+    # and what comes next is not held against it
+    assert np.isnan(memory.aim).all()
+
+
+def test_a_closed_room_has_no_plan_and_says_why():
+    world = world_of(bounds=(-0.4, -0.4, 0.4, 0.4), walled=True)
+    with pytest.raises(NoPlan, match="no frontier"):
+        cycle(world, at_rest(), np.array([2.0, 0.0]))
+
+
+def test_in_the_open_the_way_is_straight_on():
+    for angle in np.linspace(0.0, 6.0, 7):
+        plan, _ = cycle(world_of(), at_rest(), 3.0 * unit(angle))
+        assert np.arccos(plan.aim @ unit(angle) / np.hypot(*plan.aim)) < np.radians(6.0)
+
+
+def test_by_hand_a_previous_plan_to_the_other_side_makes_turning_back_cost():
+    """A pillar square in the way: whichever side was chosen before is chosen again."""
+    world, goal, state = world_of([box(0.2, -0.12, 0.4, 0.12)]), np.array([3.0, 0.0]), at_rest()
+    _, memory = cycle(world, state, goal)
+    for side in (1.0, -1.0):
+        previous = type(memory)(np.zeros(2), 0.5 * unit(side * np.radians(100.0)), 0.0)
+        plan, _ = cycle(world, state, goal, memory=previous)
+        assert plan.aim[1] * side > 0.0
+        turn = np.arccos(plan.aim @ previous.aim / np.hypot(*plan.aim) / 0.5)
+        assert turn < SETTINGS.planner.turn_threshold
+
+
+def test_memory_keeps_the_way_travelled_and_the_last_aim():
+    world, goal = world_of(), np.array([4.0, 0.0])
+    first, memory = cycle(world, at_rest(), goal)
+    np.testing.assert_array_equal(memory.aim, first.aim)
+    _, memory = cycle(world, at_rest((0.3, 0.4)), goal, memory=memory)
+    assert memory.travelled == pytest.approx(0.5)
+    np.testing.assert_array_equal(memory.previous, [0.3, 0.4])
+
+
+def test_the_strategies_are_the_papers():
+    assert {name: (w.risk, w.velocity) for name, w in STRATEGIES.items()} == {
+        "harness": (0.1, 4.0), "high_risk": (0.1, 0.0), "low_risk": (100.0, 0.0),
+    }  # fmt: skip
+    assert len({w.position for w in STRATEGIES.values()}) == 1
+
+
+def test_custom_takes_the_weights_group_and_a_named_strategy_does_not():
+    own = Settings(weights=Weights(1.0, 2.0, 3.0))
+    assert weights_of(own) == STRATEGIES["harness"]
+    assert weights_of(own.with_values({"planner.strategy": "custom"})) == Weights(1.0, 2.0, 3.0)
+
+
+def test_an_unknown_strategy_is_named():
+    with pytest.raises(ValueError, match="'reckless', expected one of harness, high_risk, low_risk, custom"):
+        objective_for("reckless")
+
+
+def test_low_risk_keeps_away_from_a_narrow_gap_that_high_risk_takes():
+    """Ahead a gap of 0.26 m, to the left and behind all open: the risk weight decides."""
+    world = world_of([box(0.25, 0.13, 0.45, 0.35), box(0.25, -3.0, 0.45, -0.13)])
+    aims = {}
+    for strategy in ("high_risk", "low_risk"):
+        chosen = SETTINGS.with_values({"planner.strategy": strategy, "planner.position_pruning": False})
+        aims[strategy] = cycle(world, at_rest(), np.array([2.0, 0.0]), chosen)[0].aim
+    assert abs(aims["high_risk"][1]) < 0.1
+    assert aims["low_risk"][1] > 0.2
+
+
+SCENE = world_of([box(0.2, -0.05, 0.3, 0.25), box(0.5, -3.0, 0.6, 0.1), box(-0.3, 0.4, 0.1, 0.5)])
+MEMORY = plan_cycle(None, map_of(SCENE, (-0.1, 0.0)), at_rest((-0.1, 0.0)), np.array([-1.0, -1.0]), SETTINGS)[1]
+
+
+def fingerprint(values: dict, strategy: str) -> tuple:
+    chosen = SETTINGS.with_values({"planner.strategy": strategy, **values})
+    state = at_rest(velocity=(0.6, 0.5))
+    plan, _ = plan_cycle(MEMORY, map_of(SCENE), state, np.array([2.0, 1.0]), chosen)
+    parts = (plan.candidates.costs, plan.candidates.velocities.ravel(), plan.aim_velocity, plan.positions.ravel())
+    return (*(tuple(part.round(9)) for part in parts), round(plan.times[-1], 9), plan.n_before_pruning)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("position_cost", "printed"),
+        ("turn_angle", "printed"),
+        ("gap_risk", "printed"),
+        ("approach_risk", "printed"),
+        ("goal_vector", "unit"),
+        ("rebound_reward", False),
+        ("collision_factor", False),
+        ("speeds", "printed"),
+        ("frontiers", "printed"),
+        ("waypoints", "chord"),
+        ("time_law", "printed"),
+        ("position_pruning", False),
+        ("velocity_pruning", False),
+    ],
+)
+def test_every_choice_by_name_has_its_effect(key, value):
+    assert fingerprint({f"planner.{key}": value}, "harness") != fingerprint({}, "harness")
+
+
+def test_the_tie_rule_decides_where_velocity_has_no_weight():
+    state, goal = at_rest(), np.array([3.0, 0.2])
+    aims = []
+    for rule in ("forward", "first"):
+        chosen = SETTINGS.with_values({"planner.strategy": "high_risk", "planner.tie_rule": rule})
+        aims.append(cycle(world_of(), state, goal, chosen)[0].aim_velocity)
+    assert np.hypot(*aims[0]) == pytest.approx(ROBOT.max_speed)
+    assert not aims[1].any()
+
+
+@pytest.mark.parametrize("strategy", sorted(STRATEGIES))
+@pytest.mark.parametrize("name", ["corridor", "l_corridor", "slalom"])
+def test_a_plan_from_the_start_of_each_arena(name, strategy):
+    world = load_world(name)
+    plan, _ = cycle(world, at_rest(world.start), world.goal, SETTINGS.with_values({"planner.strategy": strategy}))
+    assert np.isfinite(plan.positions).all()
