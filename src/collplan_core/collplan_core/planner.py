@@ -80,9 +80,13 @@ def _position_risks(positions: np.ndarray, piece: np.ndarray, lit: np.ndarray, c
     return gap, approach
 
 
+@njit
 def _renumbered(number: np.ndarray) -> np.ndarray:
     """Frontier numbers without gaps."""
-    return np.cumsum(np.diff(number, prepend=number[0]) != 0)
+    numbers = np.zeros(len(number), np.int64)
+    for i in range(1, len(number)):
+        numbers[i] = numbers[i - 1] + int(number[i] != number[i - 1])
+    return numbers
 
 
 def _aim_at_frontiers(
@@ -99,8 +103,8 @@ def _aim_at_frontiers(
     lit = local_map.lit[used]
     current, target = state.position - center, goal - center
     positions, piece, at, velocity, whole = _space(
-        local_map.segments[used] - np.tile(center, 2), _renumbered(local_map.frontier_number[used]), ends, target,
-        p.frontier_spacing, p.n_directions, p.n_speeds, settings.robot.max_speed, p.prune_distance,
+        local_map.segments[used] - np.concatenate([center, center]), _renumbered(local_map.frontier_number[used]),
+        ends, target, p.frontier_spacing, p.n_directions, p.n_speeds, settings.robot.max_speed, p.prune_distance,
         p.position_pruning, p.velocity_pruning, p.speeds == "printed",
     )  # fmt: skip
     has_previous = not np.isnan(memory.aim).any()
@@ -142,7 +146,7 @@ def _trajectory(
         state.position, state.velocity, aim, aim_velocity, settings.robot.max_speed, p.map_period, p.time_scale,
         p.acceleration_factor * settings.robot.max_acceleration, p.waypoints == "chord", p.time_law == "printed",
     )  # fmt: skip
-    share = np.linspace(0.0, 1.0, p.n_samples)
+    share = np.arange(p.n_samples) / (p.n_samples - 1)
     positions, derivative = spline(points, share)
     return share * duration, positions, derivative / duration
 

@@ -1,12 +1,35 @@
 """A LIDAR scan as the local map takes it, checked where it enters."""
 
 from dataclasses import dataclass
+from math import inf, isfinite, isnan
 
 import numpy as np
+
+from collplan_core.jit import njit
 
 
 class ScanError(ValueError):
     """A scan that cannot be used; the message names the value and what was expected."""
+
+
+@njit
+def _apply_limits(ranges: np.ndarray, low: float, high: float) -> tuple[float, int]:
+    """The smallest finite range, inf without one, and the number of beams that measured anything.
+
+    REP-117: what a device reports outside its limits is not a measurement of a distance; it is replaced in place.
+    """
+    smallest, measured = inf, 0
+    for i in range(len(ranges)):
+        if isnan(ranges[i]):
+            continue
+        measured += 1
+        if isfinite(ranges[i]):
+            smallest = min(smallest, ranges[i])
+            if ranges[i] < low:
+                ranges[i] = -inf
+            elif ranges[i] > high:
+                ranges[i] = inf
+    return smallest, measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +59,7 @@ class Scan:
         ranges = np.array(self.ranges, dtype=np.float64)
         if ranges.ndim != 1 or len(ranges) < 2:
             raise ScanError(f"ranges: got shape {ranges.shape}, expected at least 2 beams in one row")
-        if not np.isfinite([self.stamp, self.angle_min, self.angle_increment]).all() or self.angle_increment == 0.0:
+        if not all(map(isfinite, (self.stamp, self.angle_min, self.angle_increment))) or self.angle_increment == 0.0:
             raise ScanError(
                 f"angles: got angle_min {self.angle_min}, angle_increment {self.angle_increment}, "
                 "expected finite numbers and a step other than 0"
@@ -48,13 +71,10 @@ class Scan:
                 f"limits: got range_min {self.range_min}, range_max {self.range_max}, "
                 "expected 0 <= range_min < range_max"
             )
-        finite = ranges[np.isfinite(ranges)]
-        if (finite < 0.0).any():
-            raise ScanError(f"ranges: got {finite.min()}, expected no negative range")
-        # REP-117: what a device reports outside its limits is not a measurement of a distance
-        ranges[np.isfinite(ranges) & (ranges < self.range_min)] = -np.inf
-        ranges[np.isfinite(ranges) & (ranges > self.range_max)] = np.inf
-        if np.isnan(ranges).all():
+        smallest, measured = _apply_limits(ranges, self.range_min, self.range_max)
+        if smallest < 0.0:
+            raise ScanError(f"ranges: got {smallest}, expected no negative range")
+        if measured == 0:
             raise ScanError(f"ranges: all {len(ranges)} are NaN, expected at least one measurement")
         ranges.flags.writeable = False
         object.__setattr__(self, "ranges", ranges)

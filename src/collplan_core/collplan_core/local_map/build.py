@@ -63,6 +63,6 @@ def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMappin
     predicted[:, :2] += center
     return LocalMap(
         stamp=scan.stamp, position=center, radius=radius, half_side=mapping.half_side, reach=reach,
-        points=ends + center, surface=surface, normals=normals, segments=segments + np.tile(center, 2),
+        points=ends + center, surface=surface, normals=normals, segments=segments + np.concatenate([center, center]),
         frontier_kind=kind, frontier_number=number, lit=lit >= 0, predicted=predicted,
     )  # fmt: skip

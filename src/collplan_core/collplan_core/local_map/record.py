@@ -1,6 +1,7 @@
 """The sliding local map M as one record."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -52,7 +53,7 @@ class LocalMap:
     lit: np.ndarray
     predicted: np.ndarray
 
-    @property
+    @cached_property
     def ends(self) -> np.ndarray:
         """(n, 2) the border of F relative to `position` [m]."""
         return self.points - self.position
