@@ -6,7 +6,6 @@ so nothing tunnels and nothing has to be pushed back out.
 """
 
 from collections.abc import Iterator
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -91,9 +90,8 @@ def _room(world: World, radius: float) -> tuple[float, float, float, float]:
 
 def _chains(circles: np.ndarray) -> list[int]:
     """A number for each circle, the same for those that touch: a wall made of circles is one surface."""
-    chain = list(range(len(circles)))
-    for i, j in combinations(chain[:], 2):
-        (xi, yi, ri), (xj, yj, rj) = circles[i], circles[j]
-        if np.hypot(xi - xj, yi - yj) <= ri + rj + TOUCHING:
-            chain = [chain[i] if c == chain[j] else c for c in chain]
-    return chain
+    chain = np.arange(len(circles))
+    for i, (x, y, r) in enumerate(circles):
+        touching = np.hypot(circles[:, 0] - x, circles[:, 1] - y) <= circles[:, 2] + r + TOUCHING
+        chain[np.isin(chain, chain[touching])] = chain[i]
+    return chain.tolist()
