@@ -33,15 +33,23 @@ def _tally(causes: list[str]) -> dict[str, Any]:
 
 
 def _cause(state: Logged) -> str:
-    """agrees, or which pruning alone already moves the aim."""
+    """agrees, or which pruning alone already moves the aim, and whether it dropped the aim or reweighed what is left.
+
+    Costs are normalised over the candidates compared, so that fewer candidates can order the same ones differently.
+    """
     whole = cycle(state, settings_for(state.strategy, pruned=False)).aim
     if _near(whole, state.plan.aim):
         return "agrees"
+    left = np.hypot(*(state.plan.candidates.positions - whole).T).min()
+    return f"{_pruning_that_moves(state, whole)}, aim {'still compared' if left < 1e-9 else 'dropped'}"
+
+
+def _pruning_that_moves(state: Logged, whole: np.ndarray) -> str:
     by_position = not _near(whole, cycle(state, _only(state.strategy, position_pruning=True)).aim)
     by_velocity = not _near(whole, cycle(state, _only(state.strategy, velocity_pruning=True)).aim)
     if by_position and by_velocity:
-        return "either"
-    return "position_pruning" if by_position else "velocity_pruning" if by_velocity else "both_together"
+        return "either pruning"
+    return "position pruning" if by_position else "velocity pruning" if by_velocity else "both together"
 
 
 def _only(strategy: str, **pruning: bool) -> Settings:

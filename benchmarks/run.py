@@ -71,7 +71,7 @@ def beside_peers(states: list[Logged], rounds: int) -> tuple[dict[str, Any], dic
     """Every comparison by name, and the reason for each peer that had to be skipped."""
     corridor = load_world("corridor")
     inside = thinned([state for state in states if state.world.name == corridor.name], 200)
-    choosing = thinned([state for state in states if state.chooses], 20)
+    choosing = thinned([state for state in states if state.chooses], 60)
     comparisons: dict[str, dict[str, Callable[[Peer], dict[str, Any]]]] = {
         "ir-sim": {
             "scan_vs_irsim": lambda peer: beside_irsim_scan(peer, corridor, inside, rounds),
