@@ -72,6 +72,7 @@ def star_map(reach, surface=None, normals=None, segments=(), predicted=(), posit
         points=position + reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1),
         surface=np.full(n, BORDER) if surface is None else np.asarray(surface),
         normals=np.zeros((n, 2)) if normals is None else np.asarray(normals, dtype=float),
+        shadow=np.zeros(n, bool),
         segments=segments,
         frontier_kind=np.full(len(segments), BORDER_RUN),
         frontier_number=np.arange(len(segments)),

@@ -205,7 +205,8 @@ def test_by_hand_an_approach_through_an_observed_boundary_crosses_it(steps):
     local_map, r = wall_ahead(steps), rotation(np.radians(steps))
 
     def crosses(velocity, aim, position=(0.0, 0.0)) -> bool:
-        return crosses_boundary(local_map.ends, local_map.surface, *(r @ position), *(r @ velocity), *(r @ aim), 1.2)
+        f = local_map.ends, local_map.surface, local_map.shadow
+        return crosses_boundary(*f, *(r @ position), *(r @ velocity), *(r @ aim), 1.2)
 
     assert not crosses([0.0, 0.0], [0.0, 0.45])  # beside the wall
     assert crosses([0.0, 0.0], [0.5, 0.1])  # behind it

@@ -48,6 +48,18 @@ def test_a_reference_that_stays_in_f_or_leaves_it_through_a_frontier_has_no_cont
     assert find_contact(line((0, 0), (-0.8, 0.1)), local_map) is None
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_reference_into_the_shadow_of_a_pillar_has_no_contact(side):
+    """Both ends of that shadow edge are observed boundaries: the pillar and the wall behind it."""
+    local_map = map_of(world_of([box(0.2, -0.05, 0.3, 0.05), box(0.5, -3.0, 0.6, 3.0)]))
+    into_shadow = line((0, 0), (0.1, 0.25 * side), (0.4, 0.25 * side))
+    assert local_map.contains(into_shadow[:40]).all()
+    assert not local_map.contains(into_shadow[-1:])[0]
+    assert find_contact(into_shadow, local_map) is None
+    onto_pillar = find_contact(line((0, 0), (0.2, 0.02 * side)), local_map)
+    np.testing.assert_allclose(onto_pillar.normal, [-1.0, 0.0], atol=1e-9)
+
+
 @pytest.mark.parametrize("turn", np.radians([0.0, 33.0, 90.0, 200.0]))
 @pytest.mark.parametrize("slope", np.radians([-80.0, -50.0, -40.0, 0.0, 40.0, 50.0, 80.0]))
 def test_by_hand_flat_contacts_follow_the_boundary_and_square_ones_flow_through(slope, turn):

@@ -7,7 +7,7 @@ import numpy as np
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
 from collplan_core.jit import njit
-from collplan_core.local_map.free_space import inside, sector
+from collplan_core.local_map.free_space import boundary_at, inside, sector
 from collplan_core.local_map.record import LocalMap
 
 
@@ -33,12 +33,11 @@ class ContactPoint:
 
 
 @njit
-def _first_exit(ends: np.ndarray, surface: np.ndarray, path: np.ndarray) -> tuple[int, float, int]:
+def _first_exit(ends: np.ndarray, surface: np.ndarray, shadow: np.ndarray, path: np.ndarray) -> tuple[int, float, int]:
     """Sample at which the path leaves F through a boundary (-1: never), share of the last step, direction met.
 
     The path is relative to the centre of F.
     """
-    n = len(ends)
     for i in range(1, len(path)):
         if inside(ends, path[i, 0], path[i, 1]):
             continue
@@ -53,17 +52,16 @@ def _first_exit(ends: np.ndarray, surface: np.ndarray, path: np.ndarray) -> tupl
                 high = middle
         x = path[i - 1, 0] + high * (path[i, 0] - path[i - 1, 0])
         y = path[i - 1, 1] + high * (path[i, 1] - path[i - 1, 1])
-        k = sector(x, y, n)
-        if surface[k] < 0:
-            k = (k + 1) % n
-        observed = surface[k] >= 0 and (surface[k] == surface[k - 1] or surface[k] == surface[(k + 1) % n])
-        return (i, high, k) if observed else (-1, 0.0, -1)
+        k = boundary_at(surface, shadow, sector(x, y, len(ends)))
+        return (i, high, k) if k >= 0 else (-1, 0.0, -1)
     return -1, 0.0, -1
 
 
 def find_contact(path: np.ndarray, local_map: LocalMap) -> ContactPoint | None:
     """p_c of a reference (n, 2), or None where it stays in F or leaves it through a frontier."""
-    index, share, k = _first_exit(local_map.ends, local_map.surface, path - local_map.position)
+    index, share, k = _first_exit(
+        local_map.ends, local_map.surface, local_map.shadow, path - local_map.position
+    )
     if index < 0:
         return None
     step = path[index] - path[index - 1]

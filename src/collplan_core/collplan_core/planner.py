@@ -61,9 +61,9 @@ def _space(segments: np.ndarray, number: np.ndarray, ends: np.ndarray, goal: np.
 
 @njit
 def _position_risks(positions: np.ndarray, piece: np.ndarray, lit: np.ndarray, current: np.ndarray,
-                    velocity: np.ndarray, reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, far: float,
-                    gap_weight: float, widest: float, max_speed: float, printed_gap: bool,
-                    printed_approach: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+                    velocity: np.ndarray, reach: np.ndarray, ends: np.ndarray, surface: np.ndarray,
+                    shadow: np.ndarray, far: float, gap_weight: float, widest: float, max_speed: float,
+                    printed_gap: bool, printed_approach: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """The parts of J_risk that depend on the position alone: J_risk,g and the approach. Paper: Alg. 2."""
     n = len(positions)
     gap, approach = np.zeros(n), np.zeros(n)
@@ -75,7 +75,7 @@ def _position_risks(positions: np.ndarray, piece: np.ndarray, lit: np.ndarray, c
         )
         if not printed_approach:
             approach[i] = crosses_boundary(
-                ends, surface, current[0], current[1], velocity[0], velocity[1], x, y, max_speed
+                ends, surface, shadow, current[0], current[1], velocity[0], velocity[1], x, y, max_speed
             )
     return gap, approach
 
@@ -114,7 +114,7 @@ def _aim_at_frontiers(
         p.turn_threshold, p.turn_penalty, p.turn_angle == "printed", p.position_cost == "printed",
     )  # fmt: skip
     gap, approach = _position_risks(
-        positions, piece, lit, current, state.velocity, local_map.reach, ends, local_map.surface,
+        positions, piece, lit, current, state.velocity, local_map.reach, ends, local_map.surface, local_map.shadow,
         settings.local_map.sight_share * local_map.half_side, p.gap_weight, p.widest_gap, settings.robot.max_speed,
         p.gap_risk == "printed", p.approach_risk == "printed",
     )  # fmt: skip

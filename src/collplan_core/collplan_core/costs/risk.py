@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.local_map.free_space import inside, sector
+from collplan_core.local_map.free_space import boundary_at, inside, sector
 from collplan_core.local_map.sight import sight_angle
 
 
@@ -63,8 +63,8 @@ def gap_risk(reach: np.ndarray, x: float, y: float, from_robot: float, clockwise
 
 
 @njit
-def crosses_boundary(ends: np.ndarray, surface: np.ndarray, px: float, py: float, vx: float, vy: float,
-                     sx: float, sy: float, max_speed: float) -> bool:  # fmt: skip
+def crosses_boundary(ends: np.ndarray, surface: np.ndarray, shadow: np.ndarray, px: float, py: float,
+                     vx: float, vy: float, sx: float, sy: float, max_speed: float) -> bool:  # fmt: skip
     """Whether the approach leaves F through an observed boundary.
 
     The approach is the cubic from p with velocity v to p_s, reached straight at v_max; handles at most 0.4 chord.
@@ -84,5 +84,5 @@ def crosses_boundary(ends: np.ndarray, surface: np.ndarray, px: float, py: float
         w0, w1, w2, w3 = (1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3
         x, y = w0 * px + w1 * ax + w2 * bx + w3 * sx, w0 * py + w1 * ay + w2 * by + w3 * sy
         if not inside(ends, x, y):
-            return bool(surface[sector(x, y, len(ends))] >= 0)
+            return boundary_at(surface, shadow, sector(x, y, len(ends))) >= 0
     return False

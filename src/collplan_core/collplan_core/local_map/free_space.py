@@ -202,6 +202,15 @@ def sector(x: float, y: float, n: int) -> int:
 
 
 @njit
+def boundary_at(surface: np.ndarray, shadow: np.ndarray, k: int) -> int:
+    """A direction of sector k whose observed boundary ends F there, -1 where F ends at a frontier or at the unseen."""
+    j = (k + 1) % len(surface)
+    if shadow[k] or (surface[k] < 0 and surface[j] < 0):
+        return -1
+    return k if surface[k] >= 0 else j
+
+
+@njit
 def inside(ends: np.ndarray, x: float, y: float) -> bool:
     """Whether a point relative to the centre lies in the star polygon: search the sector, one cross product."""
     n = len(ends)

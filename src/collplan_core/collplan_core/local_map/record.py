@@ -32,6 +32,7 @@ class LocalMap:
         points: (n, 2) the border of F, counter-clockwise [m].
         surface: (n,) what ends each direction: number of an observed surface, -1 map border, -2 unseen.
         normals: (n, 2) unit normal out of the observed surface; zero elsewhere.
+        shadow: (n,) whether the border of F from direction k to k + 1 is a shadow edge.
         segments: (m, 4) straight frontier segments x0, y0, x1, y1, counter-clockwise [m].
         frontier_kind: (m,) 0 shadow edge, 1 border run.
         frontier_number: (m,) the frontier B_i a segment belongs to.
@@ -47,6 +48,7 @@ class LocalMap:
     points: np.ndarray
     surface: np.ndarray
     normals: np.ndarray
+    shadow: np.ndarray
     segments: np.ndarray
     frontier_kind: np.ndarray
     frontier_number: np.ndarray

@@ -119,8 +119,8 @@ def fit_pieces(
     start = 0
     while start < n and joined[start - 1]:
         start += 1
-    if start == n:  # one surface all around, without an end
-        start = 0
+    if start == n:  # one surface all around, without an end: begin at a corner, wherever the first beam points
+        start = np.argmax(hits[:, 0] ** 2 + hits[:, 1] ** 2)
     i = start
     while i < start + n:
         if kind[i % n] != HIT:
