@@ -113,8 +113,6 @@ def test_score_is_bounded_and_never_better_for_being_later(time, later, optimal)
     first, second = (score(True, t, optimal) for t in sorted((time, later)))
     assert 0.125 <= second <= first <= 0.5
     assert first == pytest.approx(np.clip(optimal / min(time, later), 0.125, 0.5))
-        optimal / min(time, later)
-    )
 
 
 def test_counts_of_the_data(data):
