@@ -17,7 +17,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run test soak bench lint format ws
+.PHONY: help setup run study test soak bench lint format ws
 
 help:  ## this list
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## */  make \1\t/' | expand -t 16
@@ -27,6 +27,9 @@ setup: $(COMPILED)  ## make .venv, compile the planner, make .venv-oldest for th
 
 run: $(COMPILED)  ## simulate a run to the goal, ARGS="--help" for its options
 	@.venv/bin/bringup $(ARGS)
+
+study: $(COMPILED)  ## the paper's 300 runs and what they say, simulated, ARGS="--help" for its options
+	@.venv/bin/study $(ARGS)
 
 test: $(COMPILED)  ## all tests but the long ones, then core and simulator on the oldest versions
 	$(PYTHON) -m pytest $(ARGS)

@@ -41,5 +41,5 @@ pip() {
 pip pip setuptools wheel
 # shellcheck disable=SC2086
 pip --no-build-isolation --config-settings editable_mode=compat -r requirements-dev.txt $ros \
-    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e src/omnipuck_sim
+    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e 'src/omnipuck_sim[study]'
 echo "$PWD" >"$ready"

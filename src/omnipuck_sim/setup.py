@@ -18,11 +18,16 @@ setup(
     ],
     python_requires=">=3.10",
     install_requires=["collplan-core", "collplan-ros", "omnipuck-driver", "numpy>=1.26.4", "pymunk>=7"],
-    extras_require={"test": ["pytest"]},
+    extras_require={
+        "test": ["pytest"],
+        # a robot does without
+        "study": ["dask", "defusedxml", "distributed", "pyarrow", "tqdm"],
+    },
     zip_safe=False,
     entry_points={
         "console_scripts": [
             "simulator_node = omnipuck_sim.simulator_node:main",
+            "study = omnipuck_sim.study.main:main",
         ],
     },
 )

@@ -1,0 +1,1 @@
+"""The study: a grid of simulated trials in one command, each reproducible, none lost."""

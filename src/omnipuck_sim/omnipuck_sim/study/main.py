@@ -1,0 +1,75 @@
+"""Runs a study from the command line: checks everything, runs the trials that are missing, writes the tables."""
+
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from time import perf_counter
+
+from tqdm import tqdm
+
+from omnipuck_sim.study.errors import StudyError
+from omnipuck_sim.study.grid import Grid
+from omnipuck_sim.study.options import Options, parse
+from omnipuck_sim.study.pools import Pool, open_pool
+from omnipuck_sim.study.preparation import prepare
+from omnipuck_sim.study.provenance import Provenance, ended, new_session
+from omnipuck_sim.study.runner import run_tasks
+from omnipuck_sim.study.store import RowFile
+from omnipuck_sim.study.study_folder import ROWS, make_folder, write_provenance
+from omnipuck_sim.study.tables import write_tables
+
+INCOMPLETE, REFUSED, INTERRUPTED = 1, 2, 130
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Exit code 0 when every trial has its row."""
+    try:
+        options = parse(args)
+        study = prepare(options)
+        with open_pool(options.jobs, options.dask) as pool:
+            folder = study.folder or make_folder(options.out, study.provenance, study.sources)
+            with RowFile(folder / ROWS, study.grid) as rows:
+                return _complete(options, folder, study.provenance, study.grid, rows, pool)
+    except StudyError as error:
+        print(f"study: {' '.join(str(error).split())}", file=sys.stderr)
+        return REFUSED
+
+
+def _complete(options: Options, folder: Path, provenance: Provenance, grid: Grid, rows: RowFile, pool: Pool) -> int:
+    session = new_session(options, len(rows))
+    sessions = provenance["sessions"]
+    write_provenance(folder, {**provenance, "sessions": [*sessions, session]})
+    begun = perf_counter()
+    try:
+        _run_missing(grid, rows, pool)
+    except (BrokenProcessPool, OSError) as error:
+        return _stopped(INCOMPLETE, f"{type(error).__name__}: {error}", folder)
+    except KeyboardInterrupt:
+        return _stopped(INTERRUPTED, "interrupted", folder)
+    session = ended(session, len(rows) - session["done_before"], perf_counter() - begun)
+    write_provenance(folder, {**provenance, "sessions": [*sessions, session]})
+    write_tables(folder, grid, rows)
+    _print_outcomes(folder, rows)
+    return 0
+
+
+def _run_missing(grid: Grid, rows: RowFile, pool: Pool) -> None:
+    executor, workers = pool
+    missing = (task for task in grid if task.index not in rows)
+    with tqdm(total=len(grid), initial=len(rows), unit="trial", mininterval=0.5) as bar:
+        for records in run_tasks(missing, executor, workers):
+            rows.append(records)
+            bar.update(len(records))
+
+
+def _stopped(code: int, why: str, folder: Path) -> int:
+    print(f"study: {' '.join(why.split())}; complete it with: study --resume {folder}", file=sys.stderr)
+    return code
+
+
+def _print_outcomes(folder: Path, rows: RowFile) -> None:
+    outcomes = Counter(record["row"]["outcome"] for record in rows)
+    counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
+    print(f"{folder}: {len(rows)} trials (simulated): {counts}")

@@ -1,0 +1,66 @@
+"""Everything that must hold before the first trial."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from collplan_core.parameter import ParameterError
+from collplan_core.worlds import WorldError
+from omnipuck_sim.study.errors import StudyError
+from omnipuck_sim.study.grid import NO_ABLATION, Grid, make_grid
+from omnipuck_sim.study.options import Options
+from omnipuck_sim.study.provenance import Provenance, check_code, new_provenance
+from omnipuck_sim.study.question import Question, question_from
+from omnipuck_sim.study.sources import Source, load_sources
+from omnipuck_sim.study.study_folder import check_new, read_provenance, read_sources
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What to run and what is known of it; `folder` is None where none was made yet."""
+
+    grid: Grid
+    sources: tuple[Source, ...]
+    provenance: Provenance
+    folder: Path | None
+
+
+def prepare(options: Options) -> Study:
+    """The study asked for, or the one to go on with. Writes nothing.
+
+    Raises:
+        StudyError: it cannot be run; the message says why in one line.
+    """
+    try:
+        return _new(options) if options.resume is None else _begun(options, options.resume)
+    except (WorldError, ParameterError) as error:
+        raise StudyError(str(error)) from None
+
+
+def _new(options: Options) -> Study:
+    question = options.question()
+    check_new(options.out)
+    sources = load_sources(question.worlds, question.start, question.goal, question.barn_scale)
+    ablations = _ablations(question)
+    grid = make_grid(question, sources, ablations)
+    return Study(grid, sources, new_provenance(question, sources, ablations, len(grid)), None)
+
+
+def _begun(options: Options, folder: Path) -> Study:
+    provenance = read_provenance(folder)
+    question = options.question(_question_of(provenance, folder))
+    check_code(provenance, folder)
+    sources = read_sources(folder, provenance)
+    return Study(make_grid(question, sources, provenance["ablations"]), sources, provenance, folder)
+
+
+def _question_of(provenance: Provenance, folder: Path) -> Question:
+    try:
+        return question_from(provenance["question"])
+    except (TypeError, AttributeError):
+        raise StudyError(f"{folder}: its question cannot be read, expected what a study wrote") from None
+
+
+def _ablations(question: Question) -> Mapping[str, Mapping[str, Any]]:
+    return NO_ABLATION

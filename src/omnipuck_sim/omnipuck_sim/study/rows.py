@@ -1,0 +1,86 @@
+"""What is kept of a trial: its row of the table and its path."""
+
+from typing import Any
+
+import numpy as np
+
+from collplan_core.command import MANEUVERS
+from omnipuck_sim.study.columns import blank
+from omnipuck_sim.trial import TrialResult
+
+ERROR = "error"
+DELIBERATE_SPEED = 0.2
+"""A foreseen impact at more than this into the wall is deliberate [m/s]."""
+PATH_RATE = 20.0
+"""Points of a path per second [Hz]."""
+PATH_UNIT = 1e-4
+"""Paths are kept in whole multiples of this [m]."""
+
+Path = dict[str, list[int]]
+NO_PATH: Path = {"t_ms": [], "x": [], "y": []}
+
+
+def measures(result: TrialResult, wall_time: float) -> dict[str, Any]:
+    """The measured columns of a trial that took `wall_time` [s]; None where there is nothing to measure."""
+    times = 1e3 * result.plan_times
+    return {
+        "outcome": result.outcome,
+        "arrival_time_s": result.arrival_time,
+        "path_length_m": result.path_length,
+        **_impacts(result),
+        "mean_speed": _mean_speed(result),
+        "plans": len(result.plans),
+        "candidates_mean": _mean(result.candidates),
+        "candidates_before_pruning_mean": _mean(result.candidates_before_pruning),
+        **_shares(result.maneuvers),
+        "plan_time_ms_p50": float(np.percentile(times, 50)) if len(times) else None,
+        "plan_time_ms_p99": float(np.percentile(times, 99)) if len(times) else None,
+        "wall_time_s": wall_time,
+        "error": "",
+    }
+
+
+def error_measures(error: Exception) -> dict[str, Any]:
+    """The measured columns of a trial that raised."""
+    message = " ".join(f"{type(error).__name__}: {error}".split())
+    return {**blank(), "outcome": ERROR, "error": message}
+
+
+def sampled_path(trajectory: np.ndarray) -> Path:
+    """Time [ms] and place [PATH_UNIT] at PATH_RATE, and at the end, of a trajectory (m, 5) t, x, y, vx, vy."""
+    if len(trajectory) == 0:
+        return NO_PATH
+    times = trajectory[:, 0]
+    first, last = times[[0, -1]]
+    # half a millisecond early: sums of decimal times must not decide
+    wanted = np.arange(first, last, 1.0 / PATH_RATE) - 5e-4
+    rows = trajectory[np.unique(np.append(np.searchsorted(times, wanted), len(times) - 1))]
+    scaled = np.rint(rows[:, :3] / [1e-3, PATH_UNIT, PATH_UNIT]).astype(int)
+    return dict(zip(NO_PATH, scaled.T.tolist(), strict=True))
+
+
+def _impacts(result: TrialResult) -> dict[str, Any]:
+    into = np.array([-(impact.velocity_before @ impact.normal) for impact in result.impacts])
+    foreseen = result.foreseen
+    return {
+        "impacts": len(into),
+        "deliberate_impacts": int((foreseen & (into > DELIBERATE_SPEED)).sum()),
+        "unforeseen_impacts": int((~foreseen).sum()),
+        "max_impact_speed": float(into.max(initial=0.0)),
+    }
+
+
+def _mean_speed(result: TrialResult) -> float | None:
+    trajectory = result.trajectory
+    if len(trajectory) == 0 or trajectory[-1, 0] <= 0.0:
+        return None
+    return float(result.path_length / trajectory[-1, 0])
+
+
+def _mean(counts: np.ndarray) -> float | None:
+    return float(counts.mean()) if len(counts) else None
+
+
+def _shares(periods: dict[str, int]) -> dict[str, float | None]:
+    total = sum(periods.values())
+    return {f"share_{maneuver}": periods.get(maneuver, 0) / total if total else None for maneuver in MANEUVERS}

@@ -1,0 +1,29 @@
+"""Hands the trials to an executor, a bounded number at a time."""
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from itertools import islice
+
+from omnipuck_sim.study.grid import Task
+from omnipuck_sim.study.worker import Record, run_batch
+
+BATCH = 4
+"""Trials sent at once: some tenths of a second of work, and what one write to the disk keeps."""
+QUEUED = 2
+"""Batches that wait for each worker."""
+
+
+def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterator[list[Record]]:
+    """The records of each batch as it comes, in no order. Memory does not grow with the number of tasks."""
+    left = iter(tasks)
+    batches = iter(lambda: tuple(islice(left, BATCH)), ())
+    pending = {executor.submit(run_batch, batch) for batch in islice(batches, QUEUED * workers)}
+    while pending:
+        done, pending = wait(pending, return_when=FIRST_COMPLETED)
+        for future in done:
+            yield future.result()
+        pending |= _submitted(executor, islice(batches, len(done)))
+
+
+def _submitted(executor: Executor, batches: Iterable[tuple[Task, ...]]) -> set[Future[list[Record]]]:
+    return {executor.submit(run_batch, batch) for batch in batches}
