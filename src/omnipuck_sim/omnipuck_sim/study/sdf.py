@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from collplan_core.worlds import World, WorldError
-from omnipuck_sim.study.xml_file import attributes, line_of, read_xml
+from omnipuck_sim.study.xml_file import GZIP, attributes, line_of, read_xml
 
 MARGIN = 1.0
 """The bounds lie so far around obstacles, start and goal [m]; they are no walls."""
@@ -25,6 +25,17 @@ HARMLESS_MODELS = ("model://ground_plane", "model://sun")
 
 _UPRIGHT = 1e-4
 """What the third direction cosine of an upright shape may lack of 1: 0.8 degrees."""
+
+
+def is_sdf(path: Path) -> bool:
+    """Whether a world of this name is in SDF: it is called so, or the file is compressed or begins as XML does."""
+    if {".sdf", ".world"} & set(path.suffixes):
+        return True
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        begin = file.read(64)
+    return begin.startswith(GZIP) or begin.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
 
 
 def load_sdf(path: Path, start: np.ndarray, goal: np.ndarray, scale: float = 1.0) -> World:

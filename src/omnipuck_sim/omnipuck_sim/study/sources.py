@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -59,29 +58,22 @@ def load_sources(texts: Sequence[str], start: Point, goal: Point, barn_scale: fl
 def _sources_of(text: str, start: Point, goal: Point, barn_scale: float) -> Iterator[Source]:
     family, colon, rest = text.partition(":")
     if colon and family == BARN:
-        yield from _barn_sources(text, Path(rest), start or goal, barn_scale)
+        yield from _barn_sources(text, rest, start or goal, barn_scale)
     elif is_sdf(Path(text)):
         yield _sdf_source(text, start, goal)
     elif family in FAMILIES:
         for seed in _seeds(text, rest):
             yield Source(_moved(load_world(f"{family}:{seed}"), start, goal), family)
-    elif text.removesuffix(".gz").endswith((".sdf", ".world")):
-        world = _sdf_world(Path(text), start, goal)
-        yield Source(world, world.name)
     else:
         world = _moved(load_world(text), start, goal)
         yield Source(world, world.name)
 
 
-def _sdf_world(path: Path, start: Point, goal: Point) -> World:
-    from omnipuck_sim.study.sdf import load_sdf
-
-    if start is None or goal is None:
-        raise StudyError(f"{path}: an SDF file has no start and goal, expected --start X Y and --goal X Y")
-    return load_sdf(path, np.array(start), np.array(goal))
-
-
-def _barn_sources(text: str, folder: Path, moved: Point, scale: float) -> Iterator[Source]:
+def _barn_sources(text: str, rest: str, moved: Point, scale: float) -> Iterator[Source]:
+    # shells expand ~ at the beginning of a word alone
+    folder = Path(rest).expanduser()
+    if not rest:
+        raise StudyError(f"{text}: names no folder, expected {BARN}:DIR")
     if moved:
         raise StudyError(f"{text}: has a start and a goal of its own, leave out --start and --goal")
     lengths = optimal_lengths(folder, scale)

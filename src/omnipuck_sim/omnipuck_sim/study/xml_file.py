@@ -20,7 +20,8 @@ DEEPEST = 100
 
 # no name of an attribute holds a space
 _LINE = "line number"
-_GZIP = b"\x1f\x8b"
+GZIP = b"\x1f\x8b"
+"""How a compressed file begins."""
 
 
 def read_xml(path: Path) -> Element:
@@ -106,7 +107,7 @@ def _content(path: Path) -> bytes:
     try:
         with path.open("rb") as file:
             content = _bounded(path, file)
-        if content[:2] != _GZIP:
+        if content[:2] != GZIP:
             return content
         with gzip.open(path) as file:
             return _bounded(path, file, " unpacked")
