@@ -12,7 +12,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from collplan_core.command import Command
 from collplan_core.plan import Candidates, Contacts, Plan
-from collplan_core.pose_filter import PoseError, PoseSample
+from collplan_core.pose_filter import PoseSample
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
 from collplan_ros import conversions as c
@@ -66,22 +66,6 @@ def test_quaternion_that_is_none(xyzw):
 
 
 # ---- poses
-
-
-@given(stamps, points, yaws)
-@FEW
-def test_pose(stamp, position, yaw):
-    sample = c.pose_from_message(sent(c.pose_to_message(PoseSample(stamp, position, yaw), "map")), "map")
-    assert sample.stamp == stamp
-    np.testing.assert_array_equal(sample.position, position)
-    assert sample.yaw == pytest.approx(yaw, abs=1e-12)
-
-
-def test_pose_in_another_frame():
-    message = c.pose_to_message(PoseSample(0.0, np.zeros(2), 0.0), "odom")
-    with pytest.raises(PoseError, match="'odom', expected 'map'") as error:
-        c.pose_from_message(message, "map")
-    assert error.value.reason == "frame"
 
 
 @given(stamps, points, points, yaws)

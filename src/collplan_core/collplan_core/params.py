@@ -145,6 +145,17 @@ class Mocap(Parameters):
     relocation_time: float = parameter(0.5, "Poses that agree for so long after a leap are accepted as a relocation", unit="s", low=0.1, high=10.0, live=True)
     quaternion_tolerance: float = parameter(0.01, "Largest deviation of a quaternion's norm from 1", low=1e-6, high=0.5, live=True)
     publish_tf: bool = parameter(False, "Broadcast map to base_link, where tf2_ros is installed")
+    format: str = parameter("pose", "Messages of the motion capture's receiver", choices=("pose", "pose_with_covariance", "odometry", "transform", "tf", "named_poses", "rigid_bodies", "vicon"))
+    topic: str = parameter("mocap/pose", "Topic of these messages")
+    reliability: str = parameter("best_effort", "How they are listened to; best_effort hears reliable ones too", choices=("best_effort", "reliable"))
+    subject: str = parameter("", "Name of the robot's body where a message holds several; empty takes any where it holds one")
+    frame: str = parameter("", "header.frame_id of the messages; empty for frames.map. Its axes become those of frames.map")
+    units: str = parameter("m", "Unit of measured positions", choices=("m", "mm"))
+    up_axis: str = parameter("z", "Axis that points up; y-up coordinates x, y, z become x, -z, y", choices=("z", "y"))
+    body_offset_x: float = parameter(0.0, "The measured body's origin seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0, live=True)
+    body_offset_y: float = parameter(0.0, "The same: to the left", unit="m", low=-1.0, high=1.0, live=True)
+    body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi, live=True)
+    accept_frozen: bool = parameter(False, "Take a pose that repeats the last one to the last bit; true for a simulation without noise", live=True)
 
 
 @dataclass(frozen=True)
@@ -180,6 +191,9 @@ class Simulation(Parameters):
     mocap_noise: float = parameter(0.002, "Position noise of a mocap pose, standard deviation by axis, at level 1", unit="m", low=0.0, high=0.1)
     start_noise: float = parameter(0.01, "Spread of the start, standard deviation by axis, at level 1", unit="m", low=0.0, high=0.1)
     mocap_rate: float = parameter(100.0, "Mocap poses per second", unit="Hz", low=10.0, high=400.0)
+    marker_offset_x: float = parameter(0.0, "Where the measured body's origin is on the robot: forward", unit="m", low=-1.0, high=1.0)
+    marker_offset_y: float = parameter(0.0, "The same: to the left", unit="m", low=-1.0, high=1.0)
+    marker_offset_yaw: float = parameter(0.0, "How the measured body is turned on the robot", unit="rad", low=-pi, high=pi)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """The project's records as ROS messages and back: the only place where message fields are filled and read.
 
+But for the poses of a motion capture, which `mocap_formats` reads.
+
 Every field is cast to Python's own float, int or str: rclpy does not check fields by default, and then sends stray
 numbers for an int or a numpy scalar in a float field.
 """
@@ -16,7 +18,7 @@ from std_msgs.msg import Header
 
 from collplan_core.command import Command
 from collplan_core.plan import Candidates, Contacts, Plan
-from collplan_core.pose_filter import PoseError, PoseSample, check_pose_fields
+from collplan_core.pose_filter import PoseSample
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
 
@@ -90,25 +92,6 @@ def pose_to_message(sample: PoseSample, frame: str) -> PoseStamped:
     message.pose.position.x, message.pose.position.y = (float(v) for v in sample.position)
     message.pose.orientation = quaternion_from_yaw(float(sample.yaw))
     return message
-
-
-def pose_from_message(
-    message: PoseStamped, frame: str, quaternion_tolerance: float = QUATERNION_TOLERANCE
-) -> PoseSample:
-    """A measured pose, not yet filtered.
-
-    Raises:
-        PoseError: another frame, not finite, all zeros, or not a unit quaternion; `reason` names the kind.
-    """
-    if message.header.frame_id != frame:
-        raise PoseError("frame", f"header.frame_id: got {message.header.frame_id!r}, expected {frame!r}")
-    p, q = message.pose.position, message.pose.orientation
-    return check_pose_fields(
-        seconds_from_stamp(message.header.stamp),
-        (float(p.x), float(p.y), float(p.z)),
-        (float(q.x), float(q.y), float(q.z), float(q.w)),
-        quaternion_tolerance,
-    )
 
 
 def goal_to_message(goal: np.ndarray, frame: str, stamp: float = 0.0) -> PoseStamped:

@@ -198,7 +198,9 @@ class Graph:
         return f"{silent} not ready within {READY_PATIENCE:g} s: nothing on /diagnostics; {described()}"
 
     def _no_pose(self) -> str:
-        return f"{self._missing('mocap/odom', 'reliable')}, made from {self._name('mocap/pose')} (best effort)"
+        mocap = self._preparation.settings.mocap
+        source = f"{self._name(mocap.topic)} ({mocap.reliability.replace('_', ' ')})"
+        return f"{self._missing('mocap/odom', 'reliable')}, made from {source}"
 
     def _no_planner(self) -> str:
         goal, status = self._name("goal_pose"), self._name("goal_status")

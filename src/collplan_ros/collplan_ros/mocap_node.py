@@ -3,19 +3,21 @@
 from collections import Counter
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from geometry_msgs.msg import Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
+from collplan_core.marker_body import MeasuredPose, robot_pose
 from collplan_core.params import Frames, Limits, Mocap, Robot, Settings
-from collplan_core.pose_filter import FRESH, FilterResult, PoseError, filter_pose, warm_up
+from collplan_core.pose_filter import FRESH, FilterResult, PoseError, PoseSample, filter_pose, warm_up
 from collplan_core.state import State
 from collplan_ros.clock import PosesClock, described_age, local_clock, seconds
-from collplan_ros.conversions import impact_to_message, pose_from_message, state_to_odometry
+from collplan_ros.conversions import impact_to_message, state_to_odometry
 from collplan_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.frame_broadcast import frame_broadcast
+from collplan_ros.mocap_formats import FORMATS, message_type
 from collplan_ros.node_parameters import declare, on_change, read_settings
-from collplan_ros.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
+from collplan_ros.qos import EVENT, POSE_LISTENED, POSE_PUBLISHED
 from collplan_ros.run_node import run_node
 
 GROUPS = (Robot, Mocap, Limits, Frames)
@@ -30,6 +32,8 @@ class MocapNode(Node):
         self._settings = read_settings(self, *GROUPS)
         on_change(self, self._change, *GROUPS)
         self._memory = FRESH
+        self._newest: MeasuredPose | None = None
+        self._repeats = 0
         self._counts: Counter[str] = Counter()
         self._reported = 0
         self._last_refusal = ""
@@ -38,21 +42,38 @@ class MocapNode(Node):
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
         self._odometry = self.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
         self._impact = self.create_publisher(Vector3Stamped, "impact", EVENT)
-        self.create_subscription(PoseStamped, "mocap/pose", self._take_pose, POSE_SUBSCRIBED)
+        mocap = self._settings.mocap
+        self._read = FORMATS[mocap.format].read
+        self.create_subscription(message_type(mocap), mocap.topic, self._take, POSE_LISTENED[mocap.reliability])
         warm_up()
         self._diagnostics = Diagnostics(self, self._health)
 
     def _change(self, settings: Settings) -> None:
         self._settings = settings
 
-    def _take_pose(self, message: PoseStamped) -> None:
-        mocap, frames = self._settings.mocap, self._settings.frames
+    def _take(self, message: Any) -> None:
         self._counts["received"] += 1
         try:
-            sample = pose_from_message(message, frames.map, mocap.quaternion_tolerance)
+            measured = self._read(message, self._settings.mocap.subject)
+            if measured is not None:
+                self._take_measured(measured)
         except PoseError as error:
             self._count_refused(error.reason, str(error))
+
+    def _take_measured(self, measured: MeasuredPose) -> None:
+        mocap, expected = self._settings.mocap, self._settings.mocap.frame or self._settings.frames.map
+        if measured.frame not in (None, expected):
+            raise PoseError("frame", f"header.frame_id: got {measured.frame!r}, expected {expected!r}")
+        sample = robot_pose(measured, seconds(self.get_clock()), mocap)
+        # not one in a million by noise: the body is lost and its last pose held, or a receiver faster than its cameras
+        self._repeats = self._repeats + 1 if measured.repeats(self._newest) else 0
+        self._newest = measured
+        if self._repeats and not mocap.accept_frozen:
+            self._counts["repeated"] += 1
             return
+        self._take_sample(sample)
+
+    def _take_sample(self, sample: PoseSample) -> None:
         received = seconds(self._local)
         result, self._memory = filter_pose(self._memory, sample, received, self._settings)
         if result.refused:
@@ -90,9 +111,14 @@ class MocapNode(Node):
         if new:
             return Health(WARN, f"{new} poses refused, the last for {self._last_refusal}", values)
         if age > self._settings.limits.pose_age:
-            topic = self.resolve_topic_name("mocap/pose")
-            return Health(ERROR, f"no pose on {topic} {described_age(age)}", values)
+            return Health(ERROR, f"{self._missing()} {described_age(age)}", values)
         return Health(OK, "poses come in", values)
+
+    def _missing(self) -> str:
+        topic = self.resolve_topic_name(self._settings.mocap.topic)
+        if self._repeats:
+            return f"nothing but the same pose on {topic} (mocap.accept_frozen: false)"
+        return f"no pose on {topic}"
 
 
 def main(args: list[str] | None = None) -> int:

@@ -38,7 +38,7 @@ def prepare(options: Options) -> Preparation:
         raise StartError(f"robot {options.robot!r}: unknown, expected one of {', '.join(sorted(ROBOTS))}")
     robot = ROBOTS[options.robot]
     try:
-        settings = _settings(options)
+        settings = _settings(options, robot.simulated)
         world = load_world(settings.simulator.world)
         goal = _checked_goal(options, world, settings)
     except (ParameterError, WorldError, OSError) as error:
@@ -60,14 +60,18 @@ def write_used_parameters(path: Path, settings: Settings) -> None:
         raise StartError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def _settings(options: Options) -> Settings:
+def _settings(options: Options, simulated: bool) -> Settings:
     values = read_parameters(options.params) if options.params else {}
     values.update(options.values())
     for key in ("lidar.world", "simulator.world"):
         # the parameters used serve another run from another folder too
         if key in values and Path(str(values[key])).is_file():
             values[key] = str(Path(str(values[key])).resolve())
-    return Settings().with_values(values)
+    settings = Settings().with_values(values)
+    if simulated and settings.simulator.noise * settings.simulator.mocap_noise == 0.0:
+        # poses of a simulated robot at rest are equal to the last bit then
+        settings = settings.with_values({"mocap.accept_frozen": values.get("mocap.accept_frozen", True)})
+    return settings
 
 
 def _checked_goal(options: Options, world: World, settings: Settings) -> np.ndarray:

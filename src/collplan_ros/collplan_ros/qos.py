@@ -15,6 +15,8 @@ def _profile(depth: int, reliable: bool = True, latched: bool = False) -> QoSPro
 # mocap/pose, mocap/odom: published reliable so that any listener matches, listened to best effort so that none is late
 POSE_PUBLISHED = _profile(10)
 POSE_SUBSCRIBED = _profile(10, reliable=False)
+POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": POSE_PUBLISHED}
+"""To a receiver of a motion capture, by mocap.reliability."""
 
 # scan
 SENSOR_DATA = _profile(5, reliable=False)

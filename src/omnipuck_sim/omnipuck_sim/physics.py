@@ -4,6 +4,7 @@ from math import floor, isfinite, pi, remainder
 
 import numpy as np
 
+from collplan_core.marker_body import with_offset
 from collplan_core.params import Settings
 from collplan_core.pose_filter import PoseSample
 from collplan_core.state import State
@@ -44,6 +45,8 @@ class Simulator:
         self._radius = settings.robot.radius
         self._obstacles = Obstacles(world, settings.robot.radius)
         self._noise = Noise(settings.simulator, seed)
+        markers = settings.simulator
+        self._marker_offset = markers.marker_offset_x, markers.marker_offset_y, markers.marker_offset_yaw
         self._ring = Ring(settings.simulator, self._noise.rebound)
         self._wheels = Wheels(settings.robot, 1.0 / self._rate)
         self._patience = settings.limits.command_age + 1.0 / settings.controller.rate
@@ -118,10 +121,11 @@ class Simulator:
         return taken
 
     def measured_pose(self) -> PoseSample:
-        """What the motion capture sees now: the truth and its noise."""
+        """What the motion capture sees now: the body of markers on the robot, and noise."""
         x, y = self._position
         noise_x, noise_y = self._noise.mocap()
-        return PoseSample(self.time, np.array([x + noise_x, y + noise_y]), self._yaw)
+        robot = PoseSample(self.time, np.array([x + noise_x, y + noise_y]), self._yaw)
+        return with_offset(robot, *self._marker_offset)
 
     def _halt(self) -> None:
         self._command = (0.0, 0.0)
