@@ -4,16 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from collplan_core.params import Settings
 from collplan_core.worlds import WorldError
-from omnipuck_sim.study.barn import barn_files, barn_rules, load_barn, optimal_lengths, optimal_time, score
+from omnipuck_sim.study.barn import barn_files, barn_rules, load_barn, optimal_lengths
 from omnipuck_sim.trial import run_trial
 from sdf_files import CYLINDER, model, write
-
-times = st.floats(0.01, 1000.0)
 
 
 @pytest.fixture
@@ -90,29 +86,6 @@ def test_paths_that_are_none(folder, content):
     (folder / "path_files" / "path_10.npy").write_bytes(content)
     with pytest.raises(WorldError, match=r"path_10\.npy: cannot be read"):
         optimal_lengths(folder)
-
-
-@pytest.mark.parametrize(
-    ("success", "time", "expected"),
-    [
-        (True, 5.0, 0.5),
-        (True, 10.0, 0.5),
-        (True, 20.0, 0.25),
-        (True, 40.0, 0.125),
-        (True, 99.0, 0.125),
-        (False, 5.0, 0),
-    ],
-)
-def test_score_by_hand(success, time, expected):
-    assert score(success, time, optimal_time(10.0)) == pytest.approx(expected)
-
-
-@settings(derandomize=True, deadline=None, max_examples=50)
-@given(time=times, later=times, optimal=times)
-def test_score_is_bounded_and_never_better_for_being_later(time, later, optimal):
-    first, second = (score(True, t, optimal) for t in sorted((time, later)))
-    assert 0.125 <= second <= first <= 0.5
-    assert first == pytest.approx(np.clip(optimal / min(time, later), 0.125, 0.5))
 
 
 def test_counts_of_the_data(data):
