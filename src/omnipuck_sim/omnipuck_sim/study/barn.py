@@ -1,6 +1,6 @@
-"""BARN, 300 cluttered worlds that others made for another robot: its files and its rules.
+"""BARN, 300 cluttered worlds that others made for another robot: its files, its rules and its published score.
 
-Perille, Truong, Xiao, Stone: Benchmarking Metric Ground Navigation (2020); the rules are in the code of the BARN
+Perille, Truong, Xiao, Stone: Benchmarking Metric Ground Navigation (2020); rules and score as in the code of the BARN
 challenge. Its robot is a Jackal, 0.51 m by 0.43 m, at 2 m/s. As they are, the worlds are wide for a smaller robot;
 scaled by its diameter over the Jackal's width they are as narrow for it as for a Jackal, and shorter too.
 """
@@ -21,6 +21,9 @@ TOLERANCE = 1.0
 """Distance to the goal that counts as arrived [m]."""
 TIMEOUT = 100.0
 """[s]"""
+
+OPTIMAL_SPEED = 2.0
+"""Speed that the shortest path is thought to be driven at; that of the Jackal [m/s]."""
 
 LENGTHS_FILE = "path_length_m.json"
 PATHS_FOLDER = "path_files"
@@ -75,6 +78,16 @@ def optimal_lengths(folder: Path, scale: float = 1.0) -> dict[str, float]:
     """
     lengths = _listed(folder / LENGTHS_FILE) if (folder / LENGTHS_FILE).is_file() else _measured(folder)
     return {f"barn:{n}": scale * lengths[n] for n in barn_files(folder) if n in lengths}
+
+
+def optimal_time(length: float) -> float:
+    """Of a shortest path's length [m], in [s]."""
+    return length / OPTIMAL_SPEED
+
+
+def score(success: bool, time: float, optimal: float) -> float:
+    """Of one run, its time and the optimal one [s]: 0 to 0.5, as the challenge publishes it."""
+    return success * optimal / min(max(time, 2.0 * optimal), 8.0 * optimal)
 
 
 def _listed(path: Path) -> dict[int, float]:
