@@ -8,7 +8,7 @@ odometry              mocap_optitrack, localisation packages
 transform             ports of vicon_bridge
 tf                    whatever broadcasts transforms
 named_poses           motion_capture_tracking
-rigid_bodies          the drivers of MOCAP4ROS2 (Vicon, OptiTrack, Qualisys)
+rigid_bodies          the drivers of MOCAP4ROS2
 vicon                 older vicon_receiver, in millimetres
 """
 

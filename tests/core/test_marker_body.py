@@ -1,0 +1,133 @@
+"""Units, axes and the offset of the markers: what is measured becomes the robot's pose."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.marker_body import MeasuredPose, robot_pose, with_offset, without_offset
+from collplan_core.params import Mocap
+from collplan_core.pose_filter import PoseError, PoseSample
+
+FEW = settings(derandomize=True, deadline=None, max_examples=40)
+metres = st.floats(-20.0, 20.0)
+short = st.floats(-1.0, 1.0)
+angles = st.floats(-math.pi, math.pi)
+turns = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1)
+
+
+def measured(position=(0.0, 0.0, 0.0), quaternion=(0.0, 0.0, 0.0, 1.0), frame="map", stamp=1.0):
+    return MeasuredPose(frame, stamp, tuple(position), tuple(quaternion))
+
+
+def about(axis, angle):
+    """x, y, z, w of a turn about a unit vector."""
+    return (*(math.sin(angle / 2) * np.array(axis)), math.cos(angle / 2))
+
+
+def matrix(quaternion):
+    x, y, z, w = np.array(quaternion) / math.hypot(*quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def same_angle(a, b, tolerance=1e-9):
+    return abs(math.remainder(a - b, math.tau)) < tolerance
+
+
+@given(metres, metres, angles, short, short, angles)
+@FEW
+def test_the_offset_goes_there_and_back(x, y, yaw, ahead, left, turned):
+    robot = PoseSample(1.0, np.array([x, y]), yaw)
+    body = with_offset(robot, ahead, left, turned)
+    again = without_offset(body, ahead, left, turned)
+    np.testing.assert_allclose(again.position, robot.position, atol=1e-12)
+    assert same_angle(again.yaw, yaw)
+    assert math.dist(body.position, robot.position) == pytest.approx(math.hypot(ahead, left))
+    assert same_angle(body.yaw - yaw, turned)
+
+
+def test_no_offset_changes_no_bit():
+    robot = PoseSample(1.0, np.array([0.1234567, -3.3]), 0.7)
+    body = with_offset(robot, 0.0, 0.0, 0.0)
+    assert (body.position.tolist(), body.yaw) == (robot.position.tolist(), robot.yaw)
+
+
+def test_an_offset_by_hand():
+    """Markers 3 cm ahead of the centre and 1 cm left of it, turned by 90 degrees; the robot looks along y."""
+    body = with_offset(PoseSample(0.0, np.array([1.0, 2.0]), math.pi / 2), 0.03, 0.01, math.pi / 2)
+    np.testing.assert_allclose(body.position, [0.99, 2.03], atol=1e-12)
+    assert same_angle(body.yaw, math.pi)
+
+
+@given(metres, metres, metres, turns)
+@FEW
+def test_y_up_to_z_up_is_a_proper_rotation(x, y, z, quaternion):
+    """The scene and the body turn together: height becomes z, lengths and handedness stay."""
+    turn = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+    unit = np.array(quaternion) / math.hypot(*quaternion)
+    y_up = robot_pose(measured((x, y, z), unit), 0.0, Mocap(up_axis="y"))
+    np.testing.assert_allclose(y_up.position, (turn @ [x, y, z])[:2])
+    rotated = turn @ matrix(unit) @ turn.T
+    if math.hypot(rotated[0, 0], rotated[1, 0]) > 1e-3:
+        assert same_angle(y_up.yaw, math.atan2(rotated[1, 0], rotated[0, 0]), 1e-6)
+
+
+@given(angles)
+@FEW
+def test_a_turn_about_the_axis_that_points_up_is_the_yaw(angle):
+    assert same_angle(robot_pose(measured(quaternion=about((0, 0, 1), angle)), 0.0, Mocap()).yaw, angle)
+    assert same_angle(robot_pose(measured(quaternion=about((0, 1, 0), angle)), 0.0, Mocap(up_axis="y")).yaw, angle)
+
+
+@given(metres, metres, angles, short, short, angles, st.sampled_from(["m", "mm"]), st.sampled_from(["z", "y"]))
+@FEW
+def test_what_a_motion_capture_measures_of_a_robot_is_undone(x, y, yaw, ahead, left, turned, units, up_axis):
+    body = with_offset(PoseSample(1.0, np.array([x, y]), yaw), ahead, left, turned)
+    scale = {"m": 1.0, "mm": 1000.0}[units]
+    (px, py), height = scale * body.position, scale * 0.1
+    if up_axis == "y":
+        seen = measured((px, height, -py), about((0, 1, 0), body.yaw))
+    else:
+        seen = measured((px, py, height), about((0, 0, 1), body.yaw))
+    mocap = Mocap(units=units, up_axis=up_axis, body_offset_x=ahead, body_offset_y=left, body_offset_yaw=turned)
+    found = robot_pose(seen, 0.0, mocap)
+    np.testing.assert_allclose(found.position, [x, y], atol=1e-9)
+    assert same_angle(found.yaw, yaw)
+
+
+def test_what_has_no_stamp_gets_the_time_of_its_receipt():
+    assert robot_pose(measured(stamp=None), 7.5, Mocap()).stamp == 7.5
+    assert robot_pose(measured(stamp=3.0), 7.5, Mocap()).stamp == 3.0
+
+
+@pytest.mark.parametrize("up_axis", ["z", "y"])
+@pytest.mark.parametrize(
+    ("reason", "pose"),
+    [
+        ("zeros", measured(quaternion=(0.0, 0.0, 0.0, 0.0))),
+        ("not_finite", measured(quaternion=(math.nan,) * 4)),
+        ("not_finite", measured((0.0, math.nan, 0.0))),
+        ("quaternion", measured((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 0.0))),
+    ],
+)
+def test_lost_bodies_stay_lost_in_any_axes(up_axis, reason, pose):
+    with pytest.raises(PoseError) as error:
+        robot_pose(pose, 0.0, Mocap(up_axis=up_axis, units="mm", body_offset_x=0.1))
+    assert error.value.reason == reason
+
+
+def test_a_repeated_pose_is_told_by_its_last_bit():
+    first = measured((1.0, 2.0, 0.0), stamp=1.0)
+    assert measured((1.0, 2.0, 0.0), stamp=1.01).repeats(first)
+    assert not measured((math.nextafter(1.0, 2.0), 2.0, 0.0)).repeats(first)
+    assert not measured((1.0, 2.0, 0.0), about((0, 0, 1), 1e-9)).repeats(first)
+    assert not first.repeats(None)
