@@ -12,6 +12,7 @@ setup(
     maintainer_email="maintainers@collplan.example",
     license="Apache-2.0",
     packages=find_packages(),
+    package_data={PACKAGE: ["study/*.html"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
         ("share/" + PACKAGE, ["package.xml"]),
@@ -21,7 +22,7 @@ setup(
     extras_require={
         "test": ["pytest"],
         # a robot does without
-        "study": ["dask", "defusedxml", "distributed", "pyarrow", "tqdm"],
+        "study": ["dask", "defusedxml", "distributed", "matplotlib>=3.8", "pyarrow", "scipy>=1.11.4", "tqdm"],
     },
     zip_safe=False,
     entry_points={

@@ -51,8 +51,16 @@ def _complete(options: Options, folder: Path, provenance: Provenance, grid: Grid
     session = ended(session, len(rows) - session["done_before"], perf_counter() - begun)
     write_provenance(folder, {**provenance, "sessions": [*sessions, session]})
     write_tables(folder, grid, rows)
+    _write_report(folder)
     _print_outcomes(folder, rows)
     return 0
+
+
+def _write_report(folder: Path) -> None:
+    # takes a second to import, and no worker needs it
+    from omnipuck_sim.study.report import write_report
+
+    write_report(folder)
 
 
 def _run_missing(grid: Grid, rows: RowFile, pool: Pool) -> None:

@@ -1,0 +1,60 @@
+"""The ablations: by name, what each changes of the defaults, one thing at a time."""
+
+from collections.abc import Mapping
+from typing import Any
+
+SHIPPED = "as shipped"
+"""Name in reports of the cells that change nothing; in the table they have the empty name."""
+
+
+def _restitution(value: float) -> dict[str, float]:
+    """Of the robot and of the planner's belief alike."""
+    return {"simulator.restitution": value, "rebound.restitution": value}
+
+
+WITHOUT: dict[str, dict[str, Any]] = {
+    "without R_ref": {"planner.rebound_reward": False},
+    "without (1 - J_risk,h)": {"planner.collision_factor": False},
+    "without position pruning": {"planner.position_pruning": False},
+    "without velocity pruning": {"planner.velocity_pruning": False},
+}
+"""A part of the method left out."""
+
+PRINTED: dict[str, dict[str, Any]] = {
+    "J_pos as printed": {"planner.position_cost": "printed"},
+    "angle of Alg. 1 as printed": {"planner.turn_angle": "printed"},
+    "J_risk,g as printed": {"planner.gap_risk": "printed"},
+    "no approach term, as printed": {"planner.approach_risk": "printed"},
+    "shadow edges alone, as printed": {"planner.frontiers": "printed"},
+    "speeds as printed": {"planner.speeds": "printed"},
+    "time law as printed": {"planner.time_law": "printed"},
+    "Alg. 3 as printed": {"controller.maneuver_rule": "printed"},
+}
+"""A reading of the paper put back to the printed form."""
+
+OTHERWISE: dict[str, dict[str, Any]] = {
+    "goal vector as unit vector": {"planner.goal_vector": "unit"},
+    "openings without a largest width": {"planner.widest_gap": 100.0},
+    "waypoints on the chord": {"planner.waypoints": "chord"},
+    "first of equal costs": {"planner.tie_rule": "first"},
+}
+"""What the paper leaves open, decided otherwise."""
+
+ROBOT: dict[str, dict[str, Any]] = {
+    "a_max 1 m/s^2": {"robot.max_acceleration": 1.0},
+    "a_max 2 m/s^2": {"robot.max_acceleration": 2.0},
+    "a_max 3 m/s^2": {"robot.max_acceleration": 3.0},
+    "restitution 0.4": _restitution(0.4),
+    "restitution 0.9": _restitution(0.9),
+    "restitution 0.4, believed 0.7": {"simulator.restitution": 0.4},
+    "restitution spread 0.2": {"simulator.restitution_spread": 0.2},
+    "no noise": {"simulator.noise": 0.0},
+    "noise doubled": {"simulator.noise": 2.0},
+}
+"""Assumed constants of the robot set to other values; a_max is 1.5 m/s^2, restitution 0.7, noise 1 as shipped."""
+
+ABLATIONS: Mapping[str, Mapping[str, Any]] = {"": {}, **WITHOUT, **PRINTED, **OTHERWISE, **ROBOT}
+"""The cells that change nothing, then each ablation."""
+
+QUESTION: Mapping[str, Any] = {"worlds": ("corridor", "random:0-19"), "map_periods": (0.2,), "trials": 5}
+"""What `--ablations` asks where the command line does not say."""

@@ -1,0 +1,66 @@
+"""The figures of a case, drawn and put into the study's folder."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from omnipuck_sim.study.cells import Cell, cell_of
+from omnipuck_sim.study.comparisons import main_cells
+from omnipuck_sim.study.figures import PathPanel, draw_panels, draw_paths, save_figure
+from omnipuck_sim.study.paths import read_paths
+from omnipuck_sim.study.results import CaseResults
+from omnipuck_sim.study.runs import Case
+from omnipuck_sim.study.sources import Source
+from omnipuck_sim.study.tables import PATHS
+
+FIGURES = "figures"
+WORLDS_DRAWN = 3
+"""Of a case, the first."""
+
+
+@dataclass(frozen=True)
+class Illustrations:
+    """The figures of a case as SVG, their files without the ending, and what is drawn of which world in the second."""
+
+    panels: str
+    paths: str
+    files: tuple[str, str]
+    drawn: tuple[tuple[str, Cell], ...]
+
+
+def illustrate(
+    folder: Path, provenance: Mapping[str, Any], sources: Sequence[Source], case: Case, found: CaseResults
+) -> Illustrations:
+    """Draws the figures of a case into figures/."""
+    (folder / FIGURES).mkdir(exist_ok=True)
+    names = tuple(f"{FIGURES}/{_file_name(case.name)}-{kind}" for kind in ("map-periods", "paths"))
+    drawn = [source for source in sources if source.world.name in found.worlds][:WORLDS_DRAWN]
+    rows = [_row(folder, provenance, source, case) for source in drawn]
+    return Illustrations(
+        save_figure(draw_panels(found.cells, found.spread), folder / names[0]),
+        save_figure(draw_paths(rows), folder / names[1]),
+        (names[0], names[1]),
+        tuple((source.world.name, cell) for source in drawn for cell in _cells(case, source.world.name)),
+    )
+
+
+def _cells(case: Case, world: str) -> Iterator[Cell]:
+    for cell in main_cells(case):
+        yield cell_of(cell["strategy"], cell["map_period_s"], case.runs.where(world=world))
+
+
+def _row(folder: Path, provenance: Mapping[str, Any], source: Source, case: Case) -> list[PathPanel]:
+    values = {**provenance["parameters"], **source.values, **case.point}
+    return [
+        PathPanel(
+            source.world, values["robot.radius"], values["planner.goal_tolerance"], cell["strategy"],
+            cell["map_period_s"], list(read_paths(folder / PATHS, case, source.world.name, cell)),
+        )
+        for cell in main_cells(case)
+    ]  # fmt: skip
+
+
+def _file_name(text: str) -> str:
+    return re.sub(r"[^a-zA-Z0-9._-]+", "-", text).strip("-")

@@ -1,0 +1,92 @@
+"""report.html, table.json and the figures of a study: one page that needs nothing but itself."""
+
+import json
+import os
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from omnipuck_sim.study.ablation_section import ablation_section
+from omnipuck_sim.study.barn_section import barn_section
+from omnipuck_sim.study.case_section import case_section
+from omnipuck_sim.study.closing_sections import assumed_section, failure_section, origin_section
+from omnipuck_sim.study.comparisons import HOLDS, OPPOSITE, REVERSED, SAME
+from omnipuck_sim.study.illustrations import illustrate
+from omnipuck_sim.study.markup import bullets, heading, paragraph
+from omnipuck_sim.study.results import CaseResults, Results, results_of
+from omnipuck_sim.study.runs import Case, Runs, cases_of, read_runs
+from omnipuck_sim.study.sources import Source
+from omnipuck_sim.study.study_folder import read_provenance, read_sources
+from omnipuck_sim.study.tables import TABLE
+
+RESULTS, REPORT, PAGE = "table.json", "report.html", "report_page.html"
+
+
+def write_report(folder: Path) -> None:
+    """Writes table.json, report.html and figures/ of a study whose tables are in the folder.
+
+    Raises:
+        StudyError: the folder does not hold a study.
+    """
+    provenance = read_provenance(folder)
+    sources = read_sources(folder, provenance)
+    runs = read_runs(folder / TABLE)
+    results = results_of(runs)
+    _replace(folder / RESULTS, json.dumps(results.record(), indent=2, allow_nan=False) + "\n")
+    cases = [case for case in cases_of(runs) if not case.ablation]
+    parts = _parts(folder, provenance, sources, runs, results, cases)
+    template = Template((files("omnipuck_sim.study") / PAGE).read_text(encoding="utf-8"))
+    title = f"Study: {', '.join(case.name for case in results.cases)} (simulated)"
+    _replace(folder / REPORT, template.substitute(title=title, body="\n".join(parts)))
+
+
+def _parts(
+    folder: Path,
+    provenance: dict[str, Any],
+    sources: tuple[Source, ...],
+    runs: Runs,
+    results: Results,
+    cases: list[Case],
+) -> Iterator[str]:
+    yield heading(1, "Does harnessing collisions pay?")
+    yield paragraph(f"{len(runs)} simulated runs. Nothing here was measured on a robot.")
+    yield from _opening(results)
+    for case, found in zip(cases, results.cases, strict=True):
+        yield from case_section(found, illustrate(folder, provenance, sources, case, found))
+        yield from barn_section(case, sources)
+    yield from ablation_section(results.ablations)
+    yield from failure_section(runs)
+    yield from assumed_section(provenance)
+    yield from origin_section(provenance)
+
+
+def _opening(results: Results) -> Iterator[str]:
+    yield bullets(_verdicts(case) for case in results.cases)
+    counts = results.comparisons
+    n = sum(counts.values())
+    yield paragraph(
+        f"Improvements are 100 (1 - ours / other) in percent, as in the paper. Intervals are 95 % bootstrap intervals "
+        f"(BCa), paired by world and seed. {n} comparisons were made ({counts['table_one']} in Table I, "
+        f"{counts['by_map_period']} over T_map, {counts['ablations']} in ablations): if nothing differed at all, about "
+        f"{0.05 * n:.1f} of their intervals would leave zero out."
+    )
+
+
+def _verdicts(case: CaseResults) -> str:
+    known = [each.verdict for each in case.table_one if each.paper is not None]
+    if not known:
+        return f"{case.name}: nothing to compare with the paper's Table I, which needs harness and another strategy."
+    counts = {verdict: known.count(verdict) for verdict in (HOLDS, SAME, OPPOSITE, REVERSED)}
+    return (
+        f"{case.name}: of {len(known)} signs in the paper's Table I, {counts[HOLDS]} hold with an interval that leaves "
+        f"zero out, {counts[SAME]} have the same sign but an interval that does not, {counts[OPPOSITE]} the opposite "
+        f"sign without one, {counts[REVERSED]} are reversed with one."
+    )
+
+
+def _replace(path: Path, text: str) -> None:
+    part = path.with_name(f".{path.name}.part")
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, path)

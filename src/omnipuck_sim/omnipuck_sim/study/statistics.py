@@ -1,0 +1,150 @@
+"""Intervals of means, spreads, shares and improvements. Every interval is at LEVEL; all is pure.
+
+A sample is one array of runs for each world, so that what several runs in one world share is not counted several
+times: with several worlds the worlds are resampled, each with its runs; with one world its runs are.
+"""
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+LEVEL = 0.95
+RESAMPLES = 9999
+FEWEST = 5
+"""Runs, or worlds, from which there is an interval: resampling fewer says little and looks sure."""
+SEED = 0
+"""Of the resampling: equal runs give equal intervals."""
+
+Sample = Sequence[np.ndarray]
+"""The runs of each world, (n_world,) each."""
+Statistic = Callable[..., np.ndarray]
+MEAN, SPREAD = "mean", "std"
+MEASURES = (MEAN, SPREAD)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and its interval.
+
+    Attributes:
+        value: None where it is not defined.
+        low, high: ends of the interval; None where there is none.
+        note: why value or interval are missing, else empty.
+    """
+
+    value: float | None
+    low: float | None = None
+    high: float | None = None
+    note: str = ""
+
+    @property
+    def resolved(self) -> bool:
+        """Whether the interval leaves zero out."""
+        return self.low is not None and self.high is not None and (self.low > 0.0 or self.high < 0.0)
+
+    def negated(self) -> "Estimate":
+        """The same with its sign changed."""
+        value, low, high = (None if number is None else -number for number in (self.value, self.high, self.low))
+        return Estimate(value, low, high, self.note)
+
+
+def level_of(measure: str, sample: Sample) -> Estimate:
+    """Mean, or standard deviation from run to run, of a sample.
+
+    Over several worlds the mean is of the worlds' means. The standard deviation is the root of the mean variance within
+    a world where worlds have several runs each, so that it means the same as in one world; with one run a world it is
+    that over the worlds.
+    """
+    units, formula = _units(measure, sample)
+    return _estimate((units,), formula)
+
+
+def improvement(measure: str, ours: Sample, other: Sample) -> Estimate:
+    """By how much ours is smaller, 100 (1 - ours / other) [%], as the paper states it. Paper: Table I.
+
+    Args:
+        measure: MEAN or SPREAD, as `level_of`.
+        ours, other: the same runs in the same order, so that they are resampled in pairs.
+    """
+    (units, formula), (other_units, _) = _units(measure, ours), _units(measure, other)
+
+    def percent(a: np.ndarray, b: np.ndarray, axis: int = -1) -> np.ndarray:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return 100.0 * (1.0 - formula(a, axis=axis) / formula(b, axis=axis))
+
+    return _estimate((units, other_units), percent)
+
+
+def share(successes: int, runs: int) -> Estimate:
+    """Share of successes [%] with Wilson's interval."""
+    from scipy.stats import binomtest
+
+    if not runs:
+        return Estimate(None, note="no run")
+    interval = binomtest(successes, runs).proportion_ci(LEVEL, method="wilson")
+    return Estimate(100.0 * successes / runs, 100.0 * float(interval.low), 100.0 * float(interval.high))
+
+
+def paired(ours: dict[str, dict[int, float]], other: dict[str, dict[int, float]]) -> tuple[Sample, Sample]:
+    """The runs that both have, by world and trial."""
+    shared = [(world, sorted(runs.keys() & other.get(world, {}).keys())) for world, runs in ours.items()]
+    worlds = [(world, trials) for world, trials in shared if trials]
+    return (
+        [np.array([ours[world][trial] for trial in trials]) for world, trials in worlds],
+        [np.array([other[world][trial] for trial in trials]) for world, trials in worlds],
+    )
+
+
+def spread_over(sample: Sample) -> str:
+    """Between what a sample's standard deviation is: runs of one world, or worlds."""
+    return "worlds" if len(sample) > 1 and max(map(len, sample)) == 1 else "runs in a world"
+
+
+def _units(measure: str, sample: Sample) -> tuple[np.ndarray, Statistic]:
+    """What is resampled, and the statistic of it."""
+    if len(sample) <= 1 or max(map(len, sample)) == 1:
+        runs = np.concatenate(sample) if sample else np.zeros(0)
+        return runs, np.mean if measure == MEAN else _deviation
+    if measure == MEAN:
+        return np.array([runs.mean() for runs in sample]), np.mean
+    return np.array([runs.var(ddof=1) for runs in sample if len(runs) > 1]), _root_mean
+
+
+def _deviation(runs: np.ndarray, axis: int = -1) -> np.ndarray:
+    if runs.shape[axis] < 2:
+        return np.full(np.mean(runs, axis=axis).shape, np.nan)
+    return np.std(runs, axis=axis, ddof=1)
+
+
+def _root_mean(variances: np.ndarray, axis: int = -1) -> np.ndarray:
+    return np.sqrt(np.mean(variances, axis=axis))
+
+
+def _estimate(samples: tuple[np.ndarray, ...], statistic: Statistic) -> Estimate:
+    n = len(samples[0])
+    if n == 0:
+        return Estimate(None, note="no runs")
+    value = float(statistic(*samples))
+    if not np.isfinite(value):
+        return Estimate(None, note="one run, no spread" if n == 1 else "no spread to compare with")
+    if n < FEWEST:
+        return Estimate(value, note=f"{n} of {FEWEST} needed for an interval")
+    low, high = _interval(samples, statistic)
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return Estimate(value, note="no spread, no interval")
+    return Estimate(value, low, high)
+
+
+def _interval(samples: tuple[np.ndarray, ...], statistic: Statistic) -> tuple[float, float]:
+    from scipy.stats import bootstrap
+
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        # told by the interval itself, which is then not finite
+        warnings.simplefilter("ignore")
+        interval = bootstrap(
+            samples, statistic, n_resamples=RESAMPLES, paired=len(samples) > 1, vectorized=True,
+            confidence_level=LEVEL, method="BCa", batch=500, random_state=np.random.default_rng(SEED),
+        ).confidence_interval  # fmt: skip
+    return float(interval.low), float(interval.high)
