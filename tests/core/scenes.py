@@ -118,6 +118,19 @@ def star(position: np.ndarray, reach: np.ndarray) -> shapely.Polygon:
     return shapely.Polygon(position + reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
+def uneven_world(rng: np.random.Generator) -> World:
+    """Polygons around the origin, without the symmetries that shrinking looks for: there rounding decides ties."""
+    polygons = []
+    for _ in range(rng.integers(0, 6)):
+        size = rng.uniform(0.05, 0.3)
+        center = (RADIUS + 0.02 + size + rng.uniform(0.0, 0.6)) * unit(rng.uniform(0.0, TURN))
+        angles = rng.uniform(0.0, TURN) + TURN * np.arange(n := rng.integers(3, 7)) / n
+        polygons.append(center + size * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    walled = bool(rng.integers(2))
+    bounds = (*rng.uniform(-1.5, -0.2, 2), *rng.uniform(0.2, 1.5, 2))
+    return world_of(polygons, (), bounds if walled else WIDE, walled)
+
+
 @st.composite
 def cluttered_worlds(draw, most: int = 5) -> World:
     """Polygons and circles around a robot at the origin that touches none of them."""
@@ -131,5 +144,8 @@ def cluttered_worlds(draw, most: int = 5) -> World:
             angles = draw(st.floats(0.0, 6.28)) + TURN * np.arange(n := draw(st.integers(3, 6))) / n
             polygons.append(center + size * np.stack([np.cos(angles), np.sin(angles)], axis=1))
     walled = draw(st.booleans())
-    bounds = tuple(draw(st.floats(*span)) for span in ((-1.5, -0.2), (-1.5, -0.2), (0.2, 1.5), (0.2, 1.5)))
+    # no two corners of the room equally far away: which comes first would be the beams' affair
+    spans = ((-1.5, -0.2), (-1.5, -0.21), (0.2, 1.5), (0.2, 1.5))
+    odd = (-0.0117, -0.0271, 0.0393, 0.0531)
+    bounds = tuple(draw(st.floats(*span)) + extra for span, extra in zip(spans, odd, strict=True))
     return world_of(polygons, circles, bounds if walled else WIDE, walled)

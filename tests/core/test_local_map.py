@@ -87,6 +87,7 @@ def test_any_scan_gives_a_sound_map(scan, yaw, half_side):
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(900)
 @LONG
 @given(scan=any_scan(), yaw=st.floats(-10.0, 10.0), half_side=st.floats(0.2, 2.0))
 def test_any_scan_gives_a_sound_map_in_many_more_cases(scan, yaw, half_side):

@@ -11,7 +11,19 @@ from collplan_core.params import Settings, Weights
 from collplan_core.planner import plan_cycle
 from collplan_core.strategies import STRATEGIES, weights_of
 from collplan_core.worlds import World, load_world
-from scenes import ROBOT, SETTINGS, at_rest, box, cluttered_worlds, map_of, rotation, scan_of, unit, world_of
+from scenes import (
+    ROBOT,
+    SETTINGS,
+    at_rest,
+    box,
+    cluttered_worlds,
+    map_of,
+    rotation,
+    scan_of,
+    uneven_world,
+    unit,
+    world_of,
+)
 
 GOALS = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).map(np.array)
 VELOCITIES = st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)).map(np.array)
@@ -38,8 +50,12 @@ def is_close_call(plan) -> bool:
     return (len(costs) > 1 and np.diff(np.sort(costs)[:2])[0] < 1e-5) or at_corner.any()
 
 
-def assert_moves_with_the_world(world, goal, velocity, strategy, quarter, mirror, shift) -> None:
-    chosen = SETTINGS.with_values({"planner.strategy": strategy})
+def assert_moves_with_the_world(seed, strategy, quarter, mirror) -> None:
+    rng = np.random.default_rng(seed)
+    world, goal, velocity, shift = uneven_world(rng), *rng.uniform(-1.0, 1.0, (3, 2)) * [[4.0], [0.8], [4.0]]
+    # which hit beside a corner ends a wall's piece is a matter of order, and so of the mirror, within this tolerance
+    exact = {"local_map.surface_tolerance": 1e-6} if mirror else {}
+    chosen = SETTINGS.with_values({"planner.strategy": strategy, **exact})
     turn = rotation(quarter * np.pi / 2).round() @ np.diag([1.0, -1.0 if mirror else 1.0])
     try:
         plan, _ = cycle(world, at_rest(velocity=velocity), goal, chosen)
@@ -54,16 +70,19 @@ def assert_moves_with_the_world(world, goal, velocity, strategy, quarter, mirror
     np.testing.assert_allclose(other.velocities, plan.velocities @ turn.T, atol=1e-6)
     np.testing.assert_allclose(other.times, plan.times, atol=1e-6)
     np.testing.assert_allclose(other.aim, turn @ plan.aim + shift, atol=1e-6)
-    # the straight pieces of a round obstacle begin elsewhere in a mirrored scan
-    np.testing.assert_allclose(other.contacts.points, plan.contacts.points @ turn.T + shift, atol=2e-3)
+    np.testing.assert_allclose(other.contacts.times, plan.contacts.times, atol=1e-4)
+    # in the notch between two obstacles either normal is as good
+    np.testing.assert_allclose(other.contacts.points, plan.contacts.points @ turn.T + shift, atol=0.05)
     for name, value in plan.terms.items():
         assert other.terms[name] == pytest.approx(value, abs=1e-6)
 
 
 MOVES = {
-    "world": cluttered_worlds(), "goal": GOALS, "velocity": VELOCITIES, "strategy": st.sampled_from(sorted(STRATEGIES)),
-    "quarter": st.integers(0, 3), "mirror": st.booleans(), "shift": GOALS,
-}  # fmt: skip
+    "seed": st.integers(0, 2**32 - 1),
+    "strategy": st.sampled_from(sorted(STRATEGIES)),
+    "quarter": st.integers(0, 3),
+    "mirror": st.booleans(),
+}
 
 
 @settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
@@ -73,6 +92,7 @@ def test_the_cycle_moves_with_the_world(**case):
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(900)
 @settings(derandomize=True, deadline=None, max_examples=3000, print_blob=True)
 @given(**MOVES)
 def test_the_cycle_moves_with_the_world_in_many_more_cases(**case):

@@ -57,6 +57,7 @@ def test_a_dropped_frontier_is_stood_for_and_never_all_are_dropped(world, goal):
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(900)
 @settings(derandomize=True, deadline=None, max_examples=3000, print_blob=True)
 @given(world=cluttered_worlds(), goal=GOALS)
 def test_a_dropped_frontier_is_stood_for_in_many_more_cases(world, goal):

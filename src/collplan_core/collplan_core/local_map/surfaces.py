@@ -92,7 +92,7 @@ def _split(hits: np.ndarray, first: int, last: int, tolerance: float, corner: np
             off = _off_line(
                 hits[i % n, 0], hits[i % n, 1], hits[a % n, 0], hits[a % n, 1], hits[b % n, 0], hits[b % n, 1]
             )
-            if off > worst:
+            if off > worst + 1e-9:  # of a wall parallel to the chord its end, not what rounding picks
                 worst, at = off, i
         if at >= 0:
             corner[at % n] = True
