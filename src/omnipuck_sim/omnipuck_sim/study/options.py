@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from omnipuck_sim.study.ablations import QUESTION as ABLATIONS_ASK
 from omnipuck_sim.study.errors import StudyError
 from omnipuck_sim.study.question import Question, question_from
 
@@ -36,7 +37,8 @@ class Options:
             StudyError: it does.
         """
         if begun is None:
-            return question_from(self.given)
+            defaults = ABLATIONS_ASK if self.given.get("ablations") else {}
+            return question_from({**defaults, **self.given})
         asked = question_from(begun.record() | self.given)
         for part in fields(Question):
             before, now = getattr(begun, part.name), getattr(asked, part.name)
@@ -94,6 +96,13 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
     add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default each world's own)")
     scale = "BARN's worlds so many times as large (default 1, as they are; 0.42 makes them as narrow for this robot as"
     add("--barn-scale", type=float, metavar="F", help=f"{scale} they are for their own)")
+
+    smaller = ", ".join(f"{key.replace('_', '-')} {_shown(value)}" for key, value in ABLATIONS_ASK.items())
+    add("--ablations", action="store_true", help=f"run each named ablation too (then the defaults are {smaller})")
+
+
+def _shown(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def parse(args: Sequence[str] | None = None) -> Options:

@@ -7,6 +7,7 @@ from typing import Any
 
 from collplan_core.parameter import ParameterError
 from collplan_core.worlds import WorldError
+from omnipuck_sim.study.ablations import ABLATIONS
 from omnipuck_sim.study.errors import StudyError
 from omnipuck_sim.study.grid import NO_ABLATION, Grid, make_grid
 from omnipuck_sim.study.options import Options
@@ -49,18 +50,14 @@ def _new(options: Options) -> Study:
 
 def _begun(options: Options, folder: Path) -> Study:
     provenance = read_provenance(folder)
-    question = options.question(_question_of(provenance, folder))
-    check_code(provenance, folder)
-    sources = read_sources(folder, provenance)
-    return Study(make_grid(question, sources, provenance["ablations"]), sources, provenance, folder)
-
-
-def _question_of(provenance: Provenance, folder: Path) -> Question:
     try:
-        return question_from(provenance["question"])
-    except (TypeError, AttributeError):
-        raise StudyError(f"{folder}: its question cannot be read, expected what a study wrote") from None
+        question = options.question(question_from(provenance["question"]))
+        check_code(provenance, folder)
+        sources = read_sources(folder, provenance)
+        return Study(make_grid(question, sources, provenance["ablations"]), sources, provenance, folder)
+    except (AttributeError, KeyError, TypeError) as error:
+        raise StudyError(f"{folder}: its provenance was changed ({error}), expected what a study wrote") from None
 
 
 def _ablations(question: Question) -> Mapping[str, Mapping[str, Any]]:
-    return NO_ABLATION
+    return ABLATIONS if question.ablations else NO_ABLATION

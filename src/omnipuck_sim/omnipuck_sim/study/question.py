@@ -21,6 +21,7 @@ class Question:
         values: "KEY=VALUE" of any parameter; "KEY=A,B,C" makes an axis.
         start, goal: x, y [m]; None is each world's own.
         barn_scale: factor on the worlds of barn:DIR.
+        ablations: whether every named ablation is run beside the grid as it is.
     """
 
     worlds: tuple[str, ...] = ("corridor",)
@@ -32,6 +33,7 @@ class Question:
     start: tuple[float, ...] | None = None
     goal: tuple[float, ...] | None = None
     barn_scale: float = 1.0
+    ablations: bool = False
 
     def __post_init__(self) -> None:
         for name, number, least in (("--trials", self.trials, 1), ("--seed", self.seed, 0)):

@@ -11,7 +11,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from collplan_core.worlds import WorldError, save_world
+from collplan_core.worlds import save_world
 from collplan_core.worlds.file import read_world
 from omnipuck_sim.study.errors import StudyError
 from omnipuck_sim.study.sources import Source
@@ -87,16 +87,12 @@ def read_sources(folder: Path, provenance: Mapping[str, Any]) -> tuple[Source, .
     """The worlds of a study as they were when it began.
 
     Raises:
-        StudyError: one cannot be read.
+        WorldError: one cannot be read.
     """
-    try:
-        entries = provenance["sources"]
-        return tuple(
-            Source(read_world(folder / each["file"]), each["family"], each["values"], each["optimal_length_m"])
-            for each in entries
-        )
-    except (WorldError, KeyError, TypeError) as error:
-        raise StudyError(f"{folder}: its worlds cannot be read: {error}") from None
+    return tuple(
+        Source(read_world(folder / each["file"]), each["family"], each["values"], each["optimal_length_m"])
+        for each in provenance["sources"]
+    )
 
 
 def source_records(sources: Sequence[Source]) -> list[dict[str, Any]]:
