@@ -19,12 +19,12 @@ N_TRIALS = 2 * 2 * 5 * 2
 
 
 def run(out: Path, *options: str) -> Path:
-    assert main([*GRID, "--out", str(out), *options]) == 0
+    assert main([*GRID, "--out", str(out), "--no-report", *options]) == 0
     return out
 
 
 def resume(folder: Path, *options: str) -> Path:
-    assert main(["--resume", str(folder), *options]) == 0
+    assert main(["--resume", str(folder), "--no-report", *options]) == 0
     return folder
 
 
@@ -43,7 +43,9 @@ def same(folder: Path, other: Path) -> bool:
 
 def start(out: Path, arguments: Sequence[str]) -> subprocess.Popen:
     code = "import sys; from omnipuck_sim.study.main import main; sys.exit(main())"
-    return subprocess.Popen([sys.executable, "-c", code, *arguments, "--out", str(out)], stderr=subprocess.DEVNULL)
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *arguments, "--no-report", "--out", str(out)], stderr=subprocess.DEVNULL
+    )
 
 
 def wait_for_rows(folder: Path, process: subprocess.Popen, count: int) -> None:

@@ -10,7 +10,7 @@ from omnipuck_sim.study.options import parse
 from omnipuck_sim.study.question import Question, question_from
 from study_runs import paths, table
 
-ONE = ["--strategies", "harness", "--map-periods", "0.2", "--trials", "1", "--jobs", "1"]
+ONE = ["--strategies", "harness", "--map-periods", "0.2", "--trials", "1", "--jobs", "1", "--no-report"]
 
 
 def test_nothing_given_is_the_papers_question():
@@ -116,7 +116,7 @@ def test_what_a_study_leaves(tmp_path, monkeypatch, capsys):
 def test_provenance_says_where_numbers_come_from(tmp_path):
     folder = tmp_path / "study"
     assert main([*ONE, "--out", str(folder)]) == 0
-    assert main(["--resume", str(folder)]) == 0
+    assert main(["--resume", str(folder), "--no-report", "--jobs", "1"]) == 0
     provenance = json.loads((folder / "provenance.json").read_text())
     assert provenance["results"] == "simulated"
     assert provenance["parameters"]["robot.max_acceleration"] == 1.5

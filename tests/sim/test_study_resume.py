@@ -15,7 +15,7 @@ from omnipuck_sim.study.store import RowFile
 from omnipuck_sim.study.study_folder import ROWS
 from study_runs import GRID, N_TRIALS, n_rows, paths, resume, run, same, start, table, wait_for_rows
 
-FEW = ["--strategies", "harness", "--map-periods", "0.2", "--trials", "2", "--jobs", "1"]
+FEW = ["--strategies", "harness", "--map-periods", "0.2", "--trials", "2", "--jobs", "1", "--no-report"]
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_a_last_line_cut_off_is_run_again(whole, copy, cut):
 
 def test_the_same_command_goes_on_and_another_one_is_refused(whole, copy, capsys):
     before = (copy / ROWS).read_bytes()
-    assert main([*GRID, "--resume", str(copy), "--jobs", "1"]) == 0
+    assert main([*GRID, "--resume", str(copy), "--jobs", "1", "--no-report"]) == 0
     assert main(["--resume", str(copy), "--seed", "8"]) == 2
     assert "another study, its seed is 7, got 8" in capsys.readouterr().err
     assert (copy / ROWS).read_bytes() == before
@@ -164,6 +164,18 @@ def test_a_trial_that_raises_becomes_a_row_with_its_error_and_seed(tmp_path, mon
     assert f"{N_TRIALS // 2} error" in capsys.readouterr().out
 
 
+@pytest.mark.soak
+def test_a_lost_worker_stops_the_study_which_is_completed_later(whole, tmp_path):
+    folder = tmp_path / "study"
+    process = start(folder, [*GRID, "--jobs", "2"])
+    wait_for_rows(folder, process, 4)
+    study = psutil.Process(process.pid)
+    (set(study.children(recursive=True)) - set(study.children())).pop().kill()
+    assert process.wait(timeout=60.0) == 1
+    assert same(whole, resume(folder, "--jobs", "1"))
+
+
+@pytest.mark.soak
 def test_ctrl_c_keeps_what_is_there(whole, tmp_path):
     folder = tmp_path / "study"
     process = start(folder, [*GRID, "--jobs", "2"])

@@ -3,3 +3,7 @@
 
 class StudyError(ValueError):
     """Something asked for cannot be done; no trial was run for it. One line that names the value."""
+
+
+class WorkersLost(RuntimeError):
+    """What ran the trials ended or cannot be reached; the rows so far are kept."""

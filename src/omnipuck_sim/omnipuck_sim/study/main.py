@@ -3,13 +3,12 @@
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from time import perf_counter
 
 from tqdm import tqdm
 
-from omnipuck_sim.study.errors import StudyError
+from omnipuck_sim.study.errors import StudyError, WorkersLost
 from omnipuck_sim.study.grid import Grid
 from omnipuck_sim.study.options import Options, parse
 from omnipuck_sim.study.pools import Pool, open_pool
@@ -26,34 +25,45 @@ INCOMPLETE, REFUSED, INTERRUPTED = 1, 2, 130
 def main(args: Sequence[str] | None = None) -> int:
     """Exit code 0 when every trial has its row."""
     try:
-        options = parse(args)
-        study = prepare(options)
-        with open_pool(options.jobs, options.dask) as pool:
-            folder = study.folder or make_folder(options.out, study.provenance, study.sources)
-            with RowFile(folder / ROWS, study.grid) as rows:
-                return _complete(options, folder, study.provenance, study.grid, rows, pool)
+        return _run(parse(args))
     except StudyError as error:
-        print(f"study: {' '.join(str(error).split())}", file=sys.stderr)
-        return REFUSED
+        return _stopped(REFUSED, error)
+
+
+def _run(options: Options) -> int:
+    study = prepare(options)
+    with open_pool(options.jobs, options.dask) as pool:
+        folder = study.folder or make_folder(options.out, study.provenance, study.sources)
+        with RowFile(folder / ROWS, study.grid) as rows:
+            return _complete(options, folder, study.provenance, study.grid, rows, pool)
 
 
 def _complete(options: Options, folder: Path, provenance: Provenance, grid: Grid, rows: RowFile, pool: Pool) -> int:
-    session = new_session(options, len(rows))
-    sessions = provenance["sessions"]
-    write_provenance(folder, {**provenance, "sessions": [*sessions, session]})
-    begun = perf_counter()
+    advice = f"complete it with: study --resume {folder}"
     try:
-        _run_missing(grid, rows, pool)
-    except (BrokenProcessPool, OSError) as error:
-        return _stopped(INCOMPLETE, f"{type(error).__name__}: {error}", folder)
+        _run_missing(options, folder, provenance, grid, rows, pool)
+        write_tables(folder, grid, rows)
+        if options.report:
+            _write_report(folder)
+    except (WorkersLost, OSError) as error:
+        return _stopped(INCOMPLETE, f"{error}; {advice}")
     except KeyboardInterrupt:
-        return _stopped(INTERRUPTED, "interrupted", folder)
-    session = ended(session, len(rows) - session["done_before"], perf_counter() - begun)
-    write_provenance(folder, {**provenance, "sessions": [*sessions, session]})
-    write_tables(folder, grid, rows)
-    _write_report(folder)
+        return _stopped(INTERRUPTED, f"interrupted; {advice}")
     _print_outcomes(folder, rows)
     return 0
+
+
+def _run_missing(options: Options, folder: Path, provenance: Provenance, grid: Grid, rows: RowFile, pool: Pool) -> None:
+    earlier, session = provenance["sessions"], new_session(options, len(rows))
+    write_provenance(folder, {**provenance, "sessions": [*earlier, session]})
+    begun = perf_counter()
+    missing = (task for task in grid if task.index not in rows)
+    with tqdm(total=len(grid), initial=len(rows), unit="trial", mininterval=0.5) as bar:
+        for records in run_tasks(missing, *pool):
+            rows.append(records)
+            bar.update(len(records))
+    session = ended(session, len(rows) - session["done_before"], perf_counter() - begun)
+    write_provenance(folder, {**provenance, "sessions": [*earlier, session]})
 
 
 def _write_report(folder: Path) -> None:
@@ -63,17 +73,8 @@ def _write_report(folder: Path) -> None:
     write_report(folder)
 
 
-def _run_missing(grid: Grid, rows: RowFile, pool: Pool) -> None:
-    executor, workers = pool
-    missing = (task for task in grid if task.index not in rows)
-    with tqdm(total=len(grid), initial=len(rows), unit="trial", mininterval=0.5) as bar:
-        for records in run_tasks(missing, executor, workers):
-            rows.append(records)
-            bar.update(len(records))
-
-
-def _stopped(code: int, why: str, folder: Path) -> int:
-    print(f"study: {' '.join(why.split())}; complete it with: study --resume {folder}", file=sys.stderr)
+def _stopped(code: int, why: object) -> int:
+    print(f"study: {' '.join(str(why).split())}", file=sys.stderr)
     return code
 
 

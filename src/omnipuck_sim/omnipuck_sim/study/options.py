@@ -22,6 +22,7 @@ class Options:
         resume: folder of a study to complete.
         out: folder of a new study; None is runs/study-<time>.
         dask: address of a scheduler.
+        report: whether report and figures are made.
     """
 
     given: dict[str, Any] = field(default_factory=dict)
@@ -29,6 +30,7 @@ class Options:
     resume: Path | None = None
     out: Path | None = None
     dask: str | None = None
+    report: bool = True
 
     def question(self, begun: Question | None = None) -> Question:
         """The question asked, or that of the study begun, which what was given must not contradict.
@@ -52,7 +54,7 @@ Runs a grid of simulated trials: worlds x strategies x mapping periods x --set a
 300 runs. A trial's noise depends on world, trial number and --seed alone, so that strategies meet the same noise.
 
 Every row is kept as it comes: after a stop of any kind, --resume DIR completes the study.
-Complete: exit code 0. A worker was lost: 1. Something asked for cannot be done: 2. Ctrl-C: 130.
+Complete: exit code 0. Workers or disk were lost: 1. Something asked for cannot be done: 2. Ctrl-C: 130.
 """
 EPILOG = """\
 examples:
@@ -74,6 +76,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--dask", metavar="ADDRESS", help="run on the Dask cluster with this scheduler instead")
     add("--out", type=Path, metavar="DIR", help="folder of this study, new or empty (default runs/study-<time>)")
     add("--resume", type=Path, metavar="DIR", help="complete the study in DIR; it knows its own grid")
+    add("--no-report", dest="report", action="store_false", help="leave out report and figures, make the tables alone")
     return parser
 
 
