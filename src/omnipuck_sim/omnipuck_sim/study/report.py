@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Iterator
+from html import escape
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -39,7 +40,7 @@ def write_report(folder: Path) -> None:
     parts = _parts(folder, provenance, sources, runs, results, cases)
     template = Template((files("omnipuck_sim.study") / PAGE).read_text(encoding="utf-8"))
     title = f"Study: {', '.join(case.name for case in results.cases)} (simulated)"
-    _replace(folder / REPORT, template.substitute(title=title, body="\n".join(parts)))
+    _replace(folder / REPORT, template.substitute(title=escape(title), body="\n".join(parts)))
 
 
 def _parts(
