@@ -15,6 +15,8 @@ BEGIN, END = "<!-- parameters: written by tools/parameter_table.py -->", "<!-- e
 
 
 def _value(value: object) -> str:
+    if isinstance(value, tuple):
+        return "[" + ", ".join(map(_value, value)) + "]"
     return str(value).lower() if isinstance(value, bool) else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 

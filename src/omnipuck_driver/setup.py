@@ -17,7 +17,12 @@ setup(
         ("share/" + PACKAGE, ["package.xml"]),
     ],
     python_requires=">=3.10",
-    install_requires=["collplan-core", "collplan-ros"],
+    install_requires=["collplan-core", "collplan-ros", "cobs>=1.2.0", "numpy>=1.26.4", "pyserial>=3.5"],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "driver_node = omnipuck_driver.driver_node:main",
+        ],
+    },
 )

@@ -27,6 +27,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
+            "firmware_emulator = omnipuck_sim.firmware_emulator:main",
             "simulator_node = omnipuck_sim.simulator_node:main",
             "study = omnipuck_sim.study.main:main",
         ],

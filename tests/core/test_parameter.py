@@ -14,6 +14,7 @@ WRONG_TYPES = {
     int: (1.0, "1", True, None),
     float: ("1.0", True, None, [1.0]),
     str: (1, True, None),
+    tuple: (1.0, True, None, "1.0", ["1.0"], [None]),
 }
 
 
@@ -27,14 +28,20 @@ def refusal(spec: Spec, value: object) -> str:
     return message
 
 
-def outside(bound: float, spec: Spec, direction: float) -> int | float:
+def of_kind(number: float, spec: Spec) -> object:
+    """A value of the parameter's type made of a number."""
+    return (number,) if isinstance(spec.default, tuple) else type(spec.default)(number)
+
+
+def outside(bound: float, spec: Spec, direction: float) -> object:
+    if isinstance(spec.default, tuple):
+        return (0.0, math.nextafter(bound, direction * math.inf))
     return int(bound + direction) if isinstance(spec.default, int) else math.nextafter(bound, direction * math.inf)
 
 
 @pytest.mark.parametrize("spec", SPECS, ids=lambda spec: spec.key)
 def test_default_and_bounds_are_valid(spec):
-    kind = type(spec.default)
-    bounds = [kind(bound) for bound in (spec.low, spec.high) if bound is not None]
+    bounds = [of_kind(bound, spec) for bound in (spec.low, spec.high) if bound is not None]
     for value in (spec.default, *bounds, *spec.choices):
         assert Settings().with_values({spec.key: value}).values()[spec.key] == value
     assert spec.doc

@@ -23,6 +23,8 @@ def values_of(spec: Spec) -> st.SearchStrategy:
         return st.integers(int(spec.low), int(spec.high))
     if kind is float:
         return st.floats(spec.low, spec.high)
+    if kind is tuple:
+        return st.lists(st.floats(spec.low, spec.high), max_size=8).map(tuple)
     return st.text(st.characters(codec="utf-8", exclude_categories=["C"]), max_size=8)
 
 
@@ -105,7 +107,10 @@ def test_missing_file(tmp_path):
         read_parameters(tmp_path / "none.yaml")
 
 
-@pytest.mark.parametrize("spec", [s for s in all_specs().values() if s.low is not None], ids=lambda s: s.key)
+NUMBERS = [spec for spec in all_specs().values() if type(spec.default) in (int, float)]
+
+
+@pytest.mark.parametrize("spec", NUMBERS, ids=lambda spec: spec.key)
 def test_ends_of_every_range(spec):
     step = 1 if isinstance(spec.default, int) else 1e-9 * max(abs(spec.low), abs(spec.high), 1.0)
     kind = type(spec.default)

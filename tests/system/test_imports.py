@@ -13,10 +13,10 @@ ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim")
 MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rcl_interfaces",
             "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "visualization_msgs"}  # fmt: skip
 ROS = {"rclpy", "tf2_ros", *MESSAGES}
-WITH_ROS_IN_SIM = {"omnipuck_sim.simulator_node", "omnipuck_sim.firmware_emulator"}
+WITH_ROS_IN_SIM = {"omnipuck_sim.room", "omnipuck_sim.simulator_node", "omnipuck_sim.firmware_emulator"}
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
-PIP_NAMES = {"PIL": "pillow", "yaml": "PyYAML"}
-WITHOUT_ROSDEP_KEY = {"numba", "pymunk"}
+PIP_NAMES = {"PIL": "pillow", "serial": "pyserial", "yaml": "PyYAML"}
+WITHOUT_ROSDEP_KEY = {"cobs", "numba", "pymunk"}
 ONLY_STUDY = {"defusedxml", "distributed", "pyarrow", "tqdm"}
 OPTIONAL = {"tf2_ros"}
 

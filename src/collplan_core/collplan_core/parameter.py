@@ -6,8 +6,17 @@ The same field feeds validation, the ROS declaration and the documentation.
 
 import math
 from collections.abc import Iterator
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any
+
+
+_IN_WORDS = {
+    bool: "true or false",
+    int: "a whole number",
+    float: "a number",
+    str: "text",
+    tuple: "a list of numbers",
+}
 
 
 class ParameterError(ValueError):
@@ -32,7 +41,7 @@ class Spec:
         """The values this parameter takes, in words."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
-        kind = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}[type(self.default)]
+        kind = _IN_WORDS[type(self.default)]
         low = "-inf" if self.low is None else f"{self.low:g}"
         high = "inf" if self.high is None else f"{self.high:g}"
         bounds = "" if self.low is None and self.high is None else f" in [{low}, {high}]"
@@ -44,6 +53,8 @@ class Spec:
         Raises:
             ParameterError: wrong type, not finite, out of range or not among the choices.
         """
+        if isinstance(self.default, tuple):
+            return self._checked_numbers(value)
         kind = type(self.default)
         right = type(value) is kind or (kind is float and type(value) is int)
         if not right or (kind is float and not math.isfinite(value)):
@@ -55,6 +66,13 @@ class Spec:
         ):
             raise self._error(value)
         return kind(value)
+
+    def _checked_numbers(self, value: Any) -> tuple[float, ...]:
+        try:
+            each = replace(self, default=0.0)
+            return tuple(each.checked(number) for number in value)
+        except (TypeError, ParameterError):
+            raise self._error(value) from None
 
     def _error(self, value: Any) -> ParameterError:
         return ParameterError(f"{self.key}: got {value!r}, expected {self.expected}")

@@ -197,6 +197,53 @@ class Simulation(Parameters):
 
 
 @dataclass(frozen=True)
+class Kinematics(Parameters):
+    """The omni wheels, seen from above. All assumed."""
+
+    group = "kinematics"
+    wheel_angles: tuple[float, ...] = parameter((pi / 3, pi, 5 * pi / 3), "Where each wheel stands, from x forward, counter-clockwise; it drives along its tangent that way (assumed)", unit="rad", low=-2 * pi, high=2 * pi)
+    mount_radius: float = parameter(0.07, "Distance of the wheels from the centre (assumed)", unit="m", low=0.005, high=1.0)
+    wheel_radius: float = parameter(0.02, "Radius of a wheel (assumed)", unit="m", low=0.002, high=0.5)
+    max_wheel_speed: float = parameter(80.0, "Fastest a wheel is asked to turn; all are slowed alike (assumed)", unit="rad/s", low=0.1, high=1000.0)
+
+
+@dataclass(frozen=True)
+class Driver(Parameters):
+    """The serial link to the firmware."""
+
+    group = "driver"
+    port: str = parameter("/dev/ttyUSB0", "Serial device")
+    baud: int = parameter(115200, "Its rate; that of the firmware", unit="bit/s", low=9600, high=4000000)
+    rate: float = parameter(50.0, "Commands sent per second", unit="Hz", low=5.0, high=200.0)
+    link_timeout: float = parameter(0.3, "Silence of the firmware after which the session begins anew, standing still", unit="s", low=0.05, high=5.0)
+    longest_wait: float = parameter(1.0, "Longest pause between two attempts to open the device", unit="s", low=0.05, high=60.0)
+
+
+@dataclass(frozen=True)
+class Emulator(Parameters):
+    """The emulated firmware around the simulated robot, and the faults it is asked for. Rates of faults hold in both directions."""
+
+    group = "emulator"
+    link: str = parameter("/tmp/omnipuck", "Path made to lead to the pseudo-terminal, the driver's driver.port")
+    baud: int = parameter(115200, "Rate it understands; at another one it gives and gets garbage", unit="bit/s", low=9600, high=4000000)
+    telemetry_rate: float = parameter(50.0, "Telemetry frames per second", unit="Hz", low=1.0, high=100.0)
+    senses_impacts: bool = parameter(False, "The ring senses hits and the firmware tells of them")
+    protocol_version: int = parameter(1, "Version of the protocol it speaks", low=0, high=255)
+    n_wheels: int = parameter(0, "Wheels it announces; 0 for as many as kinematics.wheel_angles has", low=0, high=8)
+    flipped: float = parameter(0.0, "Share of bytes with one bit flipped", low=0.0, high=1.0, live=True)
+    lost: float = parameter(0.0, "Share of frames that vanish", low=0.0, high=1.0, live=True)
+    doubled: float = parameter(0.0, "Share of frames that come twice", low=0.0, high=1.0, live=True)
+    cut: float = parameter(0.0, "Share of frames that end too early", low=0.0, high=1.0, live=True)
+    split: float = parameter(0.0, "Share of frames whose second part comes later", low=0.0, high=1.0, live=True)
+    noise: float = parameter(0.0, "Share of frames with noise before them", low=0.0, high=1.0, live=True)
+    stall: float = parameter(0.0, "Stands still for so long as soon as this is set", unit="s", low=0.0, high=10.0, live=True)
+    restarts: int = parameter(0, "The firmware restarts whenever this is changed", low=0, high=2**31 - 1, live=True)
+    unplugged: bool = parameter(False, "The cable is pulled", live=True)
+    estop_pressed: bool = parameter(False, "The button on the robot is pressed", live=True)
+    battery: float = parameter(7.6, "Voltage of the battery; low below 6.6 V", unit="V", low=0.0, high=60.0, live=True)
+
+
+@dataclass(frozen=True)
 class Frames(Parameters):
     """Names of the coordinate frames (REP-105)."""
 
@@ -216,7 +263,8 @@ class Trial(Parameters):
 
 
 GROUPS: tuple[type[Parameters], ...] = (
-    Robot, Rebound, LocalMapping, Weights, Planning, Control, Limits, Mocap, Lidar, Simulation, Frames, Trial,
+    Robot, Rebound, LocalMapping, Weights, Planning, Control, Limits, Mocap, Lidar, Simulation, Kinematics, Driver,
+    Emulator, Frames, Trial,
 )  # fmt: skip
 
 
@@ -234,6 +282,9 @@ class Settings:
     mocap: Mocap = Mocap()
     lidar: Lidar = Lidar()
     simulator: Simulation = Simulation()
+    kinematics: Kinematics = Kinematics()
+    driver: Driver = Driver()
+    emulator: Emulator = Emulator()
     frames: Frames = Frames()
     trial: Trial = Trial()
 

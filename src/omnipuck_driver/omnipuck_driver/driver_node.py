@@ -1,0 +1,186 @@
+"""The real Omnipuck as a robot on the graph: takes cmd_vel, speaks to the firmware over a serial device."""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from collplan_core.params import Control, Driver, Frames, Kinematics, Limits, Robot
+from collplan_core.tracking import clip_command
+from collplan_ros.clock import seconds
+from collplan_ros.conversions import MessageError, velocity_from_twist
+from collplan_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_parameters import declare, read_settings
+from collplan_ros.qos import NEWEST
+from collplan_ros.run_node import run_node
+from omnipuck_driver.held_command import HeldCommand
+from omnipuck_driver.kinematics import OmniWheels
+from omnipuck_driver.link_report import LinkReport
+from omnipuck_driver.messages import BATTERY_LOW, MOTOR_FAULT, SENSES_IMPACTS, TOO_HOT, Telemetry
+from omnipuck_driver.sensed_impacts import SensedImpacts
+from omnipuck_driver.serial_link import SerialLink
+from omnipuck_driver.session import Wish
+
+GROUPS = (Robot, Limits, Control, Frames, Driver, Kinematics)
+FAREWELLS = 3
+"""Zero commands at the end; one might be lost."""
+FAREWELL_PATIENCE = 0.2
+"""For the last of them to leave [s]."""
+FAULTS = {BATTERY_LOW: "the battery is low", MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
+
+
+class DriverNode(Node):
+    """Sends a frame each period, whatever happens: the command while it is fresh, else zero."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        """Keyword arguments go to `rclpy.node.Node`."""
+        super().__init__("driver_node", **kwargs)
+        declare(self, *GROUPS)
+        self._settings = read_settings(self, *GROUPS)
+        self._wheels = OmniWheels(self._settings.kinematics)
+        # steady also where the graph follows /clock: the robot does not
+        self._clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._link = SerialLink(self._settings.driver, len(self._wheels))
+        self._report = LinkReport(self._link)
+        self._impacts: SensedImpacts | None = None
+        self._command: HeldCommand | None = None
+        self._estopped = ""
+        self._last_refused = False
+        self._said = ""
+        self._counts = Counter({"commands": 0, "clipped": 0, "refused": 0, "ignored": 0, "expired": 0})
+        self._make_inputs(stamped=self._settings.controller.stamped_cmd_vel)
+        self.create_timer(1.0 / self._settings.driver.rate, self._tick, clock=self._clock)
+        self._diagnostics = Diagnostics(self, self._health)
+
+    def _make_inputs(self, stamped: bool) -> None:
+        if stamped:
+            self.create_subscription(TwistStamped, "cmd_vel", lambda m: self._take_command(m.twist), NEWEST)
+        else:
+            self.create_subscription(Twist, "cmd_vel", self._take_command, NEWEST)
+        self._serve("estop", self._stop_latched)
+        self._serve("clear_estop", self._clear_stop)
+
+    def _serve(self, name: str, act: Callable[[], tuple[bool, str]]) -> None:
+        def answer(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            response.success, response.message = act()
+            return response
+
+        self.create_service(Trigger, name, answer)
+
+    # ---- commands
+
+    def _take_command(self, twist: Twist) -> None:
+        if self._estopped or not self._link.armed:
+            self._counts["ignored"] += 1
+            return
+        self._counts["commands"] += 1
+        velocity, yaw_rate = self._checked(twist)
+        wheels = self._wheels.saturated(self._wheels.speeds(velocity, yaw_rate))
+        self._command = HeldCommand(tuple(wheels.tolist()), seconds(self._clock))
+
+    def _checked(self, twist: Twist) -> tuple[np.ndarray, float]:
+        """The command as far as the robot follows it; zero where it refuses."""
+        try:
+            velocity, yaw_rate = velocity_from_twist(twist)
+            accepted = clip_command(velocity, yaw_rate, self._settings.robot, self._settings.limits)
+        except MessageError:
+            accepted = None
+        self._last_refused = accepted is None
+        if accepted is None:
+            self._counts["refused"] += 1
+            return np.zeros(2), 0.0
+        self._counts["clipped"] += not np.array_equal(accepted[0], velocity)
+        return accepted
+
+    def _stop_latched(self) -> tuple[bool, str]:
+        self._stop_for("by its service")
+        return True, "stopped; commands are ignored until clear_estop"
+
+    def _clear_stop(self) -> tuple[bool, str]:
+        if self._link.session.button_pressed:
+            return False, "the emergency stop on the robot is still pressed: release it first"
+        self._estopped = ""
+        return True, "commands are taken again"
+
+    def _stop_for(self, reason: str) -> None:
+        self._estopped = reason
+        self._tick()
+
+    # ---- the link
+
+    def _tick(self) -> None:
+        now = seconds(self._clock)
+        for telemetry in self._link.receive(now):
+            self._take_telemetry(telemetry)
+        self._link.send(self._wish(now), now)
+        self._say_what_changed()
+
+    def _wish(self, now: float) -> Wish:
+        if self._estopped or not self._link.armed:
+            # whatever comes afterwards must be told anew
+            self._command = None
+        if self._command is not None:
+            wish = self._command.wish(now, self._settings.limits.command_age)
+            if wish is not None:
+                return wish
+            self._counts["expired"] += 1
+            self._command = None
+        rest = (0.0,) * len(self._wheels)
+        return Wish(rest, 0.0, self._settings.limits.command_age, emergency_stop=bool(self._estopped))
+
+    def _take_telemetry(self, telemetry: Telemetry) -> None:
+        if self._link.session.button_pressed:
+            self._estopped = "by the button on the robot"
+        announced = self._link.session.announced
+        if self._impacts is None and announced is not None and announced.capabilities & SENSES_IMPACTS:
+            self._impacts = SensedImpacts(self, self._settings, self._clock)
+        if self._impacts is not None:
+            self._impacts.take(telemetry)
+
+    def _say_what_changed(self) -> None:
+        trouble = self._link.trouble()
+        if trouble != self._said:
+            self._said = trouble
+            self.get_logger().info(trouble or "connected, the robot follows commands")
+
+    # ---- how it is
+
+    def _health(self) -> Health:
+        values = {**self._counts, **self._report.values()}
+        if self._impacts is not None:
+            values |= {"impacts": self._impacts.published, "impacts_missed": self._impacts.missed}
+        if self._estopped:
+            return Health(WARN, f"emergency stop {self._estopped}: commands are ignored", values)
+        if self._link.trouble():
+            return Health(ERROR, self._link.trouble(), values)
+        if self._last_refused:
+            return Health(WARN, "last command refused: not finite or too fast", values)
+        telemetry = self._link.session.telemetry
+        faults = [words for bit, words in FAULTS.items() if telemetry is not None and telemetry.status & bit]
+        return Health(WARN, ", ".join(faults), values) if faults else Health(OK, "connected", values)
+
+    def stop(self) -> None:
+        """Sends zero and waits until it has left."""
+        self._command = None
+        for _ in range(FAREWELLS):
+            now = seconds(self._clock)
+            self._link.send(self._wish(now), now)
+        deadline = time.monotonic() + FAREWELL_PATIENCE
+        while not self._link.drained() and time.monotonic() < deadline:
+            time.sleep(0.005)
+
+    def destroy_node(self) -> None:
+        """Gives the device back."""
+        self._link.close()
+        super().destroy_node()
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Entry point of the executable."""
+    return run_node(DriverNode, args)

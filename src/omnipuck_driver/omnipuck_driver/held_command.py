@@ -1,0 +1,18 @@
+"""The last velocity command, and how long it holds."""
+
+from dataclasses import dataclass
+
+from omnipuck_driver.session import Wish
+
+
+@dataclass(frozen=True)
+class HeldCommand:
+    """Wheel speeds [rad/s] and when the command for them came [s, local clock]."""
+
+    wheels: tuple[float, ...]
+    received: float
+
+    def wish(self, now: float, longest_age: float) -> Wish | None:
+        """What to ask of the wheels at `now` [s]; None once the command is older than `longest_age` [s]."""
+        age = now - self.received
+        return Wish(self.wheels, age, longest_age - age) if age < longest_age else None

@@ -1,0 +1,58 @@
+"""Body twist to wheel speeds and back, for n omni wheels.
+
+Wheel i stands at angle a_i from x forward, at the mount radius L from the centre, and drives along its tangent,
+counter-clockwise: r w_i = -sin(a_i) v_x + cos(a_i) v_y + L yaw_rate.
+"""
+
+import numpy as np
+
+from collplan_core.parameter import ParameterError
+from collplan_core.params import Kinematics
+from omnipuck_driver.messages import MOST_WHEELS
+
+FEWEST_WHEELS = 3
+SMALLEST_RATIO = 0.05
+"""Of the weakest to the strongest direction of the wheels, turning measured at the mount radius."""
+
+
+class OmniWheels:
+    """The wheels of one robot.
+
+    Raises:
+        ParameterError: too few or too many wheels, or all of them (nearly) parallel: some motion is then impossible.
+    """
+
+    def __init__(self, kinematics: Kinematics) -> None:
+        angles = np.array(kinematics.wheel_angles)
+        if not FEWEST_WHEELS <= len(angles) <= MOST_WHEELS:
+            raise ParameterError(
+                f"kinematics.wheel_angles: got {len(angles)} angles, expected {FEWEST_WHEELS} to {MOST_WHEELS}"
+            )
+        directions = np.column_stack([-np.sin(angles), np.cos(angles), np.ones(len(angles))])
+        strengths = np.linalg.svd(directions, compute_uv=False)
+        if strengths[-1] < SMALLEST_RATIO * strengths[0]:
+            raise ParameterError(
+                f"kinematics.wheel_angles: got {angles.tolist()}, all wheels nearly parallel or at one place, expected "
+                "angles [rad] spread so that the robot can go and turn every way"
+            )
+        scale = np.array([1.0, 1.0, kinematics.mount_radius])
+        self._to_wheels = directions * scale / kinematics.wheel_radius
+        self._to_body = np.linalg.pinv(self._to_wheels)
+        self._fastest = kinematics.max_wheel_speed
+
+    def __len__(self) -> int:
+        return len(self._to_wheels)
+
+    def speeds(self, velocity: np.ndarray, yaw_rate: float) -> np.ndarray:
+        """Wheel speeds (n,) [rad/s] of a velocity (2,) [m/s, body frame] and a yaw rate [rad/s]."""
+        return self._to_wheels @ np.array([velocity[0], velocity[1], yaw_rate])
+
+    def twist(self, speeds: np.ndarray) -> tuple[np.ndarray, float]:
+        """Velocity (2,) [m/s, body frame] and yaw rate [rad/s] nearest to wheel speeds (n,) [rad/s]."""
+        x, y, yaw_rate = self._to_body @ speeds
+        return np.array([x, y]), float(yaw_rate)
+
+    def saturated(self, speeds: np.ndarray) -> np.ndarray:
+        """Wheel speeds (n,) slowed so that none is beyond max_wheel_speed; direction and curvature are kept."""
+        peak = float(np.max(np.abs(speeds)))
+        return speeds if peak <= self._fastest else speeds * (self._fastest / peak)

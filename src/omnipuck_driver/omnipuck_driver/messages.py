@@ -1,0 +1,200 @@
+"""What the two sides say to each other, and its bytes. See docs/protocol.md."""
+
+import math
+import struct
+from dataclasses import dataclass
+from typing import ClassVar
+
+from omnipuck_driver.framing import FrameError
+
+MOST_WHEELS = 8
+NEVER = 0xFFFF
+"""An age in milliseconds: there is none, or it is longer than the field can tell."""
+NO_TEMPERATURE = 0x7FFF
+
+# status bits of telemetry
+ARMED, ESTOP_PRESSED, BATTERY_LOW, EXPIRED, STALLED, MOTOR_FAULT, TOO_HOT = (1 << n for n in range(7))
+# capability bits of an announcement
+SENSES_IMPACTS, GIVES_TEMPERATURE = 1, 2
+# flags of a command
+EMERGENCY_STOP = 1
+
+_HELLO = struct.Struct("<I")
+_COMMAND = struct.Struct("<IIHHBB")
+_ANNOUNCE = struct.Struct("<IIBBH12s")
+_TELEMETRY = struct.Struct("<IIIHHhIHHHHHHffB")
+
+
+@dataclass(frozen=True)
+class Hello:
+    """Driver: begin a session. The device forgets the one before and stands still."""
+
+    KIND: ClassVar[int] = 0x01
+    session: int
+
+    def pack(self) -> bytes:
+        """The payload."""
+        return _HELLO.pack(self.session)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> "Hello":
+        """The message of a payload; raises `struct.error` or `FrameError` where it is none."""
+        return cls(*_HELLO.unpack(payload))
+
+
+@dataclass(frozen=True)
+class Command:
+    """Driver: turn the wheels.
+
+    Attributes:
+        session: which it belongs to.
+        sent: driver's clock [ms, modulo 2^32].
+        age: of the command behind it when it was sent [ms].
+        life: how much longer it may be followed [ms].
+        flags: EMERGENCY_STOP.
+        wheels: speeds [rad/s].
+    """
+
+    KIND: ClassVar[int] = 0x02
+    session: int
+    sent: int
+    age: int
+    life: int
+    flags: int
+    wheels: tuple[float, ...]
+
+    def pack(self) -> bytes:
+        """The payload."""
+        head = _COMMAND.pack(self.session, self.sent, self.age, self.life, self.flags, len(self.wheels))
+        return head + _pack_wheels(self.wheels)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> "Command":
+        """The message of a payload; raises `struct.error` or `FrameError` where it is none."""
+        *head, count = _COMMAND.unpack_from(payload)
+        return cls(*(*head, _unpack_wheels(payload[_COMMAND.size :], count)))
+
+
+@dataclass(frozen=True)
+class Announce:
+    """Device: what it is; the answer to Hello, and sent unasked with session 0 when it has started.
+
+    Attributes:
+        session: of the Hello it answers, else 0.
+        boot: another number after each start.
+        capabilities: SENSES_IMPACTS, GIVES_TEMPERATURE.
+        n_wheels: wheels it has.
+        longest_life: it shortens longer lives of commands to this [ms].
+        firmware: name and version, up to 12 ASCII characters.
+    """
+
+    KIND: ClassVar[int] = 0x81
+    session: int
+    boot: int
+    capabilities: int
+    n_wheels: int
+    longest_life: int
+    firmware: str
+
+    def pack(self) -> bytes:
+        """The payload."""
+        name = self.firmware.encode("ascii")
+        return _ANNOUNCE.pack(self.session, self.boot, self.capabilities, self.n_wheels, self.longest_life, name)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> "Announce":
+        """The message of a payload; raises `struct.error` or `FrameError` where it is none."""
+        *head, name = _ANNOUNCE.unpack(payload)
+        return cls(*(*head, name.rstrip(b"\0").decode("ascii", errors="replace")))
+
+
+@dataclass(frozen=True)
+class Telemetry:
+    """Device: how it is, at a steady rate.
+
+    Attributes:
+        session, boot: it is in; session 0 before the first Hello.
+        time: device's clock [ms, modulo 2^32].
+        status: ARMED, ESTOP_PRESSED, BATTERY_LOW, EXPIRED (the last command outlived its life), STALLED (it was itself
+            held up since the last telemetry), MOTOR_FAULT, TOO_HOT.
+        battery: [mV].
+        temperature: [0.1 deg C], NO_TEMPERATURE where it measures none.
+        echo: `sent` of the newest command accepted, 0 before the first.
+        echo_delay: time since it came [ms].
+        command_age: age of the command behind the wheels' motion [ms], NEVER while they stand still.
+        accepted, dropped: frames that came, modulo 2^16.
+        impacts: hits sensed so far, modulo 2^16; the fields below are of the newest.
+        impact_age: time since it [ms], NEVER where there is none.
+        impact: change of velocity, body frame then, x forward, y left [m/s].
+        wheels: measured speeds [rad/s].
+    """
+
+    KIND: ClassVar[int] = 0x82
+    session: int
+    boot: int
+    time: int
+    status: int
+    battery: int
+    temperature: int
+    echo: int
+    echo_delay: int
+    command_age: int
+    accepted: int
+    dropped: int
+    impacts: int
+    impact_age: int
+    impact: tuple[float, float]
+    wheels: tuple[float, ...]
+
+    def pack(self) -> bytes:
+        """The payload."""
+        head = _TELEMETRY.pack(
+            self.session, self.boot, self.time, self.status, self.battery, self.temperature, self.echo,
+            self.echo_delay, self.command_age, self.accepted, self.dropped, self.impacts, self.impact_age,
+            *self.impact, len(self.wheels),
+        )  # fmt: skip
+        return head + _pack_wheels(self.wheels)
+
+    @classmethod
+    def unpack(cls, payload: bytes) -> "Telemetry":
+        """The message of a payload; raises `struct.error` or `FrameError` where it is none."""
+        *head, x, y, count = _TELEMETRY.unpack_from(payload)
+        _check_finite(x, y)
+        return cls(*(*head, (x, y), _unpack_wheels(payload[_TELEMETRY.size :], count)))
+
+
+Message = Hello | Command | Announce | Telemetry
+_KINDS: dict[int, type[Hello] | type[Command] | type[Announce] | type[Telemetry]] = {
+    kind.KIND: kind for kind in (Hello, Command, Announce, Telemetry)
+}
+
+
+def unpack_message(kind: int, payload: bytes) -> Message:
+    """The message of a frame.
+
+    Raises:
+        FrameError: a type that does not exist, a length that does not fit, or numbers that are not finite.
+    """
+    if kind not in _KINDS:
+        raise FrameError("type", f"type 0x{kind:02x} is unknown")
+    try:
+        return _KINDS[kind].unpack(payload)
+    except struct.error as error:
+        raise FrameError("content", f"type 0x{kind:02x}: {error}") from None
+
+
+def _pack_wheels(wheels: tuple[float, ...]) -> bytes:
+    return struct.pack(f"<{len(wheels)}f", *wheels)
+
+
+def _unpack_wheels(rest: bytes, count: int) -> tuple[float, ...]:
+    if count > MOST_WHEELS:
+        raise FrameError("content", f"{count} wheels, expected at most {MOST_WHEELS}")
+    wheels = struct.unpack(f"<{count}f", rest)
+    _check_finite(*wheels)
+    return wheels
+
+
+def _check_finite(*values: float) -> None:
+    if not all(map(math.isfinite, values)):
+        raise FrameError("content", f"got {values}, expected finite numbers")

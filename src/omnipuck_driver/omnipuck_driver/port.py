@@ -1,0 +1,43 @@
+"""Opening a serial device, and why it cannot be opened in words that say what to do."""
+
+import errno
+from pathlib import Path
+
+import serial
+
+
+class PortError(OSError):
+    """A device that cannot be opened."""
+
+
+def open_port(path: str, baud: int) -> serial.Serial:
+    """The device, for this process alone; reading and writing never wait.
+
+    Raises:
+        PortError: missing, not permitted, in use, no serial device, or a rate it cannot do.
+    """
+    try:
+        return serial.Serial(path, baud, timeout=0, write_timeout=0, exclusive=True)
+    except (OSError, ValueError) as error:
+        raise PortError(described(path, baud, error)) from None
+
+
+def described(path: str, baud: int, error: Exception) -> str:
+    """What is wrong with a device, and what to do."""
+    number = getattr(error, "errno", None)
+    if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
+        return f"{path}: no such device: is the cable plugged in, the robot switched on? (driver.port)"
+    if number in (errno.EACCES, errno.EPERM):
+        return f"{path}: no permission: join group {_group(path)} (sudo usermod -aG {_group(path)} $USER, log in again)"
+    if number in (errno.EBUSY, errno.EAGAIN):
+        return f"{path}: busy: another program has it open; end that one"
+    if isinstance(error, ValueError):
+        return f"{path}: cannot do {baud} bit/s: choose another driver.baud, as the firmware's"
+    return f"{path}: not a serial device, or a broken one ({error})"
+
+
+def _group(path: str) -> str:
+    try:
+        return Path(path).group()
+    except (OSError, KeyError):
+        return "dialout"

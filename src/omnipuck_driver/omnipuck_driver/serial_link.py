@@ -1,0 +1,112 @@
+"""The serial device and the session on it: opened again and again until it is there."""
+
+from select import select
+
+import serial
+
+from collplan_core.params import Driver
+from omnipuck_driver.messages import Telemetry
+from omnipuck_driver.port import PortError, open_port
+from omnipuck_driver.session import Session, Wish
+
+FIRST_WAIT = 0.05
+"""Pause after the first attempt in vain; each further one takes twice as long, up to driver.longest_wait [s]."""
+MOST_READ = 4096
+"""Bytes taken at once."""
+MOST_WAITING = 256
+"""Bytes that may wait in the device; more would be old when they arrive."""
+
+
+class SerialLink:
+    """Never waits: whoever owns it calls `receive` and `send` at the driver's rate.
+
+    Attributes:
+        session: the conversation.
+        waits_for: why the device is not open, in words; empty while it is.
+        sent, unsent: frames written, and those given up because the device was full.
+    """
+
+    def __init__(self, driver: Driver, n_wheels: int) -> None:
+        """Opens nothing yet."""
+        self.session = Session(n_wheels, driver.link_timeout)
+        self.waits_for = f"{driver.port}: not opened yet"
+        self.sent = 0
+        self.unsent = 0
+        self._driver = driver
+        self._port: serial.Serial | None = None
+        self._wait = FIRST_WAIT
+        self._next_attempt = float("-inf")
+
+    @property
+    def armed(self) -> bool:
+        """Whether the firmware follows commands other than zero."""
+        return self._port is not None and self.session.armed
+
+    def trouble(self) -> str:
+        """Why nothing can move, in words; empty while the firmware follows commands."""
+        return self.waits_for or self.session.trouble()
+
+    def receive(self, now: float) -> list[Telemetry]:
+        """The telemetry that has come until the local time `now` [s]; opens the device when it is time to."""
+        if self._port is None:
+            self._try_to_open(now)
+        if self._port is None:
+            return []
+        try:
+            data = self._port.read(MOST_READ)
+        except OSError:
+            self._lose(now)
+            return []
+        return self.session.receive(data, now)
+
+    def send(self, wish: Wish, now: float) -> None:
+        """Sends what the session allows of a wish at the local time `now` [s]."""
+        if self._port is None:
+            return
+        frame = self.session.outgoing(wish, now)
+        try:
+            if frame and self._has_room():
+                self._port.write(frame)
+                self.sent += 1
+            elif frame:
+                self.unsent += 1
+        except OSError:
+            self._lose(now)
+
+    def drained(self) -> bool:
+        """Whether everything written has left."""
+        try:
+            return self._port is None or self._port.out_waiting == 0
+        except OSError:
+            return True
+
+    def close(self) -> None:
+        """Gives the device back."""
+        port, self._port = self._port, None
+        if port is not None:
+            port.close()
+
+    def _has_room(self) -> bool:
+        # write() of a full device would spin
+        assert self._port is not None
+        return self._port.out_waiting < MOST_WAITING and bool(select([], [self._port], [], 0)[1])
+
+    def _try_to_open(self, now: float) -> None:
+        if now < self._next_attempt:
+            return
+        try:
+            self._port = open_port(self._driver.port, self._driver.baud)
+        except PortError as error:
+            self.waits_for = str(error)
+            self._next_attempt = now + self._wait
+            self._wait = min(2 * self._wait, self._driver.longest_wait)
+            return
+        self.waits_for = ""
+        self._wait = FIRST_WAIT
+        self.session.begin()
+
+    def _lose(self, now: float) -> None:
+        self.close()
+        self.session.begin()
+        self.waits_for = f"{self._driver.port}: lost while open: is the cable plugged in?"
+        self._next_attempt = now + self._wait

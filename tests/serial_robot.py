@@ -1,0 +1,99 @@
+"""The driver and the emulated firmware behind a pseudo-terminal, in the test's own process."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
+
+from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST
+from omnipuck_driver.driver_node import DriverNode
+from omnipuck_sim.firmware_emulator import FirmwareEmulator
+
+HALL = """
+bounds: [-1.0, -3.0, 20.0, 3.0]
+walled: true
+start: [0.0, 0.0]
+"""
+
+
+def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
+    message = Twist()
+    message.linear.x, message.linear.y, message.angular.z = x, y, yaw_rate
+    return message
+
+
+class SerialRobot:
+    """Both nodes, commands to them, and what they say."""
+
+    def __init__(self, ros, folder: Path, with_emulator: bool = True, with_driver: bool = True, **parameters) -> None:
+        self.ros = ros
+        world = folder / "hall.yaml"
+        world.write_text(HALL)
+        self.path = folder / "serial"
+        self.parameters = {
+            "simulator.world": str(world), "simulator.noise": 0.0,
+            "driver.port": str(self.path), "emulator.link": str(self.path), **parameters,
+        }  # fmt: skip
+        self.reports: dict[str, DiagnosticStatus] = {}
+        self.history: list[DiagnosticStatus] = []
+        self.odometry = ros.listen(Odometry, "ground_truth/odom", EVENT)
+        ros.probe.create_subscription(DiagnosticArray, "/diagnostics", self._take_report, DIAGNOSTICS_SUBSCRIBED)
+        self.emulator = ros.make(FirmwareEmulator, self.parameters) if with_emulator else None
+        self.driver = ros.make(DriverNode, self.parameters) if with_driver else None
+        self.commands = ros.probe.create_publisher(Twist, "cmd_vel", NEWEST)
+
+    def _take_report(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.reports[status.name] = status
+            self.history.append(status)
+
+    def until(self, condition: Callable[[], object], timeout: float = 20.0) -> None:
+        assert self.ros.wait_until(condition, timeout), f"waited in vain; {self.said}"
+
+    def ready(self) -> None:
+        """Until the driver would take a command."""
+        self.until(lambda: self.driver._link.armed and self.commands.get_subscription_count() > 0)
+
+    def drive_until(self, condition: Callable[[], object], message: Twist | None = None, **velocity) -> None:
+        """Sends the command at 20 Hz until the condition holds."""
+        message = twist(**velocity) if message is None else message
+        timer = self.ros.probe.create_timer(0.05, lambda: self.commands.publish(message))
+        self.commands.publish(message)
+        self.until(condition)
+        self.ros.probe.destroy_timer(timer)
+
+    def ask(self, **faults) -> None:
+        """Sets parameters of the emulator, named without their group."""
+        values = [Parameter(f"emulator.{name}", value=value) for name, value in faults.items()]
+        assert all(result.successful for result in self.emulator.set_parameters(values))
+
+    def call(self, name: str) -> Trigger.Response:
+        return self.ros.call(Trigger, name)
+
+    def value(self, node: str, key: str) -> str:
+        return next((v.value for v in self.reports[f"/{node}"].values if v.key == key), "")
+
+    @property
+    def said(self) -> dict[str, str]:
+        return {name: status.message for name, status in self.reports.items()}
+
+    @property
+    def speed(self) -> float:
+        linear = self.odometry[-1].twist.twist.linear if self.odometry else Twist().linear
+        return (linear.x**2 + linear.y**2) ** 0.5
+
+    @property
+    def stops(self) -> int:
+        return int(self.value("firmware_emulator", "stops"))
+
+    @property
+    def stop_age(self) -> float:
+        return float(self.value("firmware_emulator", "stop_age"))
+
+    @property
+    def stop_cause(self) -> str:
+        return self.value("firmware_emulator", "stop_cause")
