@@ -6,7 +6,28 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnipuck_sim.study import statistics
-from omnipuck_sim.study.statistics import MEAN, MEASURES, SPREAD, improvement, level_of, paired, share, spread_over
+from omnipuck_sim.study.comparisons import (
+    BETTER,
+    HOLDS,
+    OPEN,
+    OPPOSITE,
+    REVERSED,
+    SAME,
+    UNKNOWN,
+    WORSE,
+    verdict_of,
+)
+from omnipuck_sim.study.statistics import (
+    MEAN,
+    MEASURES,
+    SPREAD,
+    Estimate,
+    improvement,
+    level_of,
+    paired,
+    share,
+    spread_over,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -120,3 +141,19 @@ def test_pairs_are_what_both_have():
     ours, other = paired({"a": {0: 1.0, 1: 2.0}, "b": {0: 3.0}}, {"a": {1: 5.0, 2: 6.0}, "c": {0: 7.0}})
     assert [runs.tolist() for runs in ours] == [[2.0]]
     assert [runs.tolist() for runs in other] == [[5.0]]
+
+
+@pytest.mark.parametrize(
+    ("estimate", "beside_the_paper", "alone"),
+    [
+        (Estimate(3.0, 1.0, 5.0), HOLDS, BETTER),
+        (Estimate(3.0, -1.0, 5.0), SAME, OPEN),
+        (Estimate(3.0, note="2 of 5 needed for an interval"), SAME, OPEN),
+        (Estimate(-3.0, -4.0, 5.0), OPPOSITE, OPEN),
+        (Estimate(-3.0, -4.0, -1.0), REVERSED, WORSE),
+        (Estimate(None), UNKNOWN, UNKNOWN),
+    ],
+)
+def test_verdicts(estimate, beside_the_paper, alone):
+    assert verdict_of(estimate, 7.6) == beside_the_paper
+    assert verdict_of(estimate, None) == alone

@@ -49,7 +49,7 @@ def _table_one(case: CaseResults) -> Iterator[str]:
         f"are resampled. STD is that between {case.spread}. A run that does not arrive counts with the time limit, and "
         "with the length it drove."
     )
-    head = ("Improvement [%]", "against", "simulated", "pairs", "paper", "sign of the paper")
+    head = ("Improvement [%]", "against", "simulated", "pairs", "paper", "verdict")
     yield table(head, map(_comparison_row, case.table_one))
 
 
@@ -62,9 +62,8 @@ def _periods(case: CaseResults) -> str:
 
 def _comparison_row(each: Comparison) -> tuple[str, ...]:
     paper = "says nothing" if each.paper is None else f"{each.paper:.2f}"
-    verdict = each.verdict if each.paper is not None else ""
     name = ROWS[each.column, each.measure]
-    return name, each.other, with_interval(each.estimate, 2), str(each.pairs), paper, verdict
+    return name, each.other, with_interval(each.estimate, 2), str(each.pairs), paper, each.verdict
 
 
 def _success(case: CaseResults) -> Iterator[str]:

@@ -24,8 +24,11 @@ PAPER = {
 }
 """Improvements that the paper prints by strategy, column and statistic [%]. Paper: Table I."""
 
-HOLDS, SAME, OPPOSITE, REVERSED, UNKNOWN = "holds", "same sign, open", "opposite sign, open", "reversed", "not known"
+HOLDS, SAME, OPPOSITE, REVERSED = "holds", "same sign, open", "opposite sign, open", "reversed"
 """Verdicts: the interval is on the paper's side, contains zero (value on the paper's side, or not), is on the other."""
+BETTER, OPEN, WORSE = "better", "open", "worse"
+"""Verdicts where the paper says nothing: the interval is above zero, contains it, is below."""
+UNKNOWN = "not known"
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class Comparison:
         pairs: runs of both with the same world and seed.
         estimate: 100 (1 - ours / other) [%].
         paper: what the paper prints, None where it says nothing.
-        verdict: whether the paper's sign holds; without a number of the paper, whether ours is better.
+        verdict: whether the paper's sign holds; where it says nothing, whether ours is better.
     """
 
     ours: str
@@ -111,15 +114,20 @@ def compared(
     other_cell = runs.where(strategy=other, map_period_s=other_period)
     samples = paired(cell.by_trial(column), other_cell.by_trial(column))
     estimate = improvement(measure, *samples)
-    paper = PAPER.get((other, column, measure)) if ours == REFERENCE else None
+    as_paper = ours == REFERENCE and period == other_period == MAP_PERIOD
+    paper = PAPER.get((other, column, measure)) if as_paper else None
     pairs = sum(map(len, samples[0]))
-    return Comparison(ours, other, period, column, measure, pairs, estimate, paper, _verdict(estimate, paper))
+    return Comparison(ours, other, period, column, measure, pairs, estimate, paper, verdict_of(estimate, paper))
 
 
-def _verdict(estimate: Estimate, paper: float | None) -> str:
+def verdict_of(estimate: Estimate, paper: float | None) -> str:
+    """What an improvement [%] says beside that of the paper."""
     if estimate.value is None:
         return UNKNOWN
-    same = estimate.value > 0.0 if paper is None else estimate.value * paper > 0.0
+    better = estimate.value > 0.0
+    if paper is None:
+        return (BETTER if better else WORSE) if estimate.resolved else OPEN
+    # the paper's are all above zero
     if estimate.resolved:
-        return HOLDS if same else REVERSED
-    return SAME if same else OPPOSITE
+        return HOLDS if better else REVERSED
+    return SAME if better else OPPOSITE

@@ -78,7 +78,7 @@ def _opening(results: Results) -> Iterator[str]:
 def _verdicts(case: CaseResults) -> str:
     known = [each.verdict for each in case.table_one if each.paper is not None]
     if not known:
-        return f"{case.name}: nothing to compare with the paper's Table I, which needs harness and another strategy."
+        return f"{case.name}: nothing to compare with the paper's Table I (harness against another at 0.2 s)."
     counts = {verdict: known.count(verdict) for verdict in (HOLDS, SAME, OPPOSITE, REVERSED)}
     return (
         f"{case.name}: of {len(known)} signs in the paper's Table I, {counts[HOLDS]} hold with an interval that leaves "
