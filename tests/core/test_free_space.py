@@ -50,7 +50,7 @@ def test_a_dense_scan_gives_the_true_free_space(world):
 
 @pytest.mark.soak
 @pytest.mark.timeout(900)
-@settings(derandomize=True, deadline=None, max_examples=2000, print_blob=True)
+@settings(derandomize=True, deadline=None, max_examples=600, print_blob=True)
 @given(world=cluttered_worlds())
 def test_a_dense_scan_gives_the_true_free_space_in_many_more_worlds(world):
     assume(robot_is_free(world))
