@@ -55,5 +55,5 @@ def test_the_table_says_what_a_change_costs(tmp_path, monkeypatch):
     longer = [[each["value"] for each in row["longer"]] for row in found["ablations"]]
     assert longer[1] == pytest.approx([25.0] * 3)
     assert longer[0] == longer[2] == [0.0] * 3
-    assert found["comparisons"]["ablations"] == 6
+    assert found["comparisons"]["ablations"] == 4
     assert "without R_ref" in (folder / "report.html").read_text()

@@ -74,8 +74,8 @@ def draw_panels(cells: Sequence[Cell], spread: str) -> Figure:
         for strategy, shift in zip(strategies, shifts, strict=True):
             found = [(cell.map_period, cell.levels[place]) for cell in cells if cell.strategy == strategy]
             _draw_levels(axes, found, shift, strategy, strategies)
-        axes.set_xticks(sorted({cell.map_period for cell in cells}))
-        axes.margins(x=0.08)
+        periods = sorted({cell.map_period for cell in cells})
+        axes.set(xticks=periods, xlim=(periods[0] - 0.1, periods[-1] + 0.1))
         axes.set_ylim(bottom=0.0)
     handles, names = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside upper center", ncols=len(names))

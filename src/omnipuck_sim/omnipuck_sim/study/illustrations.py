@@ -63,4 +63,4 @@ def _row(folder: Path, provenance: Mapping[str, Any], source: Source, case: Case
 
 
 def _file_name(text: str) -> str:
-    return re.sub(r"[^\w.=-]+", "-", text).strip("-")
+    return re.sub(r"[^\w.-]+", "-", text).strip("-")

@@ -70,11 +70,11 @@ class Results:
 
     @property
     def comparisons(self) -> dict[str, int]:
-        """How many improvements were compared, by where they stand."""
+        """How many improvements were compared, each where it stands first."""
         return {
             "table_one": sum(len(case.table_one) for case in self.cases),
-            "by_map_period": sum(len(case.by_map_period) for case in self.cases),
-            "ablations": sum(len(each.gains) for each in self.ablations),
+            "other_map_periods": sum(len(set(case.by_map_period) - set(case.table_one)) for case in self.cases),
+            "ablations": sum(len(each.gains) for each in self.ablations if each.ablation != SHIPPED),
         }
 
     def record(self) -> dict[str, Any]:
