@@ -142,22 +142,22 @@ class _Loop:
 
 
 class _Timer:
-    """Ticks at a rate [Hz], the first one after `phase` [s], told in physics steps."""
+    """Ticks at a rate [Hz], the first one after `phase` [s], told in physics steps; `next` is that of the next tick."""
 
     def __init__(self, rate: float, physics_rate: float, phase: float = 0.0) -> None:
         self._rate, self._physics_rate, self._phase = rate, physics_rate, phase
         self._ticks = 0
-        self._next = self._step_of(0)
+        self.next = self._step_of(0)
 
     def _step_of(self, tick: int) -> int:
         return round((tick / self._rate + self._phase) * self._physics_rate)
 
     def due(self, step: int) -> bool:
         """Whether a tick falls on this step; each is told once."""
-        if step < self._next:
+        if step < self.next:
             return False
         self._ticks += 1
-        self._next = self._step_of(self._ticks)
+        self.next = self._step_of(self._ticks)
         return True
 
 
@@ -182,6 +182,7 @@ def _run(loop: _Loop) -> tuple[str, float, list[tuple[float, ...]]]:
     mocap, lidar = _Timer(settings.simulator.mocap_rate, rate), _Timer(settings.lidar.rate, rate)
     planner = _Timer(1.0 / settings.planner.map_period, rate, PLANNER_PHASE)
     controller = _Timer(settings.controller.rate, rate, CONTROLLER_PHASE)
+    timers = (mocap, lidar, planner, controller)
     begun: float | None = None
     rows: list[tuple[float, ...]] = []
     step = 0
@@ -209,9 +210,11 @@ def _run(loop: _Loop) -> tuple[str, float, list[tuple[float, ...]]]:
         if controller.due(step):
             loop.controller()
             begun = simulator.time if begun is None and loop.moving else begun
-        simulator.step()
+        wake = min(timer.next for timer in timers)
+        for _ in range(wake - step):
+            simulator.step()
         loop.impacts += simulator.take_impacts()
-        step += 1
+        step = wake
 
 
 def _is_stuck(rows: list[tuple[float, ...]], settings: Settings) -> bool:
