@@ -94,3 +94,12 @@ def test_frontiers_run_counter_clockwise_and_those_of_one_number_follow_each_oth
     for number in set(local_map.frontier_number):
         of_one = local_map.segments[local_map.frontier_number == number]
         np.testing.assert_allclose(of_one[1:, :2], of_one[:-1, 2:], atol=1e-12)
+
+
+@pytest.mark.parametrize("gap", [0.001, 0.02, 0.2])
+@pytest.mark.parametrize("n_beams", [60, 360, 1000])
+def test_a_round_pillar_however_near_has_a_shadow_edge_on_each_side(gap, n_beams):
+    local_map = map_of(world_of(circles=[(RADIUS + gap + 0.25, 0.0, 0.25)]), n_beams=n_beams)
+    kinds = [len(set(local_map.frontier_number[local_map.frontier_kind == k])) for k in (SHADOW_EDGE, BORDER_RUN)]
+    assert kinds == [2, 1]
+    assert len(local_map.predicted) == 0
