@@ -18,7 +18,7 @@ from collplan_ros.bringup import main, run
 from collplan_ros.failures import NodeDied
 from collplan_ros.options import Options
 from collplan_ros.processes import NodeProcess, stop_all
-from collplan_ros.robots import RobotKind
+from collplan_ros.robots import ROBOTS, RobotKind
 from collplan_ros.watch import REACHED, STUCK, TIMEOUT, Watch
 
 WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0], [1.0, 1], [0.8, 1]]\n"
@@ -58,7 +58,7 @@ def test_what_no_option_can_be_is_refused_by_the_parser(capsys, arguments):
 
 
 def test_an_unknown_robot_of_a_script_is_named(capsys):
-    with pytest.raises(preparation.StartError, match="robot 'tank': unknown, expected one of sim"):
+    with pytest.raises(preparation.StartError, match="robot 'tank': unknown, expected one of sim, emulator, serial:PATH"):
         run(Options(robot="tank"))
 
 
@@ -121,7 +121,7 @@ def program(folder: Path, name: str, body: str) -> None:
 def lone_robot(tmp_path, monkeypatch):
     """A graph of nothing but one robot, whose program the test writes."""
     monkeypatch.setattr(preparation, "NODES", ())
-    monkeypatch.setitem(preparation.ROBOTS, "fake", RobotKind("fake_robot", "fake_robot", True, "subnet"))
+    monkeypatch.setitem(ROBOTS, "fake", RobotKind(("fake_robot",), True, "subnet"))
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     return lambda body: program(tmp_path, "fake_robot", body)
 

@@ -7,12 +7,16 @@ from collections.abc import Callable
 from contextlib import ExitStack
 
 import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
+from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from collplan_ros.conversions import goal_to_message
+from collplan_ros.diagnostics import ERROR
 from collplan_ros.failures import GraphError, StartError
 from collplan_ros.network import described, environment_set, graph_environment
 from collplan_ros.preparation import Preparation
@@ -33,6 +37,8 @@ READY_PATIENCE = 300.0
 """Nodes may have to compile first [s]."""
 NOTICE_TIME = 5.0
 """After this it is said whom the start waits for [s]."""
+LINK_PATIENCE = 5.0
+"""For the robot to follow commands, once every node has reported [s]."""
 INPUT_PATIENCE = 3.0
 """For poses, scans and the answer to a goal, once every node is ready [s]."""
 GOAL_PERIOD = 1.0
@@ -111,12 +117,18 @@ class Graph:
                 raise GraphError(complaint())
             self.step()
 
+    def wait_until_poses_come(self) -> None:
+        """Waits until every node has reported, and poses are there."""
+        self.wait(self._all_reported(), READY_PATIENCE, self._unready)
+        self._refuse_doubles()
+        self.wait(lambda: self._robot_status.level != ERROR, LINK_PATIENCE, self._robot_trouble)
+        self._let_the_ring_tell()
+        self.wait(lambda: self.recorder.newest is not None, INPUT_PATIENCE, self._no_pose)
+
     def wait_until_ready(self) -> None:
         """Waits until every node has reported, and poses, scans and the planner are there."""
         recorder = self.recorder
-        self.wait(self._all_reported(), READY_PATIENCE, self._unready)
-        self._refuse_doubles()
-        self.wait(lambda: recorder.newest is not None, INPUT_PATIENCE, self._no_pose)
+        self.wait_until_poses_come()
         self.wait(lambda: recorder.scan_came, INPUT_PATIENCE, lambda: self._missing("scan", "best effort"))
         self.wait(lambda: self._goals.get_subscription_count() > 0, INPUT_PATIENCE, self._no_planner)
 
@@ -138,19 +150,21 @@ class Graph:
         context = Context()
         context.init()
         stack.callback(context.try_shutdown)
-        self._node = Node(NAME, context=context)
-        stack.callback(self._node.destroy_node)
-        self.recorder = Recorder(self._node, self._preparation.settings, self._folder.trajectory)
+        self.node = Node(NAME, context=context)
+        stack.callback(self.node.destroy_node)
+        self.recorder = Recorder(self.node, self._preparation.settings, self._folder.trajectory)
         stack.callback(self.recorder.finish)
-        self._goals = self._node.create_publisher(PoseStamped, "goal_pose", EVENT)
+        self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
         self._executor = SingleThreadedExecutor(context=context)
-        self._executor.add_node(self._node)
+        self._executor.add_node(self.node)
         stack.callback(self._executor.shutdown)
 
     def _ros_arguments(self) -> list[str]:
         arguments = ["--params-file", str(self._folder.parameters)]
         if self._preparation.settings.simulator.speed_factor != 1.0:
             arguments += ["-p", "use_sim_time:=true"]
+        if self._preparation.robot.emulated:
+            arguments += ["-p", f"emulator.link:={self._folder.serial}", "-p", f"driver.port:={self._folder.serial}"]
         return arguments
 
     def _stop_processes(self) -> None:
@@ -160,8 +174,8 @@ class Graph:
     def _names(self) -> Counter[str]:
         """How often each name of this graph is seen in its namespace."""
         ours = {NAME, *self._preparation.programs}
-        seen = self._node.get_node_names_and_namespaces()
-        return Counter(name for name, space in seen if space == self._node.get_namespace() and name in ours)
+        seen = self.node.get_node_names_and_namespaces()
+        return Counter(name for name, space in seen if space == self.node.get_namespace() and name in ours)
 
     def _refuse_company(self) -> None:
         end = time.monotonic() + LISTENING_TIME
@@ -189,9 +203,28 @@ class Graph:
 
         return condition
 
+    @property
+    def _robot_status(self) -> DiagnosticStatus:
+        return self.recorder.reported[self._full_name(self._preparation.robot.nodes[0])]
+
+    def _robot_trouble(self) -> str:
+        return f"{self._preparation.robot.nodes[0]}: {self._robot_status.message}"
+
+    def _let_the_ring_tell(self) -> None:
+        """Where the firmware senses hits, mocap_node is not to find them in the poses as well."""
+        if ("impact_sensing", "yes") not in [(item.key, item.value) for item in self._robot_status.values]:
+            return
+        client = self.node.create_client(SetParameters, f"{self._full_name('mocap_node')}/set_parameters")
+        off = Parameter("mocap.detect_impacts", value=False).to_parameter_msg()
+        self.wait(client.service_is_ready, INPUT_PATIENCE, lambda: "mocap_node: no parameter service")
+        answer = client.call_async(SetParameters.Request(parameters=[off]))
+        self.wait(answer.done, INPUT_PATIENCE, lambda: "mocap_node: no answer to mocap.detect_impacts: false")
+
+    def _full_name(self, node: str) -> str:
+        return f"{self.node.get_namespace().rstrip('/')}/{node}"
+
     def _silent_nodes(self) -> list[str]:
-        space = self._node.get_namespace().rstrip("/")
-        return [name for name in self._preparation.programs if f"{space}/{name}" not in self.recorder.reported]
+        return [name for name in self._preparation.programs if self._full_name(name) not in self.recorder.reported]
 
     def _unready(self) -> str:
         silent = _in_words(self._silent_nodes())
@@ -210,7 +243,7 @@ class Graph:
         return f"nothing on {self._name(topic)} ({reliability}) for {INPUT_PATIENCE:g} s; {described()}"
 
     def _name(self, topic: str) -> str:
-        return str(self._node.resolve_topic_name(topic))
+        return str(self.node.resolve_topic_name(topic))
 
 
 def _in_words(names: list[str]) -> str:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from collplan_core.parameter import specs
 from collplan_core.params import Planning, Settings
+from collplan_ros.failures import StartError
 from collplan_ros.network import RANGES
-from collplan_ros.robots import ROBOTS
+from collplan_ros.robots import EXPECTED, robot_kind
 
 
 @dataclass(frozen=True)
@@ -16,7 +17,7 @@ class Options:
     """One run. None leaves a value to the parameter file and, where that is silent, to the parameter's default.
 
     Attributes:
-        robot: name in ROBOTS.
+        robot: sim, emulator, serial:PATH or serial:PATH@BAUD.
         world: NAME, FILE or FAMILY:SEED.
         strategy: named weight set.
         goal: x, y [m]; None is the world's own.
@@ -25,7 +26,10 @@ class Options:
         out: folder of run folders.
         timeout: longest run [s].
         network: local or subnet; None is the robot's own.
+        max_speed: robot.max_speed [m/s].
         pictures: whether trajectory.png and run.gif are made.
+        check: whether the robot and its motion capture are checked instead of a run.
+        yes: whether the check may move the robot without asking.
     """
 
     robot: str = "sim"
@@ -37,7 +41,10 @@ class Options:
     out: Path = Path("runs")
     timeout: float | None = None
     network: str | None = None
+    max_speed: float | None = None
     pictures: bool = True
+    check: bool = False
+    yes: bool = False
 
     def values(self) -> dict[str, object]:
         """The parameters that these options set, by key."""
@@ -47,6 +54,7 @@ class Options:
             "planner.strategy": self.strategy,
             "simulator.seed": self.seed,
             "trial.timeout": self.timeout,
+            "robot.max_speed": self.max_speed,
         }
         return {key: value for key, value in chosen.items() if value is not None}
 
@@ -62,7 +70,11 @@ examples:
   bringup                                           the corridor, simulated
   bringup --world random:7 --strategy low_risk      another arena, another strategy
   bringup --world my_arena.yaml --goal 2.0 0.4      your own world and goal
+  bringup --robot emulator                          over serial bytes, to an emulated firmware
+  bringup --robot serial:/dev/ttyUSB0 --max-speed 0.3
+                                                    the real robot
   bringup --params runs/latest/parameters.yaml      the last run once more
+  bringup --check --params mocap.yaml               before the first run of a robot
 
 Each run leaves a folder: summary.json, trajectory.csv and .png, impacts.csv, run.gif, parameters.yaml and the
 output of each node in log/. ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
@@ -75,7 +87,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="bringup", description=DESCRIPTION, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     add = parser.add_argument
-    add("--robot", default="sim", choices=sorted(ROBOTS), help="which robot to start (default sim, the simulated one)")
+    add("--robot", default="sim", type=_robot, help=f"{EXPECTED} (default sim, the simulated one)")
     add("--world", metavar="W", help=f"world: NAME, FILE or FAMILY:SEED (default {defaults.simulator.world})")
     add("--strategy", metavar="NAME", help=f"{_choices()} (default {defaults.planner.strategy})")
     add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default the world's own goal)")
@@ -83,9 +95,24 @@ def _parser() -> argparse.ArgumentParser:
     add("--params", type=Path, metavar="FILE", help="ROS parameter file; the options above and below outrank it")
     add("--out", type=Path, default=Path("runs"), metavar="DIR", help="where run folders go (default runs)")
     add("--timeout", type=float, metavar="S", help=f"longest run [s] (default {defaults.trial.timeout:g})")
-    add("--network", choices=sorted(RANGES), help="who may take part: this machine or the subnet (default sim: local)")
+    add(
+        "--network",
+        choices=sorted(RANGES),
+        help="who may take part: this machine or the subnet (default local; subnet for serial)",
+    )
+    add("--max-speed", type=float, metavar="V", help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s)")
     add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png and run.gif")
+    add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")
+    add("--yes", action="store_true", help="with --check: move the robot without asking")
     return parser
+
+
+def _robot(spec: str) -> str:
+    try:
+        robot_kind(spec)
+    except StartError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return spec
 
 
 def _choices() -> str:

@@ -12,7 +12,7 @@ from collplan_core.worlds import World, WorldError, check_route, load_world
 from collplan_ros.failures import StartError
 from collplan_ros.options import Options
 from collplan_ros.processes import find_executable
-from collplan_ros.robots import NODES, ROBOTS, RobotKind
+from collplan_ros.robots import NODES, RobotKind, robot_kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,17 +34,14 @@ def prepare(options: Options) -> Preparation:
         StartError: an unknown robot, world, strategy or parameter, a value that does not fit, a goal that cannot be
             reached, or a program that is not installed.
     """
-    if options.robot not in ROBOTS:
-        raise StartError(f"robot {options.robot!r}: unknown, expected one of {', '.join(sorted(ROBOTS))}")
-    robot = ROBOTS[options.robot]
+    robot = robot_kind(options.robot)
     try:
-        settings = _settings(options, robot.simulated)
+        settings = _settings(options, robot)
         world = load_world(settings.simulator.world)
         goal = _checked_goal(options, world, settings)
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
-    programs = {robot.node: robot.executable, **{name: name for name in NODES}}
-    found = {node: find_executable(program) for node, program in programs.items()}
+    found = {name: find_executable(name) for name in (*robot.nodes, *NODES)}
     return Preparation(robot, options.network or robot.network, settings, world, goal, found)
 
 
@@ -60,15 +57,16 @@ def write_used_parameters(path: Path, settings: Settings) -> None:
         raise StartError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def _settings(options: Options, simulated: bool) -> Settings:
+def _settings(options: Options, robot: RobotKind) -> Settings:
     values = read_parameters(options.params) if options.params else {}
+    values.update(robot.values)
     values.update(options.values())
     for key in ("lidar.world", "simulator.world"):
         # the parameters used serve another run from another folder too
         if key in values and Path(str(values[key])).is_file():
             values[key] = str(Path(str(values[key])).resolve())
     settings = Settings().with_values(values)
-    if simulated and settings.simulator.noise * settings.simulator.mocap_noise == 0.0:
+    if robot.simulated and settings.simulator.noise * settings.simulator.mocap_noise == 0.0:
         # poses of a simulated robot at rest are equal to the last bit then
         settings = settings.with_values({"mocap.accept_frozen": values.get("mocap.accept_frozen", True)})
     return settings

@@ -7,7 +7,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PointStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
@@ -43,7 +43,7 @@ class Recorder:
 
     Attributes:
         log: what was received.
-        reported: full names of the nodes whose diagnostics came.
+        reported: newest diagnostics by the node's full name.
         goal_state: newest status of the goal, None before the first.
         newest: newest pose, whether recording or not.
         scan_came: whether there was a usable scan.
@@ -52,7 +52,7 @@ class Recorder:
     def __init__(self, node: Node, settings: Settings, trajectory: FilePath) -> None:
         """Subscribes in `node`."""
         self.log = RunLog()
-        self.reported: set[str] = set()
+        self.reported: dict[str, DiagnosticStatus] = {}
         self.goal_state: int | None = None
         self.newest: PoseRow | None = None
         self.scan_came = False
@@ -109,7 +109,7 @@ class Recorder:
         return guarded
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
-        self.reported.update(status.name for status in message.status)
+        self.reported.update({status.name: status for status in message.status})
 
     def _take_goal_status(self, message: GoalStatus) -> None:
         self.goal_state = message.status

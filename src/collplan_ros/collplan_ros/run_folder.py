@@ -52,6 +52,11 @@ class RunFolder:
         return self.path / "parameters.yaml"
 
     @property
+    def serial(self) -> Path:
+        """Where an emulated firmware has its pseudo-terminal, while it runs."""
+        return self.path / "serial"
+
+    @property
     def trajectory(self) -> Path:
         """One row per pose."""
         return self.path / "trajectory.csv"

@@ -148,6 +148,7 @@ class DriverNode(Node):
         if trouble != self._said:
             self._said = trouble
             self.get_logger().info(trouble or "connected, the robot follows commands")
+            self._diagnostics.publish()
 
     # ---- how it is
 

@@ -1,0 +1,77 @@
+"""Omni wheels: worked by hand, there and back, saturated, and arrangements that cannot move every way."""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.parameter import ParameterError
+from collplan_core.params import Kinematics
+from omnipuck_driver.kinematics import OmniWheels
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=150)
+SPEEDS = st.floats(-2.0, 2.0)
+
+
+@st.composite
+def arrangements(draw):
+    """Three to eight wheels, each within a fifth of a turn's share of its even place."""
+    n, turn = draw(st.integers(3, 8)), draw(st.floats(0.0, 1.0))
+    shifts = draw(st.lists(st.floats(-0.2, 0.2), min_size=n, max_size=n))
+    angles = tuple(((k + shift) / n * 2 * pi + turn) % (2 * pi) for k, shift in enumerate(shifts))
+    radii = draw(st.floats(0.02, 0.5)), draw(st.floats(0.005, 0.1))
+    return OmniWheels(Kinematics(angles, *radii))
+
+
+def test_by_hand():
+    wheels = OmniWheels(Kinematics((0.0, pi / 2, pi), mount_radius=0.1, wheel_radius=0.02))
+    # wheel 0 is in front and drives to the left, wheel 1 on the left drives back, wheel 2 behind drives to the right
+    assert wheels.speeds(np.array([1.0, 0.0]), 0.0) == pytest.approx([0.0, -50.0, 0.0], abs=1e-9)
+    assert wheels.speeds(np.array([0.0, 1.0]), 0.0) == pytest.approx([50.0, 0.0, -50.0], abs=1e-9)
+    assert wheels.speeds(np.zeros(2), 2.0) == pytest.approx([10.0, 10.0, 10.0])
+
+
+def test_the_default_wheels_by_hand():
+    wheels = OmniWheels(Kinematics())
+    # 60, 180 and 300 degrees: straight on turns the first back, the third forward, the second not at all
+    assert wheels.speeds(np.array([1.0, 0.0]), 0.0) == pytest.approx([-25 * sqrt(3), 0.0, 25 * sqrt(3)], abs=1e-9)
+
+
+@given(arrangements(), SPEEDS, SPEEDS, st.floats(-5.0, 5.0))
+@QUICK
+def test_there_and_back(wheels, x, y, yaw_rate):
+    velocity, turn = wheels.twist(wheels.speeds(np.array([x, y]), yaw_rate))
+    assert [*velocity, turn] == pytest.approx([x, y, yaw_rate], abs=1e-12, rel=1e-12)
+
+
+@given(arrangements(), SPEEDS, SPEEDS, st.floats(-5.0, 5.0))
+@QUICK
+def test_saturation_keeps_the_direction(wheels, x, y, yaw_rate):
+    wanted = np.array([x, y, yaw_rate])
+    slowed = wheels.saturated(wheels.speeds(wanted[:2], yaw_rate))
+    assert np.max(np.abs(slowed)) <= 80.0 * (1 + 1e-12)
+    velocity, turn = wheels.twist(slowed)
+    share = np.linalg.norm([*velocity, turn]) / max(np.linalg.norm(wanted), 1e-300)
+    assert share <= 1.0 + 1e-9
+    assert [*velocity, turn] == pytest.approx(share * wanted, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [
+        ({"wheel_angles": (0.0, pi)}, "kinematics.wheel_angles: got 2 angles, expected 3 to 8"),
+        ({"wheel_angles": (0.5, 0.5, 0.5)}, "parallel"),
+        ({"wheel_angles": (0.0, pi, 0.0, pi)}, "parallel"),
+        ({"wheel_angles": (0.0, 0.01, pi)}, "parallel"),
+        ({"wheel_angles": tuple(0.1 * k for k in range(9))}, "got 9 angles"),
+        ({"wheel_radius": 0.0}, "kinematics.wheel_radius: got 0.0"),
+        ({"mount_radius": 0.0}, "kinematics.mount_radius: got 0.0"),
+        ({"max_wheel_speed": 0.0}, "kinematics.max_wheel_speed: got 0.0"),
+        ({"wheel_angles": (0.0, float("nan"), 1.0)}, "kinematics.wheel_angles: got"),
+    ],
+)
+def test_wheels_that_cannot_move_every_way_are_refused(values, named):
+    with pytest.raises(ParameterError, match=named):
+        OmniWheels(Kinematics(**values))
