@@ -22,7 +22,16 @@ setup(
     extras_require={
         "test": ["pytest"],
         # a robot does without
-        "study": ["dask", "defusedxml", "distributed", "matplotlib>=3.8", "pyarrow", "scipy>=1.11.4", "tqdm"],
+        "study": [
+            "dask",
+            "defusedxml",
+            "distributed",
+            "matplotlib>=3.8",
+            "pyarrow",
+            "scipy>=1.11.4",
+            "shapely>=2.0.3",
+            "tqdm",
+        ],
     },
     zip_safe=False,
     entry_points={

@@ -17,7 +17,7 @@ WITH_ROS_IN_SIM = {"omnipuck_sim.room", "omnipuck_sim.simulator_node", "omnipuck
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
 PIP_NAMES = {"PIL": "pillow", "serial": "pyserial", "yaml": "PyYAML"}
 WITHOUT_ROSDEP_KEY = {"cobs", "numba", "pymunk"}
-ONLY_STUDY = {"defusedxml", "distributed", "pyarrow", "tqdm"}
+ONLY_STUDY = {"defusedxml", "distributed", "matplotlib", "pyarrow", "scipy", "shapely", "tqdm"}
 OPTIONAL = {"tf2_ros"}
 
 
