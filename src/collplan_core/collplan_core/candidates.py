@@ -8,6 +8,21 @@ from collplan_core.jit import njit
 
 
 @njit
+def long_enough(segments: np.ndarray, number: np.ndarray, shortest: float) -> np.ndarray:
+    """(m,) the pieces (m, 4) of frontiers at least so long [m]; all of them where none is.
+
+    Between two touching round obstacles a notch of a few centimetres is seen as a frontier; to aim at it is to creep.
+    """
+    length = np.zeros(number[-1] + 1 if len(number) else 0)
+    for k in range(len(segments)):
+        length[number[k]] += math.hypot(segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1])
+    kept = np.empty(len(segments), np.bool_)
+    for k in range(len(segments)):
+        kept[k] = length[number[k]] >= shortest
+    return kept if kept.any() else np.ones(len(segments), np.bool_)
+
+
+@njit
 def sample_positions(segments: np.ndarray, number: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """S: floor(length / spacing) positions a frontier, at least one, at the centres of equal cells.
 

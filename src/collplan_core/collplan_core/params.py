@@ -70,6 +70,7 @@ class Planning(Parameters):
     map_period: float = parameter(0.2, "T_map, time between two plans", unit="s", low=0.05, high=2.0, live=True)
     goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
     frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True)
+    shortest_frontier: float = parameter(0.05, "Shorter frontiers are passed over where a longer one is seen", unit="m", low=0.0, high=0.5, live=True)
     n_directions: int = parameter(8, "N_l, number of candidate velocity directions", low=4, high=64, live=True)
     n_speeds: int = parameter(4, "N_v, candidate speeds are 0 to v_max in so many steps", low=1, high=32, live=True)
     turn_penalty: float = parameter(5.0, "f_a, factor on J_pos where the turn reaches turn_threshold", low=1.0, high=1e3, live=True)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core.candidates import product, sample_positions, speed_counts
+from collplan_core.candidates import long_enough, product, sample_positions, speed_counts
 from collplan_core.costs.position import position_costs
 from collplan_core.costs.risk import crosses_boundary, gap_risk
 from collplan_core.costs.total import TERMS, choose, evaluate
@@ -98,6 +98,7 @@ def _aim_at_frontiers(
     used = (
         local_map.frontier_kind == SHADOW_EDGE if p.frontiers == "printed" else np.ones(len(local_map.segments), bool)
     )
+    used &= long_enough(local_map.segments, local_map.frontier_number, p.shortest_frontier)
     if not used.any():
         raise NoPlan("no frontier in the local map and the goal is not in free space")
     lit = local_map.lit[used]
