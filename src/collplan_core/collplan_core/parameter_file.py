@@ -51,8 +51,13 @@ def read_parameters(path: str | Path) -> dict[str, Any]:
 
 def write_parameters(settings: Settings, path: str | Path) -> None:
     """Every parameter and its value, for every node."""
+    write_values(settings.values(), path)
+
+
+def write_values(values: Mapping[str, Any], path: str | Path) -> None:
+    """These `group.field` keys and their values, for every node."""
     groups: dict[str, dict[str, Any]] = {}
-    for key, value in settings.values().items():
+    for key, value in values.items():
         group, name = key.split(".")
         groups.setdefault(group, {})[name] = value
     Path(path).write_text(yaml.safe_dump({_EVERY_NODE: {_PARAMETERS: groups}}, sort_keys=False))

@@ -10,7 +10,16 @@ from typing import Any
 import numpy as np
 from action_msgs.msg import GoalStatus
 
-from collplan_ros.failures import GraphError, Interrupted, NodeDied, StartError
+from collplan_ros.check import check
+from collplan_ros.failures import (
+    GRAPH_LOST,
+    NOT_REACHED,
+    NOT_STARTED,
+    GraphError,
+    Interrupted,
+    NodeDied,
+    StartError,
+)
 from collplan_ros.graph import Graph
 from collplan_ros.options import Options, parse
 from collplan_ros.preparation import prepare, write_used_parameters
@@ -24,7 +33,6 @@ REST_PATIENCE = 2.0
 """The robot may take so long to stop [s]."""
 REST_SPEED = 0.03
 GIVEN_UP = {GoalStatus.STATUS_ABORTED: "aborted", GoalStatus.STATUS_CANCELED: "canceled"}
-NOT_REACHED, NOT_STARTED, GRAPH_LOST = 1, 2, 3
 
 
 @dataclass(frozen=True)
@@ -162,6 +170,8 @@ def main(args: Sequence[str] | None = None) -> int:
     options = parse(args)
     progress = Progress()
     try:
+        if options.check:
+            return check(options, progress)
         result = run(options, progress)
     except StartError as error:
         print(f"bringup: {error}", file=sys.stderr)

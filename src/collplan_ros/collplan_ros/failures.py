@@ -1,5 +1,9 @@
 """Why a run ended before its time."""
 
+NOT_REACHED, NOT_STARTED, GRAPH_LOST = 1, 2, 3
+FOUND_WRONG = 1
+"""Exit codes."""
+
 
 class StartError(RuntimeError):
     """Something asked for cannot be done; nothing was started."""

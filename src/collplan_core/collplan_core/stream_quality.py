@@ -1,0 +1,33 @@
+"""How good a stream of poses is, from a body at rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class StreamQuality:
+    """Figures of a stream.
+
+    Attributes:
+        rate: poses per second, by their stamps [Hz].
+        jitter: 99 of 100 poses come at most so much sooner or later after the last one than usual [s].
+        longest_gap: between two receipts [s].
+        noise: standard deviation of the position by axis, the larger one [m].
+    """
+
+    rate: float
+    jitter: float
+    longest_gap: float
+    noise: float
+
+
+def stream_quality(stamps: np.ndarray, received: np.ndarray, positions: np.ndarray) -> StreamQuality:
+    """Of n >= 3 poses: stamps (n,) and local times of receipt (n,) [s], positions (n, 2) [m]."""
+    gaps = np.diff(received)
+    return StreamQuality(
+        rate=float((len(stamps) - 1) / (stamps[-1] - stamps[0])),
+        jitter=float(np.percentile(np.abs(gaps - np.median(gaps)), 99)),
+        longest_gap=float(gaps.max()),
+        noise=float(positions.std(axis=0).max()),
+    )

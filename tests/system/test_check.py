@@ -1,0 +1,114 @@
+"""bringup --check against the simulated robot, whose markers sit where the check must find them."""
+
+import math
+import sys
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from collplan_core.body_estimate import AxesFit, BodyOffset
+from collplan_core.parameter_file import read_parameters, write_values
+from collplan_core.params import Settings
+from collplan_core.stream_quality import StreamQuality
+from collplan_core.warm_up import warm_up
+from collplan_ros.bringup import main
+from collplan_ros.check_findings import DOUBTFUL, GOOD, WRONG, of_axes, of_nodes, of_offset, of_stream, of_turn
+
+HALL = "bounds: [0, 0, 2, 2]\nwalled: true\nstart: [1.0, 1.0]\ngoal: [1.5, 1.5]\n"
+OFFSET = {"x": 0.04, "y": -0.025, "yaw": 0.3}
+QUIET = {"simulator.actuation_noise": 0.002, "simulator.actuation_bias": 0.01, "controller.max_yaw_rate": 2.5}
+
+
+@pytest.fixture
+def options(tmp_path):
+    """Writes a world and parameters; the options that name them."""
+    warm_up()
+    (tmp_path / "hall.yaml").write_text(HALL)
+
+    def written(**values):
+        write_values({**QUIET, **{key.replace("__", "."): v for key, v in values.items()}}, tmp_path / "given.yaml")
+        files = ["--world", str(tmp_path / "hall.yaml"), "--params", str(tmp_path / "given.yaml")]
+        return ["--check", "--yes", *files, "--out", str(tmp_path / "runs")]
+
+    return written
+
+
+def test_the_offset_is_found_and_written(tmp_path, capsys, options):
+    """The 10 degrees that mocap.body_offset_yaw says already do not mislead it."""
+    placed = {f"simulator__marker_offset_{key}": value for key, value in OFFSET.items()}
+    assert main(options(**placed, mocap__body_offset_yaw=0.17)) == 0, capsys.readouterr().out
+    found = read_parameters(tmp_path / "runs" / "latest" / "checked.yaml")
+    assert found["mocap.body_offset_x"] == pytest.approx(OFFSET["x"], abs=0.002)
+    assert found["mocap.body_offset_y"] == pytest.approx(OFFSET["y"], abs=0.002)
+    assert found["mocap.body_offset_yaw"] == pytest.approx(OFFSET["yaw"], abs=math.radians(1.0))
+    assert found["simulator.marker_offset_x"] == OFFSET["x"]
+    assert "checked.yaml" in capsys.readouterr().out
+
+
+def test_a_dead_stream_moves_nothing(tmp_path, capsys, options):
+    assert main(options(mocap__topic="elsewhere/pose")) == 3
+    assert "made from /elsewhere/pose (best effort)" in capsys.readouterr().out
+    assert not (tmp_path / "runs" / "latest" / "checked.yaml").exists()
+
+
+def test_without_a_terminal_it_needs_a_yes(tmp_path, capsys, monkeypatch, options):
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: False, raising=False)
+    assert main([o for o in options() if o != "--yes"]) == 2
+    assert "--yes" in capsys.readouterr().err
+    assert not (tmp_path / "runs").exists()
+
+
+# ---- what the check makes of its figures
+
+FINE = AxesFit(turn=0.1, uncertainty=0.005, scale=1.02, mirrored=False)
+
+
+@pytest.mark.parametrize(
+    ("fit", "verdict", "text"),
+    [
+        (FINE, GOOD, "1.020 times"),
+        (AxesFit(0.0, 0.1, 0.05, False), WRONG, "did not move"),
+        (AxesFit(0.0, 0.1, 1.0, True), WRONG, "left is right"),
+        (AxesFit(0.0, 0.001, 1000.0, False), WRONG, "mocap.units"),
+        (AxesFit(0.0, 0.001, 0.6, False), WRONG, "wheels"),
+        (AxesFit(0.0, 0.1, 0.6, False), DOUBTFUL, "wheels"),
+    ],
+)
+def test_axes(fit, verdict, text):
+    finding = of_axes(fit)
+    assert finding.verdict == verdict
+    assert text in finding.text
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.99, GOOD), (-1.0, WRONG), (0.01, WRONG), (2.0, WRONG)])
+def test_turn(share, verdict):
+    assert of_turn(share).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("quality", "verdicts"),
+    [
+        (StreamQuality(100.0, 0.002, 0.02, 0.002), [GOOD, GOOD, GOOD]),
+        (StreamQuality(20.0, 0.002, 0.06, 0.0001), [DOUBTFUL, GOOD, GOOD]),
+        (StreamQuality(100.0, 0.05, 0.3, 0.01), [GOOD, WRONG, DOUBTFUL]),
+    ],
+)
+def test_stream(quality, verdicts):
+    assert [finding.verdict for finding in of_stream(quality, Settings())] == verdicts
+
+
+def test_nodes():
+    levels = {"/a": DiagnosticStatus.OK, "/b": DiagnosticStatus.WARN, "/c": DiagnosticStatus.ERROR}
+    statuses = {name: DiagnosticStatus(level=level, name=name, message="so") for name, level in levels.items()}
+    assert [(f.verdict, f.text) for f in of_nodes(statuses)] == [
+        (GOOD, "/a: so"),
+        (DOUBTFUL, "/b: so"),
+        (WRONG, "/c: so"),
+    ]
+
+
+def test_an_uncertain_heading_is_doubtful():
+    offset = BodyOffset(0.03, -0.02, 0.17)
+    assert of_offset(offset, FINE).verdict == GOOD
+    assert of_offset(offset, AxesFit(0.1, 0.02, 1.0, False)).verdict == DOUBTFUL
+    assert "+30.0 mm ahead and -20.0 mm left" in of_offset(offset, FINE).text
