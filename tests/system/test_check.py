@@ -1,7 +1,10 @@
 """bringup --check against the simulated robot, whose markers sit where the check must find them."""
 
 import math
+import os
 import sys
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -11,8 +14,10 @@ from collplan_core.parameter_file import read_parameters, write_values
 from collplan_core.params import Settings
 from collplan_core.stream_quality import StreamQuality
 from collplan_core.warm_up import warm_up
+from collplan_ros import check
 from collplan_ros.bringup import main
 from collplan_ros.check_findings import DOUBTFUL, GOOD, WRONG, of_axes, of_nodes, of_offset, of_stream, of_turn
+from collplan_ros.progress import Progress
 
 HALL = "bounds: [0, 0, 2, 2]\nwalled: true\nstart: [1.0, 1.0]\ngoal: [1.5, 1.5]\n"
 OFFSET = {"x": 0.04, "y": -0.025, "yaw": 0.3}
@@ -56,6 +61,28 @@ def test_without_a_terminal_it_needs_a_yes(tmp_path, capsys, monkeypatch, option
     assert main([o for o in options() if o != "--yes"]) == 2
     assert "--yes" in capsys.readouterr().err
     assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("answer", "goes"), [("y\n", True), ("yes\n", True), ("\n", False), ("n\n", False), ("", False)]
+)
+def test_it_asks_before_it_moves(monkeypatch, answer, goes):
+    """While it waits the graph goes on: the answer comes at its third step."""
+    reading, writing = os.pipe()
+    steps = []
+
+    def step():
+        steps.append(len(steps))
+        if len(steps) == 3:
+            os.write(writing, answer.encode())
+            os.close(writing)
+
+    graph, preparation = SimpleNamespace(step=step), SimpleNamespace(settings=Settings(), programs={})
+    with os.fdopen(reading) as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        with nullcontext() if goes else pytest.raises(check.Declined):
+            check._Check(graph, preparation, Progress(), yes=False)._ask("move")
+    assert len(steps) == 3
 
 
 # ---- what the check makes of its figures

@@ -72,11 +72,15 @@ class OpenLoop:
 
     def _command(self, command: Command, duration: float) -> None:
         begun, sent = self._graph.pose.stamp, -np.inf
-        while (now := self._graph.pose.stamp) - begun < duration:
-            if now - sent >= 1.0 / self._settings.controller.rate - 1e-6:
-                self._publish(command, now)
-                sent = now
-            self._graph.step()
+        try:
+            while (now := self._graph.pose.stamp) - begun < duration:
+                if now - sent >= 1.0 / self._settings.controller.rate - 1e-6:
+                    self._publish(command, now)
+                    sent = now
+                self._graph.step()
+        finally:
+            # also where poses cease or somebody presses Ctrl-C
+            self._publish(stopped("check"), begun)
 
     def _publish(self, command: Command, now: float) -> None:
         if self._stamped:
