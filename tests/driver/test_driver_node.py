@@ -1,34 +1,299 @@
 """The driver against the emulated firmware: stopping in time, reconnecting, and what it says in trouble."""
 
-import pytest
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from itertools import pairwise
 
+import pytest
+from geometry_msgs.msg import Vector3Stamped
+from nav_msgs.msg import Odometry
+from serial_robot import SerialRobot, twist
+
+from collplan_core.parameter import ParameterError
 from collplan_core.params import Settings
+from collplan_ros.mocap_node import MocapNode
+from collplan_ros.qos import EVENT
+from omnipuck_driver import port, serial_link
+from omnipuck_driver.driver_node import DriverNode
+from omnipuck_driver.framing import VERSION
 
 LONGEST = Settings().limits.command_age + 1.0 / Settings().controller.rate
+STANDING = 1e-3
 STEP = 1.0 / Settings().simulator.physics_rate
+DRIVER = [sys.executable, "-c", "import sys; from omnipuck_driver.driver_node import main; sys.exit(main())"]
+CONTROLLER = """
+import rclpy
+from geometry_msgs.msg import Twist
+from collplan_ros.qos import NEWEST
+rclpy.init()
+node = rclpy.create_node("reckless")
+commands = node.create_publisher(Twist, "cmd_vel", NEWEST)
+message = Twist()
+message.linear.x = 0.4
+node.create_timer(0.05, lambda: commands.publish(message))
+rclpy.spin(node)
+"""
 
 
-def stop_ages(robot, runs: int) -> list[float]:
-    """Age of the last command at each stop of the wheels, by the emulator's clock; runs it stalled in are left out."""
+def stop_age(robot, end) -> float | None:
+    """Age of the last command at the stop after `end()`, by the emulator's clock; None where that stalled itself."""
+    before, lost = robot.stops, robot.emulator._room.lost
+    end()
+    robot.until(lambda: robot.stops > before)
+    if robot.odometry[-1].pose.pose.position.x > 15.0:
+        robot.call("reset")
+    return robot.stop_age if robot.emulator._room.lost == lost else None
+
+
+def silences(robot, runs: int) -> list[float]:
     ages = []
     while len(ages) < runs:
         robot.drive_until(lambda: robot.speed > 0.1, x=0.4)
-        before, lost = robot.stops, robot.emulator._room.lost
-        robot.until(lambda before=before: robot.stops > before)
-        if robot.emulator._room.lost == lost:
-            ages.append(robot.stop_age)
-        if robot.odometry[-1].pose.pose.position.x > 15.0:
-            robot.call("reset")
+        age = stop_age(robot, lambda: None)
+        ages += [] if age is None else [age]
     return ages
 
 
 def test_silence_stops_the_wheels_in_time(serial_robot):
-    robot = serial_robot()
-    assert max(stop_ages(robot, 20)) <= LONGEST + STEP
+    assert max(silences(serial_robot(), 20)) <= LONGEST + STEP
 
 
 @pytest.mark.soak
-@pytest.mark.timeout(1800)
+@pytest.mark.timeout(2400)
 def test_silence_stops_the_wheels_in_time_a_thousand_times(serial_robot):
+    assert max(silences(serial_robot(), 1000)) <= LONGEST + STEP
+
+
+def test_a_cable_pulled_stops_the_wheels_in_time(serial_robot):
     robot = serial_robot()
-    assert max(stop_ages(robot, 1000)) <= LONGEST + STEP
+    for _ in range(3):
+        robot.drive_until(lambda: robot.speed > 0.1, x=0.4)
+        age = stop_age(robot, lambda: robot.ask(unplugged=True))
+        assert age is None or age <= LONGEST + STEP
+        assert robot.stop_cause == "life"
+        robot.ask(unplugged=False)
+        robot.ready()
+        robot.until(lambda: robot.speed < STANDING)
+
+
+@pytest.mark.parametrize("victim", ["controller", "driver"])
+def test_a_killed_process_stops_the_wheels_in_time(ros, tmp_path, victim):
+    robot = SerialRobot(ros, tmp_path, with_driver=victim == "controller")
+    command = [sys.executable, "-c", CONTROLLER]
+    if victim == "driver":
+        command = [*DRIVER, "--ros-args", "-p", f"driver.port:={robot.path}"]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
+        try:
+            if victim == "controller":
+                robot.until(lambda: robot.speed > 0.1)
+            else:
+                robot.drive_until(lambda: robot.speed > 0.1, x=0.4)
+            age = stop_age(robot, lambda: process.send_signal(signal.SIGKILL))
+        finally:
+            process.kill()
+    assert age is None or age <= LONGEST + STEP
+    assert robot.stop_cause == ("life" if victim == "driver" else robot.stop_cause)
+
+
+def replug(robot) -> float:
+    """Time from plugging in again until the robot drives, commands coming all the while [s]."""
+    robot.drive_until(lambda: robot.speed > 0.1, x=0.3)
+    robot.ask(unplugged=True)
+    robot.drive_until(
+        lambda: "lost" in robot.driver._link.trouble() or "no such device" in robot.driver._link.trouble()
+    )
+    robot.until(lambda: robot.speed < STANDING)
+    begun = time.monotonic()
+    robot.ask(unplugged=False)
+    robot.drive_until(lambda: robot.speed > 0.05, x=0.3)
+    if robot.odometry[-1].pose.pose.position.x > 15.0:
+        robot.call("reset")
+    return time.monotonic() - begun
+
+
+def test_after_a_replug_it_greets_sends_zero_and_then_what_is_fresh(serial_robot, monkeypatch):
+    robot = serial_robot()
+    session, sent = robot.driver._link.session, []
+    encode = session._encoder.encode
+    monkeypatch.setattr(session._encoder, "encode", lambda message: sent.append(message) or encode(message))
+    for _ in range(3):
+        sent.clear()
+        replug(robot)
+        last = {message.session for message in sent}
+        begin = next(n for n, m in enumerate(sent) if type(m).__name__ == "Hello" and m.session == sent[-1].session)
+        kinds = [(type(m).__name__, any(getattr(m, "wheels", ()))) for m in sent[begin:]]
+        order = [kind for n, kind in enumerate(kinds) if n == 0 or kind != kinds[n - 1]]
+        assert order[:3] == [("Hello", False), ("Command", False), ("Command", True)]
+        assert len(last) >= 2
+    assert robot.emulator._firmware.refused == 0
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(1200)
+def test_replug_to_driving_takes_at_most_2_s_a_hundred_times(serial_robot):
+    robot = serial_robot()
+    assert max(replug(robot) for _ in range(100)) <= 2.0
+
+
+def test_what_was_commanded_before_is_not_followed_after_a_replug_or_restart(serial_robot):
+    robot = serial_robot()
+    for fault in ({"unplugged": True}, {"restarts": 1}):
+        robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+        robot.ask(**fault)
+        robot.until(lambda: not robot.driver._link.armed)
+        robot.ask(unplugged=False)
+        robot.until(lambda: robot.driver._link.armed and robot.speed < STANDING)
+        n = len(robot.odometry)
+        robot.until(lambda n=n: len(robot.odometry) > n + 40)
+        assert robot.speed < STANDING
+
+
+def test_bad_lines_are_driven_over(serial_robot):
+    robot = serial_robot()
+    robot.ask(flipped=0.01, lost=0.05, doubled=0.05, cut=0.05, split=0.1, noise=0.1)
+    robot.drive_until(lambda: robot.odometry[-1].pose.pose.position.x > 0.4, x=0.6)
+    decoder = robot.driver._link.session.decoder
+    assert decoder.lost > 0
+    assert {"crc", "repeated"} <= set(decoder.dropped)
+    robot.ask(flipped=0.0, lost=0.0, doubled=0.0, cut=0.0, split=0.0, noise=0.0)
+    robot.until(lambda: robot.speed < STANDING)
+
+
+def test_a_stall_of_the_firmware_is_told_and_old_commands_are_not_made_up_for(serial_robot):
+    robot = serial_robot()
+    robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+    robot.ask(stall=0.5)
+    robot.until(lambda: robot.speed < STANDING)
+    assert robot.emulator._room.lost > 0.3
+
+
+def test_the_button_on_the_robot_latches(serial_robot):
+    robot = serial_robot()
+    robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+    robot.ask(estop_pressed=True)
+    robot.drive_until(lambda: robot.speed < STANDING and "button" in robot.said["/driver_node"], x=0.3)
+    assert not robot.call("clear_estop").success
+    robot.ask(estop_pressed=False)
+    robot.until(lambda: robot.driver._link.armed or not robot.driver._link.session.button_pressed)
+    assert robot.call("clear_estop").success
+    robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+
+
+def test_battery_and_link_are_reported(serial_robot):
+    robot = serial_robot()
+    robot.ask(battery=6.2)
+    robot.drive_until(lambda: robot.said["/driver_node"] == "the battery is low", x=0.1)
+    assert float(robot.value("driver_node", "battery_v")) == pytest.approx(6.2)
+    assert float(robot.value("driver_node", "quality_in")) > 0.5
+    assert 0.0 <= float(robot.value("driver_node", "latency_s")) < 1.0
+    assert robot.value("driver_node", "temperature_deg_c") == ""
+
+
+def test_a_ring_that_senses_tells_of_impacts_in_the_map_frame(ros, tmp_path):
+    told, truth = ros.listen(Vector3Stamped, "impact", EVENT), ros.listen(Vector3Stamped, "ground_truth/impact", EVENT)
+    robot = SerialRobot(ros, tmp_path, **{"emulator.senses_impacts": True, "mocap.accept_frozen": True})
+    odometry = ros.listen(Odometry, "mocap/odom", EVENT)
+    ros.make(MocapNode, {"mocap.detect_impacts": False, "mocap.accept_frozen": True})
+    robot.ready()
+    robot.until(lambda: odometry)
+    robot.drive_until(lambda: abs(2 * odometry[-1].pose.pose.orientation.z) > 1.0, yaw_rate=1.5)
+    robot.drive_until(lambda: told, x=-0.7, y=0.7)
+    assert told[0].header.frame_id == "map"
+    assert (told[0].vector.x, told[0].vector.y) == pytest.approx((truth[0].vector.x, truth[0].vector.y), abs=0.15)
+    stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in (told[0], truth[0])]
+    assert stamps[0] == pytest.approx(stamps[1], abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"emulator.protocol_version": 2}, f"speaks version 2 of the protocol, this driver version {VERSION}"),
+        ({"emulator.n_wheels": 4}, "the firmware has 4 wheels, kinematics.wheel_angles 3"),
+        ({"driver.baud": 57600}, "is driver.baud that of the firmware"),
+    ],
+)
+def test_a_firmware_that_does_not_fit_is_named_and_nothing_moves(ros, tmp_path, parameters, said):
+    robot = SerialRobot(ros, tmp_path, **parameters)
+    robot.drive_until(lambda: said in robot.said.get("/driver_node", ""), x=0.5)
+    n = len(robot.odometry)
+    robot.drive_until(lambda: len(robot.odometry) > n + 30, x=0.5)
+    assert robot.speed == 0.0
+    assert robot.reports["/driver_node"].level == b"\x02"
+
+
+def test_garbage_from_the_start_is_named(ros, tmp_path):
+    master, slave = pty.openpty()
+    robot = SerialRobot(ros, tmp_path, with_emulator=False, **{"driver.port": os.ttyname(slave)})
+    robot.until(lambda: robot.driver._link.waits_for == "")
+    os.write(master, os.urandom(2000))
+    robot.until(lambda: "make no whole frames" in robot.said.get("/driver_node", ""))
+    os.close(master)
+    robot.until(lambda: "lost while open" in robot.driver._link.trouble() or robot.driver._link.waits_for)
+    os.close(slave)
+
+
+def test_a_busy_device_is_named_and_taken_when_it_is_free(ros, tmp_path):
+    robot = SerialRobot(ros, tmp_path, with_driver=False)
+    other = port.open_port(str(robot.path), 115200)
+    driver = ros.make(DriverNode, {"driver.port": str(robot.path)})
+    robot.until(lambda: "busy: another program" in robot.said.get("/driver_node", ""))
+    other.close()
+    robot.until(lambda: driver._link.armed)
+
+
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [(2, "no such device: is the cable plugged in"), (13, "no permission: join group"), (5, "broken")],
+)
+def test_a_device_that_cannot_be_opened_says_what_to_do(number, said):
+    assert said in port.described("/dev/ttyUSB0", 115200, OSError(number, os.strerror(number)))
+
+
+def test_a_file_is_no_device(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(port.PortError, match="not a serial device"):
+        port.open_port(str(tmp_path / "file"), 115200)
+
+
+def test_attempts_to_open_come_ever_more_seldom(monkeypatch):
+    times, now = [], 0.0
+
+    def refuse(path, baud):
+        times.append(now)
+        raise port.PortError("no")
+
+    monkeypatch.setattr(serial_link, "open_port", refuse)
+    link = serial_link.SerialLink(Settings().driver, 3)
+    while now < 5.0:
+        link.receive(now)
+        now += 0.02
+    pauses = [b - a for a, b in pairwise(times)]
+    assert pauses == sorted(pauses)
+    assert pauses[0] < 0.1 < 0.9 < pauses[-1] < 1.1
+
+
+@pytest.mark.parametrize(("key", "value"), [("kinematics.wheel_radius", 0.0), ("kinematics.wheel_angles", [0.0] * 3)])
+def test_parameters_out_of_range_are_refused_at_the_start(ros, key, value):
+    with pytest.raises(ParameterError, match=key):
+        ros.make(DriverNode, {key: value})
+
+
+def test_as_a_process_it_sends_zero_at_its_end(ros, tmp_path):
+    robot = SerialRobot(ros, tmp_path, with_driver=False)
+    command = [*DRIVER, "--ros-args", "-p", f"driver.port:={robot.path}"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            robot.drive_until(lambda: robot.speed > 0.2, x=0.4)
+            timer = ros.probe.create_timer(0.05, lambda: robot.commands.publish(twist(x=0.4)))
+            stop_age(robot, process.terminate)
+            ros.probe.destroy_timer(timer)
+            _, errors = process.communicate(timeout=30.0)
+        finally:
+            process.kill()
+    assert robot.stop_cause == "command"
+    assert process.returncode == 0
+    assert "Traceback" not in errors

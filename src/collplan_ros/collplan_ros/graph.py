@@ -37,7 +37,7 @@ READY_PATIENCE = 300.0
 """Nodes may have to compile first [s]."""
 NOTICE_TIME = 5.0
 """After this it is said whom the start waits for [s]."""
-LINK_PATIENCE = 5.0
+LINK_PATIENCE = 3.0
 """For the robot to follow commands, once every node has reported [s]."""
 INPUT_PATIENCE = 3.0
 """For poses, scans and the answer to a goal, once every node is ready [s]."""
@@ -233,7 +233,9 @@ class Graph:
     def _no_pose(self) -> str:
         mocap = self._preparation.settings.mocap
         source = f"{self._name(mocap.topic)} ({mocap.reliability.replace('_', ' ')})"
-        return f"{self._missing('mocap/odom', 'reliable')}, made from {source}"
+        reported = self.recorder.reported.get(self._full_name("mocap_node"))
+        reason = f"; mocap_node: {reported.message}" if reported else ""
+        return f"{self._missing('mocap/odom', 'reliable')}, made from {source}{reason}"
 
     def _no_planner(self) -> str:
         goal, status = self._name("goal_pose"), self._name("goal_status")

@@ -1,0 +1,84 @@
+"""The whole graph over serial bytes: bringup with the emulated firmware, and a robot that cannot be reached."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from statistics import median
+
+import pytest
+
+from collplan_ros import graph, preparation
+from collplan_ros.bringup import run
+from collplan_ros.failures import StartError
+from collplan_ros.options import Options
+from collplan_ros.preparation import prepare
+from collplan_ros.robots import robot_kind
+
+CORRUPTED = """
+/**:
+  ros__parameters:
+    emulator: {flipped: 0.01}
+"""
+
+
+def bringup(out: Path, *options: str) -> tuple[int, str, dict]:
+    command = [sys.executable, "-m", "collplan_ros.bringup", "--no-pictures", "--out", str(out), *options]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
+    return ended.returncode, ended.stdout + ended.stderr, json.loads((out / "latest" / "summary.json").read_text())
+
+
+def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(tmp_path):
+    (tmp_path / "corrupted.yaml").write_text(CORRUPTED)
+    code, text, summary = bringup(
+        tmp_path / "runs", "--robot", "emulator", "--params", str(tmp_path / "corrupted.yaml")
+    )
+    assert code == 0, text
+    assert (summary["reached"], summary["simulated"]) == (True, True)
+    assert summary["path_length_source"] == "ground_truth"
+    assert not (tmp_path / "runs" / "latest" / "serial").is_symlink()
+    logs = "".join(log.read_text() for log in (tmp_path / "runs" / "latest" / "log").iterdir())
+    assert "the robot follows commands" in logs
+    assert "Traceback" not in logs
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(1200)
+def test_arrival_over_serial_bytes_is_that_of_the_simulator(tmp_path):
+    times = {}
+    for robot in ("sim", "emulator"):
+        runs = [bringup(tmp_path / robot, "--robot", robot, "--seed", str(seed)) for seed in range(15)]
+        times[robot] = median(summary["arrival_time_s"] or 30.0 for _, _, summary in runs)
+    assert times["emulator"] == pytest.approx(times["sim"], rel=0.15)
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(300)
+def test_a_ring_that_senses_replaces_detection(tmp_path):
+    file = tmp_path / "ring.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    emulator: {senses_impacts: true}\n")
+    code, text, _ = bringup(tmp_path / "runs", "--robot", "emulator", "--params", str(file))
+    assert code == 0, text
+
+
+def test_a_serial_robot_that_is_not_there_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(preparation, "NODES", ())
+    monkeypatch.setattr(graph, "LINK_PATIENCE", 0.5)
+    result = run(Options(robot="serial:/dev/no_such_robot@57600", network="local", out=tmp_path / "runs"))
+    assert (result.exit_code, result.summary["simulated"]) == (3, False)
+    assert result.message.startswith("driver_node: /dev/no_such_robot: no such device: is the cable plugged in")
+
+
+def test_a_serial_robot_sets_device_rate_and_network():
+    robot = robot_kind("serial:/dev/ttyACM1@57600")
+    assert robot.values == {"driver.port": "/dev/ttyACM1", "driver.baud": 57600}
+    assert (robot.simulated, robot.network, robot.nodes) == (False, "subnet", ("driver_node",))
+    assert robot_kind("serial:/dev/serial/by-id/usb@odd@9600").values["driver.port"] == "/dev/serial/by-id/usb@odd"
+    prepared = prepare(Options(robot="serial:/dev/ttyACM1", max_speed=0.3))
+    assert (prepared.settings.driver.port, prepared.settings.robot.max_speed) == ("/dev/ttyACM1", 0.3)
+
+
+@pytest.mark.parametrize("spec", ["serial", "serial:", "serial:/dev/ttyUSB0@fast", "tank", "sim:x", "emulator@9600"])
+def test_a_robot_that_is_none_is_refused(spec):
+    with pytest.raises(StartError, match="expected one of sim, emulator, serial:PATH"):
+        robot_kind(spec)

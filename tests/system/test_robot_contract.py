@@ -1,0 +1,228 @@
+"""One contract for every robot: the simulated one, and the driver with the emulated firmware behind a serial line.
+
+What stands between `cmd_vel` and the robot's motion may differ; what the graph sees of it may not.
+"""
+
+import math
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from serial_robot import HALL, twist
+from std_srvs.srv import Trigger
+
+from collplan_core.params import Settings
+from collplan_ros.mocap_node import MocapNode
+from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST, POSE_SUBSCRIBED
+from omnipuck_driver.driver_node import DriverNode
+from omnipuck_sim.firmware_emulator import FirmwareEmulator
+from omnipuck_sim.simulator_node import SimulatorNode
+
+SETTINGS = Settings()
+V_MAX = SETTINGS.robot.max_speed
+LONGEST = SETTINGS.limits.command_age + 1.0 / SETTINGS.controller.rate
+POSE_PERIOD = 1.0 / SETTINGS.simulator.mocap_rate
+STANDING = 1e-3
+ROBOTS = {"simulator_node": (SimulatorNode,), "driver_node": (DriverNode, FirmwareEmulator)}
+
+
+class Robot:
+    """One robot on a graph of its own; its nodes can be ended and started again."""
+
+    def __init__(self, ros, folder, name: str, **parameters) -> None:
+        self.ros, self.name = ros, name
+        (folder / "hall.yaml").write_text(HALL)
+        line = str(folder / "serial")
+        self.parameters = {"simulator.world": str(folder / "hall.yaml"), "simulator.noise": 0.0,
+                           "emulator.link": line, "driver.port": line, **parameters}  # fmt: skip
+        self.kind = TwistStamped if parameters.get("controller.stamped_cmd_vel") else Twist
+        self.health = {}
+        self.truth = ros.listen(Odometry, "ground_truth/odom", EVENT)
+        self.poses = ros.listen(PoseStamped, "mocap/pose", POSE_SUBSCRIBED)
+        ros.probe.create_subscription(DiagnosticArray, "/diagnostics", self._take_health, DIAGNOSTICS_SUBSCRIBED)
+        self.nodes = {kind: self.start(kind) for kind in ROBOTS[name]}
+        self.commands = ros.probe.create_publisher(self.kind, "cmd_vel", NEWEST)
+        self.ready()
+
+    def _take_health(self, message: DiagnosticArray) -> None:
+        self.health.update({status.name: status for status in message.status})
+
+    def start(self, kind):
+        return self.ros.make(kind, self.parameters)
+
+    def end(self, kind) -> None:
+        node = self.nodes.pop(kind)
+        self.ros._executor.remove_node(node)
+        self.ros._nodes.remove(node)
+        node.destroy_node()
+
+    def ready(self) -> None:
+        self.until(lambda: self.commands.get_subscription_count() > 0 and self.truth and f"/{self.name}" in self.health)
+        self.until(lambda: self.health[f"/{self.name}"].level == b"\x00")
+
+    def until(self, condition, timeout: float = 20.0) -> None:
+        said = lambda: {name: status.message for name, status in self.health.items()}  # noqa: E731
+        assert self.ros.wait_until(condition, timeout), f"waited in vain; {said()}"
+
+    def drive_until(self, condition, **velocity) -> None:
+        message = twist(**velocity)
+        message = TwistStamped(twist=message) if self.kind is TwistStamped else message
+        timer = self.ros.probe.create_timer(0.05, lambda: self.commands.publish(message))
+        self.commands.publish(message)
+        self.until(condition)
+        self.ros.probe.destroy_timer(timer)
+
+    def call(self, service: str) -> bool:
+        return self.ros.call(Trigger, service).success
+
+    def counted(self, key: str) -> int:
+        return int(next(item.value for item in self.health[f"/{self.name}"].values if item.key == key))
+
+    def stands_for(self, poses: int, **velocity) -> bool:
+        """Whether it stands still for so many poses, commanded or not."""
+        n = len(self.truth)
+        self.drive_until(lambda: len(self.truth) > n + poses, **velocity) if velocity else self.until(
+            lambda: len(self.truth) > n + poses
+        )
+        return all(math.hypot(o.twist.twist.linear.x, o.twist.twist.linear.y) < STANDING for o in self.truth[n + 2 :])
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        linear = self.truth[-1].twist.twist.linear
+        return linear.x, linear.y
+
+    @property
+    def speed(self) -> float:
+        return math.hypot(*self.velocity)
+
+
+@pytest.fixture(params=ROBOTS)
+def make_robot(request, ros, tmp_path):
+    return lambda **parameters: Robot(ros, tmp_path, request.param, **parameters)
+
+
+@pytest.fixture
+def robot(make_robot):
+    return make_robot()
+
+
+def test_topics_types_qos_and_services(robot):
+    probe = robot.ros.probe
+    (taken,) = probe.get_subscriptions_info_by_topic("cmd_vel")
+    assert (taken.node_name, taken.topic_type) == (robot.name, "geometry_msgs/msg/Twist")
+    assert taken.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+    assert taken.qos_profile.durability == DurabilityPolicy.VOLATILE
+    (given,) = probe.get_publishers_info_by_topic("mocap/pose")
+    assert given.topic_type == "geometry_msgs/msg/PoseStamped"
+    assert given.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+    assert given.qos_profile.durability == DurabilityPolicy.VOLATILE
+    services = dict(probe.get_service_names_and_types())
+    for name in ("/estop", "/clear_estop", "/reset"):
+        assert services[name] == ["std_srvs/srv/Trigger"]
+    robot.until(lambda: robot.poses)
+    assert robot.poses[-1].header.frame_id == "map"
+
+
+def test_it_goes_where_it_is_told_in_its_own_frame(robot):
+    robot.drive_until(lambda: robot.velocity[1] > 0.45, y=0.5)
+    assert abs(robot.velocity[0]) < 1e-3
+    robot.drive_until(lambda: robot.velocity[0] > 0.45, x=0.5)
+
+
+def test_a_stamped_command_is_taken_where_the_parameter_says_so(make_robot):
+    robot = make_robot(**{"controller.stamped_cmd_vel": True})
+    robot.drive_until(lambda: robot.velocity[0] > 0.3, x=0.4)
+
+
+def test_zero_is_applied_in_time_after_the_last_command(robot):
+    for _ in range(2):
+        robot.drive_until(lambda: robot.speed > 0.35, x=0.4)
+        robot.commands.publish(twist(x=0.4))
+        n = len(robot.truth)
+        robot.until(lambda: robot.speed < STANDING)
+        # poses tell the robot's own time, its stalls left out; braking begins in the period in which zero is applied
+        speeds = [o.twist.twist.linear.x for o in robot.truth[n:]]
+        braking = next(k for k, speed in enumerate(speeds) if speed < max(speeds) - 0.005)
+        assert braking * POSE_PERIOD <= LONGEST + 3 * POSE_PERIOD
+
+
+@pytest.mark.parametrize(
+    "bad", [{"x": math.nan}, {"yaw_rate": math.inf}, {"x": 1.51 * V_MAX}], ids=["nan", "inf", "fast"]
+)
+def test_a_bad_command_stops_it_and_is_counted(robot, bad):
+    robot.drive_until(lambda: robot.speed > 0.25, x=0.3)
+    robot.drive_until(lambda: robot.speed < STANDING, **bad)
+    robot.until(lambda: "refused" in robot.health[f"/{robot.name}"].message)
+    assert robot.health[f"/{robot.name}"].level == b"\x01"
+    assert robot.counted("refused") > 0
+
+
+def test_a_command_just_too_fast_is_clipped_with_its_direction_kept(robot):
+    robot.drive_until(
+        lambda: robot.speed > 0.97 * V_MAX and robot.counted("clipped") > 0, x=1.1 * V_MAX, y=-0.55 * V_MAX
+    )
+    assert robot.speed <= V_MAX + 1e-5
+    assert robot.velocity[1] / robot.velocity[0] == pytest.approx(-0.5, abs=1e-3)
+
+
+def test_the_emergency_stop_is_latched(robot):
+    robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
+    assert robot.call("estop")
+    robot.drive_until(lambda: robot.speed < STANDING, x=0.4)
+    assert robot.stands_for(30, x=0.4)
+    robot.until(lambda: "emergency stop" in robot.health[f"/{robot.name}"].message)
+    assert robot.health[f"/{robot.name}"].level == b"\x01"
+    assert robot.call("clear_estop")
+    assert robot.stands_for(10)
+    robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
+
+
+def test_diagnostics_carry_the_same_figures(robot):
+    status = robot.health[f"/{robot.name}"]
+    assert {item.key for item in status.values} >= {"commands", "clipped", "refused"}
+    assert status.level == b"\x00"
+
+
+@pytest.mark.parametrize("direction", [-1.0, pytest.param(1.0, marks=pytest.mark.soak)])
+def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(make_robot, ros, direction):
+    told = ros.listen(Vector3Stamped, "impact", EVENT)
+    robot = make_robot(**{"simulator.noise": 0.1})
+    odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
+    ros.make(MocapNode)
+    robot.until(lambda: odometry)
+    robot.drive_until(lambda: 2 * odometry[-1].pose.pose.orientation.z * direction > 1.0, yaw_rate=2.0 * direction)
+    yaw = 2 * math.asin(odometry[-1].pose.pose.orientation.z)
+    # to the wall at x = -1 m, whose push is along x of the map
+    robot.drive_until(lambda: told, x=-0.8 * math.cos(yaw), y=0.8 * math.sin(yaw))
+    assert told[0].header.frame_id == "map"
+    assert told[0].vector.x > 0.8
+    assert abs(told[0].vector.y) < 0.4
+
+
+def test_a_robot_restarted_stands_until_a_fresh_command_comes(robot):
+    for kind in ROBOTS[robot.name]:
+        robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+        robot.end(kind)
+        robot.health.clear()
+        robot.truth.clear()
+        robot.nodes[kind] = robot.start(kind)
+        robot.ready()
+        robot.until(lambda: robot.truth and robot.speed < STANDING)
+        assert robot.stands_for(10)
+        robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+
+
+def test_its_nodes_start_in_any_order(robot):
+    kinds = ROBOTS[robot.name]
+    for order in (kinds, kinds[::-1]):
+        for kind in kinds:
+            robot.end(kind)
+        robot.health.clear()
+        robot.truth.clear()
+        for kind in order:
+            robot.nodes[kind] = robot.start(kind)
+            robot.ros.wait_until(lambda: False, 0.2)
+        robot.ready()
+        robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
