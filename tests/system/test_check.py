@@ -14,7 +14,7 @@ from collplan_core.parameter_file import read_parameters, write_values
 from collplan_core.params import Settings
 from collplan_core.stream_quality import StreamQuality
 from collplan_core.warm_up import warm_up
-from collplan_ros import check
+from collplan_ros import check, graph, open_loop
 from collplan_ros.bringup import main
 from collplan_ros.check_findings import DOUBTFUL, GOOD, WRONG, of_axes, of_nodes, of_offset, of_stream, of_turn
 from collplan_ros.progress import Progress
@@ -38,8 +38,10 @@ def options(tmp_path):
     return written
 
 
-def test_the_offset_is_found_and_written(tmp_path, capsys, options):
+def test_the_offset_is_found_and_written(tmp_path, capsys, monkeypatch, options):
     """The 10 degrees that mocap.body_offset_yaw says already do not mislead it."""
+    monkeypatch.setattr(check, "WATCHING_TIME", 0.5)
+    monkeypatch.setattr(open_loop, "HALTING_TIME", 0.4)
     placed = {f"simulator__marker_offset_{key}": value for key, value in OFFSET.items()}
     assert main(options(**placed, mocap__body_offset_yaw=0.17)) == 0, capsys.readouterr().out
     found = read_parameters(tmp_path / "runs" / "latest" / "checked.yaml")
@@ -50,9 +52,12 @@ def test_the_offset_is_found_and_written(tmp_path, capsys, options):
     assert "checked.yaml" in capsys.readouterr().out
 
 
-def test_a_dead_stream_moves_nothing(tmp_path, capsys, options):
-    assert main(options(mocap__topic="elsewhere/pose")) == 3
-    assert "made from /elsewhere/pose (best effort)" in capsys.readouterr().out
+def test_poses_that_are_not_used_move_nothing_and_are_explained(tmp_path, capsys, monkeypatch, options):
+    monkeypatch.setattr(graph, "INPUT_PATIENCE", 1.2)
+    assert main(options(mocap__frame="world")) == 3
+    said = capsys.readouterr().out
+    assert "made from /mocap/pose (best effort)" in said
+    assert "header.frame_id: got 'map', expected 'world'" in said
     assert not (tmp_path / "runs" / "latest" / "checked.yaml").exists()
 
 
@@ -77,11 +82,11 @@ def test_it_asks_before_it_moves(monkeypatch, answer, goes):
             os.write(writing, answer.encode())
             os.close(writing)
 
-    graph, preparation = SimpleNamespace(step=step), SimpleNamespace(settings=Settings(), programs={})
+    waiting, preparation = SimpleNamespace(step=step), SimpleNamespace(settings=Settings(), programs={})
     with os.fdopen(reading) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         with nullcontext() if goes else pytest.raises(check.Declined):
-            check._Check(graph, preparation, Progress(), yes=False)._ask("move")
+            check._Check(waiting, preparation, Progress(), yes=False)._ask("move")
     assert len(steps) == 3
 
 

@@ -93,7 +93,6 @@ class _Check:
         self._names = list(preparation.programs)
         self._progress = progress
         self._yes = yes
-        self._wrong = False
         self._statuses: dict[str, DiagnosticStatus] = {}
 
     def run(self) -> BodyOffset | None:
@@ -101,9 +100,7 @@ class _Check:
         self._progress.say(f"checking {', '.join(self._graph.pids)}")
         self._graph.wait_until_poses_come()
         self._loop = OpenLoop(self._graph, self._settings)
-        self._say(self._nodes())
-        self._say(self._stream())
-        if self._wrong:
+        if not self._passes([*self._nodes(), *self._stream()]):
             return None
         self._loop.refuse_company()
         return self._motions()
@@ -131,23 +128,19 @@ class _Check:
         rate = min(self._settings.controller.max_yaw_rate, self._settings.robot.max_yaw_rate)
         self._ask(f"turn in place, once round at {rate:g} rad/s")
         lever, share = turn_in_place(self._loop, rate)
-        self._say([of_turn(share)])
-        if self._wrong:
+        if not self._passes([of_turn(share)]):
             return None
         ways = f"drive {100 * DISTANCE:g} cm forward, back, left and back, at {SPEED:g} m/s"
         self._ask(f"{ways}, up to {MOST_ROUNDS} times")
         axes = drive_each_way(self._loop, lever, self._settings.robot.max_speed)
-        self._say([of_axes(axes)])
-        if self._wrong:
-            return None
         offset = body_offset(axes, lever)
-        self._say([of_offset(offset, axes)])
-        return offset
+        return offset if self._passes([of_axes(axes), of_offset(offset, axes)]) else None
 
-    def _say(self, findings: Sequence[Finding]) -> None:
+    def _passes(self, findings: Sequence[Finding]) -> bool:
+        """Says what was found; whether nothing of it is wrong."""
         for finding in findings:
             self._progress.say(f"  {finding.verdict:<8}  {finding.text}")
-            self._wrong |= finding.verdict == WRONG
+        return all(finding.verdict != WRONG for finding in findings)
 
     def _ask(self, motion: str) -> None:
         """Waits for a yes.
