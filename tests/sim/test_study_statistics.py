@@ -48,9 +48,10 @@ def test_improvement_is_that_of_the_paper():
 
 def test_equal_runs_show_nothing_and_say_so():
     runs = [np.array([3.0, 3.1, 2.9, 3.0, 3.3])]
-    same = improvement(MEAN, runs, runs)
-    assert same.value == 0.0
-    assert not same.resolved
+    for measure in MEASURES:
+        same = improvement(measure, runs, runs)
+        assert (same.value, same.low, same.note) == (0.0, None, "equal in each")
+        assert not same.resolved
 
 
 def test_mean_over_worlds_is_of_their_means_and_spread_is_within_them():
@@ -83,7 +84,7 @@ def test_one_run_has_a_mean_and_no_spread():
     assert level_of(MEAN, one).value == 2.0
     assert level_of(SPREAD, one).value is None
     assert improvement(MEAN, one, [np.array([4.0])]).value == pytest.approx(50.0)
-    assert improvement(SPREAD, one, one).value is None
+    assert improvement(SPREAD, one, [np.array([4.0])]).value is None
     assert improvement(SPREAD, [np.arange(6.0)], [np.ones(6)]).note == "no spread to compare with"
 
 

@@ -50,14 +50,15 @@ def with_interval(estimate: Estimate, digits: int, unit: str = "") -> str:
     """Value and interval, or why there is none."""
     if estimate.value is None:
         return f"none ({estimate.note})"
-    value = f"{estimate.value:.{digits}f}{unit}"
+    value = f"{number(estimate.value, digits)}{unit}"
     if estimate.low is None or estimate.high is None:
         return f"{value} ({estimate.note})"
-    return f"{value} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
+    return f"{value} [{number(estimate.low, digits)}, {number(estimate.high, digits)}]"
 
 
 def number(value: float | None, digits: int) -> str:
-    return "none" if value is None else f"{value:.{digits}f}"
+    # + 0.0: no minus before a zero
+    return "none" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def _cell(text: str) -> str:

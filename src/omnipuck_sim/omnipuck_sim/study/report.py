@@ -71,7 +71,8 @@ def _opening(results: Results) -> Iterator[str]:
     yield paragraph(
         "Improvements are 100 (1 - ours / other) in percent, as in the paper. Intervals are 95 % bootstrap intervals "
         f"(BCa), paired by world and seed. {n} comparisons were made ({places} ablations): if nothing differed at all, "
-        f"about {0.05 * n:.1f} of their intervals would leave zero out."
+        f"about {0.05 * n:.1f} of their intervals would leave zero out. Intervals from fewer than some 15 runs, or "
+        "worlds, are too narrow."
     )
 
 

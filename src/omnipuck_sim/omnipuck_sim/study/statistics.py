@@ -46,7 +46,7 @@ class Estimate:
 
     def negated(self) -> "Estimate":
         """The same with its sign changed."""
-        value, low, high = (None if number is None else -number for number in (self.value, self.high, self.low))
+        value, low, high = (None if number is None else 0.0 - number for number in (self.value, self.high, self.low))
         return Estimate(value, low, high, self.note)
 
 
@@ -69,6 +69,8 @@ def improvement(measure: str, ours: Sample, other: Sample) -> Estimate:
         ours, other: the same runs in the same order, so that they are resampled in pairs.
     """
     (units, formula), (other_units, _) = _units(measure, ours), _units(measure, other)
+    if len(units) and np.array_equal(units, other_units):
+        return Estimate(0.0, note="equal in each")
 
     def percent(a: np.ndarray, b: np.ndarray, axis: int = -1) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):
