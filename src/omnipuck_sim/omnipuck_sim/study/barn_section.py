@@ -21,7 +21,7 @@ RULES = (
     "not end a run here, so runs without any are counted beside; the robot is a disc that drives 1.2 m/s at most, so "
     "that the shortest path alone takes it 1.67 x optimal time, instead of a Jackal of 0.51 m by 0.43 m at 2 m/s; time "
     "counts from the first command, not from the first 0.1 m; a robot that stands still for 5 s has failed at once; "
-    "the world is flat and the pose measured."
+    "the world is flat and the pose measured. Times are means of the runs that arrive."
 )
 
 
@@ -32,7 +32,8 @@ def barn_section(case: Case, sources: Sequence[Source]) -> Iterator[str]:
     lengths = {each.world.name: each.optimal_length for each in sources if each.optimal_length is not None}
     yield heading(3, "BARN's score")
     yield paragraph(RULES)
-    head = ("strategy", "runs", "arrive [%]", "score", "arrive untouched [%]", "score of untouched runs")
+    head = ("strategy", "runs", "arrive [%]", "time [s]", "time / optimal", "score", "arrive untouched [%]",
+            "score of untouched runs")  # fmt: skip
     yield table(head, (_row(case, cell, lengths) for cell in main_cells(case)))
     strategies = (cell["strategy"] for cell in main_cells(case))
     yield folded("World by world", table(("world", "shortest [m]", *strategies), _worlds(case, lengths)))
@@ -50,13 +51,21 @@ def mean_score(runs: Runs, lengths: Mapping[str, float], touching_fails: bool = 
     return level_of(MEAN, [np.array(each) for each in scores.values()])
 
 
+def time_ratio(runs: Runs, lengths: Mapping[str, float]) -> Estimate:
+    """Arrival time over the optimal one, of runs in the worlds whose shortest path's length [m] is known."""
+    times = {world: np.array(list(found.values())) for world, found in runs.by_trial(TIME).items() if world in lengths}
+    return level_of(MEAN, [found / optimal_time(lengths[world]) for world, found in times.items()])
+
+
 def _row(case: Case, labels: Mapping[str, Any], lengths: Mapping[str, float]) -> tuple[str, ...]:
     runs = case.runs.where(**labels)
     cell = cell_of(labels["strategy"], labels["map_period_s"], case.runs)
-    untouched = (runs.columns["outcome"] == REACHED) & (runs.columns["impacts"] == 0)
+    arrived = runs.where(outcome=REACHED)
+    untouched = arrived.where(impacts=0)
     return (
         f"{cell.strategy}, {cell.map_period:g} s", str(cell.runs), with_interval(cell.success, 1),
-        with_interval(mean_score(runs, lengths), 3), number(100.0 * untouched.mean(), 1),
+        with_interval(level_of(MEAN, arrived.sample(TIME)), 2), with_interval(time_ratio(arrived, lengths), 2),
+        with_interval(mean_score(runs, lengths), 3), number(100.0 * len(untouched) / len(runs), 1),
         with_interval(mean_score(runs, lengths, touching_fails=True), 3),
     )  # fmt: skip
 
