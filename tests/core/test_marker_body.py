@@ -74,7 +74,7 @@ def test_y_up_to_z_up_is_a_proper_rotation(x, y, z, quaternion):
     turn = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
     assert np.linalg.det(turn) == pytest.approx(1.0)
     unit = np.array(quaternion) / math.hypot(*quaternion)
-    y_up = robot_pose(measured((x, y, z), unit), 0.0, Mocap(up_axis="y"))
+    y_up = robot_pose(measured((x, y, z), unit), 0.0, Mocap(axes="y_up"))
     np.testing.assert_allclose(y_up.position, (turn @ [x, y, z])[:2])
     rotated = turn @ matrix(unit) @ turn.T
     if math.hypot(rotated[0, 0], rotated[1, 0]) > 1e-3:
@@ -85,20 +85,20 @@ def test_y_up_to_z_up_is_a_proper_rotation(x, y, z, quaternion):
 @FEW
 def test_a_turn_about_the_axis_that_points_up_is_the_yaw(angle):
     assert same_angle(robot_pose(measured(quaternion=about((0, 0, 1), angle)), 0.0, Mocap()).yaw, angle)
-    assert same_angle(robot_pose(measured(quaternion=about((0, 1, 0), angle)), 0.0, Mocap(up_axis="y")).yaw, angle)
+    assert same_angle(robot_pose(measured(quaternion=about((0, 1, 0), angle)), 0.0, Mocap(axes="y_up")).yaw, angle)
 
 
-@given(metres, metres, angles, short, short, angles, st.sampled_from(["m", "mm"]), st.sampled_from(["z", "y"]))
+@given(metres, metres, angles, short, short, angles, st.sampled_from(["m", "mm"]), st.sampled_from(["z_up", "y_up"]))
 @FEW
-def test_what_a_motion_capture_measures_of_a_robot_is_undone(x, y, yaw, ahead, left, turned, units, up_axis):
+def test_what_a_motion_capture_measures_of_a_robot_is_undone(x, y, yaw, ahead, left, turned, units, axes):
     body = with_offset(PoseSample(1.0, np.array([x, y]), yaw), ahead, left, turned)
     scale = {"m": 1.0, "mm": 1000.0}[units]
     (px, py), height = scale * body.position, scale * 0.1
-    if up_axis == "y":
+    if axes == "y_up":
         seen = measured((px, height, -py), about((0, 1, 0), body.yaw))
     else:
         seen = measured((px, py, height), about((0, 0, 1), body.yaw))
-    mocap = Mocap(units=units, up_axis=up_axis, body_offset_x=ahead, body_offset_y=left, body_offset_yaw=turned)
+    mocap = Mocap(units=units, axes=axes, body_offset_x=ahead, body_offset_y=left, body_offset_yaw=turned)
     found = robot_pose(seen, 0.0, mocap)
     np.testing.assert_allclose(found.position, [x, y], atol=1e-9)
     assert same_angle(found.yaw, yaw)
@@ -109,7 +109,7 @@ def test_what_has_no_stamp_gets_the_time_of_its_receipt():
     assert robot_pose(measured(stamp=3.0), 7.5, Mocap()).stamp == 3.0
 
 
-@pytest.mark.parametrize("up_axis", ["z", "y"])
+@pytest.mark.parametrize("axes", ["z_up", "y_up"])
 @pytest.mark.parametrize(
     ("reason", "pose"),
     [
@@ -119,9 +119,9 @@ def test_what_has_no_stamp_gets_the_time_of_its_receipt():
         ("quaternion", measured((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 0.0))),
     ],
 )
-def test_lost_bodies_stay_lost_in_any_axes(up_axis, reason, pose):
+def test_lost_bodies_stay_lost_in_any_axes(axes, reason, pose):
     with pytest.raises(PoseError) as error:
-        robot_pose(pose, 0.0, Mocap(up_axis=up_axis, units="mm", body_offset_x=0.1))
+        robot_pose(pose, 0.0, Mocap(axes=axes, units="mm", body_offset_x=0.1))
     assert error.value.reason == reason
 
 

@@ -4,7 +4,6 @@ import math
 import sys
 from dataclasses import dataclass, field
 from importlib.resources import files
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -217,9 +216,11 @@ def test_sets_are_shipped():
 
 @pytest.mark.parametrize("name", SETS)
 def test_a_shipped_set_starts_a_node_and_takes_its_messages(everything_installed, ros, name):
-    values = read_parameters(Path(str(files("collplan_ros") / "config" / name)))
-    mocap = Settings().with_values(values).mocap
-    node = ros.make(HandFed, values)
+    path = str(files("collplan_ros") / "config" / name)
+    mocap = Settings().with_values(read_parameters(path)).mocap
+    # by ROS's own reader too, which takes y for true
+    node = ros.make(HandFed, cli_args=["--ros-args", "--params-file", path])
+    assert node._settings.mocap == mocap
     assert node.topic == mocap.topic
     message = MESSAGES[mocap.format]()
     stamped = message.transforms[1] if mocap.format == "tf" else message

@@ -14,7 +14,6 @@ from collplan_ros.conversions import pose_to_message, state_from_odometry
 from collplan_ros.mocap_node import MocapNode
 from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
 
-
 CREEP = (1e-3, 0.0)
 """As good as at rest, but no pose repeats the last one."""
 

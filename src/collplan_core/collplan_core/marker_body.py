@@ -39,7 +39,7 @@ def robot_pose(measured: MeasuredPose, received: float, mocap: Mocap) -> PoseSam
         PoseError: no pose; see `check_pose_fields`.
     """
     position, quaternion = measured.position, measured.quaternion
-    if mocap.up_axis == "y":
+    if mocap.axes == "y_up":
         position, quaternion = _z_up(position), (*_z_up(quaternion[:3]), quaternion[3])
     scaled = tuple(METRES[mocap.units] * value for value in position)
     stamp = received if measured.stamp is None else measured.stamp

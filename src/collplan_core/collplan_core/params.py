@@ -152,7 +152,7 @@ class Mocap(Parameters):
     subject: str = parameter("", "Name of the robot's body where a message holds several; empty takes any where it holds one")
     frame: str = parameter("", "header.frame_id of the messages; empty for frames.map. Its axes become those of frames.map")
     units: str = parameter("m", "Unit of measured positions", choices=("m", "mm"))
-    up_axis: str = parameter("z", "Axis that points up; y-up coordinates x, y, z become x, -z, y", choices=("z", "y"))
+    axes: str = parameter("z_up", "Which axis points up; y-up coordinates x, y, z become x, -z, y", choices=("z_up", "y_up"))
     body_offset_x: float = parameter(0.0, "The measured body's origin seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0, live=True)
     body_offset_y: float = parameter(0.0, "The same: to the left", unit="m", low=-1.0, high=1.0, live=True)
     body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi, live=True)

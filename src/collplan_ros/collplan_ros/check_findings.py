@@ -57,7 +57,7 @@ def of_axes(fit: AxesFit) -> Finding:
     if fit.scale < NO_MOTION:
         return Finding(WRONG, "the robot did not move: motors off, emergency stop, or cmd_vel does not get there?")
     if fit.mirrored:
-        return Finding(WRONG, "left is right: mocap.up_axis, or the order or direction of the wheels")
+        return Finding(WRONG, "left is right: mocap.axes, or the order or direction of the wheels")
     if abs(fit.scale - 1.0) > LARGEST_ERROR:
         surely = abs(fit.scale - 1.0) > LARGEST_ERROR + 3.0 * fit.scale * fit.uncertainty
         verdict = WRONG if surely else DOUBTFUL
@@ -70,7 +70,7 @@ def of_turn(share: float) -> Finding:
     if abs(share) < NO_MOTION:
         return Finding(WRONG, "the robot did not turn, or its heading is not measured")
     if share < 0.0:
-        return Finding(WRONG, "turns to the other side than told: mocap.up_axis, or the direction of the wheels")
+        return Finding(WRONG, "turns to the other side than told: mocap.axes, or the direction of the wheels")
     verdict = GOOD if abs(share - 1.0) <= LARGEST_ERROR else WRONG
     return Finding(verdict, f"turns {share:.3f} times as far as told")
 
