@@ -164,7 +164,7 @@ def test_worlds_of_a_family_are_resampled_and_points_of_an_axis_kept_apart(tmp_p
     ]  # fmt: skip
     assert found["cases"][0]["spread"] == "worlds"
     assert found["cases"][0]["table_one"][0]["pairs"] == 6
-    assert "in the first 3 of 6 worlds" in page
+    assert "in 3 of 6 worlds, those where the fewest arrive" in page
 
 
 def test_names_from_files_stay_text(tmp_path):

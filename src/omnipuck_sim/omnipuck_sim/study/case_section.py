@@ -118,7 +118,8 @@ def _improvements(comparisons: list[Comparison]) -> Iterator[tuple[str, ...]]:
 def _paths(case: CaseResults, pictures: Illustrations) -> Iterator[str]:
     yield heading(3, "Paths on the map of grown obstacles")
     shown = len({world for world, _ in pictures.drawn})
-    some = f" in the first {shown} of {len(case.worlds)} worlds" if shown < len(case.worlds) else ""
+    fewest = f" in {shown} of {len(case.worlds)} worlds, those where the fewest arrive"
+    some = fewest if shown < len(case.worlds) else ""
     yield paragraph(
         f"Every run{some} at {_periods(case)}; obstacles dark, grown by the robot's radius light; start a dot in the "
         "robot's outline, goal a star in its tolerance; runs that do not arrive dotted black, a cross where they end."
@@ -130,7 +131,7 @@ def _paths(case: CaseResults, pictures: Illustrations) -> Iterator[str]:
 
 
 def _path_row(world: str, cell: Cell) -> tuple[str, ...]:
-    levels = (with_interval(level, 3) for level in cell.levels)
+    levels = (number(level.value, 3) for level in cell.levels)
     impacts = number(cell.means["impacts"], 2)
     return world, _cell_name(cell), str(cell.runs), str(cell.outcomes[REACHED]), *levels, impacts
 

@@ -1,6 +1,7 @@
 """The figures of a case, drawn and put into the study's folder."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,10 +15,11 @@ from omnipuck_sim.study.results import CaseResults
 from omnipuck_sim.study.runs import Case
 from omnipuck_sim.study.sources import Source
 from omnipuck_sim.study.tables import PATHS
+from omnipuck_sim.trial import REACHED
 
 FIGURES = "figures"
 WORLDS_DRAWN = 3
-"""Of a case, the first."""
+"""Of a case: those where the fewest runs arrive, the first of equals."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,9 @@ def illustrate(
     """Draws the figures of a case into figures/."""
     (folder / FIGURES).mkdir(exist_ok=True)
     names = tuple(f"{FIGURES}/{_file_name(case.name)}-{kind}" for kind in ("map-periods", "paths"))
-    drawn = [source for source in sources if source.world.name in found.worlds][:WORLDS_DRAWN]
+    arrivals = Counter(case.runs.where(outcome=REACHED).columns["world"].tolist())
+    worlds = [source for source in sources if source.world.name in found.worlds]
+    drawn = sorted(worlds, key=lambda source: arrivals[source.world.name])[:WORLDS_DRAWN]
     rows = [_row(folder, provenance, source, case) for source in drawn]
     return Illustrations(
         save_figure(draw_panels(found.cells, found.spread), folder / names[0]),
