@@ -38,7 +38,7 @@ def prepare(options: Options) -> Preparation:
     try:
         settings = _settings(options, robot)
         world = load_world(settings.simulator.world)
-        goal = _checked_goal(options, world, settings)
+        goal = _checked_goal(options, world, settings, robot)
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
     found = {name: find_executable(name) for name in (*robot.nodes, *NODES)}
@@ -72,11 +72,13 @@ def _settings(options: Options, robot: RobotKind) -> Settings:
     return settings
 
 
-def _checked_goal(options: Options, world: World, settings: Settings) -> np.ndarray:
+def _checked_goal(options: Options, world: World, settings: Settings, robot: RobotKind) -> np.ndarray:
     goal = world.goal if options.goal is None else np.array(options.goal, dtype=float)
     if goal is None:
         raise WorldError(f"world {world.name}: has no goal of its own, expected one given")
     if world.start is None:
+        if not robot.simulated:  # it stands where it stands
+            return goal
         raise WorldError(f"world {world.name}: has no start, expected one [x, y] [m] in it")
     check_route(world, world.start, goal, settings.robot.radius)
     return goal
