@@ -35,6 +35,10 @@ def print_report(figures: dict[str, Any]) -> None:
         print(f"{name:38}{row['median_us']:11.1f}{row['p99_us']:11.1f}{row['n']:8d}")
     print(f"\n{'share of a cycle by stage':38}" + "  ".join(f"{k} {v:.0%}" for k, v in figures["stages"].items()))
     print(f"{'simulated seconds a second':38}{figures['trial_realtime_factor']['median']:11.1f}")
+    for name, each in figures["protocol"].items():
+        print(f"{name + ' [frames/s]':38}{each['frames_per_s']:11d}")
+    for rate, share in figures["driver_cpu"].items():
+        print(f"{'driver_node, share of a core at ' + rate:38}{share:11.1%}")
     print(f"\n{'':38}{'figure':>14}{'target':>14}")
     for row in figures["targets"]:
         print(_line(row))

@@ -13,6 +13,7 @@ from machine import load, machine
 from peer import Peer
 from peer_environment import STEPS, PeerError, install
 from report import print_report, verdicts
+from serial_line import driver_cpu, protocol
 from side_by_side import beside_dwa, beside_irsim_scan, beside_irsim_trial
 from stages import stage_shares
 
@@ -59,6 +60,8 @@ def measured(states: list[Logged], options: argparse.Namespace) -> dict[str, Any
     figures["trial_realtime_factor"] = realtime_factor(corridor, 3 * options.rounds)
     figures["stages"] = stage_shares([state for state in states if state.chooses])
     figures["pruning_agreement"] = agreement(states)
+    figures["protocol"] = protocol(options.rounds)
+    figures["driver_cpu"] = driver_cpu()
     figures["skipped"] = dict.fromkeys(STEPS, "not asked for")
     if not options.no_peers:
         comparisons, figures["skipped"] = beside_peers(states, options.rounds)

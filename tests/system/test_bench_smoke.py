@@ -22,6 +22,8 @@ def test_bench_writes_its_figures_and_says_which_peers_it_skipped(tmp_path: Path
         assert 0.0 < figures[name]["median_us"] <= figures[name]["p99_us"]
     assert figures["trial_realtime_factor"]["median"] > 0.0
     assert sum(figures["stages"].values()) == pytest.approx(1.0, abs=0.01)
+    assert all(each["frames_per_s"] > 0 for each in figures["protocol"].values())
+    assert all(0.0 < share < 1.0 for share in figures["driver_cpu"].values())
     assert set(figures["skipped"]) == {"ir-sim", "dynamic-window-approach"}
     skipped = {row["figure"] for row in figures["targets"] if row["met"] is None}
     assert len(skipped) == 3
