@@ -71,7 +71,7 @@ def test_directions_away_from_tangents_have_their_true_reach(world):
     truth = true_reach(world, ORIGIN, 360)
     turned = np.stack([np.roll(truth, s) for s in range(-3, 4)])
     smooth = np.ptp(turned, axis=0) < 0.05
-    assert np.abs(map_of(world).reach - truth)[smooth].max(initial=0.0) < 0.012
+    assert np.abs(map_of(world).reach - truth)[smooth].max(initial=0.0) < 0.015
 
 
 @pytest.mark.parametrize("n_beams", [30, 36, 60, 360])

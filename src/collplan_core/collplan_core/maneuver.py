@@ -59,9 +59,7 @@ def _first_exit(ends: np.ndarray, surface: np.ndarray, shadow: np.ndarray, path:
 
 def find_contact(path: np.ndarray, local_map: LocalMap) -> ContactPoint | None:
     """p_c of a reference (n, 2), or None where it stays in F or leaves it through a frontier."""
-    index, share, k = _first_exit(
-        local_map.ends, local_map.surface, local_map.shadow, path - local_map.position
-    )
+    index, share, k = _first_exit(local_map.ends, local_map.surface, local_map.shadow, path - local_map.position)
     if index < 0:
         return None
     step = path[index] - path[index - 1]

@@ -120,7 +120,7 @@ def fit_pieces(
     while start < n and joined[start - 1]:
         start += 1
     if start == n:  # one surface all around, without an end: begin at a corner, wherever the first beam points
-        start = np.argmax(hits[:, 0] ** 2 + hits[:, 1] ** 2)
+        start = int(np.argmax(hits[:, 0] ** 2 + hits[:, 1] ** 2))
     i = start
     while i < start + n:
         if kind[i % n] != HIT:
