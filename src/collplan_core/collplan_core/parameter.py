@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any
 
-
 _IN_WORDS = {
     bool: "true or false",
     int: "a whole number",
