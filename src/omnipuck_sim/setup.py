@@ -27,7 +27,7 @@ setup(
             "defusedxml",
             "distributed",
             "matplotlib>=3.8",
-            "pyarrow",
+            "pyarrow>=17",
             "scipy>=1.11.4",
             "shapely>=2.0.3",
             "tqdm",
