@@ -13,6 +13,7 @@ from geometry_msgs.msg import Vector3Stamped
 from nav_msgs.msg import Odometry
 from serial_robot import SerialRobot, twist
 
+from collplan_core.arming import WAITING
 from collplan_core.parameter import ParameterError
 from collplan_core.params import Settings
 from collplan_ros.mocap_node import MocapNode
@@ -179,6 +180,9 @@ def test_the_button_on_the_robot_latches(serial_robot):
     robot.ask(estop_pressed=False)
     robot.until(lambda: robot.driver._link.armed or not robot.driver._link.session.button_pressed)
     assert robot.call("clear_estop").success
+    robot.drive_until(lambda: robot.said["/driver_node"] == WAITING, x=0.3)
+    assert robot.speed < STANDING
+    robot.until(lambda: robot.said["/driver_node"] != WAITING)
     robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
 
 

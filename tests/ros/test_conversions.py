@@ -1,5 +1,6 @@
 """Records to messages and back; what a message may not hold."""
 
+import itertools
 import math
 
 import numpy as np
@@ -274,9 +275,17 @@ def test_command(velocity, yaw_rate):
         assert rate == yaw_rate
 
 
+def test_only_a_command_of_zeros_asks_for_rest():
+    parts = itertools.product((0.0, -0.0, 1e-9, -0.5, math.nan, math.inf), repeat=3)
+    for x, y, yaw_rate in parts:
+        twist = c.command_to_twist(Command(np.array([x, y]), yaw_rate, "free_space", np.zeros(2)))
+        assert c.asks_for_rest(twist) == (not any((x, y, yaw_rate)))
+
+
 @pytest.mark.parametrize("bad", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.nan)])
 def test_command_that_is_refused(bad):
     twist = c.command_to_twist(Command(np.array(bad[:2]), bad[2], "free_space", np.zeros(2)))
+    assert not c.asks_for_rest(twist)
     with pytest.raises(c.MessageError, match="twist"):
         c.velocity_from_twist(twist)
 

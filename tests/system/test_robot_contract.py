@@ -13,6 +13,7 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from serial_robot import HALL, twist
 from std_srvs.srv import Trigger
 
+from collplan_core.arming import WAITING
 from collplan_core.params import Settings
 from collplan_ros.mocap_node import MocapNode
 from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST, POSE_SUBSCRIBED
@@ -174,9 +175,41 @@ def test_the_emergency_stop_is_latched(robot):
     assert robot.stands_for(30, x=0.4)
     robot.until(lambda: "emergency stop" in robot.health[f"/{robot.name}"].message)
     assert robot.health[f"/{robot.name}"].level == b"\x01"
-    assert robot.call("clear_estop")
-    assert robot.stands_for(10)
+    assert robot.counted("ignored") > 0
+
+
+def stopped_while_driving(robot) -> None:
     robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
+    assert robot.call("estop")
+    robot.drive_until(lambda: robot.speed < STANDING, x=0.4)
+    assert robot.call("clear_estop")
+
+
+def test_whoever_commands_on_after_the_emergency_stop_must_first_command_zero(make_robot):
+    robot = make_robot(**{"limits.command_age": 2.0})  # a stall of the test must not pass for silence
+    stopped_while_driving(robot)
+    assert robot.stands_for(60, x=0.4)
+    ignored = robot.counted("ignored")
+    robot.drive_until(lambda: robot.health[f"/{robot.name}"].message == WAITING, x=0.4)
+    robot.drive_until(lambda: robot.counted("ignored") > ignored, x=0.4)
+    assert robot.call("clear_estop"), "once more is no zero command"
+    assert robot.stands_for(20, x=0.4)
+    assert robot.stands_for(20, x=math.nan)
+    assert robot.stands_for(20, x=0.0)
+    robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
+
+
+def test_after_the_emergency_stop_silence_serves_as_a_zero_command(robot):
+    stopped_while_driving(robot)
+    # by the robot's own time, which its stalls do not run on
+    assert robot.stands_for(round((SETTINGS.limits.command_age + 0.1) / POSE_PERIOD))
+    robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
+
+
+def test_clearing_what_is_not_stopped_changes_nothing(robot):
+    robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
+    assert robot.call("clear_estop")
+    robot.drive_until(lambda: robot.speed > 0.5, x=0.6)
 
 
 def test_diagnostics_carry_the_same_figures(robot):

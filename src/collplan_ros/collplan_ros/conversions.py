@@ -290,6 +290,11 @@ def command_to_twist_stamped(command: Command, stamp: float, frame: str) -> Twis
     return TwistStamped(header=header(stamp, frame), twist=command_to_twist(command))
 
 
+def asks_for_rest(twist: Twist) -> bool:
+    """Whether a command is zero."""
+    return bool(twist.linear.x == twist.linear.y == twist.angular.z == 0.0)
+
+
 def velocity_from_twist(twist: Twist) -> tuple[np.ndarray, float]:
     """Velocity (2,) [m/s, robot frame] and yaw rate [rad/s] of a command.
 

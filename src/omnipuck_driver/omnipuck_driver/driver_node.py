@@ -11,10 +11,11 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from collplan_core.arming import ARMED, WAITING, Arming
 from collplan_core.params import Control, Driver, Frames, Kinematics, Limits, Robot
 from collplan_core.tracking import clip_command
 from collplan_ros.clock import seconds
-from collplan_ros.conversions import MessageError, velocity_from_twist
+from collplan_ros.conversions import MessageError, asks_for_rest, velocity_from_twist
 from collplan_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_parameters import declare, read_settings
 from collplan_ros.qos import NEWEST
@@ -51,6 +52,7 @@ class DriverNode(Node):
         self._impacts: SensedImpacts | None = None
         self._command: HeldCommand | None = None
         self._estopped = ""
+        self._arming = ARMED
         self._last_refused = False
         self._said = ""
         self._counts = Counter({"commands": 0, "clipped": 0, "refused": 0, "ignored": 0, "expired": 0})
@@ -76,13 +78,21 @@ class DriverNode(Node):
     # ---- commands
 
     def _take_command(self, twist: Twist) -> None:
-        if self._estopped or not self._link.armed:
+        if self._estopped or self._waits_after(twist) or not self._link.armed:
             self._counts["ignored"] += 1
             return
         self._counts["commands"] += 1
         velocity, yaw_rate = self._checked(twist)
         wheels = self._wheels.saturated(self._wheels.speeds(velocity, yaw_rate))
         self._command = HeldCommand(tuple(wheels.tolist()), seconds(self._clock))
+
+    def _waits_after(self, twist: Twist) -> bool:
+        silence = self._settings.limits.command_age
+        self._arming = self._arming.after_command(asks_for_rest(twist), seconds(self._clock), silence)
+        return self._waits()
+
+    def _waits(self) -> bool:
+        return self._arming.waits(seconds(self._clock), self._settings.limits.command_age)
 
     def _checked(self, twist: Twist) -> tuple[np.ndarray, float]:
         """The command as far as the robot follows it; zero where it refuses."""
@@ -105,8 +115,9 @@ class DriverNode(Node):
     def _clear_stop(self) -> tuple[bool, str]:
         if self._link.session.button_pressed:
             return False, "the emergency stop on the robot is still pressed: release it first"
-        self._estopped = ""
-        return True, "commands are taken again"
+        if self._estopped:
+            self._estopped, self._arming = "", Arming(seconds(self._clock))
+        return True, "commands are taken again after a zero command"
 
     def _stop_for(self, reason: str) -> None:
         self._estopped = reason
@@ -160,6 +171,8 @@ class DriverNode(Node):
             return Health(WARN, f"emergency stop {self._estopped}: commands are ignored", values)
         if self._link.trouble():
             return Health(ERROR, self._link.trouble(), values)
+        if self._waits():
+            return Health(WARN, WAITING, values)
         if self._last_refused:
             return Health(WARN, "last command refused: not finite or too fast", values)
         telemetry = self._link.session.telemetry

@@ -7,9 +7,10 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from collplan_core.arming import ARMED, WAITING, Arming
 from collplan_core.params import Control, Frames, Limits, Robot, Simulation
 from collplan_core.tracking import clip_command
-from collplan_ros.conversions import MessageError, velocity_from_twist
+from collplan_ros.conversions import MessageError, asks_for_rest, velocity_from_twist
 from collplan_ros.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_parameters import declare, read_settings
 from collplan_ros.qos import NEWEST
@@ -29,8 +30,9 @@ class SimulatorNode(Node):
         self._room = Room(self, self._settings)
         self._simulator = self._room.simulator
         self._estopped = False
+        self._arming = ARMED
         self._last_refused = False
-        self._counts = {"commands": 0, "clipped": 0, "refused": 0}
+        self._counts = {"commands": 0, "clipped": 0, "refused": 0, "ignored": 0}
         self._make_inputs(stamped=self._settings.controller.stamped_cmd_vel)
         self._room.call_each_pose(self._room.advance)
         self._diagnostics = Diagnostics(self, self._health)
@@ -54,11 +56,20 @@ class SimulatorNode(Node):
 
     def _take_command(self, twist: Twist) -> None:
         self._room.advance()
-        if self._estopped:
+        if self._estopped or self._waits_after(twist):
+            self._counts["ignored"] += 1
             return
         self._counts["commands"] += 1
         velocity, yaw_rate = self._checked(twist)
         self._simulator.command(velocity, yaw_rate)
+
+    def _waits_after(self, twist: Twist) -> bool:
+        silence = self._settings.limits.command_age
+        self._arming = self._arming.after_command(asks_for_rest(twist), self._simulator.time, silence)
+        return self._waits()
+
+    def _waits(self) -> bool:
+        return self._arming.waits(self._simulator.time, self._settings.limits.command_age)
 
     def _checked(self, twist: Twist) -> tuple[np.ndarray, float]:
         """The command as far as the robot follows it; zero where it refuses."""
@@ -84,8 +95,9 @@ class SimulatorNode(Node):
         return "stopped; commands are ignored until clear_estop"
 
     def _clear_stop(self) -> str:
-        self._estopped = False
-        return "commands are taken again"
+        if self._estopped:
+            self._estopped, self._arming = False, Arming(self._simulator.time)
+        return "commands are taken again after a zero command"
 
     def _health(self) -> Health:
         room = self._room
@@ -93,6 +105,8 @@ class SimulatorNode(Node):
         values = {**self._counts, "impacts": room.impacts, **times}
         if self._estopped:
             return Health(WARN, "emergency stop: commands are ignored", values)
+        if self._waits():
+            return Health(WARN, WAITING, values)
         if self._last_refused:
             return Health(WARN, "last command refused: not finite or too fast", values)
         return Health(OK, "simulated", values)

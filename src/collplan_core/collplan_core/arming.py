@@ -1,0 +1,30 @@
+"""After an emergency stop a robot follows commands again only once it was told to stand, or was told nothing.
+
+Whoever went on commanding through the stop does not set it moving the moment the stop is cleared.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Arming:
+    """Whether commands are followed.
+
+    Attributes:
+        quiet_since: the stop was cleared, or the last command ignored [s, any one clock]; None once armed.
+    """
+
+    quiet_since: float | None = None
+
+    def waits(self, now: float, silence: float) -> bool:
+        """Whether commands are ignored at `now` [s]; they are not once none came for `silence` [s]."""
+        return self.quiet_since is not None and now - self.quiet_since < silence
+
+    def after_command(self, zero: bool, now: float, silence: float) -> "Arming":
+        """A command came, `zero` or not; ask `waits` of what is returned whether it may be followed."""
+        return Arming(now) if self.waits(now, silence) and not zero else ARMED
+
+
+ARMED = Arming()
+WAITING = "after the emergency stop: waiting for a zero command, or for none"
+"""What a robot says of itself meanwhile."""
