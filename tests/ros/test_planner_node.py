@@ -171,6 +171,41 @@ def test_cancel_ends_the_plans(ros, bench):
     bench.assert_no_more_plans()
 
 
+def test_goal_not_reached_in_time_is_given_up(ros):
+    bench = PlannerBench(ros, planner__goal_timeout=0.5)
+    accepted = bench.send_goal()
+    bench.wait_for_plan()
+    begun = bench.robot.stamp
+    aborted = bench.wait_for(GoalStatus.STATUS_ABORTED)
+    assert identity(aborted) == identity(accepted)
+    assert bench.robot.stamp - begun < 5.0
+    health = bench.health()
+    assert (health.level, health.message) == (
+        DiagnosticStatus.WARN,
+        "goal given up: not reached within planner.goal_timeout, 0.5 s",
+    )
+    bench.assert_no_more_plans()
+    again = bench.send_goal()
+    assert again.status == GoalStatus.STATUS_ACCEPTED
+    assert bench.wait_for_plan(seconds_from_stamp(again.goal_info.stamp))
+
+
+def test_goal_is_given_up_although_poses_fail(ros):
+    bench = PlannerBench(ros, planner__goal_timeout=0.5)
+    bench.robot.poses_on = False
+    bench.send_goal()
+    bench.wait_for(GoalStatus.STATUS_ABORTED)
+
+
+def test_time_for_a_goal_is_live_and_zero_is_never(ros):
+    bench = PlannerBench(ros, planner__goal_timeout=0.0)
+    bench.send_goal()
+    ros.spin(0.6)
+    assert bench.statuses[-1].status == GoalStatus.STATUS_EXECUTING
+    bench.node.set_parameters([Parameter("planner.goal_timeout", value=0.5)])
+    bench.wait_for(GoalStatus.STATUS_ABORTED)
+
+
 BAD_GOALS = {
     "nan": (np.array([math.nan, 0.0]), "map", "expected finite"),
     "infinite": (np.array([1.0, math.inf]), "map", "expected finite"),

@@ -69,6 +69,7 @@ class Planning(Parameters):
     strategy: str = parameter("harness", "Named weight set; custom takes the weights group", choices=("harness", "high_risk", "low_risk", "custom"), live=True)
     map_period: float = parameter(0.2, "T_map, time between two plans", unit="s", low=0.05, high=2.0, live=True)
     goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
+    goal_timeout: float = parameter(120.0, "A goal not reached so long after it was accepted is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)
     frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True)
     shortest_frontier: float = parameter(0.05, "Shorter frontiers are passed over where a longer one is seen", unit="m", low=0.0, high=0.5, live=True)
     n_directions: int = parameter(8, "N_l, number of candidate velocity directions", low=4, high=64, live=True)
@@ -318,5 +319,5 @@ def unknown_key(key: str) -> ParameterError:
     """The error for a key that no group declares, with the nearest known ones."""
     from difflib import get_close_matches
 
-    near = get_close_matches(key, all_specs(), n=3, cutoff=0.5)
+    near = get_close_matches(key, all_specs(), n=3, cutoff=0.8)
     return ParameterError(f"{key}: unknown parameter" + (f", did you mean {' or '.join(near)}?" if near else ""))

@@ -3,6 +3,7 @@
 Every map_period it takes the newest scan and the pose at that scan's stamp, and publishes a plan if it can make one.
 If it cannot it publishes nothing and says why on /diagnostics; the controller stops the robot when plans fail to come.
 A new goal replaces the old. A goal in another frame, not finite, or inside an obstacle that the scan shows is aborted.
+A goal not reached within planner.goal_timeout, by the poses' clock, is aborted too.
 When the poses leap, fall silent or start over, memory is dropped and the goal taken anew: its new stamp refuses every
 earlier plan.
 """
@@ -65,6 +66,7 @@ class PlannerNode(Node):
         self._sensed = Sensed(self._settings.limits.pose_history)
         self._refusals = Refusals()
         self._goal: Goal | None = None
+        self._goal_since: float | None = None
         self._memory: Any = None
         self._planned_until = 0.0
         self._trouble = ""
@@ -116,6 +118,8 @@ class PlannerNode(Node):
         self._refusals.add("pose_break", f"the poses begin anew at {stamp:.3f}")
         self._memory, self._planned_until = None, stamp
         if self._goal is not None and self._goal.active:
+            if self._goal_since is not None:  # the poses' clock may have been set back
+                self._goal_since = min(self._goal_since, stamp)
             self._announce(replace(self._goal, stamp=stamp))
 
     def _on_scan(self, message: LaserScan) -> None:
@@ -142,6 +146,7 @@ class PlannerNode(Node):
             self._announce(Goal(self._planned_until, np.full(2, np.nan), GoalStatus.STATUS_ABORTED))
             self._refuse_goal(str(error))
             return
+        self._goal_since = self._sensed.now(seconds(self._clock))
         self._announce(Goal(self._planned_until, position))
         self.get_logger().info(f"goal {position[0]:.3f}, {position[1]:.3f} accepted")
 
@@ -165,6 +170,18 @@ class PlannerNode(Node):
         self._announce(replace(self._goal, status=status))
         self.get_logger().info(f"goal {self._goal.status_name}")
 
+    def _is_overdue(self, local: float) -> bool:
+        now, timeout = self._sensed.now(local), self._settings.planner.goal_timeout
+        if self._goal_since is None:  # no pose had come
+            self._goal_since = now
+        return bool(timeout) and now is not None and self._goal_since is not None and now - self._goal_since > timeout
+
+    def _give_up(self) -> None:
+        timeout = self._settings.planner.goal_timeout
+        self._set_status(GoalStatus.STATUS_ABORTED)
+        self._trouble = f"goal given up: not reached within planner.goal_timeout, {timeout:g} s"
+        self.get_logger().error(self._trouble)
+
     def _refuse_goal(self, reason: str) -> None:
         self._trouble = f"goal refused: {reason}"
         self._refusals.add("goal", reason)
@@ -176,6 +193,9 @@ class PlannerNode(Node):
         if self._goal is None or not self._goal.active:
             return
         local = seconds(self._clock)
+        if self._is_overdue(local):
+            self._give_up()
+            return
         stale = self._why_stale(local)
         if stale:
             self._hold("stale", stale)
