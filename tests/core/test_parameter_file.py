@@ -1,13 +1,15 @@
 """Parameter files: round trip, ROS 2's forms, and errors that name file, key, value and range."""
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.parameter import ParameterError, Spec
-from collplan_core.parameter_file import read_parameters, write_parameters
+from collplan_core.parameter_file import NODES, read_parameters, write_parameters
 from collplan_core.params import Settings, all_specs
 
 
@@ -44,6 +46,7 @@ FORMS = {
     "full name": "/robot1/planner_node:\n  ros__parameters:\n    planner.map_period: 0.3\n",
     "namespace": "robot1:\n  planner_node:\n    ros__parameters:\n      planner.map_period: 0.3\n",
     "beside ROS's own": "/**:\n  ros__parameters:\n    use_sim_time: true\n    planner.map_period: 0.3\n",
+    "namespace of every node": "/robot1/**:\n  ros__parameters:\n    planner.map_period: 0.3\n",
     "exponent": "/**:\n  ros__parameters:\n    planner.map_period: 3e-1\n",
     "node before all": "planner_node:\n  ros__parameters:\n    planner.map_period: 0.3\n"
     "/**:\n  ros__parameters:\n    planner.map_period: 0.7\n",
@@ -84,9 +87,19 @@ BAD = {
     "empty": ("", ["None", "ros__parameters"]),
     "not YAML": ("/**: [", ["not YAML"]),
     "nodes that differ": (
-        "a: {ros__parameters: {robot.radius: 0.1}}\nb: {ros__parameters: {robot.radius: 0.2}}",
+        "mocap_node: {ros__parameters: {robot.radius: 0.1}}\nplanner_node: {ros__parameters: {robot.radius: 0.2}}",
         ["robot.radius", "0.1", "0.2"],
     ),
+    "unknown node": (
+        "/planner_nod: {ros__parameters: {planner.map_period: 0.3}}",
+        ["/planner_nod: no node is called so", "did you mean planner_node"],
+    ),
+    "unknown node in a namespace": (
+        "robot1: {planer_node: {ros__parameters: {planner.map_period: 0.3}}}",
+        ["robot1/planer_node", "did you mean planner_node"],
+    ),
+    "another node": ("rviz: {ros__parameters: {use_sim_time: true}}", ["rviz: no node", "/**", "controller_node"]),
+    "key like no other": (in_every_node("planner.courage: 1"), ["planner.courage: unknown parameter"]),
 }
 
 
@@ -105,6 +118,12 @@ def test_error_names_file_key_value_and_range(tmp_path, kind):
 def test_missing_file(tmp_path):
     with pytest.raises(ParameterError, match="No such file"):
         read_parameters(tmp_path / "none.yaml")
+
+
+def test_every_node_with_parameters_can_have_a_section():
+    sources = [path.read_text() for path in (Path(__file__).parents[2] / "src").glob("*/*/*.py")]
+    names = [re.findall(r'super\(\).__init__\("(\w+)"', text) for text in sources if "declare(self, *GROUPS)" in text]
+    assert sorted(NODES) == sorted(name for found in names for name in found)
 
 
 NUMBERS = [spec for spec in all_specs().values() if type(spec.default) in (int, float)]

@@ -8,6 +8,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,14 @@ from collplan_core.params import Settings, all_specs, unknown_key
 ROS_KEYS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 """Beginnings of the keys that every ROS node declares itself."""
 
+NODES = (
+    "mocap_node", "lidar_node", "planner_node", "controller_node", "simulator_node", "driver_node", "firmware_emulator",
+)  # fmt: skip
+"""Names of the nodes that have parameters."""
+
 _PARAMETERS = "ros__parameters"
 _EVERY_NODE = "/**"
+_WILDCARDS = ("*", "**")
 
 
 class _Loader(yaml.SafeLoader):
@@ -38,8 +45,9 @@ def read_parameters(path: str | Path) -> dict[str, Any]:
     A node's own section goes before the one for every node (`/**`). Keys of ROS itself are left out.
 
     Raises:
-        ParameterError: no such file, not this format, an unknown key, a value that does not fit its parameter, or two
-            nodes' sections that differ; names the file, the key, the value and what was expected.
+        ParameterError: no such file, not this format, a section for an unknown node, an unknown key, a value that does
+            not fit its parameter, or two nodes' sections that differ; names the file, the key, the value and what
+            was expected.
     """
     try:
         values = _merged(_sections("", _loaded(path)))
@@ -102,12 +110,23 @@ def _merged(sections: Iterator[tuple[str, dict[str, Any]]]) -> dict[str, Any]:
     general: dict[str, Any] = {}
     special: dict[str, Any] = {}
     for node, parameters in sections:
+        _check_node(node)
         for key, value in _checked(parameters).items():
             if node == _EVERY_NODE:
                 general[key] = value
             elif special.setdefault(key, value) != value:
                 raise ParameterError(f"{key}: got {special[key]!r} and, for {node}, {value!r}, expected one value")
     return general | special
+
+
+def _check_node(node: str) -> None:
+    """ROS itself passes over a section that no node is called, in silence."""
+    name = node.rsplit("/", 1)[-1]
+    if name in NODES or name in _WILDCARDS:
+        return
+    near = get_close_matches(name, NODES, n=2, cutoff=0.8)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"expected {_EVERY_NODE} or one of {', '.join(NODES)}"
+    raise ParameterError(f"{node}: no node is called so, {hint}")
 
 
 def _checked(parameters: dict[str, Any]) -> dict[str, Any]:
