@@ -19,9 +19,9 @@ from collplan_ros.preparation import Preparation
 from collplan_ros.results import write_results
 from collplan_ros.robots import ROBOTS
 from collplan_ros.run_folder import RunFolder
-from collplan_ros.run_log import CommandRow, Kick, PlanRow, PoseRow, RunLog
+from collplan_ros.run_log import Kick, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 from collplan_ros.summary import summarize
-from collplan_ros.trajectory_file import COLUMNS, TrajectoryFile
+from collplan_ros.trajectory_file import COLUMNS, write_trajectory
 
 EPOCH = 1.7e9
 WALL = 1.0
@@ -37,20 +37,16 @@ def room() -> World:
 
 def bouncing_run() -> RunLog:
     """Straight at a wall with SPEED, met at HIT_AT, and back with half of it."""
-    log = RunLog()
+    log = RunLog(sent_maneuvers=[SentManeuver(77.151, "free_space")])
     for k in range(200):
         t = 0.01 * k
         begin = WALL - RADIUS - SPEED * HIT_AT
         x = begin + SPEED * t if t < HIT_AT else WALL - RADIUS - 0.5 * SPEED * (t - HIT_AT)
-        row = PoseRow(EPOCH + t, x, 0.1, 0.0, SPEED if t < HIT_AT else -0.5 * SPEED, 0.0)
+        row = PoseRow(EPOCH + t, x, 0.1, 0.0, SPEED if t < HIT_AT else -0.5 * SPEED, 0.0, 77.0 + t)
         log.poses.append(row)
         log.truth.append(row)
         if k % 5 == 0:
-            log.commands.append(
-                CommandRow(
-                    EPOCH + t, 77.0 + t, 0.3 if t > 0.12 else 0.0, 0.0, 0.0, "free_space" if t > 0.12 else "stopped"
-                )
-            )
+            log.sent_commands.append(SentCommand(77.0 + t, 0.3 if t > 0.12 else 0.0, 0.0, 0.0))
             log.scans.append(
                 simulate_scan(room(), State(row.stamp, np.array([row.x, row.y]), np.zeros(2), 0.0), Settings().lidar)
             )
@@ -133,7 +129,9 @@ def test_all_files_are_written(tmp_path):
     assert summary["simulated"] is True
     assert summary["assumed"]["robot.radius"] == RADIUS
     rows = list(csv.DictReader((latest / "impacts.csv").open()))
-    assert [(row["foreseen"], float(row["t"])) for row in rows] == [("true", pytest.approx(HIT_AT - 0.003, abs=1e-5))]
+    assert [(row["foreseen"], float(row["t"])) for row in rows] == [("true", pytest.approx(HIT_AT - 0.153, abs=1e-5))]
+    last = list(csv.DictReader((latest / "trajectory.csv").open()))[-1]
+    assert float(last["t"]) == pytest.approx(summary["arrival_time_s"], abs=1e-6)
     from PIL import Image
 
     for name, frames in (("trajectory.png", 1), ("run.gif", 15)):
@@ -150,22 +148,24 @@ def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
     assert json.loads(folder.summary.read_text())["impacts"] == 0
 
 
-def test_a_trajectory_row_is_on_disk_at_once(tmp_path):
-    log = RunLog(maneuver="free_space")
-    file = TrajectoryFile(tmp_path / "trajectory.csv")
-    log.poses.append(PoseRow(EPOCH, 0.0, 0.0, 0.0, 0.0, 0.0))
-    file.add(log.poses[-1], log)
-    log.commands.append(CommandRow(EPOCH, 0.0, 0.3, -0.1, 0.2, "free_space"))
-    log.reference = (0.5, 1.0)
-    log.poses.append(PoseRow(EPOCH + 0.5, 0.4, 1.0, 0.1, 0.8, 2.0))
-    file.add(log.poses[-1], log)
+def test_the_trajectory_worked_by_hand(tmp_path):
+    log = RunLog(
+        poses=[
+            PoseRow(EPOCH, 0.0, 0.0, 0.0, 0.0, 0.0, 77.0),
+            PoseRow(EPOCH + 0.5, 0.4, 1.0, 0.1, 0.8, 2.0, 77.5),
+        ],
+        sent_commands=[SentCommand(77.1, 0.3, -0.1, 0.2), SentCommand(77.6, 9.0, 9.0, 9.0)],
+        sent_maneuvers=[SentManeuver(77.101, "free_space")],
+        sent_references=[SentReference(77.101, 0.5, 1.0)],
+    )
+    write_trajectory(tmp_path / "trajectory.csv", log)
     first, second = csv.DictReader((tmp_path / "trajectory.csv").open())
     assert tuple(first) == COLUMNS
-    assert first["cmd_vx"] == "nan"
+    assert (first["cmd_vx"], first["ref_x"], first["maneuver"]) == ("nan", "nan", "stopped")
+    assert (float(first["t"]), second["maneuver"]) == (pytest.approx(-0.1, abs=1e-6), "free_space")
     assert [float(second[key]) for key in COLUMNS[:-1]] == pytest.approx(
-        [0.5, 0.4, 1.0, 0.1, 0.8, 2.0, 0.3, -0.1, 0.2, 0.5, 1.0]
+        [0.4, 0.4, 1.0, 0.1, 0.8, 2.0, 0.3, -0.1, 0.2, 0.5, 1.0], abs=1e-6
     )
-    file.close()
 
 
 def test_runs_of_the_same_second_have_folders_of_their_own(tmp_path):

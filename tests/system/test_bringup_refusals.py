@@ -9,15 +9,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from action_msgs.msg import GoalStatus
 from rclpy.context import Context
 from rclpy.node import Node
 
 from collplan_core.params import Trial
 from collplan_ros import graph, preparation, processes
-from collplan_ros.bringup import main, run
+from collplan_ros.bringup import main, run, told
 from collplan_ros.failures import NodeDied
 from collplan_ros.options import Options
 from collplan_ros.processes import NodeProcess, stop_all
+from collplan_ros.recorder import GoalReport
 from collplan_ros.robots import ROBOTS, RobotKind
 from collplan_ros.watch import REACHED, STUCK, TIMEOUT, Watch
 
@@ -199,3 +201,10 @@ def test_the_watch_worked_by_hand():
     assert [still.outcome(100.0 + t, np.array([0.01 * t, 0.0])) for t in (0.0, 4.9, 5.1)] == [None, None, None]
     assert still.outcome(109.0, np.array([0.06, 0.01])) is None
     assert still.outcome(110.2, np.array([0.06, 0.0])) == STUCK
+
+
+def test_the_planners_word_counts_once_the_poses_it_has_seen_were_taken():
+    arrived = GoalReport(GoalStatus.STATUS_SUCCEEDED, 7.0)
+    assert [told(arrived, sent) for sent in (6.99, 7.0)] == [None, REACHED]
+    assert told(GoalReport(GoalStatus.STATUS_ABORTED, 7.0), 8.0) == "aborted"
+    assert told(GoalReport(GoalStatus.STATUS_EXECUTING, 7.0), 8.0) is told(None, 8.0) is None

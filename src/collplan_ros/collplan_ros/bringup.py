@@ -24,6 +24,7 @@ from collplan_ros.graph import Graph
 from collplan_ros.options import Options, parse
 from collplan_ros.preparation import prepare, write_used_parameters
 from collplan_ros.progress import Progress
+from collplan_ros.recorder import GoalReport
 from collplan_ros.results import write_results
 from collplan_ros.run_folder import RunFolder
 from collplan_ros.run_log import RunLog
@@ -32,7 +33,12 @@ from collplan_ros.watch import REACHED, Watch
 REST_PATIENCE = 2.0
 """The robot may take so long to stop [s]."""
 REST_SPEED = 0.03
-GIVEN_UP = {GoalStatus.STATUS_ABORTED: "aborted", GoalStatus.STATUS_CANCELED: "canceled"}
+TOLD = {
+    GoalStatus.STATUS_SUCCEEDED: REACHED,
+    GoalStatus.STATUS_ABORTED: "aborted",
+    GoalStatus.STATUS_CANCELED: "canceled",
+}
+"""How a run ends by what the planner says of the goal."""
 
 
 @dataclass(frozen=True)
@@ -100,12 +106,17 @@ class Bringup:
         while True:
             pose = graph.pose
             position = np.array([pose.x, pose.y])
-            outcome = watch.outcome(pose.stamp, position) or GIVEN_UP.get(graph.recorder.goal_state)
+            outcome = watch.outcome(pose.stamp, position) or told(graph.recorder.goal, pose.sent)
             if outcome:
                 return outcome
             distance = float(np.linalg.norm(position - target))
-            self.progress.show(pose.stamp - begun, distance, self.log.maneuver, len(self.log.hits))
+            self.progress.show(self._elapsed, distance, self.log.maneuver_at(pose.sent), len(self.log.hits))
             graph.step()
+
+    @property
+    def _elapsed(self) -> float:
+        begin = self.log.time_zero
+        return 0.0 if begin is None else max(0.0, self.graph.pose.stamp - begin)
 
     def come_to_rest(self) -> None:
         """Ends the record and gives the robot time to stop."""
@@ -113,6 +124,14 @@ class Bringup:
         deadline = time.monotonic() + REST_PATIENCE
         while time.monotonic() < deadline and np.hypot(self.graph.pose.vx, self.graph.pose.vy) > REST_SPEED:
             self.graph.step()
+
+
+def told(goal: GoalReport | None, sent: float) -> str | None:
+    """The outcome by the planner's report, once the poses up to the one of `sent` were taken; None while it goes on.
+
+    The poses that the planner may have seen come first: they tell when the goal was reached.
+    """
+    return TOLD.get(goal.status) if goal is not None and goal.sent <= sent else None
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:

@@ -134,7 +134,7 @@ class Graph:
 
     def give_goal(self, goal: np.ndarray) -> None:
         """Publishes a goal (2,) [m] and waits for the planner's answer."""
-        self.recorder.goal_state = None
+        self.recorder.ask()
         again = 0.0
 
         def answered() -> bool:
@@ -142,7 +142,7 @@ class Graph:
             if time.monotonic() >= again:
                 self._goals.publish(goal_to_message(goal, self._preparation.settings.frames.map, self.pose.stamp))
                 again = time.monotonic() + GOAL_PERIOD
-            return self.recorder.goal_state is not None
+            return self.recorder.goal is not None
 
         self.wait(answered, INPUT_PATIENCE, self._no_planner)
 
@@ -152,7 +152,7 @@ class Graph:
         stack.callback(context.try_shutdown)
         self.node = Node(NAME, context=context)
         stack.callback(self.node.destroy_node)
-        self.recorder = Recorder(self.node, self._preparation.settings, self._folder.trajectory)
+        self.recorder = Recorder(self.node, self._preparation.settings)
         stack.callback(self.recorder.finish)
         self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
         self._executor = SingleThreadedExecutor(context=context)

@@ -19,7 +19,7 @@ class Progress:
         self._open = False
 
     def show(self, elapsed: float, distance: float, maneuver: str, impacts: int) -> None:
-        """How the run stands: seconds since the goal was given, metres to the goal."""
+        """How the run stands: seconds since the first command to move, metres to the goal."""
         if time.monotonic() - self._last < (TERMINAL_PERIOD if self._live else PLAIN_PERIOD):
             return
         self._last = time.monotonic()

@@ -3,8 +3,7 @@
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, NamedTuple
 
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -28,8 +27,7 @@ from collplan_ros.conversions import (
     state_from_odometry,
 )
 from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
-from collplan_ros.run_log import CommandRow, Kick, PlanRow, PoseRow, RunLog
-from collplan_ros.trajectory_file import TrajectoryFile
+from collplan_ros.run_log import Kick, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 
 # every message counts here, so the queue bridges a stall of some seconds
 EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
@@ -38,27 +36,34 @@ FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning")
 """Of planner/costs, kept."""
 
 
+class GoalReport(NamedTuple):
+    """What the planner says of a goal: GoalStatus.STATUS_*, and when it sent that [s, wall clock]."""
+
+    status: int
+    sent: float
+
+
 class Recorder:
-    """Fills `log` and trajectory.csv from `begin()` to `finish()`.
+    """Fills `log` from `begin()` to `finish()`.
 
     Attributes:
         log: what was received.
         reported: newest diagnostics by the node's full name.
-        goal_state: newest status of the goal, None before the first.
+        goal: newest report of the goal asked for last, None before the first.
         newest: newest pose, whether recording or not.
         scan_came: whether there was a usable scan.
     """
 
-    def __init__(self, node: Node, settings: Settings, trajectory: FilePath) -> None:
+    def __init__(self, node: Node, settings: Settings) -> None:
         """Subscribes in `node`."""
         self.log = RunLog()
         self.reported: dict[str, DiagnosticStatus] = {}
-        self.goal_state: int | None = None
+        self.goal: GoalReport | None = None
         self.newest: PoseRow | None = None
         self.scan_came = False
         self._frames = settings.frames
         self._clock = PosesClock()
-        self._file = TrajectoryFile(trajectory)
+        self._asked = 0.0
         self._recording = False
         self._subscribe(node, settings.controller.stamped_cmd_vel)
 
@@ -72,9 +77,13 @@ class Recorder:
         self._recording = True
 
     def finish(self) -> None:
-        """Ends the log and its file."""
+        """Ends the log."""
         self._recording = False
-        self._file.close()
+
+    def ask(self) -> None:
+        """A new goal is about to be given: earlier reports are not about it."""
+        self.goal = None
+        self._asked = time.time()
 
     def _subscribe(self, node: Node, stamped: bool) -> None:
         def listen(kind: type, topic: str, take: Callable[..., None], qos: QoSProfile = EVERY_ONE) -> None:
@@ -91,13 +100,13 @@ class Recorder:
         listen(Path, "planner/foreseen_impacts", log(self._take_contacts))
         listen(DiagnosticArray, "planner/costs", log(self._take_costs))
         listen(LaserScan, "scan", self._take_scan, SENSOR_DATA)
-        listen(PointStamped, "controller/reference", self._take_reference)
-        listen(String, "maneuver", self._take_maneuver, LATCHED)
-        # two arguments: the second tells when the controller sent it
+        sent = self._sent_while_recording
+        listen(PointStamped, "controller/reference", sent(self._take_reference))
+        listen(String, "maneuver", sent(self._take_maneuver), LATCHED)
         if stamped:
-            listen(TwistStamped, "cmd_vel", lambda message, info: self._take_command(message.twist, info))
+            listen(TwistStamped, "cmd_vel", sent(lambda m, at: self._take_command(m.twist, at)))
         else:
-            listen(Twist, "cmd_vel", lambda message, info: self._take_command(message, info))
+            listen(Twist, "cmd_vel", sent(self._take_command))
 
     def _while_recording(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
         def guarded(message: Any) -> None:
@@ -108,21 +117,30 @@ class Recorder:
 
         return guarded
 
+    def _sent_while_recording(self, take: Callable[[Any, float], None]) -> Callable[[Any, dict[str, Any]], None]:
+        # two arguments: rclpy then hands over when it was sent
+        def guarded(message: Any, info: dict[str, Any]) -> None:
+            if self._recording:
+                take(message, _when_sent(info))
+
+        return guarded
+
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         self.reported.update({status.name: status for status in message.status})
 
-    def _take_goal_status(self, message: GoalStatus) -> None:
-        self.goal_state = message.status
+    def _take_goal_status(self, message: GoalStatus, info: dict[str, Any]) -> None:
+        report = GoalReport(message.status, _when_sent(info))
+        if report.sent >= self._asked:
+            self.goal = report
 
-    def _take_pose(self, message: Odometry) -> None:
+    def _take_pose(self, message: Odometry, info: dict[str, Any]) -> None:
         try:
-            self.newest = self._pose_row(message)
+            self.newest = self._pose_row(message)._replace(sent=_when_sent(info))
         except MessageError:
             return
         self._clock.received(self.newest.stamp, time.monotonic())
         if self._recording:
             self.log.poses.append(self.newest)
-            self._file.add(self.newest, self.log)
 
     def _take_scan(self, message: LaserScan) -> None:
         with suppress(ScanError):
@@ -142,18 +160,14 @@ class Recorder:
         for status in message.status:
             self.log.costs.append({item.key: float(item.value) for item in status.values if item.key in FIGURES})
 
-    def _take_reference(self, message: PointStamped) -> None:
-        self.log.reference = message.point.x, message.point.y
+    def _take_reference(self, message: PointStamped, sent: float) -> None:
+        self.log.sent_references.append(SentReference(sent, message.point.x, message.point.y))
 
-    def _take_maneuver(self, message: String) -> None:
-        self.log.maneuver = message.data
+    def _take_maneuver(self, message: String, sent: float) -> None:
+        self.log.sent_maneuvers.append(SentManeuver(sent, message.data))
 
-    def _take_command(self, twist: Twist, info: dict[str, Any]) -> None:
-        now = self._clock.now(time.monotonic())
-        if self._recording and now is not None:
-            sent = 1e-9 * info["source_timestamp"]
-            row = CommandRow(now, sent, twist.linear.x, twist.linear.y, twist.angular.z, self.log.maneuver)
-            self.log.commands.append(row)
+    def _take_command(self, twist: Twist, sent: float) -> None:
+        self.log.sent_commands.append(SentCommand(sent, twist.linear.x, twist.linear.y, twist.angular.z))
 
     def _pose_row(self, message: Odometry) -> PoseRow:
         state = state_from_odometry(message, self._frames.map, self._frames.base)
@@ -163,3 +177,8 @@ class Recorder:
     def _kick(self, message: Vector3Stamped) -> Kick:
         stamp, change = impact_from_message(message, self._frames.map)
         return Kick(stamp, *change.tolist())
+
+
+def _when_sent(info: dict[str, Any]) -> float:
+    """When the sender handed a message to its middleware [s, wall clock]: whatever waits here does not count."""
+    return float(1e-9 * info["source_timestamp"])

@@ -7,15 +7,17 @@ from collplan_ros.preparation import Preparation
 from collplan_ros.run_folder import RunFolder
 from collplan_ros.run_log import RunLog
 from collplan_ros.summary import assumed_constants, summarize, write_summary
+from collplan_ros.trajectory_file import write_trajectory
 
 
 def write_results(
     folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, pictures: bool
 ) -> dict[str, Any]:
-    """Writes impacts, summary and, if asked for, the pictures of a run; returns the summary."""
+    """Writes trajectory, impacts, summary and, if asked for, the pictures of a run; returns the summary."""
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
     impacts = impacts_of(log, world)
-    write_impacts(folder.impacts, impacts, log.poses[0].stamp if log.poses else 0.0)
+    write_trajectory(folder.trajectory, log)
+    write_impacts(folder.impacts, impacts, log.begin)
     simulated = preparation.robot.simulated
     summary = {
         "simulated": simulated,

@@ -1,7 +1,14 @@
-"""What is remembered of a run, in plain records; times are stamps on the poses' clock [s], vectors world frame."""
+"""What is remembered of a run, in plain records; times are stamps on the poses' clock [s], vectors world frame.
 
+`sent` is when a node handed a message to its middleware [s, wall clock]. What carries no stamp is ordered by it: a
+listener that is kept waiting takes the topics' backlogs in no common order.
+"""
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -11,7 +18,7 @@ from collplan_core.scan import Scan
 
 
 class PoseRow(NamedTuple):
-    """Where the robot is [m, rad] and how fast it moves [m/s, world frame]."""
+    """Where the robot is [m, rad] and how fast it moves [m/s, world frame]; `sent` is NaN where it is not needed."""
 
     stamp: float
     x: float
@@ -19,10 +26,35 @@ class PoseRow(NamedTuple):
     yaw: float
     vx: float
     vy: float
+    sent: float = math.nan
+
+
+class SentCommand(NamedTuple):
+    """A body-frame command [m/s, rad/s]."""
+
+    sent: float
+    vx: float
+    vy: float
+    wz: float
+
+
+class SentManeuver(NamedTuple):
+    """The controller has begun a maneuver."""
+
+    sent: float
+    name: str
+
+
+class SentReference(NamedTuple):
+    """The point that the controller tracks [m]."""
+
+    sent: float
+    x: float
+    y: float
 
 
 class CommandRow(NamedTuple):
-    """A body-frame command [m/s, rad/s]; `sent` is the controller's own wall clock [s]."""
+    """A body-frame command [m/s, rad/s], placed on the poses' clock, and the maneuver that it belongs to."""
 
     stamp: float
     sent: float
@@ -51,23 +83,22 @@ class PlanRow:
 
 @dataclass
 class RunLog:
-    """Everything received, in order.
+    """Everything received, each list in order.
 
-    `detected` holds the hits seen in the poses, `kicks` the simulator's true ones; `reference` is the point that the
-    controller tracks now.
+    `detected` holds the hits seen in the poses, `kicks` the simulator's true ones.
     """
 
     poses: list[PoseRow] = field(default_factory=list)
     truth: list[PoseRow] = field(default_factory=list)
-    commands: list[CommandRow] = field(default_factory=list)
+    sent_commands: list[SentCommand] = field(default_factory=list)
+    sent_maneuvers: list[SentManeuver] = field(default_factory=list)
+    sent_references: list[SentReference] = field(default_factory=list)
     plans: list[PlanRow] = field(default_factory=list)
     contacts: dict[float, Contacts] = field(default_factory=dict)
     scans: list[Scan] = field(default_factory=list)
     kicks: list[Kick] = field(default_factory=list)
     detected: list[Kick] = field(default_factory=list)
     costs: list[dict[str, float]] = field(default_factory=list)
-    maneuver: str = STOPPED
-    reference: tuple[float, float] | None = None
 
     @property
     def hits(self) -> list[Kick]:
@@ -82,4 +113,50 @@ class RunLog:
     @property
     def time_zero(self) -> float | None:
         """Stamp of the first non-zero command."""
-        return next((c.stamp for c in self.commands if c.vx or c.vy or c.wz), None)
+        moving = next((c for c in self.sent_commands if c.vx or c.vy or c.wz), None)
+        return None if moving is None or not self.poses else self.stamp_at(moving.sent)
+
+    @property
+    def begin(self) -> float:
+        """Where t = 0 in the files of a run: time zero, or the first pose where the robot was never commanded."""
+        first = self.poses[0].stamp if self.poses else 0.0
+        return first if self.time_zero is None else self.time_zero
+
+    @property
+    def commands(self) -> list[CommandRow]:
+        """Every command on the poses' clock; none before the first pose is there."""
+        if not self.poses:
+            return []
+        # the controller names a new maneuver just after the command that begins it
+        following = [*(c.sent for c in self.sent_commands[1:]), math.inf]
+        pairs = zip(self.sent_commands, following, strict=True)
+        return [CommandRow(self.stamp_at(c.sent), *c, self.maneuver_at(end)) for c, end in pairs]
+
+    def stamp_at(self, sent: float) -> float:
+        """The poses' clock when something was sent [s]: the stamp of the newest pose sent by then, and the time since.
+
+        It takes at least one pose.
+        """
+        pose = _newest(self.poses, sent) or self.poses[0]
+        return pose.stamp + sent - pose.sent
+
+    def maneuver_at(self, sent: float) -> str:
+        """The maneuver told last by then."""
+        told = _newest(self.sent_maneuvers, sent)
+        return told.name if told else STOPPED
+
+    def command_at(self, sent: float) -> SentCommand | None:
+        """The command sent last by then."""
+        return _newest(self.sent_commands, sent)
+
+    def reference_at(self, sent: float) -> SentReference | None:
+        """The point tracked then; none while the robot is stopped."""
+        return None if self.maneuver_at(sent) == STOPPED else _newest(self.sent_references, sent)
+
+
+Sent = TypeVar("Sent", PoseRow, SentCommand, SentManeuver, SentReference)
+
+
+def _newest(rows: Sequence[Sent], sent: float) -> Sent | None:
+    following = bisect_right(rows, sent, key=lambda row: row.sent)
+    return rows[following - 1] if following else None

@@ -22,8 +22,9 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
     """The figures of a run, ready for JSON.
 
     They cover the time from the first non-zero command to the log's end, where the goal was reached: the first pose
-    within goal_tolerance. A maneuver's count is the control periods spent in it. The control period is told by the
-    stamps that the controller's own middleware puts on its commands, so bringup's own load is not in it.
+    within goal_tolerance. A maneuver's count is the control periods spent in it. The control period, like the first
+    command, is told by the stamps that the controller's own middleware puts on its commands, so bringup's own load is
+    not in it.
     """
     begin = log.time_zero
     commands = [c for c in log.commands if begin is not None and begin <= c.stamp]

@@ -1,0 +1,118 @@
+"""What a run's log says does not depend on when its messages were taken."""
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import Point, PointStamped, Twist, Vector3
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from std_msgs.msg import String
+
+from collplan_core.params import Settings
+from collplan_core.state import State
+from collplan_core.worlds import World
+from collplan_ros.conversions import state_to_odometry
+from collplan_ros.impact_log import impacts_of
+from collplan_ros.recorder import Recorder
+from collplan_ros.run_log import RunLog
+from collplan_ros.summary import summarize
+from collplan_ros.trajectory_file import write_trajectory
+
+STAMP, WALL_CLOCK = 50.0, 1.7e9
+FIRST_MOVE, ARRIVAL = 0.5, 2.0
+SENT_LATE = 0.003
+"""A pose is handed on so long after it was measured [s]."""
+WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None, None)
+
+
+class Ears:
+    """Stands in for a node: keeps what would be called, by topic."""
+
+    def __init__(self) -> None:
+        self.take = {}
+
+    def create_subscription(self, _kind, topic, take, _qos) -> None:
+        self.take[topic] = take
+
+
+def sent_messages() -> dict[str, list[tuple[float, object]]]:
+    """When each message of a run was sent, and the message, by topic."""
+    frames = Settings().frames
+    topics = defaultdict(list)
+    for k in range(round(100 * ARRIVAL) + 1):
+        t = 0.01 * k
+        state = State(STAMP + t, np.array([max(t - FIRST_MOVE, 0.0), 0.0]), np.zeros(2), 0.0)
+        topics["mocap/odom"].append((t + SENT_LATE, state_to_odometry(state, frames.map, frames.base)))
+    for k in range(round(20 * ARRIVAL)):
+        t = 0.05 * k + SENT_LATE + 0.004
+        moving = t > FIRST_MOVE
+        topics["cmd_vel"].append((t, Twist(linear=Vector3(x=1.0 + k if moving else 0.0))))
+        if moving:
+            topics["controller/reference"].append((t + 1e-4, PointStamped(point=Point(x=float(k)))))
+    topics["maneuver"].append((FIRST_MOVE + SENT_LATE + 0.0042, String(data="free_space")))
+    return topics
+
+
+def recorded(order: list[str]) -> RunLog:
+    """The log of a run whose messages are taken in this order of their topics."""
+    ears, topics = Ears(), sent_messages()
+    recorder = Recorder(ears, Settings())
+    recorder.begin()
+    for topic in order:
+        sent, message = topics[topic].pop(0)
+        ears.take[topic](message, {"source_timestamp": round((WALL_CLOCK + sent) * 1e9)})
+    assert not any(topics.values())
+    return recorder.log
+
+
+def in_time() -> list[str]:
+    """The topics in the order of sending."""
+    return [topic for _, topic in sorted((sent, topic) for topic, rows in sent_messages().items() for sent, _ in rows)]
+
+
+def arrival(log: RunLog) -> float:
+    return summarize(log, impacts_of(log, WORLD), "reached", np.zeros(2), Settings())["arrival_time_s"]
+
+
+def trajectory(log: RunLog, folder: Path) -> str:
+    write_trajectory(folder / "trajectory.csv", log)
+    return (folder / "trajectory.csv").read_text()
+
+
+def test_time_zero_is_when_the_first_command_to_move_was_sent():
+    log = recorded(in_time())
+    assert log.time_zero == pytest.approx(STAMP + FIRST_MOVE + 0.004, abs=1e-5)
+    assert arrival(log) == pytest.approx(ARRIVAL - FIRST_MOVE - 0.004, abs=1e-5)
+    assert [c.maneuver for c in log.commands if c.vx] == ["free_space"] * 30
+    assert {c.maneuver for c in log.commands if not c.vx} == {"stopped"}
+
+
+@pytest.mark.parametrize("last", ["mocap/odom", "cmd_vel", "maneuver"])
+def test_a_backlog_of_one_topic_changes_nothing(tmp_path, last):
+    prompt, late = recorded(in_time()), recorded(sorted(in_time(), key=lambda topic: topic == last))
+    assert arrival(late) == arrival(prompt)
+    assert late.commands == prompt.commands
+    assert trajectory(late, tmp_path) == trajectory(prompt, tmp_path)
+
+
+@given(st.randoms(use_true_random=False))
+@settings(derandomize=True, deadline=None, max_examples=15)
+def test_no_order_of_taking_changes_the_log(random):
+    order = in_time()
+    random.shuffle(order)
+    assert recorded(order) == recorded(in_time())
+
+
+def test_a_report_of_an_earlier_goal_is_not_about_the_new_one(monkeypatch):
+    ears = Ears()
+    recorder = Recorder(ears, Settings())
+    monkeypatch.setattr("collplan_ros.recorder.time.time", lambda: WALL_CLOCK)
+    recorder.ask()
+    done = GoalStatus(status=GoalStatus.STATUS_SUCCEEDED)
+    ears.take["goal_status"](done, {"source_timestamp": round((WALL_CLOCK - 0.1) * 1e9)})
+    assert recorder.goal is None
+    ears.take["goal_status"](done, {"source_timestamp": round((WALL_CLOCK + 0.1) * 1e9)})
+    assert recorder.goal.status == GoalStatus.STATUS_SUCCEEDED
