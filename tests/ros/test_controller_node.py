@@ -157,6 +157,12 @@ def test_bad_scans_and_poses_are_counted_and_stop_the_robot(ros, bench):
     bench.wait_until_still("pose 0.")
 
 
+def test_a_planner_that_begins_anew_without_a_goal_stops(bench):
+    bench.drive()
+    bench.statuses.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
+    bench.wait_until_still("no active goal")
+
+
 @pytest.mark.parametrize("status", [GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED])
 def test_end_of_the_goal_stops(ros, bench, status):
     bench.drive()

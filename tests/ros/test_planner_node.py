@@ -40,13 +40,14 @@ class PlannerBench:
         self.plans = ros.listen(Path, "plan", EVENT)
         self.contacts = ros.listen(Path, "planner/foreseen_impacts", EVENT)
         self.costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
-        self.statuses = ros.listen(GoalStatus, "goal_status", EVENT)
+        self.statuses = ros.listen(GoalStatus, "goal_status", DIAGNOSTICS_SUBSCRIBED)
         self.reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
         self.robot = FakeRobot(ros, world or hall())
         overrides = {"planner.map_period": 0.05, **{k.replace("__", "."): v for k, v in parameters.items()}}
         self.node = ros.make(PlannerNode, overrides)
         self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
         assert ros.wait_until(lambda: self.node._sensed.state is not None and self.node._sensed.scan_stamp is not None)
+        assert ros.wait_until(lambda: self.statuses)
 
     def send_goal(self, goal=AHEAD, frame="map"):
         """A goal, taken by the node before this returns; its first status."""
@@ -94,6 +95,10 @@ class PlannerBench:
 @pytest.fixture
 def bench(ros):
     return PlannerBench(ros)
+
+
+def test_it_begins_without_a_goal_whatever_was_active_before(bench):
+    assert [status.status for status in bench.statuses] == [GoalStatus.STATUS_UNKNOWN]
 
 
 def test_goal_becomes_a_plan_of_a_later_scan(ros, bench):

@@ -29,6 +29,7 @@ class Goal:
     id: bytes = field(default_factory=lambda: uuid.uuid4().bytes)
 
     NAMES: ClassVar[dict[int, str]] = {
+        GoalStatus.STATUS_UNKNOWN: "none",
         GoalStatus.STATUS_ACCEPTED: "accepted",
         GoalStatus.STATUS_EXECUTING: "executing",
         GoalStatus.STATUS_SUCCEEDED: "succeeded",

@@ -84,6 +84,8 @@ class PlannerNode(Node):
         self._markers_out = self.create_publisher(MarkerArray, "planner/markers", qos.LATCHED)
         self._costs_out = self.create_publisher(DiagnosticArray, "planner/costs", qos.EVENT)
         self._status_out = self.create_publisher(GoalStatus, "goal_status", qos.LATCHED)
+        # of no goal: what a planner before this one left as active ends here
+        self._status_out.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
 
     def _make_inputs(self) -> None:
         self.create_subscription(Odometry, "mocap/odom", self._on_pose, qos.POSE_SUBSCRIBED)
