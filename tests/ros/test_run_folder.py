@@ -2,6 +2,8 @@
 
 import csv
 import json
+import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.failures import StartError
 from collplan_ros.impact_log import impacts_of, nearest_surface
+from collplan_ros.options import Options, parse
 from collplan_ros.preparation import Preparation
 from collplan_ros.results import write_results
 from collplan_ros.robots import ROBOTS
@@ -123,7 +126,7 @@ def prepared() -> Preparation:
 def test_all_files_are_written(tmp_path):
     folder = RunFolder(tmp_path / "runs")
     folder.become_latest()
-    write_results(folder, bouncing_run(), prepared(), "reached", pictures=True)
+    write_results(folder, bouncing_run(), prepared(), "reached", Options())
     latest = tmp_path / "runs" / "latest"
     summary = json.loads((latest / "summary.json").read_text())
     assert summary["simulated"] is True
@@ -140,9 +143,19 @@ def test_all_files_are_written(tmp_path):
             assert image.convert("L").getextrema()[0] < image.convert("L").getextrema()[1]
 
 
+@pytest.mark.parametrize("goal", [(2.0, 0.4), (-1e-05, -3.0)])
+@pytest.mark.parametrize("network", [None, "subnet"])
+def test_the_line_that_repeats_a_run_gives_robot_goal_and_parameters(goal, network):
+    first = Options(robot="serial:/dev/my robot", goal=goal, network=network, timeout=9.0)
+    program, *arguments = shlex.split(first.repeat(np.array(goal), Path("the runs/latest/parameters.yaml")))
+    again = parse(arguments)
+    assert (program, again.robot, again.goal, again.network) == ("bringup", first.robot, goal, network)
+    assert again.params == Path("the runs/latest/parameters.yaml")
+
+
 def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
     folder = RunFolder(tmp_path)
-    summary = write_results(folder, RunLog(), prepared(), "graph_lost", pictures=True)
+    summary = write_results(folder, RunLog(), prepared(), "graph_lost", Options())
     assert summary["reached"] is False
     assert summary["plan_time_ms"] == {"p50": None, "p99": None, "n": 0}
     assert json.loads(folder.summary.read_text())["impacts"] == 0

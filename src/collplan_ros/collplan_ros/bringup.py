@@ -144,7 +144,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
     outcome, exit_code, message = _driven(bringup)
     if message:
         bringup.progress.say(message)
-    summary = write_results(bringup.folder, bringup.log, bringup.preparation, outcome, options.pictures)
+    summary = write_results(bringup.folder, bringup.log, bringup.preparation, outcome, options)
     return RunResult(outcome, exit_code, message, bringup.folder.path, summary)
 
 
@@ -180,7 +180,8 @@ def _conclusion(result: RunResult) -> str:
     kind = "simulated, " if summary["simulated"] else ""
     return (
         f"{end} ({kind}{summary['path_length_m']:.2f} m, {summary['impacts']} impacts, "
-        f"{summary['impacts_foreseen']} of them foreseen)\n{result.folder}"
+        f"{summary['impacts_foreseen']} of them foreseen)\n{result.folder}\n"
+        f"once more: {summary['repeat']}"
     )
 
 

@@ -1,9 +1,12 @@
 """What a user asks of bringup."""
 
 import argparse
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from collplan_core.parameter import specs
 from collplan_core.params import Planning, Settings
@@ -58,6 +61,13 @@ class Options:
         }
         return {key: value for key, value in chosen.items() if value is not None}
 
+    def repeat(self, goal: np.ndarray, parameters: Path) -> str:
+        """The command line of the same run once more: goal (2,) [m] and robot are in no parameter file."""
+        # argparse takes -1e-05 for an option
+        x, y = (np.format_float_positional(value, trim="0") for value in goal)
+        network = ["--network", self.network] if self.network else []
+        return shlex.join(["bringup", "--robot", self.robot, *network, "--params", str(parameters), "--goal", x, y])
+
 
 DESCRIPTION = """\
 Starts a robot and the nodes that plan and control it, gives it a goal, and watches until it is there.
@@ -73,11 +83,13 @@ examples:
   bringup --robot emulator                          over serial bytes, to an emulated firmware
   bringup --robot serial:/dev/ttyUSB0 --max-speed 0.3
                                                     the real robot
-  bringup --params runs/latest/parameters.yaml      the last run once more
+  bringup --params runs/latest/parameters.yaml --goal 2.0 0.4
+                                                    the last run's parameters, and a goal: no file holds one
   bringup --check --params mocap.yaml               before the first run of a robot
 
 Each run leaves a folder: summary.json, trajectory.csv and .png, impacts.csv, run.gif, parameters.yaml and the
-output of each node in log/. ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
+output of each node in log/. The command line that repeats it is said at its end, and in summary.json.
+ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
 """
 
 

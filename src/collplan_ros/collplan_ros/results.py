@@ -3,6 +3,7 @@
 from typing import Any
 
 from collplan_ros.impact_log import impacts_of, write_impacts
+from collplan_ros.options import Options
 from collplan_ros.preparation import Preparation
 from collplan_ros.run_folder import RunFolder
 from collplan_ros.run_log import RunLog
@@ -11,7 +12,7 @@ from collplan_ros.trajectory_file import write_trajectory
 
 
 def write_results(
-    folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, pictures: bool
+    folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, options: Options
 ) -> dict[str, Any]:
     """Writes trajectory, impacts, summary and, if asked for, the pictures of a run; returns the summary."""
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
@@ -24,10 +25,11 @@ def write_results(
         "world": settings.simulator.world,
         "seed": settings.simulator.seed,
         **summarize(log, impacts, outcome, goal, settings),
+        "repeat": options.repeat(goal, folder.parameters),
         "assumed": assumed_constants(settings, simulated),
     }
     write_summary(folder.summary, summary)
-    if pictures and log.poses:
+    if options.pictures and log.poses:
         _draw(folder, log, impacts, preparation, summary)
     return summary
 
