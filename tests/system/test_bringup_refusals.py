@@ -97,6 +97,8 @@ def test_options_outrank_the_parameter_file_and_the_file_the_defaults(tmp_path):
 def test_a_run_folder_that_cannot_be_written_stops_it_before_the_start(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["--out", str(tmp_path / "file")]) == 2
+    assert f"{tmp_path / 'file'}: is a file, expected a folder" in capsys.readouterr().err
+    assert main(["--out", str(tmp_path / "file" / "runs")]) == 2
     assert "cannot be written" in capsys.readouterr().err
 
 

@@ -20,6 +20,8 @@ class RunFolder:
 
     def __init__(self, parent: Path) -> None:
         """Makes the folder."""
+        if parent.is_file():
+            raise StartError(f"run folder {parent}: is a file, expected a folder")
         with _writing(parent):
             self.path = _new_folder(parent)
             self.logs.mkdir()
