@@ -18,6 +18,7 @@ from collplan_core.worlds import World
 from collplan_ros.failures import StartError
 from collplan_ros.impact_log import impacts_of, nearest_surface
 from collplan_ros.options import Options, parse
+from collplan_ros.pictures import draw_trajectory
 from collplan_ros.preparation import Preparation
 from collplan_ros.results import write_results
 from collplan_ros.robots import ROBOTS
@@ -151,6 +152,24 @@ def test_the_line_that_repeats_a_run_gives_robot_goal_and_parameters(goal, netwo
     again = parse(arguments)
     assert (program, again.robot, again.goal, again.network) == ("bringup", first.robot, goal, network)
     assert again.params == Path("the runs/latest/parameters.yaml")
+
+
+@pytest.mark.parametrize("height", [0.5, 3.0, 12.0], ids=["wide", "room", "tall"])
+def test_legend_and_axis_label_lie_apart(tmp_path, monkeypatch, height):
+    from matplotlib.figure import Figure
+
+    drawn = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: drawn.append(figure))
+    world = World("arena", (), np.zeros((0, 3)), (-2.0, -0.5 * height, 2.5, 0.5 * height), True, None, None)
+    log = bouncing_run()
+    draw_trajectory(tmp_path / "a.png", log, impacts_of(log, room()), world, np.zeros(2), RADIUS, 0.1, "title")
+    (figure,) = drawn
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    label = figure.axes[0].xaxis.label.get_window_extent()
+    assert len(legend.get_texts()) == 4
+    assert not legend.get_window_extent().overlaps(label)
+    assert legend.get_window_extent().y0 >= 0.0
 
 
 def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):

@@ -36,7 +36,7 @@ def draw_trajectory(
 
     x0, y0, x1, y1 = world.bounds
     width = 7.0
-    figure = Figure(figsize=(width, 0.86 * width * (y1 - y0) / (x1 - x0) + 0.9), layout="constrained")
+    figure = Figure(figsize=(width, 0.86 * width * (y1 - y0) / (x1 - x0) + 1.2), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     _draw_world(axes, world)
@@ -47,6 +47,8 @@ def draw_trajectory(
         figure.colorbar(speeds, ax=axes, label="speed [m/s]", shrink=0.85, pad=0.02)
     _draw_impacts(axes, impacts)
     _label(axes, world, title)
+    # the layout keeps it apart from the axis labels, whatever the arena's shape
+    figure.legend(loc="outside lower center", ncols=5, frameon=False, fontsize=8)
     figure.savefig(path, dpi=150)
 
 
@@ -127,4 +129,3 @@ def _label(axes: "Axes", world: World, title: str) -> None:
         aspect="equal", xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin), xlabel="x [m]", ylabel="y [m]"
     )
     axes.set_title(title, fontsize=10)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=5, frameon=False, fontsize=8)
