@@ -119,11 +119,18 @@ class Bringup:
         return 0.0 if begin is None else max(0.0, self.graph.pose.stamp - begin)
 
     def come_to_rest(self) -> None:
-        """Ends the record and gives the robot time to stop."""
-        self.graph.recorder.finish()
+        """Ends the record and gives the robot time to stop, and the planner to say what became of the goal."""
+        graph = self.graph
+        graph.recorder.finish()
         deadline = time.monotonic() + REST_PATIENCE
-        while time.monotonic() < deadline and np.hypot(self.graph.pose.vx, self.graph.pose.vy) > REST_SPEED:
-            self.graph.step()
+
+        def at_rest() -> bool:
+            goal = graph.recorder.goal
+            ended = goal is None or goal.status in TOLD
+            return ended and bool(np.hypot(graph.pose.vx, graph.pose.vy) <= REST_SPEED)
+
+        while time.monotonic() < deadline and not at_rest():
+            graph.step()
 
 
 def told(goal: GoalReport | None, sent: float) -> str | None:

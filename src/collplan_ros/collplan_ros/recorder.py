@@ -132,6 +132,7 @@ class Recorder:
         report = GoalReport(message.status, _when_sent(info))
         if report.sent >= self._asked:
             self.goal = report
+            self.log.told_reached = report.sent if report.status == GoalStatus.STATUS_SUCCEEDED else None
 
     def _take_pose(self, message: Odometry, info: dict[str, Any]) -> None:
         try:

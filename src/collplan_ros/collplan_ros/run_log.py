@@ -85,7 +85,8 @@ class PlanRow:
 class RunLog:
     """Everything received, each list in order.
 
-    `detected` holds the hits seen in the poses, `kicks` the simulator's true ones.
+    `detected` holds the hits seen in the poses, `kicks` the simulator's true ones; `told_reached` is when the planner
+    sent that the goal is reached.
     """
 
     poses: list[PoseRow] = field(default_factory=list)
@@ -99,6 +100,7 @@ class RunLog:
     kicks: list[Kick] = field(default_factory=list)
     detected: list[Kick] = field(default_factory=list)
     costs: list[dict[str, float]] = field(default_factory=list)
+    told_reached: float | None = None
 
     @property
     def hits(self) -> list[Kick]:
@@ -121,6 +123,12 @@ class RunLog:
         """Where t = 0 in the files of a run: time zero, or the first pose where the robot was never commanded."""
         first = self.poses[0].stamp if self.poses else 0.0
         return first if self.time_zero is None else self.time_zero
+
+    @property
+    def arrival(self) -> float:
+        """Stamp of a reached goal: of the last pose, or of the planner's word where poses before that one were lost."""
+        last = self.poses[-1].stamp
+        return last if self.told_reached is None else min(last, self.stamp_at(self.told_reached))
 
     @property
     def commands(self) -> list[CommandRow]:

@@ -31,7 +31,7 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
     return {
         "outcome": outcome,
         "reached": outcome == REACHED,
-        "arrival_time_s": log.poses[-1].stamp - begin if outcome == REACHED and begin is not None else None,
+        "arrival_time_s": log.arrival - begin if outcome == REACHED and begin is not None else None,
         "path_length_m": _length(log, begin),
         "path_length_source": "ground_truth" if log.truth else "mocap poses, low-passed at 5 Hz, resampled at 20 Hz",
         "impacts": len(impacts),

@@ -13,8 +13,9 @@ UNKNOWN = math.nan
 def write_trajectory(path: Path, log: RunLog) -> None:
     """One row per pose: pose and velocity in the world frame, the last command in the body frame, the point tracked.
 
-    t counts from the first non-zero command, so arrival_time_s is the last t of a run that reached its goal. What was
-    told counts from when it was sent, whenever it was received: the rows can be made only once everything is there.
+    t counts from the first non-zero command, so arrival_time_s is the last t of a run that reached its goal and
+    lost no pose. What was told counts from when it was sent, whenever it was received: the rows can be made only once
+    everything is there.
     """
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
