@@ -15,7 +15,7 @@ from collplan_core.body_estimate import BodyOffset, body_offset
 from collplan_core.body_motions import DISTANCE, MOST_ROUNDS, SPEED, drive_each_way, turn_in_place
 from collplan_core.parameter_file import read_parameters, write_values
 from collplan_core.stream_quality import stream_quality
-from collplan_ros.check_findings import WRONG, Finding, of_axes, of_nodes, of_offset, of_stream, of_turn
+from collplan_ros.check_findings import DOUBTFUL, GOOD, WRONG, Finding, of_axes, of_nodes, of_offset, of_stream, of_turn
 from collplan_ros.failures import FOUND_WRONG, GRAPH_LOST, GraphError, Interrupted, StartError
 from collplan_ros.graph import Graph
 from collplan_ros.open_loop import OpenLoop
@@ -63,7 +63,7 @@ def check(options: Options, progress: Progress) -> int:
         progress.say(str(error))
         return GRAPH_LOST
     if offset is None:
-        progress.say("something is wrong: no offset written, see docs/first_run.md")
+        progress.say("no offset written, see docs/first_run.md")
         return FOUND_WRONG
     path = folder.path / "checked.yaml"
     write_values(_checked_values(options, offset), path)
@@ -96,7 +96,7 @@ class _Check:
         self._statuses: dict[str, DiagnosticStatus] = {}
 
     def run(self) -> BodyOffset | None:
-        """The offset found; None where something is wrong."""
+        """The offset found; None where something is wrong or the offset too uncertain."""
         self._progress.say(f"checking {', '.join(self._graph.pids)}")
         self._graph.wait_until_poses_come()
         self._loop = OpenLoop(self._graph, self._settings)
@@ -134,7 +134,11 @@ class _Check:
         self._ask(f"{ways}, up to {MOST_ROUNDS} times")
         axes = drive_each_way(self._loop, lever, self._settings.robot.max_speed)
         offset = body_offset(axes, lever)
-        return offset if self._passes([of_axes(axes), of_offset(offset, axes)]) else None
+        found = of_offset(offset, axes)
+        passes = self._passes([of_axes(axes), found])
+        if found.verdict == DOUBTFUL:  # a heading off by degrees turns every command
+            self._progress.say("  too uncertain to drive with: the floor, the wheels or the poses are too rough for it")
+        return offset if passes and found.verdict == GOOD else None
 
     def _passes(self, findings: Sequence[Finding]) -> bool:
         """Says what was found; whether nothing of it is wrong."""
