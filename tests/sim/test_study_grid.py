@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from collplan_core.parameter import ParameterError
 from collplan_core.params import Settings, all_specs
-from collplan_core.strategies import STRATEGIES
+from collplan_core.strategies import PAPER_MAP_PERIOD, STRATEGIES
 from collplan_core.worlds import WorldError
 from omnipuck_sim.study.ablations import ABLATIONS
 from omnipuck_sim.study.errors import StudyError
@@ -35,7 +35,7 @@ def test_the_default_is_the_papers_300_runs():
     assert cells == set(product(STRATEGIES, (0.2, 0.4, 0.6, 0.8, 1.0)))
     assert {task.labels["world"] for task in tasks} == {"corridor"}
     assert [task.index for task in tasks] == list(range(300))
-    assert tasks[0].settings == Settings()
+    assert tasks[0].settings == Settings().with_values({"planner.map_period": 0.2})
 
 
 def test_tasks_do_what_their_labels_say():
@@ -80,7 +80,7 @@ def test_seeds_are_those_of_every_process():
 
 def test_other_strategies_have_one_period_of_their_own():
     periods = {task.labels["map_period_s"] for task in grid_of(strategies=("custom",), trials=1)}
-    assert periods == {Settings().planner.map_period}
+    assert periods == {PAPER_MAP_PERIOD}
     assert {t.labels["map_period_s"] for t in grid_of(strategies=("custom",), trials=1, map_periods=(0.3,))} == {0.3}
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from collplan_core.command import MANEUVERS
 from collplan_core.params import Settings
-from collplan_core.strategies import STRATEGIES
+from collplan_core.strategies import STRATEGIES, map_period_of
 from collplan_core.worlds import WorldError, load_world
 from omnipuck_sim.trial import REACHED, STUCK, TIMEOUT, TrialResult, run_trial
 from physics_scenes import make_world
@@ -104,7 +104,7 @@ def test_what_a_run_reports_fits_together(world, strategy):
     chords = np.hypot(*np.diff(positions, axis=0).T)
     assert np.hypot(*(positions[-1] - positions[0])) <= result.path_length <= chords.sum() * (1 + 1e-6)
     assert len(result.plans) == len(result.plan_times) == len(result.candidates)
-    assert abs(len(result.plans) - result.arrival_time / SETTINGS.planner.map_period) <= 3
+    assert abs(len(result.plans) - result.arrival_time / map_period_of(SETTINGS)) <= 3
     assert (result.candidates <= result.candidates_before_pruning).all()
     assert set(result.maneuvers) <= set(MANEUVERS)
     assert abs(sum(result.maneuvers.values()) - result.arrival_time * SETTINGS.controller.rate) <= 12

@@ -61,13 +61,16 @@ class Weights(Parameters):
     velocity: float = parameter(4.0, "w_v, weight of J_vel", low=0.0, high=1e6, live=True)
 
 
+SHORTEST_MAP_PERIOD = 0.05
+
+
 @dataclass(frozen=True)
 class Planning(Parameters):
     """The sampling planner (paper, II and III-A). Readings name how a passage of the paper is understood; `printed` is the passage to the letter."""
 
     group = "planner"
-    strategy: str = parameter("harness", "Named weight set; custom takes the weights group", choices=("harness", "high_risk", "low_risk", "custom"), live=True)
-    map_period: float = parameter(0.2, "T_map, time between two plans", unit="s", low=0.05, high=2.0, live=True)
+    strategy: str = parameter("harness", "The paper's weight sets (custom takes the weights group), or the time to the goal with these terms for contacts", choices=("harness", "high_risk", "low_risk", "custom", "bounce", "tolerate", "avoid", "stop_guarantee"), live=True)
+    map_period: float = parameter(0.0, "T_map, time between two plans, at least 0.05; 0 is the strategy's own: 0.2 for the paper's, 0.05 for the others", unit="s", low=0.0, high=2.0, live=True)
     goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
     goal_timeout: float = parameter(120.0, "A goal not reached so long after it was accepted is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)
     frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True)
@@ -100,6 +103,47 @@ class Planning(Parameters):
     waypoints: str = parameter("clamped", "Inner waypoints: from the velocities at both ends, or evenly on the chord", choices=("clamped", "chord"), live=True)
     time_law: str = parameter("acceleration_limited", "T grows until the spline's peaks fit the motors, or as printed", choices=("acceleration_limited", "printed"), live=True)
     tie_rule: str = parameter("forward", "Equal costs when w_v = 0: prefer velocity along the approach, or the first candidate", choices=("forward", "first"), live=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if 0.0 < self.map_period < SHORTEST_MAP_PERIOD:
+            raise ParameterError(f"planner.map_period: got {self.map_period}, expected at least {SHORTEST_MAP_PERIOD} s, or 0 for the strategy's own")
+
+
+@dataclass(frozen=True)
+class Remembered(Parameters):
+    """Boundaries kept from earlier scans, and the solid assumed behind them. For the time-to-goal strategies."""
+
+    group = "remembered"
+    side: float = parameter(6.0, "Side of the square around the robot within which boundaries are kept", unit="m", low=1.0, high=30.0)
+    spacing: float = parameter(0.02, "Spacing of the nodes at which the clearance is known, and length of a remembered piece", unit="m", low=0.005, high=0.1)
+    max_pieces: int = parameter(6000, "Pieces kept; beyond, those seen longest ago are forgotten", low=100, high=100000)
+    inferred_depth: float = parameter(0.30, "Solid assumed behind an observed boundary, seen from the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0)
+    inferred_inset: float = parameter(0.08, "The same begins so far from the ends of what was observed", unit="m", low=0.0, high=0.5)
+    contradiction: float = parameter(0.05, "What a scan sees through by this distance is forgotten", unit="m", low=0.005, high=0.5)
+
+
+@dataclass(frozen=True)
+class TimeToGoal(Parameters):
+    """Rollouts to the goal under the robot's own law, judged by the time they take. For the time-to-goal strategies."""
+
+    group = "time_to_goal"
+    horizon: float = parameter(1.3, "Length of a coarse rollout", unit="s", low=0.2, high=5.0)
+    grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2)
+    n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)
+    start_proposals: int = parameter(100, "Changes tried on each of them", low=0, high=10000)
+    proposals: int = parameter(1200, "Changes tried on the best", low=0, high=100000)
+    time_budget: float = parameter(0.0, "Refinement ends after this time with the best so far; 0 never: equal runs stay equal", unit="s", low=0.0, high=1.0)
+    longest_plan: float = parameter(8.0, "A plan that is not there by then is charged the time to go from its end", unit="s", low=1.0, high=60.0)
+    hit_cost: float = parameter(0.1, "bounce: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=100.0)
+    speed_limit: float = parameter(1.3, "Impact speed above which the ring may break (assumed)", unit="m/s", low=0.0, high=10.0)
+    limit_cost: float = parameter(5.0, "bounce: cost of a contact above it", unit="s", low=0.0, high=1000.0)
+    averse_cost: float = parameter(0.5, "avoid, stop_guarantee: cost of any contact", unit="s", low=0.0, high=1000.0)
+    averse_speed_cost: float = parameter(2.0, "The same by its speed into the boundary", unit="s per m/s", low=0.0, high=1000.0)
+    inferred_cost: float = parameter(0.3, "bounce, tolerate: cost of running into inferred solid, by the speed into it", unit="s per m/s", low=0.0, high=100.0)
+    clearance_cost: float = parameter(0.3, "Cost of grazing a boundary ahead, by speed and squareness", unit="s per m/s", low=0.0, high=100.0)
+    tolerant_distance: float = parameter(0.02, "bounce, tolerate: sideways error within which a grazed boundary is ahead", unit="m", low=0.0, high=0.5)
+    averse_distance: float = parameter(0.03, "avoid, stop_guarantee: the same", unit="m", low=0.0, high=0.5)
 
 
 @dataclass(frozen=True)
@@ -262,10 +306,11 @@ class Trial(Parameters):
     timeout: float = parameter(30.0, "Longest run", unit="s", low=1.0, high=3600.0)
     stuck_time: float = parameter(5.0, "Time over which progress is demanded", unit="s", low=0.5, high=600.0)
     stuck_distance: float = parameter(0.05, "Progress demanded in stuck_time", unit="m", low=0.0, high=10.0)
+    known_map: bool = parameter(False, "The planner is given the whole map: what not knowing costs. Time-to-goal strategies, trials and studies only")
 
 
 GROUPS: tuple[type[Parameters], ...] = (
-    Robot, Rebound, LocalMapping, Weights, Planning, Control, Limits, Mocap, Lidar, Simulation, Kinematics, Driver,
+    Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Limits, Mocap, Lidar, Simulation, Kinematics, Driver,
     Emulator, Frames, Trial,
 )  # fmt: skip
 
@@ -279,6 +324,8 @@ class Settings:
     local_map: LocalMapping = LocalMapping()
     weights: Weights = Weights()
     planner: Planning = Planning()
+    remembered: Remembered = Remembered()
+    time_to_goal: TimeToGoal = TimeToGoal()
     controller: Control = Control()
     limits: Limits = Limits()
     mocap: Mocap = Mocap()

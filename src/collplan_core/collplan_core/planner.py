@@ -17,7 +17,7 @@ from collplan_core.params import Planning, Settings
 from collplan_core.plan import Candidates, Plan
 from collplan_core.pruning import prune_directions, prune_positions
 from collplan_core.state import State
-from collplan_core.strategies import weights_of
+from collplan_core.strategies import map_period_of, weights_of
 from collplan_core.trajectory import make_trajectory, spline
 
 TIE_BREAK = 1e-3  # cost by which a velocity along the approach wins among equals
@@ -144,8 +144,8 @@ def _trajectory(
     """Times from 0 (n,), positions (n, 2) and velocities (n, 2) of the spline to the aim. Paper: III-A."""
     p: Planning = settings.planner
     points, duration = make_trajectory(
-        state.position, state.velocity, aim, aim_velocity, settings.robot.max_speed, p.map_period, p.time_scale,
-        p.acceleration_factor * settings.robot.max_acceleration, p.waypoints == "chord", p.time_law == "printed",
+        state.position, state.velocity, aim, aim_velocity, settings.robot.max_speed, map_period_of(settings),
+        p.time_scale, p.acceleration_factor * settings.robot.max_acceleration, p.waypoints == "chord", p.time_law == "printed",
     )  # fmt: skip
     share = np.arange(p.n_samples) / (p.n_samples - 1)
     positions, derivative = spline(points, share)

@@ -1,4 +1,6 @@
-"""The paper's three strategies as weight sets. Paper: IV-B."""
+"""The strategies by name: the paper's are weight sets (IV-B), the time-to-goal ones terms for contacts."""
+
+from dataclasses import dataclass
 
 from collplan_core.params import Settings, Weights
 
@@ -8,7 +10,49 @@ STRATEGIES: dict[str, Weights] = {
     "low_risk": Weights(position=100.0, risk=100.0, velocity=0.0),
 }
 
+REFLECTS, STOPS = "reflects", "stops"
+"""What a boundary does to the speed into it."""
+FREE, BY_SPEED, AVERSE = "free", "by_speed", "averse"
+"""What a contact costs."""
+
+
+@dataclass(frozen=True)
+class ContactTerms:
+    """All that one time-to-goal strategy differs by from another.
+
+    Attributes:
+        contact_law: REFLECTS or STOPS.
+        contact_tolerance: FREE, BY_SPEED or AVERSE.
+        stop_test: whether the robot must be able to brake within what it has seen.
+    """
+
+    contact_law: str
+    contact_tolerance: str
+    stop_test: bool = False
+
+
+TIME_TO_GOAL: dict[str, ContactTerms] = {
+    "bounce": ContactTerms(REFLECTS, BY_SPEED),
+    "tolerate": ContactTerms(STOPS, FREE),
+    "avoid": ContactTerms(STOPS, AVERSE),
+    "stop_guarantee": ContactTerms(STOPS, AVERSE, stop_test=True),
+}
+
+PAPER_MAP_PERIOD, TIME_TO_GOAL_MAP_PERIOD = 0.2, 0.05
+"""T_map that a strategy takes by itself [s]."""
+
 
 def weights_of(settings: Settings) -> Weights:
     """The weights of the chosen strategy; `custom` takes the weights group as it stands."""
     return STRATEGIES.get(settings.planner.strategy, settings.weights)
+
+
+def rolls_out(settings: Settings) -> bool:
+    """Whether the chosen strategy plans rollouts to the goal."""
+    return settings.planner.strategy in TIME_TO_GOAL
+
+
+def map_period_of(settings: Settings) -> float:
+    """T_map [s]: the parameter, or where that is 0 the strategy's own."""
+    own = TIME_TO_GOAL_MAP_PERIOD if rolls_out(settings) else PAPER_MAP_PERIOD
+    return settings.planner.map_period or own

@@ -23,6 +23,7 @@ from collplan_core.params import Control, Frames, Limits, LocalMapping, Planning
 from collplan_core.permission import why_refuse_plan, why_stand_still
 from collplan_core.plan import Plan
 from collplan_core.scan import ScanError
+from collplan_core.strategies import map_period_of
 from collplan_core.tracking import clip_command
 from collplan_core.warm_up import warm_up
 from collplan_ros import qos
@@ -195,7 +196,7 @@ class ControllerNode(Node):
             pose_age=self._sensed.pose_age(local),
             scan_age=self._sensed.scan_age(local),
             plan_age=float("inf") if self._followed is None else local - self._followed.received,
-            map_period=self._settings.planner.map_period,
+            map_period=map_period_of(self._settings),
             limits=self._settings.limits,
         )
 

@@ -30,6 +30,7 @@ from collplan_core.permission import is_blocked, why_stale
 from collplan_core.plan import Plan
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
+from collplan_core.strategies import map_period_of
 from collplan_core.warm_up import warm_up
 from collplan_ros import qos
 from collplan_ros.clock import local_clock, seconds
@@ -93,12 +94,12 @@ class PlannerNode(Node):
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal, qos.EVENT)
         self.create_subscription(Vector3Stamped, "impact", self._on_impact, qos.EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
-        self._timer = self.create_timer(self._settings.planner.map_period, self._cycle, clock=self._clock)
+        self._timer = self.create_timer(map_period_of(self._settings), self._cycle, clock=self._clock)
 
     def _take_settings(self, settings: Settings) -> None:
         if settings.planner.strategy != self._settings.planner.strategy:
             self._memory = None
-        self._timer.timer_period_ns = round(settings.planner.map_period * 1e9)
+        self._timer.timer_period_ns = round(map_period_of(settings) * 1e9)
         self._settings = settings
 
     # ---- inputs

@@ -23,6 +23,7 @@ from collplan_core.pose_history import PoseHistory
 from collplan_core.raycast import simulate_scan
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
+from collplan_core.strategies import map_period_of
 from collplan_core.worlds import World, WorldError
 from omnipuck_sim.physics import Simulator
 from omnipuck_sim.rebound import Impact
@@ -125,7 +126,7 @@ class _Loop:
 
     def controller(self) -> None:
         now = self.simulator.time
-        fresh = self.plan is not None and now - self.plan.stamp <= 2 * self.settings.planner.map_period + 0.2
+        fresh = self.plan is not None and now - self.plan.stamp <= 2 * map_period_of(self.settings) + 0.2
         if self.plan is None or self.plan_map is None or self.state is None or not fresh:
             self.command = stopped("no fresh plan")
         else:
@@ -180,7 +181,7 @@ def _run(loop: _Loop) -> tuple[str, float, list[tuple[float, ...]]]:
     settings, simulator = loop.settings, loop.simulator
     rate = settings.simulator.physics_rate
     mocap, lidar = _Timer(settings.simulator.mocap_rate, rate), _Timer(settings.lidar.rate, rate)
-    planner = _Timer(1.0 / settings.planner.map_period, rate, PLANNER_PHASE)
+    planner = _Timer(1.0 / map_period_of(settings), rate, PLANNER_PHASE)
     controller = _Timer(settings.controller.rate, rate, CONTROLLER_PHASE)
     timers = (mocap, lidar, planner, controller)
     begun: float | None = None

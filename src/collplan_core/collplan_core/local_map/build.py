@@ -40,7 +40,23 @@ def _build(ranges: np.ndarray, angle_min: float, step: float, closed: bool, rang
     jumps = find_jumps(reach, ends, surface, normals, straight, grazing)
     segments, frontier_kind, number, lit = find_frontiers(reach, ends, surface, jumps, box)
     predicted = find_predicted(reach, ends, surface, normals, jumps)
-    return sx, sy, reach, ends, surface, normals, jumps, segments, frontier_kind, number, lit, predicted
+    return (
+        sx,
+        sy,
+        reach,
+        ends,
+        surface,
+        normals,
+        jumps,
+        segments,
+        frontier_kind,
+        number,
+        lit,
+        predicted,
+        pieces,
+        owner,
+        distance,
+    )
 
 
 def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMapping) -> LocalMap:
@@ -55,7 +71,7 @@ def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMappin
         ranges = ranges[:-1]
     closed = abs(step * len(ranges) - 2 * math.pi) < 0.5 * step
     radius = robot.radius + mapping.clearance
-    sx, sy, reach, ends, surface, normals, jumps, segments, kind, number, lit, predicted = _build(
+    sx, sy, reach, ends, surface, normals, jumps, segments, kind, number, lit, predicted, pieces, owner, view = _build(
         np.ascontiguousarray(ranges), angle_min, step, closed, scan.range_min, radius, mapping.half_side,
         mapping.n_rays, mapping.surface_tolerance, mapping.grazing_angle,
     )  # fmt: skip
@@ -65,5 +81,6 @@ def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMappin
         stamp=scan.stamp, position=center, radius=radius, half_side=mapping.half_side, reach=reach,
         points=ends + center, surface=surface, normals=normals, shadow=jumps,
         segments=segments + np.concatenate([center, center]), frontier_kind=kind, frontier_number=number,
-        lit=lit >= 0, predicted=predicted,
+        lit=lit >= 0, predicted=predicted, walls=pieces + np.concatenate([center, center]), wall_surface=owner,
+        view=view, view_from=np.array([*state.position, angle_min, step]),
     )  # fmt: skip

@@ -1,6 +1,6 @@
 """The sliding local map M as one record."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -38,6 +38,10 @@ class LocalMap:
         frontier_number: (m,) the frontier B_i a segment belongs to.
         lit: (m, 2) whether the lit side lies clockwise, counter-clockwise of the segment.
         predicted: (e, 4) set E: origin and unit tangent into unseen space.
+        walls: (w, 4) straight pieces x0, y0, x1, y1 along the observed surfaces themselves, not grown [m].
+        wall_surface: (w,) number of the surface a wall is of.
+        view: (b,) how far each beam saw: a hit's range, inf without a hit, 0 unseen [m].
+        view_from: (4,) where the beams begin x, y [m], bearing of the first one, angle between two [rad].
     """
 
     stamp: float
@@ -54,6 +58,10 @@ class LocalMap:
     frontier_number: np.ndarray
     lit: np.ndarray
     predicted: np.ndarray
+    walls: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
+    wall_surface: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    view: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    view_from: np.ndarray = field(default_factory=lambda: np.zeros(4))
 
     @cached_property
     def ends(self) -> np.ndarray:

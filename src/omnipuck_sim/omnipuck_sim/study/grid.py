@@ -7,7 +7,7 @@ from itertools import product
 from typing import Any
 
 from collplan_core.params import Settings
-from collplan_core.strategies import STRATEGIES
+from collplan_core.strategies import STRATEGIES, map_period_of
 from collplan_core.worlds import World, WorldError, check_route
 from omnipuck_sim.study.axes import parse_axes
 from omnipuck_sim.study.errors import StudyError
@@ -105,7 +105,9 @@ def _strategies_and_periods(question: Question) -> Iterator[tuple[str, float]]:
 
 
 def _own_periods(strategy: str) -> Sequence[float]:
-    return PAPER_MAP_PERIODS if strategy in STRATEGIES else (Settings().planner.map_period,)
+    if strategy in STRATEGIES:
+        return PAPER_MAP_PERIODS
+    return (map_period_of(Settings().with_values({"planner.strategy": strategy})),)
 
 
 def _check_once(option: str, values: Sequence[Any]) -> None:

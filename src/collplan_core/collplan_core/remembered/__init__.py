@@ -1,0 +1,1 @@
+"""Boundaries remembered from earlier scans, and how far the disc is from touching them."""

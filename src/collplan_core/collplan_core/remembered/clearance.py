@@ -1,0 +1,67 @@
+"""How far the disc's centre is from touching what is remembered: a field on a grid, read between its nodes."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.jit import njit
+
+FAR = 0.10
+"""Clearances are known up to this; where nothing is nearer the field says this [m]."""
+NOTHING, OBSERVED, INFERRED = 0, 1, 2
+"""What the nearest boundary of a node is."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClearanceField:
+    """Clearance of the disc's centre from boundaries, world frame. Outside of the grid nothing is known: FAR.
+
+    Attributes:
+        origin: (2,) where node [0, 0] is [m].
+        spacing: of the nodes [m].
+        clearance: (nx, ny) distance to the nearest boundary less the disc's radius, below 0 inside, at most FAR [m].
+        source: (nx, ny) int8, NOTHING, OBSERVED or INFERRED: what that boundary is.
+    """
+
+    origin: np.ndarray
+    spacing: float
+    clearance: np.ndarray
+    source: np.ndarray
+
+
+@njit
+def clearance_at(clearance: np.ndarray, ox: float, oy: float, spacing: float, x: float, y: float) -> float:
+    """Clearance at (x, y), linear between the nodes [m]."""
+    fx, fy = (x - ox) / spacing, (y - oy) / spacing
+    nx, ny = clearance.shape
+    if not (0.0 <= fx < nx - 1 and 0.0 <= fy < ny - 1):
+        return FAR
+    i, j = int(fx), int(fy)
+    a, b = fx - i, fy - j
+    return (1.0 - a) * ((1.0 - b) * clearance[i, j] + b * clearance[i, j + 1]) + a * (
+        (1.0 - b) * clearance[i + 1, j] + b * clearance[i + 1, j + 1]
+    )
+
+
+@njit
+def normal_at(clearance: np.ndarray, ox: float, oy: float, spacing: float, x: float, y: float) -> tuple[float, float]:
+    """Unit direction in which the clearance at (x, y) grows: out of the boundary; (0, 0) where it is level."""
+    fx, fy = (x - ox) / spacing, (y - oy) / spacing
+    nx, ny = clearance.shape
+    if not (0.0 <= fx < nx - 1 and 0.0 <= fy < ny - 1):
+        return 0.0, 0.0
+    i, j = int(fx), int(fy)
+    a, b = fx - i, fy - j
+    gx = (1.0 - b) * (clearance[i + 1, j] - clearance[i, j]) + b * (clearance[i + 1, j + 1] - clearance[i, j + 1])
+    gy = (1.0 - a) * (clearance[i, j + 1] - clearance[i, j]) + a * (clearance[i + 1, j + 1] - clearance[i + 1, j])
+    length = math.hypot(gx, gy)
+    return (gx / length, gy / length) if length > 1e-12 else (0.0, 0.0)
+
+
+@njit
+def source_at(source: np.ndarray, ox: float, oy: float, spacing: float, x: float, y: float) -> int:
+    """What the boundary nearest to (x, y) is: that of the nearest node."""
+    i, j = int(math.floor((x - ox) / spacing + 0.5)), int(math.floor((y - oy) / spacing + 0.5))
+    nx, ny = source.shape
+    return int(source[i, j]) if 0 <= i < nx and 0 <= j < ny else NOTHING
