@@ -16,7 +16,7 @@ def solids_around(free: np.ndarray, side: float) -> np.ndarray:
     solid = _solid_cells(free, xs, ys)
     blocks = list(_solid_blocks(solid))
     largest = [block for block in blocks if not any(_within(block, other) for other in blocks if other != block)]
-    return np.array([[xs[i0], ys[j0], xs[i1], ys[j1]] for i0, j0, i1, j1 in largest])
+    return np.array([[xs[i0], ys[j0], xs[i1], ys[j1]] for i0, j0, i1, j1 in largest]).reshape(-1, 4)
 
 
 def _solid_cells(free: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
