@@ -1,0 +1,39 @@
+"""The shortest paths to a goal, as a record."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class ShortestPaths:
+    """Any-angle shortest paths of the disc's centre to the goal over what is known; what is unknown is free.
+
+    World frame. Cell [i, j] has its centre at origin + spacing * (i, j). Cells and way points from which the goal
+    cannot be reached have no path.
+
+    Attributes:
+        origin: (2,) centre of cell [0, 0] [m].
+        spacing: of the cells [m].
+        blocked: (mx, my) bool, cells within known obstacles.
+        length: (mx, my) length of the path, inf where there is none [m].
+        waypoint: (mx, my) int32, index of the first way point, seen in a straight line; -1 where there is none.
+        waypoints: (w, 2) [m]. Number 0 is the goal or, where that is blocked, the free cell nearest to it.
+        onward: (w,) int32, the way point after it, those nearer than 0.12 m left out; -1 at number 0.
+        remaining: (w,) length of the path from there, none left out [m].
+        turning: (w,) time that the turns after this way point cost, without the one at it [s].
+        goal: (2,) [m].
+        tolerance: distance to the goal that counts as arrived [m].
+    """
+
+    origin: np.ndarray
+    spacing: float
+    blocked: np.ndarray
+    length: np.ndarray
+    waypoint: np.ndarray
+    waypoints: np.ndarray
+    onward: np.ndarray
+    remaining: np.ndarray
+    turning: np.ndarray
+    goal: np.ndarray
+    tolerance: float
