@@ -1,0 +1,220 @@
+"""Restitution and retention from poses whose rebounds are known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.hit_fit import RecordedPath, UnusableHit, fit_hit
+from collplan_core.hit_search import find_hits
+from collplan_core.params import Settings
+from collplan_core.rebound_fit import TooLittle, fit_rebound
+from collplan_core.wall_hits import WallHits, seen_from_walls, sorted_out
+from rebounding_paths import HIT, NOISE, ROBOT, rebounding_path, with_noise
+
+FEW = settings(derandomize=True, deadline=None, max_examples=20)
+shares = st.floats(0.0, 1.0)
+into_wall, along_wall = st.floats(0.3, 1.0), st.floats(-0.8, 0.8)
+angles = st.floats(-3.1, 3.1)
+DEVIATION = 0.04
+
+
+# ---- the velocities of one hit
+
+
+@given(into_wall, along_wall, shares, shares, angles, st.floats(-0.02, 0.02))
+@FEW
+def test_velocities_are_found_from_clean_poses(into, along, restitution, retention, angle, late):
+    path, known = rebounding_path(into, along, restitution, retention, angle)
+    hit = fit_hit(path, known.time + late, ROBOT, NOISE)
+    assert hit.time == pytest.approx(known.time, abs=0.0015)
+    np.testing.assert_allclose(hit.before, known.before, atol=0.002)
+    np.testing.assert_allclose(hit.after, known.after, atol=0.002)
+    assert abs(hit.position @ known.normal) < 0.0015
+
+
+@given(into_wall, along_wall, shares, shares, angles, st.booleans(), st.integers(0, 99))
+@FEW
+def test_turned_and_mirrored_poses_turn_and_mirror_the_velocities(into, along, e, k, angle, mirrored, seed):
+    path, known = rebounding_path(into, along, e, k)
+    noisy = with_noise(path, np.random.default_rng(seed))
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s], [s, c]]) @ np.diag([1.0, -1.0 if mirrored else 1.0])
+    moved = RecordedPath(path.times + 5.0, noisy.points @ turn.T + [3.0, -2.0], path.wanted @ turn.T)
+    here, there = fit_hit(noisy, known.time, ROBOT, NOISE), fit_hit(moved, known.time + 5.0, ROBOT, NOISE)
+    assert there.time - 5.0 == pytest.approx(here.time, abs=1e-5)
+    np.testing.assert_allclose(there.before, turn @ here.before, atol=1e-4)
+    np.testing.assert_allclose(there.after, turn @ here.after, atol=1e-4)
+    seen = [seen_from_walls([hit], n) for hit, n in ((here, known.normal), (there, turn @ known.normal))]
+    np.testing.assert_allclose(np.abs(seen[1].before), np.abs(seen[0].before), atol=1e-4)
+    np.testing.assert_allclose(seen[1].deviations, seen[0].deviations, rtol=1e-2)
+
+
+def test_the_commands_are_what_bends_the_path():
+    """The same poses, with the commands withheld: the velocities are off by far more than noise."""
+    path, known = rebounding_path(0.8, 0.0, 0.7, 0.8)
+    idle = RecordedPath(path.times, path.points, np.zeros_like(path.wanted))
+    told, untold = fit_hit(path, known.time, ROBOT, NOISE), fit_hit(idle, known.time, ROBOT, 0.01)
+    assert np.abs(told.after - known.after).max() < 0.01
+    assert np.abs(np.concatenate([untold.before - known.before, untold.after - known.after])).max() > 0.05
+
+
+def test_the_deviations_told_are_those_met():
+    random, (path, known) = np.random.default_rng(3), rebounding_path(0.6, 0.4, 0.6, 0.8)
+    hits = [fit_hit(with_noise(path, random), known.time, ROBOT, NOISE) for _ in range(60)]
+    met = np.std([[*hit.before, *hit.after] for hit in hits], axis=0)
+    told = np.mean([np.sqrt(np.diag(hit.covariance)) for hit in hits], axis=0)
+    # told also covers wheels that do not do as commanded, which these do
+    assert np.all(met < told)
+    assert np.all(told < 3.0 * met)
+
+
+def test_poses_lost_at_the_hit_are_said():
+    path, known = rebounding_path(0.6, 0.4, 0.6, 0.8)
+    kept = (path.times < known.time + 0.02) | (path.times > known.time + 0.06)
+    lost = RecordedPath(path.times[kept], path.points[kept], path.wanted[kept])
+    # what was commanded meanwhile is lost as well
+    assert fit_hit(lost, known.time, ROBOT, NOISE).after == pytest.approx(known.after, abs=0.03)
+    few = RecordedPath(*(a[path.times < known.time + 0.05] for a in (path.times, path.points, path.wanted)))
+    with pytest.raises(UnusableHit, match="too few poses"):
+        fit_hit(few, known.time, ROBOT, NOISE)
+
+
+def test_two_hits_in_one_window_are_not_taken_for_one():
+    path, known = rebounding_path(0.9, 0.0, 0.9, 1.0)
+    since = np.maximum(path.times - known.time - 0.07, 0.0)[:, np.newaxis]
+    kicked = RecordedPath(path.times, path.points - 1.2 * since * known.normal, path.wanted)
+    with pytest.raises(UnusableHit, match="not those of one hit"):
+        fit_hit(kicked, known.time, ROBOT, NOISE)
+
+
+def test_a_straight_drive_has_no_hit_to_fit():
+    times = 0.01 * np.arange(60)
+    straight = np.stack([0.5 * times, np.zeros(60)], axis=1)
+    path = RecordedPath(times, straight, np.tile([0.5, 0.0], (60, 1)))
+    try:
+        hit = fit_hit(path, HIT, ROBOT, NOISE)
+    except UnusableHit:
+        return
+    np.testing.assert_allclose(hit.after, hit.before, atol=0.01)
+    usable, left_out = sorted_out(seen_from_walls([hit], np.array([-1.0, 0.0])))
+    assert (len(usable), left_out.total()) == (0, 1)
+
+
+def test_hits_are_found_again_in_the_poses():
+    """Each once, within 20 ms, whatever the run's settings said of detection."""
+    random, found = np.random.default_rng(5), []
+    quiet = Settings().with_values({"mocap.detect_impacts": False})
+    for _ in range(5):
+        path, known = rebounding_path(random.uniform(0.6, 1.0), random.uniform(-0.5, 0.5), 0.7, 0.8)
+        hits = find_hits(path.times, with_noise(path, random).points, quiet)
+        assert len(hits) == 1
+        found.append(hits[0] - known.time)
+    assert np.abs(found).max() < 0.02
+
+
+# ---- the constants
+
+
+def measured(restitution, retention, n, random, into=(0.3, 1.0), along=(0.3, 0.8)):
+    hits, normals = [], []
+    for _ in range(n):
+        sideways = random.uniform(*along) * random.choice([-1.0, 1.0])
+        path, known = rebounding_path(
+            random.uniform(*into), sideways, restitution, retention, random.uniform(-np.pi, np.pi), end=HIT + 0.2
+        )
+        hits.append(fit_hit(with_noise(path, random), known.time, ROBOT, NOISE))
+        normals.append(known.normal)
+    return seen_from_walls(hits, np.array(normals))
+
+
+@pytest.mark.parametrize(("restitution", "retention"), [(0.55, 0.8), (0.85, 0.6), (0.3, 0.95)])
+def test_the_constants_are_found_from_noisy_poses(restitution, retention):
+    usable, _ = sorted_out(measured(restitution, retention, 16, np.random.default_rng(1)))
+    fit = fit_rebound(usable)
+    for estimate, truth in ((fit.restitution, restitution), (fit.tangential_retention, retention)):
+        assert estimate.value == pytest.approx(truth, abs=0.05)
+        assert estimate.low <= truth <= estimate.high
+        assert estimate.high - estimate.low < 0.12
+
+
+def drawn(n, random, restitution=0.6, retention=0.8, into=(0.25, 1.0), along=(0.35, 1.0), noise=0.02):
+    before = np.stack([random.uniform(*into, n), random.uniform(*along, n) * random.choice([-1.0, 1.0], n)], axis=1)
+    after = before * [restitution, retention]
+    shape = before.shape
+    return WallHits(
+        before + random.normal(0.0, noise, shape), after + random.normal(0.0, noise, shape), np.full(shape, DEVIATION)
+    )
+
+
+@given(shares, shares, st.integers(8, 30), st.integers(0, 999))
+@FEW
+def test_without_noise_the_constants_are_exact(restitution, retention, n, seed):
+    fit = fit_rebound(drawn(n, np.random.default_rng(seed), restitution, retention, noise=0.0))
+    assert fit.restitution.value == pytest.approx(restitution, abs=1e-9)
+    assert fit.tangential_retention.value == pytest.approx(retention, abs=1e-9)
+
+
+@given(st.integers(8, 30), st.integers(0, 999))
+@FEW
+def test_equal_hits_give_equal_intervals_and_sides_do_not_matter(n, seed):
+    hits = drawn(n, np.random.default_rng(seed), noise=0.01)
+    other_side = WallHits(hits.before * [1.0, -1.0], hits.after * [1.0, -1.0], hits.deviations)
+    assert fit_rebound(hits) == fit_rebound(other_side)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("n", [8, 12, 30])
+def test_intervals_hold_the_truth_as_often_as_they_say(n):
+    random = np.random.default_rng(n)
+    fits = [fit_rebound(drawn(n, random)) for _ in range(400)]
+    for truth, estimates in (
+        (0.6, [fit.restitution for fit in fits]),
+        (0.8, [fit.tangential_retention for fit in fits]),
+    ):
+        assert 0.91 <= np.mean([e.low <= truth <= e.high for e in estimates]) <= 0.98
+        # errors in the velocity before the hit pull nothing towards zero
+        assert np.mean([e.value for e in estimates]) == pytest.approx(truth, abs=0.003)
+
+
+@pytest.mark.soak
+def test_intervals_hold_the_truth_from_poses_on():
+    random = np.random.default_rng(7)
+    fits = [fit_rebound(sorted_out(measured(0.6, 0.8, 12, random))[0]) for _ in range(200)]
+    for truth, estimates in (
+        (0.6, [fit.restitution for fit in fits]),
+        (0.8, [fit.tangential_retention for fit in fits]),
+    ):
+        assert 0.9 <= np.mean([e.low <= truth <= e.high for e in estimates]) <= 0.98
+        assert np.mean([e.value for e in estimates]) == pytest.approx(truth, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("hits", "said"),
+    [
+        ({"n": 0}, "restitution: 0 hits are faster than 0.2 m/s into a wall, expected at least 8.*; tangential"),
+        ({"n": 7}, "restitution: 7 hits .*expected at least 8"),
+        ({"n": 20, "along": (0.0, 0.1)}, r"^tangential retention: 0 hits .* 0\.3 m/s along a wall.*at an angle"),
+        (
+            {"n": 20, "into": (0.5, 0.55)},
+            r"^restitution: .* within 0\.\d+ m/s, expected at least 0.2: .*slowly and",
+        ),
+        ({"n": 8, "into": (0.7, 1.0), "noise": 0.2}, "restitution: .*interval .* expected one no wider than 0.3"),
+        ({"n": 20, "restitution": 1.4}, r"^restitution: 1\.\d+, interval .* expected one within 0 to 1"),
+    ],
+)
+def test_what_is_missing_is_said(hits, said):
+    with pytest.raises(TooLittle, match=said):
+        fit_rebound(drawn(**hits, random=np.random.default_rng(0)))
+
+
+def test_false_hits_are_sorted_out_and_counted():
+    """One that gains speed, one that turns round along the wall, one off a soft thing, two too slow."""
+    good = drawn(20, np.random.default_rng(4))
+    before = np.array([[0.5, 0.5], [0.5, 0.6], [0.9, 0.5], [0.1, 0.5], [-0.5, 0.0]])
+    after = np.array([[0.8, 0.4], [0.3, -0.5], [0.0, 0.4], [0.06, 0.4], [0.3, 0.0]])
+    hits = WallHits(np.vstack([good.before, before]), np.vstack([good.after, after]), np.full((25, 2), DEVIATION))
+    usable, left_out = sorted_out(hits)
+    assert len(usable) == 20
+    assert sorted(left_out.values()) == [1, 2, 2]
+    assert fit_rebound(usable) == fit_rebound(good)
