@@ -31,6 +31,7 @@ setup(
             "planner_node = collplan_ros.planner_node:main",
             "controller_node = collplan_ros.controller_node:main",
             "bringup = collplan_ros.bringup:main",
+            "fit_rebound = collplan_ros.fit_rebound:main",
         ],
     },
 )

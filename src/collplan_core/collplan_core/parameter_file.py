@@ -62,13 +62,14 @@ def write_parameters(settings: Settings, path: str | Path) -> None:
     write_values(settings.values(), path)
 
 
-def write_values(values: Mapping[str, Any], path: str | Path) -> None:
-    """These `group.field` keys and their values, for every node."""
+def write_values(values: Mapping[str, Any], path: str | Path, comment: str = "") -> None:
+    """These `group.field` keys and their values, for every node, below a comment."""
     groups: dict[str, dict[str, Any]] = {}
     for key, value in values.items():
         group, name = key.split(".")
         groups.setdefault(group, {})[name] = value
-    Path(path).write_text(yaml.safe_dump({_EVERY_NODE: {_PARAMETERS: groups}}, sort_keys=False))
+    heading = "".join(f"# {line}\n" for line in comment.splitlines())
+    Path(path).write_text(heading + yaml.safe_dump({_EVERY_NODE: {_PARAMETERS: groups}}, sort_keys=False))
 
 
 def is_ros_key(key: str) -> bool:
