@@ -17,10 +17,10 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run study test soak bench lint format ws
+.PHONY: help setup run study study-bounce test soak bench lint format ws
 
 help:  ## this list
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## */  make \1\t/' | expand -t 16
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
 
 setup: $(COMPILED)  ## make .venv, compile the planner, make .venv-oldest for the second leg of the tests
 	@tools/test_oldest.sh --setup-only
@@ -30,6 +30,9 @@ run: $(COMPILED)  ## simulate a run to the goal, ARGS="--help" for its options
 
 study: $(COMPILED)  ## the paper's 300 runs and what they say, simulated, ARGS="--help" for its options
 	@.venv/bin/study $(ARGS)
+
+study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in worlds nothing was tuned on, simulated
+	@.venv/bin/study --bounces $(ARGS)
 
 test: $(COMPILED)  ## all tests but the long ones, then core and simulator on the oldest versions
 	$(PYTHON) -m pytest $(ARGS)
