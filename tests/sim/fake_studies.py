@@ -15,6 +15,7 @@ from omnipuck_sim.study.study_folder import make_folder
 from omnipuck_sim.study.tables import write_tables
 
 Measures = Callable[[Task], dict[str, Any]]
+Impacts = Callable[[Task], list[dict[str, Any]]]
 
 
 def reached(time: float, length: float = 2.0, impacts: int = 1) -> dict[str, Any]:
@@ -40,17 +41,24 @@ def fake_study(
     question: Question,
     sources: tuple[Source, ...] | None = None,
     ablations: Any = NO_ABLATION,
+    impacts: Impacts = lambda task: [],
 ) -> Path:
-    """The folder of a study whose rows are what `measures` says of each task."""
+    """The folder of a study whose rows are what `measures` and `impacts` say of each task."""
     sources = load_sources(question.worlds, None, None) if sources is None else sources
     grid = make_grid(question, sources, ablations)
     provenance = new_provenance(question, sources, ablations, len(grid))
     provenance["sessions"].append(new_session(Options(), 0))
     folder = make_folder(out, provenance, sources)
-    write_tables(folder, grid, (_record(task, measures(task)) for task in grid))
+    write_tables(folder, grid, (_record(task, measures(task), impacts(task)) for task in grid))
     return folder
 
 
-def _record(task: Task, measured: dict[str, Any]) -> dict[str, Any]:
+def hit(speed: float, error: float | None = None) -> dict[str, Any]:
+    foreseen = {"direction_error_rad": error, "foreseen_speed": 0.6, "measured_speed": 0.5}
+    known = foreseen if error is not None else dict.fromkeys(foreseen)
+    return {"x": 3.0, "y": 3.5, "speed_into": speed, "foreseen": error is not None, **known}
+
+
+def _record(task: Task, measured: dict[str, Any], impacts: list[dict[str, Any]]) -> dict[str, Any]:
     path = {"t_ms": [0, 50], "x": [3000, 3100], "y": [3000, 4000]}
-    return {"index": task.index, "row": {**task.labels, **measured}, "path": path}
+    return {"index": task.index, "row": {**task.labels, **measured}, "path": path, "impacts": impacts}

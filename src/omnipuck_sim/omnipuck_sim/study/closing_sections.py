@@ -59,7 +59,10 @@ def origin_section(provenance: Mapping[str, Any]) -> Iterator[str]:
         ("begun", provenance["sessions"][0]["begun"] if provenance["sessions"] else ""),
     ]
     yield table(("", ""), rows, "text")
-    beside = "trials.parquet and .csv (a row a run), trajectories.parquet, table.json, provenance.json"
+    beside = (
+        "trials.parquet and .csv (a row a run), trajectories.parquet, impacts.parquet (a row an impact), table.json, "
+        "provenance.json"
+    )
     yield paragraph(f"Beside this page: {beside}.")
 
 

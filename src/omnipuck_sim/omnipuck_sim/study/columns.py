@@ -34,6 +34,16 @@ MEASURES: dict[str, type] = {
     "wall_time_s": float,
     "error": str,
 }
+REBOUND = ("direction_error_rad", "foreseen_speed", "measured_speed")
+"""Of a rebound that a plan foresaw."""
+IMPACT: dict[str, type] = {
+    "x": float,
+    "y": float,
+    "speed_into": float,
+    "foreseen": bool,
+    **dict.fromkeys(REBOUND, float),
+}
+"""Of each impact: contact point [m], speed into the wall [m/s], whether a plan in force foresaw it."""
 WALL_TIMES = ("plan_time_ms_p50", "plan_time_ms_p99", "wall_time_s")
 """The columns in which two runs of one study differ."""
 

@@ -1,11 +1,12 @@
-"""What is kept of a trial: its row of the table and its path."""
+"""What is kept of a trial: its row of the table, its path and its impacts."""
 
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
 from collplan_core.command import MANEUVERS
-from omnipuck_sim.study.columns import blank
+from omnipuck_sim.study.columns import IMPACT, blank
 from omnipuck_sim.trial import TrialResult
 
 ERROR = "error"
@@ -59,8 +60,22 @@ def sampled_path(trajectory: np.ndarray) -> Path:
     return dict(zip(NO_PATH, scaled.T.tolist(), strict=True))
 
 
+def impact_rows(result: TrialResult) -> list[dict[str, Any]]:
+    """The columns of each impact of a trial, in their order; None where there is nothing to compare."""
+    points = np.array([impact.point for impact in result.impacts]).reshape(-1, 2)
+    rebounds = getattr(result, "rebounds", np.full((len(points), 3), np.nan))
+    numbers = np.column_stack([points, _into(result), result.foreseen, rebounds])
+    rows = [[value if isfinite(value) else None for value in row] for row in numbers.tolist()]
+    return [{**dict(zip(IMPACT, row, strict=True)), "foreseen": bool(row[3])} for row in rows]
+
+
+def _into(result: TrialResult) -> np.ndarray:
+    """Speed into the wall (k,) of each impact [m/s]."""
+    return np.array([-(impact.velocity_before @ impact.normal) for impact in result.impacts])
+
+
 def _impacts(result: TrialResult) -> dict[str, Any]:
-    into = np.array([-(impact.velocity_before @ impact.normal) for impact in result.impacts])
+    into = _into(result)
     foreseen = result.foreseen
     return {
         "impacts": len(into),

@@ -11,11 +11,11 @@ from typing import Any
 
 from collplan_core.warm_up import warm_up
 from omnipuck_sim.study.grid import Task
-from omnipuck_sim.study.rows import NO_PATH, error_measures, measures, sampled_path
+from omnipuck_sim.study.rows import NO_PATH, error_measures, impact_rows, measures, sampled_path
 from omnipuck_sim.trial import run_trial
 
 Record = dict[str, Any]
-"""index, row (every column by name) and path of one trial, as JSON holds them."""
+"""index, row (every column by name), path and impacts of one trial, as JSON holds them."""
 
 
 def run_batch(tasks: Sequence[Task]) -> list[Record]:
@@ -30,9 +30,10 @@ def run_task(task: Task) -> Record:
     try:
         result = run_trial(task.world, task.settings, task.seed)
         measured, path = measures(result, perf_counter() - begun), sampled_path(result.trajectory)
+        impacts = impact_rows(result)
     except Exception as error:
-        measured, path = error_measures(error), NO_PATH
-    return {"index": task.index, "row": {**task.labels, **measured}, "path": path}
+        measured, path, impacts = error_measures(error), NO_PATH, []
+    return {"index": task.index, "row": {**task.labels, **measured}, "path": path, "impacts": impacts}
 
 
 @cache
