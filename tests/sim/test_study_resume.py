@@ -5,9 +5,11 @@ import shutil
 import signal
 
 import psutil
+import pyarrow.parquet as pq
 import pytest
 
 from omnipuck_sim.study import preparation, worker
+from omnipuck_sim.study.ablations import ABLATIONS
 from omnipuck_sim.study.columns import MEASURES
 from omnipuck_sim.study.main import main
 from omnipuck_sim.study.options import Options
@@ -35,6 +37,33 @@ def test_two_jobs_give_the_same_table_in_the_order_of_the_grid(whole, tmp_path):
     assert table(whole).num_rows == N_TRIALS
     order = [json.loads(line)["index"] for line in (other / ROWS).read_text().splitlines()]
     assert sorted(order) == list(range(N_TRIALS))
+
+
+def test_every_impact_has_its_row(whole):
+    of_trial: dict[tuple, list[float]] = {}
+    for impact in pq.read_table(whole / "impacts.parquet").to_pylist():
+        of_trial.setdefault(trial_of(impact), []).append(impact["speed_into"])
+    assert len(of_trial) > 3
+    for row in table(whole).to_pylist():
+        speeds = of_trial.get(trial_of(row), [])
+        assert (len(speeds), max(speeds, default=0.0)) == (row["impacts"], row["max_impact_speed"])
+
+
+def trial_of(row):
+    return tuple(row[name] for name in ("world", "strategy", "simulator.noise", "trial"))
+
+
+def test_a_part_is_run_now_and_another_later(tmp_path):
+    folder = tmp_path / "study"
+    asked = [*FEW, "--ablations", "--ablation-trials", "1", "--worlds", "random:3", "--out", str(folder)]
+    assert main([*asked, "--run", "main"]) == 0
+    assert n_rows(folder) == table(folder).num_rows == 2
+    (folder / "trials.csv").unlink()
+    resume(folder, "--jobs", "1", "--run", "none")
+    assert len((folder / "trials.csv").read_text().splitlines()) == 3
+    resume(folder, "--jobs", "1", "--run", "ablations")
+    done = [(row["ablation"], row["trial"]) for row in table(folder).to_pylist()]
+    assert done == [("", 0), ("", 1), *((name, 0) for name in ABLATIONS if name)]
 
 
 def killed_and_resumed(folder, jobs, count):

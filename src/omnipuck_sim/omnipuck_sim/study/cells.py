@@ -13,7 +13,7 @@ from omnipuck_sim.study.statistics import Estimate, level_of, share
 from omnipuck_sim.trial import REACHED, STUCK, TIMEOUT
 
 OUTCOMES = (REACHED, TIMEOUT, STUCK, ERROR)
-MEANS = ("impacts", "deliberate_impacts", "unforeseen_impacts", "mean_speed", "candidates_mean")
+MEANS = ("impacts", "deliberate_impacts", "unforeseen_impacts", "mean_speed", "candidates_mean", "plan_time_ms_p50")
 LARGEST = ("max_impact_speed", "plan_time_ms_p99")
 
 

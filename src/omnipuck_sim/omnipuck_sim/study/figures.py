@@ -66,7 +66,7 @@ def draw_panels(cells: Sequence[Cell], spread: str) -> Figure:
         cells: of a case.
         spread: between what the standard deviations are.
     """
-    figure = _figure(7.6, 5.6)
+    figure = new_figure(7.6, 5.6)
     strategies = list(dict.fromkeys(cell.strategy for cell in cells))
     shifts = (np.arange(len(strategies)) - (len(strategies) - 1) / 2) * 0.014
     for place, panel in enumerate(PANELS):
@@ -90,7 +90,7 @@ def draw_paths(rows: Sequence[Sequence[PathPanel]]) -> Figure:
     x0, y0, x1, y1 = rows[0][0].world.bounds
     width = 9.0 / columns
     height = min(max(width * (y1 - y0) / (x1 - x0), 1.5), 6.0)
-    figure = _figure(9.0, (height + 0.35) * len(rows))
+    figure = new_figure(9.0, (height + 0.35) * len(rows))
     strategies = [panel.strategy for panel in rows[0]]
     for row, panels in enumerate(rows):
         for column, panel in enumerate(panels):
@@ -108,7 +108,8 @@ def save_figure(figure: Figure, stem: Path) -> str:
     return buffer.getvalue().decode()
 
 
-def _figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
+    """An empty one [inch]."""
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -159,6 +160,9 @@ def _draw_runs(axes: Axes, runs: Sequence[Run], colour: str) -> None:
         else:
             axes.plot(*run.points.T, color=FAILED, linewidth=1.0, linestyle=":", zorder=3)
             axes.plot(*run.points[-1:].T, marker="x", color=FAILED, markersize=5, zorder=3)
+        axes.plot(
+            *run.impacts.T, linestyle="none", marker="o", markersize=4, markerfacecolor="none", color=colour, zorder=4
+        )
 
 
 def _frame(axes: Axes, world: World) -> None:

@@ -1,9 +1,11 @@
 """The grid: every trial of a study, in the order of its table."""
 
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from functools import cached_property
+from itertools import accumulate, product
 from typing import Any
 
 from collplan_core.params import Settings
@@ -34,11 +36,12 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """What the trials of one cell share."""
+    """What the trials of one cell share, and how many there are."""
 
     source: Source
     labels: Mapping[str, Any]
     settings: Settings
+    trials: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,19 +54,22 @@ class Grid:
 
     cells: tuple[Cell, ...]
     axes: tuple[str, ...]
-    trials: int
     seed: int
 
+    @cached_property
+    def _starts(self) -> list[int]:
+        return list(accumulate((cell.trials for cell in self.cells), initial=0))
+
     def __len__(self) -> int:
-        return len(self.cells) * self.trials
+        return self._starts[-1]
 
     def __iter__(self) -> Iterator[Task]:
         return (self.task(index) for index in range(len(self)))
 
     def task(self, index: int) -> Task:
         """The trial at a place of the table."""
-        number, trial = divmod(index, self.trials)
-        cell = self.cells[number]
+        number = bisect_right(self._starts, index) - 1
+        cell, trial = self.cells[number], index - self._starts[number]
         seed = trial_seed(self.seed, cell.source.world.name, trial)
         return Task(index, {**cell.labels, "trial": trial, "seed": seed}, cell.source.world, cell.settings, seed)
 
@@ -83,31 +89,45 @@ def make_grid(
         ParameterError: an unknown parameter or a value that does not fit.
         WorldError: a world without a route from start to goal for the robot.
     """
+    _check_choices(question)
     axes = parse_axes(question.values)
     points = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
-    runs = list(_strategies_and_periods(question))
     cells = tuple(
-        _cell(source, name, changes, run, point)
-        for (name, changes), source, run, point in product(ablations.items(), sources, runs, points)
+        _cell(source, name, changes, run, point, _trials(question, name))
+        for name, changes in ablations.items()
+        for source, run, point in product(sources, _runs(question, name), points)
     )
     if not cells:
         raise StudyError("the grid is empty: expected at least one world")
     _check_routes(cells)
-    return Grid(cells, tuple(axes), question.trials, question.seed)
+    return Grid(cells, tuple(axes), question.seed)
 
 
-def _strategies_and_periods(question: Question) -> Iterator[tuple[str, float]]:
-    _check_once("--strategies", question.strategies)
-    _check_once("--map-periods", question.map_periods or ())
-    for strategy in question.strategies:
-        for period in question.map_periods or _own_periods(strategy):
-            yield strategy, period
+def _runs(question: Question, ablation: str) -> list[tuple[str, float]]:
+    """The strategies of an ablation, each with its T_map [s]."""
+    chosen = question.ablation_strategies if ablation else None
+    return [
+        (strategy, period)
+        for strategy in chosen or question.strategies
+        for period in question.map_periods or _periods(question, strategy)
+    ]
 
 
-def _own_periods(strategy: str) -> Sequence[float]:
-    if strategy in STRATEGIES:
+def _trials(question: Question, ablation: str) -> int:
+    chosen = question.ablation_trials if ablation else None
+    return chosen or question.trials
+
+
+def _periods(question: Question, strategy: str) -> Sequence[float]:
+    if strategy in STRATEGIES and not question.bounces:
         return PAPER_MAP_PERIODS
     return (map_period_of(Settings().with_values({"planner.strategy": strategy})),)
+
+
+def _check_choices(question: Question) -> None:
+    _check_once("--strategies", question.strategies)
+    _check_once("--ablation-strategies", question.ablation_strategies or ())
+    _check_once("--map-periods", question.map_periods or ())
 
 
 def _check_once(option: str, values: Sequence[Any]) -> None:
@@ -117,7 +137,12 @@ def _check_once(option: str, values: Sequence[Any]) -> None:
 
 
 def _cell(
-    source: Source, ablation: str, changes: Mapping[str, Any], run: tuple[str, float], point: Mapping[str, Any]
+    source: Source,
+    ablation: str,
+    changes: Mapping[str, Any],
+    run: tuple[str, float],
+    point: Mapping[str, Any],
+    trials: int,
 ) -> Cell:
     strategy, period = run
     values = {**source.values, **point, "planner.strategy": strategy, "planner.map_period": period, **changes}
@@ -127,7 +152,7 @@ def _cell(
         "world": source.world.name, "family": source.family, "ablation": ablation, "strategy": strategy,
         "map_period_s": period, **{key: known[key] for key in point},
     }  # fmt: skip
-    return Cell(source, labels, settings)
+    return Cell(source, labels, settings, trials)
 
 
 def _check_routes(cells: Sequence[Cell]) -> None:

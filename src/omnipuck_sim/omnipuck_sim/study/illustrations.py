@@ -12,7 +12,7 @@ from omnipuck_sim.study.comparisons import main_cells
 from omnipuck_sim.study.figures import PathPanel, draw_panels, draw_paths, save_figure
 from omnipuck_sim.study.paths import read_paths
 from omnipuck_sim.study.results import CaseResults
-from omnipuck_sim.study.runs import Case
+from omnipuck_sim.study.runs import Case, Runs
 from omnipuck_sim.study.sources import Source
 from omnipuck_sim.study.tables import PATHS
 from omnipuck_sim.trial import REACHED
@@ -37,11 +37,11 @@ def illustrate(
 ) -> Illustrations:
     """Draws the figures of a case into figures/."""
     (folder / FIGURES).mkdir(exist_ok=True)
-    names = tuple(f"{FIGURES}/{_file_name(case.name)}-{kind}" for kind in ("map-periods", "paths"))
+    names = tuple(f"{FIGURES}/{file_name(case.name)}-{kind}" for kind in ("map-periods", "paths"))
     arrivals = Counter(case.runs.where(outcome=REACHED).columns["world"].tolist())
     worlds = [source for source in sources if source.world.name in found.worlds]
     drawn = sorted(worlds, key=lambda source: arrivals[source.world.name])[:WORLDS_DRAWN]
-    rows = [_row(folder, provenance, source, case) for source in drawn]
+    rows = [path_panels(folder, provenance, source, case, main_cells(case)) for source in drawn]
     return Illustrations(
         save_figure(draw_panels(found.cells, found.spread), folder / names[0]),
         save_figure(draw_paths(rows), folder / names[1]),
@@ -55,16 +55,25 @@ def _cells(case: Case, world: str) -> Iterator[Cell]:
         yield cell_of(cell["strategy"], cell["map_period_s"], case.runs.where(world=world))
 
 
-def _row(folder: Path, provenance: Mapping[str, Any], source: Source, case: Case) -> list[PathPanel]:
+def path_panels(
+    folder: Path,
+    provenance: Mapping[str, Any],
+    source: Source,
+    case: Case,
+    cells: Sequence[Mapping[str, Any]],
+    impacts: Runs | None = None,
+) -> list[PathPanel]:
+    """One map for each of these cells with its runs in a world, and with their impacts if given."""
     values = {**provenance["parameters"], **source.values, **case.point}
     return [
         PathPanel(
             source.world, values["robot.radius"], values["planner.goal_tolerance"], cell["strategy"],
-            cell["map_period_s"], list(read_paths(folder / PATHS, case, source.world.name, cell)),
+            cell["map_period_s"], list(read_paths(folder / PATHS, case, source.world.name, cell, impacts)),
         )
-        for cell in main_cells(case)
+        for cell in cells
     ]  # fmt: skip
 
 
-def _file_name(text: str) -> str:
+def file_name(text: str) -> str:
+    """A name without what a file's must not hold."""
     return re.sub(r"[^\w.-]+", "-", text).strip("-")

@@ -23,7 +23,7 @@ INCOMPLETE, REFUSED, INTERRUPTED = 1, 2, 130
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Exit code 0 when every trial has its row."""
+    """Exit code 0 when every trial that was to be run has its row."""
     try:
         return _run(parse(args))
     except StudyError as error:
@@ -50,6 +50,8 @@ def _complete(options: Options, folder: Path, provenance: Provenance, grid: Grid
     except KeyboardInterrupt:
         return _stopped(INTERRUPTED, f"interrupted; {advice}")
     _print_outcomes(folder, rows)
+    if len(rows) < len(grid):
+        print(f"{len(grid) - len(rows)} trials were not run; {advice}")
     return 0
 
 
@@ -57,7 +59,7 @@ def _run_missing(options: Options, folder: Path, provenance: Provenance, grid: G
     earlier, session = provenance["sessions"], new_session(options, len(rows))
     write_provenance(folder, {**provenance, "sessions": [*earlier, session]})
     begun = perf_counter()
-    missing = (task for task in grid if task.index not in rows)
+    missing = (task for task in grid if task.index not in rows and options.runs(task))
     with tqdm(total=len(grid), initial=len(rows), unit="trial", mininterval=0.5) as bar:
         for records in run_tasks(missing, *pool):
             rows.append(records)

@@ -8,22 +8,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from collplan_core.worlds import World
-from omnipuck_sim.study.runs import Case
+from omnipuck_sim.study.runs import Case, Runs
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 
+NO_IMPACTS = np.zeros((0, 2))
+
+
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A path (n, 2) [m] and how the run ended."""
+    """A path (n, 2) [m], how the run ended, and the contact points (k, 2) [m] of those impacts that are to be shown."""
 
     points: np.ndarray
     outcome: str
+    impacts: np.ndarray
 
 
-def read_paths(path: Path, case: Case, world: str, cell: Mapping[str, Any]) -> Iterator[Run]:
-    """The paths of a cell's runs in a world, out of trajectories.parquet, by trial."""
+def read_paths(
+    path: Path, case: Case, world: str, cell: Mapping[str, Any], impacts: Runs | None = None
+) -> Iterator[Run]:
+    """The paths of a cell's runs in a world, out of trajectories.parquet, by trial; with their impacts if given."""
     import pyarrow.parquet as pq
 
     chosen = {"family": case.family, "ablation": case.ablation, "world": world, **case.point, **cell}
@@ -31,7 +37,12 @@ def read_paths(path: Path, case: Case, world: str, cell: Mapping[str, Any]) -> I
     runs = case.runs.where(world=world, **cell)
     outcomes = dict(zip(runs.columns["trial"].tolist(), runs.columns["outcome"].tolist(), strict=True))
     for row in rows.to_pylist():
-        yield Run(np.column_stack([row["x"], row["y"]]), outcomes[row["trial"]])
+        hits = NO_IMPACTS if impacts is None else _points(impacts.where(**chosen, trial=row["trial"]))
+        yield Run(np.column_stack([row["x"], row["y"]]), outcomes[row["trial"]], hits)
+
+
+def _points(impacts: Runs) -> np.ndarray:
+    return np.column_stack([impacts.columns["x"], impacts.columns["y"]])
 
 
 def obstacles(world: World) -> "BaseGeometry":

@@ -8,6 +8,7 @@ from typing import Any
 from collplan_core.parameter import ParameterError
 from collplan_core.worlds import WorldError
 from omnipuck_sim.study.ablations import ABLATIONS
+from omnipuck_sim.study.bounces import VARIANTS
 from omnipuck_sim.study.errors import StudyError
 from omnipuck_sim.study.grid import NO_ABLATION, Grid, make_grid
 from omnipuck_sim.study.options import Options
@@ -60,4 +61,6 @@ def _begun(options: Options, folder: Path) -> Study:
 
 
 def _ablations(question: Question) -> Mapping[str, Mapping[str, Any]]:
-    return ABLATIONS if question.ablations else NO_ABLATION
+    if not question.ablations:
+        return NO_ABLATION
+    return VARIANTS if question.bounces else ABLATIONS

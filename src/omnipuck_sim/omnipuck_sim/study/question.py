@@ -22,6 +22,9 @@ class Question:
         start, goal: x, y [m]; None is each world's own.
         barn_scale: factor on the worlds of barn:DIR.
         ablations: whether every named ablation is run beside the grid as it is.
+        ablation_strategies: that the ablations are run with; None is all of them.
+        ablation_trials: in each cell of an ablation; None is as many as without.
+        bounces: whether the question is what deliberate bounces bring: its ablations, and its report.
     """
 
     worlds: tuple[str, ...] = ("corridor",)
@@ -34,18 +37,46 @@ class Question:
     goal: tuple[float, ...] | None = None
     barn_scale: float = 1.0
     ablations: bool = False
+    ablation_strategies: tuple[str, ...] | None = None
+    ablation_trials: int | None = None
+    bounces: bool = False
 
     def __post_init__(self) -> None:
-        for name, number, least in (("--trials", self.trials, 1), ("--seed", self.seed, 0)):
-            if number < least:
-                raise StudyError(f"{name}: got {number}, expected at least {least}")
-        for name in ("worlds", "strategies", "map_periods"):
+        for name, least in (("trials", 1), ("ablation_trials", 1), ("seed", 0)):
+            number = getattr(self, name)
+            if number is not None and number < least:
+                raise StudyError(f"{_option(name)}: got {number}, expected at least {least}")
+        for name in ("worlds", "strategies", "map_periods", "ablation_strategies"):
             if getattr(self, name) == ():
-                raise StudyError(f"--{name.replace('_', '-')}: got none, the grid would be empty")
+                raise StudyError(f"{_option(name)}: got none, the grid would be empty")
+        if self.ablations:
+            self._check_ablation_strategies()
+        if self.bounces:
+            self._check_bounces()
+
+    def _check_bounces(self) -> None:
+        """One grid: its report knows neither axes nor several T_map."""
+        several = [f"--set {text}" for text in self.values if "," in text]
+        if len(self.map_periods or ()) > 1:
+            several.append("--map-periods")
+        if several:
+            raise StudyError(f"{several[0]}: got several values, expected one beside --bounces")
+        if len(self.strategies) < 2:
+            raise StudyError("--strategies: got one, expected two or more to compare beside --bounces")
+
+    def _check_ablation_strategies(self) -> None:
+        for strategy in self.ablation_strategies or ():
+            if strategy not in self.strategies:
+                expected = f"expected some of --strategies {' '.join(self.strategies)}"
+                raise StudyError(f"--ablation-strategies: got {strategy}, {expected}")
 
     def record(self) -> dict[str, Any]:
         """As JSON holds it."""
         return asdict(self)
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def question_from(record: Mapping[str, Any]) -> Question:

@@ -1,4 +1,4 @@
-"""report.html, table.json and the figures of a study: one page that needs nothing but itself."""
+"""report.html, table.json and the figures of a study: one page that needs nothing but itself; tables.md of bounces."""
 
 import json
 import os
@@ -11,6 +11,10 @@ from typing import Any
 
 from omnipuck_sim.study.ablation_section import ablation_section
 from omnipuck_sim.study.barn_section import barn_section
+from omnipuck_sim.study.bounce_illustrations import Material, bounce_pictures
+from omnipuck_sim.study.bounce_results import bounce_results_of
+from omnipuck_sim.study.bounce_sections import bounce_sections
+from omnipuck_sim.study.bounce_summary import bounce_summary
 from omnipuck_sim.study.case_section import case_section
 from omnipuck_sim.study.closing_sections import assumed_section, failure_section, origin_section
 from omnipuck_sim.study.comparisons import HOLDS, OPPOSITE, REVERSED, SAME
@@ -20,9 +24,9 @@ from omnipuck_sim.study.results import CaseResults, Results, results_of
 from omnipuck_sim.study.runs import Case, Runs, cases_of, read_runs
 from omnipuck_sim.study.sources import Source
 from omnipuck_sim.study.study_folder import read_provenance, read_sources
-from omnipuck_sim.study.tables import TABLE
+from omnipuck_sim.study.tables import IMPACTS, TABLE
 
-RESULTS, REPORT, PAGE = "table.json", "report.html", "report_page.html"
+RESULTS, REPORT, PAGE, SUMMARY = "table.json", "report.html", "report_page.html", "tables.md"
 
 
 def write_report(folder: Path) -> None:
@@ -34,16 +38,35 @@ def write_report(folder: Path) -> None:
     provenance = read_provenance(folder)
     sources = read_sources(folder, provenance)
     runs = read_runs(folder / TABLE)
-    results = results_of(runs)
-    _replace(folder / RESULTS, json.dumps(results.record(), indent=2, allow_nan=False) + "\n")
-    cases = [case for case in cases_of(runs) if not case.ablation]
-    parts = _parts(folder, provenance, sources, runs, results, cases)
+    write = _write_bounces if provenance["question"].get("bounces") else _write_paper
+    parts = write(folder, provenance, sources, runs)
+    closing = (*failure_section(runs), *assumed_section(provenance), *origin_section(provenance))
     template = Template((files("omnipuck_sim.study") / PAGE).read_text(encoding="utf-8"))
-    title = f"Study: {', '.join(case.name for case in results.cases)} (simulated)"
-    _replace(folder / REPORT, template.substitute(title=escape(title), body="\n".join(parts)))
+    title = f"Study: {', '.join(runs.distinct('family'))} (simulated)"
+    _replace(folder / REPORT, template.substitute(title=escape(title), body="\n".join((*parts, *closing))))
 
 
-def _parts(
+def _write_bounces(folder: Path, provenance: dict[str, Any], sources: tuple[Source, ...], runs: Runs) -> Iterator[str]:
+    impacts = read_runs(folder / IMPACTS)
+    results = bounce_results_of(provenance["question"]["strategies"], runs, impacts)
+    _write_record(folder, results.record())
+    _replace(folder / SUMMARY, bounce_summary(results, provenance))
+    pictures = bounce_pictures(Material(folder, provenance, sources, runs, impacts), results)
+    return bounce_sections(results, provenance, pictures, len(runs))
+
+
+def _write_paper(folder: Path, provenance: dict[str, Any], sources: tuple[Source, ...], runs: Runs) -> Iterator[str]:
+    results = results_of(runs)
+    _write_record(folder, results.record())
+    cases = [case for case in cases_of(runs) if not case.ablation]
+    return _paper_sections(folder, provenance, sources, runs, results, cases)
+
+
+def _write_record(folder: Path, record: dict[str, Any]) -> None:
+    _replace(folder / RESULTS, json.dumps(record, indent=2, allow_nan=False) + "\n")
+
+
+def _paper_sections(
     folder: Path,
     provenance: dict[str, Any],
     sources: tuple[Source, ...],
@@ -58,9 +81,6 @@ def _parts(
         yield from case_section(found, illustrate(folder, provenance, sources, case, found))
         yield from barn_section(case, sources)
     yield from ablation_section(results.ablations)
-    yield from failure_section(runs)
-    yield from assumed_section(provenance)
-    yield from origin_section(provenance)
 
 
 def _opening(results: Results) -> Iterator[str]:

@@ -60,7 +60,12 @@ class Runs:
 
     def sample(self, name: str) -> Sample:
         """A column by world, without the runs that lack it."""
-        return [np.array(list(runs.values())) for runs in self.by_trial(name).values()]
+        return sample_of(self.by_trial(name))
+
+
+def sample_of(numbers: ByTrial) -> Sample:
+    """The numbers of each world."""
+    return [np.array(list(trials.values())) for trials in numbers.values()]
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,6 +49,11 @@ class Estimate:
         value, low, high = (None if number is None else 0.0 - number for number in (self.value, self.high, self.low))
         return Estimate(value, low, high, self.note)
 
+    def plus(self, number: float) -> "Estimate":
+        """The same with a number added."""
+        value, low, high = (None if end is None else end + number for end in (self.value, self.low, self.high))
+        return Estimate(value, low, high, self.note)
+
 
 def level_of(measure: str, sample: Sample) -> Estimate:
     """Mean, or standard deviation from run to run, of a sample.
@@ -77,6 +82,11 @@ def improvement(measure: str, ours: Sample, other: Sample) -> Estimate:
             return 100.0 * (1.0 - formula(a, axis=axis) / formula(b, axis=axis))
 
     return _estimate((units, other_units), percent)
+
+
+def share_of(part: Sample, whole: Sample) -> Estimate:
+    """The mean of a part over the mean of its whole [%], of the same runs in the same order."""
+    return improvement(MEAN, part, whole).negated().plus(100.0)
 
 
 def share(successes: int, runs: int) -> Estimate:
