@@ -138,7 +138,7 @@ def without_column(column):
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (lambda run: shutil.rmtree(run), "run: no such folder"),
+        (lambda run: shutil.rmtree(run), "run: not a folder"),
         (lambda run: (run / "trajectory.csv").unlink(), "trajectory.csv: cannot be read: No such file"),
         (lambda run: (run / "parameters.yaml").unlink(), "parameters.yaml: cannot be read"),
         (lambda run: (run / "summary.json").unlink(), "summary.json: cannot be read"),
@@ -152,7 +152,7 @@ def without_column(column):
         (in_row(9, cmd_vx="inf"), "trajectory.csv, line 9, cmd_vx: got 'inf'"),
         (in_row(9, cmd_vx=""), "trajectory.csv, line 9, cmd_vx: got ''"),
         (in_row(9, t="-3"), "trajectory.csv, line 9, t: got -3 after"),
-        (lambda run: write_values({"lidar.world": "nowhere"}, run / "parameters.yaml"), "nowhere"),
+        (lambda run: write_values({"lidar.world": "nowhere"}, run / "parameters.yaml"), "parameters.yaml: lidar.world"),
     ],
 )
 def test_a_folder_that_holds_no_run_is_named(run, tmp_path, capsys, spoil, said):

@@ -48,12 +48,15 @@ def read_run(folder: Path) -> RecordedRun:
         RunError: a file is missing or does not hold what bringup writes into it.
     """
     if not folder.is_dir():
-        raise RunError(f"{folder}: no such folder, expected one that bringup left")
+        raise RunError(f"{folder}: not a folder, expected one that bringup left")
+    parameters = folder / "parameters.yaml"
     try:
-        settings = Settings().with_values(read_parameters(folder / "parameters.yaml"))
+        settings = Settings().with_values(read_parameters(parameters))
         world = load_world(settings.lidar.world)
-    except (ParameterError, WorldError, OSError) as error:
-        raise RunError(f"{folder}: {error}") from None
+    except ParameterError as error:  # names the file
+        raise RunError(str(error)) from None
+    except (WorldError, OSError) as error:
+        raise RunError(f"{parameters}: lidar.world: {error}") from None
     return RecordedRun(folder, _simulated(folder / "summary.json"), settings, world, _path(folder / "trajectory.csv"))
 
 
