@@ -12,7 +12,8 @@ from collplan_core.params import Control, Settings
 from collplan_core.plan import Plan
 from collplan_core.references import ENGAGED, WAITING, maneuver_reference, update_engaged
 from collplan_core.state import State
-from collplan_core.tracking import hold_heading, pid, sample_reference, to_body
+from collplan_core.strategies import rolls_out
+from collplan_core.tracking import hold_heading, pid, rollout_feed_forward, sample_reference, to_body
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +59,43 @@ def _carried_stage(old: Course, new: Course, stage: str, switch_distance: float)
     return stage if float(np.hypot(*(old.contact_point - new.contact_point))) <= switch_distance else WAITING
 
 
-def control(memory: ControllerMemory, plan: Plan, plan_map: LocalMap, state: State, now: float,
+def _follow_rollout(
+    memory: ControllerMemory, plan: Plan, state: State, now: float, settings: Settings
+) -> tuple[Command, ControllerMemory]:
+    params, robot = settings.controller, settings.robot
+    reference, _ = sample_reference(plan.times, plan.positions, now, 0.0)
+    feed_forward = np.zeros(2)
+    if now < plan.times[-1]:
+        feed_forward = np.array(
+            rollout_feed_forward(
+                plan.times,
+                plan.positions,
+                now,
+                1.0 / params.rate,
+                max(robot.velocity_lag, 1e-3),
+                robot.max_acceleration,
+            )
+        )
+    velocity, integral = pid(
+        reference - state.position, feed_forward, np.zeros(2), memory.integral, 1.0 / params.rate, params,
+        robot.max_speed,
+    )  # fmt: skip
+    heading = state.yaw if memory.heading is None else memory.heading
+    command = Command(to_body(velocity, state.yaw), hold_heading(state.yaw, heading, params), FREE_SPACE, reference)
+    return command, replace(memory, course=Course(plan.stamp), stage=WAITING, integral=integral, heading=heading)
+
+
+def control(memory: ControllerMemory, plan: Plan, plan_map: LocalMap | None, state: State, now: float,
             settings: Settings) -> tuple[Command, ControllerMemory]:  # fmt: skip
-    """One period: maneuver, reference, tracking. Paper: III-B.
+    """One period: maneuver, reference, tracking. Paper: III-B. A rollout is followed as it is, contacts and all.
 
     Args:
-        plan_map: the local map of the plan's own scan.
+        plan_map: the local map of the plan's own scan; not needed to follow a rollout.
         state: the newest pose and velocity.
         now: time on the poses' clock [s].
     """
+    if plan_map is None or rolls_out(settings):
+        return _follow_rollout(memory, plan, state, now, settings)
     params = settings.controller
     if memory.course.stamp != plan.stamp:
         course = set_course(plan, plan_map, params)

@@ -1,5 +1,6 @@
 """Which impacts were foreseen by the plans of a run."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -35,6 +36,33 @@ def foreseen_impacts(times: np.ndarray, points: np.ndarray, predictions: Sequenc
     matched = np.array([match_contacts(times, points, p.contacts) != UNMATCHED for p in predictions], dtype=bool)
     matched = matched.reshape(len(predictions), len(times))
     return np.array([_announced(t, made, matched[:, i]) for i, t in enumerate(times)], dtype=bool)
+
+
+def foreseen_rebounds(
+    times: np.ndarray, points: np.ndarray, velocities_after: np.ndarray, predictions: Sequence[Prediction]
+) -> np.ndarray:
+    """What the last plan before each impact foresaw of its rebound, against what came.
+
+    Args:
+        times: (k,) [s], points: (k, 2) [m], velocities_after: (k, 2) [m/s] of the impacts.
+
+    Returns:
+        (k, 3): angle between the two velocities in [0, pi] [rad], speed foreseen, speed that came [m/s]; NaN where that
+        plan foresaw no such impact.
+    """
+    result = np.full((len(times), 3), np.nan)
+    made = np.array([p.made for p in predictions])
+    for i, time in enumerate(times):
+        k = int(np.searchsorted(made, time)) - 1
+        if k < 0:
+            continue
+        contacts = predictions[k].contacts
+        match = match_contacts(times[i : i + 1], points[i : i + 1], contacts)[0]
+        if match != UNMATCHED:
+            foreseen, came = contacts.velocities_after[match], velocities_after[i]
+            turn = math.atan2(foreseen[0] * came[1] - foreseen[1] * came[0], float(foreseen @ came))
+            result[i] = abs(turn), np.hypot(*foreseen), np.hypot(*came)
+    return result
 
 
 def _announced(time: float, made: np.ndarray, matched: np.ndarray) -> bool:

@@ -145,7 +145,8 @@ def _trajectory(
     p: Planning = settings.planner
     points, duration = make_trajectory(
         state.position, state.velocity, aim, aim_velocity, settings.robot.max_speed, map_period_of(settings),
-        p.time_scale, p.acceleration_factor * settings.robot.max_acceleration, p.waypoints == "chord", p.time_law == "printed",
+        p.time_scale, p.acceleration_factor * settings.robot.max_acceleration, p.waypoints == "chord",
+        p.time_law == "printed",
     )  # fmt: skip
     share = np.arange(p.n_samples) / (p.n_samples - 1)
     positions, derivative = spline(points, share)

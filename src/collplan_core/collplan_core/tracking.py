@@ -4,7 +4,11 @@ import math
 
 import numpy as np
 
+from collplan_core.jit import njit
 from collplan_core.params import Control, Limits, Robot
+
+KINK_FACTOR, KINK_SPEED = 1.3, 0.08
+"""A change of velocity from step to step beyond this factor of what the wheels make, and this speed, is a contact."""
 
 
 def sample_reference(
@@ -22,6 +26,73 @@ def sample_reference(
     # central differences around the sample keep the velocity continuous at 20 Hz
     a, b = max(i - 1, 0), min(i + 2, len(times) - 1)
     return position, (path[b] - path[a]) / (times[b] - times[a])
+
+
+@njit
+def rollout_feed_forward(times: np.ndarray, path: np.ndarray, now: float, period: float, lag: float,
+                         max_acceleration: float) -> tuple[float, float]:  # fmt: skip
+    """The command that, held for `period`, makes a robot with a lag drive a timed path: found from the path alone.
+
+    The velocity jumps where the path has a kink that the wheels cannot make: at a contact. Up to it the robot is driven
+    as before, without braking for what comes after; the parts before and after it weigh by their share of the period.
+
+    Args:
+        times: (n,) strictly rising [s]; path: (n, 2) [m]; now [s]; lag [s].
+    """
+    n = len(times)
+    ux, uy, covered = 0.0, 0.0, 0.0
+    i = min(max(int(np.searchsorted(times, now, side="right")) - 1, 0), n - 2)
+    begun = now
+    while i < n - 1 and begun < now + period:
+        last = _smooth_until(times, path, i, max_acceleration)
+        until = min(times[last], now + period)
+        if until > begun:
+            ax, ay = _velocity_at(times, path, i, last, begun, max_acceleration)
+            bx, by = _velocity_at(times, path, i, last, until, max_acceleration)
+            gain = 1.0 / (1.0 - math.exp(-(until - begun) / lag))
+            ux += (until - begun) * (ax + gain * (bx - ax))
+            uy += (until - begun) * (ay + gain * (by - ay))
+            covered += until - begun
+            begun = until
+        i = last
+    return (ux / covered, uy / covered) if covered > 0.0 else (0.0, 0.0)
+
+
+@njit
+def _mean_velocity(times: np.ndarray, path: np.ndarray, i: int) -> tuple[float, float]:
+    """From sample i to the next one."""
+    span = times[i + 1] - times[i]
+    return (path[i + 1, 0] - path[i, 0]) / span, (path[i + 1, 1] - path[i, 1]) / span
+
+
+@njit
+def _smooth_until(times: np.ndarray, path: np.ndarray, first: int, max_acceleration: float) -> int:
+    """The sample at which the first kink after sample `first` is, or the last one."""
+    vx, vy = _mean_velocity(times, path, first)
+    for i in range(first + 1, len(times) - 1):
+        wx, wy = _mean_velocity(times, path, i)
+        wheels = max_acceleration * 0.5 * (times[i + 1] - times[i - 1])
+        if math.hypot(wx - vx, wy - vy) > KINK_FACTOR * wheels + KINK_SPEED:
+            return i
+        vx, vy = wx, wy
+    return len(times) - 1
+
+
+@njit
+def _velocity_at(times: np.ndarray, path: np.ndarray, first: int, last: int, time: float, max_acceleration: float,
+                 ) -> tuple[float, float]:  # fmt: skip
+    """Velocity on the smooth stretch from sample `first` to `last`: linear between the middles of its steps."""
+    i = min(max(int(np.searchsorted(times, time, side="right")) - 1, first), last - 1)
+    vx, vy = _mean_velocity(times, path, i)
+    middle = 0.5 * (times[i] + times[i + 1])
+    j = i + 1 if time > middle else i - 1
+    if not first <= j < last:
+        j = 2 * i - j
+    if not first <= j < last:
+        return vx, vy
+    wx, wy = _mean_velocity(times, path, j)
+    share = (time - middle) / (0.5 * (times[j] + times[j + 1]) - middle)
+    return vx + share * (wx - vx), vy + share * (wy - vy)
 
 
 def saturate(velocity: np.ndarray, max_speed: float) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from collplan_core import pose_filter
 from collplan_core.command import stopped
 from collplan_core.controller import ControllerMemory, control
-from collplan_core.impact_matching import Prediction, foreseen_impacts
+from collplan_core.impact_matching import Prediction, foreseen_impacts, foreseen_rebounds
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.objectives import NoPlan, objective_for
 from collplan_core.params import Settings
@@ -21,9 +21,10 @@ from collplan_core.path_length import path_length
 from collplan_core.plan import Plan
 from collplan_core.pose_history import PoseHistory
 from collplan_core.raycast import simulate_scan
+from collplan_core.rollout.known_map import given_map
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
-from collplan_core.strategies import map_period_of
+from collplan_core.strategies import map_period_of, rolls_out
 from collplan_core.worlds import World, WorldError
 from omnipuck_sim.physics import Simulator
 from omnipuck_sim.rebound import Impact
@@ -45,6 +46,8 @@ class TrialResult:
         arrival_time: from the first non-zero command to the first pose within goal_tolerance, else the limit [s].
         path_length: of the true path from the first non-zero command to the end [m].
         impacts: all hits of the run; foreseen: (k,) which of them a plan in force foresaw.
+        rebounds: (k, 3) of each hit that the last plan before it foresaw, else NaN: by how much its rebound left in
+            another direction than foreseen [rad], the speed foreseen and the true one [m/s].
         plan_times: (n,) wall time of each cycle from scan to plan [s].
         candidates, candidates_before_pruning: (n,) compared in each cycle.
         maneuvers: control periods spent in each.
@@ -60,6 +63,7 @@ class TrialResult:
     path_length: float
     impacts: tuple[Impact, ...]
     foreseen: np.ndarray
+    rebounds: np.ndarray
     plan_times: np.ndarray
     candidates: np.ndarray
     candidates_before_pruning: np.ndarray
@@ -77,7 +81,7 @@ class _Loop:
         self.objective = objective_for(settings.planner.strategy)
         self.filter_memory = pose_filter.FRESH
         self.history = PoseHistory(settings.limits.pose_history)
-        self.planner_memory: Any = None
+        self.planner_memory: Any = given_map(world, settings) if settings.trial.known_map else None
         self.controller_memory = ControllerMemory.fresh()
         self.state: State | None = None
         self.scan: Scan | None = None
@@ -99,13 +103,15 @@ class _Loop:
         if result.state is not None:
             self.state = result.state
             self.history.add(result.state)
+        if result.impact is not None and rolls_out(self.settings):
+            self.planner()
 
     def lidar(self) -> None:
         if self.state is not None:
             self.scan = simulate_scan(self.world, self.state, self.settings.lidar)
 
     def planner(self) -> None:
-        if self.scan is None:
+        if self.scan is None or self.state is None:
             return
         at_scan = self.history.at(self.scan.stamp)
         if at_scan is None:
@@ -113,9 +119,8 @@ class _Loop:
         begun = perf_counter()
         try:
             local_map = build_local_map(self.scan, at_scan, self.settings.robot, self.settings.local_map)
-            plan, self.planner_memory = self.objective(
-                self.planner_memory, local_map, at_scan, self.goal, self.settings
-            )
+            begin = self.state if rolls_out(self.settings) else at_scan
+            plan, self.planner_memory = self.objective(self.planner_memory, local_map, begin, self.goal, self.settings)
         except (NoPlan, ScanError):
             return
         self.plan_times.append(perf_counter() - begun)
@@ -230,6 +235,7 @@ def _is_stuck(rows: list[tuple[float, ...]], settings: Settings) -> bool:
 def _result(loop: _Loop, seed: int, outcome: str, begun: float, trajectory: np.ndarray) -> TrialResult:
     times = np.array([impact.time for impact in loop.impacts])
     points = np.array([impact.point for impact in loop.impacts]).reshape(-1, 2)
+    after = np.array([impact.velocity_after for impact in loop.impacts]).reshape(-1, 2)
     counts = np.array(loop.counts, dtype=int).reshape(-1, 2)
     elapsed = trajectory[-1, 0] if len(trajectory) else 0.0
     return TrialResult(
@@ -237,6 +243,7 @@ def _result(loop: _Loop, seed: int, outcome: str, begun: float, trajectory: np.n
         arrival_time=float(elapsed) if outcome == REACHED else loop.settings.trial.timeout,
         path_length=path_length(trajectory[:, 1:3]) if len(trajectory) else 0.0,
         impacts=tuple(loop.impacts), foreseen=foreseen_impacts(times, points, loop.predictions),
+        rebounds=foreseen_rebounds(times, points, after, loop.predictions),
         plan_times=np.array(loop.plan_times), candidates=counts[:, 0], candidates_before_pruning=counts[:, 1],
         maneuvers=dict(loop.maneuvers), trajectory=trajectory, plans=tuple(loop.plans),
     )  # fmt: skip
