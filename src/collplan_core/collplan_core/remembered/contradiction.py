@@ -2,71 +2,47 @@
 
 import math
 
-import numpy as np
-
 from collplan_core.jit import njit
+from collplan_core.remembered.working import Pool, Sight, middle
 
 EDGE_ON = 0.1
-"""A piece met at a sine below this is not judged: which side of it a beam passes is the pose's noise."""
+"""A piece is not judged where a beam meets it at a smaller sine: which side it passes on is the noise of the pose."""
 SCANS = 2
-"""So many scans running must see through an observed piece."""
+"""So many scans running must see through a piece: a single beam may slip past a thin end."""
 
 
 @njit
-def seen_beyond(view: np.ndarray, sight: np.ndarray, x: float, y: float) -> float:
-    """By how much both beams beside a point see farther than it; negative where one does not, or there is none [m]."""
-    n = len(view)
-    dx, dy = x - sight[0], y - sight[1]
-    if n < 2:
+def seen_beyond(sight: Sight, x: float, y: float) -> float:
+    """By how much both beams beside a point see farther than it [m]; below 0 where one does not, or there is none."""
+    n = len(sight.ranges)
+    dx, dy = x - sight.x, y - sight.y
+    if n < 2 or max(abs(dx), abs(dy)) > sight.half_side:
         return -math.inf
-    place = ((math.atan2(dy, dx) - sight[2]) % (2.0 * math.pi)) / sight[3]
-    before = int(math.floor(place))
+    before = int(math.floor(((math.atan2(dy, dx) - sight.first) % (2.0 * math.pi)) / sight.step))
     after = before + 1
     if after >= n:
-        closed = abs(n * sight[3] - 2.0 * math.pi) < 0.5 * sight[3]
-        if not closed:
+        if abs(n * sight.step - 2.0 * math.pi) > 0.5 * sight.step:
             return -math.inf
         before, after = before % n, after % n
-    return min(view[before], view[after]) - math.hypot(dx, dy)
+    return min(sight.ranges[before], sight.ranges[after]) - math.sqrt(dx * dx + dy * dy)
 
 
 @njit
-def sees_through(view: np.ndarray, sight: np.ndarray, half_side: float, x: float, y: float, nx: float, ny: float,
-                 margin: float) -> bool:  # fmt: skip
-    """Whether the scan sees farther than a piece at (x, y) of unit normal n, by `margin` square to it."""
-    dx, dy = x - sight[0], y - sight[1]
-    if max(abs(dx), abs(dy)) > half_side:
-        return False
-    far = math.hypot(dx, dy)
-    square = abs(dx * nx + dy * ny)
-    if square < EDGE_ON * far:
-        return False
-    return seen_beyond(view, sight, x, y) * square > margin * far
+def _sees_through(pool: Pool, k: int, sight: Sight, margin: float) -> bool:
+    """Whether the scan sees farther than a piece by `margin`, measured square to it."""
+    x, y = middle(pool.pieces[k])
+    dx, dy = x - sight.x, y - sight.y
+    far = math.sqrt(dx * dx + dy * dy)
+    square = abs(dx * pool.normals[k, 0] + dy * pool.normals[k, 1])
+    return square > EDGE_ON * far and seen_beyond(sight, x, y) * square > margin * far
 
 
 @njit
-def refutes(view: np.ndarray, sight: np.ndarray, half_side: float, piece: np.ndarray, normal: np.ndarray,
-            rows: np.ndarray, margin: float) -> bool:  # fmt: skip
-    """Whether the scan sees a place that is inferred to be solid behind a piece, by `margin`."""
-    x, y = 0.5 * (piece[0] + piece[2]), 0.5 * (piece[1] + piece[3])
-    for row in rows:
-        px, py = x - row * normal[0], y - row * normal[1]
-        if max(abs(px - sight[0]), abs(py - sight[1])) <= half_side and seen_beyond(view, sight, px, py) > margin:
-            return True
-    return False
-
-
-@njit
-def judge(view: np.ndarray, sight: np.ndarray, half_side: float, margin: float, pieces: np.ndarray,
-          normals: np.ndarray, backed: np.ndarray, refuted: np.ndarray, doubted: np.ndarray, kept: np.ndarray,
-          rows: np.ndarray) -> None:  # fmt: skip
-    """Count doubts about the pieces, let go of those doubted SCANS times running, and of inferred solid seen free."""
-    for k in range(len(pieces)):
-        x, y = 0.5 * (pieces[k, 0] + pieces[k, 2]), 0.5 * (pieces[k, 1] + pieces[k, 3])
-        if sees_through(view, sight, half_side, x, y, normals[k, 0], normals[k, 1], margin):
-            doubted[k] += 1
-            kept[k] = doubted[k] < SCANS
+def doubt(pool: Pool, count: int, sight: Sight, margin: float) -> None:
+    """Let go of the pieces that SCANS scans running have seen through by `margin`."""
+    for k in range(count):
+        if _sees_through(pool, k, sight, margin):
+            pool.doubted[k] += 1
+            pool.kept[k] = pool.doubted[k] < SCANS
         else:
-            doubted[k] = 0
-        if backed[k] and refutes(view, sight, half_side, pieces[k], normals[k], rows, margin):
-            backed[k], refuted[k] = False, True
+            pool.doubted[k] = 0

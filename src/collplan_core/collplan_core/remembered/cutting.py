@@ -5,146 +5,133 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.remembered.working import Cuts, Sight
 
 
 @njit
-def _clip(ax: float, ay: float, bx: float, by: float, half: float) -> tuple[float, float]:
-    """Shares of a segment between which it lies in the square of half side `half` around the origin; 1, 0 if nowhere.
-
-    Liang and Barsky 1984.
-    """
+def _visible(wall: np.ndarray, sight: Sight) -> tuple[float, float]:
+    """Shares of a wall between which it lies in the square that counts; 1, 0 if nowhere. Liang and Barsky 1984."""
     low, high = 0.0, 1.0
-    for p, d in ((ax, bx - ax), (ay, by - ay)):
-        if d == 0.0:
-            if abs(p) > half:
+    for begin, rise in ((wall[0] - sight.x, wall[2] - wall[0]), (wall[1] - sight.y, wall[3] - wall[1])):
+        if rise == 0.0:
+            if abs(begin) > sight.half_side:
                 return 1.0, 0.0
-            continue
-        enter, leave = (-half - p) / d, (half - p) / d
-        if enter > leave:
-            enter, leave = leave, enter
-        low, high = max(low, enter), min(high, leave)
+        else:
+            enter, leave = (-sight.half_side - begin) / rise, (sight.half_side - begin) / rise
+            low, high = max(low, min(enter, leave)), min(high, max(enter, leave))
     return (low, high) if low <= high else (1.0, 0.0)
 
 
 @njit
 def _linked(walls: np.ndarray, owner: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """(w,) the wall that a wall goes on from without a break, -1 where what was seen begins with it."""
+    """(w,) the wall that each goes on from without a break, -1 where what is seen of a surface begins with it."""
     n = len(walls)
     linked = np.full(n, -1, np.int64)
     first = 0
     for i in range(n):
-        if i > 0 and owner[i] != owner[i - 1]:
+        if owner[i] != owner[first]:
             first = i
         if i > first and shares[i - 1, 1] == 1.0 and shares[i, 0] == 0.0:
             linked[i] = i - 1
-        ends = i == n - 1 or owner[i + 1] != owner[i]
-        closed = walls[i, 2] == walls[first, 0] and walls[i, 3] == walls[first, 1]
-        if ends and closed and i > first and shares[i, 1] == 1.0 and shares[first, 0] == 0.0:
+        closes = i > first and walls[i, 2] == walls[first, 0] and walls[i, 3] == walls[first, 1]
+        last = i == n - 1 or owner[i + 1] != owner[i]
+        if closes and last and shares[i, 1] == 1.0 and shares[first, 0] == 0.0:
             linked[first] = i
     return linked
 
 
 @njit
 def _seen_beside(linked: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(w,) along the surface, how far it was seen before the begin and beyond the end of each wall [m]."""
+    """(w,) how far a surface is seen before and beyond each of its walls, along it [m]."""
     n = len(linked)
-    before, after = np.zeros(n), np.zeros(n)
-    for _ in range(2):  # the second time for surfaces that close
+    before, beyond = np.zeros(n), np.zeros(n)
+    for _ in range(2):  # again for a surface that closes
         for i in range(n):
-            j = linked[i]
-            if j >= 0:
-                before[i] = before[j] + lengths[j]
-    for _ in range(2):
+            if linked[i] >= 0:
+                before[i] = before[linked[i]] + lengths[linked[i]]
         for i in range(n - 1, -1, -1):
-            j = linked[i]
-            if j >= 0:
-                after[j] = after[i] + lengths[i]
-    return before, after
+            if linked[i] >= 0:
+                beyond[linked[i]] = beyond[i] + lengths[i]
+    return before, beyond
 
 
 @njit
-def _cut_one(wall: np.ndarray, low: float, high: float, spacing: float, pieces: np.ndarray, cores: np.ndarray,
-             k: int) -> int:  # fmt: skip
-    """Cut a wall where its steeper coordinate is a multiple of `spacing`; the count of pieces after it.
-
-    Pieces reach over their neighbours by half a spacing. Where the wall was clipped only whole ones are kept: what is
-    missing comes with a later scan.
-    """
+def _cores(wall: np.ndarray, low: float, high: float, length: float, spacing: float) -> np.ndarray:
+    """(k, 2) where pieces of a wall begin and end along it [m]: at multiples of spacing in its longer coordinate."""
     dx, dy = wall[2] - wall[0], wall[3] - wall[1]
-    length = math.hypot(dx, dy)
-    if length < 1e-9:
-        pieces[k] = wall
-        cores[k] = 0.0
-        return k + 1
     begin, rise = (wall[0], dx) if abs(dx) >= abs(dy) else (wall[1], dy)
-    over = 0.5 * spacing
-    first, last = begin + low * rise, begin + high * rise
-    n = int(math.floor(max(first, last) / spacing)) - int(math.floor(min(first, last) / spacing))
-    base = math.floor(min(first, last) / spacing)
-    for i in range(n + 1):
-        a, b = ((base + i) * spacing - begin) / rise, ((base + i + 1) * spacing - begin) / rise
-        if a > b:
-            a, b = b, a
-        a, b = max(a, low), min(b, high)
-        if (b - a) * length < 1e-9:
-            continue
-        s, e = a * length - over, b * length + over
+    if length < 1e-9 or rise == 0.0:
+        return np.zeros((1, 2))
+    first = math.floor(min(begin + low * rise, begin + high * rise) / spacing)
+    last = math.floor(max(begin + low * rise, begin + high * rise) / spacing)
+    cores, count = np.empty((int(last - first) + 1, 2)), 0
+    for i in range(len(cores)):
+        a, b = ((first + i) * spacing - begin) / rise, ((first + i + 1) * spacing - begin) / rise
+        cores[count, 0], cores[count, 1] = max(min(a, b), low) * length, min(max(a, b), high) * length
+        if cores[count, 1] - cores[count, 0] > 1e-9:
+            count += 1
+    return cores[:count]
+
+
+@njit
+def _normal(wall: np.ndarray, length: float, sight: Sight) -> tuple[float, float]:
+    """Unit normal of a wall toward the robot; of a single point the direction to it."""
+    tx, ty = sight.x - wall[0], sight.y - wall[1]
+    if length < 1e-9:
+        far = math.sqrt(tx * tx + ty * ty)
+        return (tx / far, ty / far) if far > 1e-9 else (1.0, 0.0)
+    nx, ny = (wall[1] - wall[3]) / length, (wall[2] - wall[0]) / length
+    return (nx, ny) if nx * tx + ny * ty >= 0.0 else (-nx, -ny)
+
+
+@njit
+def _cut_wall(wall: np.ndarray, low: float, high: float, before: float, beyond: float, spacing: float, inset: float,
+              sight: Sight, cuts: Cuts, k: int) -> int:  # fmt: skip
+    """Cut one wall, seen between two shares of it; the count of pieces after it.
+
+    Pieces reach over their neighbours by half a spacing. Those that this takes out of the square are left to a later
+    scan: the end of what is seen would else move along with the robot.
+    """
+    length = math.sqrt((wall[2] - wall[0]) ** 2 + (wall[3] - wall[1]) ** 2)
+    nx, ny = _normal(wall, length, sight)
+    for a, b in _cores(wall, low, high, length, spacing):
+        s, e = a - 0.5 * spacing, b + 0.5 * spacing
         if (low > 0.0 and s < low * length) or (high < 1.0 and e > high * length):
             continue
-        s, e = max(0.0, s) / length, min(length, e) / length
-        pieces[k, 0], pieces[k, 1] = wall[0] + s * dx, wall[1] + s * dy
-        pieces[k, 2], pieces[k, 3] = wall[0] + e * dx, wall[1] + e * dy
-        cores[k, 0], cores[k, 1] = a * length, b * length
+        s, e = (max(0.0, s) / length, min(length, e) / length) if length > 0.0 else (0.0, 1.0)
+        cuts.pieces[k, 0], cuts.pieces[k, 1] = _on(wall, s)
+        cuts.pieces[k, 2], cuts.pieces[k, 3] = _on(wall, e)
+        cuts.normals[k, 0], cuts.normals[k, 1] = nx, ny
+        cuts.inner[k] = min(before + a - low * length, beyond + high * length - b) >= inset - 1e-9
         k += 1
     return k
 
 
 @njit
-def cut(walls: np.ndarray, owner: np.ndarray, x: float, y: float, half_side: float, spacing: float,
-        inset: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Cut the walls seen from (x, y) in the square of `half_side` around it.
+def _on(wall: np.ndarray, share: float) -> tuple[float, float]:
+    if share == 1.0:
+        return wall[2], wall[3]
+    return wall[0] + share * (wall[2] - wall[0]), wall[1] + share * (wall[3] - wall[1])
 
-    Returns:
-        pieces (m, 4), their unit normals (m, 2) toward (x, y), and (m,) whether they are `inset` from both ends of what
-        was seen of their surface.
+
+@njit
+def cut(walls: np.ndarray, owner: np.ndarray, sight: Sight, spacing: float, inset: float) -> Cuts:
+    """Cut the walls (w, 4) of surfaces `owner` (w,) that are seen in the square around the robot.
+
+    `inner` are the pieces `inset` away from both ends of what is seen of their surface, corners included [m].
     """
     n = len(walls)
     shares, lengths = np.empty((n, 2)), np.zeros(n)
     most = 0
     for i in range(n):
-        x0, y0, x1, y1 = walls[i]
-        shares[i] = _clip(x0 - x, y0 - y, x1 - x, y1 - y, half_side)
-        length = math.hypot(x1 - x0, y1 - y0)
-        if shares[i, 0] <= shares[i, 1]:
-            lengths[i] = (shares[i, 1] - shares[i, 0]) * length
-            most += int(lengths[i] / spacing) + 3
-    before, after = _seen_beside(_linked(walls, owner, shares), lengths)
-    pieces, cores, of = np.empty((most, 4)), np.empty((most, 2)), np.empty(most, np.int64)
+        shares[i, 0], shares[i, 1] = _visible(walls[i], sight)
+        length = math.sqrt((walls[i, 2] - walls[i, 0]) ** 2 + (walls[i, 3] - walls[i, 1]) ** 2)
+        lengths[i] = max(0.0, shares[i, 1] - shares[i, 0]) * length
+        most += int(lengths[i] / spacing) + 3
+    before, beyond = _seen_beside(_linked(walls, owner, shares), lengths)
+    cuts = Cuts(np.empty((most, 4)), np.empty((most, 2)), np.empty(most, np.bool_))
     k = 0
     for i in range(n):
         if shares[i, 0] <= shares[i, 1]:
-            begin = k
-            k = _cut_one(walls[i], shares[i, 0], shares[i, 1], spacing, pieces, cores, k)
-            of[begin:k] = i
-    normals, inner = np.empty((k, 2)), np.empty(k, np.bool_)
-    for j in range(k):
-        i = of[j]
-        begin = shares[i, 0] * math.hypot(walls[i, 2] - walls[i, 0], walls[i, 3] - walls[i, 1])
-        past = cores[j, 0] - begin
-        rest = lengths[i] - (cores[j, 1] - begin)
-        inner[j] = before[i] + past >= inset - 1e-9 and after[i] + rest >= inset - 1e-9
-        normals[j] = normal_toward(pieces[j], walls[i], x, y)
-    return pieces[:k], normals, inner
-
-
-@njit
-def normal_toward(piece: np.ndarray, wall: np.ndarray, x: float, y: float) -> tuple[float, float]:
-    """Unit normal of a wall toward (x, y); of a point the direction to it."""
-    dx, dy = wall[2] - wall[0], wall[3] - wall[1]
-    length = math.hypot(dx, dy)
-    tx, ty = x - piece[0], y - piece[1]
-    if length < 1e-9:
-        far = max(math.hypot(tx, ty), 1e-12)
-        return tx / far, ty / far
-    nx, ny = -dy / length, dx / length
-    return (nx, ny) if nx * tx + ny * ty >= 0.0 else (-nx, -ny)
+            k = _cut_wall(walls[i], shares[i, 0], shares[i, 1], before[i], beyond[i], spacing, inset, sight, cuts, k)
+    return Cuts(cuts.pieces[:k], cuts.normals[:k], cuts.inner[:k])

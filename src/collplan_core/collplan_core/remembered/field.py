@@ -1,94 +1,115 @@
-"""The clearance field as pieces come and go: the minimum over all of them, whatever their order."""
+"""The clearance field as pieces come and go: the minimum over all of them, so their order does not matter."""
 
 import math
 
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.remembered.clearance import FAR, INFERRED, OBSERVED
+from collplan_core.remembered.clearance import FAR, INFERRED, NOTHING, OBSERVED
+from collplan_core.remembered.grid import window
+from collplan_core.remembered.working import Nodes, Pool
 
-# so little more than a square of a distance is told from it by its root as well
 GUARD = 1.0 + 1e-12
+"""Squares of distances this near to each other are told apart by their roots."""
 
 
 @njit
-def inferred_rows(depth: float, radius: float) -> np.ndarray:
-    """How far behind a piece there are inferred ones [m]: discs around them leave no hole down to `depth`."""
-    deepest = depth - 2.0 * radius
-    if deepest <= 0.0:
-        return np.zeros(0)
-    n = max(1, int(math.ceil(deepest / (1.5 * radius) - 1e-9)))
-    return deepest * np.arange(1, n + 1) / n
+def _lower(nodes: Nodes, everywhere: bool, piece: np.ndarray, what: int) -> None:
+    """Lower the clearance to that from one piece, everywhere or at stale nodes alone."""
+    i0, i1, j0, j1 = window(nodes, piece, nodes.radius + FAR)
+    x0, y0, dx, dy = piece[0], piece[1], piece[2] - piece[0], piece[3] - piece[1]
+    length2 = dx * dx + dy * dy
+    inverse = 1.0 / length2 if length2 > 1e-24 else 0.0
+    for i in range(i0, i1):
+        ax = nodes.ox + i * nodes.spacing - x0
+        for j in range(j0, j1):
+            if not everywhere and not nodes.stale[i, j]:
+                continue
+            ay = nodes.oy + j * nodes.spacing - y0
+            along = min(1.0, max(0.0, (ax * dx + ay * dy) * inverse))
+            ex, ey = ax - along * dx, ay - along * dy
+            square, known = ex * ex + ey * ey, nodes.clearance[i, j] + nodes.radius
+            if square <= known * known * GUARD:
+                _lower_node(nodes, i, j, math.sqrt(square) - nodes.radius, what)
 
 
 @njit
-def window(x0: float, y0: float, x1: float, y1: float, reach: float, ox: float, oy: float, spacing: float, nx: int,
-           ny: int) -> tuple[int, int, int, int]:  # fmt: skip
-    """Nodes within `reach` of a piece's box: first and one past the last, in x and in y."""
+def _lower_node(nodes: Nodes, i: int, j: int, clearance: float, what: int) -> None:
+    """What was observed has precedence over what is inferred as near."""
+    known = nodes.clearance[i, j]
+    if clearance < known:
+        nodes.clearance[i, j], nodes.source[i, j] = clearance, what
+    elif clearance == known and clearance < FAR and what == OBSERVED:
+        nodes.source[i, j] = what
+
+
+@njit
+def _shifted(piece: np.ndarray, normal: np.ndarray, row: float) -> np.ndarray:
+    sx, sy = row * normal[0], row * normal[1]
+    return np.array([piece[0] - sx, piece[1] - sy, piece[2] - sx, piece[3] - sy])
+
+
+@njit
+def _make_stale(nodes: Nodes, piece: np.ndarray) -> None:
+    i0, i1, j0, j1 = window(nodes, piece, nodes.radius + FAR)
+    nodes.stale[i0:i1, j0:j1] = True
+
+
+@njit
+def _find_stale(nodes: Nodes, pool: Pool, was_backed: np.ndarray, rows: np.ndarray) -> None:
+    """Mark the nodes that pieces which are no more may have lowered."""
+    for k in range(len(was_backed)):
+        if not pool.kept[k]:
+            _make_stale(nodes, pool.pieces[k])
+        if was_backed[k] and not (pool.kept[k] and pool.backed[k]):
+            for row in rows:
+                _make_stale(nodes, _shifted(pool.pieces[k], pool.normals[k], row))
+
+
+@njit
+def _clear_stale(nodes: Nodes) -> np.ndarray:
+    """(4,) the box of the stale nodes, x0, y0, x1, y1 [m], which are cleared; x0 > x1 where there are none."""
+    box = np.array([math.inf, math.inf, -math.inf, -math.inf])
+    for i in range(nodes.stale.shape[0]):
+        for j in range(nodes.stale.shape[1]):
+            if nodes.stale[i, j]:
+                nodes.clearance[i, j], nodes.source[i, j] = FAR, NOTHING
+                x, y = nodes.ox + i * nodes.spacing, nodes.oy + j * nodes.spacing
+                box[0], box[1], box[2], box[3] = min(box[0], x), min(box[1], y), max(box[2], x), max(box[3], y)
+    return box
+
+
+@njit
+def _reaches(piece: np.ndarray, box: np.ndarray, reach: float) -> bool:
     return (
-        max(0, int(math.ceil((min(x0, x1) - reach - ox) / spacing))),
-        min(nx, int(math.floor((max(x0, x1) + reach - ox) / spacing)) + 1),
-        max(0, int(math.ceil((min(y0, y1) - reach - oy) / spacing))),
-        min(ny, int(math.floor((max(y0, y1) + reach - oy) / spacing)) + 1),
+        min(piece[0], piece[2]) - reach <= box[2]
+        and max(piece[0], piece[2]) + reach >= box[0]
+        and min(piece[1], piece[3]) - reach <= box[3]
+        and max(piece[1], piece[3]) + reach >= box[1]
     )
 
 
 @njit
-def _lower(clearance: np.ndarray, source: np.ndarray, stale: np.ndarray, everywhere: bool, ox: float, oy: float,
-           spacing: float, radius: float, x0: float, y0: float, x1: float, y1: float, what: int) -> None:  # fmt: skip
-    """Lower the clearance to that from one piece; at stale nodes alone, or everywhere."""
-    nx, ny = clearance.shape
-    i0, i1, j0, j1 = window(x0, y0, x1, y1, radius + FAR, ox, oy, spacing, nx, ny)
-    dx, dy = x1 - x0, y1 - y0
-    length2 = dx * dx + dy * dy
-    inverse = 1.0 / length2 if length2 > 1e-24 else 0.0
-    for i in range(i0, i1):
-        ax = ox + i * spacing - x0
-        for j in range(j0, j1):
-            if not everywhere and not stale[i, j]:
-                continue
-            ay = oy + j * spacing - y0
-            along = min(1.0, max(0.0, (ax * dx + ay * dy) * inverse))
-            ex, ey = ax - along * dx, ay - along * dy
-            square = ex * ex + ey * ey
-            known = clearance[i, j] + radius
-            if square > known * known * GUARD:
-                continue
-            c = math.sqrt(square) - radius
-            if c < clearance[i, j]:
-                clearance[i, j], source[i, j] = c, what
-            elif c == clearance[i, j] and c < FAR and what == OBSERVED:
-                source[i, j] = what
+def renew(nodes: Nodes, pool: Pool, count: int, was_backed: np.ndarray, rows: np.ndarray) -> None:
+    """Bring the clearance up to date.
 
-
-@njit
-def lower_by_piece(clearance: np.ndarray, source: np.ndarray, stale: np.ndarray, everywhere: bool, ox: float,
-                   oy: float, spacing: float, radius: float, piece: np.ndarray) -> None:  # fmt: skip
-    """Lower the clearance to that from an observed piece."""
-    _lower(clearance, source, stale, everywhere, ox, oy, spacing, radius,
-           piece[0], piece[1], piece[2], piece[3], OBSERVED)  # fmt: skip
-
-
-@njit
-def lower_behind_piece(clearance: np.ndarray, source: np.ndarray, stale: np.ndarray, everywhere: bool, ox: float,
-                       oy: float, spacing: float, radius: float, piece: np.ndarray, normal: np.ndarray,
-                       rows: np.ndarray) -> None:  # fmt: skip
-    """Lower the clearance to that from what is inferred behind a piece."""
-    for row in rows:
-        sx, sy = -row * normal[0], -row * normal[1]
-        _lower(clearance, source, stale, everywhere, ox, oy, spacing, radius,
-               piece[0] + sx, piece[1] + sy, piece[2] + sx, piece[3] + sy, INFERRED)  # fmt: skip
-
-
-@njit
-def make_stale(stale: np.ndarray, ox: float, oy: float, spacing: float, radius: float, piece: np.ndarray,
-               normal: np.ndarray, deepest: float) -> None:  # fmt: skip
-    """Mark the nodes that a piece, and what is inferred behind it down to `deepest`, can have lowered."""
-    nx, ny = stale.shape
-    reach = radius + FAR
-    for shift in (0.0, deepest):
-        sx, sy = -shift * normal[0], -shift * normal[1]
-        i0, i1, j0, j1 = window(
-            piece[0] + sx, piece[1] + sy, piece[2] + sx, piece[3] + sy, reach, ox, oy, spacing, nx, ny
-        )
-        stale[i0:i1, j0:j1] = True
+    Args:
+        count: of pieces in the pool; the first len(was_backed) of them are in the clearance already.
+        was_backed: which of those had inferred solid behind them there.
+        rows: how far behind a piece that is [m].
+    """
+    _find_stale(nodes, pool, was_backed, rows)
+    stale = _clear_stale(nodes)
+    reach = nodes.radius + FAR
+    for k in range(count):
+        if not pool.kept[k]:
+            continue
+        new = k >= len(was_backed)
+        if new or _reaches(pool.pieces[k], stale, reach):
+            _lower(nodes, new, pool.pieces[k], OBSERVED)
+        if pool.backed[k]:
+            new = new or not was_backed[k]
+            for row in rows:
+                behind = _shifted(pool.pieces[k], pool.normals[k], row)
+                if new or _reaches(behind, stale, reach):
+                    _lower(nodes, new, behind, INFERRED)

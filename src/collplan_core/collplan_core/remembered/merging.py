@@ -1,127 +1,174 @@
 """Pieces of the newest scan taken up among the remembered ones."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.remembered.inferred import is_refuted
+from collplan_core.remembered.working import Cuts, Nodes, Pool, Sight, middle
 
 SAME = 0.002
-"""Pieces this near to each other's line are of one boundary [m]."""
-DRIFT = 0.03
-"""A nearly parallel older piece this near is the same boundary from a pose that was off [m]."""
-PARALLEL = math.cos(math.radians(20.0))
+"""Pieces within this of one line show the same boundary [m]."""
+BEHIND = 0.03
+"""Older pieces so little behind a new one are the same boundary from a pose that was off [m]."""
+FACING = 0.5
+"""Cosine of the angle between the normals from which two pieces may be of the same boundary."""
 GROWTH = 0.003
-"""A piece is taken up if so much of it is new [m]."""
+"""A piece is taken up where so much of it is new [m]."""
+SMALLEST_BUCKET = 0.1
+"""Side of the squares in which pieces are looked up [m]; five spacings where that is more."""
 MOST = 64
-"""Remembered pieces looked at for one new one."""
+"""Pieces compared with a new one at most; an ordinary boundary has under ten."""
+
+
+class Buckets(NamedTuple):
+    """Pieces by place: n x n squares of a size from (ox, oy) on, each the head of a chain of piece numbers."""
+
+    head: np.ndarray
+    following: np.ndarray
+    ox: float
+    oy: float
+    size: float
+    n: int
 
 
 @njit
-def bucket_of(x: float, y: float, ox: float, oy: float, size: float, n: int) -> int:
-    """Number of the bucket a point belongs to; points outside belong to the nearest."""
-    i = min(n - 1, max(0, int(math.floor((x - ox) / size))))
-    j = min(n - 1, max(0, int(math.floor((y - oy) / size))))
-    return i * n + j
+def _bucket(buckets: Buckets, piece: np.ndarray) -> tuple[int, int]:
+    x, y = middle(piece)
+    i, j = int(math.floor((x - buckets.ox) / buckets.size)), int(math.floor((y - buckets.oy) / buckets.size))
+    return min(buckets.n - 1, max(0, i)), min(buckets.n - 1, max(0, j))
 
 
 @njit
-def _along_and_off(piece: np.ndarray, other: np.ndarray) -> tuple[float, float, float, float, float]:
-    """Of another piece its ends along a piece [m], its distances from the piece's line there, the piece's length."""
-    dx, dy = piece[2] - piece[0], piece[3] - piece[1]
-    length = math.hypot(dx, dy)
-    if length < 1e-9:
-        a = math.hypot(other[0] - piece[0], other[1] - piece[1])
-        b = math.hypot(other[2] - piece[0], other[3] - piece[1])
-        qx, qy = other[2] - other[0], other[3] - other[1]
-        span = math.hypot(qx, qy)
-        if span < 1e-9:
-            return 0.0, 0.0, a, b, 0.0
-        ux, uy = qx / span, qy / span
-        s = (other[0] - piece[0]) * ux + (other[1] - piece[1]) * uy
-        off = ux * (other[1] - piece[1]) - uy * (other[0] - piece[0])
-        return s, s + span, off, off, 0.0
-    ux, uy = dx / length, dy / length
+def _put(buckets: Buckets, piece: np.ndarray, k: int) -> None:
+    i, j = _bucket(buckets, piece)
+    buckets.following[k], buckets.head[i, j] = buckets.head[i, j], k
+
+
+@njit
+def _filled(pool: Pool, count: int, x: float, y: float, half: float, spacing: float) -> Buckets:
+    """Buckets of the kept pieces, over the square of half side `half` around (x, y)."""
+    size = max(SMALLEST_BUCKET, 5.0 * spacing)
+    n = int(math.ceil(2.0 * half / size))
+    buckets = Buckets(np.full((n, n), -1, np.int64), np.empty(len(pool.kept), np.int64), x - half, y - half, size, n)
+    for k in range(count):
+        if pool.kept[k]:
+            _put(buckets, pool.pieces[k], k)
+    return buckets
+
+
+@njit
+def _span(piece: np.ndarray, normal: np.ndarray, other: np.ndarray) -> tuple[float, float, float, float]:
+    """Where another piece begins and ends along a piece, and how far in front of it it is at its two ends [m]."""
     ax, ay, bx, by = other[0] - piece[0], other[1] - piece[1], other[2] - piece[0], other[3] - piece[1]
-    a, b = ax * ux + ay * uy, bx * ux + by * uy
-    off_a, off_b = ux * ay - uy * ax, ux * by - uy * bx
-    return (a, b, off_a, off_b, length) if a <= b else (b, a, off_b, off_a, length)
+    tx, ty = -normal[1], normal[0]
+    if (piece[2] - piece[0]) * tx + (piece[3] - piece[1]) * ty < 0.0:
+        tx, ty = -tx, -ty
+    a, b = ax * tx + ay * ty, bx * tx + by * ty
+    return min(a, b), max(a, b), ax * normal[0] + ay * normal[1], bx * normal[0] + by * normal[1]
 
 
 @njit
-def _uncovered(spans: np.ndarray, count: int, length: float) -> float:
-    """How much of 0 to `length` the spans leave at its ends together [m]."""
-    low, high = 0.0, length
-    for _ in range(count):
-        for i in range(count):
-            if spans[i, 0] <= low + 1e-9 and spans[i, 1] > low:
-                low = spans[i, 1]
-            if spans[i, 1] >= high - 1e-9 and spans[i, 0] < high:
-                high = spans[i, 0]
-    return max(0.0, high - low) if count > 0 else max(length, GROWTH)
+def _beside(pool: Pool, buckets: Buckets, piece: np.ndarray, normal: np.ndarray, length: float,
+            ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Pieces that face the same way and overlap along: their numbers (k,) and spans (k, 4)."""
+    numbers, spans, count = np.empty(MOST, np.int64), np.empty((MOST, 4)), 0
+    ci, cj = _bucket(buckets, piece)
+    for i in range(max(0, ci - 1), min(buckets.n, ci + 2)):
+        for j in range(max(0, cj - 1), min(buckets.n, cj + 2)):
+            q = buckets.head[i, j]
+            while q >= 0 and count < MOST:
+                facing = pool.normals[q, 0] * normal[0] + pool.normals[q, 1] * normal[1]
+                if pool.kept[q] and facing >= FACING:
+                    begin, end, front, other_front = _span(piece, normal, pool.pieces[q])
+                    if end >= 0.0 and begin <= length:
+                        numbers[count] = q
+                        spans[count, 0], spans[count, 1], spans[count, 2], spans[count, 3] = (
+                            begin, end, front, other_front,
+                        )  # fmt: skip
+                        count += 1
+                q = buckets.following[q]
+    return numbers[:count], spans[:count]
 
 
 @njit
-def take_up(piece: np.ndarray, normal: np.ndarray, inner: bool, refutable: bool, stamp: float, k: int,
-            pieces: np.ndarray, normals: np.ndarray, backed: np.ndarray, refuted: np.ndarray, seen: np.ndarray,
-            doubted: np.ndarray, kept: np.ndarray, fresh: np.ndarray, raised: np.ndarray, head: np.ndarray,
-            following: np.ndarray, ox: float, oy: float, size: float, n: int) -> int:  # fmt: skip
-    """Take up one new piece: refresh those that show it already, else add it in place of what it replaces.
+def _is_same(span: np.ndarray) -> bool:
+    return max(abs(span[2]), abs(span[3])) <= SAME
+
+
+@njit
+def _is_covered(spans: np.ndarray, length: float) -> bool:
+    """Whether the pieces of the same boundary leave next to nothing of 0 to `length` uncovered."""
+    low, high, any_same = 0.0, length, False
+    for _ in range(len(spans)):
+        for i in range(len(spans)):
+            if _is_same(spans[i]):
+                any_same = True
+                if spans[i, 0] <= low:
+                    low = max(low, spans[i, 1])
+                if spans[i, 1] >= high:
+                    high = min(high, spans[i, 0])
+    return any_same and high - low < GROWTH
+
+
+@njit
+def _is_replaced(span: np.ndarray, length: float, fresh: bool, covered: bool, margin: float) -> bool:
+    """Whether a remembered piece gives way to a new one: within it, or of an older and now contradicted place."""
+    if _is_same(span):
+        return not covered and span[0] >= -GROWTH and span[1] <= length + GROWTH
+    along, front = 0.5 * (span[0] + span[1]), 0.5 * (span[2] + span[3])
+    return not fresh and 0.0 <= along <= length and -BEHIND <= front <= margin
+
+
+@njit
+def _add(pool: Pool, k: int, cuts: Cuts, m: int, stamp: float, backed: bool, refuted: bool) -> None:
+    pool.pieces[k], pool.normals[k] = cuts.pieces[m], cuts.normals[m]
+    pool.backed[k], pool.refuted[k] = backed and not refuted, refuted
+    pool.seen[k], pool.kept[k], pool.fresh[k] = stamp, True, True
+
+
+@njit
+def _take_up_one(pool: Pool, k: int, buckets: Buckets, cuts: Cuts, m: int, stamp: float, refuted: bool,
+                 margin: float) -> int:  # fmt: skip
+    """Take up one piece: refresh those that show it already, else add it in place of what it replaces."""
+    piece, backed = cuts.pieces[m], cuts.inner[m]
+    length = math.sqrt((piece[2] - piece[0]) ** 2 + (piece[3] - piece[1]) ** 2)
+    numbers, spans = _beside(pool, buckets, piece, cuts.normals[m], length)
+    covered = _is_covered(spans, length)
+    for i in range(len(numbers)):
+        q = numbers[i]
+        if _is_replaced(spans[i], length, pool.fresh[q], covered, margin):
+            pool.kept[q] = False
+            backed, refuted = backed or pool.backed[q], refuted or pool.refuted[q]
+        elif _is_same(spans[i]):
+            pool.seen[q], pool.doubted[q], pool.fresh[q] = stamp, 0, True
+            if covered and 0.0 <= 0.5 * (spans[i, 0] + spans[i, 1]) <= length and cuts.inner[m] and not refuted:
+                pool.backed[q] = not pool.refuted[q]
+    if covered:
+        return k
+    _add(pool, k, cuts, m, stamp, backed, refuted)
+    _put(buckets, piece, k)
+    return k + 1
+
+
+@njit
+def take_up(pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, rows: np.ndarray, margin: float,
+            half: float) -> int:  # fmt: skip
+    """Take up the pieces of a scan.
 
     Args:
-        inner: whether solid may be inferred behind it; refutable: whether the scan sees that this is free.
-        k: how many pieces there are. The others are theirs, longer than k: kept (not let go of), fresh (shown by this
-            scan), raised (backed anew).
-        head, following, ox, oy, size, n: n x n buckets of pieces as linked lists.
+        count: of pieces in the pool.
+        rows: how far behind a piece solid is inferred [m].
+        margin: nearer in front of a new piece older ones are the same boundary from a pose that was off [m].
+        half: half the side of the square in which pieces are remembered [m].
 
     Returns:
         How many pieces there are now.
     """
-    spans = np.empty((MOST, 2))
-    same, count = np.empty(MOST, np.int64), 0
-    old, gone = np.empty(MOST, np.int64), 0
-    mx, my = 0.5 * (piece[0] + piece[2]), 0.5 * (piece[1] + piece[3])
-    ci, cj = bucket_of(mx, my, ox, oy, size, n) // n, bucket_of(mx, my, ox, oy, size, n) % n
-    for i in range(max(0, ci - 1), min(n, ci + 2)):
-        for j in range(max(0, cj - 1), min(n, cj + 2)):
-            q = head[i * n + j]
-            while q >= 0:
-                if kept[q] and normals[q, 0] * normal[0] + normals[q, 1] * normal[1] >= PARALLEL:
-                    a, b, off_a, off_b, length = _along_and_off(piece, pieces[q])
-                    if b >= 0.0 and a <= length:
-                        if max(abs(off_a), abs(off_b)) <= SAME:
-                            if count < MOST:
-                                spans[count, 0], spans[count, 1] = a, b
-                                same[count] = q
-                                count += 1
-                        elif not fresh[q] and 0.0 <= 0.5 * (a + b) <= length and abs(off_a + off_b) <= 2.0 * DRIFT:
-                            if gone < MOST:
-                                old[gone] = q
-                                gone += 1
-                q = following[q]
-    length = math.hypot(piece[2] - piece[0], piece[3] - piece[1])
-    covered = _uncovered(spans, count, length) < GROWTH
-    was_refuted, was_backed = refutable, False
-    for i in range(gone):
-        q = old[i]
-        kept[q] = False
-        was_refuted, was_backed = was_refuted or refuted[q], was_backed or backed[q]
-    for i in range(count):
-        q = same[i]
-        seen[q], doubted[q], fresh[q] = stamp, 0, True
-        middle = 0.5 * (spans[i, 0] + spans[i, 1])
-        if covered:
-            if inner and not backed[q] and not refuted[q] and not refutable and 0.0 <= middle <= length:
-                backed[q], raised[q] = True, True
-        elif spans[i, 0] >= -GROWTH and spans[i, 1] <= length + GROWTH:
-            kept[q] = False
-            was_refuted, was_backed = was_refuted or refuted[q], was_backed or backed[q]
-    if covered:
-        return k
-    pieces[k], normals[k] = piece, normal
-    refuted[k] = was_refuted
-    backed[k] = (inner or was_backed) and not was_refuted
-    seen[k], doubted[k], kept[k], fresh[k] = stamp, 0, True, True
-    bucket = ci * n + cj
-    following[k], head[bucket] = head[bucket], k
-    return k + 1
+    buckets = _filled(pool, count, sight.x, sight.y, half, nodes.spacing)
+    for m in range(len(cuts.pieces)):
+        refuted = cuts.inner[m] and is_refuted(cuts.pieces[m], cuts.normals[m], rows, sight, nodes)
+        count = _take_up_one(pool, count, buckets, cuts, m, sight.stamp, refuted, margin)
+    return count

@@ -18,18 +18,18 @@ class RememberedBoundaries:
         pieces: (k, 4) short straight pieces x0, y0, x1, y1 of the boundaries themselves, not grown [m].
         normals: (k, 2) unit normals toward where they were seen from.
         backed: (k,) whether solid is inferred behind them.
-        refuted: (k,) whether what would be inferred behind them was seen to be free.
         seen: (k,) stamp of the last scan that showed them [s].
-        doubted: (k,) int8, number of scans running that saw through them.
         free: (nx, ny) on the field's nodes: whether the disc's centre was seen to be free there.
         field: clearance of the disc's centre from all of it.
+        refuted: (k,) whether what could be inferred behind them was seen to be free.
+        doubted: (k,) int8, number of scans running that saw through them.
     """
 
     pieces: np.ndarray
     normals: np.ndarray
     backed: np.ndarray
-    refuted: np.ndarray
     seen: np.ndarray
-    doubted: np.ndarray
     free: np.ndarray
     field: ClearanceField
+    refuted: np.ndarray
+    doubted: np.ndarray
