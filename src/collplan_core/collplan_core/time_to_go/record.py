@@ -19,9 +19,9 @@ class ShortestPaths:
         length: (mx, my) length of the path, inf where there is none [m].
         waypoint: (mx, my) int32, index of the first way point, seen in a straight line; -1 where there is none.
         waypoints: (w, 2) [m]. Number 0 is the goal or, where that is blocked, the free cell nearest to it.
-        onward: (w,) int32, the way point after it, those nearer than 0.12 m left out; -1 at number 0.
-        remaining: (w,) length of the path from there, none left out [m].
-        turning: (w,) time that the turns after this way point cost, without the one at it [s].
+        onward: (w, 2) unit direction in which the path goes on after the turn at the way point; (0, 0) at number 0.
+        remaining: (w,) length of the path from there [m].
+        turning: (w,) time that the turns after that one cost [s].
         goal: (2,) [m].
         tolerance: distance to the goal that counts as arrived [m].
     """

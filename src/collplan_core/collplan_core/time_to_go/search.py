@@ -4,9 +4,9 @@ import numpy as np
 
 from collplan_core.params import Settings
 from collplan_core.remembered.clearance import ClearanceField
-from collplan_core.time_to_go.grid import blocked_cells, cells_around
+from collplan_core.time_to_go.grid import Cells, cells_around
 from collplan_core.time_to_go.record import ShortestPaths
-from collplan_core.time_to_go.spread import spread
+from collplan_core.time_to_go.spread import front_over, spread
 from collplan_core.time_to_go.waypoints import turns, way_points
 
 
@@ -22,35 +22,28 @@ def shortest_paths(field: ClearanceField, goal: np.ndarray, around: np.ndarray, 
     """
     spacing, tolerance = settings.time_to_goal.grid_spacing, settings.planner.goal_tolerance
     goal = np.array(goal, dtype=float)
-    first, last, spacing = cells_around(field, goal, np.asarray(around, dtype=float), spacing)
-    origin = goal + spacing * first
-    mx, my = (int(m) for m in last - first + 1)
-    of_field = (float(field.origin[0]), float(field.origin[1]), field.spacing)
-    of_cells = (float(origin[0]), float(origin[1]), spacing)
-    blocked = blocked_cells(field.clearance, *of_field, *of_cells, mx, my)
-    if earlier is not None and _same(earlier, goal, tolerance, origin, spacing, blocked):
+    cells, goal_cell = cells_around(field, goal, np.asarray(around, dtype=float), spacing)
+    if earlier is not None and _same(earlier, goal, tolerance, cells):
         return earlier
-    source = _source(blocked, -first, tolerance / spacing)
-    length, parent, order, n = spread(blocked, source, field.clearance, *of_field, *of_cells)
-    waypoint, points, before = way_points(parent, order, n, my, *of_cells)
-    if n == 0:
-        points, before = goal[None, :], np.array([-1], dtype=np.int32)
-    robot = settings.robot
-    onward, remaining, turning = turns(points, before, robot.max_speed, robot.max_acceleration)
+    front = front_over(cells.blocked.size)
+    source = _source(cells.blocked, goal_cell, tolerance / cells.spacing)
+    n = spread(cells, front, source) if source >= 0 else 0
+    waypoint, points, before = way_points(front.parent, front.order[:n], cells, goal)
+    onward, remaining, turning = turns(points, before, settings.robot.max_speed, settings.robot.max_acceleration)
+    shape = cells.blocked.shape
     return ShortestPaths(
-        origin, spacing, blocked, length.reshape(mx, my), waypoint.reshape(mx, my), points, onward, remaining, turning,
-        goal, tolerance,
+        np.array([cells.x, cells.y]), cells.spacing, cells.blocked, front.length.reshape(shape),
+        waypoint.reshape(shape), points, onward, remaining, turning, goal, tolerance,
     )  # fmt: skip
 
 
-def _same(earlier: ShortestPaths, goal: np.ndarray, tolerance: float, origin: np.ndarray, spacing: float,
-          blocked: np.ndarray) -> bool:  # fmt: skip
+def _same(earlier: ShortestPaths, goal: np.ndarray, tolerance: float, cells: Cells) -> bool:
     return bool(
         np.array_equal(earlier.goal, goal)
         and earlier.tolerance == tolerance
-        and earlier.spacing == spacing
-        and np.array_equal(earlier.origin, origin)
-        and np.array_equal(earlier.blocked, blocked)
+        and earlier.spacing == cells.spacing
+        and np.array_equal(earlier.origin, (cells.x, cells.y))
+        and np.array_equal(earlier.blocked, cells.blocked)
     )
 
 

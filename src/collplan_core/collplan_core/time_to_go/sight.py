@@ -2,10 +2,9 @@
 
 import math
 
-import numpy as np
-
 from collplan_core.jit import njit
 from collplan_core.remembered.clearance import clearance_at
+from collplan_core.time_to_go.grid import Cells
 
 GRAZE = 0.0025
 """A line may cut a rounded corner by so much: what the line between two neighbouring free cells can cut [m]."""
@@ -14,17 +13,21 @@ SHORTEST_STEP = 0.01
 
 
 @njit
-def sees(
-    clearance: np.ndarray, ox: float, oy: float, spacing: float, ax: float, ay: float, bx: float, by: float
-) -> bool:
-    """Whether the line from a to b is free: nothing is nearer than its clearance, so as much is stepped over."""
-    distance = math.hypot(bx - ax, by - ay)
-    if distance == 0.0:
-        return True
-    ux, uy = (bx - ax) / distance, (by - ay) / distance
+def sees(cells: Cells, a: int, b: int) -> bool:
+    """Whether the line from cell a to cell b (flat indices) is free.
+
+    Nothing is nearer than its clearance, so as much of the line is stepped over.
+    """
+    my = cells.blocked.shape[1]
+    x, y = cells.x + (a // my) * cells.spacing, cells.y + (a % my) * cells.spacing
+    dx, dy = (b // my - a // my) * cells.spacing, (b % my - a % my) * cells.spacing
+    distance = math.hypot(dx, dy)
     along = 0.0
     while along < distance:
-        near = clearance_at(clearance, ox, oy, spacing, ax + along * ux, ay + along * uy)
+        share = along / distance
+        near = clearance_at(
+            cells.clearance, cells.field_x, cells.field_y, cells.field_spacing, x + share * dx, y + share * dy
+        )
         if near < -GRAZE:
             return False
         along += max(near, SHORTEST_STEP)

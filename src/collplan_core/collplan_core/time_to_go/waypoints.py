@@ -1,71 +1,100 @@
-"""Way points of the shortest paths, and what the turns at them cost."""
+"""Way points of the shortest paths, and what the turns at them cost.
+
+Around a corner way points lie about as close as the cells, with directions as coarse as theirs. Those nearer to each
+other than NEAREST are therefore one turn, from the direction in which the path comes to that in which it leaves.
+"""
 
 import math
 
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.time_to_go.grid import Cells
 
 NEAREST = 0.12
-"""Way points nearer to each other turn the robot once [m]."""
+"""Way points nearer to each other than this are one turn [m]."""
+ONE_TURN = math.pi / 3.0
+"""A larger turn counts as several, of this angle and what is left: a robot takes it so [rad]."""
+COS, SIN = math.cos(ONE_TURN), math.sin(ONE_TURN)
 
 
 @njit
-def turn_cost(ux: float, uy: float, wx: float, wy: float, max_speed: float, max_acceleration: float) -> float:
-    """Time that a turn from direction u to direction w costs [s]."""
-    return max_speed * (1.0 - ux * wx - uy * wy) / (2.0 * max_acceleration)
+def turn(cosine: float) -> float:
+    """1 - cos, summed over the turns that count instead of a turn with this cosine."""
+    total, cosine = 0.0, min(cosine, 1.0)
+    while cosine < COS:
+        cosine = cosine * COS + math.sqrt(max(1.0 - cosine * cosine, 0.0)) * SIN
+        total += 1.0 - COS
+    return total + 1.0 - cosine
 
 
 @njit
-def way_points(parent: np.ndarray, order: np.ndarray, n: int, my: int, x0: float, y0: float, spacing: float,
+def way_points(parent: np.ndarray, order: np.ndarray, cells: Cells, goal: np.ndarray,
                ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """The cells that paths lead to.
+
+    Args:
+        parent: (mx * my,) flat index of the cell that the path leads to from each.
+        order: (n,) the cells that have a path, from near to far.
+        goal: (2,) number 0 where nothing has a path [m].
 
     Returns:
         waypoint (mx * my,) int32, number of the way point that a cell's path leads to first, -1 without a path;
         waypoints (w, 2) [m], from near to far; before (w,) int32, the way point that each one's path leads to.
     """
+    my = cells.blocked.shape[1]
     number = np.full(len(parent), -1, dtype=np.int32)
-    for k in range(n):
-        number[parent[order[k]]] = 0
-    points, before = np.empty((n, 2)), np.empty(n, dtype=np.int32)
+    for cell in order:
+        number[parent[cell]] = 0
+    points, before = np.empty((len(order) + 1, 2)), np.zeros(len(order) + 1, dtype=np.int32)
+    points[0] = goal
     count = 0
-    for k in range(n):
-        cell = order[k]
+    for cell in order:
         if number[cell] == 0:
-            points[count, 0], points[count, 1] = x0 + (cell // my) * spacing, y0 + (cell % my) * spacing
+            points[count, 0] = cells.x + (cell // my) * cells.spacing
+            points[count, 1] = cells.y + (cell % my) * cells.spacing
             before[count] = number[parent[cell]] if count else -1
             number[cell] = count
             count += 1
     waypoint = np.full(len(parent), -1, dtype=np.int32)
-    for k in range(n):
-        waypoint[order[k]] = number[parent[order[k]]]
-    return waypoint, points[:count], before[:count]
+    for cell in order:
+        waypoint[cell] = number[parent[cell]]
+    return waypoint, points[: max(count, 1)], before[: max(count, 1)]
+
+
+@njit
+def _earlier(ex: float, ey: float, left: float) -> tuple[float, float]:
+    """Direction e before the last ONE_TURN of a turn to the left (left > 0) or right."""
+    side = math.copysign(SIN, left)
+    return COS * ex + side * ey, COS * ey - side * ex
 
 
 @njit
 def turns(points: np.ndarray, before: np.ndarray, max_speed: float, max_acceleration: float,
           ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Onward, remaining and turning of a ShortestPaths record.
-
-    A way point nearer than 0.12 m to the one that the path turns at next is none to turn at: counted from the goal, so
-    that all paths around a corner turn at the same ones.
-    """
+    """Onward, remaining and turning of a ShortestPaths record."""
     n = len(points)
-    onward, remaining, turning = np.full(n, -1, dtype=np.int32), np.zeros(n), np.zeros(n)
-    merged = np.zeros(n, dtype=np.bool_)
+    onward, remaining, turning = np.zeros((n, 2)), np.zeros(n), np.zeros(n)
+    legs, left = np.zeros((n, 2)), np.zeros(n)
+    cost = 0.5 * max_speed / max_acceleration
     for k in range(1, n):
         near = before[k]
-        remaining[k] = remaining[near] + math.hypot(points[k, 0] - points[near, 0], points[k, 1] - points[near, 1])
-        turn_at = onward[near] if merged[near] else near
-        onward[k] = turn_at
-        dx, dy = points[turn_at, 0] - points[k, 0], points[turn_at, 1] - points[k, 1]
-        distance = math.hypot(dx, dy)
-        merged[k] = distance < NEAREST
-        after = onward[turn_at]
-        turning[k] = turning[turn_at]
-        if after >= 0:
-            ex, ey = points[after, 0] - points[turn_at, 0], points[after, 1] - points[turn_at, 1]
-            rest = math.hypot(ex, ey)
-            turning[k] += turn_cost(dx / distance, dy / distance, ex / rest, ey / rest, max_speed, max_acceleration)
+        dx, dy = points[near, 0] - points[k, 0], points[near, 1] - points[k, 1]
+        leg = math.hypot(dx, dy)
+        ux, uy = dx / leg, dy / leg
+        ex, ey = onward[near]
+        legs[k, 0], legs[k, 1] = ux, uy
+        remaining[k] = remaining[near] + leg
+        turning[k] = turning[near]
+        if near == 0 or leg >= NEAREST:
+            turning[k] += cost * turn(ux * ex + uy * ey) if near > 0 else 0.0
+            onward[k, 0], onward[k, 1] = ux, uy
+            continue
+        wx, wy = legs[near]
+        left[k] = left[near] + math.atan2(ux * wy - uy * wx, ux * wx + uy * wy)
+        while abs(left[k]) > ONE_TURN:
+            ex, ey = _earlier(ex, ey, left[k])
+            left[k] -= math.copysign(ONE_TURN, left[k])
+            turning[k] += cost * (1.0 - COS)
+        onward[k, 0], onward[k, 1] = ex, ey
     return onward, remaining, turning
