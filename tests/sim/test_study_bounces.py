@@ -18,6 +18,7 @@ from omnipuck_sim.study.errors import StudyError
 from omnipuck_sim.study.gains import gain_of
 from omnipuck_sim.study.grid import make_grid
 from omnipuck_sim.study.held_out import FAMILIES, FIRST_SEED, FURTHER_FAMILIES, LAST_SEED, STUDY_SEED
+from omnipuck_sim.study.main import main
 from omnipuck_sim.study.options import parse
 from omnipuck_sim.study.question import question_from
 from omnipuck_sim.study.report import write_report
@@ -252,6 +253,22 @@ def test_a_study_that_has_only_begun_has_its_report(tmp_path, sources, monkeypat
 
 def partly(done):
     return lambda folder, grid, records: write_tables(folder, grid, list(records)[:done])
+
+
+@pytest.mark.soak
+def test_one_world_is_run_with_every_change(tmp_path):
+    folder = tmp_path / "study"
+    asked = ["--bounces", "--worlds", "l:0", "--seed", "1", "--trials", "1", "--jobs", "1", "--out", str(folder)]
+    assert main(asked) == 0
+    runs, impacts = read_runs(folder / TABLE), read_runs(folder / IMPACTS)
+    assert len(runs) == 4 + 2 * (len(VARIANTS) - 1)
+    assert set(runs.columns["outcome"]) == {"reached"}
+    times = runs.where(strategy="bounce").columns["arrival_time_s"]
+    assert len(set(times)) > len(VARIANTS) // 2
+    errors = impacts.where(strategy="bounce", foreseen=True).numbers("direction_error_rad")
+    assert len(errors) > 0
+    assert np.median(errors) < radians(15.0)
+    assert "Do deliberate bounces pay?" in (folder / "report.html").read_text()
 
 
 def test_a_smaller_one_is_asked_by_option():

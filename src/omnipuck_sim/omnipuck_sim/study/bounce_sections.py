@@ -48,7 +48,8 @@ def summary(results: BounceResults) -> Iterator[str]:
     for each in results.groups:
         if each.group.headline:
             gains = ", ".join(f"{with_interval(gain.saved, 1, ' %')} against {gain.other}" for gain in each.gains)
-            yield f"{each.group.name}, {each.gains[0].worlds} worlds: {results.ours} saves {gains}."
+            worlds = f"{len(each.worlds)} world{'' if len(each.worlds) == 1 else 's'}"
+            yield f"{each.group.name}, {worlds}: {results.ours} saves {gains}."
 
 
 def conditions(provenance: Mapping[str, Any]) -> str:

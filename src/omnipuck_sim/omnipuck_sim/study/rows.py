@@ -63,8 +63,7 @@ def sampled_path(trajectory: np.ndarray) -> Path:
 def impact_rows(result: TrialResult) -> list[dict[str, Any]]:
     """The columns of each impact of a trial, in their order; None where there is nothing to compare."""
     points = np.array([impact.point for impact in result.impacts]).reshape(-1, 2)
-    rebounds = getattr(result, "rebounds", np.full((len(points), 3), np.nan))
-    numbers = np.column_stack([points, _into(result), result.foreseen, rebounds])
+    numbers = np.column_stack([points, _into(result), result.foreseen, result.rebounds])
     rows = [[value if isfinite(value) else None for value in row] for row in numbers.tolist()]
     return [{**dict(zip(IMPACT, row, strict=True)), "foreseen": bool(row[3])} for row in rows]
 
