@@ -10,7 +10,7 @@ import numpy as np
 from collplan_core import pose_filter
 from collplan_core.controller import ControllerMemory, control
 from collplan_core.foreseen import foreseen_contacts
-from collplan_core.local_map import build_local_map
+from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.objectives import objective_for
 from collplan_core.params import Settings
 from collplan_core.raycast import simulate_scan
@@ -37,6 +37,17 @@ def warm_up() -> None:
     toward = replace(plan, positions=into_wall)
     for each in (plan, toward):
         control(ControllerMemory.fresh(), each, local_map, state, plan.stamp, settings)
+    _warm_up_rollouts(local_map, state, world.goal)
+
+
+def _warm_up_rollouts(local_map: LocalMap, state: State, goal: np.ndarray) -> None:
+    """Two cycles each: the second one begins from the plan of the first."""
+    for strategy in ("stop_guarantee", "bounce"):
+        settings = Settings().with_values({"planner.strategy": strategy})
+        plan, memory = objective_for(strategy)(None, local_map, state, goal, settings)
+        control(ControllerMemory.fresh(), plan, None, state, plan.stamp, settings)
+        later = replace(state, stamp=state.stamp + 0.05)
+        objective_for(strategy)(memory, replace(local_map, stamp=later.stamp), later, goal, settings)
 
 
 if __name__ == "__main__":
