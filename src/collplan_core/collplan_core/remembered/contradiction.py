@@ -2,11 +2,14 @@
 
 import math
 
+import numpy as np
+
 from collplan_core.jit import njit
 from collplan_core.remembered.working import Pool, Sight, middle
 
 EDGE_ON = 0.1
-"""A piece is not judged where a beam meets it at a smaller sine: which side it passes on is the noise of the pose."""
+"""A piece that a beam meets at a smaller sine is neither believed nor doubted: all that lies in that direction is near
+its line, whatever it is."""
 SCANS = 2
 """So many scans running must see through a piece: a single beam may slip past a thin end."""
 
@@ -28,12 +31,25 @@ def seen_beyond(sight: Sight, x: float, y: float) -> float:
 
 
 @njit
-def _sees_through(pool: Pool, k: int, sight: Sight, margin: float) -> bool:
-    """Whether the scan sees farther than a piece by `margin`, measured square to it."""
-    x, y = middle(pool.pieces[k])
+def _ahead(piece: np.ndarray, normal: np.ndarray, sight: Sight) -> tuple[float, float]:
+    """How far the middle of a piece is, and how far its line is, from where the beams begin [m]."""
+    x, y = middle(piece)
     dx, dy = x - sight.x, y - sight.y
-    far = math.sqrt(dx * dx + dy * dy)
-    square = abs(dx * pool.normals[k, 0] + dy * pool.normals[k, 1])
+    return math.sqrt(dx * dx + dy * dy), abs(dx * normal[0] + dy * normal[1])
+
+
+@njit
+def is_edge_on(piece: np.ndarray, normal: np.ndarray, sight: Sight) -> bool:
+    """Whether the scan sees a piece too flatly to tell it from what is beyond its end."""
+    far, square = _ahead(piece, normal, sight)
+    return square <= EDGE_ON * far
+
+
+@njit
+def _sees_through(piece: np.ndarray, normal: np.ndarray, sight: Sight, margin: float) -> bool:
+    """Whether the scan sees farther than a piece by `margin`, measured square to it."""
+    x, y = middle(piece)
+    far, square = _ahead(piece, normal, sight)
     return square > EDGE_ON * far and seen_beyond(sight, x, y) * square > margin * far
 
 
@@ -41,7 +57,7 @@ def _sees_through(pool: Pool, k: int, sight: Sight, margin: float) -> bool:
 def doubt(pool: Pool, count: int, sight: Sight, margin: float) -> None:
     """Let go of the pieces that SCANS scans running have seen through by `margin`."""
     for k in range(count):
-        if _sees_through(pool, k, sight, margin):
+        if _sees_through(pool.pieces[k], pool.normals[k], sight, margin):
             pool.doubted[k] += 1
             pool.kept[k] = pool.doubted[k] < SCANS
         else:

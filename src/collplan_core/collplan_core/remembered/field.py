@@ -14,102 +14,94 @@ GUARD = 1.0 + 1e-12
 
 
 @njit
-def _lower(nodes: Nodes, everywhere: bool, piece: np.ndarray, what: int) -> None:
-    """Lower the clearance to that from one piece, everywhere or at stale nodes alone."""
-    i0, i1, j0, j1 = window(nodes, piece, nodes.radius + FAR)
-    x0, y0, dx, dy = piece[0], piece[1], piece[2] - piece[0], piece[3] - piece[1]
+def _lower(nodes: Nodes, only_stale: bool, x0: float, y0: float, x1: float, y1: float, what: int) -> None:
+    """Lower the clearance to that from one piece, at stale nodes alone or everywhere."""
+    clearance, source, stale, radius, spacing = nodes.clearance, nodes.source, nodes.stale, nodes.radius, nodes.spacing
+    i0, i1, j0, j1 = window(nodes, x0, y0, x1, y1, radius + FAR)
+    dx, dy = x1 - x0, y1 - y0
     length2 = dx * dx + dy * dy
     inverse = 1.0 / length2 if length2 > 1e-24 else 0.0
     for i in range(i0, i1):
-        ax = nodes.ox + i * nodes.spacing - x0
+        ax = nodes.ox + i * spacing - x0
         for j in range(j0, j1):
-            if not everywhere and not nodes.stale[i, j]:
+            if only_stale and not stale[i, j]:
                 continue
-            ay = nodes.oy + j * nodes.spacing - y0
+            ay = nodes.oy + j * spacing - y0
             along = min(1.0, max(0.0, (ax * dx + ay * dy) * inverse))
             ex, ey = ax - along * dx, ay - along * dy
-            square, known = ex * ex + ey * ey, nodes.clearance[i, j] + nodes.radius
-            if square <= known * known * GUARD:
-                _lower_node(nodes, i, j, math.sqrt(square) - nodes.radius, what)
+            square, known = ex * ex + ey * ey, clearance[i, j] + radius
+            if square > known * known * GUARD:
+                continue
+            here = math.sqrt(square) - radius
+            if here < clearance[i, j]:
+                clearance[i, j], source[i, j] = here, what
+            elif here == clearance[i, j] and here < FAR and what == OBSERVED:
+                source[i, j] = what  # has precedence over what is inferred as near
 
 
 @njit
-def _lower_node(nodes: Nodes, i: int, j: int, clearance: float, what: int) -> None:
-    """What was observed has precedence over what is inferred as near."""
-    known = nodes.clearance[i, j]
-    if clearance < known:
-        nodes.clearance[i, j], nodes.source[i, j] = clearance, what
-    elif clearance == known and clearance < FAR and what == OBSERVED:
-        nodes.source[i, j] = what
+def _lower_behind(nodes: Nodes, only_stale: bool, pool: Pool, k: int, rows: np.ndarray) -> None:
+    """The same to that from the solid inferred behind a piece."""
+    x0, y0, x1, y1 = pool.pieces[k]
+    nx, ny = pool.normals[k]
+    for row in rows:
+        _lower(nodes, only_stale, x0 - row * nx, y0 - row * ny, x1 - row * nx, y1 - row * ny, INFERRED)
 
 
 @njit
-def _shifted(piece: np.ndarray, normal: np.ndarray, row: float) -> np.ndarray:
-    sx, sy = row * normal[0], row * normal[1]
-    return np.array([piece[0] - sx, piece[1] - sy, piece[2] - sx, piece[3] - sy])
-
-
-@njit
-def _make_stale(nodes: Nodes, piece: np.ndarray) -> None:
-    i0, i1, j0, j1 = window(nodes, piece, nodes.radius + FAR)
+def _clear(nodes: Nodes, piece: np.ndarray, sx: float, sy: float) -> None:
+    """Forget the clearance wherever a piece, shifted by s, may have lowered it."""
+    i0, i1, j0, j1 = window(nodes, piece[0] + sx, piece[1] + sy, piece[2] + sx, piece[3] + sy, nodes.radius + FAR)
     nodes.stale[i0:i1, j0:j1] = True
+    nodes.clearance[i0:i1, j0:j1] = FAR
+    nodes.source[i0:i1, j0:j1] = NOTHING
 
 
 @njit
-def _find_stale(nodes: Nodes, pool: Pool, was_backed: np.ndarray, rows: np.ndarray) -> None:
-    """Mark the nodes that pieces which are no more may have lowered."""
+def _clear_gone(nodes: Nodes, pool: Pool, was_backed: np.ndarray, rows: np.ndarray, box: np.ndarray) -> None:
+    """Forget the clearance from what is no more; the box (4,) x0, y0, x1, y1 grows to contain its pieces."""
     for k in range(len(was_backed)):
         if not pool.kept[k]:
-            _make_stale(nodes, pool.pieces[k])
+            _clear(nodes, pool.pieces[k], 0.0, 0.0)
         if was_backed[k] and not (pool.kept[k] and pool.backed[k]):
             for row in rows:
-                _make_stale(nodes, _shifted(pool.pieces[k], pool.normals[k], row))
+                _clear(nodes, pool.pieces[k], -row * pool.normals[k, 0], -row * pool.normals[k, 1])
+        if not pool.kept[k] or (was_backed[k] and not pool.backed[k]):
+            x0, y0, x1, y1 = pool.pieces[k]
+            box[0], box[1] = min(box[0], x0, x1), min(box[1], y0, y1)
+            box[2], box[3] = max(box[2], x0, x1), max(box[3], y0, y1)
 
 
 @njit
-def _clear_stale(nodes: Nodes) -> np.ndarray:
-    """(4,) the box of the stale nodes, x0, y0, x1, y1 [m], which are cleared; x0 > x1 where there are none."""
-    box = np.array([math.inf, math.inf, -math.inf, -math.inf])
-    for i in range(nodes.stale.shape[0]):
-        for j in range(nodes.stale.shape[1]):
-            if nodes.stale[i, j]:
-                nodes.clearance[i, j], nodes.source[i, j] = FAR, NOTHING
-                x, y = nodes.ox + i * nodes.spacing, nodes.oy + j * nodes.spacing
-                box[0], box[1], box[2], box[3] = min(box[0], x), min(box[1], y), max(box[2], x), max(box[3], y)
-    return box
-
-
-@njit
-def _reaches(piece: np.ndarray, box: np.ndarray, reach: float) -> bool:
+def _is_near(pieces: np.ndarray, k: int, box: np.ndarray, reach: float) -> bool:
     return (
-        min(piece[0], piece[2]) - reach <= box[2]
-        and max(piece[0], piece[2]) + reach >= box[0]
-        and min(piece[1], piece[3]) - reach <= box[3]
-        and max(piece[1], piece[3]) + reach >= box[1]
+        min(pieces[k, 0], pieces[k, 2]) - reach <= box[2]
+        and max(pieces[k, 0], pieces[k, 2]) + reach >= box[0]
+        and min(pieces[k, 1], pieces[k, 3]) - reach <= box[3]
+        and max(pieces[k, 1], pieces[k, 3]) + reach >= box[1]
     )
 
 
 @njit
 def renew(nodes: Nodes, pool: Pool, count: int, was_backed: np.ndarray, rows: np.ndarray) -> None:
-    """Bring the clearance up to date.
+    """Bring the clearance up to date; where a piece has gone it is computed anew, elsewhere lowered by the new ones.
 
     Args:
         count: of pieces in the pool; the first len(was_backed) of them are in the clearance already.
         was_backed: which of those had inferred solid behind them there.
         rows: how far behind a piece that is [m].
     """
-    _find_stale(nodes, pool, was_backed, rows)
-    stale = _clear_stale(nodes)
-    reach = nodes.radius + FAR
+    box = np.array([math.inf, math.inf, -math.inf, -math.inf])
+    if nodes.stale[0, 0] or nodes.stale[-1, -1]:  # the grid has moved
+        box[:] = -box
+    _clear_gone(nodes, pool, was_backed, rows, box)
+    reach = 2.0 * (nodes.radius + FAR + (rows.max() if len(rows) > 0 else 0.0))
     for k in range(count):
-        if not pool.kept[k]:
+        old = k < len(was_backed)
+        newly_backed = pool.backed[k] and not (old and was_backed[k])
+        if not pool.kept[k] or (old and not newly_backed and not _is_near(pool.pieces, k, box, reach)):
             continue
-        new = k >= len(was_backed)
-        if new or _reaches(pool.pieces[k], stale, reach):
-            _lower(nodes, new, pool.pieces[k], OBSERVED)
+        x0, y0, x1, y1 = pool.pieces[k]
+        _lower(nodes, old, x0, y0, x1, y1, OBSERVED)
         if pool.backed[k]:
-            new = new or not was_backed[k]
-            for row in rows:
-                behind = _shifted(pool.pieces[k], pool.normals[k], row)
-                if new or _reaches(behind, stale, reach):
-                    _lower(nodes, new, behind, INFERRED)
+            _lower_behind(nodes, not newly_backed, pool, k, rows)

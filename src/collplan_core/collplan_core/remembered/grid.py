@@ -51,9 +51,8 @@ def _carry_over(nodes: Nodes, clearance: np.ndarray, source: np.ndarray, free: n
 
 
 @njit
-def window(nodes: Nodes, piece: np.ndarray, reach: float) -> tuple[int, int, int, int]:
+def window(nodes: Nodes, x0: float, y0: float, x1: float, y1: float, reach: float) -> tuple[int, int, int, int]:
     """Nodes in the box that reaches beyond a piece: first and one past the last, in x and in y."""
-    x0, y0, x1, y1 = piece
     nx, ny = nodes.free.shape
     return (
         max(0, int(math.ceil((min(x0, x1) - reach - nodes.ox) / nodes.spacing))),
@@ -66,7 +65,7 @@ def window(nodes: Nodes, piece: np.ndarray, reach: float) -> tuple[int, int, int
 @njit
 def see_free(nodes: Nodes, ends: np.ndarray, x: float, y: float, half_side: float) -> None:
     """Note where F, its ends relative to (x, y), says that the centre is free, and where a boundary now says no."""
-    i0, i1, j0, j1 = window(nodes, np.array([x, y, x, y]), half_side)
+    i0, i1, j0, j1 = window(nodes, x, y, x, y, half_side)
     for i in range(i0, i1):
         for j in range(j0, j1):
             if nodes.clearance[i, j] < 0.0 and nodes.source[i, j] == OBSERVED:

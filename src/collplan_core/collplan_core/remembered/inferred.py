@@ -19,13 +19,19 @@ def inferred_rows(depth: float, radius: float) -> np.ndarray:
     return deepest * np.arange(1, n + 1) / max(n, 1)
 
 
+SKIN = 0.04
+"""Solid inferred so little behind a surface that is seen would only hide that surface [m]."""
+
+
 @njit
 def is_refuted(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight: Sight, nodes: Nodes) -> bool:
     """Whether what would be inferred behind a piece is seen to be free, or ever was free for the disc."""
     x, y = middle(piece)
     for row in rows:
         px, py = x - row * normal[0], y - row * normal[1]
-        if seen_beyond(sight, px, py) > 0.0:
+        if max(abs(px - sight.x), abs(py - sight.y)) > sight.half_side:
+            continue
+        if seen_beyond(sight, px, py) > -SKIN:
             return True
         i = int(math.floor((px - nodes.ox) / nodes.spacing + 0.5))
         j = int(math.floor((py - nodes.oy) / nodes.spacing + 0.5))

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.remembered.contradiction import is_edge_on
 from collplan_core.remembered.inferred import is_refuted
 from collplan_core.remembered.working import Cuts, Nodes, Pool, Sight, middle
 
@@ -169,6 +170,8 @@ def take_up(pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, rows
     """
     buckets = _filled(pool, count, sight.x, sight.y, half, nodes.spacing)
     for m in range(len(cuts.pieces)):
+        if is_edge_on(cuts.pieces[m], cuts.normals[m], sight):
+            continue
         refuted = cuts.inner[m] and is_refuted(cuts.pieces[m], cuts.normals[m], rows, sight, nodes)
         count = _take_up_one(pool, count, buckets, cuts, m, sight.stamp, refuted, margin)
     return count

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
 from collplan_core.params import Remembered, Robot
 from collplan_core.remembered.clearance import FAR, ClearanceField
@@ -14,7 +15,7 @@ from collplan_core.remembered.grid import empty_nodes, nodes_around, see_free
 from collplan_core.remembered.inferred import inferred_rows, refute
 from collplan_core.remembered.merging import take_up
 from collplan_core.remembered.record import RememberedBoundaries
-from collplan_core.remembered.working import Nodes, Pool, Sight, pool_of, sight_of
+from collplan_core.remembered.working import Nodes, Pool, Sight, middle, pool_of, sight_of
 
 NO_ROWS = np.zeros(0)
 
@@ -38,7 +39,7 @@ def remember(
     count = len(memory.pieces)
     doubt(pool, count, sight, settings.contradiction)
     refute(pool, count, rows, sight, nodes)
-    _forget_far(pool, local_map.position, half)
+    _forget_far(pool, count, *local_map.position, half)
     count = take_up(pool, count, cuts, sight, nodes, rows, settings.contradiction, half)
     _forget_oldest(pool, settings.max_pieces)
     renew(nodes, pool, count, memory.backed, rows)
@@ -70,10 +71,13 @@ def _nothing(nodes: Nodes) -> RememberedBoundaries:
     return _record(Pool(np.zeros((0, 4)), np.zeros((0, 2)), no, no, np.zeros(0), np.zeros(0, np.int8), no, no), nodes)
 
 
-def _forget_far(pool: Pool, position: np.ndarray, half: float) -> None:
+@njit
+def _forget_far(pool: Pool, count: int, x: float, y: float, half: float) -> None:
     """Let go of what lies outside of the square around the robot."""
-    middles = pool.pieces.reshape(-1, 2, 2).mean(axis=1)
-    pool.kept[:] &= np.abs(middles - position).max(axis=1) <= half
+    for k in range(count):
+        mx, my = middle(pool.pieces[k])
+        if max(abs(mx - x), abs(my - y)) > half:
+            pool.kept[k] = False
 
 
 def _forget_oldest(pool: Pool, most: int) -> None:
