@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -13,9 +12,9 @@ from std_srvs.srv import Trigger
 
 from collplan_core.arming import ARMED, WAITING, Arming
 from collplan_core.params import Control, Driver, Frames, Kinematics, Limits, Robot
-from collplan_core.tracking import clip_command
 from collplan_ros.clock import seconds
-from collplan_ros.conversions import MessageError, asks_for_rest, velocity_from_twist
+from collplan_ros.command_check import REFUSED, CommandCheck
+from collplan_ros.conversions import asks_for_rest
 from collplan_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_parameters import declare, read_settings
 from collplan_ros.qos import NEWEST
@@ -53,9 +52,9 @@ class DriverNode(Node):
         self._command: HeldCommand | None = None
         self._estopped = ""
         self._arming = ARMED
-        self._last_refused = False
         self._said = ""
-        self._counts = Counter({"commands": 0, "clipped": 0, "refused": 0, "ignored": 0, "expired": 0})
+        self._check = CommandCheck(self._settings.robot, self._settings.limits)
+        self._counts = Counter({"commands": 0, "ignored": 0, "expired": 0})
         self._make_inputs(stamped=self._settings.controller.stamped_cmd_vel)
         self.create_timer(1.0 / self._settings.driver.rate, self._tick, clock=self._clock)
         self._diagnostics = Diagnostics(self, self._health)
@@ -82,7 +81,7 @@ class DriverNode(Node):
             self._counts["ignored"] += 1
             return
         self._counts["commands"] += 1
-        velocity, yaw_rate = self._checked(twist)
+        velocity, yaw_rate = self._check.followed(twist)
         wheels = self._wheels.saturated(self._wheels.speeds(velocity, yaw_rate))
         self._command = HeldCommand(tuple(wheels.tolist()), seconds(self._clock))
 
@@ -93,20 +92,6 @@ class DriverNode(Node):
 
     def _waits(self) -> bool:
         return self._arming.waits(seconds(self._clock), self._settings.limits.command_age)
-
-    def _checked(self, twist: Twist) -> tuple[np.ndarray, float]:
-        """The command as far as the robot follows it; zero where it refuses."""
-        try:
-            velocity, yaw_rate = velocity_from_twist(twist)
-            accepted = clip_command(velocity, yaw_rate, self._settings.robot, self._settings.limits)
-        except MessageError:
-            accepted = None
-        self._last_refused = accepted is None
-        if accepted is None:
-            self._counts["refused"] += 1
-            return np.zeros(2), 0.0
-        self._counts["clipped"] += not np.array_equal(accepted[0], velocity)
-        return accepted
 
     def _stop_latched(self) -> tuple[bool, str]:
         self._stop_for("by its service")
@@ -164,7 +149,7 @@ class DriverNode(Node):
     # ---- how it is
 
     def _health(self) -> Health:
-        values = {**self._counts, **self._report.values()}
+        values = {**self._counts, **self._check.counts, **self._report.values()}
         if self._impacts is not None:
             values |= {"impacts": self._impacts.published, "impacts_missed": self._impacts.missed}
         if self._estopped:
@@ -173,8 +158,8 @@ class DriverNode(Node):
             return Health(ERROR, self._link.trouble(), values)
         if self._waits():
             return Health(WARN, WAITING, values)
-        if self._last_refused:
-            return Health(WARN, "last command refused: not finite or too fast", values)
+        if self._check.last_refused:
+            return Health(WARN, REFUSED, values)
         telemetry = self._link.session.telemetry
         faults = [words for bit, words in FAULTS.items() if telemetry is not None and telemetry.status & bit]
         return Health(WARN, ", ".join(faults), values) if faults else Health(OK, "connected", values)

@@ -9,8 +9,8 @@ from std_srvs.srv import Trigger
 
 from collplan_core.arming import ARMED, WAITING, Arming
 from collplan_core.params import Control, Frames, Limits, Robot, Simulation
-from collplan_core.tracking import clip_command
-from collplan_ros.conversions import MessageError, asks_for_rest, velocity_from_twist
+from collplan_ros.command_check import REFUSED, CommandCheck
+from collplan_ros.conversions import asks_for_rest
 from collplan_ros.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_parameters import declare, read_settings
 from collplan_ros.qos import NEWEST
@@ -31,8 +31,8 @@ class SimulatorNode(Node):
         self._simulator = self._room.simulator
         self._estopped = False
         self._arming = ARMED
-        self._last_refused = False
-        self._counts = {"commands": 0, "clipped": 0, "refused": 0, "ignored": 0}
+        self._check = CommandCheck(self._settings.robot, self._settings.limits)
+        self._counts = {"commands": 0, "ignored": 0}
         self._make_inputs(stamped=self._settings.controller.stamped_cmd_vel)
         self._room.call_each_pose(self._room.advance)
         self._diagnostics = Diagnostics(self, self._health)
@@ -60,8 +60,7 @@ class SimulatorNode(Node):
             self._counts["ignored"] += 1
             return
         self._counts["commands"] += 1
-        velocity, yaw_rate = self._checked(twist)
-        self._simulator.command(velocity, yaw_rate)
+        self._simulator.command(*self._check.followed(twist))
 
     def _waits_after(self, twist: Twist) -> bool:
         silence = self._settings.limits.command_age
@@ -70,20 +69,6 @@ class SimulatorNode(Node):
 
     def _waits(self) -> bool:
         return self._arming.waits(self._simulator.time, self._settings.limits.command_age)
-
-    def _checked(self, twist: Twist) -> tuple[np.ndarray, float]:
-        """The command as far as the robot follows it; zero where it refuses."""
-        try:
-            velocity, yaw_rate = velocity_from_twist(twist)
-            accepted = clip_command(velocity, yaw_rate, self._settings.robot, self._settings.limits)
-        except MessageError:
-            accepted = None
-        self._last_refused = accepted is None
-        if accepted is None:
-            self._counts["refused"] += 1
-            return np.zeros(2), 0.0
-        self._counts["clipped"] += not np.array_equal(accepted[0], velocity)
-        return accepted
 
     def _reset(self) -> str:
         self._simulator.reset()
@@ -102,13 +87,13 @@ class SimulatorNode(Node):
     def _health(self) -> Health:
         room = self._room
         times = {"simulated_time": self._simulator.time, "time_lost_in_stalls": room.lost}
-        values = {**self._counts, "impacts": room.impacts, **times}
+        values = {**self._counts, **self._check.counts, "impacts": room.impacts, **times}
         if self._estopped:
             return Health(WARN, "emergency stop: commands are ignored", values)
         if self._waits():
             return Health(WARN, WAITING, values)
-        if self._last_refused:
-            return Health(WARN, "last command refused: not finite or too fast", values)
+        if self._check.last_refused:
+            return Health(WARN, REFUSED, values)
         return Health(OK, "simulated", values)
 
 
