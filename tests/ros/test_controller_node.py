@@ -260,6 +260,50 @@ def test_leap_of_the_poses_drops_the_plan(ros, bench):
     bench.wait_until_still("no plan yet")
 
 
+def rollout_of(bench, stamp):
+    return plan_to_path(straight_plan(stamp, bench.robot.position), "map")
+
+
+def pose_without_scan(bench):
+    """The stamp of a pose that came with no scan."""
+    assert bench.ros.wait_until(lambda: bench.node._sensed.state.stamp > (bench.node._sensed.scan_stamp or 0.0) + 1e-6)
+    return bench.node._sensed.state.stamp
+
+
+def test_rollout_is_followed_without_a_scan_of_its_stamp(ros):
+    bench = ControllerBench(ros, planner__strategy="bounce")
+    bench.send_status(stamp=99.0)
+    bench.plans.publish(rollout_of(bench, pose_without_scan(bench)))
+    assert ros.wait_until(bench.moves)
+    first = next(c for c in bench.commands if is_moving(c))
+    assert 0.5 * SPEED < math.hypot(first.linear.x, first.linear.y) <= 1.2
+    assert math.atan2(first.linear.y, first.linear.x) == pytest.approx(-YAW, abs=0.05)
+    bench.wait_until_still("plan ")
+
+
+def test_rollout_waits_for_the_pose_that_it_begins_at(ros):
+    bench = ControllerBench(ros, planner__strategy="bounce")
+    bench.send_status(stamp=99.0)
+    coming = bench.node._sensed.state.stamp + 5 * PERIOD
+    bench.plans.publish(rollout_of(bench, coming))
+    assert ros.wait_until(lambda: bench.node._waiting is not None)
+    assert ros.wait_until(bench.moves)
+    assert bench.node._sensed.state.stamp >= coming - 1e-6
+
+
+def test_rollout_of_before_a_leap_of_the_poses_is_not_followed(ros):
+    bench = ControllerBench(ros, planner__strategy="bounce")
+    bench.send_status(stamp=99.0)
+    before = rollout_of(bench, pose_without_scan(bench))
+    bench.robot.position = np.array([1.0, 0.5])
+    assert ros.wait_until(lambda: bench.node._refusals["pose_break"] >= 1)
+    bench.plans.publish(before)
+    assert ros.wait_until(lambda: bench.node._waiting is not None)
+    heard = len(bench.commands)
+    assert ros.wait_until(lambda: len(bench.commands) > heard + 3)
+    assert not any(is_moving(command) for command in bench.commands)
+
+
 def test_stamped_commands(ros):
     bench = ControllerBench(ros, controller__stamped_cmd_vel=True)
     bench.drive()

@@ -11,9 +11,20 @@ from visualization_msgs.msg import Marker
 from collplan_core.local_map import build_local_map
 from collplan_core.objectives import objective_for
 from collplan_core.params import Settings
+from collplan_core.plan import Contacts
 from collplan_core.raycast import simulate_scan
 from collplan_core.state import State
-from collplan_ros.markers import ARROW_LENGTH, cost_colors, plan_markers
+from collplan_ros.marker_shapes import ARROW_ENDS
+from collplan_ros.markers import (
+    ARROW_LENGTH,
+    FORESEEN,
+    MEASURED,
+    MOST_CANDIDATES,
+    REBOUND_SCALE,
+    cost_colors,
+    plan_markers,
+)
+from collplan_ros.rebounds import MeasuredHit
 from fake_robot import LIDAR, hall
 
 SETTINGS = Settings()
@@ -24,13 +35,29 @@ FIXED_SCALE = {Marker.TRIANGLE_LIST: ("x", "y", "z"), Marker.POINTS: ("x", "y")}
 def cycle():
     state = State(3.25, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
     local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, SETTINGS.robot, SETTINGS.local_map)
-    plan, _ = objective_for("harness")(None, local_map, state, np.array([2.0, 0.0]), SETTINGS)
-    return local_map, plan
+    plan, memory = objective_for("harness")(None, local_map, state, np.array([2.0, 0.0]), SETTINGS)
+    return local_map, plan, memory
 
 
 @pytest.fixture(scope="module")
 def markers(cycle):
-    return {marker.ns: marker for marker in plan_markers(*cycle, SETTINGS).markers}
+    return by_namespace(cycle)
+
+
+@pytest.fixture(scope="module")
+def rollouts():
+    """The second cycle of a strategy that remembers: map, plan, memory, settings."""
+    settings = SETTINGS.with_values({"planner.strategy": "bounce", "time_to_goal.proposals": 100})
+    memory = None
+    for stamp in (3.25, 3.30):
+        state = State(stamp, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
+        local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, settings.robot, settings.local_map)
+        plan, memory = objective_for("bounce")(memory, local_map, state, np.array([2.0, 0.0]), settings)
+    return local_map, plan, memory, settings
+
+
+def by_namespace(cycle, hit=None, settings=SETTINGS):
+    return {marker.ns: marker for marker in plan_markers(*cycle, hit, settings).markers}
 
 
 def points(marker):
@@ -38,7 +65,7 @@ def points(marker):
 
 
 def test_one_marker_a_namespace_so_that_each_replaces_the_last(cycle):
-    made = plan_markers(*cycle, SETTINGS).markers
+    made = plan_markers(*cycle, None, SETTINGS).markers
     assert len({m.ns for m in made}) == len(made)
     assert {m.id for m in made} == {0}
     assert {m.header.frame_id for m in made} == {"map"}
@@ -54,9 +81,9 @@ def test_free_space_is_covered_by_its_triangles(cycle, markers):
 
 
 def test_lines_are_where_the_records_say(cycle, markers):
-    local_map, plan = cycle
+    local_map, plan, _ = cycle
     np.testing.assert_array_equal(points(markers["frontiers"]).reshape(-1, 4), local_map.segments)
-    np.testing.assert_array_equal(points(markers["spline"]), plan.positions)
+    np.testing.assert_array_equal(points(markers["plan"]), plan.positions)
     shafts = points(markers["predicted"]).reshape(-1, 6, 2)[:, :2]
     np.testing.assert_allclose(shafts[:, 0], local_map.predicted[:, :2])
     np.testing.assert_allclose((shafts[:, 1] - shafts[:, 0]) / ARROW_LENGTH, local_map.predicted[:, 2:], atol=1e-9)
@@ -88,11 +115,57 @@ def test_every_size_that_rviz_uses_is_positive(markers):
 
 
 def test_what_is_gone_is_deleted(cycle):
-    local_map, plan = cycle
+    local_map, plan, memory = cycle
     bare = replace(local_map, predicted=np.zeros((0, 4)), segments=np.zeros((0, 4)))
-    made = {m.ns: m for m in plan_markers(bare, plan, SETTINGS).markers}
+    made = by_namespace((bare, plan, memory))
     assert made["predicted"].action == made["frontiers"].action == Marker.DELETE
-    assert made["spline"].action == Marker.ADD
+    assert made["plan"].action == Marker.ADD
+
+
+def test_what_another_strategy_showed_is_deleted(cycle, rollouts):
+    *shown, settings = rollouts
+    only_rollouts = ("rollouts", "remembered", "inferred")
+    now, then = by_namespace(cycle), by_namespace(shown, None, settings)
+    assert now.keys() == then.keys()
+    assert {now[name].action for name in only_rollouts} == {Marker.DELETE}
+    assert {then[name].action for name in only_rollouts} == {Marker.ADD}
+
+
+def test_rollouts_and_memory_are_where_the_records_say(rollouts):
+    *shown, settings = rollouts
+    _, plan, memory = shown
+    made = by_namespace(shown, None, settings)
+    np.testing.assert_array_equal(points(made["plan"]), plan.positions)
+    lines = points(made["rollouts"]).reshape(-1, 4)
+    assert len(lines) == sum(len(rollout) - 1 for rollout in memory.rollouts) > 0
+    np.testing.assert_array_equal(lines[: len(memory.rollouts[0]) - 1, 2:], memory.rollouts[0][1:])
+    np.testing.assert_array_equal(points(made["remembered"]).reshape(-1, 4), memory.remembered.pieces)
+    depths = np.linalg.norm(np.diff(points(made["inferred"]).reshape(-1, 2, 2), axis=1), axis=2)
+    np.testing.assert_allclose(depths, settings.remembered.inferred_depth - 2 * settings.robot.radius)
+    assert made["rollouts"].scale.x < made["plan"].scale.x
+    assert len(made["candidates"].points) <= 2 * MOST_CANDIDATES < 2 * len(plan.candidates.costs)
+
+
+def test_foreseen_contacts_have_an_arrow_each(cycle):
+    local_map, plan, memory = cycle
+    contacts = Contacts(np.array([4.0, 5.0]), np.array([[0.4, 0.1], [1.0, 0.9]]), np.array([[0.0, 0.5], [-0.4, 0.3]]))
+    made = by_namespace((local_map, replace(plan, contacts=contacts), memory))
+    np.testing.assert_array_equal(points(made["foreseen_contacts"]), contacts.points)
+    shafts = points(made["foreseen_rebounds"]).reshape(2, ARROW_ENDS, 2)[:, :2]
+    np.testing.assert_allclose(np.diff(shafts, axis=1)[:, 0], REBOUND_SCALE * contacts.velocities_after)
+
+
+@pytest.mark.parametrize("foreseen", [True, False])
+def test_the_last_hit_is_shown_as_foreseen_and_as_measured(cycle, foreseen):
+    expected = np.array([0.0, 0.5]) if foreseen else np.full(2, np.nan)
+    hit = MeasuredHit(3.2, np.array([0.3, 0.2]), expected, np.array([0.1, 0.4]))
+    shown = by_namespace(cycle, hit)["rebound"]
+    shafts = points(shown).reshape(-1, ARROW_ENDS, 2)[:, :2]
+    velocities = [expected, hit.measured] if foreseen else [hit.measured]
+    np.testing.assert_allclose(shafts[:, 0], np.tile(hit.point, (len(velocities), 1)))
+    np.testing.assert_allclose(np.diff(shafts, axis=1)[:, 0], REBOUND_SCALE * np.array(velocities))
+    colors = [FORESEEN, MEASURED] if foreseen else [MEASURED]
+    assert shown.colors[::ARROW_ENDS] == colors
 
 
 def rviz_topics():

@@ -1,8 +1,8 @@
 """The controller: from plans and poses to velocity commands, one each period whatever happens.
 
-It commands zero unless a goal is active and pose, scan and plan are fresh, and says why. A plan is followed with the
-map of its own scan. `controller/reference` (PointStamped, map frame) is the point tracked now, at the controller's
-rate while it moves the robot: ref_x, ref_y of a recorded run.
+It commands zero unless a goal is active and pose, scan and plan are fresh, and says why. A spline is followed with the
+map of its own scan; a rollout as it is, once the pose that it begins at is there. `controller/reference` (PointStamped,
+map frame) is the point tracked now, at the controller's rate while it moves the robot: ref_x, ref_y of a recorded run.
 """
 
 from collections.abc import Sequence
@@ -22,40 +22,36 @@ from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.params import Control, Frames, Limits, LocalMapping, Planning, Rebound, Robot, Settings
 from collplan_core.permission import why_refuse_plan, why_stand_still
 from collplan_core.plan import Plan
-from collplan_core.scan import ScanError
-from collplan_core.strategies import map_period_of
+from collplan_core.strategies import map_period_of, rolls_out
 from collplan_core.tracking import clip_command
 from collplan_core.warm_up import warm_up
 from collplan_ros import qos
 from collplan_ros.clock import local_clock, seconds
 from collplan_ros.control_period import ControlPeriod
 from collplan_ros.conversions import (
-    MessageError,
     PathError,
     command_to_twist,
     command_to_twist_stamped,
     header,
     plan_from_path,
-    scan_from_message,
-    state_from_odometry,
 )
 from collplan_ros.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.goal_status import Goal, goal_from_status
 from collplan_ros.node_parameters import declare, on_change, read_settings
 from collplan_ros.refusals import Refusals
 from collplan_ros.run_node import publish_acknowledged, run_node
-from collplan_ros.sensed import Sensed
+from collplan_ros.sensed import BEGINS_ANEW, Sensed
 
 GROUPS = (Robot, Rebound, LocalMapping, Control, Planning, Limits, Frames)
 
 
 @dataclass(frozen=True, eq=False)
 class FollowedPlan:
-    """A plan that was not refused, when it was received [s, local clock], and the map of its own scan."""
+    """A plan that was not refused, when it was received [s, local clock], and the map of its own scan if it has one."""
 
     plan: Plan
     received: float
-    local_map: LocalMap
+    local_map: LocalMap | None
 
 
 class ControllerNode(Node):
@@ -67,8 +63,8 @@ class ControllerNode(Node):
         declare(self, *GROUPS)
         self._settings = read_settings(self, *GROUPS)
         self._clock = local_clock(self)
-        self._sensed = Sensed(self._settings.limits.pose_history)
         self._refusals = Refusals()
+        self._sensed = Sensed(self._settings.limits.pose_history, self._refusals)
         self._period = ControlPeriod()
         self._goal: Goal | None = None
         self._waiting: tuple[Plan, float] | None = None
@@ -101,24 +97,12 @@ class ControllerNode(Node):
     # ---- inputs
 
     def _on_pose(self, message: Odometry) -> None:
-        settings = self._settings
-        try:
-            state = state_from_odometry(message, settings.frames.map, settings.frames.base)
-        except MessageError as error:
-            self._refusals.add("pose", str(error))
-            return
-        if self._sensed.add_pose(state, seconds(self._clock), settings.robot, settings.limits):
-            self._refusals.add("pose_break", f"the poses begin anew at {state.stamp:.3f}")
+        if self._sensed.take_pose(message, seconds(self._clock), self._settings) == BEGINS_ANEW:
             self._forget_plans()
 
     def _on_scan(self, message: LaserScan) -> None:
-        try:
-            scan = scan_from_message(message, self._settings.frames.base)
-        except ScanError as error:
-            self._refusals.add("scan", str(error))
-            return
-        self._sensed.add_scan(scan, seconds(self._clock))
-        self._adopt()
+        if self._sensed.take_scan(message, seconds(self._clock), self._settings):
+            self._adopt()
 
     def _on_status(self, message: GoalStatus) -> None:
         goal = goal_from_status(message)
@@ -158,6 +142,11 @@ class ControllerNode(Node):
         if self._waiting is None:
             return
         plan, received = self._waiting
+        if rolls_out(self._settings):
+            # a plan of before the poses broke has no pose here
+            if self._sensed.pose_at(plan.stamp) is not None:
+                self._waiting, self._followed = None, FollowedPlan(plan, received, None)
+            return
         placed = self._sensed.placed_at(plan.stamp)
         if placed is not None:
             self._waiting = None

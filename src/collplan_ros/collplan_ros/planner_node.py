@@ -1,58 +1,73 @@
 """The planner: from scans, poses and a goal to plans.
 
-Every map_period it takes the newest scan and the pose at that scan's stamp, and publishes a plan if it can make one.
-If it cannot it publishes nothing and says why on /diagnostics; the controller stops the robot when plans fail to come.
+Every map_period it publishes a plan if it can make one: the paper's from the newest scan and the pose at that scan's
+stamp, the time-to-goal ones from the newest pose and all scans so far, and also at once when a hit is reported. If it
+cannot it publishes nothing and says why on /diagnostics; the controller stops the robot when plans fail to come.
 A new goal replaces the old. A goal in another frame, not finite, or inside an obstacle that the scan shows is aborted.
-A goal not reached within planner.goal_timeout, by the poses' clock, is aborted too.
+So is one not reached within planner.goal_timeout, by the poses' clock, and one that stays closed off by what was seen.
 When the poses leap, fall silent or start over, memory is dropped and the goal taken anew: its new stamp refuses every
 earlier plan.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
-from nav_msgs.msg import Odometry, Path
+from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
-from visualization_msgs.msg import MarkerArray
 
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.objectives import NoPlan, objective_for
-from collplan_core.params import Frames, Limits, LocalMapping, Planning, Rebound, Robot, Settings, Weights
+from collplan_core.params import (
+    Frames,
+    Limits,
+    LocalMapping,
+    Mocap,
+    Planning,
+    Rebound,
+    Remembered,
+    Robot,
+    Settings,
+    TimeToGoal,
+    Weights,
+)
 from collplan_core.permission import is_blocked, why_stale
-from collplan_core.plan import Plan
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
-from collplan_core.strategies import map_period_of
+from collplan_core.strategies import map_period_of, rolls_out
 from collplan_core.warm_up import warm_up
 from collplan_ros import qos
 from collplan_ros.clock import local_clock, seconds
-from collplan_ros.conversions import (
-    MessageError,
-    contacts_to_path,
-    goal_from_message,
-    impact_from_message,
-    plan_to_path,
-    scan_from_message,
-    state_from_odometry,
-)
-from collplan_ros.cost_report import costs_message
+from collplan_ros.conversions import MessageError, goal_from_message, impact_from_message
 from collplan_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Health
-from collplan_ros.goal_status import Goal, goal_to_status
-from collplan_ros.markers import plan_markers
+from collplan_ros.hit_alarm import HitAlarm, why_not_now
 from collplan_ros.node_parameters import declare, on_change, read_settings
+from collplan_ros.plan_outputs import Cycle, PlanOutputs
+from collplan_ros.pursued_goal import PursuedGoal
+from collplan_ros.rebounds import MeasuredHit, Rebounds
 from collplan_ros.refusals import Refusals
-from collplan_ros.run_node import publish_acknowledged, run_node
-from collplan_ros.sensed import Sensed
+from collplan_ros.run_node import run_node
+from collplan_ros.sensed import BEGINS_ANEW, REFUSED, Sensed
 
-GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Limits, Frames)
+GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Mocap, Limits, Frames)
+BUDGET_SHARE = 0.4
+"""Of map_period, for refinement where time_to_goal.time_budget leaves it open: here a plan must not be late."""
+ALARM_PERIODS = 2.0
+"""Of map_period, between two plans made at once for hits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """The newest scan that could be placed, the pose at its stamp, and their local map."""
+
+    scan: Scan
+    state: State
+    local_map: LocalMap
 
 
 class PlannerNode(Node):
@@ -62,31 +77,25 @@ class PlannerNode(Node):
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("planner_node", **kwargs)
         declare(self, *GROUPS)
-        self._settings = read_settings(self, *GROUPS)
+        self._settings = in_time(read_settings(self, *GROUPS))
         self._clock = local_clock(self)
-        self._sensed = Sensed(self._settings.limits.pose_history)
         self._refusals = Refusals()
-        self._goal: Goal | None = None
-        self._goal_since: float | None = None
+        self._sensed = Sensed(self._settings.limits.pose_history, self._refusals)
+        self._alarm = HitAlarm()
+        self._rebounds = Rebounds()
+        self._hit: MeasuredHit | None = None
         self._memory: Any = None
+        self._seen: Seen | None = None
         self._planned_until = 0.0
         self._trouble = ""
         self._n_plans = self._n_impacts = 0
         self._planning_time = 0.0
         warm_up()
-        self._make_outputs()
+        self._outputs = PlanOutputs(self)
+        self._goal = PursuedGoal(self)
         self._make_inputs()
         on_change(self, self._take_settings, *GROUPS)
         self._diagnostics = Diagnostics(self, self._health)
-
-    def _make_outputs(self) -> None:
-        self._plan_out = self.create_publisher(Path, "plan", qos.NEWEST)
-        self._contacts_out = self.create_publisher(Path, "planner/foreseen_impacts", qos.NEWEST)
-        self._markers_out = self.create_publisher(MarkerArray, "planner/markers", qos.LATCHED)
-        self._costs_out = self.create_publisher(DiagnosticArray, "planner/costs", qos.EVENT)
-        self._status_out = self.create_publisher(GoalStatus, "goal_status", qos.LATCHED)
-        # of no goal: what a planner before this one left as active ends here
-        self._status_out.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
 
     def _make_inputs(self) -> None:
         self.create_subscription(Odometry, "mocap/odom", self._on_pose, qos.POSE_SUBSCRIBED)
@@ -100,114 +109,115 @@ class PlannerNode(Node):
         if settings.planner.strategy != self._settings.planner.strategy:
             self._memory = None
         self._timer.timer_period_ns = round(map_period_of(settings) * 1e9)
-        self._settings = settings
+        self._settings = in_time(settings)
 
     # ---- inputs
 
     def _on_pose(self, message: Odometry) -> None:
         settings = self._settings
-        try:
-            state = state_from_odometry(message, settings.frames.map, settings.frames.base)
-        except MessageError as error:
-            self._refusals.add("pose", str(error))
+        taken, state = self._sensed.take_pose(message, seconds(self._clock), settings), self._sensed.state
+        if taken == REFUSED or state is None:
             return
-        if self._sensed.add_pose(state, seconds(self._clock), settings.robot, settings.limits):
+        if taken == BEGINS_ANEW:
             self._begin_anew(state.stamp)
-        goal = self._goal
-        if goal is not None and goal.active and _distance(state, goal) <= settings.planner.goal_tolerance:
-            self._set_status(GoalStatus.STATUS_SUCCEEDED)
+        if self._goal.is_reached(state, settings.planner.goal_tolerance):
+            self._end_goal(GoalStatus.STATUS_SUCCEEDED)
+        self._hit = self._rebounds.moved(state, settings.mocap.velocity_window) or self._hit
+        self._plan_after_hit()
 
     def _begin_anew(self, stamp: float) -> None:
-        self._refusals.add("pose_break", f"the poses begin anew at {stamp:.3f}")
-        self._memory, self._planned_until = None, stamp
-        if self._goal is not None and self._goal.active:
-            if self._goal_since is not None:  # the poses' clock may have been set back
-                self._goal_since = min(self._goal_since, stamp)
-            self._announce(replace(self._goal, stamp=stamp))
+        self._memory, self._seen, self._planned_until = None, None, stamp
+        self._alarm.forget()
+        self._rebounds.forget()
+        self._trouble = ""
+        self._goal.begin_anew(stamp)
 
     def _on_scan(self, message: LaserScan) -> None:
-        try:
-            scan = scan_from_message(message, self._settings.frames.base)
-        except ScanError as error:
-            self._refusals.add("scan", str(error))
-            return
-        self._sensed.add_scan(scan, seconds(self._clock))
+        self._sensed.take_scan(message, seconds(self._clock), self._settings)
 
     def _on_impact(self, message: Vector3Stamped) -> None:
+        settings, local = self._settings, seconds(self._clock)
         try:
-            impact_from_message(message, self._settings.frames.map)
+            stamp, change = impact_from_message(message, settings.frames.map)
         except MessageError as error:
             self._refusals.add("impact", str(error))
             return
         self._n_impacts += 1
+        state = self._sensed.state
+        reason = why_not_now(stamp, self._sensed.now(local), settings.limits.pose_age)
+        if not reason and state is not None:
+            self._rebounds.hit(stamp, change, state, settings.robot.radius)
+            reason = self._alarm.raised(stamp, local, ALARM_PERIODS * map_period_of(settings))
+        if reason:
+            self._refusals.add("impact", reason)
+            return
+        self._plan_after_hit()
+
+    def _plan_after_hit(self) -> None:
+        if self._alarm.is_due(self._sensed.state) and rolls_out(self._settings):
+            self._timer.reset()
+            self._cycle()
 
     def _on_goal(self, message: PoseStamped) -> None:
-        self._memory, self._planned_until = None, self._sensed.newest_stamp
+        self._memory, self._planned_until, self._trouble = None, self._sensed.newest_stamp, ""
         try:
             position = goal_from_message(message, self._settings.frames.map)
         except MessageError as error:
-            self._announce(Goal(self._planned_until, np.full(2, np.nan), GoalStatus.STATUS_ABORTED))
+            self._goal.refuse(self._planned_until)
             self._refuse_goal(str(error))
             return
-        self._goal_since = self._sensed.now(seconds(self._clock))
-        self._announce(Goal(self._planned_until, position))
-        self.get_logger().info(f"goal {position[0]:.3f}, {position[1]:.3f} accepted")
+        self._goal.take(position, self._planned_until, self._sensed.now(seconds(self._clock)))
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
         response.message = "no goal was active"
-        if self._goal is not None and self._goal.active:
-            self._set_status(GoalStatus.STATUS_CANCELED)
+        if self._goal.active:
+            self._end_goal(GoalStatus.STATUS_CANCELED)
             response.message = "goal canceled"
         return response
 
     # ---- the goal's fate
 
-    def _announce(self, goal: Goal) -> None:
-        self._goal = goal
+    def _end_goal(self, status: int) -> None:
         self._trouble = ""
-        self._status_out.publish(goal_to_status(goal))
+        self._goal.set_status(status)
 
-    def _set_status(self, status: int) -> None:
-        assert self._goal is not None
-        self._announce(replace(self._goal, status=status))
-        self.get_logger().info(f"goal {self._goal.status_name}")
-
-    def _is_overdue(self, local: float) -> bool:
-        now, timeout = self._sensed.now(local), self._settings.planner.goal_timeout
-        if self._goal_since is None:  # no pose had come
-            self._goal_since = now
-        return bool(timeout) and now is not None and self._goal_since is not None and now - self._goal_since > timeout
-
-    def _give_up(self) -> None:
-        timeout = self._settings.planner.goal_timeout
-        self._set_status(GoalStatus.STATUS_ABORTED)
-        self._trouble = f"goal given up: not reached within planner.goal_timeout, {timeout:g} s"
+    def _give_up(self, reason: str) -> None:
+        self._end_goal(GoalStatus.STATUS_ABORTED)
+        self._trouble = f"goal given up: {reason}"
         self.get_logger().error(self._trouble)
+        self._diagnostics.publish()
 
     def _refuse_goal(self, reason: str) -> None:
         self._trouble = f"goal refused: {reason}"
         self._refusals.add("goal", reason)
         self.get_logger().error(self._trouble)
+        self._diagnostics.publish()
 
     # ---- planning
 
     def _cycle(self) -> None:
-        if self._goal is None or not self._goal.active:
+        if not self._goal.active:
             return
-        local = seconds(self._clock)
-        if self._is_overdue(local):
-            self._give_up()
+        local, timeout = seconds(self._clock), self._settings.planner.goal_timeout
+        if self._goal.is_overdue(self._sensed.now(local), timeout):
+            self._give_up(f"not reached within planner.goal_timeout, {timeout:g} s")
             return
         stale = self._why_stale(local)
         if stale:
             self._hold("stale", stale)
             return
-        placed = self._sensed.newest_placed(self._planned_until)
-        if placed is not None:
-            self._plan(*placed)
-        elif (self._sensed.scan_stamp or 0.0) > self._planned_until:
-            self._hold("no_pose", f"no pose for the scan's stamp {self._sensed.scan_stamp:.3f}")
+        begun = perf_counter()
+        try:
+            self._look()
+        except ScanError as error:
+            self._hold("no_plan", str(error))
+            return
+        begin, newest = self._begin(), self._sensed.scan_stamp or 0.0
+        if begin is not None and begin.stamp > self._planned_until:
+            self._plan(begin, begun, local)
+        elif begin is None or newest > self._planned_until:
+            self._hold("no_pose", f"no pose for the scan's stamp {newest:.3f}")
 
     def _why_stale(self, local: float) -> str:
         limits = self._settings.limits
@@ -215,37 +225,46 @@ class PlannerNode(Node):
             "scan", self._sensed.scan_age(local), limits.scan_age
         )
 
-    def _plan(self, scan: Scan, state: State) -> None:
-        settings, goal = self._settings, self._goal
-        assert goal is not None
-        if is_blocked(goal.position, scan, state, settings.robot, settings.local_map):
-            self._set_status(GoalStatus.STATUS_ABORTED)
-            self._refuse_goal(
-                f"{goal.position[0]:.3f}, {goal.position[1]:.3f} lies inside an obstacle that the scan shows"
-            )
+    def _look(self) -> None:
+        """Makes the local map of the newest scan that can be placed, once."""
+        settings = self._settings
+        placed = self._sensed.newest_placed(self._planned_until if self._seen is None else self._seen.scan.stamp)
+        if placed is not None:
+            self._seen = Seen(*placed, build_local_map(*placed, settings.robot, settings.local_map))
+
+    def _begin(self) -> State | None:
+        """Where a plan begins: for a rollout at the newest pose, else at that of the newest scan."""
+        seen, state, settings = self._seen, self._sensed.state, self._settings
+        if seen is None or state is None or not rolls_out(settings):
+            return None if seen is None else seen.state
+        # scans may well come in, but none that a pose belongs to
+        return state if state.stamp - seen.scan.stamp <= settings.limits.scan_age else None
+
+    def _plan(self, begin: State, begun: float, local: float) -> None:
+        settings, seen, goal = self._settings, self._seen, self._goal
+        assert seen is not None, "there is no beginning without it"
+        if is_blocked(goal.position, seen.scan, seen.state, settings.robot, settings.local_map):
+            self._end_goal(GoalStatus.STATUS_ABORTED)
+            x, y = goal.position
+            self._refuse_goal(f"{x:.3f}, {y:.3f} lies inside an obstacle that the scan shows")
             return
-        begun = perf_counter()
+        objective = objective_for(settings.planner.strategy)
         try:
-            local_map = build_local_map(scan, state, settings.robot, settings.local_map)
-            objective = objective_for(settings.planner.strategy)
-            plan, self._memory = objective(self._memory, local_map, state, goal.position, settings)
-        except (NoPlan, ScanError) as error:
+            plan, self._memory = objective(self._memory, seen.local_map, begin, goal.position, settings)
+        except NoPlan as error:
             self._hold("no_plan", str(error))
+            if rolls_out(settings) and goal.is_closed_off(local):
+                self._give_up(str(error))
             return
         self._planning_time = perf_counter() - begun
-        self._publish(plan, local_map)
+        self._publish(Cycle(plan, seen.local_map, self._memory, self._planning_time, self._hit), local)
 
-    def _publish(self, plan: Plan, local_map: LocalMap) -> None:
-        settings, frame = self._settings, self._settings.frames.map
-        if self._goal is not None and self._goal.status == GoalStatus.STATUS_ACCEPTED:
-            self._set_status(GoalStatus.STATUS_EXECUTING)
-        self._plan_out.publish(plan_to_path(plan, frame))
-        self._contacts_out.publish(contacts_to_path(plan.contacts, plan.stamp, frame))
-        name = self.get_fully_qualified_name()
-        self._costs_out.publish(costs_message(name, plan, self._planning_time, settings.planner.strategy))
-        if self._markers_out.get_subscription_count():
-            self._markers_out.publish(plan_markers(local_map, plan, settings))
-        self._planned_until = plan.stamp
+    def _publish(self, cycle: Cycle, local: float) -> None:
+        self._goal.planned()
+        self._outputs.publish(cycle, local, self._settings)
+        self._rebounds.planned(cycle.plan)
+        self._hit = None
+        self._planned_until = cycle.plan.stamp
         self._trouble = ""
         self._n_plans += 1
 
@@ -257,9 +276,9 @@ class PlannerNode(Node):
     # ---- how it is
 
     def _health(self) -> Health:
-        goal = self._goal
+        active = self._goal.active
         values: dict[str, object] = {
-            "goal": "none" if goal is None else goal.status_name,
+            "goal": self._goal.status_name,
             "strategy": self._settings.planner.strategy,
             "plans": self._n_plans,
             "planning_time_ms": 1e3 * self._planning_time,
@@ -268,20 +287,20 @@ class PlannerNode(Node):
         }
         stale = self._why_stale(seconds(self._clock))
         if stale:
-            return Health(ERROR if goal is not None and goal.active else WARN, stale, values)
+            return Health(ERROR if active else WARN, stale, values)
         if self._trouble:
             return Health(WARN, self._trouble, values)
-        return Health(OK, "planning" if goal is not None and goal.active else "no active goal", values)
+        return Health(OK, "planning" if active else "no active goal", values)
 
     def stop(self) -> None:
         """Cancels the goal and waits until listeners know."""
-        if self._goal is not None and self._goal.active:
-            self._goal = replace(self._goal, status=GoalStatus.STATUS_CANCELED)
-            publish_acknowledged(self._status_out, goal_to_status(self._goal))
+        self._goal.end()
 
 
-def _distance(state: State, goal: Goal) -> float:
-    return float(np.hypot(*(state.position - goal.position)))
+def in_time(settings: Settings) -> Settings:
+    """The settings with an end to refinement: a plan must not be late here."""
+    budget = settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings)
+    return settings.with_values({"time_to_goal.time_budget": budget})
 
 
 def main(args: Sequence[str] | None = None) -> int:

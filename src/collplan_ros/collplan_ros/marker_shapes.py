@@ -1,0 +1,72 @@
+"""Markers of points and lines: one a namespace, each replacing the one before."""
+
+import numpy as np
+from geometry_msgs.msg import Point, Pose, Vector3
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker
+
+LINE_WIDTH = 0.008
+"""[m]."""
+ARROW_ENDS = 6
+"""Points that an arrow is made of."""
+
+
+def color(red: float, green: float, blue: float, alpha: float = 1.0) -> ColorRGBA:
+    """Each from 0 to 1."""
+    return ColorRGBA(r=red, g=green, b=blue, a=alpha)
+
+
+def line_strip(head: Header, namespace: str, points: np.ndarray, line_color: ColorRGBA, width: float) -> Marker:
+    """A line through points (n, 2) [m]."""
+    return marker(head, namespace, Marker.LINE_STRIP, Vector3(x=width), points, line_color)
+
+
+def line_list(
+    head: Header, namespace: str, points: np.ndarray, colors: list[ColorRGBA], width: float = LINE_WIDTH
+) -> Marker:
+    """Lines between each two of points (2n, 2) [m], with a colour for each point."""
+    lines = marker(head, namespace, Marker.LINE_LIST, Vector3(x=width), points)
+    lines.colors = colors
+    return lines
+
+
+def lines_of_one_color(
+    head: Header, namespace: str, points: np.ndarray, line_color: ColorRGBA, width: float = LINE_WIDTH
+) -> Marker:
+    """The same in one colour."""
+    return marker(head, namespace, Marker.LINE_LIST, Vector3(x=width), points, line_color)
+
+
+def dots(head: Header, namespace: str, points: np.ndarray, size: float, dot_color: ColorRGBA) -> Marker:
+    """Squares of this size at points (n, 2) [m]."""
+    return marker(head, namespace, Marker.POINTS, Vector3(x=size, y=size), points, dot_color)
+
+
+def arrow_lines(origins: np.ndarray, tips: np.ndarray, barb: float) -> np.ndarray:
+    """(n * ARROW_ENDS, 2) arrows from origins (n, 2) to tips (n, 2) as lines: a shaft and two barbs `barb` long.
+
+    In a list of lines none is left behind when there are fewer the next time, as it would be with arrow markers.
+    """
+    along = tips - origins
+    length = np.hypot(along[:, 0], along[:, 1])[:, None]
+    tangents = np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)
+    sides = np.column_stack([-tangents[:, 1], tangents[:, 0]])
+    left, right = (tips - barb * (tangents + sign * 0.5 * sides) for sign in (-1.0, 1.0))
+    return np.stack([origins, tips, left, tips, right, tips], axis=1).reshape(-1, 2)
+
+
+def marker(
+    head: Header, namespace: str, kind: int, scale: Vector3, points: np.ndarray, one_color: ColorRGBA | None = None
+) -> Marker:
+    """A marker of points (n, 2) [m]; without any it clears what was there, as RViz refuses empty lists."""
+    return Marker(
+        header=head,
+        ns=namespace,
+        id=0,
+        type=kind,
+        action=Marker.ADD if len(points) else Marker.DELETE,
+        pose=Pose(),
+        scale=scale,
+        color=one_color or color(1.0, 1.0, 1.0),
+        points=[Point(x=x, y=y, z=0.0) for x, y in np.asarray(points, dtype=float).tolist()],
+    )
