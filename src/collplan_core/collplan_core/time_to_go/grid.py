@@ -49,13 +49,13 @@ def _covered(field: ClearanceField, goal: np.ndarray, around: np.ndarray) -> tup
 
 
 def cells_around(field: ClearanceField, goal: np.ndarray, around: np.ndarray, spacing: float,
-                 ) -> tuple[Cells, np.ndarray]:  # fmt: skip
+                 ) -> tuple[Cells, int]:  # fmt: skip
     """Cells that cover everything known, the goal and around.
 
     The goal is a cell's centre: where all is turned about the goal by a right angle, cells turn into cells.
 
     Returns:
-        the cells, of more than the spacing [m] where there would be more than about 60,000; (2,) the goal's.
+        the cells, of more than the spacing [m] where there would be more than about 60,000; the goal's as flat index.
     """
     low, high = _covered(field, goal, around)
     spacing = max(spacing, math.sqrt(float(np.prod(high - low)) / MOST_CELLS))
@@ -66,7 +66,7 @@ def cells_around(field: ClearanceField, goal: np.ndarray, around: np.ndarray, sp
         blocked, x, y, spacing, field.clearance, float(field.origin[0]), float(field.origin[1]), field.spacing
     )
     _block(cells)
-    return cells, -first
+    return cells, int(-first[0] * blocked.shape[1] - first[1])
 
 
 @njit

@@ -46,15 +46,16 @@ def _time_by(k: int, waypoints: np.ndarray, onward: np.ndarray, remaining: np.nd
     to become the one onward, if that is faster: wholly up to EARLY from the way point, by less and less up to LATE.
     """
     ux, uy, distance = _ahead(k, waypoints, onward, x, y)
-    time = (distance + remaining[k]) / max_speed + turning[k] + _swing(ux, uy, max_speed, max_acceleration, vx, vy)
+    time = (distance + remaining[k]) / max_speed
+    before = _swing(ux, uy, max_speed, max_acceleration, vx, vy)
     if k == 0:
-        return time
+        return time + before
     wx, wy = onward[k]
-    to_turn = 0.5 * max_speed / max_acceleration * turn(ux * wx + uy * wy)
-    saved = _swing(ux, uy, max_speed, max_acceleration, vx, vy) + to_turn
-    saved -= _swing(wx, wy, max_speed, max_acceleration, vx, vy)
+    cost = 0.5 * max_speed / max_acceleration
+    before += cost * turn(ux * wx + uy * wy)
+    behind = _swing(wx, wy, max_speed, max_acceleration, vx, vy)
     share = min(max((LATE - distance) / (LATE - EARLY), 0.0), 1.0)
-    return time + to_turn - share * max(saved, 0.0)
+    return time + cost * turning[k] + before - share * max(before - behind, 0.0)
 
 
 @njit

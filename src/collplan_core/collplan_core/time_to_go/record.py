@@ -18,10 +18,10 @@ class ShortestPaths:
         blocked: (mx, my) bool, cells within known obstacles.
         length: (mx, my) length of the path, inf where there is none [m].
         waypoint: (mx, my) int32, index of the first way point, seen in a straight line; -1 where there is none.
-        waypoints: (w, 2) [m]. Number 0 is the goal or, where that is blocked, the free cell nearest to it.
+        waypoints: (w, 2) [m]. Number 0 is the goal; where it is blocked, paths end within its tolerance.
         onward: (w, 2) unit direction in which the path goes on after the turn at the way point; (0, 0) at number 0.
         remaining: (w,) length of the path from there [m].
-        turning: (w,) time that the turns after that one cost [s].
+        turning: (w,) sum of 1 - cos over the turns after that one; it costs max_speed / (2 max_acceleration) each [-].
         goal: (2,) [m].
         tolerance: distance to the goal that counts as arrived [m].
     """

@@ -26,10 +26,9 @@ def shortest_paths(field: ClearanceField, goal: np.ndarray, around: np.ndarray, 
     if earlier is not None and _same(earlier, goal, tolerance, cells):
         return earlier
     front = front_over(cells.blocked.size)
-    source = _source(cells.blocked, goal_cell, tolerance / cells.spacing)
-    n = spread(cells, front, source) if source >= 0 else 0
-    waypoint, points, before = way_points(front.parent, front.order[:n], cells, goal)
-    onward, remaining, turning = turns(points, before, settings.robot.max_speed, settings.robot.max_acceleration)
+    n = spread(cells, front, goal_cell, tolerance / cells.spacing)
+    waypoint, points, before = way_points(front.parent, front.order[:n], cells, goal_cell)
+    onward, remaining, turning = turns(points, before)
     shape = cells.blocked.shape
     return ShortestPaths(
         np.array([cells.x, cells.y]), cells.spacing, cells.blocked, front.length.reshape(shape),
@@ -45,14 +44,3 @@ def _same(earlier: ShortestPaths, goal: np.ndarray, tolerance: float, cells: Cel
         and np.array_equal(earlier.origin, (cells.x, cells.y))
         and np.array_equal(earlier.blocked, cells.blocked)
     )
-
-
-def _source(blocked: np.ndarray, goal: np.ndarray, reach: float) -> int:
-    """Flat index of the free cell nearest to the goal's and within reach of it [cells], -1 without."""
-    my = blocked.shape[1]
-    if not blocked[tuple(goal)]:
-        return int(goal[0] * my + goal[1])
-    i, j = np.nonzero(~blocked)
-    distance = np.hypot(i - goal[0], j - goal[1])
-    nearest = int(np.argmin(distance)) if len(i) else -1
-    return int(i[nearest] * my + j[nearest]) if nearest >= 0 and distance[nearest] <= reach else -1

@@ -119,14 +119,38 @@ def _offer(blocked: np.ndarray, spacing: float, length: np.ndarray, parent: np.n
 
 
 @njit
-def spread(cells: Cells, front: Front, source: int) -> int:
-    """Spreads the front from the source (flat index) as far as it goes; the number of cells that have a path."""
+def _begin(cells: Cells, front: Front, goal: int, reach: float) -> int:
+    """Puts the goal at the front or, where it is blocked, the free cells within reach of it; the heap's count."""
+    mx, my = cells.blocked.shape
+    gi, gj, count = goal // my, goal % my, 0
+    most = int(reach) if cells.blocked[gi, gj] else 0
+    for i in range(max(gi - most, 0), min(gi + most + 1, mx)):
+        for j in range(max(gj - most, 0), min(gj + most + 1, my)):
+            away = math.sqrt((i - gi) ** 2 + (j - gj) ** 2)
+            if away <= reach and not cells.blocked[i, j]:
+                cell = i * my + j
+                front.length[cell], front.parent[cell], front.state[cell] = cells.spacing * away, goal, SEEN
+                count = push(front.keys, front.items, count, front.length[cell], cell)
+    front.length[goal] = 0.0 if count else np.inf
+    return count
+
+
+@njit
+def spread(cells: Cells, front: Front, goal: int, reach: float) -> int:
+    """Spreads the front from the goal as far as it goes.
+
+    Args:
+        goal: flat index of its cell.
+        reach: distance that counts as arrived [cells].
+
+    Returns:
+        the number of cells that have a path.
+    """
     # arrays for what is done at every cell: to hand over whole tuples there takes nearly as long as all the rest
     blocked, spacing = cells.blocked, cells.spacing
     length, parent, state, order, keys, items = front
     my = blocked.shape[1]
-    length[source], parent[source], state[source] = 0.0, source, SEEN
-    count, done = push(keys, items, 0, 0.0, source), 0
+    count, done = _begin(cells, front, goal, reach), 0
     while count > 0:
         key, cell = keys[0], items[0]
         count = drop_first(keys, items, count)

@@ -15,6 +15,7 @@ NEAREST = 0.12
 """Way points nearer to each other than this are one turn [m]."""
 ONE_TURN = math.pi / 3.0
 """A larger turn counts as several, of this angle and what is left: a robot takes it so [rad]."""
+NONE, UNNUMBERED = -1, -2
 COS, SIN = math.cos(ONE_TURN), math.sin(ONE_TURN)
 
 
@@ -29,37 +30,37 @@ def turn(cosine: float) -> float:
 
 
 @njit
-def way_points(parent: np.ndarray, order: np.ndarray, cells: Cells, goal: np.ndarray,
+def way_points(parent: np.ndarray, order: np.ndarray, cells: Cells, goal: int,
                ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """The cells that paths lead to.
 
     Args:
         parent: (mx * my,) flat index of the cell that the path leads to from each.
         order: (n,) the cells that have a path, from near to far.
-        goal: (2,) number 0 where nothing has a path [m].
+        goal: the cell that all paths end at.
 
     Returns:
         waypoint (mx * my,) int32, number of the way point that a cell's path leads to first, -1 without a path;
         waypoints (w, 2) [m], from near to far; before (w,) int32, the way point that each one's path leads to.
     """
     my = cells.blocked.shape[1]
-    number = np.full(len(parent), -1, dtype=np.int32)
+    number = np.full(len(parent), NONE, dtype=np.int32)
     for cell in order:
-        number[parent[cell]] = 0
-    points, before = np.empty((len(order) + 1, 2)), np.zeros(len(order) + 1, dtype=np.int32)
-    points[0] = goal
-    count = 0
+        number[parent[cell]] = UNNUMBERED
+    places, before = np.empty(len(order) + 1, dtype=np.int32), np.empty(len(order) + 1, dtype=np.int32)
+    places[0], before[0], number[goal] = goal, NONE, 0
+    count = 1
     for cell in order:
-        if number[cell] == 0:
-            points[count, 0] = cells.x + (cell // my) * cells.spacing
-            points[count, 1] = cells.y + (cell % my) * cells.spacing
-            before[count] = number[parent[cell]] if count else -1
-            number[cell] = count
+        if number[cell] == UNNUMBERED:
+            places[count], before[count], number[cell] = cell, number[parent[cell]], count
             count += 1
-    waypoint = np.full(len(parent), -1, dtype=np.int32)
+    waypoint = np.full(len(parent), NONE, dtype=np.int32)
     for cell in order:
         waypoint[cell] = number[parent[cell]]
-    return waypoint, points[: max(count, 1)], before[: max(count, 1)]
+    points = np.empty((count, 2))
+    points[:, 0] = cells.x + cells.spacing * (places[:count] // my)
+    points[:, 1] = cells.y + cells.spacing * (places[:count] % my)
+    return waypoint, points, before[:count]
 
 
 @njit
@@ -70,13 +71,11 @@ def _earlier(ex: float, ey: float, left: float) -> tuple[float, float]:
 
 
 @njit
-def turns(points: np.ndarray, before: np.ndarray, max_speed: float, max_acceleration: float,
-          ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+def turns(points: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Onward, remaining and turning of a ShortestPaths record."""
     n = len(points)
     onward, remaining, turning = np.zeros((n, 2)), np.zeros(n), np.zeros(n)
     legs, left = np.zeros((n, 2)), np.zeros(n)
-    cost = 0.5 * max_speed / max_acceleration
     for k in range(1, n):
         near = before[k]
         dx, dy = points[near, 0] - points[k, 0], points[near, 1] - points[k, 1]
@@ -87,7 +86,7 @@ def turns(points: np.ndarray, before: np.ndarray, max_speed: float, max_accelera
         remaining[k] = remaining[near] + leg
         turning[k] = turning[near]
         if near == 0 or leg >= NEAREST:
-            turning[k] += cost * turn(ux * ex + uy * ey) if near > 0 else 0.0
+            turning[k] += turn(ux * ex + uy * ey) if near > 0 else 0.0
             onward[k, 0], onward[k, 1] = ux, uy
             continue
         wx, wy = legs[near]
@@ -95,6 +94,6 @@ def turns(points: np.ndarray, before: np.ndarray, max_speed: float, max_accelera
         while abs(left[k]) > ONE_TURN:
             ex, ey = _earlier(ex, ey, left[k])
             left[k] -= math.copysign(ONE_TURN, left[k])
-            turning[k] += cost * (1.0 - COS)
+            turning[k] += 1.0 - COS
         onward[k, 0], onward[k, 1] = ex, ey
     return onward, remaining, turning

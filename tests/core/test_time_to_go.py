@@ -1,0 +1,142 @@
+"""The time to go: its bounds, its terms, where it is 0 and where there is none."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from clearance_scenes import (
+    ACCELERATION,
+    SETTINGS,
+    SPEED,
+    TOLERANCE,
+    field_of,
+    path_length,
+    to_go,
+    toward,
+    turned,
+    walls,
+)
+from collplan_core.time_to_go.query import is_reachable
+from collplan_core.time_to_go.record import ShortestPaths
+from collplan_core.time_to_go.search import shortest_paths
+from collplan_core.time_to_go.waypoints import turn
+from scenes import rotation, unit
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
+GOAL = np.zeros(2)
+SWING = SPEED / (2.0 * ACCELERATION)
+"""Time that it costs to begin at rest, and to turn by a right angle at once [s]."""
+MILLIMETRE = np.array([1e-3, 0.0])
+coordinates = st.floats(-1.5, 1.5)
+places = st.tuples(coordinates, coordinates).map(np.array)
+angles = st.floats(-np.pi, np.pi)
+velocities = st.tuples(st.floats(0.0, SPEED), angles).map(lambda v: v[0] * unit(v[1]))
+SEPTUM = walls((-1.4, -0.4), (0.4, -0.4))
+CLUTTER = np.vstack([SEPTUM, walls((0.3, 0.4), (0.9, 0.7)), walls((-0.8, 0.2), (-0.3, 0.9))])
+
+
+def paths_to(goal, segments=CLUTTER) -> ShortestPaths:
+    return shortest_paths(field_of(segments), np.array(goal, dtype=float), np.array([1.0, 1.0]), SETTINGS)
+
+
+AMONG_CLUTTER, IN_THE_OPEN = paths_to(GOAL), paths_to(GOAL, np.zeros((0, 4)))
+
+
+@QUICK
+@given(place=places, velocity=velocities)
+def test_it_is_never_less_than_the_straight_way_at_full_speed_nor_0_outside_of_the_tolerance(place, velocity):
+    time, distance = to_go(AMONG_CLUTTER, place, velocity), np.hypot(*place)
+    assert time == 0.0 if distance < TOLERANCE else time >= distance / SPEED * (1 - 1e-12)
+
+
+@QUICK
+@given(bearing=angles, share=st.floats(0.0, 0.999), velocity=velocities)
+def test_it_is_0_within_the_tolerance(bearing, share, velocity):
+    assert to_go(AMONG_CLUTTER, share * TOLERANCE * unit(bearing), velocity) == 0.0
+
+
+@QUICK
+@given(bearing=angles, far=st.floats(0.2, 2.0), passed=st.floats(0.0, 0.09))
+def test_along_a_free_straight_line_at_full_speed_it_falls_by_a_second_every_second(bearing, far, passed):
+    one, later = (
+        to_go(IN_THE_OPEN, far * unit(bearing) - s * unit(bearing), -SPEED * unit(bearing)) for s in (0.0, passed)
+    )
+    assert one == pytest.approx(far / SPEED, rel=1e-12)
+    assert one - later == pytest.approx(passed / SPEED, abs=1e-12)
+
+
+@QUICK
+@given(
+    place=places.filter(lambda p: np.hypot(*p) > 0.2),
+    velocity=velocities,
+    turn_by=st.integers(1, 3),
+    mirrored=st.booleans(),
+)
+def test_it_turns_and_mirrors_with_the_scene(place, velocity, turn_by, mirrored):
+    move = np.round(rotation(turn_by * np.pi / 2)) @ np.diag([1.0, -1.0 if mirrored else 1.0])
+    there = MOVED.setdefault((turn_by, mirrored), paths_to(GOAL, turned(CLUTTER, move)))
+    expected = to_go(AMONG_CLUTTER, place, velocity)
+    assert to_go(there, move @ place, move @ velocity) == pytest.approx(expected, abs=1e-6)
+
+
+MOVED: dict[tuple[int, bool], ShortestPaths] = {}
+
+
+@QUICK
+@given(place=places, velocity=velocities)
+def test_a_step_of_a_millimetre_changes_it_little_where_the_way_stays_the_same(place, velocity):
+    one, other = (to_go(AMONG_CLUTTER, place + step, velocity) for step in (GOAL, MILLIMETRE))
+    same = all(np.hypot(*p) > TOLERANCE + 0.01 for p in (place, place + MILLIMETRE))
+    if same and np.allclose(toward(AMONG_CLUTTER, place)[:2], toward(AMONG_CLUTTER, place + MILLIMETRE)[:2], atol=0.02):
+        assert abs(one - other) < 0.05
+
+
+def test_by_hand_in_the_open():
+    place = np.array([0.6, 0.0])
+    assert to_go(IN_THE_OPEN, place) == pytest.approx(0.6 / SPEED + SWING)
+    assert to_go(IN_THE_OPEN, place, (SPEED, 0.0)) == pytest.approx(0.6 / SPEED + 4.0 * SWING)
+    assert to_go(IN_THE_OPEN, place, (0.0, SPEED)) == pytest.approx(0.6 / SPEED + 2.0 * SWING)
+    np.testing.assert_allclose(toward(IN_THE_OPEN, place), (-1.0, 0.0, 0.6))
+
+
+def test_a_turn_counts_by_its_angle_without_a_step():
+    by_angle = [turn(np.cos(angle)) for angle in np.linspace(0.0, np.pi, 200)]
+    assert np.all(np.diff(by_angle) >= 0.0)
+    assert np.max(np.diff(by_angle)) < 0.02
+    assert [turn(np.cos(a)) for a in (0.0, 0.5, np.pi)] == pytest.approx([0.0, 1.0 - np.cos(0.5), 1.5])
+
+
+@pytest.mark.parametrize("below", [-0.55, -0.7, -0.9])
+@pytest.mark.parametrize("x", [-0.4, -0.2, 0.0])
+def test_a_u_turn_costs_the_same_however_many_way_points_it_has(x, below):
+    paths, place = paths_to((-0.4, -0.1)), np.array([x, below])
+    ux, uy, _ = toward(paths, place)
+    beyond = np.array([0.3, -0.28])
+    wx, wy, _ = toward(paths, beyond)
+    turns = to_go(paths, place, (SPEED * ux, SPEED * uy)) - path_length(paths, place) / SPEED
+    assert turns == pytest.approx(SWING * turn(ux * wx + uy * wy), abs=0.05)
+    assert turns > 0.9 * SWING
+    assert to_go(paths, beyond, (SPEED * wx, SPEED * wy)) == pytest.approx(path_length(paths, beyond) / SPEED)
+
+
+def test_near_a_corner_the_velocity_after_the_turn_is_as_good_as_the_one_before():
+    paths = paths_to((-1.0, 0.0))
+    near, far = np.array([0.35, -0.52]), np.array([-0.6, -0.52])
+    assert to_go(paths, near, (0.0, SPEED)) < to_go(paths, near) - 0.2
+    assert to_go(paths, far, (0.0, SPEED)) > to_go(paths, far)
+
+
+def test_a_robot_that_touches_a_wall_goes_from_the_free_cells_beside_it():
+    touching, pressed = np.array([-0.5, -0.4 + 0.085]), np.array([-0.5, -0.4 + 0.05])
+    paths = paths_to(GOAL)
+    assert is_reachable(paths, pressed)
+    assert to_go(paths, touching) == pytest.approx(to_go(paths, np.array([-0.5, -0.4 + 0.105])), abs=0.03)
+    assert np.isfinite(to_go(paths, pressed))
+
+
+def test_where_the_goal_is_closed_off_there_is_no_time_and_no_direction():
+    paths = paths_to(GOAL, walls((-0.4, -0.4), (0.4, -0.4), (0.4, 0.4), (-0.4, 0.4), (-0.4, -0.4)))
+    assert to_go(paths, (1.0, 0.0)) == np.inf
+    assert toward(paths, (1.0, 0.0)) == (0.0, 0.0, np.inf)
+    assert np.isfinite(to_go(paths, (0.2, 0.0)))
