@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
 from std_msgs.msg import String
@@ -21,8 +22,9 @@ from omnipuck_sim.simulator_node import SimulatorNode
 class Graph:
     """The whole loop in a world that simulator and lidar alone are told."""
 
-    def __init__(self, ros, world: str) -> None:
+    def __init__(self, ros, world: str, **parameters) -> None:
         self.ros = ros
+        shared = {key.replace("__", "."): value for key, value in parameters.items()}
         self.odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
         self.commands = ros.listen(Twist, "cmd_vel", NEWEST)
         self.plans = ros.listen(Path, "plan", NEWEST)
@@ -31,8 +33,8 @@ class Graph:
         ros.make(SimulatorNode, {"simulator.world": world, "simulator.seed": 3})
         ros.make(MocapNode)
         ros.make(LidarNode, {"lidar.world": world})
-        self.planner = ros.make(PlannerNode)
-        self.controller = ros.make(ControllerNode)
+        self.planner = ros.make(PlannerNode, shared)
+        self.controller = ros.make(ControllerNode, shared)
         self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
         ready = self.planner._sensed, self.controller._sensed
         assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
@@ -63,6 +65,20 @@ def test_the_robot_reaches_its_goal_and_stops(ros):
     last = graph.commands[-1]
     assert (last.linear.x, last.linear.y, last.angular.z) == (0.0, 0.0, 0.0)
     assert ros.wait_until(lambda: graph.maneuvers[-1].data == "stopped")
+
+
+def test_bounce_reaches_its_goal_round_a_turn(ros):
+    # all nodes share one thread here: half the plans, and those quickly made
+    quick = {"planner__map_period": 0.1, "time_to_goal__start_proposals": 20, "time_to_goal__proposals": 200}
+    graph = Graph(ros, "u:17", planner__strategy="bounce", **quick)
+    costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
+    graph.send_goal(load_world("u:17").goal)
+    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, timeout=30.0)
+    assert {m.data for m in graph.maneuvers} <= {"free_space", "stopped"}
+    terms = [{v.key: v.value for v in message.status[0].values} for message in costs]
+    assert sum(int(values["foreseen_contacts"]) for values in terms) > 0
+    arrivals = [float(values["arrival_time"]) for values in terms]
+    assert arrivals[0] > arrivals[-1] >= 0.0
 
 
 @pytest.mark.parametrize(("obstacle_y", "side"), [(0.1, -1.0), (-0.1, 1.0)])

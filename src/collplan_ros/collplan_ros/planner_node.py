@@ -9,6 +9,7 @@ When the poses leap, fall silent or start over, memory is dropped and the goal t
 earlier plan.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -228,7 +229,7 @@ class PlannerNode(Node):
     def _look(self) -> None:
         """Makes the local map of the newest scan that can be placed, once."""
         settings = self._settings
-        placed = self._sensed.newest_placed(self._planned_until if self._seen is None else self._seen.scan.stamp)
+        placed = self._sensed.newest_placed(-math.inf if self._seen is None else self._seen.scan.stamp)
         if placed is not None:
             self._seen = Seen(*placed, build_local_map(*placed, settings.robot, settings.local_map))
 
