@@ -15,6 +15,7 @@ from collplan_core.plan import Contacts
 from collplan_core.raycast import simulate_scan
 from collplan_core.state import State
 from collplan_core.worlds import World
+from collplan_ros import impact_log
 from collplan_ros.failures import StartError
 from collplan_ros.impact_log import impacts_of, nearest_surface
 from collplan_ros.options import Options, parse
@@ -26,6 +27,7 @@ from collplan_ros.run_folder import RunFolder
 from collplan_ros.run_log import Kick, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 from collplan_ros.summary import summarize
 from collplan_ros.trajectory_file import COLUMNS, write_trajectory
+from omnipuck_sim.study import rows
 
 EPOCH = 1.7e9
 WALL = 1.0
@@ -56,7 +58,7 @@ def bouncing_run() -> RunLog:
             )
         if k % 20 == 0:
             log.plans.append(PlanRow(EPOCH + t, EPOCH + t + np.array([0.0, 1.0]), np.array([[x, 0.1], [x + 0.5, 0.1]])))
-            touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), np.array([[WALL, 0.12]]), np.zeros((1, 2)))
+            touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), np.array([[WALL, 0.12]]), np.array([[-0.6, 0.8]]))
             log.contacts[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
     log.kicks.append(Kick(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
@@ -69,7 +71,34 @@ def test_an_impact_is_placed_on_the_world():
     assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
     assert impacts.before[0] == pytest.approx([SPEED, 0.0])
     assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
-    assert impacts.foreseen.tolist() == [True]
+    assert impacts.foreseen.tolist() == impacts.deliberate.tolist() == [True]
+
+
+def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
+    log = bouncing_run()
+    log.truth = [row._replace(vx=0.15 if row.vx > 0.0 else -0.1) for row in log.truth]
+    log.kicks = [Kick(EPOCH + HIT_AT - 0.003, -0.25, 0.0)]
+    assert impacts_of(log, room()).deliberate.tolist() == [False]
+    log = bouncing_run()
+    log.contacts = {stamp: Contacts.none() for stamp in log.contacts}
+    impacts = impacts_of(log, room())
+    assert impacts.deliberate.tolist() == [False]
+    assert np.isnan(impacts.direction_errors).all()
+
+
+def test_deliberate_means_the_same_in_a_run_and_in_the_study():
+    assert impact_log.DELIBERATE_SPEED == rows.DELIBERATE_SPEED
+
+
+def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
+    log = bouncing_run()
+    touch = log.contacts[EPOCH]
+    log.contacts = {EPOCH + 0.01 * k + 0.003: touch for k in range(95)}
+    log.plans = []
+    assert impacts_of(log, room()).foreseen.tolist() == [True]
+    # the last one before the hit no longer expects it
+    log.contacts[EPOCH + 0.98] = Contacts.none()
+    assert impacts_of(log, room()).foreseen.tolist() == [False]
 
 
 def test_two_hits_between_two_samples_are_told_apart():
@@ -103,7 +132,8 @@ def test_the_summary_of_a_run_worked_by_hand():
     assert summary["arrival_time_s"] == pytest.approx(1.99 - 0.15, abs=1e-6)
     assert summary["path_length_m"] == pytest.approx(SPEED * 0.85 + 0.5 * SPEED * 0.99, abs=1e-6)
     assert summary["path_length_source"] == "ground_truth"
-    assert (summary["impacts"], summary["impacts_foreseen"]) == (1, 1)
+    assert (summary["impacts"], summary["impacts_foreseen"], summary["impacts_deliberate"]) == (1, 1, 1)
+    assert summary["rebound_direction_error_deg"] == pytest.approx(np.degrees(np.arctan2(0.8, 0.6)))
     assert summary["plan_time_ms"] == {"p50": pytest.approx(91.0), "p99": pytest.approx(181.0, rel=0.02), "n": 10}
     assert summary["control_period_ms"]["p50"] == pytest.approx(50.0)
     assert summary["candidates"] == {"mean": 10.0, "before_pruning_mean": 30.0}
@@ -132,8 +162,10 @@ def test_all_files_are_written(tmp_path):
     summary = json.loads((latest / "summary.json").read_text())
     assert summary["simulated"] is True
     assert summary["assumed"]["robot.radius"] == RADIUS
-    rows = list(csv.DictReader((latest / "impacts.csv").open()))
-    assert [(row["foreseen"], float(row["t"])) for row in rows] == [("true", pytest.approx(HIT_AT - 0.153, abs=1e-5))]
+    hits = list(csv.DictReader((latest / "impacts.csv").open()))
+    assert [(row["foreseen"], row["deliberate"]) for row in hits] == [("true", "true")]
+    assert float(hits[0]["t"]) == pytest.approx(HIT_AT - 0.153, abs=1e-5)
+    assert float(hits[0]["direction_error"]) == pytest.approx(np.arctan2(0.8, 0.6), abs=1e-5)
     last = list(csv.DictReader((latest / "trajectory.csv").open()))[-1]
     assert float(last["t"]) == pytest.approx(summary["arrival_time_s"], abs=1e-6)
     from PIL import Image

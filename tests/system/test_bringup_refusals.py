@@ -14,6 +14,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from collplan_core.params import Trial
+from collplan_core.strategies import map_period_of
 from collplan_ros import graph, preparation, processes
 from collplan_ros.bringup import main, run, told
 from collplan_ros.failures import NodeDied
@@ -81,6 +82,20 @@ def test_a_parameter_file_is_checked_before_anything_starts(tmp_path, capsys):
     file.write_text("/**:\n  ros__parameters:\n    planner:\n      map_period: -0.2\n")
     assert main(["--params", str(file), "--out", str(tmp_path / "runs")]) == 2
     assert "planner.map_period: got -0.2" in capsys.readouterr().err
+
+
+def test_a_planner_that_is_given_the_map_does_not_drive(tmp_path, capsys):
+    file = tmp_path / "mine.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    planner: {strategy: bounce}\n    trial: {known_map: true}\n")
+    assert main(["--params", str(file), "--out", str(tmp_path / "runs")]) == 2
+    assert "trial.known_map: got True, expected False" in capsys.readouterr().err
+
+
+def test_strategies_come_with_their_own_map_period_and_worlds_by_family():
+    prepared = preparation.prepare(Options(strategy="bounce", world="u:17"))
+    assert map_period_of(prepared.settings) == 0.05
+    assert prepared.world.name == "u:17"
+    assert map_period_of(preparation.prepare(Options(strategy="harness")).settings) == 0.2
 
 
 def test_options_outrank_the_parameter_file_and_the_file_the_defaults(tmp_path):

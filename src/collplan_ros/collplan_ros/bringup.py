@@ -33,9 +33,11 @@ from collplan_ros.watch import REACHED, Watch
 REST_PATIENCE = 2.0
 """The robot may take so long to stop [s]."""
 REST_SPEED = 0.03
+PLANNER = "planner_node"
+ABORTED = "aborted"
 TOLD = {
     GoalStatus.STATUS_SUCCEEDED: REACHED,
-    GoalStatus.STATUS_ABORTED: "aborted",
+    GoalStatus.STATUS_ABORTED: ABORTED,
     GoalStatus.STATUS_CANCELED: "canceled",
 }
 """How a run ends by what the planner says of the goal."""
@@ -48,7 +50,7 @@ class RunResult:
     Attributes:
         outcome: reached, timeout, stuck, aborted, canceled, node_died, graph_lost or interrupted.
         exit_code: 0 only when the goal was reached.
-        message: why, where the run was broken off.
+        message: why, where the run was broken off or the goal given up.
         folder: the run folder.
         summary: what summary.json holds.
     """
@@ -163,13 +165,14 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
             bringup.graph.wait_until_ready()
             outcome = bringup.drive()
             bringup.come_to_rest()
+            word = bringup.graph.word_of(PLANNER) if outcome == ABORTED else ""
     except NodeDied as error:
         return "node_died", GRAPH_LOST, str(error)
     except GraphError as error:
         return "graph_lost", GRAPH_LOST, str(error)
     except Interrupted as error:
         return "interrupted", 128 + error.number, str(error)
-    return outcome, 0 if outcome == REACHED else NOT_REACHED, ""
+    return outcome, 0 if outcome == REACHED else NOT_REACHED, word
 
 
 def _announcement(bringup: Bringup) -> str:
@@ -187,8 +190,8 @@ def _conclusion(result: RunResult) -> str:
     kind = "simulated, " if summary["simulated"] else ""
     return (
         f"{end} ({kind}{summary['path_length_m']:.2f} m, {summary['impacts']} impacts, "
-        f"{summary['impacts_foreseen']} of them foreseen)\n{result.folder}\n"
-        f"once more: {summary['repeat']}"
+        f"{summary['impacts_foreseen']} of them foreseen, {summary['impacts_deliberate']} deliberate)\n"
+        f"{result.folder}\nonce more: {summary['repeat']}"
     )
 
 

@@ -146,6 +146,11 @@ class Graph:
 
         self.wait(answered, INPUT_PATIENCE, self._no_planner)
 
+    def word_of(self, node: str) -> str:
+        """What a node said last of how it is; "" where it has not reported."""
+        status = self.recorder.reported.get(self._full_name(node))
+        return "" if status is None else status.message
+
     def _open_node(self, stack: ExitStack) -> None:
         context = Context()
         context.init()

@@ -1,4 +1,4 @@
-"""The impacts of a run: where on the world they were, and whether a plan foresaw them."""
+"""The impacts of a run: where on the world they were, whether a plan foresaw them, and how well."""
 
 import csv
 from collections.abc import Iterable
@@ -7,14 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from collplan_core.impact_matching import Prediction, foreseen_impacts
-from collplan_core.plan import Contacts
+from collplan_core.impact_matching import Prediction, foreseen_impacts, foreseen_rebounds
 from collplan_core.worlds import World, world_segments
 from collplan_ros.run_log import Kick, PoseRow, RunLog
 
 COLUMNS = (
-    "t", "x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy", "foreseen",
+    "t", "x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy", "direction_error",
+    "foreseen", "deliberate",
 )  # fmt: skip
+DELIBERATE_SPEED = 0.2
+"""A foreseen impact at more than this into the wall counts as deliberate [m/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,8 @@ class Impacts:
         points: (k, 2) on the obstacle [m].
         normals: (k, 2) unit normals out of the obstacle.
         before, after: (k, 2) velocity [m/s].
+        direction_errors: (k,) angle in [0, pi] between the velocity after it and that in the last plan before it [rad];
+            NaN where that one did not foresee it.
         foreseen: (k,) whether a plan in force foresaw it.
     """
 
@@ -37,18 +41,25 @@ class Impacts:
     normals: np.ndarray
     before: np.ndarray
     after: np.ndarray
+    direction_errors: np.ndarray
     foreseen: np.ndarray
 
     def __len__(self) -> int:
         return len(self.times)
+
+    @property
+    def deliberate(self) -> np.ndarray:
+        """(k,) whether it was foreseen and faster into the wall than a graze."""
+        return self.foreseen & (-(self.before * self.normals).sum(axis=1) > DELIBERATE_SPEED)
 
 
 def impacts_of(log: RunLog, world: World) -> Impacts:
     """The hits of a run with the surface of `world` that was nearest to the robot at each."""
     rows = np.array([_located(kick.stamp, np.array(kick[1:]), log, world) for kick in log.hits]).reshape(-1, 9)
     times, points, normals, before, after = rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7], rows[:, 7:9]
-    predictions = [Prediction(plan.stamp, log.contacts.get(plan.stamp, Contacts.none())) for plan in log.plans]
-    return Impacts(times, points, normals, before, after, foreseen_impacts(times, points, predictions))
+    predictions = [Prediction(made, contacts) for made, contacts in sorted(log.contacts.items())]
+    errors = foreseen_rebounds(times, points, after, predictions)[:, 0]
+    return Impacts(times, points, normals, before, after, errors, foreseen_impacts(times, points, predictions))
 
 
 def _located(stamp: float, change: np.ndarray, log: RunLog, world: World) -> list[float]:
@@ -102,5 +113,6 @@ def write_impacts(path: Path, impacts: Impacts, begin: float) -> None:
         writer.writerow(COLUMNS)
         for i in range(len(impacts)):
             vectors = (impacts.points[i], impacts.normals[i], impacts.before[i], impacts.after[i])
-            numbers = [impacts.times[i] - begin, *np.concatenate(vectors)]
-            writer.writerow([*(f"{number:.6f}" for number in numbers), str(bool(impacts.foreseen[i])).lower()])
+            numbers = [impacts.times[i] - begin, *np.concatenate(vectors), impacts.direction_errors[i]]
+            kinds = (impacts.foreseen[i], impacts.deliberate[i])
+            writer.writerow([*(f"{number:.6f}" for number in numbers), *(str(bool(kind)).lower() for kind in kinds)])

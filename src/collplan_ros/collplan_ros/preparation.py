@@ -66,6 +66,8 @@ def _settings(options: Options, robot: RobotKind) -> Settings:
         if key in values and Path(str(values[key])).is_file():
             values[key] = str(Path(str(values[key])).resolve())
     settings = Settings().with_values(values)
+    if settings.trial.known_map:
+        raise ParameterError("trial.known_map: got True, expected False: planner_node is never given a map")
     if robot.simulated and settings.simulator.noise * settings.simulator.mocap_noise == 0.0:
         # poses of a simulated robot at rest are equal to the last bit then
         settings = settings.with_values({"mocap.accept_frozen": values.get("mocap.accept_frozen", True)})

@@ -74,7 +74,7 @@ class Kick(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlanRow:
-    """A plan: stamp of its scan, times (n,) and positions (n, 2)."""
+    """A plan: stamp of what it was made from, times (n,) and positions (n, 2)."""
 
     stamp: float
     times: np.ndarray

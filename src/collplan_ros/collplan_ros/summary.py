@@ -22,9 +22,9 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
     """The figures of a run, ready for JSON.
 
     They cover the time from the first non-zero command to the log's end, where the goal was reached: the first pose
-    within goal_tolerance. A maneuver's count is the control periods spent in it. The control period, like the first
-    command, is told by the stamps that the controller's own middleware puts on its commands, so bringup's own load is
-    not in it.
+    within goal_tolerance. The rebounds' error is the median over the impacts that the last plan before each foresaw. A
+    maneuver's count is the control periods spent in it. The control period, like the first command, is told by the
+    stamps that the controller's own middleware puts on its commands, so bringup's own load is not in it.
     """
     begin = log.time_zero
     commands = [c for c in log.commands if begin is not None and begin <= c.stamp]
@@ -36,6 +36,8 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
         "path_length_source": "ground_truth" if log.truth else "mocap poses, low-passed at 5 Hz, resampled at 20 Hz",
         "impacts": len(impacts),
         "impacts_foreseen": int(impacts.foreseen.sum()),
+        "impacts_deliberate": int(impacts.deliberate.sum()),
+        "rebound_direction_error_deg": _median(np.degrees(impacts.direction_errors)),
         "goal": [float(value) for value in goal],
         "strategy": settings.planner.strategy,
         "plan_time_ms": _percentiles([costs["planning_time_ms"] for costs in log.costs if "planning_time_ms" in costs]),
@@ -72,6 +74,12 @@ def _percentiles(values: Sequence[float] | np.ndarray) -> dict[str, Any]:
         return {"p50": None, "p99": None, "n": 0}
     p50, p99 = np.percentile(values, [50, 99])
     return {"p50": float(p50), "p99": float(p99), "n": len(values)}
+
+
+def _median(values: np.ndarray) -> float | None:
+    """Of those that are known."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else None
 
 
 def _mean(log: RunLog, key: str) -> float | None:
