@@ -56,6 +56,30 @@ def _seen_beside(linked: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, n
 
 
 @njit
+def _is_single_gap(wall: np.ndarray, sight: Sight) -> bool:
+    """Whether no beam fell between the ends of a wall: no third hit says that it is one."""
+    ax, ay, bx, by = wall[0] - sight.x, wall[1] - sight.y, wall[2] - sight.x, wall[3] - sight.y
+    return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by)) < 1.5 * sight.step
+
+
+@njit
+def _corner_cuts(walls: np.ndarray, linked: np.ndarray, widest: float, sight: Sight) -> np.ndarray:
+    """(w,) whether a wall is a cut across a corner, or a jump to what is behind: a single gap beside sure walls."""
+    n = len(walls)
+    single = np.zeros(n, np.bool_)
+    for i in range(n):
+        length = math.sqrt((walls[i, 2] - walls[i, 0]) ** 2 + (walls[i, 3] - walls[i, 1]) ** 2)
+        single[i] = length <= widest and _is_single_gap(walls[i], sight)
+    beside_sure, beside_single = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    for i in range(n):
+        j = linked[i]
+        if j >= 0:
+            beside_sure[i], beside_single[i] = beside_sure[i] or not single[j], beside_single[i] or single[j]
+            beside_sure[j], beside_single[j] = beside_sure[j] or not single[i], beside_single[j] or single[i]
+    return single & beside_sure & ~beside_single
+
+
+@njit
 def _cores(wall: np.ndarray, low: float, high: float, length: float, spacing: float) -> np.ndarray:
     """(k, 2) where pieces of a wall begin and end along it [m]: at multiples of spacing in its longer coordinate."""
     dx, dy = wall[2] - wall[0], wall[3] - wall[1]
@@ -115,10 +139,13 @@ def _on(wall: np.ndarray, share: float) -> tuple[float, float]:
 
 
 @njit
-def cut(walls: np.ndarray, owner: np.ndarray, sight: Sight, spacing: float, inset: float) -> Cuts:
+def cut(walls: np.ndarray, owner: np.ndarray, sight: Sight, spacing: float, inset: float, widest: float) -> Cuts:
     """Cut the walls (w, 4) of surfaces `owner` (w,) that are seen in the square around the robot.
 
-    `inner` are the pieces `inset` away from both ends of what is seen of their surface, corners included [m].
+    Args:
+        spacing: length of a piece [m].
+        inset: how far the inner pieces are from both ends of what is seen of their surface, around corners too [m].
+        widest: cuts across a corner up to this are left out [m].
     """
     n = len(walls)
     shares, lengths = np.empty((n, 2)), np.zeros(n)
@@ -128,10 +155,12 @@ def cut(walls: np.ndarray, owner: np.ndarray, sight: Sight, spacing: float, inse
         length = math.sqrt((walls[i, 2] - walls[i, 0]) ** 2 + (walls[i, 3] - walls[i, 1]) ** 2)
         lengths[i] = max(0.0, shares[i, 1] - shares[i, 0]) * length
         most += int(lengths[i] / spacing) + 3
-    before, beyond = _seen_beside(_linked(walls, owner, shares), lengths)
+    linked = _linked(walls, owner, shares)
+    before, beyond = _seen_beside(linked, lengths)
+    left_out = _corner_cuts(walls, linked, widest, sight)
     cuts = Cuts(np.empty((most, 4)), np.empty((most, 2)), np.empty(most, np.bool_))
     k = 0
     for i in range(n):
-        if shares[i, 0] <= shares[i, 1]:
+        if shares[i, 0] <= shares[i, 1] and not left_out[i]:
             k = _cut_wall(walls[i], shares[i, 0], shares[i, 1], before[i], beyond[i], spacing, inset, sight, cuts, k)
     return Cuts(cuts.pieces[:k], cuts.normals[:k], cuts.inner[:k])

@@ -6,6 +6,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.remembered.contradiction import seen_beyond
+from collplan_core.remembered.grid import window
 from collplan_core.remembered.working import Nodes, Pool, Sight, middle
 
 
@@ -24,25 +25,41 @@ SKIN = 0.04
 
 
 @njit
-def is_refuted(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight: Sight, nodes: Nodes) -> bool:
-    """Whether what would be inferred behind a piece is seen to be free, or ever was free for the disc."""
+def _is_seen_free(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight: Sight) -> bool:
+    """Whether the scan sees what would be inferred behind a piece, or a surface just in front of it."""
     x, y = middle(piece)
     for row in rows:
-        px, py = x - row * normal[0], y - row * normal[1]
-        if max(abs(px - sight.x), abs(py - sight.y)) > sight.half_side:
-            continue
-        if seen_beyond(sight, px, py) > -SKIN:
-            return True
-        i = int(math.floor((px - nodes.ox) / nodes.spacing + 0.5))
-        j = int(math.floor((py - nodes.oy) / nodes.spacing + 0.5))
-        if 0 <= i < nodes.free.shape[0] and 0 <= j < nodes.free.shape[1] and nodes.free[i, j]:
+        if seen_beyond(sight, x - row * normal[0], y - row * normal[1]) > -SKIN:
             return True
     return False
 
 
 @njit
-def refute(pool: Pool, count: int, rows: np.ndarray, sight: Sight, nodes: Nodes) -> None:
+def _was_free(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, nodes: Nodes) -> bool:
+    """Whether the disc was ever seen to be free where it covers what would be inferred, or the surface before that."""
+    mx, my = middle(piece)
+    reach = nodes.radius + SKIN
+    for row in rows:
+        x, y = mx - row * normal[0], my - row * normal[1]
+        i0, i1, j0, j1 = window(nodes, x, y, x, y, reach)
+        for i in range(i0, i1):
+            dx = nodes.ox + i * nodes.spacing - x
+            for j in range(j0, j1):
+                dy = nodes.oy + j * nodes.spacing - y
+                if nodes.free[i, j] and dx * dx + dy * dy < reach * reach:
+                    return True
+    return False
+
+
+@njit
+def is_refuted(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight: Sight, nodes: Nodes) -> bool:
+    """Whether what would be inferred behind a piece is known to be free."""
+    return _is_seen_free(piece, normal, rows, sight) or _was_free(piece, normal, rows, nodes)
+
+
+@njit
+def refute(pool: Pool, count: int, rows: np.ndarray, sight: Sight) -> None:
     """Drop for good what is inferred where the scan sees that it is free."""
     for k in range(count):
-        if pool.backed[k] and is_refuted(pool.pieces[k], pool.normals[k], rows, sight, nodes):
+        if pool.backed[k] and _is_seen_free(pool.pieces[k], pool.normals[k], rows, sight):
             pool.backed[k], pool.refuted[k] = False, True

@@ -34,11 +34,11 @@ def remember(
     sight, half = sight_of(local_map), 0.5 * settings.side
     rows = inferred_rows(settings.inferred_depth, robot.radius)
     inset = settings.inferred_inset if len(rows) else math.inf
-    cuts = cut(local_map.walls, local_map.wall_surface, sight, settings.spacing, inset)
+    cuts = cut(local_map.walls, local_map.wall_surface, sight, settings.spacing, inset, robot.radius)
     nodes, pool = nodes_around(memory, local_map.position, robot.radius, settings), pool_of(memory, len(cuts.pieces))
     count = len(memory.pieces)
     doubt(pool, count, sight, settings.contradiction)
-    refute(pool, count, rows, sight, nodes)
+    refute(pool, count, rows, sight)
     _forget_far(pool, count, *local_map.position, half)
     count = take_up(pool, count, cuts, sight, nodes, rows, settings.contradiction, half)
     _forget_oldest(pool, settings.max_pieces)
@@ -58,7 +58,7 @@ def known_boundaries(walls: np.ndarray, center: np.ndarray, robot: Robot, settin
     far = np.abs(walls.reshape(-1, 2) - center).max(initial=0.0) + robot.radius + FAR
     nodes = empty_nodes(np.asarray(center), max(0.5 * settings.side, far), settings.spacing, robot.radius)
     everywhere = Sight(np.zeros(0), float(center[0]), float(center[1]), 0.0, 0.0, math.inf, math.inf)
-    cuts = cut(walls, np.arange(len(walls)), everywhere, settings.spacing, math.inf)
+    cuts = cut(walls, np.arange(len(walls)), everywhere, settings.spacing, math.inf, 0.0)
     pool = pool_of(_nothing(nodes), len(cuts.pieces))
     pool.pieces[:], pool.normals[:], pool.seen[:], pool.kept[:] = cuts.pieces, cuts.normals, math.inf, True
     renew(nodes, pool, len(cuts.pieces), np.zeros(0, bool), NO_ROWS)
