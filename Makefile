@@ -43,6 +43,7 @@ soak: $(COMPILED)  ## all tests with the long ones, then the core without its co
 	NUMBA_DISABLE_JIT=1 $(PYTHON) -m pytest tests/core $(ARGS)
 	@tools/test_oldest.sh $(ARGS)
 
+bench: export OPENBLAS_NUM_THREADS = 1
 bench: $(COMPILED)  ## speed, side by side with other planners and simulators
 	$(PYTHON) benchmarks/run.py $(ARGS)
 

@@ -13,7 +13,7 @@ from collplan_core.plan import Plan
 from collplan_core.raycast import simulate_scan
 from collplan_core.scan import Scan
 from collplan_core.state import State
-from collplan_core.strategies import STRATEGIES
+from collplan_core.strategies import STRATEGIES, map_period_of
 from collplan_core.worlds import World, load_world
 from omnipuck_sim.trial import TrialResult, run_trial
 
@@ -73,5 +73,5 @@ def _states_of_run(strategy: str, world: World, seed: int) -> Iterator[Logged]:
 
 def _states_every(run: TrialResult, settings: Settings) -> Iterator[State]:
     """The true states of a run, one each map_period."""
-    for t, x, y, vx, vy in run.trajectory[:: round(settings.planner.map_period * settings.simulator.mocap_rate)]:
+    for t, x, y, vx, vy in run.trajectory[:: round(map_period_of(settings) * settings.simulator.mocap_rate)]:
         yield State(float(t), np.array([x, y]), np.array([vx, vy]), 0.0)

@@ -19,6 +19,7 @@ def machine() -> dict[str, Any]:
         "system": platform.platform(),
         "python": platform.python_version(),
         "packages": {name: version(name) for name in PACKAGES},
+        "blas_threads": os.environ.get("OPENBLAS_NUM_THREADS", "as numpy likes"),
         "load_average": load(),
     }
 

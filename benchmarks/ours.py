@@ -9,6 +9,7 @@ from timing import time_each
 from collplan_core.local_map import build_local_map
 from collplan_core.params import Settings
 from collplan_core.raycast import simulate_scan
+from collplan_core.strategies import map_period_of
 from collplan_core.trajectory import make_trajectory, spline
 from collplan_core.worlds import World
 from omnipuck_sim.trial import TrialResult, run_trial
@@ -40,7 +41,7 @@ def trajectory_round(states: list[Logged]) -> list[float]:
     def trajectory(each: Logged) -> None:
         points, _ = make_trajectory(
             each.state.position, each.state.velocity, each.plan.aim, each.plan.aim_velocity, robot.max_speed,
-            p.map_period, p.time_scale, p.acceleration_factor * robot.max_acceleration, False, False,
+            map_period_of(SHIPPED), p.time_scale, p.acceleration_factor * robot.max_acceleration, False, False,
         )  # fmt: skip
         spline(points, share)
 

@@ -9,6 +9,10 @@ TARGETS: list[tuple[str, tuple[str, ...], float, bool]] = [
     ("run over the same in ir-sim", ("ratios", "trial_vs_irsim"), 1 / 15, True),
     ("cycle [us, median]", ("cycle_pruned", "median_us"), 600.0, True),
     ("pruned aim near the unpruned [share]", ("pruning_agreement", "share"), 0.95, False),
+    ("plan to the goal [us, median]", ("rollouts", "plan", "median_us"), 20_000.0, True),
+    ("plan to the goal [us, p99]", ("rollouts", "plan", "p99_us"), 40_000.0, True),
+    ("coarse rollouts a plan", ("rollouts", "counts", "rollouts"), 3000, False),
+    ("changes tried a plan", ("rollouts", "counts", "proposals"), 1500, False),
 ]
 
 
@@ -31,9 +35,9 @@ def print_report(figures: dict[str, Any]) -> None:
     print(f"\n{where['cpu']}, {where['cores']} cores, {loads}, Python {where['python']}")
     print(f"\n{'':38}{'median us':>11}{'p99 us':>11}{'n':>8}")
     for name in ("scan", "local_map", "cycle_pruned", "cycle_unpruned", "trajectory"):
-        row = figures[name]
-        print(f"{name:38}{row['median_us']:11.1f}{row['p99_us']:11.1f}{row['n']:8d}")
-    print(f"\n{'share of a cycle by stage':38}" + "  ".join(f"{k} {v:.0%}" for k, v in figures["stages"].items()))
+        print(_times(name, figures[name]))
+    print(f"\n{'share of a cycle by stage':38}{_stages(figures['stages'])}")
+    _print_rollouts(figures["rollouts"])
     print(f"{'simulated seconds a second':38}{figures['trial_realtime_factor']['median']:11.1f}")
     for name, each in figures["protocol"].items():
         print(f"{name + ' [frames/s]':38}{each['frames_per_s']:11d}")
@@ -46,6 +50,26 @@ def print_report(figures: dict[str, Any]) -> None:
         print(f"skipped: {peer}: {reason}")
 
 
+def _print_rollouts(figures: dict[str, Any]) -> None:
+    print("\nplans to the goal, everything included, with their coarse rollouts, beside the same in numpy:")
+    for name in ("plan", "coarse", "vectorised"):
+        print(_times(name, figures[name]))
+    print(f"{'share of a plan by stage':38}{_stages(figures['stages'])}")
+    for name in ("plan_vs_vectorised", "coarse_vs_vectorised"):
+        row = figures[name]
+        print(f"{name:38}{row['ratio']:11.2f}  ({row['lowest']:.2f} to {row['highest']:.2f})")
+    same = figures["same_ends"]
+    print(f"{'rollouts that end elsewhere in numpy':38}{same['different']:11d} of {same['n']}\n")
+
+
+def _times(name: str, row: dict[str, Any]) -> str:
+    return f"{name:38}{row['median_us']:11.1f}{row['p99_us']:11.1f}{row['n']:8d}"
+
+
+def _stages(shares: dict[str, float]) -> str:
+    return "  ".join(f"{name} {share:.0%}" for name, share in shares.items())
+
+
 def _line(row: dict[str, Any]) -> str:
     bound = ("<= " if row["at_most"] else ">= ") + _number(row["target"])
     value = "skipped" if row["value"] is None else _number(row["value"])
@@ -54,4 +78,6 @@ def _line(row: dict[str, Any]) -> str:
 
 
 def _number(value: float) -> str:
-    return f"1/{1 / value:.0f}" if 0.0 < value < 0.1 else f"{value:.3g}"
+    if 0.0 < value < 0.1:
+        return f"1/{1 / value:.0f}"
+    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"

@@ -13,6 +13,7 @@ from machine import load, machine
 from peer import Peer
 from peer_environment import STEPS, PeerError, install
 from report import print_report, verdicts
+from rollouts import FAMILIES, logged_calls, rollouts
 from serial_line import driver_cpu, protocol
 from side_by_side import beside_dwa, beside_irsim_scan, beside_irsim_trial
 from stages import stage_shares
@@ -21,7 +22,7 @@ from collplan_core.warm_up import warm_up
 from collplan_core.worlds import load_world
 
 ARENAS = ["corridor", "l_corridor", "slalom"]
-CLUTTER = [f"random:{seed}" for seed in range(1000, 1010)]
+CLUTTER = [f"random:{seed}" for seed in range(200, 210)]
 SCAN_PERIOD, POSE_PERIOD = 0.05, 0.01
 
 
@@ -49,6 +50,10 @@ def parse_options() -> argparse.Namespace:
     parser.add_argument("--rounds", type=int, default=7, help="rounds of each comparison (%(default)s)")
     parser.add_argument("--seeds", type=int, default=4, help="runs logged per arena and strategy (%(default)s)")
     parser.add_argument("--clutter", type=int, default=10, help="random worlds logged, at most 10 (%(default)s)")
+    parser.add_argument(
+        "--families", nargs="+", default=FAMILIES, choices=FAMILIES, metavar="NAME",
+        help=f"in a world of each, bounce is logged: {', '.join(FAMILIES)} (all)",
+    )  # fmt: skip
     parser.add_argument("--no-peers", action="store_true", help="measure this project alone")
     return parser.parse_args()
 
@@ -60,6 +65,7 @@ def measured(states: list[Logged], options: argparse.Namespace) -> dict[str, Any
     figures["trial_realtime_factor"] = realtime_factor(corridor, 3 * options.rounds)
     figures["stages"] = stage_shares([state for state in states if state.chooses])
     figures["pruning_agreement"] = agreement(states)
+    figures["rollouts"] = rollouts(logged_calls(options.families), options.rounds)
     figures["protocol"] = protocol(options.rounds)
     figures["driver_cpu"] = driver_cpu()
     figures["skipped"] = dict.fromkeys(STEPS, "not asked for")

@@ -1,18 +1,23 @@
-"""Where a cycle's time goes: a clock around each stage of the planner, in a pass of its own."""
+"""Where a cycle's time goes: a clock around each stage of a planner, in a pass of its own."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import perf_counter_ns
+from types import ModuleType
 from typing import Any
 from unittest.mock import patch
 
 import logged as logged_module
 from logged import Logged, cycle, settings_for
+from timing import Case
 
 from collplan_core import planner
 
-STAGES = {
+Stages = Mapping[str, Sequence[tuple[ModuleType, str]]]
+"""By stage, the functions that make it up: the module that calls each, and its name there."""
+
+PAPER_STAGES: Stages = {
     "local_map": [(logged_module, "build_local_map")],
     "space_and_pruning": [(planner, "_space")],
     "costs": [(planner, name) for name in ("position_costs", "_position_risks", "evaluate", "choose")],
@@ -22,23 +27,27 @@ STAGES = {
 
 
 def stage_shares(states: list[Logged], pruned: bool = True) -> dict[str, float]:
-    """Share of the cycles' time by stage; "rest" is what lies between the stages."""
+    """Share of the time of the paper's cycles by stage."""
+    return shares(PAPER_STAGES, lambda state: cycle(state, settings_for(state.strategy, pruned)), states)
+
+
+def shares(stages: Stages, call: Callable[[Case], Any], cases: Iterable[Case]) -> dict[str, float]:
+    """Share by stage of the time of one call for each case; "rest" is what lies between the stages."""
     spent: dict[str, int] = defaultdict(int)
-    cases = [(state, settings_for(state.strategy, pruned)) for state in states]
     begun = perf_counter_ns()
-    with _clocks(spent):
-        for state, settings in cases:
-            cycle(state, settings)
+    with _clocks(stages, spent):
+        for case in cases:
+            call(case)
     whole = perf_counter_ns() - begun
-    shares = {stage: spent[stage] / whole for stage in STAGES}
-    return {name: round(share, 3) for name, share in {**shares, "rest": 1.0 - sum(shares.values())}.items()}
+    by_stage = {stage: spent[stage] / whole for stage in stages}
+    return {name: round(share, 3) for name, share in {**by_stage, "rest": 1.0 - sum(by_stage.values())}.items()}
 
 
 @contextmanager
-def _clocks(spent: dict[str, int]) -> Iterator[None]:
+def _clocks(stages: Stages, spent: dict[str, int]) -> Iterator[None]:
     patches = [
         patch.object(module, name, _clocked(getattr(module, name), stage, spent))
-        for stage, functions in STAGES.items()
+        for stage, functions in stages.items()
         for module, name in functions
     ]
     for each in patches:

@@ -1,0 +1,169 @@
+"""The time-to-goal planner: how long a whole plan takes, stage by stage, and the same rollouts in numpy beside it."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from inspect import signature
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+from stages import Stages, shares
+from timing import Timed, ratio, time_each
+from vectorised import vectorised_plans
+
+from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.params import Settings
+from collplan_core.plan import Plan
+from collplan_core.rollout import objective
+from collplan_core.scan import Scan
+from collplan_core.state import State
+from collplan_core.worlds import load_world
+from omnipuck_sim import trial
+
+SETTINGS = Settings().with_values({"planner.strategy": "bounce"})
+FAMILIES = ("l", "u", "z", "baffles", "random", "serpentine")
+SEED = 100
+"""Of each family's world; none that the study of bounces holds out."""
+EVERY = 4
+"""One call of so many is kept: each holds its own map."""
+SAME_END = 1e-6
+"""Ends that differ by no more are the same [m, m/s]."""
+STAGES: Stages = {
+    "local_map": [(sys.modules[__name__], "build_local_map")],
+    "remember": [(objective, "remember")],
+    "shortest_paths": [(objective, "shortest_paths")],
+    "coarse": [(objective, "coarse_plans")],
+    "extension": [(objective, name) for name in ("tracked", "roll", "extend")],
+    "refinement": [(objective, "refine")],
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Call:
+    """What the planner got in a run: a scan, the state at it, its own memory, the newest state and the goal."""
+
+    scan: Scan
+    at_scan: State
+    memory: Any
+    state: State
+    goal: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """What one plan takes: arguments and results of the coarse rollouts, and how many changes were tried."""
+
+    arguments: tuple[Any, ...]
+    velocities: np.ndarray
+    costs: np.ndarray
+    ends: np.ndarray
+    proposals: int
+
+
+def logged_calls(families: Sequence[str]) -> list[Call]:
+    """Calls of the planner in a run (simulated) of one world of each family, with the run's own noise."""
+    calls: list[Call] = []
+    with _listening(calls):
+        for family in families:
+            trial.run_trial(load_world(f"{family}:{SEED}"), SETTINGS, seed=0)
+    return calls
+
+
+@contextmanager
+def _listening(calls: list[Call]) -> Iterator[None]:
+    scanned: list[tuple[Scan, State]] = []
+    made = 0
+
+    def map_of(scan: Scan, state: State, *settings: Any) -> LocalMap:
+        scanned[:] = [(scan, state)]
+        return build_local_map(scan, state, *settings)
+
+    def plan_of(memory: Any, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings) -> Any:
+        nonlocal made
+        result = objective.plan_rollout(memory, local_map, state, goal, settings)
+        if made % EVERY == 0:
+            calls.append(Call(*scanned[0], memory, state, goal))
+        made += 1
+        return result
+
+    with patch.object(trial, "build_local_map", map_of), patch.object(trial, "objective_for", lambda _: plan_of):
+        yield
+
+
+def rollouts(calls: list[Call], rounds: int) -> dict[str, Any]:
+    """Times, stages and counts, ours and the peer's in rounds that take turns."""
+    works = [_work(call) for call in calls]
+    plans, compiled, peers = Timed(), Timed(), Timed()
+    for _ in range(rounds):
+        plans.rounds.append(time_each(_plan, calls))
+        compiled.rounds.append(time_each(lambda work: objective.coarse_plans(*work.arguments), works))
+        peers.rounds.append(time_each(_vectorised, works))
+    return {
+        "plan": plans.summary(), "coarse": compiled.summary(), "vectorised": peers.summary(),
+        "stages": shares(STAGES, _plan, calls), "counts": _counts(works),
+        "plan_vs_vectorised": ratio(plans, peers), "coarse_vs_vectorised": ratio(compiled, peers),
+        "same_ends": _same_ends(works),
+    }  # fmt: skip
+
+
+def _plan(call: Call) -> Plan:
+    """A whole plan from a scan."""
+    local_map = build_local_map(call.scan, call.at_scan, SETTINGS.robot, SETTINGS.local_map)
+    plan, _ = objective.plan_rollout(call.memory, local_map, call.state, call.goal, SETTINGS)
+    return plan
+
+
+def _work(call: Call) -> Work:
+    coarse, refine = objective.coarse_plans, objective.refine
+    rolled: list[tuple[Any, ...]] = []
+    tried: list[int] = []
+
+    def coarse_plans(*arguments: Any) -> Any:
+        result = coarse(*arguments)
+        rolled.append((arguments, *result))
+        return result
+
+    def refine_counted(*arguments: Any) -> Any:
+        tried.append(signature(refine).bind(*arguments).arguments["count"])
+        return refine(*arguments)
+
+    with patch.object(objective, "coarse_plans", coarse_plans), patch.object(objective, "refine", refine_counted):
+        _plan(call)
+    (one,) = rolled
+    return Work(*one, sum(tried))
+
+
+def _vectorised(work: Work) -> tuple[np.ndarray, np.ndarray]:
+    scene, law, price, begin, n_steps, _ = work.arguments
+    return vectorised_plans(scene, law, price, begin, n_steps, work.velocities)
+
+
+def _counts(works: list[Work]) -> dict[str, float]:
+    """Per plan, in the median: rollouts that differ, and changes tried on whole plans."""
+    rolled = [np.isfinite(work.costs).sum() for work in works]
+    return {
+        "rollouts": float(np.median(rolled)),
+        "rollouts_vectorised": float(np.median([work.costs.size for work in works])),
+        "proposals": float(np.median([work.proposals for work in works])),
+    }
+
+
+def _same_ends(works: list[Work]) -> dict[str, float | int]:
+    """Share of the rollouts that end at the same place with the same velocity in both, and the largest difference."""
+    differences = np.concatenate([_differences(work) for work in works])
+    same = differences <= SAME_END
+    return {
+        "share": round(float(same.mean()), 6),
+        "n": len(differences),
+        "different": int((~same).sum()),
+        "largest_difference": float(differences.max()),
+    }
+
+
+def _differences(work: Work) -> np.ndarray:
+    ends, _ = _vectorised(work)
+    # of equal rollouts the compiled one makes one
+    made = np.isfinite(work.costs)
+    return np.abs(ends - work.ends)[made].max(axis=1)

@@ -1,0 +1,179 @@
+"""The peer of the coarse rollouts: the same law in numpy, one array operation for all rollouts of a step.
+
+It says where each rollout ends and what its contacts cost. The compiled one also says how long it takes from there to
+the goal, and begins rollouts that share their first velocity only once.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.remembered.clearance import FAR, INFERRED, NOTHING, OBSERVED
+from collplan_core.rollout.coarse import SWITCH_STEPS
+from collplan_core.rollout.law import NO_CONTACT, SLIDES
+from collplan_core.rollout.terms import IMPACT_SPEED, STEP, Law, Price, Scene
+
+
+@dataclass(eq=False)
+class Robots:
+    """Robots side by side: positions, velocities and commands (2, k), what the clearance is at least (k,)."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    command: np.ndarray
+    near: np.ndarray
+
+    def of(self, which: np.ndarray) -> "Robots":
+        """Some of them."""
+        return Robots(self.position[:, which], self.velocity[:, which], self.command[:, which], self.near[which])
+
+    def put(self, which: np.ndarray, others: "Robots") -> None:
+        """Others in the places of some of them."""
+        self.position[:, which], self.velocity[:, which] = others.position, others.velocity
+        self.near[which] = others.near
+
+
+def vectorised_plans(scene: Scene, law: Law, price: Price, begin: np.ndarray, n_steps: int, velocities: np.ndarray,
+                     ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Every pair of velocities (n, 2) with every time of the switch, each rolled from the beginning.
+
+    Args:
+        begin: (6,) x, y, vx, vy, clearance there at least, cost so far.
+        n_steps: the horizon.
+
+    Returns:
+        ends (n, m, n, 4) and cost of contacts (n, m, n) [s] by first velocity, switch and second velocity.
+    """
+    n, m = len(velocities), len(SWITCH_STEPS)
+    first, switch, second = (each.ravel() for each in np.meshgrid(range(n), SWITCH_STEPS, range(n), indexing="ij"))
+    ends, cost = np.empty((4, len(first))), np.full(len(first), begin[5])
+    rolling = np.arange(len(first))
+    robots = Robots(*(np.repeat(begin[k : k + 2, None], len(first), axis=1) for k in (0, 2)),
+                    velocities[first].T.copy(), np.full(len(first), begin[4]))  # fmt: skip
+    for k in range(n_steps):
+        if k in SWITCH_STEPS:
+            turns = switch[rolling] == k
+            robots.command[:, turns] = velocities[second[rolling[turns]]].T
+        touching, paid = _step(scene, law, price, robots)
+        cost[rolling[touching]] += paid
+        x, y = robots.position
+        arrived = (x - scene.goal.x) ** 2 + (y - scene.goal.y) ** 2 <= scene.goal.tolerance**2
+        if arrived.any():
+            ends[:, rolling[arrived]] = np.vstack([robots.position, robots.velocity])[:, arrived]
+            rolling, robots = rolling[~arrived], robots.of(~arrived)
+    ends[:, rolling] = np.vstack([robots.position, robots.velocity])
+    return ends.T.reshape(n, m, n, 4), cost.reshape(n, m, n)
+
+
+def _step(scene: Scene, law: Law, price: Price, robots: Robots) -> tuple[np.ndarray, np.ndarray]:
+    """STEP, in place: which ones touch something, and what that costs [s]."""
+    before = Robots(robots.position, robots.velocity, robots.command, robots.near)
+    robots.velocity = _driven(before.velocity, before.command, np.full(len(before.near), STEP), law)
+    moved = 0.5 * (before.velocity + robots.velocity) * STEP
+    robots.position = before.position + moved
+    robots.near = before.near - np.abs(moved[0]) - np.abs(moved[1])
+    looked = np.flatnonzero(robots.near <= 0.0)
+    robots.near[looked] = after = _clearance(scene, robots.position[:, looked])
+    touching = looked[after < 0.0]
+    if len(touching) == 0:
+        return touching, np.zeros(0)
+    off, cost = _touch(scene, law, price, before.of(touching), robots.of(touching))
+    robots.put(touching, off)
+    return touching, cost
+
+
+def _driven(velocity: np.ndarray, command: np.ndarray, duration: np.ndarray, law: Law) -> np.ndarray:
+    """(2, k) velocity after durations (k,) [s]."""
+    change = command - velocity
+    gap = np.sqrt(change[0] * change[0] + change[1] * change[1])
+    linear = law.max_acceleration * law.lag
+    share = law.max_acceleration * duration / np.maximum(gap, linear)
+    # the exponential costs more than all the rest: only where it is wanted
+    slows = np.flatnonzero(gap - linear < law.max_acceleration * duration)
+    saturated = np.maximum(gap[slows] - linear, 0.0) / law.max_acceleration
+    left = np.exp((saturated - duration[slows]) / law.lag)
+    share[slows] = 1.0 - linear * left / np.maximum(gap[slows], linear)
+    return velocity + share * change
+
+
+def _cell(scene: Scene, position: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Where in the clearance field positions (2, k) are: inside or not, the cell's clearances, shares along x and y."""
+    nx, ny = scene.clearance.shape
+    scale = 1.0 / scene.grid.spacing
+    fx, fy = (position[0] - scene.grid.ox) * scale, (position[1] - scene.grid.oy) * scale
+    inside = (fx >= 0.0) & (fx < nx - 1) & (fy >= 0.0) & (fy < ny - 1)
+    i, j = np.where(inside, fx, 0.0).astype(int), np.where(inside, fy, 0.0).astype(int)
+    corner = i * ny + j
+    flat = scene.clearance.ravel()
+    return inside, flat[corner], flat[corner + 1], flat[corner + ny], flat[corner + ny + 1], fx - i, fy - j
+
+
+def _clearance(scene: Scene, position: np.ndarray) -> np.ndarray:
+    """(k,) at positions (2, k), linear between the nodes [m]."""
+    inside, c00, c01, c10, c11, a, b = _cell(scene, position)
+    return np.where(inside, (1.0 - a) * ((1.0 - b) * c00 + b * c01) + a * ((1.0 - b) * c10 + b * c11), FAR)
+
+
+def _normal(scene: Scene, position: np.ndarray) -> np.ndarray:
+    """(2, k) unit directions out of the boundary at positions (2, k)."""
+    inside, c00, c01, c10, c11, a, b = _cell(scene, position)
+    along = np.stack([(1.0 - b) * (c10 - c00) + b * (c11 - c01), (1.0 - a) * (c01 - c00) + a * (c11 - c10)])
+    length = np.hypot(*along)
+    return np.where(inside & (length > 1e-12), along / np.maximum(length, 1e-300), 0.0)
+
+
+def _source(scene: Scene, position: np.ndarray) -> np.ndarray:
+    """(k,) what the boundary nearest to positions (2, k) is."""
+    nx, ny = scene.source.shape
+    i = np.floor((position[0] - scene.grid.ox) / scene.grid.spacing + 0.5).astype(int)
+    j = np.floor((position[1] - scene.grid.oy) / scene.grid.spacing + 0.5).astype(int)
+    inside = (i >= 0) & (i < nx) & (j >= 0) & (j < ny)
+    return np.where(inside, scene.source[np.clip(i, 0, nx - 1), np.clip(j, 0, ny - 1)], NOTHING)
+
+
+def _touch(scene: Scene, law: Law, price: Price, before: Robots, after: Robots) -> tuple[Robots, np.ndarray]:
+    """A step that ends inside a boundary: up to the contact, off it, and on; what that costs [s]."""
+    share = _share(scene, before, after)
+    contact = before.position + share * (after.position - before.position)
+    normal = _normal(scene, contact)
+    velocity = before.velocity + share * (after.velocity - before.velocity)
+    into = -(velocity * normal).sum(axis=0)
+    kind = np.where(_source(scene, contact) != INFERRED, OBSERVED, INFERRED)
+    kind = np.where(into > IMPACT_SPEED, kind, np.where(into > 0.0, SLIDES, NO_CONTACT))
+    velocity = _off(law, velocity, normal, into, kind)
+    rest = (1.0 - share) * STEP
+    end = _driven(velocity, before.command, rest, law)
+    slides = (kind == SLIDES) | (kind == NO_CONTACT)
+    end = end + np.where(slides, np.maximum(-(end * normal).sum(axis=0), 0.0), 0.0) * normal
+    position = contact + 0.5 * (velocity + end) * rest
+    near = _clearance(scene, position)
+    position = position - np.minimum(near, 0.0) * normal
+    return Robots(position, end, before.command, np.maximum(near, 0.0)), _cost(price, kind, into)
+
+
+def _share(scene: Scene, before: Robots, after: Robots) -> np.ndarray:
+    """(k,) of the step up to the contact: one step of false position."""
+    near = _clearance(scene, before.position)
+    outside = near > 1e-4
+    near = np.where(outside, near, 1.0)
+    share = near / (near - after.near)
+    middle = _clearance(scene, before.position + share * (after.position - before.position))
+    beyond = share + (1.0 - share) * middle / np.where(middle > 0.0, middle - after.near, 1.0)
+    short = share * near / np.where(middle > 0.0, 1.0, near - middle)
+    return np.where(outside, np.where(middle > 0.0, beyond, short), 0.0)
+
+
+def _off(law: Law, velocity: np.ndarray, normal: np.ndarray, into: np.ndarray, kind: np.ndarray) -> np.ndarray:
+    """(2, k) velocity after the contact."""
+    along = velocity + into * normal
+    restitution = np.where(kind == OBSERVED, law.restitution, 0.0)
+    reflected = law.retention * along + restitution * into * normal
+    hits = (kind == OBSERVED) | (kind == INFERRED)
+    return np.where(hits, reflected, np.where(kind == SLIDES, along, velocity))
+
+
+def _cost(price: Price, kind: np.ndarray, into: np.ndarray) -> np.ndarray:
+    """(k,) what the contacts cost [s]."""
+    observed = price.fixed + price.by_speed * into + np.where(into > price.limit, price.over, 0.0)
+    inferred = price.inferred_fixed + price.inferred_by_speed * into
+    return np.where(kind == OBSERVED, observed, np.where(kind == INFERRED, inferred, 0.0))
