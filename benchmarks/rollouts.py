@@ -131,8 +131,8 @@ def _work(call: Call) -> Work:
 
     with patch.object(objective, "coarse_plans", coarse_plans), patch.object(objective, "refine", refine_counted):
         _plan(call)
-    (one,) = rolled
-    return Work(*one, sum(tried))
+    ((arguments, velocities, costs, ends),) = rolled
+    return Work(arguments, velocities, costs, ends, sum(tried))
 
 
 def _vectorised(work: Work) -> tuple[np.ndarray, np.ndarray]:

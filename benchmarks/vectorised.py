@@ -48,8 +48,8 @@ def vectorised_plans(scene: Scene, law: Law, price: Price, begin: np.ndarray, n_
     first, switch, second = (each.ravel() for each in np.meshgrid(range(n), SWITCH_STEPS, range(n), indexing="ij"))
     ends, cost = np.empty((4, len(first))), np.full(len(first), begin[5])
     rolling = np.arange(len(first))
-    robots = Robots(*(np.repeat(begin[k : k + 2, None], len(first), axis=1) for k in (0, 2)),
-                    velocities[first].T.copy(), np.full(len(first), begin[4]))  # fmt: skip
+    start = np.repeat(begin[:, None], len(first), axis=1)
+    robots = Robots(start[:2], start[2:4], velocities[first].T.copy(), start[4])
     for k in range(n_steps):
         if k in SWITCH_STEPS:
             turns = switch[rolling] == k
