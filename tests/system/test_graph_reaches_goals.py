@@ -9,7 +9,7 @@ import pytest
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
 from collplan_core.params import Settings
-from collplan_core.strategies import STRATEGIES
+from collplan_core.strategies import STRATEGIES, TIME_TO_GOAL
 from collplan_core.warm_up import warm_up
 from collplan_core.worlds import arena_names, load_world
 from collplan_ros.bringup import run
@@ -56,3 +56,25 @@ def test_the_graph_and_the_loop_without_ros_agree(tmp_path):
         trial = run_trial(load_world("l_corridor"), Settings(), seed)
         ratios.append((summary["arrival_time_s"] / trial.arrival_time, summary["path_length_m"] / trial.path_length))
     np.testing.assert_allclose(np.median(ratios, axis=0), 1.0, atol=0.15, err_msg=str(ratios))
+
+
+def test_every_time_to_goal_strategy_reaches_the_goal_of_every_arena(tmp_path):
+    missed = []
+    for world in arena_names():
+        for strategy in TIME_TO_GOAL:
+            summary = through_the_graph(tmp_path, world, strategy, 0)
+            if not summary["reached"]:
+                missed.append((world, strategy, summary["outcome"]))
+    assert missed == []
+
+
+def test_bounce_is_faster_than_avoid_round_a_u_turn_and_bounces_on_purpose(tmp_path):
+    runs = {
+        strategy: [through_the_graph(tmp_path, "u:17", strategy, seed) for seed in range(10)]
+        for strategy in ("bounce", "avoid")
+    }
+    assert all(run["reached"] for each in runs.values() for run in each)
+    times = {strategy: [run["arrival_time_s"] for run in each] for strategy, each in runs.items()}
+    assert np.median(times["bounce"]) < np.median(times["avoid"]), times
+    deliberate = [run["impacts_deliberate"] for run in runs["bounce"]]
+    assert np.mean(deliberate) >= 1.0, deliberate
