@@ -8,7 +8,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.remembered.clearance import FAR, ClearanceField, clearance_at
 
-PADDING = 0.3
+PADDING = 0.15
 """Free space around everything known [m]."""
 MOST_CELLS = 60_000
 

@@ -31,7 +31,7 @@ def shortest_paths(field: ClearanceField, goal: np.ndarray, around: np.ndarray, 
     onward, remaining, turning = turns(points, before)
     shape = cells.blocked.shape
     return ShortestPaths(
-        np.array([cells.x, cells.y]), cells.spacing, cells.blocked, front.length.reshape(shape),
+        np.array([cells.x, cells.y]), cells.spacing, cells.blocked, cells.spacing * front.length.reshape(shape),
         waypoint.reshape(shape), points, onward, remaining, turning, goal, tolerance,
     )  # fmt: skip
 

@@ -8,7 +8,7 @@ from collplan_core.time_to_go.grid import Cells
 
 GRAZE = 0.0025
 """A line may cut a rounded corner by so much: what the line between two neighbouring free cells can cut [m]."""
-SHORTEST_STEP = 0.01
+SHORTEST_STEP = 0.02
 """Along a boundary the line is looked at in steps of this length [m]."""
 
 

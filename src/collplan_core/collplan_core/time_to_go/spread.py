@@ -10,40 +10,44 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.time_to_go.buckets import EMPTY, PER_CELL, RING, first_bucket, push
 from collplan_core.time_to_go.grid import Cells
-from collplan_core.time_to_go.heap import drop_first, push
 from collplan_core.time_to_go.sight import sees
 
 UNSEEN, SEEN, DONE = 0, 1, 2
 """Whether the line from a cell to its parent was looked at, and whether its length is final."""
 WORTH_A_TURN = 0.2
-"""A path turns in the open only where this saves so much over turning where its neighbours do [cells]."""
+"""A path turns in the open only where this saves so much over turning where the paths beside it do [cells]."""
 MOST_ENTRIES = 16
-"""In the heap by cell: each of its eight neighbours enters it once at most, and a line that is not free once more."""
+"""In the queue by cell: each of its eight neighbours adds it once at most, and a line that is not free once more."""
 
 
 class Front(NamedTuple):
-    """The search, by flat index of a cell, changed in place.
+    """The search, by flat index of a cell, changed in place. Lengths are counted in cells.
 
     Attributes:
-        length: (n,) of the path [m]; parent: (n,) int32, where it leads in a straight line; state: (n,) uint8.
+        length: (n,) of the path; parent: (n,) int32, where it leads in a straight line; state: (n,) uint8.
         order: (n,) int32, the cells that are done, in that order.
-        keys, items: the heap of those to come.
+        heads, below, keys, items: the queue of those to come.
     """
 
     length: np.ndarray
     parent: np.ndarray
     state: np.ndarray
     order: np.ndarray
+    heads: np.ndarray
+    below: np.ndarray
     keys: np.ndarray
     items: np.ndarray
 
 
 def front_over(n: int) -> Front:
     """A search over n cells that has not begun."""
+    entries = MOST_ENTRIES * n
     return Front(
         np.full(n, np.inf), np.full(n, -1, dtype=np.int32), np.zeros(n, dtype=np.uint8), np.empty(n, dtype=np.int32),
-        np.empty(MOST_ENTRIES * n), np.empty(MOST_ENTRIES * n, dtype=np.int32),
+        np.full(RING, EMPTY, dtype=np.int32), np.empty(entries, dtype=np.int32), np.empty(entries),
+        np.empty(entries, dtype=np.int32),
     )  # fmt: skip
 
 
@@ -70,10 +74,9 @@ def _between(parent: np.ndarray, state: np.ndarray, cell: int, w: int, my: int) 
 
 
 @njit
-def _total(cells: Cells, front: Front, cell: int, w: int) -> float:
-    """Length of the path from the cell by w [m]."""
-    my = cells.blocked.shape[1]
-    return float(front.length[w] + cells.spacing * math.sqrt((w // my - cell // my) ** 2 + (w % my - cell % my) ** 2))
+def _total(front: Front, my: int, i: int, j: int, w: int) -> float:
+    """Length of the path from cell [i, j] by w."""
+    return float(front.length[w] + math.sqrt((w // my - i) ** 2 + (w % my - j) ** 2))
 
 
 @njit
@@ -86,7 +89,7 @@ def _reparent(cells: Cells, front: Front, cell: int) -> None:
         for b in range(max(j - 1, 0), min(j + 2, my)):
             near = a * my + b
             if front.state[near] == DONE:
-                total = _total(cells, front, cell, near) + WORTH_A_TURN * cells.spacing
+                total = _total(front, my, i, j, near) + WORTH_A_TURN
                 if total < best:
                     best, chosen = total, near
     for a in range(max(i - 1, 0), min(i + 2, mx)):
@@ -94,33 +97,15 @@ def _reparent(cells: Cells, front: Front, cell: int) -> None:
             near = a * my + b
             other = front.parent[near]
             if front.state[near] == DONE and other != w and other != chosen:
-                total = _total(cells, front, cell, other)
+                total = _total(front, my, i, j, other)
                 if total < best and sees(cells, cell, other):
                     best, chosen = total, other
-    front.parent[cell], front.length[cell], front.state[cell] = chosen, _total(cells, front, cell, chosen), SEEN
-
-
-@njit
-def _offer(blocked: np.ndarray, spacing: float, length: np.ndarray, parent: np.ndarray, state: np.ndarray,
-           keys: np.ndarray, items: np.ndarray, count: int, cell: int) -> int:  # fmt: skip
-    """Offers the cell's parent to its neighbours; the new count of the heap."""
-    mx, my = blocked.shape
-    i, j, w = cell // my, cell % my, parent[cell]
-    wi, wj, begun = w // my, w % my, length[w]
-    for a in range(max(i - 1, 0), min(i + 2, mx)):
-        for b in range(max(j - 1, 0), min(j + 2, my)):
-            near = a * my + b
-            if state[near] != DONE and not blocked[a, b]:
-                total = begun + spacing * math.sqrt((wi - a) ** 2 + (wj - b) ** 2)
-                if total < length[near]:
-                    length[near], parent[near], state[near] = total, w, UNSEEN
-                    count = push(keys, items, count, total, near)
-    return count
+    front.parent[cell], front.length[cell], front.state[cell] = chosen, _total(front, my, i, j, chosen), SEEN
 
 
 @njit
 def _begin(cells: Cells, front: Front, goal: int, reach: float) -> int:
-    """Puts the goal at the front or, where it is blocked, the free cells within reach of it; the heap's count."""
+    """Puts the goal at the front or, where it is blocked, the free cells within reach of it; the queue's count."""
     mx, my = cells.blocked.shape
     gi, gj, count = goal // my, goal % my, 0
     most = int(reach) if cells.blocked[gi, gj] else 0
@@ -129,8 +114,9 @@ def _begin(cells: Cells, front: Front, goal: int, reach: float) -> int:
             away = math.sqrt((i - gi) ** 2 + (j - gj) ** 2)
             if away <= reach and not cells.blocked[i, j]:
                 cell = i * my + j
-                front.length[cell], front.parent[cell], front.state[cell] = cells.spacing * away, goal, SEEN
-                count = push(front.keys, front.items, count, front.length[cell], cell)
+                front.length[cell], front.parent[cell], front.state[cell] = away, goal, SEEN
+                key = away * PER_CELL
+                count = push(front.heads, front.below, front.keys, front.items, count, 0, key, cell)
     front.length[goal] = 0.0 if count else np.inf
     return count
 
@@ -146,23 +132,34 @@ def spread(cells: Cells, front: Front, goal: int, reach: float) -> int:
     Returns:
         the number of cells that have a path.
     """
-    # arrays for what is done at every cell: to hand over whole tuples there takes nearly as long as all the rest
-    blocked, spacing = cells.blocked, cells.spacing
-    length, parent, state, order, keys, items = front
-    my = blocked.shape[1]
-    count, done = _begin(cells, front, goal, reach), 0
-    while count > 0:
-        key, cell = keys[0], items[0]
-        count = drop_first(keys, items, count)
-        if state[cell] == DONE or key != length[cell]:
+    # in one loop over arrays: to call something with all of them at every cell takes as long as all the rest
+    mx, my = cells.blocked.shape
+    blocked = cells.blocked
+    length, parent, state, order, heads, below, keys, items = front
+    count, taken, now, done = _begin(cells, front, goal, reach), 0, 0, 0
+    while taken < count:
+        now = first_bucket(heads, now)
+        entry = heads[now % RING]
+        heads[now % RING] = below[entry]
+        taken += 1
+        cell = items[entry]
+        if state[cell] == DONE or keys[entry] != length[cell] * PER_CELL:
             continue
         w = parent[cell]
-        if state[cell] == SEEN or _between(parent, state, cell, w, my) or sees(cells, cell, w):
-            state[cell] = DONE
-            order[done] = cell
-            done += 1
-            count = _offer(blocked, spacing, length, parent, state, keys, items, count, cell)
-        else:
+        if state[cell] == UNSEEN and not _between(parent, state, cell, w, my) and not sees(cells, cell, w):
             _reparent(cells, front, cell)
-            count = push(keys, items, count, length[cell], cell)
+            count = push(heads, below, keys, items, count, now, length[cell] * PER_CELL, cell)
+            continue
+        state[cell] = DONE
+        order[done] = cell
+        done += 1
+        i, j, wi, wj, begun = cell // my, cell % my, w // my, w % my, length[w]
+        for a in range(max(i - 1, 0), min(i + 2, mx)):
+            for b in range(max(j - 1, 0), min(j + 2, my)):
+                near = a * my + b
+                if state[near] != DONE and not blocked[a, b] and parent[near] != w:
+                    total = begun + math.sqrt((wi - a) ** 2 + (wj - b) ** 2)
+                    if total < length[near]:
+                        length[near], parent[near], state[near] = total, w, UNSEEN
+                        count = push(heads, below, keys, items, count, now, total * PER_CELL, near)
     return done
