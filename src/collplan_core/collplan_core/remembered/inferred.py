@@ -28,10 +28,10 @@ SKIN = 0.04
 def _is_seen_free(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight: Sight) -> bool:
     """Whether the scan sees what would be inferred behind a piece, or a surface just in front of it."""
     x, y = middle(piece)
+    farthest = -math.inf
     for row in rows:
-        if seen_beyond(sight, x - row * normal[0], y - row * normal[1]) > -SKIN:
-            return True
-    return False
+        farthest = max(farthest, seen_beyond(sight, x - row * normal[0], y - row * normal[1]))
+    return farthest > -SKIN
 
 
 @njit

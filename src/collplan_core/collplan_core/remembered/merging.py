@@ -100,54 +100,52 @@ def _is_same(span: np.ndarray) -> bool:
 
 
 @njit
-def _is_covered(spans: np.ndarray, length: float) -> bool:
-    """Whether the pieces of the same boundary leave next to nothing of 0 to `length` uncovered."""
-    low, high, any_same = 0.0, length, False
-    for _ in range(len(spans)):
-        for i in range(len(spans)):
-            if _is_same(spans[i]):
-                any_same = True
-                if spans[i, 0] <= low:
-                    low = max(low, spans[i, 1])
-                if spans[i, 1] >= high:
-                    high = min(high, spans[i, 0])
-    return any_same and high - low < GROWTH
+def _shows_all(span: np.ndarray, length: float) -> bool:
+    """Whether a remembered piece of the same boundary leaves next to nothing of a new one of this length to add."""
+    return _is_same(span) and max(0.0, span[0]) + max(0.0, length - span[1]) < GROWTH
 
 
 @njit
-def _is_replaced(span: np.ndarray, length: float, fresh: bool, covered: bool, margin: float) -> bool:
-    """Whether a remembered piece gives way to a new one: within it, or of an older and now contradicted place."""
+def _gives_way(span: np.ndarray, length: float, shown: bool, fresh: bool, margin: float) -> bool:
+    """Whether a remembered piece gives way: to a new one around it, or to the same boundary seen from a better pose."""
     if _is_same(span):
-        return not covered and span[0] >= -GROWTH and span[1] <= length + GROWTH
+        return not shown and span[0] >= -GROWTH and span[1] <= length + GROWTH
     along, front = 0.5 * (span[0] + span[1]), 0.5 * (span[2] + span[3])
     return not fresh and 0.0 <= along <= length and -BEHIND <= front <= margin
+
+
+@njit
+def _refresh(pool: Pool, q: int, stamp: float) -> None:
+    pool.seen[q], pool.doubted[q], pool.fresh[q] = stamp, 0, True
 
 
 @njit
 def _add(pool: Pool, k: int, cuts: Cuts, m: int, stamp: float, backed: bool, refuted: bool) -> None:
     pool.pieces[k], pool.normals[k] = cuts.pieces[m], cuts.normals[m]
     pool.backed[k], pool.refuted[k] = backed and not refuted, refuted
-    pool.seen[k], pool.kept[k], pool.fresh[k] = stamp, True, True
+    pool.kept[k] = True
+    _refresh(pool, k, stamp)
 
 
 @njit
 def _take_up_one(pool: Pool, k: int, buckets: Buckets, cuts: Cuts, m: int, stamp: float, refuted: bool,
                  margin: float) -> int:  # fmt: skip
-    """Take up one piece: refresh those that show it already, else add it in place of what it replaces."""
-    piece, backed = cuts.pieces[m], cuts.inner[m]
+    """Take up one piece: refresh the one that shows it already, else add it in place of those that give way."""
+    piece, backed, shown = cuts.pieces[m], cuts.inner[m], False
     length = math.sqrt((piece[2] - piece[0]) ** 2 + (piece[3] - piece[1]) ** 2)
     numbers, spans = _beside(pool, buckets, piece, cuts.normals[m], length)
-    covered = _is_covered(spans, length)
-    for i in range(len(numbers)):
-        q = numbers[i]
-        if _is_replaced(spans[i], length, pool.fresh[q], covered, margin):
+    for i, q in enumerate(numbers):
+        if _shows_all(spans[i], length):
+            pool.backed[q] = pool.backed[q] or (backed and not refuted and not pool.refuted[q])
+            _refresh(pool, q, stamp)
+            shown = True
+    for i, q in enumerate(numbers):
+        if _gives_way(spans[i], length, shown, pool.fresh[q], margin):
             pool.kept[q] = False
             backed, refuted = backed or pool.backed[q], refuted or pool.refuted[q]
         elif _is_same(spans[i]):
-            pool.seen[q], pool.doubted[q], pool.fresh[q] = stamp, 0, True
-            if covered and 0.0 <= 0.5 * (spans[i, 0] + spans[i, 1]) <= length and cuts.inner[m] and not refuted:
-                pool.backed[q] = not pool.refuted[q]
-    if covered:
+            _refresh(pool, q, stamp)
+    if shown:
         return k
     _add(pool, k, cuts, m, stamp, backed, refuted)
     _put(buckets, piece, k)

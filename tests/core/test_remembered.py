@@ -1,0 +1,251 @@
+"""Remembered boundaries: what one scan after another leaves in the memory, by hand-made scenes."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+import shapely
+
+from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.remembered.clearance import FAR, INFERRED, NOTHING, OBSERVED, clearance_at, normal_at, source_at
+from collplan_core.remembered.record import RememberedBoundaries
+from collplan_core.remembered.update import known_boundaries, remember
+from collplan_core.scan import Scan
+from collplan_core.worlds import World, load_world, world_segments
+from scenes import RADIUS, ROBOT, SETTINGS, TURN, at_rest, box, map_of, star_map, world_of
+
+REMEMBERED = SETTINGS.remembered
+WALL = box(-3.0, 0.4, 3.0, 0.6)  # its face at y = 0.4 is seen from below
+
+
+def stamped(local_map: LocalMap, stamp: float) -> LocalMap:
+    return replace(local_map, stamp=stamp)
+
+
+def seen_from(world: World, positions, settings=REMEMBERED, memory=None, first: int = 1) -> RememberedBoundaries:
+    """The memory after one scan at each of the positions."""
+    for k, position in enumerate(positions):
+        memory = remember(memory, stamped(map_of(world, position), 0.05 * (first + k)), ROBOT, settings)
+    assert memory is not None
+    return memory
+
+
+def clearance(memory: RememberedBoundaries, x: float, y: float) -> float:
+    f = memory.field
+    return clearance_at(f.clearance, f.origin[0], f.origin[1], f.spacing, x, y)
+
+
+def source(memory: RememberedBoundaries, x: float, y: float) -> int:
+    return source_at(memory.field.source, *memory.field.origin, memory.field.spacing, x, y)
+
+
+def is_free(memory: RememberedBoundaries, x: float, y: float) -> bool:
+    i, j = np.round((np.array([x, y]) - memory.field.origin) / memory.field.spacing).astype(int)
+    return bool(memory.free[i, j])
+
+
+def blank_map(position=(0.0, 0.0), stamp: float = 0.0, value: float = np.inf) -> LocalMap:
+    state = at_rest(position)
+    scan = Scan(stamp, 0.0, TURN / 360, 0.02, 5.0, np.full(360, value))
+    return build_local_map(scan, state, ROBOT, SETTINGS.local_map)
+
+
+def test_a_wall_is_as_far_as_it_is_and_faces_the_robot():
+    memory = seen_from(world_of([WALL]), [(0.003, 0.001)])
+    f = memory.field
+    for x in np.linspace(-0.4, 0.4, 23):
+        for y in (0.22, 0.25, 0.303, 0.31):
+            assert clearance(memory, x, y) == pytest.approx(0.4 - y - RADIUS, abs=1e-9)
+            assert source(memory, x, y) == OBSERVED
+            assert normal_at(f.clearance, *f.origin, f.spacing, x, y) == pytest.approx((0.0, -1.0), abs=1e-9)
+    assert clearance(memory, 0.0, 0.1) == FAR
+    assert source(memory, 0.0, 0.0) == NOTHING
+    assert np.allclose(memory.normals, (0.0, -1.0))
+
+
+def test_the_pieces_are_short_lie_on_the_wall_and_leave_no_gap():
+    slanted = np.array([[-1.0, 0.1], [1.0, 0.7], [1.0, 0.9], [-1.0, 0.3]])
+    memory = seen_from(world_of([slanted]), [(0.0, 0.0), (0.05, 0.0)])
+    lengths = np.hypot(*(memory.pieces[:, 2:] - memory.pieces[:, :2]).T)
+    assert lengths.max() <= 3.0 * REMEMBERED.spacing
+    along = memory.pieces.reshape(-1, 2, 2) @ np.array([2.0, 0.6]) / np.hypot(2.0, 0.6)
+    order = np.argsort(along.min(axis=1))
+    assert (along.max(axis=1)[order][:-1] > along.min(axis=1)[order][1:]).all()
+    face = shapely.LineString(slanted[:2])
+    assert shapely.distance(shapely.points(memory.pieces.reshape(-1, 2)), face).max() < 1e-9
+
+
+def test_solid_is_inferred_behind_a_wall_but_not_at_the_ends_of_what_was_seen():
+    memory = seen_from(world_of([box(-0.3, 0.4, 0.3, 2.0)]), [(0.0, 0.0)])
+    face = 0.4 - RADIUS
+    for x in (0.0, 0.1, -0.15):
+        for deep in np.linspace(0.002, 0.29, 40):
+            assert clearance(memory, x, face + deep) < 0.0
+        assert clearance(memory, x, face + 0.31) > 0.0
+        assert source(memory, x, face + 0.25) == INFERRED
+        assert source(memory, x, face + 0.02) == OBSERVED
+    beside = memory.pieces[memory.backed][:, [0, 2]]
+    assert np.abs(beside).max() <= 0.3 - REMEMBERED.inferred_inset + 0.5 * REMEMBERED.spacing + 1e-9
+    assert np.abs(beside).max() >= 0.3 - REMEMBERED.inferred_inset - 2.0 * REMEMBERED.spacing
+    assert clearance(memory, 0.29, 0.53) > clearance(memory, 0.1, 0.53)
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.10, 0.18])
+def test_no_more_solid_is_inferred_than_asked_for(depth: float):
+    memory = seen_from(world_of([WALL]), [(0.0, 0.0)], replace(REMEMBERED, inferred_depth=depth))
+    assert not memory.backed.any()
+    assert INFERRED not in memory.field.source
+
+
+@pytest.mark.parametrize("depth", [0.25, 0.45, 0.8])
+def test_inferred_solid_has_no_hole_however_deep(depth: float):
+    memory = seen_from(world_of([WALL]), [(0.0, 0.0)], replace(REMEMBERED, inferred_depth=depth))
+    for deep in np.linspace(0.002, depth - 0.01, 60):
+        assert clearance(memory, 0.0, 0.4 - RADIUS + deep) < 0.0
+    assert clearance(memory, 0.0, 0.4 - RADIUS + depth + 0.01) > 0.0
+
+
+@pytest.mark.parametrize("there_first", [False, True])
+def test_solid_inferred_within_a_thin_wall_goes_once_both_sides_were_seen(there_first: bool):
+    thin = world_of([box(-0.4, 0.0, 0.4, 0.05)])
+    turn = [(-0.55, -0.25), (-0.6, 0.025), (-0.55, 0.3)]
+    around = [(0.0, -0.3), (-0.3, -0.3), *turn, (-0.3, 0.35), (0.0, 0.35), (0.3, 0.35)]
+    before = seen_from(thin, around[:1])
+    assert source(before, 0.0, 0.2) == INFERRED
+    memory = seen_from(thin, around[::-1] if there_first else around)
+    assert not memory.backed[np.abs(memory.pieces[:, [0, 2]]).max(axis=1) < 0.2].any()
+    for x in (-0.2, 0.0, 0.2):
+        assert clearance(memory, x, 0.05 + RADIUS + 0.03) == pytest.approx(0.03, abs=1e-6)
+        assert source(memory, x, 0.05 + RADIUS) == OBSERVED
+        assert source(memory, x, -RADIUS) == OBSERVED
+
+
+def test_around_a_corner_inferred_solid_hides_neither_side():
+    memory = seen_from(world_of([box(0.0, 0.0, 1.0, 1.0)]), [(-0.3, 0.2), (-0.3, -0.3), (0.2, -0.3)])
+    assert memory.backed.any()
+    for along in np.linspace(0.02, 0.4, 20):
+        assert source(memory, along, -RADIUS) == OBSERVED
+        assert source(memory, -RADIUS, along) == OBSERVED
+        assert clearance(memory, along, -RADIUS) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_moved_box_is_forgotten_once_its_old_place_is_seen_through():
+    before, after = world_of([box(0.3, -0.1, 0.5, 0.1)]), world_of([box(0.3, 0.5, 0.5, 0.7)])
+    memory = seen_from(before, [(0.0, 0.0), (0.02, 0.0)])
+    assert clearance(memory, 0.25, 0.0) < 0.0
+    memory = seen_from(after, [(0.04, 0.0)], memory=memory, first=3)
+    assert clearance(memory, 0.25, 0.0) < 0.0, "one scan may err"
+    memory = seen_from(after, [(0.06, 0.0)], memory=memory, first=4)
+    assert clearance(memory, 0.25, 0.0) == FAR
+    assert is_free(memory, 0.25, 0.0)
+    assert clearance(memory, 0.4, 0.42) < 0.0
+    assert memory.pieces[:, [1, 3]].min() > 0.4
+
+
+@pytest.mark.parametrize("drift", [-0.02, 0.02, 0.04])
+def test_a_wall_seen_elsewhere_by_drift_is_one_wall(drift: float):
+    memory = seen_from(world_of([WALL]), [(0.0, 0.0), (0.02, 0.0)])
+    moved = world_of([WALL + np.array([0.0, drift])])
+    memory = seen_from(moved, [(0.04, 0.0), (0.06, 0.0)], memory=memory, first=3)
+    for x in np.linspace(-0.35, 0.4, 16):
+        assert clearance(memory, x, 0.28) == pytest.approx(0.4 + drift - 0.28 - RADIUS, abs=1e-9)
+
+
+def test_memory_is_bounded_by_place():
+    settings = replace(REMEMBERED, side=2.0)
+    xs = np.arange(0.0, 3.0, 0.05)
+    memory = seen_from(world_of([WALL * (2.0, 1.0)]), [(x, 0.0) for x in xs], settings)
+    assert memory.pieces[:, [0, 2]].min() > xs[-1] - 1.0 - 2.0 * settings.spacing
+    assert memory.pieces[:, [0, 2]].min() < xs[-1] - 0.9
+    inside = memory.field.origin + 0.5, memory.field.origin + 1.5
+    assert (inside[0] <= (xs[-1], 0.0)).all()
+    assert (inside[1] >= (xs[-1], 0.0)).all()
+    for x in np.linspace(xs[-1] - 0.8, xs[-1] + 0.3, 23):
+        assert clearance(memory, x, 0.3) == pytest.approx(0.01, abs=1e-9)
+    assert clearance(memory, xs[-1] - 1.3, 0.3) == FAR
+
+
+def test_memory_is_bounded_by_number_and_what_was_seen_longest_ago_goes():
+    settings = replace(REMEMBERED, max_pieces=100)
+    memory = seen_from(world_of([WALL]), [(x, 0.0) for x in np.arange(0.0, 2.0, 0.05)], settings)
+    assert len(memory.pieces) == 100
+    assert memory.pieces[:, [0, 2]].min() > 0.2
+    assert clearance(memory, 1.9, 0.3) == pytest.approx(0.01, abs=1e-9)
+    assert clearance(memory, 0.0, 0.3) == FAR
+
+
+def test_the_memory_before_stays_as_it_was():
+    world = world_of([WALL])
+    memory = seen_from(world, [(0.0, 0.0)])
+    copies = {f.name: getattr(memory, f.name).copy() for f in fields(memory) if f.name != "field"}
+    clearances, sources = memory.field.clearance.copy(), memory.field.source.copy()
+    seen_from(world_of([]), [(0.1, 0.0), (2.5, 0.0)], memory=memory, first=2)
+    assert all(np.array_equal(getattr(memory, name), copy) for name, copy in copies.items())
+    assert np.array_equal(memory.field.clearance, clearances)
+    assert np.array_equal(memory.field.source, sources)
+
+
+@pytest.mark.parametrize("value", [np.inf, np.nan, -np.inf, 1e-6])
+def test_a_scan_without_anything_or_of_nothing_but_invalid_ranges_is_taken(value: float):
+    if np.isnan(value):
+        ranges = np.full(360, np.nan)
+        ranges[7] = np.inf
+        scan = Scan(0.1, 0.0, TURN / 360, 0.02, 5.0, ranges)
+        strange = build_local_map(scan, at_rest(), ROBOT, SETTINGS.local_map)
+    else:
+        strange = blank_map(stamp=0.1, value=value)
+    for memory in (None, seen_from(world_of([WALL]), [(0.0, 0.0)])):
+        after = remember(memory, strange, ROBOT, REMEMBERED)
+        assert np.isfinite(after.field.clearance).all()
+        assert np.isfinite(after.pieces).all()
+
+
+def test_a_map_without_a_scan_adds_nothing():
+    memory = remember(None, star_map(np.full(360, 0.5)), ROBOT, REMEMBERED)
+    assert len(memory.pieces) == 0
+    assert (memory.field.clearance == FAR).all()
+    assert is_free(memory, 0.3, 0.3)
+    assert not is_free(memory, 0.4, 0.4)
+
+
+def test_a_scan_that_contradicts_everything_leaves_nothing_of_its_square():
+    memory = seen_from(world_of([box(-0.5, 0.2, 0.5, 0.5), box(-0.5, -0.5, 0.5, -0.2)]), [(0.0, 0.0), (0.1, 0.0)])
+    for k in (3, 4):
+        memory = remember(memory, blank_map(stamp=0.05 * k), ROBOT, REMEMBERED)
+    assert len(memory.pieces) == 0
+    assert (memory.field.clearance == FAR).all()
+    assert (memory.field.source == NOTHING).all()
+
+
+def test_a_single_hit_and_a_thin_post_are_remembered():
+    ranges = np.full(360, np.inf)
+    ranges[90] = 0.4
+    scan = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, ranges)
+    memory = remember(None, build_local_map(scan, at_rest(), ROBOT, SETTINGS.local_map), ROBOT, REMEMBERED)
+    assert clearance(memory, 0.0, 0.3) == pytest.approx(0.01, abs=1e-6)
+    for radius in (0.003, 0.01, 0.03):
+        memory = seen_from(world_of(circles=[(0.0, 0.4, radius)]), [(0.0, 0.0), (0.05, 0.0), (0.1, 0.0)])
+        assert clearance(memory, 0.0, 0.4 - radius - 0.1) == pytest.approx(0.01, abs=2e-3)
+
+
+def test_a_known_map_is_exact_and_free_where_nothing_is_touched():
+    world = load_world("pillars:4")
+    memory = known_boundaries(world_segments(world), np.array([1.2, 1.2]), ROBOT, REMEMBERED)
+    walls = shapely.multilinestrings(list(shapely.linestrings(world_segments(world).reshape(-1, 2, 2))))
+    f = memory.field
+    nodes = np.random.default_rng(0).integers(0, len(f.clearance), (4000, 2))
+    true = shapely.distance(walls, shapely.points(f.origin + nodes * f.spacing)) - RADIUS
+    np.testing.assert_allclose(f.clearance[tuple(nodes.T)], np.minimum(true, FAR), atol=1e-9)
+    assert ((f.source == OBSERVED) == (f.clearance < FAR)).all()
+    assert (memory.free == (f.clearance >= 0.0)).all()
+    assert not memory.backed.any()
+    assert np.isinf(memory.seen).all()
+
+
+def test_a_known_map_is_as_large_as_its_walls_and_may_be_empty():
+    long = known_boundaries(np.array([[-7.0, 1.0, 9.0, 1.0]]), np.array([0.0, 0.0]), ROBOT, REMEMBERED)
+    assert clearance(long, 8.99, 0.9) == pytest.approx(0.01, abs=1e-9)
+    assert clearance(long, -6.99, 0.9) == pytest.approx(0.01, abs=1e-9)
+    empty = known_boundaries(np.zeros((0, 4)), np.array([0.3, 0.2]), ROBOT, REMEMBERED)
+    assert (empty.field.clearance == FAR).all()
+    assert empty.free.all()

@@ -1,0 +1,191 @@
+"""Remembered boundaries along drives through worlds: what must hold whatever the world is."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.params import Lidar
+from collplan_core.raycast import simulate_scan
+from collplan_core.remembered.clearance import FAR, INFERRED, NOTHING, OBSERVED
+from collplan_core.remembered.record import RememberedBoundaries
+from collplan_core.remembered.update import remember
+from collplan_core.state import State
+from collplan_core.worlds import World, load_world
+from scenes import RADIUS, ROBOT, SETTINGS, TURN, grown, obstacles, uneven_world, unit
+
+REMEMBERED = SETTINGS.remembered
+QUICK = settings(derandomize=True, deadline=None, max_examples=12, print_blob=True)
+
+
+def wander(world: World, start: np.ndarray, steps: int, rng: np.random.Generator) -> list[np.ndarray]:
+    """Positions 5 cm apart, straight on until something is in the way."""
+    blocked = grown(world, RADIUS + 0.005)
+    shapely.prepare(blocked)
+    positions, heading = [start], rng.uniform(0.0, TURN)
+    while len(positions) < steps:
+        onward = positions[-1] + 0.05 * unit(heading)
+        if shapely.intersects_xy(blocked, *onward):
+            heading = rng.uniform(0.0, TURN)
+        else:
+            positions.append(onward)
+    return positions
+
+
+def maps_along(world: World, positions, noise: float = 0.0, turned: int = 0) -> Iterator[LocalMap]:
+    """A local map at each position, 0.05 s apart, the robot turned by quarter turns."""
+    rng = np.random.default_rng(0)
+    for k, position in enumerate(positions):
+        state = State(0.05 * (k + 1), np.array(position, dtype=float), np.zeros(2), turned * TURN / 4)
+        scan = simulate_scan(world, state, Lidar())
+        believed = replace(state, position=state.position + noise * rng.standard_normal(2))
+        yield build_local_map(scan, believed, ROBOT, SETTINGS.local_map)
+
+
+def remembered(maps, memory: RememberedBoundaries | None = None) -> RememberedBoundaries:
+    for local_map in maps:
+        memory = remember(memory, local_map, ROBOT, REMEMBERED)
+    assert memory is not None
+    return memory
+
+
+def lines(segments: np.ndarray) -> shapely.Geometry:
+    return shapely.multilinestrings(list(shapely.linestrings(segments.reshape(-1, 2, 2))))
+
+
+def true_boundary(world: World) -> shapely.Geometry:
+    return shapely.boundary(obstacles(world))
+
+
+def nodes_of(memory: RememberedBoundaries) -> np.ndarray:
+    n = len(memory.field.clearance)
+    return memory.field.origin + memory.field.spacing * np.stack(np.mgrid[:n, :n], axis=-1)
+
+
+def assert_nothing_seen_is_lost(world: World, positions) -> None:
+    """No piece on a true boundary is forgotten while the robot stays near; nothing observed is off a boundary."""
+    boundary = true_boundary(world)
+    shapely.prepare(boundary)
+    memory, seen = None, np.zeros((0, 2))
+    for k, local_map in enumerate(maps_along(world, positions)):
+        memory = remember(memory, local_map, ROBOT, REMEMBERED)
+        if k % 5 and k + 1 < len(positions):
+            continue
+        middles = memory.pieces.reshape(-1, 2, 2).mean(axis=1)
+        assert shapely.distance(lines(memory.pieces), shapely.points(seen)).max(initial=0.0) < 4e-3
+        true = shapely.distance(boundary, shapely.linestrings(memory.pieces.reshape(-1, 2, 2)))
+        ends = np.max([shapely.distance(boundary, shapely.points(memory.pieces[:, i : i + 2])) for i in (0, 2)], axis=0)
+        seen = np.unique(np.vstack([seen, middles[(true < 1e-6) & (ends < 1e-6)]]).round(6), axis=0)
+    assert len(seen) > 50
+    nodes, field = nodes_of(memory), memory.field
+    near = field.source == OBSERVED
+    true = shapely.distance(boundary, shapely.points(nodes[near])) - RADIUS
+    early = true - field.clearance[near]
+    assert early.max() < 8e-3
+    assert np.quantile(early, 0.98) < 1e-3
+    assert not shapely.contains_xy(grown(world, RADIUS - 1e-3), *nodes[memory.free].T).any()
+
+
+@pytest.mark.parametrize(
+    "spec", ["random:3", "random:41", "random:77", "l:9", "u:4", "z:8", "baffles:4", "serpentine:2", "pillars:8"]
+)
+def test_in_a_world_that_stands_still_nothing_seen_is_forgotten(spec: str):
+    world, rng = load_world(spec), np.random.default_rng(1)
+    assert_nothing_seen_is_lost(world, wander(world, np.array(world.start), 40, rng))
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("family", ["random", "l", "u", "z", "baffles", "serpentine", "pillars"])
+def test_in_a_hundred_worlds_that_stand_still_nothing_seen_is_forgotten(family: str):
+    for seed in range(100):
+        world, rng = load_world(f"{family}:{seed}"), np.random.default_rng(seed)
+        assert_nothing_seen_is_lost(world, wander(world, np.array(world.start), 120, rng))
+
+
+def assert_is_of_the_pieces(memory: RememberedBoundaries, rng: np.random.Generator) -> None:
+    """The field is the exact distance to the pieces and to what is inferred behind them, whatever came and went."""
+    field = memory.field
+    behind = memory.pieces[memory.backed] - 0.12 * np.tile(memory.normals[memory.backed], 2)
+    nodes = rng.integers(0, len(field.clearance), (1500, 2))
+    near = np.argwhere(field.clearance < FAR)
+    nodes = np.vstack([nodes, near[rng.integers(0, len(near), 1500)]])
+    points = shapely.points(field.origin + nodes * field.spacing)
+    observed = shapely.distance(lines(memory.pieces), points) - RADIUS
+    inferred = shapely.distance(lines(behind), points) - RADIUS if len(behind) else np.full(len(points), np.inf)
+    values, sources = field.clearance[tuple(nodes.T)], field.source[tuple(nodes.T)]
+    np.testing.assert_allclose(values, np.minimum(FAR, np.minimum(observed, inferred)), atol=1e-9)
+    assert (sources[values == FAR] == NOTHING).all()
+    assert (sources[observed < np.minimum(FAR, inferred) - 1e-9] == OBSERVED).all()
+    assert (sources[inferred < np.minimum(FAR, observed) - 1e-9] == INFERRED).all()
+
+
+@QUICK
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.004, 0.03]))
+def test_the_field_is_that_of_the_pieces_left(seed: int, noise: float):
+    """Noise makes pieces come and go; halfway the world changes altogether."""
+    rng = np.random.default_rng(seed)
+    memory = None
+    for world in (uneven_world(rng), uneven_world(rng)):
+        positions = wander(world, np.zeros(2), 12, rng)
+        memory = remembered(maps_along(world, positions, noise), memory)
+    assert_is_of_the_pieces(memory, rng)
+
+
+def test_the_grid_moves_along_with_the_robot():
+    clutter = [np.array([[x, 0.3], [x + 0.2, 0.3], [x + 0.1, 0.5]]) for x in np.arange(-0.5, 5.0, 0.6)]
+    world = World("row", tuple(clutter), np.zeros((0, 3)), (-9.0, -9.0, 9.0, 9.0), False)
+    positions = [np.array([x, 0.0]) for x in np.arange(0.0, 4.2, 0.1)]
+    memory = remembered(maps_along(world, positions))
+    field = memory.field
+    assert field.origin[0] > -3.0 + 1.0
+    np.testing.assert_allclose(field.origin / field.spacing, np.round(field.origin / field.spacing), atol=1e-9)
+    assert_is_of_the_pieces(memory, np.random.default_rng(0))
+    assert memory.pieces[:, 0].min() > positions[-1][0] - 0.5 * REMEMBERED.side - 0.05
+    behind = np.round((np.array([2.0, 0.0]) - field.origin) / field.spacing).astype(int)
+    assert memory.free[tuple(behind)], "what was seen free is carried along"
+
+
+def turned(world: World, quarters: int, mirrored: bool) -> World:
+    def turn(points):
+        points = np.asarray(points) * (1.0, -1.0) if mirrored else np.asarray(points)
+        for _ in range(quarters):
+            points = np.stack([-points[..., 1], points[..., 0]], axis=-1)
+        return points
+
+    corners = turn(np.array(world.bounds).reshape(2, 2))
+    polygons = tuple(turn(p)[::-1] if mirrored else turn(p) for p in world.polygons)
+    circles = np.hstack([turn(world.circles[:, :2]), world.circles[:, 2:]]) if len(world.circles) else world.circles
+    return World("turned", polygons, circles, (*corners.min(axis=0), *corners.max(axis=0)), world.walled)
+
+
+@QUICK
+@given(st.integers(0, 2**32 - 1), st.integers(0, 3), st.booleans())
+def test_a_turned_or_mirrored_drive_leaves_a_turned_or_mirrored_field(seed: int, quarters: int, mirrored: bool):
+    rng = np.random.default_rng(seed)
+    world = uneven_world(rng)
+    positions = wander(world, np.zeros(2), 10, rng)
+    sign = -1.0 if mirrored else 1.0
+    c, s = np.cos(quarters * TURN / 4), np.sin(quarters * TURN / 4)
+    there = [np.array([c * x - s * sign * y, s * x + c * sign * y]) for x, y in positions]
+    here = remembered(maps_along(world, positions)).field.clearance
+    other = remembered(maps_along(turned(world, quarters, mirrored), there, turned=quarters)).field.clearance
+    back = np.rot90(other, -quarters)
+    back = back[:, ::-1] if mirrored else back
+    # where a hit may belong to either of two walls the fit takes the first it meets: another one in a mirrored scan
+    assert np.abs(back - here).max() < 5e-3
+    assert (np.abs(back - here) > 1e-9).sum() < 0.2 * (here < FAR).sum()
+
+
+def test_the_same_scans_leave_the_same_memory_to_the_last_bit():
+    world = load_world("random:5")
+    positions = wander(world, np.array(world.start), 25, np.random.default_rng(2))
+    one, two = (remembered(maps_along(world, positions, 0.005)) for _ in range(2))
+    for name in ("pieces", "normals", "backed", "seen", "free", "refuted", "doubted"):
+        assert np.array_equal(getattr(one, name), getattr(two, name))
+    assert np.array_equal(one.field.clearance, two.field.clearance)
+    assert np.array_equal(one.field.source, two.field.source)
