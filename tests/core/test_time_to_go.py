@@ -66,21 +66,17 @@ def test_along_a_free_straight_line_at_full_speed_it_falls_by_a_second_every_sec
     assert one - later == pytest.approx(passed / SPEED, abs=1e-12)
 
 
-@QUICK
-@given(
-    place=places.filter(lambda p: np.hypot(*p) > 0.2),
-    velocity=velocities,
-    turn_by=st.integers(1, 3),
-    mirrored=st.booleans(),
-)
-def test_it_turns_and_mirrors_with_the_scene(place, velocity, turn_by, mirrored):
-    move = np.round(rotation(turn_by * np.pi / 2)) @ np.diag([1.0, -1.0 if mirrored else 1.0])
-    there = MOVED.setdefault((turn_by, mirrored), paths_to(GOAL, turned(CLUTTER, move)))
-    expected = to_go(AMONG_CLUTTER, place, velocity)
-    assert to_go(there, move @ place, move @ velocity) == pytest.approx(expected, abs=1e-6)
-
-
-MOVED: dict[tuple[int, bool], ShortestPaths] = {}
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("quarters", "mirrored"), [(1, False), (2, False), (3, True), (0, True)])
+def test_it_turns_and_mirrors_with_the_scene(seed, quarters, mirrored):
+    random = np.random.default_rng(seed)
+    scene, move = random.uniform(-1.0, 1.0, (4, 4)), np.round(rotation(quarters * np.pi / 2))
+    move = move @ np.diag([1.0, -1.0 if mirrored else 1.0])
+    here, there = (shortest_paths(field_of(walls), GOAL, GOAL, SETTINGS) for walls in (scene, turned(scene, move)))
+    for place, velocity in random.uniform(-1.0, 1.0, (100, 2, 2)):
+        expected = to_go(here, place, velocity)
+        assert to_go(there, move @ place, move @ velocity) == pytest.approx(expected, abs=1e-6)
+        np.testing.assert_allclose(toward(there, move @ place)[:2], move @ toward(here, place)[:2], atol=1e-6)
 
 
 @QUICK

@@ -11,8 +11,8 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.time_to_go.grid import Cells
 
-NEAREST = 0.12
-"""Way points nearer to each other than this are one turn [m]."""
+NEAREST = 0.125
+"""Way points nearer to each other than this are one turn; between two lengths that the cells make often [m]."""
 ONE_TURN = math.pi / 3.0
 """A larger turn counts as several, of this angle and what is left: a robot takes it so [rad]."""
 NONE, UNNUMBERED = -1, -2
