@@ -6,6 +6,8 @@ READY := .venv/.ready-$(or $(ROS_DISTRO),wheels)
 COMPILED := .venv/.compiled
 INSTALLED_FROM := $(wildcard src/*/setup.py requirements*.txt) constraints.txt constraints-oldest.txt tools/setup.sh
 CORE := $(shell find src/collplan_core -name '*.py')
+# of the worlds serpentine:0 to 11 the one in the middle by the time that bounce saved in a trial, when it was chosen
+SERPENTINE := serpentine:2
 
 ifeq ($(ROS_DISTRO),)
 # ROS from wheels: the environment is the ROS installation
@@ -17,7 +19,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run study study-bounce test soak bench lint format ws
+.PHONY: help setup run study study-bounce animation test soak bench lint format ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -33,6 +35,11 @@ study: $(COMPILED)  ## the paper's 300 runs and what they say, simulated, ARGS="
 
 study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in worlds nothing was tuned on, simulated
 	@.venv/bin/study --bounces $(ARGS)
+
+animation: $(COMPILED)  ## docs/avoid_beside_bounce.gif anew, from two runs in a serpentine, simulated
+	@.venv/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures
+	@.venv/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
+	@.venv/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out docs/avoid_beside_bounce.gif $(ARGS)
 
 test: $(COMPILED)  ## all tests but the long ones, then core and simulator on the oldest versions
 	$(PYTHON) -m pytest $(ARGS)

@@ -25,7 +25,7 @@ set -u
 # a node says no to a parameter that nobody has, once it has loaded all it needs
 starts() {
     case $1 in
-    */bringup | */fit_rebound) timeout 60 "$1" --help >/dev/null ;;
+    */bringup | */fit_rebound | */beside) timeout 60 "$1" --help >/dev/null ;;
     *) timeout 60 "$1" --ros-args -p no_such.parameter:=1 2>&1 | grep -q '^[^ ].*no_such\.parameter' ;;
     esac
 }

@@ -32,6 +32,7 @@ setup(
             "controller_node = collplan_ros.controller_node:main",
             "bringup = collplan_ros.bringup:main",
             "fit_rebound = collplan_ros.fit_rebound:main",
+            "beside = collplan_ros.beside:main",
         ],
     },
 )

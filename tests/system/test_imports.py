@@ -109,7 +109,7 @@ def executables() -> list:
 
 
 def test_executables_are_those_of_the_graph():
-    names = {"mocap_node", "lidar_node", "planner_node", "controller_node", "bringup", "fit_rebound",
+    names = {"mocap_node", "lidar_node", "planner_node", "controller_node", "bringup", "fit_rebound", "beside",
              "simulator_node", "study", "driver_node", "firmware_emulator"}  # fmt: skip
     assert {executable.name for executable in executables()} == names
 

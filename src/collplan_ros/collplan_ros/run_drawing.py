@@ -1,0 +1,161 @@
+"""How a run is drawn in the frames of an animation: world, trail, robot, goal and impacts."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from collplan_core.worlds import World
+
+SMOOTHING = 2
+"""Frames are drawn so much larger and reduced: edges become smooth."""
+N_COLORS = 128
+FLASH_TIME = 0.3
+"""How long an impact is drawn larger than the mark that it leaves [s]."""
+MARK, FLASH = 0.028, 0.06
+"""Radius of that mark, and of a fresh one [m]."""
+SPEED_SPAN = 3
+"""A speed is taken from so many points before to so many after."""
+SPEED_COLORS = 12
+TRAIL_WIDTH = 2.5
+"""[pixel]"""
+
+FLOOR, OBSTACLE, WALL, ROBOT, GOAL, TEXT = "#f4f5f7", "#c9ced6", "#8a919c", "#2b2d33", "#1a8f4c", "#2b2d33"
+DELIBERATE, OTHER = "#f2a900", "#d7263d"
+SLOW_TO_FAST = np.array([[122, 16, 66], [142, 107, 191], [20, 150, 200]])
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """Where a point of the world lies in the picture; drawn at SMOOTHING times its size."""
+
+    x0: float
+    y1: float
+    scale: float
+    size: tuple[int, int]
+
+    def at(self, points: np.ndarray) -> list[Point]:
+        """Pixels of points (k, 2)."""
+        return [((x - self.x0) * self.scale, (self.y1 - y) * self.scale) for x, y in np.atleast_2d(points).tolist()]
+
+    def disc(self, center: np.ndarray, radius: float) -> list[float]:
+        """Box of a disc, for Pillow."""
+        ((x, y),) = self.at(center)
+        return box(x, y, radius * self.scale)
+
+
+@dataclass(frozen=True, eq=False)
+class Trail:
+    """Where a robot was: times (n,) [s], points (n, 2) [m], and how fast: the index (n,) of a color."""
+
+    times: np.ndarray
+    points: np.ndarray
+    color: np.ndarray
+
+    def at(self, time: float) -> np.ndarray:
+        """(2,) the point at a time."""
+        return np.array([np.interp(time, self.times, each) for each in self.points.T])
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Impacts: times (k,) [s], points (k, 2) [m], and which (k,) were deliberate."""
+
+    times: np.ndarray
+    points: np.ndarray
+    deliberate: np.ndarray
+
+
+def canvas_of(view: tuple[float, float, float, float], long_side: int) -> Canvas:
+    """A canvas on which the view (x0, y0, x1, y1) [m] and a margin fill `long_side` pixels."""
+    x0, y0, x1, y1 = view
+    margin = 0.02 * max(x1 - x0, y1 - y0)
+    width, height = x1 - x0 + 2 * margin, y1 - y0 + 2 * margin
+    scale = SMOOTHING * long_side / max(width, height)
+    return Canvas(x0 - margin, y1 + margin, scale, (round(width * scale), round(height * scale)))
+
+
+def trail_of(times: np.ndarray, points: np.ndarray, top_speed: float) -> Trail:
+    """The trail through points (n, 2) at times (n,); `top_speed` has the last color [m/s]."""
+    at = np.arange(len(times))
+    before, after = np.maximum(at - SPEED_SPAN, 0), np.minimum(at + SPEED_SPAN, len(times) - 1)
+    elapsed = np.maximum(times[after] - times[before], 1e-6)
+    share = np.hypot(*(points[after] - points[before]).T) / elapsed / top_speed
+    return Trail(times, points, np.minimum(share * SPEED_COLORS, SPEED_COLORS - 1).astype(int))
+
+
+def speed_color(index: int) -> tuple[int, int, int]:
+    """The color of a speed, 0 the slowest, SPEED_COLORS - 1 the fastest."""
+    where = (len(SLOW_TO_FAST) - 1) * index / (SPEED_COLORS - 1)
+    red, green, blue = (round(np.interp(where, range(len(SLOW_TO_FAST)), each)) for each in SLOW_TO_FAST.T)
+    return red, green, blue
+
+
+def background(canvas: Canvas, world: World, below: int) -> Image.Image:
+    """The world, and room for `below` pixels of text below it."""
+    image = Image.new("RGB", (canvas.size[0], canvas.size[1] + SMOOTHING * below), FLOOR)
+    draw = ImageDraw.Draw(image)
+    for corners in world.polygons:
+        draw.polygon(canvas.at(corners), fill=OBSTACLE, outline=WALL)
+    for x, y, r in world.circles:
+        draw.ellipse(canvas.disc(np.array([x, y]), r), fill=OBSTACLE, outline=WALL)
+    (left, top), (right, bottom) = canvas.at(np.array([world.bounds[0::3], world.bounds[2:0:-1]]))
+    draw.rectangle([left, top, right, bottom], outline=WALL, width=(2 if world.walled else 1) * SMOOTHING)
+    return image
+
+
+def draw_goal(draw: ImageDraw.ImageDraw, canvas: Canvas, goal: np.ndarray, tolerance: float) -> None:
+    """The goal (2,) [m] and what counts as there [m]."""
+    draw.ellipse(canvas.disc(goal, tolerance), outline=GOAL, width=2 * SMOOTHING)
+    draw.ellipse(canvas.disc(goal, 0.2 * tolerance), fill=GOAL)
+
+
+def draw_trail(draw: ImageDraw.ImageDraw, canvas: Canvas, trail: Trail, until: float) -> None:
+    """The trail so far, by speed."""
+    passed = int(np.searchsorted(trail.times, until, side="right"))
+    points = canvas.at(trail.points[:passed:2])
+    width = round(TRAIL_WIDTH * SMOOTHING)
+    for k in range(len(points) - 1):
+        draw.line(points[k : k + 2], fill=speed_color(int(trail.color[2 * k])), width=width)
+        draw.ellipse(box(*points[k + 1], 0.5 * width - 1), fill=speed_color(int(trail.color[2 * k])))
+
+
+def draw_robot(draw: ImageDraw.ImageDraw, canvas: Canvas, position: np.ndarray, radius: float) -> None:
+    """The robot's disc."""
+    draw.ellipse(canvas.disc(position, radius), fill="white", outline=ROBOT, width=2 * SMOOTHING)
+
+
+def draw_marks(draw: ImageDraw.ImageDraw, canvas: Canvas, marks: Marks, now: float) -> None:
+    """The impacts so far, those of this moment larger."""
+    for time, point, deliberate in zip(marks.times, marks.points, marks.deliberate, strict=True):
+        if time <= now:
+            fresh = max(0.0, 1.0 - (now - time) / FLASH_TIME)
+            ((x, y),) = canvas.at(point)
+            draw_mark(draw, x, y, canvas.scale * (MARK + fresh * (FLASH - MARK)), bool(deliberate))
+
+
+def draw_mark(draw: ImageDraw.ImageDraw, x: float, y: float, radius: float, deliberate: bool) -> None:
+    """An impact at a pixel: a filled disc where it was deliberate, else a cross."""
+    if deliberate:
+        draw.ellipse(box(x, y, radius), fill=DELIBERATE, outline=ROBOT, width=SMOOTHING)
+        return
+    r = radius * math.sqrt(0.5)
+    for side in (-1, 1):
+        draw.line([x - r, y - side * r, x + r, y + side * r], fill=OTHER, width=3 * SMOOTHING)
+
+
+def box(x: float, y: float, radius: float) -> list[float]:
+    """Box of a disc in pixels, for Pillow."""
+    return [x - radius, y - radius, x + radius, y + radius]
+
+
+def save_gif(path: Path, frames: list[Image.Image], period: float, last: float) -> None:
+    """Writes frames that each stay for `period`, the last one for `last`, for ever again [s]."""
+    palette = frames[-1].quantize(N_COLORS)
+    reduced = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    durations = [round(1e3 * period)] * (len(frames) - 1) + [round(1e3 * last)]
+    reduced[0].save(path, save_all=True, append_images=reduced[1:], duration=durations, loop=0, optimize=True)
