@@ -29,6 +29,7 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.params import Settings
     from collplan_core.raycast import simulate_scan
     from collplan_core.state import State
+    from collplan_core.strategies import TIME_TO_GOAL
     from collplan_core.warm_up import warm_up
     from collplan_ros import conversions
     from fake_robot import LIDAR, hall
@@ -39,11 +40,13 @@ def compiled_beyond_warm_up() -> list[str]:
     state = conversions.state_from_odometry(conversions.state_to_odometry(state, "map", "base"), "map", "base")
     scan = conversions.scan_to_message(simulate_scan(hall(0.1), state, LIDAR), "base")
     local_map = build_local_map(conversions.scan_from_message(scan, "base"), state, settings.robot, settings.local_map)
-    memory = None
-    for goal in ([2.0, 0.0], [2.0, 0.0], [0.2, 0.1]):
-        plan, memory = objective_for("harness")(memory, local_map, state, np.array(goal), settings)
-        plan = conversions.plan_from_path(conversions.plan_to_path(plan, "map"), "map")
-        control(ControllerMemory.fresh(), plan, local_map, state, 1.1, settings)
+    for strategy in ("harness", *TIME_TO_GOAL):
+        chosen = settings.with_values({"planner.strategy": strategy})
+        memory = None
+        for goal in ([2.0, 0.0], [2.0, 0.0], [0.2, 0.1]):
+            plan, memory = objective_for(strategy)(memory, local_map, state, np.array(goal), chosen)
+            plan = conversions.plan_from_path(conversions.plan_to_path(plan, "map"), "map")
+            control(ControllerMemory.fresh(), plan, None if strategy in TIME_TO_GOAL else local_map, state, 1.1, chosen)
     return [name for name, count in signatures().items() if count != before.get(name, 0)]
 
 

@@ -24,7 +24,15 @@ TIE_BREAK = 1e-3  # cost by which a velocity along the approach wins among equal
 
 
 class NoPlan(RuntimeError):
-    """There is nothing to aim at; the robot must stop. The message says why."""
+    """There is nothing to aim at; the robot must stop. The message says why.
+
+    Attributes:
+        memory: what the cycle leaves to the next all the same; None where that is what it began with.
+    """
+
+    def __init__(self, message: str, memory: Any = None) -> None:
+        super().__init__(message)
+        self.memory = memory
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,7 +56,7 @@ from collplan_ros.run_node import run_node
 from collplan_ros.sensed import BEGINS_ANEW, REFUSED, Sensed
 
 GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Mocap, Limits, Frames)
-BUDGET_SHARE = 0.4
+BUDGET_SHARE = 0.5
 """Of map_period, for refinement where time_to_goal.time_budget leaves it open: here a plan must not be late."""
 ALARM_PERIODS = 2.0
 """Of map_period, between two plans made at once for hits."""
@@ -253,6 +253,7 @@ class PlannerNode(Node):
         try:
             plan, self._memory = objective(self._memory, seen.local_map, begin, goal.position, settings)
         except NoPlan as error:
+            self._memory = error.memory or self._memory
             self._hold("no_plan", str(error))
             if rolls_out(settings) and goal.is_closed_off(local):
                 self._give_up(str(error))

@@ -121,7 +121,10 @@ class _Loop:
             local_map = build_local_map(self.scan, at_scan, self.settings.robot, self.settings.local_map)
             begin = self.state if rolls_out(self.settings) else at_scan
             plan, self.planner_memory = self.objective(self.planner_memory, local_map, begin, self.goal, self.settings)
-        except (NoPlan, ScanError):
+        except ScanError:
+            return
+        except NoPlan as error:
+            self.planner_memory = error.memory or self.planner_memory
             return
         self.plan_times.append(perf_counter() - begun)
         self.plan, self.plan_map = plan, local_map

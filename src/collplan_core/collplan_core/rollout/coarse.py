@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.rollout.knot import arrival_share
+from collplan_core.rollout.knot import arrival_share, graze_cost
 from collplan_core.rollout.law import NO_CONTACT, contact_cost, step
 from collplan_core.rollout.stopping import UNSTOPPABLE, admits_stop
 from collplan_core.rollout.terms import STEP, Goal, Grid, Law, Price, Scene
@@ -61,6 +61,7 @@ def _roll(clearance: np.ndarray, source: np.ndarray, grid: Grid, goal: Goal, law
             cost += contact_cost(price, kind, into)
         if (x - goal.x) * (x - goal.x) + (y - goal.y) * (y - goal.y) <= goal.tolerance * goal.tolerance:
             arrived, time = True, (k + arrival_share(goal, px, py, x, y)) * STEP
+            cost += graze_cost(goal, x, y, vx, vy)
             break
     state[0], state[1], state[2], state[3], state[4], state[5] = x, y, vx, vy, near, cost
     return arrived, time

@@ -30,6 +30,7 @@ def roll_knot(clearance: np.ndarray, source: np.ndarray, grid: Grid, goal: Goal,
             touched = True
             cost += contact_cost(price, kind, into)
         if (x - goal.x) * (x - goal.x) + (y - goal.y) * (y - goal.y) <= goal.tolerance * goal.tolerance:
+            cost += graze_cost(goal, x, y, vx, vy)
             return x, y, vx, vy, near, cost, (k + arrival_share(goal, px, py, x, y)) * STEP
     if not touched and near <= price.distance:
         cost += clearance_cost(clearance, grid, price, bx, by, x, y, math.sqrt(vx * vx + vy * vy))
@@ -42,3 +43,13 @@ def arrival_share(goal: Goal, x: float, y: float, px: float, py: float) -> float
     before = math.sqrt((x - goal.x) * (x - goal.x) + (y - goal.y) * (y - goal.y))
     after = math.sqrt((px - goal.x) * (px - goal.x) + (py - goal.y) * (py - goal.y))
     return (before - goal.tolerance) / (before - after) if before > goal.tolerance else 0.0
+
+
+@njit
+def graze_cost(goal: Goal, x: float, y: float, vx: float, vy: float) -> float:
+    """What an arrival at (x, y) with (vx, vy) costs for passing the goal's centre beside [s]."""
+    speed2 = vx * vx + vy * vy
+    if speed2 < 1e-12:
+        return 0.0
+    beside = vx * (goal.y - y) - vy * (goal.x - x)
+    return goal.graze * beside * beside / speed2

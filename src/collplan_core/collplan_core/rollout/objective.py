@@ -82,17 +82,18 @@ def plan_rollout(memory: RolloutMemory | None, local_map: LocalMap, state: State
     Raises:
         NoPlan: what is remembered closes off the goal.
     """
+    begun = perf_counter()
     memory = _updated(memory or RolloutMemory(), local_map, state, np.array(goal, dtype=float), settings)
     assert memory.remembered is not None
     assert memory.paths is not None
     if not is_reachable(memory.paths, state.position):
-        raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far")
-    scene = scene_of(memory.remembered.field, memory.remembered.free, memory.paths)
+        raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
+    scene = scene_of(memory.remembered.field, memory.remembered.free, memory.paths, settings)
     law, price = law_of(settings), price_of(settings)
     begin = np.array([*state.position, *begin_velocity(state, memory.expected, settings)])
     coarse, starts = _starts(memory, scene, law, price, begin, state.stamp, settings)
     rollouts = tuple(start.states[: start.n + 1, :2].copy() for start in starts)
-    whole = _refined(starts, scene, law, price, memory.cycle, settings)
+    whole = _refined(starts, scene, law, price, memory.cycle, begun, settings)
     return _finished(replace(memory, rollouts=rollouts), coarse, whole, scene, law, begin, state, settings)
 
 
@@ -141,10 +142,11 @@ def _rolled(scene: Scene, law: Law, price: Price, test: bool, begin: np.ndarray,
     return _Whole(commands, states, costs, used, j)
 
 
-def _refined(starts: list[_Whole], scene: Scene, law: Law, price: Price, seed: int, settings: Settings) -> _Whole:
+def _refined(starts: list[_Whole], scene: Scene, law: Law, price: Price, seed: int, begun: float,
+             settings: Settings) -> _Whole:  # fmt: skip
     """The best of the starts, refined: some changes on each, more on the best."""
     p, test = settings.time_to_goal, TIME_TO_GOAL[settings.planner.strategy].stop_test
-    until = perf_counter() + p.time_budget if p.time_budget > 0.0 else np.inf
+    until = begun + p.time_budget if p.time_budget > 0.0 else np.inf
 
     def refined(whole: _Whole, count: int) -> _Whole:
         while count > 0 and perf_counter() < until:
@@ -161,15 +163,17 @@ def _refined(starts: list[_Whole], scene: Scene, law: Law, price: Price, seed: i
 def _finished(memory: RolloutMemory, coarse: Candidates, whole: _Whole, scene: Scene, law: Law, begin: np.ndarray,
               state: State, settings: Settings) -> tuple[Plan, RolloutMemory]:  # fmt: skip
     rows, hits = in_full(scene, law, begin, whole.commands, max(whole.n, 1), settings.robot.radius)
-    times = state.stamp + rows[:, 0]
+    times, positions, velocities = (
+        np.ascontiguousarray(columns) for columns in (state.stamp + rows[:, 0], rows[:, 1:3], rows[:, 3:])
+    )
     contacts = Contacts(state.stamp + hits[:, 0], hits[:, 1:3], hits[:, 3:])
     paid = float(whole.costs[whole.n])
     plan = Plan(
-        stamp=state.stamp, times=times, positions=rows[:, 1:3], velocities=rows[:, 3:], contacts=contacts,
-        aim=rows[-1, 1:3], aim_velocity=rows[-1, 3:],
+        stamp=state.stamp, times=times, positions=positions, velocities=velocities, contacts=contacts,
+        aim=positions[-1], aim_velocity=velocities[-1],
         terms={"total": whole.j, "arrival_time": whole.j - paid, "contact_and_clearance": paid},
         candidates=coarse, n_before_pruning=len(coarse.costs),
     )  # fmt: skip
-    expected = Expected(times, rows[:, 1:3], rows[:, 3:], contacts.times)
+    expected = Expected(times, positions, velocities, contacts.times)
     commands = whole.commands[: whole.n].copy()
     return plan, replace(memory, begun=state.stamp, commands=commands, expected=expected)

@@ -61,6 +61,8 @@ class Goal(NamedTuple):
     x: float
     y: float
     tolerance: float
+    graze: float
+    """Cost of an arrival by the square of the distance at which its line passes the goal [s/m^2]."""
 
 
 class Scene(NamedTuple):
@@ -92,8 +94,9 @@ def law_of(settings: Settings) -> Law:
     robot = settings.robot
     lag = max(robot.velocity_lag, SHORTEST_LAG)
     return Law(
-        robot.max_speed, robot.max_acceleration, lag, settings.rebound.restitution if reflects else 0.0,
-        settings.rebound.tangential_retention, math.exp(-STEP / lag),
+        robot.max_speed, robot.max_acceleration, lag,
+        settings.rebound.restitution if reflects else 0.0, settings.rebound.tangential_retention,
+        math.exp(-STEP / lag),
     )  # fmt: skip
 
 
@@ -109,10 +112,14 @@ def price_of(settings: Settings) -> Price:
                  p.clearance_cost, p.averse_distance)  # fmt: skip
 
 
-def scene_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths) -> Scene:
+def scene_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, settings: Settings) -> Scene:
     """Field, where the disc was seen to be free (nx, ny), and paths in one tuple."""
     grid = Grid(float(field.origin[0]), float(field.origin[1]), field.spacing)
-    goal = Goal(float(paths.goal[0]), float(paths.goal[1]), paths.tolerance)
+    p = settings.time_to_goal
+    goal = Goal(
+        float(paths.goal[0]), float(paths.goal[1]), p.arrival_share * paths.tolerance,
+        p.graze_cost / paths.tolerance**2,
+    )  # fmt: skip
     return Scene(
         field.clearance, field.source, free, grid, goal,
         paths.length, paths.waypoint, paths.waypoints, paths.onward, paths.remaining, paths.turning,
