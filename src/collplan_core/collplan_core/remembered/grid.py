@@ -65,7 +65,7 @@ def window(nodes: Nodes, x0: float, y0: float, x1: float, y1: float, reach: floa
 @njit
 def see_free(nodes: Nodes, ends: np.ndarray, x: float, y: float, half_side: float) -> None:
     """Note where F, its ends relative to (x, y), says that the centre is free, and where a boundary now says no."""
-    i0, i1, j0, j1 = window(nodes, x, y, x, y, half_side)
+    i0, i1, j0, j1 = window(nodes, x, y, x, y, half_side + nodes.radius)
     for i in range(i0, i1):
         for j in range(j0, j1):
             if nodes.clearance[i, j] < 0.0 and nodes.source[i, j] == OBSERVED:
