@@ -150,8 +150,10 @@ def _refined(starts: list[_Whole], scene: Scene, law: Law, price: Price, seed: i
 
     def refined(whole: _Whole, count: int) -> _Whole:
         while count > 0 and perf_counter() < until:
-            n, j, _ = refine(scene, law, price, test, random, min(count, CHUNK), whole.commands, whole.states, whole.costs,
-                             whole.n, whole.j)  # fmt: skip
+            n, j, _ = refine(
+                scene, law, price, test, random, min(count, CHUNK), whole.commands, whole.states, whole.costs, whole.n,
+                whole.j,
+            )  # fmt: skip
             whole, count = replace(whole, n=n, j=j), count - CHUNK
         return whole
 

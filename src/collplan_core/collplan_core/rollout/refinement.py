@@ -24,8 +24,9 @@ DELETE, BUMP, STRAIGHT = 0, 1, 2
 
 
 @njit
-def refine(scene: Scene, law: Law, price: Price, stop_test: bool, random: np.random.Generator, count: int, commands: np.ndarray,
-           states: np.ndarray, costs: np.ndarray, n: int, j: float) -> tuple[int, float, int]:  # fmt: skip
+def refine(scene: Scene, law: Law, price: Price, stop_test: bool, random: np.random.Generator, count: int,
+           commands: np.ndarray, states: np.ndarray, costs: np.ndarray, n: int, j: float,
+           ) -> tuple[int, float, int]:  # fmt: skip
     """Tries `count` changes on a plan of n knots and J = j, in place.
 
     Args:

@@ -48,7 +48,7 @@ def _stops(scene: Scene, law: Law, x: float, y: float, vx: float, vy: float, swe
 @njit
 def admits_stop(scene: Scene, law: Law, x: float, y: float, vx: float, vy: float) -> bool:
     """Whether some two-phase braking from here touches nothing and ends where the disc was seen to be free."""
-    for swerve in SWERVES:
+    for swerve in SWERVES:  # noqa: SIM110 (numba has no generators)
         if _stops(scene, law, x, y, vx, vy, swerve):
             return True
     return False
