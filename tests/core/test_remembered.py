@@ -149,6 +149,16 @@ def test_a_wall_seen_elsewhere_by_drift_is_one_wall(drift: float):
     memory = seen_from(moved, [(0.04, 0.0), (0.06, 0.0)], memory=memory, first=3)
     for x in np.linspace(-0.35, 0.4, 16):
         assert clearance(memory, x, 0.28) == pytest.approx(0.4 + drift - 0.28 - RADIUS, abs=1e-9)
+    ahead = np.abs(memory.pieces[:, [0, 2]]).max(axis=1) < 0.35
+    assert np.allclose(memory.pieces[ahead][:, [1, 3]], 0.4 + drift)
+
+
+def test_a_face_seen_edge_on_does_not_reach_to_what_is_behind_it():
+    local_map = map_of(world_of([box(0.15, -0.3, 0.45, 0.0), box(0.55, -0.3, 0.7, 0.3)]), (0.0, 0.01))
+    x = local_map.walls[:, [0, 2]]
+    assert ((x.min(axis=1) < 0.45) & (x.max(axis=1) > 0.54)).any(), "all that lies ahead is near one line"
+    memory = remember(None, local_map, ROBOT, REMEMBERED)
+    assert not ((memory.pieces[:, [0, 2]] > 0.46) & (memory.pieces[:, [0, 2]] < 0.54)).any()
 
 
 def test_memory_is_bounded_by_place():
