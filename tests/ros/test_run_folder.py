@@ -15,7 +15,6 @@ from collplan_core.plan import Contacts
 from collplan_core.raycast import simulate_scan
 from collplan_core.state import State
 from collplan_core.worlds import World
-from collplan_ros import impact_log
 from collplan_ros.failures import StartError
 from collplan_ros.impact_log import impacts_of, nearest_surface
 from collplan_ros.options import Options, parse
@@ -27,7 +26,6 @@ from collplan_ros.run_folder import RunFolder
 from collplan_ros.run_log import Kick, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 from collplan_ros.summary import summarize
 from collplan_ros.trajectory_file import COLUMNS, write_trajectory
-from omnipuck_sim.study import rows
 
 EPOCH = 1.7e9
 WALL = 1.0
@@ -84,10 +82,6 @@ def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
     impacts = impacts_of(log, room())
     assert impacts.deliberate.tolist() == [False]
     assert np.isnan(impacts.direction_errors).all()
-
-
-def test_deliberate_means_the_same_in_a_run_and_in_the_study():
-    assert impact_log.DELIBERATE_SPEED == rows.DELIBERATE_SPEED
 
 
 def test_plans_without_a_scan_of_their_stamp_and_many_a_second():

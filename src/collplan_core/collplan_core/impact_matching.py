@@ -14,6 +14,8 @@ DISTANCE_TOLERANCE = 0.08
 """Largest distance between the two [m]."""
 NOTICE = 0.15
 """A plan made less than this before an impact only confirms what an earlier one foresaw [s]."""
+DELIBERATE_SPEED = 0.2
+"""A foreseen impact faster than this into the wall is deliberate [m/s]."""
 UNMATCHED = -1
 
 

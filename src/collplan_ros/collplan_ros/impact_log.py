@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from collplan_core.impact_matching import Prediction, foreseen_impacts, foreseen_rebounds
+from collplan_core.impact_matching import DELIBERATE_SPEED, Prediction, foreseen_impacts, foreseen_rebounds
 from collplan_core.worlds import World, world_segments
 from collplan_ros.run_log import Kick, PoseRow, RunLog
 
@@ -15,8 +15,6 @@ COLUMNS = (
     "t", "x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy", "direction_error",
     "foreseen", "deliberate",
 )  # fmt: skip
-DELIBERATE_SPEED = 0.2
-"""A foreseen impact at more than this into the wall counts as deliberate [m/s]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,11 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from collplan_core.impact_matching import DELIBERATE_SPEED
 from omnipuck_sim.study.bounce_figures import draw_variants, draw_worlds
 from omnipuck_sim.study.bounce_results import BounceResults, GroupResults
 from omnipuck_sim.study.figures import PathPanel, draw_paths, save_figure
 from omnipuck_sim.study.illustrations import FIGURES, file_name, path_panels
-from omnipuck_sim.study.rows import DELIBERATE_SPEED
 from omnipuck_sim.study.runs import Runs, cases_of
 from omnipuck_sim.study.sources import Source
 

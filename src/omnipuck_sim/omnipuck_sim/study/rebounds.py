@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omnipuck_sim.study.rows import DELIBERATE_SPEED
+from collplan_core.impact_matching import DELIBERATE_SPEED
 from omnipuck_sim.study.runs import Runs
 
 

@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 
 from collplan_core.command import MANEUVERS
+from collplan_core.impact_matching import DELIBERATE_SPEED
 from omnipuck_sim.study.columns import IMPACT, blank
 from omnipuck_sim.trial import TrialResult
 
 ERROR = "error"
-DELIBERATE_SPEED = 0.2
-"""A foreseen impact at more than this into the wall is deliberate [m/s]."""
 PATH_RATE = 20.0
 """Points of a path per second [Hz]."""
 PATH_UNIT = 1e-4
