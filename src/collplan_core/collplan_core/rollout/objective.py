@@ -20,6 +20,7 @@ from collplan_core.rollout.coarse import SWITCH_STEPS, coarse_plans
 from collplan_core.rollout.dense import in_full
 from collplan_core.rollout.refinement import refine
 from collplan_core.rollout.starts import best_coarse, coarse_commands, padded, shifted, tracked
+from collplan_core.rollout.stopping import UNSTOPPABLE
 from collplan_core.rollout.terms import KNOT, STEP, Law, Price, Scene, law_of, price_of, scene_of
 from collplan_core.rollout.whole import extend, near_at, roll
 from collplan_core.state import State
@@ -94,6 +95,8 @@ def plan_rollout(memory: RolloutMemory | None, local_map: LocalMap, state: State
     coarse, starts = _starts(memory, scene, law, price, begin, state.stamp, settings)
     rollouts = tuple(start.states[: start.n + 1, :2].copy() for start in starts)
     whole = _refined(starts, scene, law, price, memory.cycle, begun, settings)
+    if whole.j >= UNSTOPPABLE:
+        whole = _braking(scene, law, price, begin, settings)
     return _finished(replace(memory, rollouts=rollouts), coarse, whole, scene, law, begin, state, settings)
 
 
@@ -160,6 +163,12 @@ def _refined(starts: list[_Whole], scene: Scene, law: Law, price: Price, seed: i
     random = np.random.default_rng(seed)
     starts = sorted(starts, key=lambda whole: whole.j)
     return refined(min((refined(whole, p.start_proposals) for whole in starts), key=lambda whole: whole.j), p.proposals)
+
+
+def _braking(scene: Scene, law: Law, price: Price, begin: np.ndarray, settings: Settings) -> _Whole:
+    """Rest is commanded: no plan passed the stop test."""
+    n = round(2.0 * law.max_speed / law.max_acceleration / KNOT) + 1
+    return _rolled(scene, law, price, False, begin, np.zeros((n, 2)), n, n)
 
 
 def _finished(memory: RolloutMemory, coarse: Candidates, whole: _Whole, scene: Scene, law: Law, begin: np.ndarray,
