@@ -1,0 +1,135 @@
+"""Trials with the time-to-goal strategies: they arrive, bounce on purpose or not, and repeat themselves bit by bit."""
+
+import hashlib
+import subprocess
+import sys
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import shapely
+
+from collplan_core.impact_matching import DELIBERATE_SPEED
+from collplan_core.params import Settings
+from collplan_core.strategies import TIME_TO_GOAL
+from collplan_core.worlds import World, load_world
+from omnipuck_sim.trial import REACHED, STUCK, TrialResult, run_trial
+from physics_scenes import RADIUS, make_world
+
+STRATEGIES = sorted(TIME_TO_GOAL)
+SETTINGS = Settings()
+TURN = replace(
+    make_world([[(-0.6, -0.03), (0.2, -0.03), (0.2, 0.03), (-0.6, 0.03)]], walled=True, bounds=(-0.6, -0.4, 0.6, 0.4)),
+    start=np.array([-0.2, -0.2]), goal=np.array([-0.2, 0.22]),
+)  # fmt: skip
+"""Round the tip of a septum."""
+
+
+@cache
+def trial(strategy: str, world: str = "", seed: int = 0, known_map: bool = False, timeout: float = 30.0) -> TrialResult:
+    values = {"planner.strategy": strategy, "trial.known_map": known_map, "trial.timeout": timeout}
+    return run_trial(load_world(world) if world else TURN, SETTINGS.with_values(values), seed)
+
+
+def speeds_into(result: TrialResult) -> np.ndarray:
+    return np.array([-impact.velocity_before @ impact.normal for impact in result.impacts])
+
+
+def digest(result: TrialResult) -> str:
+    """Of all that is measured, wall times aside."""
+    parts = (result.trajectory, result.rebounds, result.foreseen, result.candidates, *result.plans)
+    return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_every_strategy_gets_round_a_turn(strategy):
+    result = trial(strategy)
+    assert (result.outcome, result.strategy) == (REACHED, strategy)
+    assert result.arrival_time < 3.0
+    # a plan every 50 ms, and at once after a hit
+    periods = result.arrival_time / 0.05
+    assert periods - 2 <= len(result.plans) <= periods + 4 + 2 * len(result.impacts)
+    assert (result.candidates > 3000).all()
+    assert result.maneuvers.keys() <= {"free_space", "stopped"}
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_what_was_foreseen_of_rebounds_fits_the_impacts(strategy):
+    result = trial(strategy)
+    assert result.rebounds.shape == (len(result.impacts), 3)
+    told = ~np.isnan(result.rebounds)
+    np.testing.assert_array_equal(told.any(axis=1), told.all(axis=1))
+    assert told[result.foreseen].all()
+    for (angle, _, came), impact in zip(result.rebounds, result.impacts, strict=True):
+        assert np.isnan(angle) or 0.0 <= angle <= np.pi
+        assert np.isnan(came) or came == pytest.approx(np.hypot(*impact.velocity_after))
+
+
+def deliberate(result: TrialResult) -> np.ndarray:
+    return result.foreseen & (speeds_into(result) > DELIBERATE_SPEED)
+
+
+def test_bounce_hits_on_purpose_and_foresees_its_rebound():
+    results = [trial("bounce", "u:3"), trial("bounce")]
+    assert {result.outcome for result in results} == {REACHED}
+    assert sum(np.sum(deliberate(result)) for result in results) >= 1
+    off = np.concatenate([result.rebounds[deliberate(result), 0] for result in results])
+    assert np.median(off) < np.radians(15.0)
+
+
+def test_avoid_is_slower_round_the_same_turn_and_hits_nothing_on_purpose():
+    assert trial("avoid").arrival_time > trial("bounce").arrival_time
+    assert not deliberate(trial("avoid")).any()
+
+
+def solid(world: World) -> shapely.Geometry:
+    x0, y0, x1, y1 = world.bounds
+    walls = shapely.box(x0, y0, x1, y1).exterior
+    return shapely.union_all([walls, *(shapely.Polygon(polygon) for polygon in world.polygons)])
+
+
+def test_a_given_map_is_kept_clear_of_from_the_first_plan_on():
+    known = trial("avoid", known_map=True)
+    assert known.outcome == REACHED
+    assert shapely.LineString(known.plans[0]).distance(solid(TURN)) > RADIUS - 0.01
+    assert np.hypot(*(known.plans[0][-1] - TURN.goal)) <= SETTINGS.planner.goal_tolerance
+
+
+@pytest.mark.parametrize("known_map", [False, True])
+def test_equal_runs_are_equal_bit_by_bit(known_map):
+    first = trial("bounce", timeout=1.0, known_map=known_map)
+    trial.cache_clear()
+    assert digest(trial("bounce", timeout=1.0, known_map=known_map)) == digest(first)
+    assert len(first.plans) > 15
+
+
+AGAIN = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from test_rollouts_in_trials import digest, trial
+print(digest(trial("stop_guarantee", seed=3, timeout=1.0)))
+"""
+
+
+def test_a_seed_gives_the_same_run_in_another_process():
+    folder = __file__.rpartition("/")[0]
+    run = subprocess.run([sys.executable, "-c", AGAIN, folder], capture_output=True, text=True, timeout=100, check=True)
+    assert run.stdout.strip() == digest(trial("stop_guarantee", seed=3, timeout=1.0))
+    assert run.stdout.strip() != digest(trial("stop_guarantee", seed=4, timeout=1.0))
+
+
+def test_a_goal_that_is_closed_off_ends_as_stuck_without_a_plan():
+    room = make_world(walled=True, bounds=(-0.35, -0.35, 0.35, 0.35), start=np.zeros(2))
+    quick = SETTINGS.with_values({"planner.strategy": "bounce", "trial.timeout": 1.0})
+    result = run_trial(room, quick, 0, goal=np.array([3.0, 0.0]))
+    assert (result.outcome, len(result.plans)) == (STUCK, 0)
+    assert result.rebounds.shape == (0, 3)
+
+
+def test_a_hit_that_nobody_foresaw_is_survived():
+    """A planner that believes in a tame ring and a robot that is thrown back harder and aside."""
+    wild = {"simulator.restitution": 1.0, "rebound.restitution": 0.3, "simulator.direction_spread": 0.4}
+    result = run_trial(TURN, SETTINGS.with_values({"planner.strategy": "tolerate", **wild}), 1)
+    assert result.outcome == REACHED
+    assert all(np.isfinite(plan).all() for plan in result.plans)
