@@ -14,12 +14,6 @@ from collplan_core.worlds import World
 from omnipuck_sim.physics import Simulator
 from physics_scenes import QUIET, RADIUS, make_world, unit
 
-AT_THE_LIMIT = pytest.mark.xfail(
-    reason="at full acceleration the feed-forward lags behind, and it brakes before a contact", strict=False
-)
-BETWEEN_NODES = pytest.mark.xfail(
-    reason="a normal is that of the middle of its cell, up to 6 degrees off", strict=False
-)
 SETTINGS = QUIET.with_values({"planner.strategy": "bounce", "remembered.side": 4.0})
 LAW = law_of(SETTINGS)
 SPEED = SETTINGS.robot.max_speed
@@ -178,7 +172,6 @@ def test_off_round_things_only_the_direction_is_less_certain(shape, aside):
     assert distance < np.radians(15.0) * 0.5
 
 
-@BETWEEN_NODES
 @pytest.mark.parametrize(("shape", "aside"), ROUND)
 def test_a_second_with_a_bounce_off_round_things_ends_within_1_cm(shape, aside):
     """A given post is a polygon of 64 sides: that alone turns its rebounds by up to 5 degrees."""
@@ -198,7 +191,6 @@ def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
     return simulated(world, rows[0, 3:], command, PERIOD)
 
 
-@AT_THE_LIMIT
 @pytest.mark.parametrize("seed", range(6))
 def test_a_robot_driven_along_a_rollout_open_loop_stays_within_1_cm(seed):
     random = np.random.default_rng(seed)
@@ -208,7 +200,6 @@ def test_a_robot_driven_along_a_rollout_open_loop_stays_within_1_cm(seed):
     assert apart(rows, truth) < 0.01
 
 
-@AT_THE_LIMIT
 @pytest.mark.parametrize("incidence", np.radians([-55.0, -20.0, 0.0, 40.0]))
 @pytest.mark.parametrize("speed", [0.8, 0.95, SPEED])
 def test_a_robot_driven_into_an_intended_contact_does_not_brake_before_it(incidence, speed):

@@ -33,29 +33,46 @@ def rollout_feed_forward(times: np.ndarray, path: np.ndarray, now: float, period
                          max_acceleration: float) -> tuple[float, float]:  # fmt: skip
     """The command that, held for `period`, makes a robot with a lag drive a timed path: found from the path alone.
 
-    The velocity jumps where the path has a kink that the wheels cannot make: at a contact. Up to it the robot is driven
-    as before, without braking for what comes after; the parts before and after it weigh by their share of the period.
+    The velocity jumps where the path has a kink that the wheels cannot make: at a contact. A period that holds one
+    belongs to its longer part. Something between both would brake before the contact and push back after it.
 
     Args:
         times: (n,) strictly rising [s]; path: (n, 2) [m]; now [s]; lag [s].
     """
     n = len(times)
-    ux, uy, covered = 0.0, 0.0, 0.0
+    ux, uy, longest = 0.0, 0.0, 0.0
     i = min(max(int(np.searchsorted(times, now, side="right")) - 1, 0), n - 2)
     begun = now
     while i < n - 1 and begun < now + period:
         last = _smooth_until(times, path, i, max_acceleration)
         until = min(times[last], now + period)
-        if until > begun:
+        if until - begun > longest:
+            longest = until - begun
             ax, ay = _velocity_at(times, path, i, last, begun, max_acceleration)
             bx, by = _velocity_at(times, path, i, last, until, max_acceleration)
-            gain = 1.0 / (1.0 - math.exp(-(until - begun) / lag))
-            ux += (until - begun) * (ax + gain * (bx - ax))
-            uy += (until - begun) * (ay + gain * (by - ay))
-            covered += until - begun
-            begun = until
+            change = math.hypot(bx - ax, by - ay)
+            gain = _lead(change, longest, lag, max_acceleration) / change if change > 1e-9 else 0.0
+            ux, uy = ax + gain * (bx - ax), ay + gain * (by - ay)
+        begun = max(begun, until)
         i = last
-    return (ux / covered, uy / covered) if covered > 0.0 else (0.0, 0.0)
+    return ux, uy
+
+
+@njit
+def _lead(change: float, duration: float, lag: float, max_acceleration: float) -> float:
+    """How far the command must be ahead of the velocity for that to change by so much in a duration [m/s]."""
+    linear, share = max_acceleration * lag, 1.0 - math.exp(-duration / lag)
+    if change <= linear * share:
+        return change / share
+    # at full acceleration first: for how long has no closed form
+    low, high = 0.0, duration
+    for _ in range(20):
+        middle = 0.5 * (low + high)
+        if max_acceleration * middle + linear * (1.0 - math.exp(-(duration - middle) / lag)) < change:
+            low = middle
+        else:
+            high = middle
+    return linear + max_acceleration * high
 
 
 @njit

@@ -4,11 +4,11 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.remembered.clearance import INFERRED, OBSERVED
-from collplan_core.rollout.law import step
+from collplan_core.rollout.law import driven, step
 from collplan_core.rollout.terms import KNOT_STEPS, STEP, Law, Scene
 from collplan_core.rollout.whole import near_at
 
-SHORTEST = 0.1
+SHORTEST = 0.01
 """A contact nearer to the beginning or end of a step than this share of it is put there."""
 
 
@@ -30,11 +30,13 @@ def in_full(scene: Scene, law: Law, begin: np.ndarray, commands: np.ndarray, n: 
     count, touched = 1, 0
     for k in range(most):
         ux, uy = commands[k // KNOT_STEPS]
+        wx, wy = driven(vx, vy, ux, uy, STEP, law)
+        fx, fy = x + 0.5 * (vx + wx) * STEP, y + 0.5 * (vy + wy) * STEP
+        bx, by = x, y
         x, y, vx, vy, near, kind, _, share, nx, ny = step(clearance, source, grid, law, x, y, vx, vy, near, ux, uy)
         time = k * STEP
         if kind in (OBSERVED, INFERRED):
-            # back from the end of the step to the contact: the velocity after it changes little in the rest
-            cx, cy = x - vx * (1.0 - share) * STEP, y - vy * (1.0 - share) * STEP
+            cx, cy = bx + share * (fx - bx), by + share * (fy - by)
             if SHORTEST < share < 1.0 - SHORTEST:
                 rows[count, 0], rows[count, 1], rows[count, 2] = time + share * STEP, cx, cy
                 rows[count, 3], rows[count, 4] = vx, vy

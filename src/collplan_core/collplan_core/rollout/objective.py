@@ -95,7 +95,7 @@ def plan_rollout(memory: RolloutMemory | None, local_map: LocalMap, state: State
     coarse, starts = _starts(memory, scene, law, price, begin, state.stamp, settings)
     rollouts = tuple(start.states[: start.n + 1, :2].copy() for start in starts)
     whole = _refined(starts, scene, law, price, memory.cycle, begun, settings)
-    if whole.j >= UNSTOPPABLE:
+    if whole.costs[whole.n] >= UNSTOPPABLE and TIME_TO_GOAL[settings.planner.strategy].stop_test:
         whole = _braking(scene, law, price, begin, settings)
     return _finished(replace(memory, rollouts=rollouts), coarse, whole, scene, law, begin, state, settings)
 
