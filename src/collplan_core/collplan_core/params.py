@@ -133,7 +133,7 @@ class TimeToGoal(Parameters):
     n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)
     start_proposals: int = parameter(100, "Changes tried on each of them", low=0, high=10000)
     proposals: int = parameter(1200, "Changes tried on the best", low=0, high=100000)
-    time_budget: float = parameter(0.0, "Refinement ends after this time with the best so far; 0 never: equal runs stay equal", unit="s", low=0.0, high=1.0)
+    time_budget: float = parameter(0.0, "Refinement ends so long after a cycle began, with the best so far; 0 never: equal runs stay equal (planner_node: half of map_period)", unit="s", low=0.0, high=1.0)
     arrival_share: float = parameter(0.7, "Rollouts end within this share of goal_tolerance: one that grazes its edge misses it", low=0.05, high=1.0, live=True)
     graze_cost: float = parameter(0.5, "Cost of an arrival that passes the goal at goal_tolerance, by the square of the distance: it may miss", unit="s", low=0.0, high=10.0, live=True)
     longest_plan: float = parameter(8.0, "A plan that is not there by then is charged the time to go from its end", unit="s", low=1.0, high=60.0)
