@@ -38,13 +38,15 @@ def field_of(segments: np.ndarray, center=(0.0, 0.0), half_side=1.6, spacing=0.0
     return ClearanceField(np.array([steps[0] + center[0], steps[0] + center[1]]), spacing, clearance, source)
 
 
-def exact_lengths(segments: np.ndarray, goal: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Lengths of the disc's shortest paths from positions (n, 2) to the goal, over the corners of the grown walls."""
+def exact_lengths(
+    segments: np.ndarray, goal: np.ndarray, positions: np.ndarray, radius: float = ROBOT.radius
+) -> np.ndarray:
+    """Lengths of a disc's shortest paths from positions (n, 2) to the goal, over the corners of the grown walls."""
     lines = shapely.multilinestrings(segments.reshape(-1, 2, 2))
-    corners = shapely.get_coordinates(lines.buffer(ROBOT.radius, quad_segs=16))
+    corners = shapely.get_coordinates(lines.buffer(radius, quad_segs=16))
     points = np.vstack([goal, positions, corners])
     i, j = np.triu_indices(len(points), 1)
-    solid = lines.buffer(ROBOT.radius - 1e-4, quad_segs=16)
+    solid = lines.buffer(radius - 1e-4, quad_segs=16)
     shapely.prepare(solid)
     free = ~shapely.intersects(solid, shapely.linestrings(np.stack([points[i], points[j]], axis=1)))
     lengths = np.zeros((len(points), len(points)))

@@ -19,9 +19,10 @@ from collplan_core.permission import (
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
+from collplan_core.strategies import map_period_of
 
 LIMITS = Limits()
-T_MAP = Settings().planner.map_period
+T_MAP = map_period_of(Settings())
 FRESH = {"goal_active": True, "pose_age": 0.1, "scan_age": 0.2, "plan_age": 0.5, "map_period": T_MAP, "limits": LIMITS}
 
 

@@ -184,7 +184,7 @@ def test_a_turned_or_mirrored_drive_leaves_a_turned_or_mirrored_field(seed: int,
     back = back[:, ::-1] if mirrored else back
     # where a hit may belong to either of two walls the fit takes the first it meets: another one in a mirrored scan
     assert np.abs(back - here).max() < 5e-3
-    assert (np.abs(back - here) > 1e-9).sum() < 0.2 * (here < FAR).sum()
+    assert (np.abs(back - here) > 1e-9).sum() <= 0.2 * (here < FAR).sum()
 
 
 def test_the_same_scans_leave_the_same_memory_to_the_last_bit():

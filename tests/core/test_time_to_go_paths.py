@@ -77,9 +77,12 @@ def test_lengths_are_those_of_the_visibility_graph(scene, seed):
     paths = shortest_paths(field, goal, places[0], SETTINGS)
     far = paths.origin + paths.spacing * np.array(paths.length.shape)
     places = np.array([place for place in places if np.all((paths.origin < place) & (place < far))])
-    for place, length in zip(places, exact_lengths(scene, goal, places), strict=True):
+    # a passage less than 4 cm wider than the disc may count as closed
+    through, around = (exact_lengths(scene, goal, places, SETTINGS.robot.radius + margin) for margin in (0.0, 0.02))
+    for place, length, detour in zip(places, through, around, strict=True):
         found = path_length(paths, place)
-        assert 0.99 * length - 0.01 <= found <= 1.02 * length + 0.02 or (np.isinf(length) and np.isinf(found))
+        assert 0.99 * length - 0.01 <= found or (np.isinf(length) and np.isinf(found))
+        assert found <= max(1.02 * length, detour) + 0.02
 
 
 def test_lengths_in_a_serpentine():
