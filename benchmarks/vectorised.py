@@ -116,10 +116,15 @@ def _clearance(scene: Scene, position: np.ndarray) -> np.ndarray:
 
 def _normal(scene: Scene, position: np.ndarray) -> np.ndarray:
     """(2, k) unit directions out of the boundary at positions (2, k)."""
-    inside, c00, c01, c10, c11, a, b = _cell(scene, position)
-    along = np.stack([(1.0 - b) * (c10 - c00) + b * (c11 - c01), (1.0 - a) * (c01 - c00) + a * (c11 - c10)])
+    half = 0.5 * scene.grid.spacing
+    along = np.stack(
+        [
+            _clearance(scene, position + step) - _clearance(scene, position - step)
+            for step in half * np.eye(2)[:, :, None]
+        ]
+    )
     length = np.hypot(*along)
-    return np.where(inside & (length > 1e-12), along / np.maximum(length, 1e-300), 0.0)
+    return np.where(length > 1e-12, along / np.maximum(length, 1e-300), 0.0)
 
 
 def _source(scene: Scene, position: np.ndarray) -> np.ndarray:

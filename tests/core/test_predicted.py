@@ -51,7 +51,7 @@ def test_predicted_boundaries_begin_on_f_and_point_out_of_it(world):
         origin, tangent = np.array([x, y]), np.array([ex, ey])
         assert np.hypot(ex, ey) == pytest.approx(1.0, abs=1e-9)
         assert np.min(np.hypot(*(local_map.points - origin).T)) < 1e-9
-        # a step on, the obstacle's side of it lies beyond the map or in what is not known to be free; so far aside, as a
+        # a step on, the obstacle's side of it lies beyond the map or in what is not known to be free; so far aside as a
         # rounded corner bends away from its tangent by 0.05^2 / (2 radius)
         aside = 0.02 * np.array([-ey, ex])
         assert not local_map.contains(origin + 0.05 * tangent + np.array([aside, -aside])).all()
