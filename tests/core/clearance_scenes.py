@@ -54,19 +54,19 @@ def exact_lengths(
     return dijkstra(lengths, directed=False, indices=0)[1 : 1 + len(positions)]
 
 
-def _arrays(paths: ShortestPaths) -> tuple:
-    return (
-        paths.length, paths.waypoint, paths.waypoints, paths.onward, paths.remaining, paths.turning,
-        *map(float, paths.origin), paths.spacing, *map(float, paths.goal), paths.tolerance,
+def to_go(paths: ShortestPaths, position, velocity=(0.0, 0.0)) -> float:
+    return time_to_go(
+        paths.waypoint, paths.waypoints, paths.onward, paths.remaining, paths.turning, *map(float, paths.origin),
+        paths.spacing, *map(float, paths.goal), paths.tolerance, SPEED, ACCELERATION, *map(float, position),
+        *map(float, velocity),
     )  # fmt: skip
 
 
-def to_go(paths: ShortestPaths, position, velocity=(0.0, 0.0)) -> float:
-    return time_to_go(*_arrays(paths), SPEED, ACCELERATION, *map(float, position), *map(float, velocity))
-
-
 def toward(paths: ShortestPaths, position) -> tuple[float, float, float]:
-    return heading(*_arrays(paths), *map(float, position))
+    return heading(
+        paths.waypoint, paths.waypoints, paths.onward, paths.remaining, *map(float, paths.origin), paths.spacing,
+        *map(float, position),
+    )  # fmt: skip
 
 
 def path_length(paths: ShortestPaths, place) -> float:

@@ -47,6 +47,11 @@ def weights_of(settings: Settings) -> Weights:
     return STRATEGIES.get(settings.planner.strategy, settings.weights)
 
 
+def contact_terms(settings: Settings) -> ContactTerms:
+    """Those of the chosen strategy, a time-to-goal one."""
+    return TIME_TO_GOAL[settings.planner.strategy]
+
+
 def rolls_out(settings: Settings) -> bool:
     """Whether the chosen strategy plans rollouts to the goal."""
     return settings.planner.strategy in TIME_TO_GOAL

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.rollout.knot import arrival_share, graze_cost
+from collplan_core.rollout.knot import arrival_share, graze_cost, is_there
 from collplan_core.rollout.law import NO_CONTACT, contact_cost, step
 from collplan_core.rollout.stopping import UNSTOPPABLE, admits_stop
 from collplan_core.rollout.terms import STEP, Goal, Grid, Law, Price, Scene
@@ -34,7 +34,7 @@ def targets(bearing: float, max_speed: float) -> np.ndarray:
 def to_go(scene: Scene, law: Law, x: float, y: float, vx: float, vy: float) -> float:
     """Time to go from here over what is known [s]."""
     return time_to_go(
-        scene.length, scene.waypoint, scene.waypoints, scene.onward, scene.remaining, scene.turning, scene.gx, scene.gy,
+        scene.waypoint, scene.waypoints, scene.onward, scene.remaining, scene.turning, scene.gx, scene.gy,
         scene.cell, scene.goal.x, scene.goal.y, scene.goal.tolerance, law.max_speed, law.max_acceleration, x, y, vx, vy,
     )  # fmt: skip
 
@@ -43,8 +43,7 @@ def to_go(scene: Scene, law: Law, x: float, y: float, vx: float, vy: float) -> f
 def toward(scene: Scene, x: float, y: float) -> tuple[float, float, float]:
     """Unit direction to the first way point from here, and the distance to it [m]."""
     return heading(
-        scene.length, scene.waypoint, scene.waypoints, scene.onward, scene.remaining, scene.turning, scene.gx, scene.gy,
-        scene.cell, scene.goal.x, scene.goal.y, scene.goal.tolerance, x, y,
+        scene.waypoint, scene.waypoints, scene.onward, scene.remaining, scene.gx, scene.gy, scene.cell, x, y,
     )  # fmt: skip
 
 
@@ -59,7 +58,7 @@ def _roll(clearance: np.ndarray, source: np.ndarray, grid: Grid, goal: Goal, law
         x, y, vx, vy, near, kind, into, _, _, _ = step(clearance, source, grid, law, x, y, vx, vy, near, ux, uy)
         if kind != NO_CONTACT:
             cost += contact_cost(price, kind, into)
-        if (x - goal.x) * (x - goal.x) + (y - goal.y) * (y - goal.y) <= goal.tolerance * goal.tolerance:
+        if is_there(goal, x, y):
             arrived, time = True, (k + arrival_share(goal, px, py, x, y)) * STEP
             cost += graze_cost(goal, x, y, vx, vy)
             break

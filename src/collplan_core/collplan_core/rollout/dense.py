@@ -4,7 +4,8 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.remembered.clearance import INFERRED, OBSERVED
-from collplan_core.rollout.law import driven, step
+from collplan_core.rollout.knot import is_there
+from collplan_core.rollout.law import glided, step
 from collplan_core.rollout.terms import KNOT_STEPS, STEP, Law, Scene
 from collplan_core.rollout.whole import near_at
 
@@ -30,8 +31,7 @@ def in_full(scene: Scene, law: Law, begin: np.ndarray, commands: np.ndarray, n: 
     count, touched = 1, 0
     for k in range(most):
         ux, uy = commands[k // KNOT_STEPS]
-        wx, wy = driven(vx, vy, ux, uy, STEP, law)
-        fx, fy = x + 0.5 * (vx + wx) * STEP, y + 0.5 * (vy + wy) * STEP
+        fx, fy, _, _ = glided(x, y, vx, vy, ux, uy, law)
         bx, by = x, y
         x, y, vx, vy, near, kind, _, share, nx, ny = step(clearance, source, grid, law, x, y, vx, vy, near, ux, uy)
         time = k * STEP
@@ -49,6 +49,6 @@ def in_full(scene: Scene, law: Law, begin: np.ndarray, commands: np.ndarray, n: 
         rows[count, 0], rows[count, 1], rows[count, 2] = time + STEP, x, y
         rows[count, 3], rows[count, 4] = vx, vy
         count += 1
-        if (x - scene.goal.x) ** 2 + (y - scene.goal.y) ** 2 <= scene.goal.tolerance**2:
+        if is_there(scene.goal, x, y):
             break
     return rows[:count], contacts[:touched]

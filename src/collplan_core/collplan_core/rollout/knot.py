@@ -29,12 +29,18 @@ def roll_knot(clearance: np.ndarray, source: np.ndarray, grid: Grid, goal: Goal,
         if kind != NO_CONTACT:
             touched = True
             cost += contact_cost(price, kind, into)
-        if (x - goal.x) * (x - goal.x) + (y - goal.y) * (y - goal.y) <= goal.tolerance * goal.tolerance:
+        if is_there(goal, x, y):
             cost += graze_cost(goal, x, y, vx, vy)
             return x, y, vx, vy, near, cost, (k + arrival_share(goal, px, py, x, y)) * STEP
     if not touched and near <= price.distance:
         cost += clearance_cost(clearance, grid, price, bx, by, x, y, math.sqrt(vx * vx + vy * vy))
     return x, y, vx, vy, near, cost, ON_THE_WAY
+
+
+@njit
+def is_there(goal: Goal, x: float, y: float) -> bool:
+    """Whether (x, y) is within the goal's tolerance."""
+    return (x - goal.x) * (x - goal.x) + (y - goal.y) * (y - goal.y) <= goal.tolerance * goal.tolerance
 
 
 @njit

@@ -32,6 +32,14 @@ def driven(vx: float, vy: float, ux: float, uy: float, duration: float, law: Law
 
 
 @njit
+def glided(x: float, y: float, vx: float, vy: float, ux: float, uy: float, law: Law,
+           ) -> tuple[float, float, float, float]:  # fmt: skip
+    """x, y, vx, vy after a STEP under command u where nothing is in the way."""
+    wx, wy = driven(vx, vy, ux, uy, STEP, law)
+    return x + 0.5 * (vx + wx) * STEP, y + 0.5 * (vy + wy) * STEP, wx, wy
+
+
+@njit
 def step(clearance: np.ndarray, source: np.ndarray, grid: Grid, law: Law, x: float, y: float, vx: float, vy: float,
          near: float, ux: float, uy: float,
          ) -> tuple[float, float, float, float, float, int, float, float, float, float]:  # fmt: skip
@@ -41,8 +49,7 @@ def step(clearance: np.ndarray, source: np.ndarray, grid: Grid, law: Law, x: flo
         x, y, vx, vy, what the clearance there is at least, kind of contact, speed into it, its share of the step, its
         normal x, y.
     """
-    wx, wy = driven(vx, vy, ux, uy, STEP, law)
-    px, py = x + 0.5 * (vx + wx) * STEP, y + 0.5 * (vy + wy) * STEP
+    px, py, wx, wy = glided(x, y, vx, vy, ux, uy, law)
     # no component of a step is longer than the step
     bound = near - abs(px - x) - abs(py - y)
     if bound > 0.0:

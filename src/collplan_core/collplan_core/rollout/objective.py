@@ -24,7 +24,7 @@ from collplan_core.rollout.stopping import UNSTOPPABLE
 from collplan_core.rollout.terms import KNOT, STEP, Law, Price, Scene, law_of, price_of, scene_of
 from collplan_core.rollout.whole import extend, near_at, roll
 from collplan_core.state import State
-from collplan_core.strategies import TIME_TO_GOAL
+from collplan_core.strategies import contact_terms
 from collplan_core.time_to_go.query import is_reachable
 from collplan_core.time_to_go.record import ShortestPaths
 from collplan_core.time_to_go.search import shortest_paths
@@ -95,7 +95,7 @@ def plan_rollout(memory: RolloutMemory | None, local_map: LocalMap, state: State
     coarse, starts = _starts(memory, scene, law, price, begin, state.stamp, settings)
     rollouts = tuple(start.states[: start.n + 1, :2].copy() for start in starts)
     whole = _refined(starts, scene, law, price, memory.cycle, begun, settings)
-    if whole.costs[whole.n] >= UNSTOPPABLE and TIME_TO_GOAL[settings.planner.strategy].stop_test:
+    if whole.costs[whole.n] >= UNSTOPPABLE and contact_terms(settings).stop_test:
         whole = _braking(scene, law, price, begin, settings)
     return _finished(replace(memory, rollouts=rollouts), coarse, whole, scene, law, begin, state, settings)
 
@@ -113,7 +113,7 @@ def _updated(memory: RolloutMemory, local_map: LocalMap, state: State, goal: np.
 def _starts(memory: RolloutMemory, scene: Scene, law: Law, price: Price, begin: np.ndarray, stamp: float,
             settings: Settings) -> tuple[Candidates, list[_Whole]]:  # fmt: skip
     """The coarse plans, and the whole plans to refine: the last one carried on, and the best coarse ones extended."""
-    p, test = settings.time_to_goal, TIME_TO_GOAL[settings.planner.strategy].stop_test
+    p, test = settings.time_to_goal, contact_terms(settings).stop_test
     most = round(p.longest_plan / KNOT)
     first = np.array([*begin, near_at(scene, begin[0], begin[1]), 0.0])
     velocities, j, ends = coarse_plans(scene, law, price, first, round(p.horizon / STEP), test)
@@ -148,7 +148,7 @@ def _rolled(scene: Scene, law: Law, price: Price, test: bool, begin: np.ndarray,
 def _refined(starts: list[_Whole], scene: Scene, law: Law, price: Price, seed: int, begun: float,
              settings: Settings) -> _Whole:  # fmt: skip
     """The best of the starts, refined: some changes on each, more on the best."""
-    p, test = settings.time_to_goal, TIME_TO_GOAL[settings.planner.strategy].stop_test
+    p, test = settings.time_to_goal, contact_terms(settings).stop_test
     until = begun + p.time_budget if p.time_budget > 0.0 else np.inf
 
     def refined(whole: _Whole, count: int) -> _Whole:

@@ -7,7 +7,7 @@ import numpy as np
 
 from collplan_core.params import Settings
 from collplan_core.remembered.clearance import ClearanceField
-from collplan_core.strategies import BY_SPEED, FREE, REFLECTS, TIME_TO_GOAL
+from collplan_core.strategies import BY_SPEED, FREE, REFLECTS, contact_terms
 from collplan_core.time_to_go.record import ShortestPaths
 
 STEP = 0.025
@@ -77,7 +77,6 @@ class Scene(NamedTuple):
     free: np.ndarray
     grid: Grid
     goal: Goal
-    length: np.ndarray
     waypoint: np.ndarray
     waypoints: np.ndarray
     onward: np.ndarray
@@ -90,7 +89,7 @@ class Scene(NamedTuple):
 
 def law_of(settings: Settings) -> Law:
     """The robot's law as the chosen strategy believes it."""
-    reflects = TIME_TO_GOAL[settings.planner.strategy].contact_law == REFLECTS
+    reflects = contact_terms(settings).contact_law == REFLECTS
     robot = settings.robot
     lag = max(robot.velocity_lag, SHORTEST_LAG)
     return Law(
@@ -102,7 +101,7 @@ def law_of(settings: Settings) -> Law:
 
 def price_of(settings: Settings) -> Price:
     """The prices of the chosen strategy."""
-    p, tolerance = settings.time_to_goal, TIME_TO_GOAL[settings.planner.strategy].contact_tolerance
+    p, tolerance = settings.time_to_goal, contact_terms(settings).contact_tolerance
     if tolerance == BY_SPEED:
         return Price(0.0, p.hit_cost, p.limit_cost, p.speed_limit, 0.0, p.inferred_cost, p.clearance_cost,
                      p.tolerant_distance)  # fmt: skip
@@ -122,6 +121,6 @@ def scene_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, sett
     )  # fmt: skip
     return Scene(
         field.clearance, field.source, free, grid, goal,
-        paths.length, paths.waypoint, paths.waypoints, paths.onward, paths.remaining, paths.turning,
+        paths.waypoint, paths.waypoints, paths.onward, paths.remaining, paths.turning,
         float(paths.origin[0]), float(paths.origin[1]), paths.spacing,
     )  # fmt: skip

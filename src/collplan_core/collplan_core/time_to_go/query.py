@@ -65,25 +65,25 @@ def _before(along: float, count: int) -> int:
 
 
 @njit
-def _cells_near(length: np.ndarray, ox: float, oy: float, spacing: float, x: float, y: float,
+def _cells_near(waypoint: np.ndarray, ox: float, oy: float, spacing: float, x: float, y: float,
                 ) -> tuple[int, int, int, int]:  # fmt: skip
     """Cells [i0, i1) x [j0, j1): the four around (x, y) or, where these have no path, so many rings more; or none."""
-    mx, my = length.shape
+    mx, my = waypoint.shape
     i, j = _before((x - ox) / spacing, mx), _before((y - oy) / spacing, my)
     for ring in range(RINGS + 1):
         i0, i1, j0, j1 = max(i - ring, 0), min(i + 2 + ring, mx), max(j - ring, 0), min(j + 2 + ring, my)
         for a in range(i0, i1):
             for b in range(j0, j1):
-                if length[a, b] < np.inf:
+                if waypoint[a, b] >= 0:
                     return i0, i1, j0, j1
     return 0, 0, 0, 0
 
 
 @njit
-def time_to_go(length: np.ndarray, waypoint: np.ndarray, waypoints: np.ndarray, onward: np.ndarray,
-               remaining: np.ndarray, turning: np.ndarray, ox: float, oy: float, spacing: float,
-               goal_x: float, goal_y: float, tolerance: float, max_speed: float, max_acceleration: float,
-               x: float, y: float, vx: float, vy: float) -> float:  # fmt: skip
+def time_to_go(waypoint: np.ndarray, waypoints: np.ndarray, onward: np.ndarray, remaining: np.ndarray,
+               turning: np.ndarray, ox: float, oy: float, spacing: float, goal_x: float, goal_y: float,
+               tolerance: float, max_speed: float, max_acceleration: float, x: float, y: float, vx: float, vy: float,
+               ) -> float:  # fmt: skip
     """Time from (x, y) at (vx, vy) to the goal, inf where no path leads there, 0 within its tolerance [s].
 
     Arguments up to tolerance are those of ShortestPaths. Of the way points that the four cells around lead to, the
@@ -91,7 +91,7 @@ def time_to_go(length: np.ndarray, waypoint: np.ndarray, waypoints: np.ndarray, 
     """
     if (x - goal_x) ** 2 + (y - goal_y) ** 2 <= tolerance * tolerance:
         return 0.0
-    i0, i1, j0, j1 = _cells_near(length, ox, oy, spacing, x, y)
+    i0, i1, j0, j1 = _cells_near(waypoint, ox, oy, spacing, x, y)
     best, last = np.inf, -1
     for i in range(i0, i1):
         for j in range(j0, j1):
@@ -104,15 +104,13 @@ def time_to_go(length: np.ndarray, waypoint: np.ndarray, waypoints: np.ndarray, 
 
 
 @njit
-def heading(length: np.ndarray, waypoint: np.ndarray, waypoints: np.ndarray, onward: np.ndarray,
-            remaining: np.ndarray, turning: np.ndarray, ox: float, oy: float, spacing: float,
-            goal_x: float, goal_y: float, tolerance: float, x: float, y: float,
-            ) -> tuple[float, float, float]:  # fmt: skip
+def heading(waypoint: np.ndarray, waypoints: np.ndarray, onward: np.ndarray, remaining: np.ndarray, ox: float,
+            oy: float, spacing: float, x: float, y: float) -> tuple[float, float, float]:  # fmt: skip
     """Unit direction from (x, y) along the shortest path and the distance to its first way point [m].
 
     (0, 0) and inf where no path leads to the goal.
     """
-    i0, i1, j0, j1 = _cells_near(length, ox, oy, spacing, x, y)
+    i0, i1, j0, j1 = _cells_near(waypoint, ox, oy, spacing, x, y)
     best, chosen = np.inf, -1
     for i in range(i0, i1):
         for j in range(j0, j1):
@@ -131,5 +129,5 @@ def is_reachable(paths: ShortestPaths, position: np.ndarray) -> bool:
     if np.hypot(*(paths.goal - position)) <= paths.tolerance:
         return True
     (ox, oy), (x, y) = paths.origin, position
-    _, last, _, _ = _cells_near(paths.length, float(ox), float(oy), paths.spacing, float(x), float(y))
+    _, last, _, _ = _cells_near(paths.waypoint, float(ox), float(oy), paths.spacing, float(x), float(y))
     return bool(last > 0)
