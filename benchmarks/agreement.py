@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from logged import Logged, cycle, settings_for
 
-from collplan_core.params import Settings
+from collplan_core.parameters import Settings
 
 TARGET = 0.95
 

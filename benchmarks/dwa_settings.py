@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from logged import Logged
 
-from collplan_core.params import Settings
+from collplan_core.parameters import Settings
 
 MAX_SPEED, MIN_SPEED = 1.0, -0.5
 

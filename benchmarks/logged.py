@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from collplan_core.local_map import build_local_map
-from collplan_core.objectives import NoPlan, objective_for
-from collplan_core.params import Settings
-from collplan_core.plan import Plan
-from collplan_core.raycast import simulate_scan
+from collplan_core.parameters import Settings
+from collplan_core.plan import NoPlan, Plan
+from collplan_core.planners import planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.strategies import STRATEGIES, map_period_of
 from collplan_core.worlds import World, load_world
+from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.trial import TrialResult, run_trial
 
 
@@ -46,7 +46,7 @@ def settings_for(strategy: str, pruned: bool = True) -> Settings:
 def cycle(logged: Logged, settings: Settings) -> Plan:
     """A whole plan from a scan: local map, candidates, costs, trajectory."""
     local_map = build_local_map(logged.scan, logged.state, settings.robot, settings.local_map)
-    plan, _ = objective_for(settings.planner.strategy)(logged.memory, local_map, logged.state, logged.goal, settings)
+    plan, _ = planner_for(settings.planner.strategy).plan(logged.memory, local_map, logged.state, logged.goal, settings)
     return plan
 
 
@@ -64,7 +64,7 @@ def _states_of_run(strategy: str, world: World, seed: int) -> Iterator[Logged]:
         scan = simulate_scan(world, state, settings.lidar)
         local_map = build_local_map(scan, state, settings.robot, settings.local_map)
         try:
-            plan, after = objective_for(strategy)(memory, local_map, state, goal, settings)
+            plan, after = planner_for(strategy).plan(memory, local_map, state, goal, settings)
         except NoPlan:
             continue
         yield Logged(strategy, world, state, scan, goal, memory, plan)

@@ -7,11 +7,11 @@ from logged import Logged, cycle, settings_for
 from timing import time_each
 
 from collplan_core.local_map import build_local_map
-from collplan_core.params import Settings
-from collplan_core.raycast import simulate_scan
+from collplan_core.paper_planner.trajectory import make_trajectory, spline
+from collplan_core.parameters import Settings
 from collplan_core.strategies import map_period_of
-from collplan_core.trajectory import make_trajectory, spline
 from collplan_core.worlds import World
+from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.trial import TrialResult, run_trial
 
 SHIPPED = Settings()

@@ -14,11 +14,12 @@ from timing import Timed, ratio, time_each
 from vectorised import vectorised_plans
 
 from collplan_core.local_map import LocalMap, build_local_map
-from collplan_core.params import Settings
+from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
-from collplan_core.rollout import objective
+from collplan_core.planners import planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner import plan_cycle as cycle
 from collplan_core.worlds import load_world
 from omnipuck_sim import trial
 
@@ -32,11 +33,11 @@ SAME_END = 1e-6
 """Ends that differ by no more are the same [m, m/s]."""
 STAGES: Stages = {
     "local_map": [(sys.modules[__name__], "build_local_map")],
-    "remember": [(objective, "remember")],
-    "shortest_paths": [(objective, "shortest_paths")],
-    "coarse": [(objective, "coarse_plans")],
-    "extension": [(objective, name) for name in ("tracked", "roll", "extend")],
-    "refinement": [(objective, "refine")],
+    "remember": [(cycle, "remember")],
+    "shortest_paths": [(cycle, "shortest_paths")],
+    "coarse": [(cycle, "coarse_plans")],
+    "extension": [(cycle, name) for name in ("tracked", "roll", "extend")],
+    "refinement": [(cycle, "refine")],
 }
 
 
@@ -82,13 +83,14 @@ def _listening(calls: list[Call]) -> Iterator[None]:
 
     def plan_of(memory: Any, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings) -> Any:
         nonlocal made
-        result = objective.plan_rollout(memory, local_map, state, goal, settings)
+        result = cycle.plan_cycle(memory, local_map, state, goal, settings)
         if made % EVERY == 0:
             calls.append(Call(*scanned[0], memory, state, goal))
         made += 1
         return result
 
-    with patch.object(trial, "build_local_map", map_of), patch.object(trial, "objective_for", lambda _: plan_of):
+    planner = planner_for("bounce")._replace(plan=plan_of)
+    with patch.object(trial, "build_local_map", map_of), patch.object(trial, "planner_for", lambda _: planner):
         yield
 
 
@@ -98,7 +100,7 @@ def rollouts(calls: list[Call], rounds: int) -> dict[str, Any]:
     plans, compiled, peers = Timed(), Timed(), Timed()
     for _ in range(rounds):
         plans.rounds.append(time_each(_plan, calls))
-        compiled.rounds.append(time_each(lambda work: objective.coarse_plans(*work.arguments), works))
+        compiled.rounds.append(time_each(lambda work: cycle.coarse_plans(*work.arguments), works))
         peers.rounds.append(time_each(_vectorised, works))
     return {
         "plan": plans.summary(), "coarse": compiled.summary(), "vectorised": peers.summary(),
@@ -111,12 +113,12 @@ def rollouts(calls: list[Call], rounds: int) -> dict[str, Any]:
 def _plan(call: Call) -> Plan:
     """A whole plan from a scan."""
     local_map = build_local_map(call.scan, call.at_scan, SETTINGS.robot, SETTINGS.local_map)
-    plan, _ = objective.plan_rollout(call.memory, local_map, call.state, call.goal, SETTINGS)
+    plan, _ = cycle.plan_cycle(call.memory, local_map, call.state, call.goal, SETTINGS)
     return plan
 
 
 def _work(call: Call) -> Work:
-    coarse, refine = objective.coarse_plans, objective.refine
+    coarse, refine = cycle.coarse_plans, cycle.refine
     rolled: list[tuple[Any, ...]] = []
     tried: list[int] = []
 
@@ -129,7 +131,7 @@ def _work(call: Call) -> Work:
         tried.append(signature(refine).bind(*arguments).arguments["count"])
         return refine(*arguments)
 
-    with patch.object(objective, "coarse_plans", coarse_plans), patch.object(objective, "refine", refine_counted):
+    with patch.object(cycle, "coarse_plans", coarse_plans), patch.object(cycle, "refine", refine_counted):
         _plan(call)
     ((arguments, velocities, costs, ends),) = rolled
     return Work(arguments, velocities, costs, ends, sum(tried))

@@ -24,7 +24,7 @@ TELEMETRY = Telemetry(42, 7, 5000, 1, 7400, NO_TEMPERATURE, 1000, 5, 25, 3, 1, 2
 PUBLISHER = """
 import rclpy
 from geometry_msgs.msg import Twist
-from collplan_ros.qos import NEWEST
+from collplan_ros.messages.qos import NEWEST
 rclpy.init()
 node = rclpy.create_node("commands")
 publisher = node.create_publisher(Twist, "cmd_vel", NEWEST)

@@ -9,9 +9,9 @@ from ours import cycle_round, scan_round, trial_round
 from peer import Peer
 from timing import Timed, ratio, ratio_of
 
-from collplan_core.params import Settings
-from collplan_core.raycast import cast_rays
+from collplan_core.parameters import Settings
 from collplan_core.worlds import World
+from collplan_core.worlds.raycast import cast_rays
 
 
 def beside_irsim_scan(peer: Peer, world: World, states: list[Logged], rounds: int) -> dict[str, Any]:

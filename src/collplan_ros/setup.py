@@ -26,13 +26,13 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "mocap_node = collplan_ros.mocap_node:main",
-            "lidar_node = collplan_ros.lidar_node:main",
-            "planner_node = collplan_ros.planner_node:main",
-            "controller_node = collplan_ros.controller_node:main",
-            "bringup = collplan_ros.bringup:main",
-            "fit_rebound = collplan_ros.fit_rebound:main",
-            "beside = collplan_ros.beside:main",
+            "mocap_node = collplan_ros.nodes.mocap_node:main",
+            "lidar_node = collplan_ros.nodes.lidar_node:main",
+            "planner_node = collplan_ros.nodes.planner_node:main",
+            "controller_node = collplan_ros.nodes.controller_node:main",
+            "bringup = collplan_ros.bringup.main:main",
+            "fit_rebound = collplan_ros.runs.fit_rebound:main",
+            "beside = collplan_ros.pictures.beside:main",
         ],
     },
 )

@@ -12,33 +12,18 @@ setup(
     maintainer_email="maintainers@collplan.example",
     license="Apache-2.0",
     packages=find_packages(),
-    package_data={PACKAGE: ["study/*.html"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
         ("share/" + PACKAGE, ["package.xml"]),
     ],
     python_requires=">=3.10",
     install_requires=["collplan-core", "collplan-ros", "omnipuck-driver", "numpy>=1.26.4", "pymunk>=7"],
-    extras_require={
-        "test": ["pytest"],
-        # a robot does without
-        "study": [
-            "dask",
-            "defusedxml",
-            "distributed",
-            "matplotlib>=3.8",
-            "pyarrow>=17",
-            "scipy>=1.11.4",
-            "shapely>=2.0.3",
-            "tqdm",
-        ],
-    },
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "firmware_emulator = omnipuck_sim.firmware_emulator:main",
-            "simulator_node = omnipuck_sim.simulator_node:main",
-            "study = omnipuck_sim.study.main:main",
+            "firmware_emulator = omnipuck_sim.emulator.firmware_emulator:main",
+            "simulator_node = omnipuck_sim.node.simulator_node:main",
         ],
     },
 )

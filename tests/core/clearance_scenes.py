@@ -4,10 +4,10 @@ import numpy as np
 import shapely
 from scipy.sparse.csgraph import dijkstra
 
-from collplan_core.params import Settings
-from collplan_core.remembered.clearance import FAR, NOTHING, OBSERVED, ClearanceField
-from collplan_core.time_to_go.query import heading, time_to_go
-from collplan_core.time_to_go.record import ShortestPaths
+from collplan_core.parameters import Settings
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, NOTHING, OBSERVED, ClearanceField
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading, time_to_go
+from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 
 SETTINGS = Settings()
 ROBOT, TOLERANCE = SETTINGS.robot, SETTINGS.planner.goal_tolerance

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.hit_fit import RecordedPath
-from collplan_core.params import Robot
+from collplan_core.calibration.hit_fit import RecordedPath
+from collplan_core.parameters import Robot
 from collplan_core.reflection import rebound
 
 ROBOT = Robot()

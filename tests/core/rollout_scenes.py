@@ -4,12 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from collplan_core.params import Settings
-from collplan_core.remembered.clearance import FAR, NOTHING, OBSERVED, ClearanceField
-from collplan_core.rollout.law import step
-from collplan_core.rollout.terms import Law, Price, Scene, law_of, price_of, scene_of
-from collplan_core.rollout.whole import near_at, roll
-from collplan_core.time_to_go.search import shortest_paths
+from collplan_core.parameters import Settings
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, NOTHING, OBSERVED, ClearanceField
+from collplan_core.time_to_goal_planner.dynamics import step
+from collplan_core.time_to_goal_planner.full_plan import near_at, roll
+from collplan_core.time_to_goal_planner.model import Law, Price, Scene, law_of, price_of, scene_of
+from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 
 SETTINGS = Settings()
 RADIUS = SETTINGS.robot.radius

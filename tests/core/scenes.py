@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.free_space import BORDER
 from collplan_core.local_map.frontiers import BORDER_RUN
-from collplan_core.params import Lidar, Settings
-from collplan_core.raycast import simulate_scan
+from collplan_core.parameters import Lidar, Settings
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.worlds import World
+from collplan_core.worlds.raycast import simulate_scan
 
 SETTINGS = Settings()
 ROBOT, RADIUS = SETTINGS.robot, SETTINGS.robot.radius

@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.arming import ARMED, Arming
+from collplan_core.control.arming import ARMED, Arming
 
 SILENCE = 0.2
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.body_estimate import body_offset, displacement, fit_axes, fit_lever, mean_pose
-from collplan_core.marker_body import with_offset
-from collplan_core.pose_filter import PoseSample
-from collplan_core.stream_quality import stream_quality
+from collplan_core.calibration.mocap_offset import body_offset, displacement, fit_axes, fit_lever, mean_pose
+from collplan_core.calibration.stream_quality import stream_quality
+from collplan_core.sensing.mocap_body import with_offset
+from collplan_core.sensing.pose_filter import PoseSample
 
 FEW = settings(derandomize=True, deadline=None, max_examples=30)
 short = st.floats(-0.2, 0.2)

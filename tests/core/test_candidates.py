@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.candidates import product, sample_positions, speed_counts
+from collplan_core.paper_planner.candidates import product, sample_positions, speed_counts
 
 V_MAX = 1.2
 

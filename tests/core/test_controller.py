@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
-from collplan_core.controller import ControllerMemory, control
+from collplan_core.control.memory import ControllerMemory
+from collplan_core.paper_planner.follow import follow
 from collplan_core.plan import Candidates, Contacts, Plan
 from scenes import RADIUS, SETTINGS, at_rest, box, map_of, rotation, world_of
 
@@ -36,11 +37,11 @@ def plan_to(end, stamp: float = 0.0, start=(0.0, 0.0), duration: float = 1.0) ->
 
 
 def step(memory, plan, position=(0.0, 0.0), now=0.0, yaw=0.0, settings=SETTINGS, local_map=LOCAL_MAP):
-    return control(memory, plan, local_map, at_rest(position, yaw), now, settings)
+    return follow(memory, plan, local_map, at_rest(position, yaw), now, settings)
 
 
 def test_in_free_space_the_spline_is_tracked():
-    command, memory = step(ControllerMemory.fresh(), plan_to((0.0, 0.5)), (0.02, 0.2), now=0.5)
+    command, memory = step(ControllerMemory(), plan_to((0.0, 0.5)), (0.02, 0.2), now=0.5)
     np.testing.assert_allclose(command.reference, [0.0, 0.25], atol=1e-9)
     np.testing.assert_allclose(command.velocity, [4 * -0.02, 0.5 + 4 * 0.05], atol=1e-6)
     assert command.maneuver == FREE_SPACE
@@ -59,7 +60,7 @@ def test_a_contact_maneuver_engages_within_delta_of_the_contact_point(end, maneu
     plan = plan_to(end)
     at_contact = np.array(end) * GAP / end[0]
     back = np.array(end) / np.hypot(*end)
-    memory = ControllerMemory.fresh()
+    memory = ControllerMemory()
     command, memory = step(memory, plan, at_contact - 0.16 * back, now=0.9)
     assert command.maneuver == FREE_SPACE
     command, memory = step(memory, plan, at_contact - 0.14 * back, now=0.9)
@@ -68,7 +69,7 @@ def test_a_contact_maneuver_engages_within_delta_of_the_contact_point(end, maneu
 
 
 def engaged_on(plan, settings=SETTINGS) -> ControllerMemory:
-    command, memory = step(ControllerMemory.fresh(), plan, (0.2, 0.05), now=plan.stamp + 0.5, settings=settings)
+    command, memory = step(ControllerMemory(), plan, (0.2, 0.05), now=plan.stamp + 0.5, settings=settings)
     assert command.maneuver == FLOW_THROUGH
     return memory
 
@@ -103,36 +104,36 @@ def test_the_printed_rule_can_be_chosen_and_tells_left_from_right(side, as_print
     plan = replace(plan, positions=plan.positions + np.stack([np.zeros(64), bow], axis=1))
     near = (0.25, 0.09 * side)
     printed = SETTINGS.with_values({"controller.maneuver_rule": "printed"})
-    assert step(ControllerMemory.fresh(), plan, near)[0].maneuver == FLOW_THROUGH
-    assert step(ControllerMemory.fresh(), plan, near, settings=printed)[0].maneuver == as_printed
+    assert step(ControllerMemory(), plan, near)[0].maneuver == FLOW_THROUGH
+    assert step(ControllerMemory(), plan, near, settings=printed)[0].maneuver == as_printed
 
 
 @settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
 @given(yaw=st.floats(-4.0, 4.0), x=st.floats(-0.5, 0.5), y=st.floats(-0.5, 0.5), now=st.floats(0.0, 2.0))
 def test_the_command_is_in_the_body_frame_and_within_v_max(yaw, x, y, now):
     plan = plan_to((-0.4, 0.3))
-    straight, _ = step(ControllerMemory.fresh(), plan, (x, y), now=now)
-    turned, memory = step(ControllerMemory.fresh(), plan, (x, y), now=now, yaw=yaw)
+    straight, _ = step(ControllerMemory(), plan, (x, y), now=now)
+    turned, memory = step(ControllerMemory(), plan, (x, y), now=now, yaw=yaw)
     np.testing.assert_allclose(rotation(yaw) @ turned.velocity, straight.velocity, atol=1e-9)
     assert np.hypot(*turned.velocity) <= SETTINGS.robot.max_speed * (1 + 1e-9)
     assert memory.heading == yaw
 
 
 def test_the_first_heading_is_held():
-    _, memory = step(ControllerMemory.fresh(), plan_to((0.0, 0.5)), yaw=3.1)
+    _, memory = step(ControllerMemory(), plan_to((0.0, 0.5)), yaw=3.1)
     command, _ = step(memory, plan_to((0.0, 0.5)), yaw=-3.1)
     assert command.yaw_rate == pytest.approx(-SETTINGS.controller.k_yaw * (2 * np.pi - 6.2))
 
 
 def test_past_its_end_a_plan_is_held_at_rest():
-    command, _ = step(ControllerMemory.fresh(), plan_to((0.0, 0.5)), (0.0, 0.5), now=1.5)
+    command, _ = step(ControllerMemory(), plan_to((0.0, 0.5)), (0.0, 0.5), now=1.5)
     assert not command.velocity.any()
     np.testing.assert_allclose(command.reference, [0.0, 0.5])
 
 
 def test_the_controller_changes_nothing_it_is_given():
-    memory = ControllerMemory.fresh()
+    memory = ControllerMemory()
     before = replace(memory)
     step(memory, plan_to(INTO_WALL), (0.2, 0.05), now=0.5)
-    assert memory.stage == before.stage
-    assert memory.course is before.course
+    assert memory.integral is before.integral
+    assert memory.follower is before.follower

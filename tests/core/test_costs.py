@@ -5,16 +5,16 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from collplan_core.costs.normalize import normalize
-from collplan_core.costs.position import position_costs
-from collplan_core.costs.risk import (
+from collplan_core.paper_planner.costs.normalize import normalize
+from collplan_core.paper_planner.costs.position import position_costs
+from collplan_core.paper_planner.costs.risk import (
     collision_rate,
     crosses_boundary,
     distance_to_predicted,
     gap_risk,
     impact_distance,
 )
-from collplan_core.costs.total import (
+from collplan_core.paper_planner.costs.total import (
     COLLISION_RISK,
     POSITION,
     REBOUND_REWARD,
@@ -24,7 +24,7 @@ from collplan_core.costs.total import (
     choose,
     evaluate,
 )
-from collplan_core.costs.velocity import rebound_reward, velocity_cost
+from collplan_core.paper_planner.costs.velocity import rebound_reward, velocity_cost
 from scenes import rotation, star_map, unit
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)

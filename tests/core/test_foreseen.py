@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from collplan_core.foreseen import foreseen_contacts
+from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from scenes import RADIUS, SETTINGS, box, map_of, world_of
 
 TIMES = np.linspace(7.0, 8.0, 64)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.impact_matching import NOTICE, UNMATCHED, Prediction, foreseen_impacts, match_contacts
+from collplan_core.evaluation.impact_matching import NOTICE, UNMATCHED, Prediction, foreseen_impacts, match_contacts
 from collplan_core.plan import Contacts
 
 

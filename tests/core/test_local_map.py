@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from collplan_core.local_map import build_local_map
 from collplan_core.local_map.free_space import BORDER, UNSEEN_SURFACE
 from collplan_core.local_map.frontiers import BORDER_RUN
-from collplan_core.params import LocalMapping
-from collplan_core.raycast import cast_rays
+from collplan_core.parameters import LocalMapping
 from collplan_core.scan import Scan, ScanError
+from collplan_core.worlds.raycast import cast_rays
 from scenes import (
     HALF_SIDE,
     RADIUS,

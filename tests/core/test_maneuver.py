@@ -7,8 +7,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
-from collplan_core.maneuver import find_contact, incidence, select_maneuver
-from collplan_core.references import (
+from collplan_core.paper_planner.maneuver import find_contact, incidence, select_maneuver
+from collplan_core.paper_planner.references import (
     ENGAGED,
     RELEASED,
     WAITING,

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.marker_body import MeasuredPose, robot_pose, with_offset, without_offset
-from collplan_core.params import Mocap
-from collplan_core.pose_filter import PoseError, PoseSample
+from collplan_core.parameters import Mocap
+from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose, with_offset, without_offset
+from collplan_core.sensing.pose_filter import PoseError, PoseSample
 
 FEW = settings(derandomize=True, deadline=None, max_examples=40)
 metres = st.floats(-20.0, 20.0)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from collplan_core.parameter import ParameterError, Parameters, Spec, parameter, specs
-from collplan_core.params import GROUPS, Robot, Settings, all_specs
+from collplan_core.parameters import GROUPS, Robot, Settings, all_specs
+from collplan_core.parameters.spec import ParameterError, Parameters, Spec, parameter, specs
 
 SPECS = list(all_specs().values())
 WRONG_TYPES = {

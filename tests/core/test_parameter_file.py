@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.parameter import ParameterError, Spec
-from collplan_core.parameter_file import NODES, read_parameters, write_parameters
-from collplan_core.params import Settings, all_specs
+from collplan_core.parameters import Settings, all_specs
+from collplan_core.parameters.file import NODES, read_parameters, write_parameters
+from collplan_core.parameters.spec import ParameterError, Spec
 
 
 def values_of(spec: Spec) -> st.SearchStrategy:

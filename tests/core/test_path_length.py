@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.path_length import measured_path_length, path_length
+from collplan_core.evaluation.path_length import measured_path_length, path_length
 
 
 def test_a_polyline_worked_by_hand():

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.params import Limits, LocalMapping, Robot, Settings
-from collplan_core.permission import (
+from collplan_core.control.permission import (
     is_blocked,
     is_relocated,
     plan_age_limit,
@@ -16,6 +15,7 @@ from collplan_core.permission import (
     why_stale,
     why_stand_still,
 )
+from collplan_core.parameters import Limits, LocalMapping, Robot, Settings
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State

@@ -6,10 +6,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from collplan_core.local_map import build_local_map
-from collplan_core.objectives import NoPlan, objective_for
-from collplan_core.params import Settings, Weights
-from collplan_core.planner import plan_cycle
-from collplan_core.strategies import STRATEGIES, weights_of
+from collplan_core.paper_planner.plan_cycle import plan_cycle
+from collplan_core.parameters import Settings, Weights
+from collplan_core.plan import NoPlan
+from collplan_core.planners import planner_for
+from collplan_core.strategies import PAPER_WEIGHTS, weights_of
 from collplan_core.worlds import World, load_world
 from scenes import (
     ROBOT,
@@ -79,7 +80,7 @@ def assert_moves_with_the_world(seed, strategy, quarter, mirror) -> None:
 
 MOVES = {
     "seed": st.integers(0, 2**32 - 1),
-    "strategy": st.sampled_from(sorted(STRATEGIES)),
+    "strategy": st.sampled_from(sorted(PAPER_WEIGHTS)),
     "quarter": st.integers(0, 3),
     "mirror": st.booleans(),
 }
@@ -100,7 +101,7 @@ def test_the_cycle_moves_with_the_world_in_many_more_cases(**case):
 
 
 @settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
-@given(world=cluttered_worlds(), goal=GOALS, velocity=VELOCITIES, strategy=st.sampled_from(sorted(STRATEGIES)))
+@given(world=cluttered_worlds(), goal=GOALS, velocity=VELOCITIES, strategy=st.sampled_from(sorted(PAPER_WEIGHTS)))
 def test_a_plan_is_a_sound_reference(world, goal, velocity, strategy):
     chosen = SETTINGS.with_values({"planner.strategy": strategy})
     try:
@@ -165,21 +166,21 @@ def test_memory_keeps_the_way_travelled_and_the_last_aim():
 
 
 def test_the_strategies_are_the_papers():
-    assert {name: (w.risk, w.velocity) for name, w in STRATEGIES.items()} == {
+    assert {name: (w.risk, w.velocity) for name, w in PAPER_WEIGHTS.items()} == {
         "harness": (0.1, 4.0), "high_risk": (0.1, 0.0), "low_risk": (100.0, 0.0),
     }  # fmt: skip
-    assert len({w.position for w in STRATEGIES.values()}) == 1
+    assert len({w.position for w in PAPER_WEIGHTS.values()}) == 1
 
 
 def test_custom_takes_the_weights_group_and_a_named_strategy_does_not():
     own = Settings(weights=Weights(1.0, 2.0, 3.0))
-    assert weights_of(own) == STRATEGIES["harness"]
+    assert weights_of(own) == PAPER_WEIGHTS["harness"]
     assert weights_of(own.with_values({"planner.strategy": "custom"})) == Weights(1.0, 2.0, 3.0)
 
 
 def test_an_unknown_strategy_is_named():
     with pytest.raises(ValueError, match="'reckless', expected one of harness, high_risk, low_risk, custom"):
-        objective_for("reckless")
+        planner_for("reckless")
 
 
 def test_low_risk_keeps_away_from_a_narrow_gap_that_high_risk_takes():
@@ -237,7 +238,7 @@ def test_the_tie_rule_decides_where_velocity_has_no_weight():
     assert not aims[1].any()
 
 
-@pytest.mark.parametrize("strategy", sorted(STRATEGIES))
+@pytest.mark.parametrize("strategy", sorted(PAPER_WEIGHTS))
 @pytest.mark.parametrize("name", ["corridor", "l_corridor", "slalom"])
 def test_a_plan_from_the_start_of_each_arena(name, strategy):
     world = load_world(name)

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.params import Settings
-from collplan_core.pose_filter import FRESH, PoseError, PoseSample, check_pose_fields, filter_pose
+from collplan_core.parameters import Settings
+from collplan_core.sensing.pose_filter import FRESH, PoseError, PoseSample, check_pose_fields, filter_pose
 
 SETTINGS = Settings()
 PERIOD = 0.01

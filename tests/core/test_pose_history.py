@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.pose_history import PoseHistory
+from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
 
 

@@ -8,9 +8,9 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from collplan_core.candidates import sample_positions
-from collplan_core.planner import plan_cycle
-from collplan_core.pruning import free_sight, prune_directions, prune_positions
+from collplan_core.paper_planner.candidates import sample_positions
+from collplan_core.paper_planner.plan_cycle import plan_cycle
+from collplan_core.paper_planner.pruning import free_sight, prune_directions, prune_positions
 from scenes import SETTINGS, at_rest, box, cluttered_worlds, free_polygon, map_of, star_map, unit, world_of
 
 D_PRUNE, SPACING = SETTINGS.planner.prune_distance, SETTINGS.planner.frontier_spacing

@@ -6,10 +6,10 @@ import shapely
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from collplan_core.params import Lidar
-from collplan_core.raycast import beam_increment, cast_rays, simulate_scan
+from collplan_core.parameters import Lidar
 from collplan_core.state import State
 from collplan_core.worlds import World, load_world
+from collplan_core.worlds.raycast import beam_increment, cast_rays, simulate_scan
 
 FAR = 100.0
 BOUNDS = (0.0, 0.0, 4.0, 3.0)

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.hit_fit import RecordedPath, UnusableHit, fit_hit
-from collplan_core.hit_search import find_hits
-from collplan_core.params import Settings
-from collplan_core.rebound_fit import TooLittle, fit_rebound
-from collplan_core.wall_hits import WallHits, seen_from_walls, sorted_out
+from collplan_core.calibration.hit_fit import RecordedPath, UnusableHit, fit_hit
+from collplan_core.calibration.hit_search import find_hits
+from collplan_core.calibration.rebound_fit import TooLittle, fit_rebound
+from collplan_core.calibration.wall_hits import WallHits, seen_from_walls, sorted_out
+from collplan_core.parameters import Settings
 from rebounding_paths import HIT, NOISE, ROBOT, rebounding_path, with_noise
 
 FEW = settings(derandomize=True, deadline=None, max_examples=20)

@@ -7,10 +7,18 @@ import pytest
 import shapely
 
 from collplan_core.local_map import LocalMap, build_local_map
-from collplan_core.remembered.clearance import FAR, INFERRED, NOTHING, OBSERVED, clearance_at, normal_at, source_at
-from collplan_core.remembered.record import RememberedBoundaries
-from collplan_core.remembered.update import known_boundaries, remember
 from collplan_core.scan import Scan
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
+    FAR,
+    INFERRED,
+    NOTHING,
+    OBSERVED,
+    clearance_at,
+    normal_at,
+    source_at,
+)
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.boundary_memory.update import known_boundaries, remember
 from collplan_core.worlds import World, load_world, world_segments
 from scenes import RADIUS, ROBOT, SETTINGS, TURN, at_rest, box, map_of, star_map, world_of
 

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.local_map import LocalMap, build_local_map
-from collplan_core.params import Lidar
-from collplan_core.raycast import simulate_scan
-from collplan_core.remembered.clearance import FAR, INFERRED, NOTHING, OBSERVED
-from collplan_core.remembered.record import RememberedBoundaries
-from collplan_core.remembered.update import remember
+from collplan_core.parameters import Lidar
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, INFERRED, NOTHING, OBSERVED
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_core.worlds import World, load_world
+from collplan_core.worlds.raycast import simulate_scan
 from scenes import RADIUS, ROBOT, SETTINGS, TURN, grown, obstacles, uneven_world, unit
 
 REMEMBERED = SETTINGS.remembered

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.rollout.begin import SURPRISE, UNDETECTED, Expected, begin_velocity
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner.initial_state import SURPRISE, UNDETECTED, Expected, begin_velocity
 from rollout_scenes import SETTINGS
 from scenes import unit
 

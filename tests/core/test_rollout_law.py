@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.reflection import rebound
-from collplan_core.remembered.clearance import INFERRED, OBSERVED, clearance_at
-from collplan_core.rollout.law import NO_CONTACT, SLIDES, clearance_cost, contact_cost, driven
-from collplan_core.rollout.terms import IMPACT_SPEED, STEP, Law, law_of, price_of
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, clearance_at
+from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, SLIDES, clearance_cost, contact_cost, driven
+from collplan_core.time_to_goal_planner.model import IMPACT_SPEED, STEP, Law, law_of, price_of
 from rollout_scenes import SETTINGS, faces_field, joined, pillars_field, scene_over, stepped, with_strategy
 from scenes import rotation, unit
 

@@ -7,15 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.objectives import NoPlan, objective_for
-from collplan_core.parameter import ParameterError
-from collplan_core.params import Settings
-from collplan_core.rollout import objective as objective_module
-from collplan_core.rollout.known_map import given_map
-from collplan_core.rollout.objective import RolloutMemory, plan_rollout
-from collplan_core.rollout.terms import law_of, price_of
+from collplan_core.parameters import Settings
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.plan import NoPlan
+from collplan_core.planners import planner_for
 from collplan_core.state import State
 from collplan_core.strategies import TIME_TO_GOAL, map_period_of
+from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
+from collplan_core.time_to_goal_planner.known_map import given_map
+from collplan_core.time_to_goal_planner.model import law_of, price_of
+from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory, plan_cycle
 from rollout_scenes import RADIUS, SETTINGS, with_strategy
 from scenes import box, map_of, unit, world_of
 
@@ -42,7 +43,7 @@ def state_at(position=(0.0, 0.0), velocity=(0.0, 0.0), stamp: float = 0.0) -> St
 def cycle(memory, world, state: State, goal=AROUND, setting: Settings | None = None, scanned: float | None = None):
     """A plan from a scan at the state's place, as old as the state if nothing else is said."""
     local_map = replace(map_of(world, state.position), stamp=state.stamp if scanned is None else scanned)
-    return plan_rollout(memory, local_map, state, np.array(goal, dtype=float), setting or cheap())
+    return plan_cycle(memory, local_map, state, np.array(goal, dtype=float), setting or cheap())
 
 
 def assert_sound(plan, state: State) -> None:
@@ -212,7 +213,7 @@ def test_time_cut_planning_says_the_best_so_far():
 def test_the_clock_decides_between_changes_and_the_best_so_far_is_kept(monkeypatch):
     """Every look at the clock takes 10 ms: of 25 ms the first two chunks of changes are within."""
     ticks = iter(range(10**6))
-    monkeypatch.setattr(objective_module, "perf_counter", lambda: 0.01 * next(ticks))
+    monkeypatch.setattr(plan_cycle_module, "perf_counter", lambda: 0.01 * next(ticks))
     values = {"time_to_goal__n_starts": 1, "time_to_goal__start_proposals": 0}
     cut = cycle(None, TURN, state_at(), setting=cheap(**values, time_to_goal__proposals=5000,
                                                       time_to_goal__time_budget=0.025))[0]  # fmt: skip
@@ -357,6 +358,6 @@ def test_a_given_map_is_known_from_the_start_and_never_added_to():
 
 def test_objectives_by_name():
     for name in STRATEGIES:
-        assert objective_for(name) is plan_rollout
+        assert planner_for(name).plan is plan_cycle
     with pytest.raises(ValueError, match=r"strategy: got 'bonuce', expected one of .*bounce"):
-        objective_for("bonuce")
+        planner_for("bonuce")

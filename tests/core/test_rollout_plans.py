@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearance_scenes import field_of, walls
-from collplan_core.rollout.coarse import SWITCH_STEPS, coarse_plans, targets, to_go, toward
-from collplan_core.rollout.dense import in_full
-from collplan_core.rollout.refinement import refine
-from collplan_core.rollout.starts import best_coarse, coarse_commands, padded, shifted, tracked
-from collplan_core.rollout.terms import KNOT, STEP, Scene
-from collplan_core.rollout.whole import LATE, extend, near_at
+from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS, coarse_plans, targets, to_go, toward
+from collplan_core.time_to_goal_planner.full_plan import LATE, extend, near_at
+from collplan_core.time_to_goal_planner.initial_plans import best_coarse, coarse_commands, padded, shifted, tracked
+from collplan_core.time_to_goal_planner.model import KNOT, STEP, Scene
+from collplan_core.time_to_goal_planner.refinement import refine
+from collplan_core.time_to_goal_planner.sampling import in_full
 from rollout_scenes import (
     RADIUS,
     SETTINGS,

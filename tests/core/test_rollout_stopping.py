@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearance_scenes import field_of, walls
-from collplan_core.rollout.law import driven
-from collplan_core.rollout.stopping import BRAKING_SHARE, UNSTOPPABLE, admits_stop
-from collplan_core.rollout.terms import STEP, law_of
+from collplan_core.time_to_goal_planner.dynamics import driven
+from collplan_core.time_to_goal_planner.model import STEP, law_of
+from collplan_core.time_to_goal_planner.stopping import BRAKING_SHARE, UNSTOPPABLE, admits_stop
 from rollout_scenes import RADIUS, faces_field, open_field, rolled, scene_over, with_strategy
 from scenes import unit
 

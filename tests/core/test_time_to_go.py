@@ -17,10 +17,10 @@ from clearance_scenes import (
     turned,
     walls,
 )
-from collplan_core.time_to_go.query import is_reachable
-from collplan_core.time_to_go.record import ShortestPaths
-from collplan_core.time_to_go.search import shortest_paths
-from collplan_core.time_to_go.waypoints import turn
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
+from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
+from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
+from collplan_core.time_to_goal_planner.shortest_paths.waypoints import turn
 from scenes import rotation, unit
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)

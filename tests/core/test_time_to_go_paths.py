@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearance_scenes import SETTINGS, SPEED, TOLERANCE, exact_lengths, field_of, path_length, to_go, turned, walls
-from collplan_core.remembered.clearance import clearance_at
-from collplan_core.time_to_go.query import is_reachable
-from collplan_core.time_to_go.search import shortest_paths
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
+from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from scenes import rotation
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=8, print_blob=True)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.params import Control, Limits, Robot
-from collplan_core.tracking import clip_command, hold_heading, pid, sample_reference, saturate, to_body
+from collplan_core.control.tracking import clip_command, hold_heading, pid, sample_reference, saturate, to_body
+from collplan_core.parameters import Control, Limits, Robot
 from scenes import rotation, unit
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=80, print_blob=True)

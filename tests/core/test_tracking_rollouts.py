@@ -8,14 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE
-from collplan_core.controller import ControllerMemory, control
+from collplan_core.control.memory import ControllerMemory
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.reflection import rebound
-from collplan_core.rollout.dense import in_full
-from collplan_core.rollout.law import driven
-from collplan_core.rollout.terms import KNOT
 from collplan_core.state import State
-from collplan_core.tracking import rollout_feed_forward
+from collplan_core.time_to_goal_planner.dynamics import driven
+from collplan_core.time_to_goal_planner.feed_forward import feed_forward
+from collplan_core.time_to_goal_planner.follow import follow
+from collplan_core.time_to_goal_planner.model import KNOT
+from collplan_core.time_to_goal_planner.sampling import in_full
 from rollout_scenes import RADIUS, SETTINGS, faces_field, law_and_price, open_field, scene_over, with_strategy
 from scenes import rotation, unit
 
@@ -37,18 +38,18 @@ def rollout(scene, begin, commands) -> tuple[np.ndarray, np.ndarray]:
     return in_full(scene, LAW, begin, commands, len(commands), RADIUS)
 
 
-def feed_forward(rows: np.ndarray, now: float) -> np.ndarray:
+def forward_at(rows: np.ndarray, now: float) -> np.ndarray:
     path = np.ascontiguousarray(rows[:, 1:3])
-    return np.array(rollout_feed_forward(np.ascontiguousarray(rows[:, 0]), path, now, PERIOD, LAG, A_MAX))
+    return np.array(feed_forward(np.ascontiguousarray(rows[:, 0]), path, now, PERIOD, LAG, A_MAX))
 
 
 def open_loop(rows: np.ndarray, duration: float, wall: bool, phase: int = 0) -> np.ndarray:
     """(n, 5) t, x, y, vx, vy every ms of a robot driven by the feed-forward alone; its ticks come late by phase."""
     (x, y, vx, vy), h, result = rows[0, 1:], 1e-3, []
-    command = feed_forward(rows, 0.0)
+    command = forward_at(rows, 0.0)
     for k in range(round(duration / h)):
         if (k - phase) % round(PERIOD / h) == 0:
-            command = feed_forward(rows, k * h)
+            command = forward_at(rows, k * h)
             command = command / max(1.0, np.hypot(*command) / SPEED)
         wx, wy = driven(vx, vy, *command, h, LAW)
         x, y = x + 0.5 * (vx + wx) * h, y + 0.5 * (vy + wy) * h
@@ -108,14 +109,14 @@ def straight(velocity_at, n: int = 41, step: float = 0.025) -> np.ndarray:
 
 @pytest.mark.parametrize("now", [0.0, 0.013, 0.4, 0.9])
 def test_by_hand_at_constant_velocity_it_is_that_velocity(now):
-    np.testing.assert_allclose(feed_forward(straight(lambda t: 0.7), now), (0.7, 0.0), atol=1e-9)
+    np.testing.assert_allclose(forward_at(straight(lambda t: 0.7), now), (0.7, 0.0), atol=1e-9)
 
 
 @pytest.mark.parametrize("now", [0.0, 0.013, 0.4, 0.9])
 def test_by_hand_at_constant_acceleration_it_leads_by_what_the_lag_leaves(now):
     """Held for a period it has to change the velocity by a T; the lag lets through 1 - exp(-T / lag) of the lead."""
     expected = 0.8 * now + 0.8 * PERIOD / (1.0 - np.exp(-PERIOD / LAG))
-    np.testing.assert_allclose(feed_forward(straight(lambda t: 0.8 * t), now), (expected, 0.0), atol=1e-9)
+    np.testing.assert_allclose(forward_at(straight(lambda t: 0.8 * t), now), (expected, 0.0), atol=1e-9)
 
 
 def bouncing(before: float = 1.0, after: float = -0.7, hit: float = 0.5) -> np.ndarray:
@@ -125,31 +126,31 @@ def bouncing(before: float = 1.0, after: float = -0.7, hit: float = 0.5) -> np.n
 def test_by_hand_up_to_a_bounce_it_is_the_velocity_before_and_then_the_one_after():
     rows = bouncing()
     for now in (0.3, 0.4, 0.45):
-        np.testing.assert_allclose(feed_forward(rows, now), (1.0, 0.0), atol=1e-9)
+        np.testing.assert_allclose(forward_at(rows, now), (1.0, 0.0), atol=1e-9)
     for now in (0.5, 0.6):
-        np.testing.assert_allclose(feed_forward(rows, now), (-0.7, 0.0), atol=1e-9)
+        np.testing.assert_allclose(forward_at(rows, now), (-0.7, 0.0), atol=1e-9)
 
 
 def test_by_hand_a_period_that_holds_a_bounce_belongs_to_its_longer_part():
-    np.testing.assert_allclose(feed_forward(bouncing(), 0.47), (1.0, 0.0), atol=1e-9)
-    np.testing.assert_allclose(feed_forward(bouncing(), 0.48), (-0.7, 0.0), atol=1e-9)
+    np.testing.assert_allclose(forward_at(bouncing(), 0.47), (1.0, 0.0), atol=1e-9)
+    np.testing.assert_allclose(forward_at(bouncing(), 0.48), (-0.7, 0.0), atol=1e-9)
 
 
 def test_by_hand_at_full_acceleration_it_leads_by_so_much_that_the_wheels_give_all():
     """All the period long: what the lag takes for full acceleration, beyond where the velocity will be."""
     rows = straight(lambda t: 1.2 - A_MAX * t)
     expected = 1.2 - A_MAX * 0.3 - A_MAX * (PERIOD + LAG)
-    np.testing.assert_allclose(feed_forward(rows, 0.3), (expected, 0.0), atol=1e-3)
+    np.testing.assert_allclose(forward_at(rows, 0.3), (expected, 0.0), atol=1e-3)
 
 
 def test_around_the_ends_of_a_plan_it_is_finite():
     rows = bouncing()
     for now in (-1.0, -0.02, 0.0, 0.99, 1.0, 1.5):
-        assert np.isfinite(feed_forward(rows, now)).all()
-    np.testing.assert_array_equal(feed_forward(rows, 1.0), (0.0, 0.0))
-    np.testing.assert_array_equal(feed_forward(rows, 7.0), (0.0, 0.0))
+        assert np.isfinite(forward_at(rows, now)).all()
+    np.testing.assert_array_equal(forward_at(rows, 1.0), (0.0, 0.0))
+    np.testing.assert_array_equal(forward_at(rows, 7.0), (0.0, 0.0))
     two = rows[:2]
-    np.testing.assert_allclose(feed_forward(two, 0.0), (1.0, 0.0), atol=1e-9)
+    np.testing.assert_allclose(forward_at(two, 0.0), (1.0, 0.0), atol=1e-9)
 
 
 @FEW
@@ -157,9 +158,9 @@ def test_around_the_ends_of_a_plan_it_is_finite():
 def test_it_turns_with_the_path_and_knows_neither_place_nor_date(turn, shift, later, now):
     rows = bouncing()
     path = rows[:, 1:3] @ rotation(turn).T + shift
-    moved = rollout_feed_forward(rows[:, 0] + later, path, now + later, PERIOD, LAG, A_MAX)
+    moved = feed_forward(rows[:, 0] + later, path, now + later, PERIOD, LAG, A_MAX)
     # the sample at which a period begins may be another one after rounding
-    np.testing.assert_allclose(moved, rotation(turn) @ feed_forward(rows, now), atol=1e-6)
+    np.testing.assert_allclose(moved, rotation(turn) @ forward_at(rows, now), atol=1e-6)
 
 
 def plan_of(rows: np.ndarray, stamp: float = 10.0) -> Plan:
@@ -172,7 +173,7 @@ def plan_of(rows: np.ndarray, stamp: float = 10.0) -> Plan:
 
 def followed(plan: Plan, position, now: float, yaw: float = 0.0, memory=None, strategy: str = "bounce"):
     state = State(now, np.array(position, dtype=float), np.zeros(2), yaw)
-    return control(memory or ControllerMemory.fresh(), plan, None, state, now, with_strategy(strategy))
+    return follow(memory or ControllerMemory(), plan, None, state, now, with_strategy(strategy))
 
 
 def test_the_controller_adds_what_leads_back_to_the_rollout():

@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from collplan_core.trajectory import LONGEST_HANDLE, make_trajectory, polygon_length, spline, waypoints
+from collplan_core.paper_planner.trajectory import LONGEST_HANDLE, make_trajectory, polygon_length, spline, waypoints
 from scenes import rotation
 
 V_MAX, T_MAP, P_SAFE, A_MAX = 1.2, 0.2, 1.3, 3.0

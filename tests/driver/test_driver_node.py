@@ -13,11 +13,11 @@ from geometry_msgs.msg import Vector3Stamped
 from nav_msgs.msg import Odometry
 from serial_robot import SerialRobot, twist
 
-from collplan_core.arming import WAITING
-from collplan_core.parameter import ParameterError
-from collplan_core.params import Settings
-from collplan_ros.mocap_node import MocapNode
-from collplan_ros.qos import EVENT
+from collplan_core.control.arming import WAITING
+from collplan_core.parameters import Settings
+from collplan_core.parameters.spec import ParameterError
+from collplan_ros.messages.qos import EVENT
+from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver import port, serial_link
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_driver.framing import VERSION
@@ -29,7 +29,7 @@ DRIVER = [sys.executable, "-c", "import sys; from omnipuck_driver.driver_node im
 CONTROLLER = """
 import rclpy
 from geometry_msgs.msg import Twist
-from collplan_ros.qos import NEWEST
+from collplan_ros.messages.qos import NEWEST
 rclpy.init()
 node = rclpy.create_node("reckless")
 commands = node.create_publisher(Twist, "cmd_vel", NEWEST)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.parameter import ParameterError
-from collplan_core.params import Kinematics
+from collplan_core.parameters import Kinematics
+from collplan_core.parameters.spec import ParameterError
 from omnipuck_driver.kinematics import OmniWheels
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=150)

@@ -7,12 +7,12 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import LaserScan
 
-from collplan_core.params import Lidar
-from collplan_core.raycast import simulate_scan
+from collplan_core.parameters import Lidar
 from collplan_core.state import State
 from collplan_core.worlds import parse_world
-from collplan_ros.conversions import scan_to_message, state_to_odometry
-from collplan_ros.qos import POSE_PUBLISHED, SENSOR_DATA
+from collplan_core.worlds.raycast import simulate_scan
+from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
+from collplan_ros.messages.qos import POSE_PUBLISHED, SENSOR_DATA
 
 PERIOD = 0.02
 SCAN_EVERY = 3

@@ -8,10 +8,10 @@ import time
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from collplan_core.params import Robot
-from collplan_ros.node_parameters import declare
-from collplan_ros.qos import NEWEST
-from collplan_ros.run_node import publish_acknowledged, run_node
+from collplan_core.parameters import Robot
+from collplan_ros.messages.qos import NEWEST
+from collplan_ros.node_kit.node_parameters import declare
+from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 
 
 class Talking(Node):

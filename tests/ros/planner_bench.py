@@ -6,9 +6,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 
-from collplan_ros.conversions import goal_to_message, seconds_from_stamp
-from collplan_ros.planner_node import PlannerNode
-from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT
+from collplan_ros.messages.conversions import goal_to_message, seconds_from_stamp
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT
+from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import FakeRobot, hall
 
 AHEAD = np.array([2.0, 0.0])

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from collplan_core.parameter_file import write_parameters
-from collplan_core.params import Settings
-from collplan_ros.beside import main
-from collplan_ros.impact_log import COLUMNS as IMPACT_COLUMNS
-from collplan_ros.recorded_run import RunError
-from collplan_ros.run_drawing import DELIBERATE, OTHER, SMOOTHING, Trail, canvas_of, speed_color, trail_of
-from collplan_ros.shown_run import read_shown_run
-from collplan_ros.side_by_side import FRAME_PERIOD, GAP, HEAD, LAST_FRAME, LONG_SIDE, _view
-from collplan_ros.trajectory_file import COLUMNS as TRAJECTORY_COLUMNS
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_parameters
+from collplan_ros.pictures.beside import main
+from collplan_ros.pictures.drawing import DELIBERATE, OTHER, SMOOTHING, Trail, canvas_of, speed_color, trail_of
+from collplan_ros.pictures.shown_run import read_shown_run
+from collplan_ros.pictures.side_by_side import FRAME_PERIOD, GAP, HEAD, LAST_FRAME, LONG_SIDE, _view
+from collplan_ros.runs.impact_log import COLUMNS as IMPACT_COLUMNS
+from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.trajectory_file import COLUMNS as TRAJECTORY_COLUMNS
 
 WRITTEN, REFUSED = 0, 2
 START, GOAL = np.array([0.6, 0.4]), np.array([1.8, 0.4])

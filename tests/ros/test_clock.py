@@ -8,9 +8,9 @@ from rclpy.clock import ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from collplan_ros.clock import PosesClock, local_clock, seconds
-from collplan_ros.conversions import stamp_from_seconds
-from collplan_ros.qos import NEWEST
+from collplan_ros.messages.conversions import stamp_from_seconds
+from collplan_ros.messages.qos import NEWEST
+from collplan_ros.node_kit.clock import PosesClock, local_clock, seconds
 
 
 @given(st.floats(0.0, 2e9), st.floats(0.0, 1e6), st.floats(0.0, 10.0))

@@ -15,10 +15,10 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import String
 
 from collplan_core.plan import Candidates, Contacts, Plan
-from collplan_ros.controller_node import ControllerNode
-from collplan_ros.conversions import plan_to_path, stamp_from_seconds
-from collplan_ros.goal_status import Goal, goal_to_status
-from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
+from collplan_ros.messages.conversions import plan_to_path, stamp_from_seconds
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
+from collplan_ros.nodes.controller_node import ControllerNode
+from collplan_ros.nodes.goal_status import Goal, goal_to_status
 from fake_robot import PERIOD, SCAN_EVERY, FakeRobot, hall
 
 YAW = 0.7

@@ -13,10 +13,10 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from collplan_core.command import Command
 from collplan_core.plan import Candidates, Contacts, Plan
-from collplan_core.pose_filter import PoseSample
 from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
-from collplan_ros import conversions as c
+from collplan_ros.messages import conversions as c
 
 FEW = settings(derandomize=True, deadline=None, max_examples=40)
 numbers = st.floats(-1e3, 1e3)

@@ -3,8 +3,8 @@
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
-from collplan_ros.diagnostics import OK, WARN, Diagnostics, Health
-from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED
+from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 
 
 def test_first_report_reaches_a_listener_that_comes_later(ros):

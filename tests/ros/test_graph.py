@@ -9,14 +9,14 @@ from nav_msgs.msg import Odometry, Path
 from std_msgs.msg import String
 
 from collplan_core.worlds import load_world, save_world
-from collplan_ros.controller_node import ControllerNode
-from collplan_ros.conversions import goal_to_message, plan_from_path, state_from_odometry
-from collplan_ros.lidar_node import LidarNode
-from collplan_ros.mocap_node import MocapNode
-from collplan_ros.planner_node import PlannerNode
-from collplan_ros.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED
+from collplan_ros.messages.conversions import goal_to_message, plan_from_path, state_from_odometry
+from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED
+from collplan_ros.nodes.controller_node import ControllerNode
+from collplan_ros.nodes.lidar_node import LidarNode
+from collplan_ros.nodes.mocap_node import MocapNode
+from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import hall
-from omnipuck_sim.simulator_node import SimulatorNode
+from omnipuck_sim.node.simulator_node import SimulatorNode
 
 
 class Graph:

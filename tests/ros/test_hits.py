@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from collplan_core.evaluation.rebound_tracking import Rebounds
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.state import State
-from collplan_ros.hit_alarm import HitAlarm, why_not_now
-from collplan_ros.rebounds import Rebounds
+from collplan_ros.nodes.hit_alarm import HitAlarm, why_not_now
 
 RADIUS, SETTLED, PAUSE = 0.09, 0.06, 0.1
 WALL = 1.0

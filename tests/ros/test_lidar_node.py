@@ -8,13 +8,13 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
-from collplan_core.params import Lidar
-from collplan_core.raycast import simulate_scan
+from collplan_core.parameters import Lidar
 from collplan_core.state import State
 from collplan_core.worlds import WorldError, load_world
-from collplan_ros.conversions import scan_from_message, state_to_odometry
-from collplan_ros.lidar_node import LidarNode
-from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, POSE_PUBLISHED, SENSOR_DATA
+from collplan_core.worlds.raycast import simulate_scan
+from collplan_ros.messages.conversions import scan_from_message, state_to_odometry
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, POSE_PUBLISHED, SENSOR_DATA
+from collplan_ros.nodes.lidar_node import LidarNode
 
 
 class LidarBench:

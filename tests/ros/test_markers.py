@@ -8,14 +8,14 @@ import pytest
 import yaml
 from visualization_msgs.msg import Marker
 
+from collplan_core.evaluation.rebound_tracking import MeasuredHit
 from collplan_core.local_map import build_local_map
-from collplan_core.objectives import objective_for
-from collplan_core.params import Settings
+from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
-from collplan_core.raycast import simulate_scan
+from collplan_core.planners import planner_for
 from collplan_core.state import State
-from collplan_ros.marker_shapes import ARROW_ENDS
-from collplan_ros.markers import (
+from collplan_core.worlds.raycast import simulate_scan
+from collplan_ros.markers.plan_markers import (
     ARROW_LENGTH,
     FORESEEN,
     MEASURED,
@@ -24,7 +24,7 @@ from collplan_ros.markers import (
     cost_colors,
     plan_markers,
 )
-from collplan_ros.rebounds import MeasuredHit
+from collplan_ros.markers.shapes import ARROW_ENDS
 from fake_robot import LIDAR, hall
 
 SETTINGS = Settings()
@@ -35,7 +35,7 @@ FIXED_SCALE = {Marker.TRIANGLE_LIST: ("x", "y", "z"), Marker.POINTS: ("x", "y")}
 def cycle():
     state = State(3.25, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
     local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, SETTINGS.robot, SETTINGS.local_map)
-    plan, memory = objective_for("harness")(None, local_map, state, np.array([2.0, 0.0]), SETTINGS)
+    plan, memory = planner_for("harness").plan(None, local_map, state, np.array([2.0, 0.0]), SETTINGS)
     return local_map, plan, memory
 
 
@@ -52,7 +52,7 @@ def rollouts():
     for stamp in (3.25, 3.30):
         state = State(stamp, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
         local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, settings.robot, settings.local_map)
-        plan, memory = objective_for("bounce")(memory, local_map, state, np.array([2.0, 0.0]), settings)
+        plan, memory = planner_for("bounce").plan(memory, local_map, state, np.array([2.0, 0.0]), settings)
     return local_map, plan, memory, settings
 
 

@@ -12,13 +12,13 @@ from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Tran
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
-from collplan_core.parameter import ParameterError
-from collplan_core.parameter_file import read_parameters
-from collplan_core.params import Mocap, Settings
-from collplan_core.pose_filter import PoseError
-from collplan_ros.conversions import header
-from collplan_ros.mocap_formats import FORMATS, message_type
-from collplan_ros.mocap_node import MocapNode
+from collplan_core.parameters import Mocap, Settings
+from collplan_core.parameters.file import read_parameters
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.sensing.pose_filter import PoseError
+from collplan_ros.messages.conversions import header
+from collplan_ros.messages.mocap_formats import FORMATS, message_type
+from collplan_ros.nodes.mocap_node import MocapNode
 
 # Messages of packages that are not among the wheels, with the same fields.
 

@@ -8,11 +8,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 
-from collplan_core.parameter import ParameterError
-from collplan_core.pose_filter import PoseSample
-from collplan_ros.conversions import pose_to_message, state_from_odometry
-from collplan_ros.mocap_node import MocapNode
-from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.sensing.pose_filter import PoseSample
+from collplan_ros.messages.conversions import pose_to_message, state_from_odometry
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
+from collplan_ros.nodes.mocap_node import MocapNode
 
 CREEP = (1e-3, 0.0)
 """As good as at rest, but no pose repeats the last one."""

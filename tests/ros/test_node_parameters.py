@@ -5,9 +5,9 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from collplan_core.parameter import ParameterError, specs
-from collplan_core.params import GROUPS, Lidar, LocalMapping, Mocap, Robot, Settings
-from collplan_ros.node_parameters import declare, on_change, read_settings
+from collplan_core.parameters import GROUPS, Lidar, LocalMapping, Mocap, Robot, Settings
+from collplan_core.parameters.spec import ParameterError, specs
+from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 
 
 class Declaring(Node):

@@ -12,17 +12,17 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Pose, PoseStamped, Quaternion, Twist, Vector3Stamped
 from nav_msgs.msg import Odometry
 
-from collplan_core.pose_filter import PoseSample
+from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.worlds import load_world
-from collplan_ros.controller_node import ControllerNode
-from collplan_ros.conversions import goal_to_message, pose_to_message, state_from_odometry
-from collplan_ros.lidar_node import LidarNode
-from collplan_ros.mocap_node import MocapNode
-from collplan_ros.options import Options
-from collplan_ros.planner_node import PlannerNode
-from collplan_ros.preparation import prepare
-from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST, POSE_PUBLISHED, POSE_SUBSCRIBED
-from omnipuck_sim.simulator_node import SimulatorNode
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.preparation import prepare
+from collplan_ros.messages.conversions import goal_to_message, pose_to_message, state_from_odometry
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST, POSE_PUBLISHED, POSE_SUBSCRIBED
+from collplan_ros.nodes.controller_node import ControllerNode
+from collplan_ros.nodes.lidar_node import LidarNode
+from collplan_ros.nodes.mocap_node import MocapNode
+from collplan_ros.nodes.planner_node import PlannerNode
+from omnipuck_sim.node.simulator_node import SimulatorNode
 
 
 def lost(orientation):

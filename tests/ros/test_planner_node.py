@@ -12,8 +12,8 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from collplan_core.worlds import parse_world
-from collplan_ros.conversions import contacts_from_path, impact_to_message, plan_from_path, seconds_from_stamp
-from collplan_ros.qos import EVENT, LATCHED
+from collplan_ros.messages.conversions import contacts_from_path, impact_to_message, plan_from_path, seconds_from_stamp
+from collplan_ros.messages.qos import EVENT, LATCHED
 from fake_robot import hall
 from planner_bench import AHEAD, PlannerBench, identity
 

@@ -10,10 +10,10 @@ from geometry_msgs.msg import Vector3Stamped
 from rclpy.parameter import Parameter
 
 from collplan_core.worlds import parse_world
-from collplan_ros import pursued_goal
-from collplan_ros.conversions import impact_to_message, plan_from_path, seconds_from_stamp
-from collplan_ros.planner_node import ALARM_PERIODS, BUDGET_SHARE
-from collplan_ros.qos import EVENT
+from collplan_ros.messages.conversions import impact_to_message, plan_from_path, seconds_from_stamp
+from collplan_ros.messages.qos import EVENT
+from collplan_ros.nodes import pursued_goal
+from collplan_ros.nodes.planner_node import ALARM_PERIODS, BUDGET_SHARE
 from fake_robot import PERIOD, SCAN_EVERY, hall
 from planner_bench import AHEAD, PlannerBench
 

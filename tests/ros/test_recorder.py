@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from std_msgs.msg import String
 
-from collplan_core.params import Settings
+from collplan_core.parameters import Settings
 from collplan_core.state import State
 from collplan_core.worlds import World
-from collplan_ros.conversions import state_to_odometry
-from collplan_ros.impact_log import impacts_of
-from collplan_ros.recorder import Recorder
-from collplan_ros.run_log import RunLog
-from collplan_ros.summary import summarize
-from collplan_ros.trajectory_file import write_trajectory
+from collplan_ros.messages.conversions import state_to_odometry
+from collplan_ros.runs.impact_log import impacts_of
+from collplan_ros.runs.recorder import Recorder
+from collplan_ros.runs.run_log import RunLog
+from collplan_ros.runs.summary import summarize
+from collplan_ros.runs.trajectory_file import write_trajectory
 
 STAMP, WALL_CLOCK = 50.0, 1.7e9
 FIRST_MOVE, ARRIVAL = 0.5, 2.0
@@ -118,7 +118,7 @@ def test_where_poses_were_lost_the_planner_tells_the_arrival():
 def test_a_report_of_an_earlier_goal_is_not_about_the_new_one(monkeypatch):
     ears = Ears()
     recorder = Recorder(ears, Settings())
-    monkeypatch.setattr("collplan_ros.recorder.time.time", lambda: WALL_CLOCK)
+    monkeypatch.setattr("collplan_ros.runs.recorder.time.time", lambda: WALL_CLOCK)
     recorder.ask()
     done = GoalStatus(status=GoalStatus.STATUS_SUCCEEDED)
     ears.take["goal_status"](done, {"source_timestamp": round((WALL_CLOCK - 0.1) * 1e9)})

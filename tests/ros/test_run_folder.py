@@ -10,22 +10,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.params import Settings
+from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
-from collplan_core.raycast import simulate_scan
 from collplan_core.state import State
 from collplan_core.worlds import World
-from collplan_ros.failures import StartError
-from collplan_ros.impact_log import impacts_of, nearest_surface
-from collplan_ros.options import Options, parse
-from collplan_ros.pictures import draw_trajectory
-from collplan_ros.preparation import Preparation
-from collplan_ros.results import write_results
-from collplan_ros.robots import ROBOTS
-from collplan_ros.run_folder import RunFolder
-from collplan_ros.run_log import Kick, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
-from collplan_ros.summary import summarize
-from collplan_ros.trajectory_file import COLUMNS, write_trajectory
+from collplan_core.worlds.raycast import simulate_scan
+from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.options import Options, parse
+from collplan_ros.bringup.preparation import Preparation
+from collplan_ros.bringup.results import write_results
+from collplan_ros.bringup.robots import ROBOTS
+from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.pictures.trajectory_png import draw_trajectory
+from collplan_ros.runs.impact_log import impacts_of, nearest_surface
+from collplan_ros.runs.run_log import Kick, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
+from collplan_ros.runs.summary import summarize
+from collplan_ros.runs.trajectory_file import COLUMNS, write_trajectory
 
 EPOCH = 1.7e9
 WALL = 1.0

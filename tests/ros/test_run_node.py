@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from std_msgs.msg import String
 
-from collplan_ros.qos import NEWEST
+from collplan_ros.messages.qos import NEWEST
 
 PROGRAM = Path(__file__).with_name("nodes_to_run.py")
 SIGNALS = ["SIGINT", "SIGTERM"]

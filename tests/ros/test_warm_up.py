@@ -23,15 +23,15 @@ def signatures() -> dict[str, int]:
 
 def compiled_beyond_warm_up() -> list[str]:
     """What a cycle of both nodes compiles after warm_up, with records as they come from messages."""
-    from collplan_core.controller import ControllerMemory, control
+    from collplan_core.control.memory import ControllerMemory
     from collplan_core.local_map import build_local_map
-    from collplan_core.objectives import objective_for
-    from collplan_core.params import Settings
-    from collplan_core.raycast import simulate_scan
+    from collplan_core.parameters import Settings
+    from collplan_core.planners import planner_for
     from collplan_core.state import State
     from collplan_core.strategies import TIME_TO_GOAL
     from collplan_core.warm_up import warm_up
-    from collplan_ros import conversions
+    from collplan_core.worlds.raycast import simulate_scan
+    from collplan_ros.messages import conversions
     from fake_robot import LIDAR, hall
 
     warm_up()
@@ -44,9 +44,12 @@ def compiled_beyond_warm_up() -> list[str]:
         chosen = settings.with_values({"planner.strategy": strategy})
         memory = None
         for goal in ([2.0, 0.0], [2.0, 0.0], [0.2, 0.1]):
-            plan, memory = objective_for(strategy)(memory, local_map, state, np.array(goal), chosen)
+            planner = planner_for(strategy)
+            plan, memory = planner.plan(memory, local_map, state, np.array(goal), chosen)
             plan = conversions.plan_from_path(conversions.plan_to_path(plan, "map"), "map")
-            control(ControllerMemory.fresh(), plan, None if strategy in TIME_TO_GOAL else local_map, state, 1.1, chosen)
+            planner.follow(
+                ControllerMemory(), plan, None if strategy in TIME_TO_GOAL else local_map, state, 1.1, chosen
+            )
     return [name for name, count in signatures().items() if count != before.get(name, 0)]
 
 

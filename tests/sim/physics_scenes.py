@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from collplan_core.params import Settings, Simulation
+from collplan_core.parameters import Settings, Simulation
 from collplan_core.worlds import World
-from omnipuck_sim.physics import Simulator
+from omnipuck_sim.robot.physics import Simulator
 
 NO_CIRCLES = np.zeros((0, 3))
 QUIET = Settings(simulator=Simulation(noise=0.0))

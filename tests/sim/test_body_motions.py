@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from collplan_core.body_estimate import body_offset
-from collplan_core.body_motions import drive_each_way, turn_in_place
-from collplan_core.params import Settings
+from collplan_core.calibration.body_motions import drive_each_way, turn_in_place
+from collplan_core.calibration.mocap_offset import body_offset
+from collplan_core.parameters import Settings
 from collplan_core.worlds import World
-from omnipuck_sim.physics import Simulator
+from omnipuck_sim.robot.physics import Simulator
 
 HALL = World("hall", (), np.zeros((0, 3)), (0.0, 0.0, 3.0, 3.0), True, np.array([1.5, 1.5]), None)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from collplan_core.params import Settings
+from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import REACHED, TrialResult, run_trial
 

@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from collplan_core.params import Emulator, Settings
+from collplan_core.parameters import Emulator, Settings
 from collplan_core.worlds import parse_world
 from omnipuck_driver.codec import Decoder, Encoder
 from omnipuck_driver.messages import (
@@ -20,9 +20,9 @@ from omnipuck_driver.messages import (
     Hello,
     Telemetry,
 )
-from omnipuck_sim.faults import BadLine
-from omnipuck_sim.firmware import Firmware
-from omnipuck_sim.physics import Simulator
+from omnipuck_sim.emulator.faults import BadLine
+from omnipuck_sim.emulator.firmware import Firmware
+from omnipuck_sim.robot.physics import Simulator
 
 HALL = parse_world({"name": "hall", "bounds": [-1.0, -1.0, 9.0, 1.0], "start": [0.0, 0.0]}, "hall")
 FORWARD = (-20.0, 0.0, 20.0)

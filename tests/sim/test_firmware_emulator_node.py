@@ -8,11 +8,15 @@ import time
 import pytest
 from geometry_msgs.msg import PoseStamped
 
-from collplan_core.parameter import ParameterError
-from collplan_ros.qos import POSE_SUBSCRIBED
-from omnipuck_sim.firmware_emulator import FirmwareEmulator
+from collplan_core.parameters.spec import ParameterError
+from collplan_ros.messages.qos import POSE_SUBSCRIBED
+from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 
-EXECUTABLE = [sys.executable, "-c", "import sys; from omnipuck_sim.firmware_emulator import main; sys.exit(main())"]
+EXECUTABLE = [
+    sys.executable,
+    "-c",
+    "import sys; from omnipuck_sim.emulator.firmware_emulator import main; sys.exit(main())",
+]
 
 
 def test_its_path_leads_to_a_terminal_that_speaks(ros, tmp_path):

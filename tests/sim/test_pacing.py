@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from omnipuck_sim.pacing import LONGEST_CATCH_UP, Pacing
+from omnipuck_sim.node.pacing import LONGEST_CATCH_UP, Pacing
 
 factors = st.sampled_from([0.05, 0.5, 1.0, 3.0])
 

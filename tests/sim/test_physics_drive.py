@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from collplan_core.params import Limits, Settings, Simulation
+from collplan_core.parameters import Limits, Settings, Simulation
 from collplan_core.worlds import WorldError
-from omnipuck_sim.physics import Simulator
+from omnipuck_sim.robot.physics import Simulator
 from physics_scenes import QUIET, RADIUS, make_world, quiet, unit
 
 OPEN = make_world(start=np.zeros(2))
@@ -156,9 +156,9 @@ def test_strategies_meet_the_same_noise():
 
 STORY = """
 import numpy as np
-from collplan_core.params import Settings, Simulation
+from collplan_core.parameters import Settings, Simulation
 from collplan_core.worlds import World
-from omnipuck_sim.physics import Simulator
+from omnipuck_sim.robot.physics import Simulator
 triangle, circle = np.array([[1.0, 1.0], [1.4, 1.1], [1.2, 1.5]]), np.array([[0.4, 1.4, 0.1]])
 world = World("box", (triangle,), circle, (0.0, 0.0, 2.0, 2.0), walled=True, start=np.array([0.5, 0.5]))
 sim = Simulator(world, Settings(simulator=Simulation(restitution_spread=0.1, direction_spread=0.1)), SEED)

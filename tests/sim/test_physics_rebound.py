@@ -6,9 +6,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.params import Simulation
-from omnipuck_sim.rebound import IMPACT_SPEED, Ring, closing_speed, rebound, slide
-from omnipuck_sim.vector import rotated
+from collplan_core.parameters import Simulation
+from omnipuck_sim.robot.rebound import IMPACT_SPEED, Ring, closing_speed, rebound, slide
+from omnipuck_sim.robot.vector import rotated
 from physics_scenes import QUIET, RADIUS, RESTITUTION, RETENTION, flight, launched, make_world, quiet, unit
 
 PENTAGON = np.array([[0.30, 0.05], [0.10, 0.35], [-0.28, 0.20], [-0.25, -0.22], [0.12, -0.30]])

@@ -5,13 +5,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from collplan_core.rollout.dense import in_full
-from collplan_core.rollout.known_map import given_map
-from collplan_core.rollout.terms import KNOT, Scene, law_of, scene_of
-from collplan_core.time_to_go.search import shortest_paths
-from collplan_core.tracking import rollout_feed_forward, saturate
+from collplan_core.control.tracking import saturate
+from collplan_core.time_to_goal_planner.feed_forward import feed_forward
+from collplan_core.time_to_goal_planner.known_map import given_map
+from collplan_core.time_to_goal_planner.model import KNOT, Scene, law_of, scene_of
+from collplan_core.time_to_goal_planner.sampling import in_full
+from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.worlds import World
-from omnipuck_sim.physics import Simulator
+from omnipuck_sim.robot.physics import Simulator
 from physics_scenes import QUIET, RADIUS, make_world, unit
 
 SETTINGS = QUIET.with_values({"planner.strategy": "bounce", "remembered.side": 4.0})
@@ -185,7 +186,7 @@ def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
     times, path = np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1:3])
 
     def command(time: float) -> np.ndarray:
-        forward = rollout_feed_forward(times, path, time, PERIOD, LAW.lag, LAW.max_acceleration)
+        forward = feed_forward(times, path, time, PERIOD, LAW.lag, LAW.max_acceleration)
         return saturate(np.array(forward), SPEED)
 
     return simulated(world, rows[0, 3:], command, PERIOD)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import shapely
 
-from collplan_core.impact_matching import DELIBERATE_SPEED
-from collplan_core.params import Settings
+from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
+from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.worlds import World, load_world
 from omnipuck_sim.trial import REACHED, STUCK, TrialResult, run_trial

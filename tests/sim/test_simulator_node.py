@@ -15,11 +15,11 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from collplan_core.parameter import ParameterError
-from collplan_core.params import Settings
+from collplan_core.parameters import Settings
+from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import WorldError
-from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST, POSE_SUBSCRIBED
-from omnipuck_sim.simulator_node import SimulatorNode
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST, POSE_SUBSCRIBED
+from omnipuck_sim.node.simulator_node import SimulatorNode
 
 HALL = """
 bounds: [-1.0, -3.0, 20.0, 3.0]
@@ -28,7 +28,7 @@ start: [0.0, 0.0]
 """
 V_MAX = Settings().robot.max_speed
 PATIENCE = Settings().limits.command_age + 1.0 / Settings().controller.rate
-EXECUTABLE = [sys.executable, "-c", "import sys; from omnipuck_sim.simulator_node import main; sys.exit(main())"]
+EXECUTABLE = [sys.executable, "-c", "import sys; from omnipuck_sim.node.simulator_node import main; sys.exit(main())"]
 HEARD = (
     ("ground_truth/odom", Odometry, EVENT),
     ("mocap/pose", PoseStamped, POSE_SUBSCRIBED),

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from collplan_core.command import MANEUVERS
-from collplan_core.params import Settings
-from collplan_core.strategies import STRATEGIES, map_period_of
+from collplan_core.parameters import Settings
+from collplan_core.strategies import PAPER_WEIGHTS, map_period_of
 from collplan_core.worlds import WorldError, load_world
 from omnipuck_sim.trial import REACHED, STUCK, TIMEOUT, TrialResult, run_trial
 from physics_scenes import make_world
@@ -37,7 +37,7 @@ def digest(result: TrialResult) -> str:
     ).hexdigest()
 
 
-@pytest.mark.parametrize("strategy", sorted(STRATEGIES))
+@pytest.mark.parametrize("strategy", sorted(PAPER_WEIGHTS))
 @pytest.mark.parametrize("world", ARENAS)
 def test_every_strategy_reaches_the_goal_of_every_arena(world, strategy):
     assert trial(world, strategy).outcome == REACHED
@@ -46,20 +46,20 @@ def test_every_strategy_reaches_the_goal_of_every_arena(world, strategy):
 @pytest.mark.soak
 @pytest.mark.timeout(900)
 def test_the_arenas_are_reached_over_twenty_seeds():
-    runs = [(w, s, seed) for w in ARENAS for s in sorted(STRATEGIES) for seed in range(20)]
+    runs = [(w, s, seed) for w in ARENAS for s in sorted(PAPER_WEIGHTS) for seed in range(20)]
     failed = [run for run in runs if trial(*run).outcome != REACHED]
     assert len(failed) <= 0.02 * len(runs), failed
 
 
 @pytest.mark.soak
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("strategy", sorted(STRATEGIES))
+@pytest.mark.parametrize("strategy", sorted(PAPER_WEIGHTS))
 def test_random_worlds_are_reached(strategy):
     failed = [seed for seed in range(100) if trial(f"random:{seed}", strategy, seed).outcome != REACHED]
     assert len(failed) <= 2, failed
 
 
-@pytest.mark.parametrize("strategy", sorted(STRATEGIES))
+@pytest.mark.parametrize("strategy", sorted(PAPER_WEIGHTS))
 def test_some_random_worlds_are_reached(strategy):
     """A fixed sample of the long count."""
     failed = [seed for seed in range(0, 100, 10) if trial(f"random:{seed}", strategy, seed).outcome != REACHED]
@@ -92,7 +92,7 @@ def test_another_seed_gives_another_run():
 
 
 @pytest.mark.parametrize("world", ARENAS)
-@pytest.mark.parametrize("strategy", sorted(STRATEGIES))
+@pytest.mark.parametrize("strategy", sorted(PAPER_WEIGHTS))
 def test_what_a_run_reports_fits_together(world, strategy):
     result = trial(world, strategy)
     times, positions, velocities = result.trajectory[:, 0], result.trajectory[:, 1:3], result.trajectory[:, 3:]

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 
-from collplan_core.params import Settings
+from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
-from collplan_ros.options import Options
-from collplan_ros.preparation import Preparation, write_used_parameters
-from collplan_ros.results import write_results
-from collplan_ros.robots import ROBOTS
-from collplan_ros.run_folder import RunFolder
-from collplan_ros.run_log import Kick, PoseRow, RunLog, SentCommand
-from omnipuck_sim.physics import Simulator
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.preparation import Preparation, write_used_parameters
+from collplan_ros.bringup.results import write_results
+from collplan_ros.bringup.robots import ROBOTS
+from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.runs.run_log import Kick, PoseRow, RunLog, SentCommand
+from omnipuck_sim.robot.physics import Simulator
 
 ROOM = "bounds: [0, 0, 1.6, 1.2]\nwalled: true\ncircles:\n  - {center: [0.8, 0.6], radius: 0.1}\nstart: [0.4, 0.4]\n"
 EPOCH = 1.7e9

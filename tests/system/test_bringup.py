@@ -57,7 +57,7 @@ class Run:
     def __init__(self, out: Path, *options: str) -> None:
         self.out = out
         self.output = out.with_suffix(".txt")
-        command = [sys.executable, "-m", "collplan_ros.bringup", "--out", str(out), *options]
+        command = [sys.executable, "-m", "collplan_ros.bringup.main", "--out", str(out), *options]
         self.process = subprocess.Popen(command, stdout=self.output.open("wb"), stderr=subprocess.STDOUT)
 
     def __enter__(self):
@@ -106,7 +106,7 @@ def test_the_goal_is_reached_and_the_folder_is_complete(tmp_path):
     first = next(t for t, row in zip(stamps, rows, strict=True) if abs(float(row["cmd_vx"])) > 0.0)
     assert first == pytest.approx(0.0, abs=0.3)
     assert len((run.out / "latest" / "impacts.csv").read_text().splitlines()) == 1 + summary["impacts"]
-    from collplan_core.parameter_file import read_parameters
+    from collplan_core.parameters.file import read_parameters
 
     used = read_parameters(run.out / "latest" / "parameters.yaml")
     assert used["simulator.seed"] == 3

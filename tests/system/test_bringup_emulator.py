@@ -8,12 +8,11 @@ from statistics import median
 
 import pytest
 
-from collplan_ros import graph, preparation
-from collplan_ros.bringup import run
-from collplan_ros.failures import StartError
-from collplan_ros.options import Options
-from collplan_ros.preparation import prepare
-from collplan_ros.robots import robot_kind
+from collplan_ros.bringup import graph, preparation, run
+from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.preparation import prepare
+from collplan_ros.bringup.robots import robot_kind
 
 CORRUPTED = """
 /**:
@@ -23,7 +22,7 @@ CORRUPTED = """
 
 
 def bringup(out: Path, *options: str) -> tuple[int, str, dict]:
-    command = [sys.executable, "-m", "collplan_ros.bringup", "--no-pictures", "--out", str(out), *options]
+    command = [sys.executable, "-m", "collplan_ros.bringup.main", "--no-pictures", "--out", str(out), *options]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
     return ended.returncode, ended.stdout + ended.stderr, json.loads((out / "latest" / "summary.json").read_text())
 

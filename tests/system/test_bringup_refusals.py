@@ -13,16 +13,15 @@ from action_msgs.msg import GoalStatus
 from rclpy.context import Context
 from rclpy.node import Node
 
-from collplan_core.params import Trial
+from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT, Watch
+from collplan_core.parameters import Trial
 from collplan_core.strategies import map_period_of
-from collplan_ros import graph, preparation, processes
-from collplan_ros.bringup import main, run, told
-from collplan_ros.failures import NodeDied
-from collplan_ros.options import Options
-from collplan_ros.processes import NodeProcess, stop_all
-from collplan_ros.recorder import GoalReport
-from collplan_ros.robots import ROBOTS, RobotKind
-from collplan_ros.watch import REACHED, STUCK, TIMEOUT, Watch
+from collplan_ros.bringup import graph, main, preparation, processes, run, told
+from collplan_ros.bringup.failures import NodeDied
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.processes import NodeProcess, stop_all
+from collplan_ros.bringup.robots import ROBOTS, RobotKind
+from collplan_ros.runs.recorder import GoalReport
 
 WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0], [1.0, 1], [0.8, 1]]\n"
 
@@ -150,8 +149,8 @@ def test_without_poses_the_message_says_where_they_were_expected(tmp_path, lone_
     lone_robot("""
         import sys
         from rclpy.node import Node
-        from collplan_ros.diagnostics import OK, Diagnostics, Health
-        from collplan_ros.run_node import run_node
+        from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
+        from collplan_ros.node_kit.run_node import run_node
 
         class Robot(Node):
             def __init__(self):

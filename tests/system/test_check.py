@@ -9,15 +9,14 @@ from types import SimpleNamespace
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from collplan_core.body_estimate import AxesFit, BodyOffset
-from collplan_core.parameter_file import read_parameters, write_values
-from collplan_core.params import Settings
-from collplan_core.stream_quality import StreamQuality
+from collplan_core.calibration.mocap_offset import AxesFit, BodyOffset
+from collplan_core.calibration.stream_quality import StreamQuality
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.warm_up import warm_up
-from collplan_ros import check, graph, open_loop
-from collplan_ros.bringup import main
-from collplan_ros.check_findings import DOUBTFUL, GOOD, WRONG, of_axes, of_nodes, of_offset, of_stream, of_turn
-from collplan_ros.progress import Progress
+from collplan_ros.bringup import check, graph, main, open_loop
+from collplan_ros.bringup.check_findings import DOUBTFUL, GOOD, WRONG, of_axes, of_nodes, of_offset, of_stream, of_turn
+from collplan_ros.bringup.progress import Progress
 
 HALL = "bounds: [0, 0, 2, 2]\nwalled: true\nstart: [1.0, 1.0]\ngoal: [1.5, 1.5]\n"
 OFFSET = {"x": 0.04, "y": -0.025, "yaw": 0.3}

@@ -7,9 +7,9 @@ import shutil
 import pytest
 
 from bumping_runs import bumping_run
-from collplan_core.parameter_file import read_parameters, write_values
-from collplan_ros.fit_rebound import main
-from collplan_ros.impact_log import COLUMNS
+from collplan_core.parameters.file import read_parameters, write_values
+from collplan_ros.runs.fit_rebound import main
+from collplan_ros.runs.impact_log import COLUMNS
 
 WRITTEN, REFUSED = 0, 2
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
-from collplan_core.params import Settings
-from collplan_core.strategies import STRATEGIES, TIME_TO_GOAL
+from collplan_core.parameters import Settings
+from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.warm_up import warm_up
 from collplan_core.worlds import arena_names, load_world
-from collplan_ros.bringup import run
-from collplan_ros.options import parse
+from collplan_ros.bringup.main import run
+from collplan_ros.bringup.options import parse
 from omnipuck_sim.trial import run_trial
 
 pytestmark = [pytest.mark.soak, pytest.mark.timeout(1200)]
@@ -30,7 +30,7 @@ def test_every_arena_and_strategy_reaches_the_goal_three_times_with_every_maneuv
     maneuvers: Counter[str] = Counter()
     missed = []
     for world in arena_names():
-        for strategy in STRATEGIES:
+        for strategy in PAPER_WEIGHTS:
             for seed in range(3):
                 summary = through_the_graph(tmp_path, world, strategy, seed)
                 maneuvers.update(summary["maneuvers"])

@@ -9,15 +9,20 @@ from pathlib import Path
 import pytest
 
 SRC = Path(__file__).parents[2] / "src"
-ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim")
+ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study")
 MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rcl_interfaces",
             "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "visualization_msgs"}  # fmt: skip
 ROS = {"rclpy", "tf2_ros", *MESSAGES}
-WITH_ROS_IN_SIM = {"omnipuck_sim.room", "omnipuck_sim.simulator_node", "omnipuck_sim.firmware_emulator"}
+WITH_ROS_IN_SIM = {
+    "omnipuck_sim.node.room",
+    "omnipuck_sim.node.simulator_node",
+    "omnipuck_sim.emulator.firmware_emulator",
+}
+WITH_ROS_IN_RUNS = {"collplan_ros.runs.recorder"}
+PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
 PIP_NAMES = {"PIL": "pillow", "serial": "pyserial", "yaml": "PyYAML"}
-WITHOUT_ROSDEP_KEY = {"cobs", "numba", "pymunk"}
-ONLY_STUDY = {"defusedxml", "distributed", "matplotlib", "pyarrow", "scipy", "shapely", "tqdm"}
+WITHOUT_ROSDEP_KEY = {"cobs", "distributed", "numba", "pyarrow", "pymunk"}
 OPTIONAL = {"tf2_ros"}
 
 
@@ -46,8 +51,8 @@ def roots(module: str) -> set[str]:
     return {name.split(".")[0] for name in IMPORTS[module]}
 
 
-def all_imports(module: str) -> set[str]:
-    """What importing a module of the project imports in turn, first parts of the names."""
+def all_modules(module: str) -> set[str]:
+    """The modules of the project that importing one of them imports in turn, itself among them."""
     seen, todo = set(), [module]
     while todo:
         at = todo.pop()
@@ -55,7 +60,12 @@ def all_imports(module: str) -> set[str]:
         new = ({name for name in IMPORTS[at] if name in FILES} | parents) - seen
         seen |= new
         todo += new
-    return set().union(*(roots(m) for m in seen | {module}))
+    return seen | {module}
+
+
+def all_imports(module: str) -> set[str]:
+    """What importing a module of the project imports in turn, first parts of the names."""
+    return set().union(*(roots(m) for m in all_modules(module)))
 
 
 def foreign_roots(package: str) -> set[str]:
@@ -75,8 +85,27 @@ def test_core_knows_neither_ros_nor_physics(module):
     assert all_imports(module) & (ROS | {"pymunk", "matplotlib"}) == set()
 
 
-@pytest.mark.parametrize("module", [m for m in FILES if m.startswith("omnipuck_sim") and m not in WITH_ROS_IN_SIM])
-def test_simulator_runs_without_ros(module):
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_the_planners_do_not_know_each_other(planner):
+    (other,) = set(PLANNERS) - {planner}
+    modules = [m for m in FILES if m.startswith(f"collplan_core.{planner}")]
+    assert len(modules) > 5
+    for module in modules:
+        assert not any(name.startswith(f"collplan_core.{other}") for name in all_modules(module)), module
+
+
+@pytest.mark.parametrize(
+    "module",
+    [m for m in FILES if m.startswith(("collplan_ros.runs", "collplan_ros.pictures")) and m not in WITH_ROS_IN_RUNS],
+)
+def test_runs_are_read_and_drawn_without_ros(module):
+    assert all_imports(module) & ROS == set()
+
+
+@pytest.mark.parametrize(
+    "module", [m for m in FILES if m.startswith(("omnipuck_sim", "collplan_study")) and m not in WITH_ROS_IN_SIM]
+)
+def test_simulator_and_study_run_without_ros(module):
     assert all_imports(module) & (ROS | {"serial"}) == set()
 
 
@@ -90,7 +119,7 @@ def test_every_folder_of_sources_is_a_package(package):
 def test_package_xml_names_what_is_imported(package):
     manifest = ElementTree.parse(SRC / package / "package.xml")
     declared = {element.text for element in manifest.iter("exec_depend")}
-    used = foreign_roots(package) - WITHOUT_ROSDEP_KEY - ONLY_STUDY - OPTIONAL
+    used = foreign_roots(package) - WITHOUT_ROSDEP_KEY - OPTIONAL
     keys = {name if name in ROS or name in ORDER else ROSDEP_KEYS.get(name, f"python3-{name}") for name in used}
     assert keys - declared == set()
     assert manifest.findtext("version") == "0.1.0"

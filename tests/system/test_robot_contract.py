@@ -13,13 +13,13 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from serial_robot import HALL, twist
 from std_srvs.srv import Trigger
 
-from collplan_core.arming import WAITING
-from collplan_core.params import Settings
-from collplan_ros.mocap_node import MocapNode
-from collplan_ros.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST, POSE_SUBSCRIBED
+from collplan_core.control.arming import WAITING
+from collplan_core.parameters import Settings
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST, POSE_SUBSCRIBED
+from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver.driver_node import DriverNode
-from omnipuck_sim.firmware_emulator import FirmwareEmulator
-from omnipuck_sim.simulator_node import SimulatorNode
+from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
+from omnipuck_sim.node.simulator_node import SimulatorNode
 
 SETTINGS = Settings()
 V_MAX = SETTINGS.robot.max_speed

@@ -1,7 +1,8 @@
-"""The one record that leaves every objective."""
+"""What leaves every planner: a plan, or the reason why there is none."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -62,3 +63,15 @@ class Plan:
     terms: Mapping[str, float]
     candidates: Candidates
     n_before_pruning: int
+
+
+class NoPlan(RuntimeError):
+    """There is nothing to aim at; the robot must stop. The message says why.
+
+    Attributes:
+        memory: what the cycle leaves to the next all the same; None where that is what it began with.
+    """
+
+    def __init__(self, message: str, memory: Any = None) -> None:
+        super().__init__(message)
+        self.memory = memory

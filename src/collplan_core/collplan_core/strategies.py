@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from collplan_core.params import Settings, Weights
+from collplan_core.parameters import Settings, Weights
 
-STRATEGIES: dict[str, Weights] = {
+PAPER_WEIGHTS: dict[str, Weights] = {
     "harness": Weights(position=100.0, risk=0.1, velocity=4.0),
     "high_risk": Weights(position=100.0, risk=0.1, velocity=0.0),
     "low_risk": Weights(position=100.0, risk=100.0, velocity=0.0),
@@ -44,7 +44,7 @@ PAPER_MAP_PERIOD, TIME_TO_GOAL_MAP_PERIOD = 0.2, 0.05
 
 def weights_of(settings: Settings) -> Weights:
     """The weights of the chosen strategy; `custom` takes the weights group as it stands."""
-    return STRATEGIES.get(settings.planner.strategy, settings.weights)
+    return PAPER_WEIGHTS.get(settings.planner.strategy, settings.weights)
 
 
 def contact_terms(settings: Settings) -> ContactTerms:

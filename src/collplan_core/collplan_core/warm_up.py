@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from collplan_core import pose_filter
-from collplan_core.controller import ControllerMemory, control
-from collplan_core.foreseen import foreseen_contacts
+from collplan_core.control.memory import ControllerMemory
 from collplan_core.local_map import LocalMap, build_local_map
-from collplan_core.objectives import objective_for
-from collplan_core.params import Settings
-from collplan_core.raycast import simulate_scan
+from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
+from collplan_core.parameters import Settings
+from collplan_core.planners import planner_for
+from collplan_core.sensing import pose_filter
 from collplan_core.state import State
 from collplan_core.worlds import load_world
+from collplan_core.worlds.raycast import simulate_scan
 
 
 def warm_up() -> None:
@@ -28,15 +28,16 @@ def warm_up() -> None:
     state = State(0.0, np.array(world.start), np.array([0.1, 0.0]), 0.0)
     scan = simulate_scan(world, state, settings.lidar)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
-    plan, memory = objective_for("harness")(None, local_map, state, world.goal, settings)
-    objective_for("harness")(memory, local_map, state, state.position + 0.01, settings)
+    planner = planner_for("harness")
+    plan, memory = planner.plan(None, local_map, state, world.goal, settings)
+    planner.plan(memory, local_map, state, state.position + 0.01, settings)
     at_rest, onward = np.tile(state.position, (2, 1)), np.tile(plan.velocities.max(axis=0), (2, 1))
     foreseen_contacts(local_map, np.array([0.0, 1.0]), at_rest, onward, settings)
     wall = local_map.points[np.argmax(local_map.surface >= 0)]
     into_wall = np.linspace(state.position, state.position + 1.2 * (wall - state.position), len(plan.times))
     toward = replace(plan, positions=into_wall)
     for each in (plan, toward):
-        control(ControllerMemory.fresh(), each, local_map, state, plan.stamp, settings)
+        planner.follow(ControllerMemory(), each, local_map, state, plan.stamp, settings)
     _warm_up_rollouts(local_map, state, world.goal)
 
 
@@ -44,10 +45,11 @@ def _warm_up_rollouts(local_map: LocalMap, state: State, goal: np.ndarray) -> No
     """Two cycles each: the second one begins from the plan of the first."""
     for strategy in ("stop_guarantee", "bounce"):
         settings = Settings().with_values({"planner.strategy": strategy})
-        plan, memory = objective_for(strategy)(None, local_map, state, goal, settings)
-        control(ControllerMemory.fresh(), plan, None, state, plan.stamp, settings)
+        planner = planner_for(strategy)
+        plan, memory = planner.plan(None, local_map, state, goal, settings)
+        planner.follow(ControllerMemory(), plan, None, state, plan.stamp, settings)
         later = replace(state, stamp=state.stamp + 0.05)
-        objective_for(strategy)(memory, replace(local_map, stamp=later.stamp), later, goal, settings)
+        planner.plan(memory, replace(local_map, stamp=later.stamp), later, goal, settings)
 
 
 if __name__ == "__main__":

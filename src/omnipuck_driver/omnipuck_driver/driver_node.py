@@ -10,15 +10,15 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from collplan_core.arming import ARMED, WAITING, Arming
-from collplan_core.params import Control, Driver, Frames, Kinematics, Limits, Robot
-from collplan_ros.clock import seconds
-from collplan_ros.command_check import REFUSED, CommandCheck
-from collplan_ros.conversions import asks_for_rest
-from collplan_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Health
-from collplan_ros.node_parameters import declare, read_settings
-from collplan_ros.qos import NEWEST
-from collplan_ros.run_node import run_node
+from collplan_core.control.arming import ARMED, WAITING, Arming
+from collplan_core.parameters import Control, Driver, Frames, Kinematics, Limits, Robot
+from collplan_ros.messages.conversions import asks_for_rest
+from collplan_ros.messages.qos import NEWEST
+from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.node_parameters import declare, read_settings
+from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.nodes.command_check import REFUSED, CommandCheck
 from omnipuck_driver.held_command import HeldCommand
 from omnipuck_driver.kinematics import OmniWheels
 from omnipuck_driver.link_report import LinkReport
@@ -45,7 +45,7 @@ class DriverNode(Node):
         self._settings = read_settings(self, *GROUPS)
         self._wheels = OmniWheels(self._settings.kinematics)
         # steady also where the graph follows /clock: the robot does not
-        self._clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._local_clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._link = SerialLink(self._settings.driver, len(self._wheels))
         self._report = LinkReport(self._link)
         self._impacts: SensedImpacts | None = None
@@ -56,7 +56,7 @@ class DriverNode(Node):
         self._check = CommandCheck(self._settings.robot, self._settings.limits)
         self._counts = Counter({"commands": 0, "ignored": 0, "expired": 0})
         self._make_inputs(stamped=self._settings.controller.stamped_cmd_vel)
-        self.create_timer(1.0 / self._settings.driver.rate, self._tick, clock=self._clock)
+        self.create_timer(1.0 / self._settings.driver.rate, self._tick, clock=self._local_clock)
         self._diagnostics = Diagnostics(self, self._health)
 
     def _make_inputs(self, stamped: bool) -> None:
@@ -83,15 +83,15 @@ class DriverNode(Node):
         self._counts["commands"] += 1
         velocity, yaw_rate = self._check.followed(twist)
         wheels = self._wheels.saturated(self._wheels.speeds(velocity, yaw_rate))
-        self._command = HeldCommand(tuple(wheels.tolist()), seconds(self._clock))
+        self._command = HeldCommand(tuple(wheels.tolist()), seconds(self._local_clock))
 
     def _waits_after(self, twist: Twist) -> bool:
         silence = self._settings.limits.command_age
-        self._arming = self._arming.after_command(asks_for_rest(twist), seconds(self._clock), silence)
+        self._arming = self._arming.after_command(asks_for_rest(twist), seconds(self._local_clock), silence)
         return self._waits()
 
     def _waits(self) -> bool:
-        return self._arming.waits(seconds(self._clock), self._settings.limits.command_age)
+        return self._arming.waits(seconds(self._local_clock), self._settings.limits.command_age)
 
     def _stop_latched(self) -> tuple[bool, str]:
         self._stop_for("by its service")
@@ -101,7 +101,7 @@ class DriverNode(Node):
         if self._link.session.button_pressed:
             return False, "the emergency stop on the robot is still pressed: release it first"
         if self._estopped:
-            self._estopped, self._arming = "", Arming(seconds(self._clock))
+            self._estopped, self._arming = "", Arming(seconds(self._local_clock))
         return True, "commands are taken again after a zero command"
 
     def _stop_for(self, reason: str) -> None:
@@ -111,7 +111,7 @@ class DriverNode(Node):
     # ---- the link
 
     def _tick(self) -> None:
-        now = seconds(self._clock)
+        now = seconds(self._local_clock)
         for telemetry in self._link.receive(now):
             self._take_telemetry(telemetry)
         self._link.send(self._wish(now), now)
@@ -135,7 +135,7 @@ class DriverNode(Node):
             self._estopped = "by the button on the robot"
         announced = self._link.session.announced
         if self._impacts is None and announced is not None and announced.capabilities & SENSES_IMPACTS:
-            self._impacts = SensedImpacts(self, self._settings, self._clock)
+            self._impacts = SensedImpacts(self, self._settings, self._local_clock)
         if self._impacts is not None:
             self._impacts.take(telemetry)
 
@@ -168,7 +168,7 @@ class DriverNode(Node):
         """Sends zero and waits until it has left."""
         self._command = None
         for _ in range(FAREWELLS):
-            now = seconds(self._clock)
+            now = seconds(self._local_clock)
             self._link.send(self._wish(now), now)
         deadline = time.monotonic() + FAREWELL_PATIENCE
         while not self._link.drained() and time.monotonic() < deadline:

@@ -6,8 +6,8 @@ counter-clockwise: r w_i = -sin(a_i) v_x + cos(a_i) v_y + L yaw_rate.
 
 import numpy as np
 
-from collplan_core.parameter import ParameterError
-from collplan_core.params import Kinematics
+from collplan_core.parameters import Kinematics
+from collplan_core.parameters.spec import ParameterError
 from omnipuck_driver.messages import MOST_WHEELS
 
 FEWEST_WHEELS = 3

@@ -8,11 +8,11 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.node import Node
 
-from collplan_core.params import Settings
-from collplan_core.pose_history import PoseHistory
-from collplan_ros.clock import PosesClock, seconds
-from collplan_ros.conversions import MessageError, impact_to_message, state_from_odometry
-from collplan_ros.qos import EVENT, POSE_SUBSCRIBED
+from collplan_core.parameters import Settings
+from collplan_core.sensing.pose_history import PoseHistory
+from collplan_ros.messages.conversions import MessageError, impact_to_message, state_from_odometry
+from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED
+from collplan_ros.node_kit.clock import PosesClock, seconds
 from omnipuck_driver.messages import NEVER, Telemetry
 
 COUNTS = 1 << 16

@@ -4,7 +4,7 @@ from select import select
 
 import serial
 
-from collplan_core.params import Driver
+from collplan_core.parameters import Driver
 from omnipuck_driver.messages import Telemetry
 from omnipuck_driver.port import PortError, open_port
 from omnipuck_driver.session import Session, Wish

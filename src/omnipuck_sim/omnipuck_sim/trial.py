@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core import pose_filter
 from collplan_core.command import stopped
-from collplan_core.controller import ControllerMemory, control
-from collplan_core.impact_matching import Prediction, foreseen_impacts, foreseen_rebounds
+from collplan_core.control.memory import ControllerMemory
+from collplan_core.evaluation.impact_matching import Prediction, foreseen_impacts, foreseen_rebounds
+from collplan_core.evaluation.path_length import path_length
 from collplan_core.local_map import LocalMap, build_local_map
-from collplan_core.objectives import NoPlan, objective_for
-from collplan_core.params import Settings
-from collplan_core.path_length import path_length
-from collplan_core.plan import Plan
-from collplan_core.pose_history import PoseHistory
-from collplan_core.raycast import simulate_scan
-from collplan_core.rollout.known_map import given_map
+from collplan_core.parameters import Settings
+from collplan_core.plan import NoPlan, Plan
+from collplan_core.planners import planner_for
 from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing import pose_filter
+from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
 from collplan_core.strategies import map_period_of, rolls_out
+from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.worlds import World, WorldError
-from omnipuck_sim.physics import Simulator
-from omnipuck_sim.rebound import Impact
+from collplan_core.worlds.raycast import simulate_scan
+from omnipuck_sim.robot.physics import Simulator
+from omnipuck_sim.robot.rebound import Impact
 
 PLANNER_PHASE = 0.01
 """After a scan the planner works on it so much later, as in the graph, where each node runs on its own timer [s]."""
@@ -78,11 +78,11 @@ class _Loop:
     def __init__(self, world: World, settings: Settings, seed: int, goal: np.ndarray) -> None:
         self.world, self.settings, self.goal = world, settings, goal
         self.simulator = Simulator(world, settings, seed)
-        self.objective = objective_for(settings.planner.strategy)
+        self._planner = planner_for(settings.planner.strategy)
         self.filter_memory = pose_filter.FRESH
         self.history = PoseHistory(settings.limits.pose_history)
         self.planner_memory: Any = given_map(world, settings) if settings.trial.known_map else None
-        self.controller_memory = ControllerMemory.fresh()
+        self.controller_memory = ControllerMemory()
         self.state: State | None = None
         self.scan: Scan | None = None
         self.plan: Plan | None = None
@@ -120,7 +120,9 @@ class _Loop:
         try:
             local_map = build_local_map(self.scan, at_scan, self.settings.robot, self.settings.local_map)
             begin = self.state if rolls_out(self.settings) else at_scan
-            plan, self.planner_memory = self.objective(self.planner_memory, local_map, begin, self.goal, self.settings)
+            plan, self.planner_memory = self._planner.plan(
+                self.planner_memory, local_map, begin, self.goal, self.settings
+            )
         except ScanError:
             return
         except NoPlan as error:
@@ -138,7 +140,7 @@ class _Loop:
         if self.plan is None or self.plan_map is None or self.state is None or not fresh:
             self.command = stopped("no fresh plan")
         else:
-            self.command, self.controller_memory = control(
+            self.command, self.controller_memory = self._planner.follow(
                 self.controller_memory, self.plan, self.plan_map, self.state, now, self.settings
             )
         self.simulator.command(self.command.velocity, self.command.yaw_rate)

@@ -11,7 +11,7 @@ from collplan_core.local_map.frontiers import find_frontiers, find_jumps
 from collplan_core.local_map.predicted import find_predicted
 from collplan_core.local_map.record import LocalMap
 from collplan_core.local_map.surfaces import HIT, beam_kinds, find_surfaces, fit_pieces
-from collplan_core.params import LocalMapping, Robot
+from collplan_core.parameters import LocalMapping, Robot
 from collplan_core.scan import Scan
 from collplan_core.state import State
 

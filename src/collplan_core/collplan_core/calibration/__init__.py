@@ -1,0 +1,1 @@
+"""The robot's constants and the motion-capture offsets, estimated from recorded motion."""

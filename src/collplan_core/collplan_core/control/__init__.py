@@ -1,0 +1,1 @@
+"""Tracking a reference, and the rules by which the robot stands still."""

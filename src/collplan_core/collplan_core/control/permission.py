@@ -1,0 +1,83 @@
+"""Whether to act: each decision gives the reason not to, or "" to go ahead. A robot that is unsure stops.
+
+Ages are local time since receipt [s], infinite before the first; stamps are times on the poses' clock [s].
+"""
+
+import math
+
+import numpy as np
+
+from collplan_core.parameters import Limits, LocalMapping, Robot
+from collplan_core.plan import Plan
+from collplan_core.scan import Scan
+from collplan_core.state import State
+
+LEAP_MARGIN = 0.05
+"""Distance between two poses beyond what the robot could travel that is still taken for motion [m]."""
+TOUCH_MARGIN = 0.01
+"""How far a seen surface may reach into the robot standing at its goal: noise of poses and ranges [m]."""
+
+
+def why_stale(name: str, age: float, limit: float) -> str:
+    """Something received too long ago, never, or (its clock was set back) in the future."""
+    if math.isinf(age):
+        return f"no {name} yet"
+    return "" if 0.0 <= age <= limit else f"{name} {age:.2f} s old, limit {limit:.2f} s"
+
+
+def plan_age_limit(map_period: float) -> float:
+    """Age beyond which a plan is not followed: one replanning may fail [s]."""
+    return 2.0 * map_period + 0.2
+
+
+def why_stand_still(
+    goal_active: bool, pose_age: float, scan_age: float, plan_age: float, map_period: float, limits: Limits
+) -> str:
+    """Why the robot must not move now; plan_age is that of the newest plan that was not refused."""
+    return (
+        ("" if goal_active else "no active goal")
+        or why_stale("pose", pose_age, limits.pose_age)
+        or why_stale("scan", scan_age, limits.scan_age)
+        or why_stale("plan", plan_age, plan_age_limit(map_period))
+    )
+
+
+def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None) -> str:
+    """Why a plan is not to be followed.
+
+    Args:
+        goal_stamp: when the active goal was taken, None without one; a plan from a scan of before is another goal's.
+        now: None before the first pose.
+    """
+    if goal_stamp is None:
+        return "no active goal"
+    if now is None:
+        return "no pose yet"
+    if not plan.stamp > goal_stamp:
+        return f"made at {plan.stamp:.3f}, expected later than the goal's {goal_stamp:.3f}"
+    return "" if plan.times[-1] > now else f"ended at {plan.times[-1]:.3f}, it is {now:.3f}"
+
+
+def is_relocated(before: State, after: State, robot: Robot, limits: Limits) -> bool:
+    """Whether two successive poses do not join: a leap, a silence beyond pose_age, or a clock set back.
+
+    What was planned and mapped before then holds no longer.
+    """
+    silence = after.stamp - before.stamp
+    if not 0.0 <= silence <= limits.pose_age:
+        return True
+    distance = math.hypot(*(after.position - before.position))
+    return distance > limits.excess_speed * robot.max_speed * silence + LEAP_MARGIN
+
+
+def is_blocked(goal: np.ndarray, scan: Scan, state: State, robot: Robot, mapping: LocalMapping) -> bool:
+    """Whether the robot standing at a goal (2,) [m] would overlap a surface that the scan shows within the local map.
+
+    Args:
+        state: the robot at the scan's stamp.
+    """
+    near = np.isfinite(scan.ranges) & (scan.ranges <= mapping.half_side)
+    ranges, angles = scan.ranges[near], scan.angles[near] + state.yaw
+    x = state.position[0] + ranges * np.cos(angles) - goal[0]
+    y = state.position[1] + ranges * np.sin(angles) - goal[1]
+    return bool((np.hypot(x, y) < robot.radius - TOUCH_MARGIN).any())

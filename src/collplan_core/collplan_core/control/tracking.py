@@ -1,0 +1,67 @@
+"""Following a timed reference: PID with look-ahead, saturation that keeps the direction, body frame. Paper: III-B."""
+
+import math
+
+import numpy as np
+
+from collplan_core.parameters import Control, Limits, Robot
+
+
+def sample_reference(
+    times: np.ndarray, path: np.ndarray, now: float, look_ahead: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Position (2,) now and velocity (2,) look_ahead later; at rest at the end once the time is past.
+
+    Args:
+        times: (n,) strictly rising [s]; path: (n, 2) [m].
+    """
+    position = np.array([np.interp(now, times, path[:, a]) for a in range(2)])
+    if now > times[-1]:
+        return position, np.zeros(2)
+    i = int(np.clip(np.searchsorted(times, now + look_ahead) - 1, 0, len(times) - 2))
+    # central differences around the sample keep the velocity continuous at 20 Hz
+    a, b = max(i - 1, 0), min(i + 2, len(times) - 1)
+    return position, (path[b] - path[a]) / (times[b] - times[a])
+
+
+def saturate(velocity: np.ndarray, max_speed: float) -> np.ndarray:
+    """The velocity (2,), shortened to max_speed with its direction kept."""
+    speed = math.hypot(velocity[0], velocity[1])
+    return velocity if speed <= max_speed else velocity * (max_speed / speed)
+
+
+def pid(error: np.ndarray, feed_forward: np.ndarray, velocity_error: np.ndarray, integral: np.ndarray, period: float,
+        control: Control, max_speed: float) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """World-frame velocity command (2,) [m/s] and the next integral (2,) [m/s].
+
+    Anti-windup: the integral is limited, and does not grow while the command is saturated.
+    """
+    grown = saturate(integral + control.k_i * error * period, control.integral_limit)
+    wanted = feed_forward + control.k_p * error + control.k_d * velocity_error + grown
+    command = saturate(wanted, max_speed)
+    return command, grown if command is wanted else integral
+
+
+def to_body(velocity: np.ndarray, yaw: float) -> np.ndarray:
+    """A world-frame velocity (2,) in the body frame of a robot with that yaw."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([c * velocity[0] + s * velocity[1], -s * velocity[0] + c * velocity[1]])
+
+
+def hold_heading(yaw: float, held: float, control: Control) -> float:
+    """Yaw rate that leads back to the held heading the short way [rad/s]."""
+    error = math.remainder(held - yaw, 2 * math.pi)
+    return float(np.clip(control.k_yaw * error, -control.max_yaw_rate, control.max_yaw_rate))
+
+
+def clip_command(
+    velocity: np.ndarray, yaw_rate: float, robot: Robot, limits: Limits
+) -> tuple[np.ndarray, float] | None:
+    """What a robot makes of a command: cut to its limits; None (refused) beyond excess_speed times them; NaN too."""
+    if not (np.isfinite(velocity).all() and math.isfinite(yaw_rate)):
+        return None
+    too_fast = math.hypot(velocity[0], velocity[1]) > limits.excess_speed * robot.max_speed
+    if too_fast or abs(yaw_rate) > limits.excess_speed * robot.max_yaw_rate:
+        return None
+    turn = min(max(yaw_rate, -robot.max_yaw_rate), robot.max_yaw_rate)
+    return saturate(np.asarray(velocity, dtype=float), robot.max_speed), turn

@@ -1,0 +1,1 @@
+"""How a run went: matched impacts, path length, and its end."""

@@ -1,0 +1,50 @@
+"""Which contacts a plan foresees: at an observed boundary on its way, or at a predicted one behind its end."""
+
+import math
+
+import numpy as np
+
+from collplan_core.local_map.record import LocalMap
+from collplan_core.paper_planner.costs.risk import impact_distance
+from collplan_core.paper_planner.maneuver import find_contact
+from collplan_core.parameters import Settings
+from collplan_core.plan import Contacts
+from collplan_core.reflection import rebound
+
+
+def foreseen_contacts(
+    local_map: LocalMap, times: np.ndarray, positions: np.ndarray, velocities: np.ndarray, settings: Settings
+) -> Contacts:
+    """The first contact of a reference: times (n,), positions (n, 2), velocities (n, 2), world frame.
+
+    A predicted boundary counts where it is met within rebound_horizon after the end at the end's velocity. The robot's
+    own radius separates the disc's centre from the point touched.
+    """
+    contact = find_contact(positions, local_map)
+    if contact is not None:
+        i, share = contact.index, contact.share
+        time = times[i - 1] + share * (times[i] - times[i - 1])
+        velocity = velocities[i - 1] + share * (velocities[i] - velocities[i - 1])
+        return _contact(time, contact.point, velocity, contact.normal, settings)
+    speed = math.hypot(*velocities[-1])
+    if speed < 1e-9:
+        return Contacts.none()
+    ux, uy = velocities[-1] / speed
+    distance, which = impact_distance(positions[-1, 0], positions[-1, 1], ux, uy, local_map.predicted)
+    if which < 0 or distance / speed > settings.planner.rebound_horizon:
+        return Contacts.none()
+    tangent = local_map.predicted[which, 2:]
+    normal = np.array([-tangent[1], tangent[0]])
+    normal = normal if normal @ velocities[-1] < 0.0 else -normal
+    return _contact(
+        times[-1] + distance / speed,
+        positions[-1] + velocities[-1] / speed * distance,
+        velocities[-1],
+        normal,
+        settings,
+    )
+
+
+def _contact(time: float, center: np.ndarray, velocity: np.ndarray, normal: np.ndarray, settings: Settings) -> Contacts:
+    after = rebound(velocity, normal, settings.rebound.restitution, settings.rebound.tangential_retention)
+    return Contacts(np.array([time]), (center - settings.robot.radius * normal)[None], after[None])

@@ -1,0 +1,372 @@
+"""Every parameter of the project, each written once. Starting values that the paper does not print are assumed.
+
+A key is `group.field`, for example `planner.map_period`; no two groups share a key, so one flat name space serves
+parameter files, `ros2 param set` and the study's grid.
+"""
+
+from dataclasses import dataclass, fields, replace
+from math import pi, radians
+from typing import Any
+
+from collplan_core.parameters.spec import ParameterError, Parameters, Spec, parameter, specs
+
+
+@dataclass(frozen=True)
+class Robot(Parameters):
+    """The Omnipuck. All assumed but max_speed (paper, IV-B)."""
+
+    group = "robot"
+    radius: float = parameter(0.09, "Radius of the body with its reflection ring (assumed)", unit="m", low=0.01, high=1.0)
+    mass: float = parameter(0.7, "Mass (assumed)", unit="kg", low=0.05, high=100.0)
+    max_speed: float = parameter(1.2, "Largest speed commanded or planned, v_max (paper)", unit="m/s", low=0.05, high=5.0, live=True)
+    max_yaw_rate: float = parameter(3.0, "Largest yaw rate the robot takes (assumed)", unit="rad/s", low=0.1, high=20.0)
+    max_acceleration: float = parameter(1.5, "Largest acceleration the wheels can make (assumed)", unit="m/s^2", low=0.1, high=20.0)
+    velocity_lag: float = parameter(0.1, "Time constant of the velocity loop (assumed)", unit="s", low=0.0, high=1.0)
+
+
+@dataclass(frozen=True)
+class Rebound(Parameters):
+    """What the planner believes of a rebound. The simulator holds its own values."""
+
+    group = "rebound"
+    restitution: float = parameter(0.7, "Share of the speed into the wall that comes back (assumed)", low=0.0, high=1.0, live=True)
+    tangential_retention: float = parameter(0.8, "Share of the speed along the wall that is kept (assumed)", low=0.0, high=1.0, live=True)
+
+
+@dataclass(frozen=True)
+class LocalMapping(Parameters):
+    """How a scan becomes the sliding local map."""
+
+    group = "local_map"
+    half_side: float = parameter(0.6, "Half the side of the square map around the robot", unit="m", low=0.2, high=5.0, live=True)
+    clearance: float = parameter(0.0, "Distance kept beyond the robot's radius when obstacles are grown", unit="m", low=0.0, high=0.5, live=True)
+    n_rays: int = parameter(360, "Directions in which the free space is measured, evenly over the full turn; a multiple of 4", low=60, high=3600)
+    surface_tolerance: float = parameter(0.001, "Largest distance of a hit from the straight piece fitted to its surface", unit="m", low=0.0, high=0.05, live=True)
+    grazing_angle: float = parameter(radians(10.0), "Smallest angle between beam and surface that still joins two hits (Borges and Aldon 2004)", unit="rad", low=0.01, high=1.0, live=True)
+    sight_share: float = parameter(0.92, "Share of half_side that a direction must be free for to count as sight", low=0.1, high=1.4, live=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.n_rays % 4:
+            raise ParameterError(f"local_map.n_rays: got {self.n_rays}, expected a multiple of 4, so that quarter turns change nothing")
+
+
+@dataclass(frozen=True)
+class Weights(Parameters):
+    """Weights of the objective, used when planner.strategy is custom."""
+
+    group = "weights"
+    position: float = parameter(100.0, "w_p, weight of J_pos", low=0.0, high=1e6, live=True)
+    risk: float = parameter(0.1, "w_r, weight of J_risk", low=0.0, high=1e6, live=True)
+    velocity: float = parameter(4.0, "w_v, weight of J_vel", low=0.0, high=1e6, live=True)
+
+
+SHORTEST_MAP_PERIOD = 0.05
+
+
+@dataclass(frozen=True)
+class Planning(Parameters):
+    """The sampling planner (paper, II and III-A). Readings name how a passage of the paper is understood; `printed` is the passage to the letter."""
+
+    group = "planner"
+    strategy: str = parameter("harness", "The paper's weight sets (custom takes the weights group), or the time to the goal with these terms for contacts", choices=("harness", "high_risk", "low_risk", "custom", "bounce", "tolerate", "avoid", "stop_guarantee"), live=True)
+    map_period: float = parameter(0.0, "T_map, time between two plans, at least 0.05; 0 is the strategy's own: 0.2 for the paper's, 0.05 for the others", unit="s", low=0.0, high=2.0, live=True)
+    goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
+    goal_timeout: float = parameter(120.0, "A goal not reached so long after it was accepted is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)
+    frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True)
+    shortest_frontier: float = parameter(0.05, "Shorter frontiers are passed over where a longer one is seen", unit="m", low=0.0, high=0.5, live=True)
+    n_directions: int = parameter(8, "N_l, number of candidate velocity directions", low=4, high=64, live=True)
+    n_speeds: int = parameter(4, "N_v, candidate speeds are 0 to v_max in so many steps", low=1, high=32, live=True)
+    turn_penalty: float = parameter(5.0, "f_a, factor on J_pos where the turn reaches turn_threshold", low=1.0, high=1e3, live=True)
+    turn_threshold: float = parameter(radians(70.0), "theta_thres, turn from which the penalty applies", unit="rad", low=0.0, high=pi, live=True)
+    gap_weight: float = parameter(1.0, "f_theta, weight of the opening's width", unit="1/m", low=0.0, high=10.0, live=True)
+    widest_gap: float = parameter(0.6, "Openings wider than this count as this wide: they are not narrow", unit="m", low=0.0, high=100.0, live=True)
+    speed_floor: float = parameter(0.05, "delta v, closing speed assumed for a candidate at rest", unit="m/s", low=0.001, high=1.0, live=True)
+    time_floor: float = parameter(0.05, "Smallest time to collision told apart", unit="s", low=0.001, high=1.0, live=True)
+    rebound_horizon: float = parameter(0.3, "Time after the rebound at which p_ref is taken", unit="s", low=0.01, high=3.0, live=True)
+    rebound_penalty: float = parameter(-1.0, "Reward of a rebound that ends in known free space", unit="m/s", low=-100.0, high=0.0, live=True)
+    prune_distance: float = parameter(0.35, "d_prune, distance within which a frontier stands for another", unit="m", low=0.0, high=5.0, live=True)
+    time_scale: float = parameter(1.3, "P_safe, factor on the time that the waypoints take at v_max", low=1.0, high=5.0, live=True)
+    acceleration_factor: float = parameter(2.0, "Peak acceleration of a spline over the robot's max_acceleration", low=0.5, high=100.0, live=True)
+    n_samples: int = parameter(64, "Samples of a published plan", low=8, high=1000)
+    frontiers: str = parameter("all", "Shadow edges and visible runs of the map border, or shadow edges alone (obstacle-extending frontiers as printed)", choices=("all", "printed"), live=True)
+    position_pruning: bool = parameter(True, "Drop frontiers that a nearby one nearer to the goal stands for", live=True)
+    velocity_pruning: bool = parameter(True, "Drop velocity directions that lead back into known free space", live=True)
+    position_cost: str = parameter("normalised_first", "J_pos: normalise then penalise, or as printed in Alg. 1", choices=("normalised_first", "printed"), live=True)
+    turn_angle: str = parameter("turn", "Angle of Alg. 1: turn between successive aims, or the interior angle at p_cur as printed", choices=("turn", "printed"), live=True)
+    gap_risk: str = parameter("opening_width", "J_risk,g: width of the opening at the candidate, or the bare angle as printed", choices=("opening_width", "printed"), live=True)
+    approach_risk: str = parameter("crossing", "Adds 1 to J_risk where the approach crosses an observed boundary; printed adds nothing", choices=("crossing", "printed"), live=True)
+    goal_vector: str = parameter("printed", "Goal vector of J_vel: p_goal - p_cur in metres as printed, or its unit vector", choices=("printed", "unit"), live=True)
+    rebound_reward: bool = parameter(True, "R_ref in J_vel; false leaves it out (ablation)", live=True)
+    collision_factor: bool = parameter(True, "Factor (1 - J_risk,h) in J_vel; false leaves it out (ablation)", live=True)
+    speeds: str = parameter("fixed", "Speed set: n_speeds steps, or floor(frontier length / dl) steps as printed", choices=("fixed", "printed"), live=True)
+    waypoints: str = parameter("clamped", "Inner waypoints: from the velocities at both ends, or evenly on the chord", choices=("clamped", "chord"), live=True)
+    time_law: str = parameter("acceleration_limited", "T grows until the spline's peaks fit the motors, or as printed", choices=("acceleration_limited", "printed"), live=True)
+    tie_rule: str = parameter("forward", "Equal costs when w_v = 0: prefer velocity along the approach, or the first candidate", choices=("forward", "first"), live=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if 0.0 < self.map_period < SHORTEST_MAP_PERIOD:
+            raise ParameterError(f"planner.map_period: got {self.map_period}, expected at least {SHORTEST_MAP_PERIOD} s, or 0 for the strategy's own")
+
+
+@dataclass(frozen=True)
+class Remembered(Parameters):
+    """Boundaries kept from earlier scans, and the solid assumed behind them. For the time-to-goal strategies."""
+
+    group = "remembered"
+    side: float = parameter(6.0, "Side of the square around the robot within which boundaries are kept", unit="m", low=1.0, high=30.0)
+    spacing: float = parameter(0.02, "Spacing of the nodes at which the clearance is known, and length of a remembered piece", unit="m", low=0.005, high=0.1)
+    max_pieces: int = parameter(6000, "Pieces kept; beyond, those seen longest ago are forgotten", low=100, high=100000)
+    inferred_depth: float = parameter(0.30, "Solid assumed behind an observed boundary, seen from the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0)
+    inferred_inset: float = parameter(0.08, "The same begins so far from the ends of what was observed", unit="m", low=0.0, high=0.5)
+    contradiction: float = parameter(0.05, "What a scan sees through by this distance is forgotten", unit="m", low=0.005, high=0.5)
+
+
+@dataclass(frozen=True)
+class TimeToGoal(Parameters):
+    """Rollouts to the goal under the robot's own law, judged by the time they take. For the time-to-goal strategies."""
+
+    group = "time_to_goal"
+    horizon: float = parameter(1.3, "Length of a coarse rollout", unit="s", low=0.2, high=5.0)
+    grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2)
+    n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)
+    start_proposals: int = parameter(100, "Changes tried on each of them", low=0, high=10000)
+    proposals: int = parameter(1200, "Changes tried on the best", low=0, high=100000)
+    time_budget: float = parameter(0.0, "Refinement ends so long after a cycle began, with the best so far; 0 never: equal runs stay equal (planner_node: half of map_period)", unit="s", low=0.0, high=1.0)
+    arrival_share: float = parameter(0.7, "Rollouts end within this share of goal_tolerance: one that grazes its edge misses it", low=0.05, high=1.0, live=True)
+    graze_cost: float = parameter(0.5, "Cost of an arrival that passes the goal at goal_tolerance, by the square of the distance: it may miss", unit="s", low=0.0, high=10.0, live=True)
+    longest_plan: float = parameter(8.0, "A plan that is not there by then is charged the time to go from its end", unit="s", low=1.0, high=60.0)
+    hit_cost: float = parameter(0.03, "bounce: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=100.0)
+    speed_limit: float = parameter(1.3, "Impact speed above which the ring may break (assumed)", unit="m/s", low=0.0, high=10.0)
+    limit_cost: float = parameter(5.0, "bounce: cost of a contact above it", unit="s", low=0.0, high=1000.0)
+    averse_cost: float = parameter(0.5, "avoid, stop_guarantee: cost of any contact", unit="s", low=0.0, high=1000.0)
+    averse_speed_cost: float = parameter(2.0, "The same by its speed into the boundary", unit="s per m/s", low=0.0, high=1000.0)
+    inferred_cost: float = parameter(0.3, "bounce, tolerate: cost of running into inferred solid, by the speed into it", unit="s per m/s", low=0.0, high=100.0)
+    clearance_cost: float = parameter(0.3, "Cost of grazing a boundary ahead, by speed and squareness", unit="s per m/s", low=0.0, high=100.0)
+    tolerant_distance: float = parameter(0.02, "bounce, tolerate: sideways error within which a grazed boundary is ahead", unit="m", low=0.0, high=0.5)
+    averse_distance: float = parameter(0.03, "avoid, stop_guarantee: the same", unit="m", low=0.0, high=0.5)
+
+
+@dataclass(frozen=True)
+class Control(Parameters):
+    """Tracking and maneuvers (paper, III-B)."""
+
+    group = "controller"
+    rate: float = parameter(20.0, "Rate of the velocity command", unit="Hz", low=1.0, high=200.0)
+    stamped_cmd_vel: bool = parameter(False, "cmd_vel is a TwistStamped, for controller and robot alike, instead of a Twist")
+    look_ahead: float = parameter(0.15, "The reference velocity is taken so much later: lag and one period", unit="s", low=0.0, high=1.0, live=True)
+    k_p: float = parameter(4.0, "Proportional gain on position", unit="1/s", low=0.0, high=50.0, live=True)
+    k_i: float = parameter(0.0, "Integral gain on position", unit="1/s^2", low=0.0, high=50.0, live=True)
+    k_d: float = parameter(0.0, "Gain on the velocity error", low=0.0, high=5.0, live=True)
+    integral_limit: float = parameter(0.3, "Largest velocity the integral may add", unit="m/s", low=0.0, high=5.0, live=True)
+    k_yaw: float = parameter(2.0, "Gain that holds the first heading", unit="1/s", low=0.0, high=50.0, live=True)
+    max_yaw_rate: float = parameter(1.0, "Largest yaw rate commanded", unit="rad/s", low=0.0, high=20.0, live=True)
+    switch_distance: float = parameter(0.15, "delta, distance to the contact point at which a maneuver engages", unit="m", low=0.0, high=1.0, live=True)
+    incidence_threshold: float = parameter(radians(45.0), "Angle between path and boundary below which the boundary is followed", unit="rad", low=0.0, high=pi / 2, live=True)
+    maneuver_rule: str = parameter("incidence", "Alg. 3 by incidence at the contact, or left and right of the chord as printed", choices=("incidence", "printed"), live=True)
+
+
+@dataclass(frozen=True)
+class Limits(Parameters):
+    """Ages, by local receipt, beyond which an input counts as lost and the robot stops."""
+
+    group = "limits"
+    pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=5.0, live=True)
+    scan_age: float = parameter(0.3, "Oldest scan acted on", unit="s", low=0.02, high=5.0, live=True)
+    command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=5.0)
+    pose_history: float = parameter(0.5, "How long poses are kept to meet a scan's stamp", unit="s", low=0.1, high=10.0)
+    excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=10.0)
+
+
+@dataclass(frozen=True)
+class Mocap(Parameters):
+    """Pose ingestion: the velocity filter, impacts, and what is refused."""
+
+    group = "mocap"
+    velocity_window: float = parameter(0.06, "Poses of this span are fitted for the velocity; the delay is half of it", unit="s", low=0.01, high=0.5, live=True)
+    detect_impacts: bool = parameter(True, "Detect hits in the poses; false where the ring itself senses them", live=True)
+    position_noise: float = parameter(0.002, "Noise of a measured position, standard deviation by axis (assumed)", unit="m", low=1e-5, high=0.1, live=True)
+    impact_window: float = parameter(0.05, "A change of velocity within this time that max_acceleration cannot make is a hit", unit="s", low=0.02, high=0.2, live=True)
+    impact_speed: float = parameter(0.15, "Smallest such change reported", unit="m/s", low=0.01, high=5.0, live=True)
+    leap_margin: float = parameter(0.05, "Distance beyond max_speed times the silence that still counts as motion", unit="m", low=0.0, high=1.0, live=True)
+    relocation_time: float = parameter(0.5, "Poses that agree for so long after a leap are accepted as a relocation", unit="s", low=0.1, high=10.0, live=True)
+    quaternion_tolerance: float = parameter(0.01, "Largest deviation of a quaternion's norm from 1", low=1e-6, high=0.5, live=True)
+    publish_tf: bool = parameter(False, "Broadcast map to base_link, where tf2_ros is installed")
+    format: str = parameter("pose", "Messages of the motion capture's receiver", choices=("pose", "pose_with_covariance", "odometry", "transform", "tf", "named_poses", "rigid_bodies", "vicon"))
+    topic: str = parameter("mocap/pose", "Topic of these messages")
+    reliability: str = parameter("best_effort", "How they are listened to; best_effort hears reliable ones too", choices=("best_effort", "reliable"))
+    subject: str = parameter("", "Name of the robot's body where a message holds several; empty takes any where it holds one")
+    frame: str = parameter("", "header.frame_id of the messages; empty for frames.map. Its axes become those of frames.map")
+    units: str = parameter("m", "Unit of measured positions", choices=("m", "mm"))
+    axes: str = parameter("z_up", "Which axis points up; y-up coordinates x, y, z become x, -z, y", choices=("z_up", "y_up"))
+    body_offset_x: float = parameter(0.0, "The measured body's origin seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0, live=True)
+    body_offset_y: float = parameter(0.0, "The same: to the left", unit="m", low=-1.0, high=1.0, live=True)
+    body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi, live=True)
+    accept_frozen: bool = parameter(False, "Take a pose that repeats the last one to the last bit; true for a simulation without noise", live=True)
+
+
+@dataclass(frozen=True)
+class Lidar(Parameters):
+    """Simulated LIDAR: ray casting from the mocap pose against a world."""
+
+    group = "lidar"
+    world: str = parameter("corridor", "World scanned: NAME, FILE or FAMILY:SEED")
+    rate: float = parameter(20.0, "Scans per second", unit="Hz", low=1.0, high=100.0)
+    n_beams: int = parameter(360, "Beams of a scan", low=30, high=2000)
+    angle_min: float = parameter(-pi, "Direction of the first beam", unit="rad", low=-2 * pi, high=2 * pi)
+    angle_span: float = parameter(2 * pi, "Angle covered; a full turn does not repeat its first beam", unit="rad", low=0.1, high=2 * pi)
+    range_min: float = parameter(0.02, "Nearest range; nearer is -Inf", unit="m", low=0.0, high=1.0)
+    range_max: float = parameter(5.0, "Farthest range; farther is +Inf", unit="m", low=0.1, high=100.0)
+
+
+@dataclass(frozen=True)
+class Simulation(Parameters):
+    """The simulated Omnipuck: the truth that the planner does not know. Restitution, friction, noise are assumed."""
+
+    group = "simulator"
+    world: str = parameter("corridor", "World simulated: NAME, FILE or FAMILY:SEED")
+    seed: int = parameter(0, "Seed of every random number", low=0, high=2**31 - 1)
+    physics_rate: float = parameter(400.0, "Physics steps per second", unit="Hz", low=240.0, high=10000.0)
+    speed_factor: float = parameter(1.0, "Simulated seconds per second; other than 1 needs use_sim_time everywhere", low=0.05, high=50.0)
+    restitution: float = parameter(0.7, "True restitution (assumed)", low=0.0, high=1.0)
+    tangential_retention: float = parameter(0.8, "True tangential retention (assumed)", low=0.0, high=1.0)
+    restitution_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution from hit to hit", low=0.0, high=0.5)
+    direction_spread: float = parameter(0.0, "Half width of the uniform spread of the rebound's direction", unit="rad", low=0.0, high=0.5)
+    noise: float = parameter(1.0, "Level of all noise; 0 is none", low=0.0, high=10.0)
+    actuation_noise: float = parameter(0.06, "Velocity noise per command period, standard deviation by axis, at level 1", unit="m/s", low=0.0, high=1.0)
+    actuation_bias: float = parameter(0.03, "Velocity bias of a run, standard deviation by axis, at level 1", unit="m/s", low=0.0, high=1.0)
+    mocap_noise: float = parameter(0.002, "Position noise of a mocap pose, standard deviation by axis, at level 1", unit="m", low=0.0, high=0.1)
+    start_noise: float = parameter(0.01, "Spread of the start, standard deviation by axis, at level 1", unit="m", low=0.0, high=0.1)
+    mocap_rate: float = parameter(100.0, "Mocap poses per second", unit="Hz", low=10.0, high=400.0)
+    marker_offset_x: float = parameter(0.0, "Where the measured body's origin is on the robot: forward", unit="m", low=-1.0, high=1.0)
+    marker_offset_y: float = parameter(0.0, "The same: to the left", unit="m", low=-1.0, high=1.0)
+    marker_offset_yaw: float = parameter(0.0, "How the measured body is turned on the robot", unit="rad", low=-pi, high=pi)
+
+
+@dataclass(frozen=True)
+class Kinematics(Parameters):
+    """The omni wheels, seen from above. All assumed."""
+
+    group = "kinematics"
+    wheel_angles: tuple[float, ...] = parameter((pi / 3, pi, 5 * pi / 3), "Where each wheel stands, from x forward, counter-clockwise; it drives along its tangent that way (assumed)", unit="rad", low=-2 * pi, high=2 * pi)
+    mount_radius: float = parameter(0.07, "Distance of the wheels from the centre (assumed)", unit="m", low=0.005, high=1.0)
+    wheel_radius: float = parameter(0.02, "Radius of a wheel (assumed)", unit="m", low=0.002, high=0.5)
+    max_wheel_speed: float = parameter(80.0, "Fastest a wheel is asked to turn; all are slowed alike (assumed)", unit="rad/s", low=0.1, high=1000.0)
+
+
+@dataclass(frozen=True)
+class Driver(Parameters):
+    """The serial link to the firmware."""
+
+    group = "driver"
+    port: str = parameter("/dev/ttyUSB0", "Serial device")
+    baud: int = parameter(115200, "Its rate; that of the firmware", unit="bit/s", low=9600, high=4000000)
+    rate: float = parameter(50.0, "Commands sent per second", unit="Hz", low=5.0, high=200.0)
+    link_timeout: float = parameter(0.3, "Silence of the firmware after which the session begins anew, standing still", unit="s", low=0.05, high=5.0)
+    longest_wait: float = parameter(1.0, "Longest pause between two attempts to open the device", unit="s", low=0.05, high=60.0)
+
+
+@dataclass(frozen=True)
+class Emulator(Parameters):
+    """The emulated firmware around the simulated robot, and the faults it is asked for. Rates of faults hold in both directions."""
+
+    group = "emulator"
+    link: str = parameter("/tmp/omnipuck", "Path made to lead to the pseudo-terminal, the driver's driver.port")
+    baud: int = parameter(115200, "Rate it understands; at another one it gives and gets garbage", unit="bit/s", low=9600, high=4000000)
+    telemetry_rate: float = parameter(50.0, "Telemetry frames per second", unit="Hz", low=1.0, high=100.0)
+    senses_impacts: bool = parameter(False, "The ring senses hits and the firmware tells of them")
+    protocol_version: int = parameter(1, "Version of the protocol it speaks", low=0, high=255)
+    n_wheels: int = parameter(0, "Wheels it announces; 0 for as many as kinematics.wheel_angles has", low=0, high=8)
+    flipped: float = parameter(0.0, "Share of bytes with one bit flipped", low=0.0, high=1.0, live=True)
+    lost: float = parameter(0.0, "Share of frames that vanish", low=0.0, high=1.0, live=True)
+    doubled: float = parameter(0.0, "Share of frames that come twice", low=0.0, high=1.0, live=True)
+    cut: float = parameter(0.0, "Share of frames that end too early", low=0.0, high=1.0, live=True)
+    split: float = parameter(0.0, "Share of frames whose second part comes later", low=0.0, high=1.0, live=True)
+    noise: float = parameter(0.0, "Share of frames with noise before them", low=0.0, high=1.0, live=True)
+    stall: float = parameter(0.0, "Stands still for so long as soon as this is set", unit="s", low=0.0, high=10.0, live=True)
+    restarts: int = parameter(0, "The firmware restarts whenever this is changed", low=0, high=2**31 - 1, live=True)
+    unplugged: bool = parameter(False, "The cable is pulled", live=True)
+    estop_pressed: bool = parameter(False, "The button on the robot is pressed", live=True)
+    battery: float = parameter(7.6, "Voltage of the battery; low below 6.6 V", unit="V", low=0.0, high=60.0, live=True)
+
+
+@dataclass(frozen=True)
+class Frames(Parameters):
+    """Names of the coordinate frames (REP-105)."""
+
+    group = "frames"
+    map: str = parameter("map", "World frame, defined by the motion capture")
+    base: str = parameter("base_link", "Robot frame: x forward, y left, z up")
+
+
+@dataclass(frozen=True)
+class Trial(Parameters):
+    """When a run ends."""
+
+    group = "trial"
+    timeout: float = parameter(30.0, "Longest run", unit="s", low=1.0, high=3600.0)
+    stuck_time: float = parameter(5.0, "Time over which progress is demanded", unit="s", low=0.5, high=600.0)
+    stuck_distance: float = parameter(0.05, "Progress demanded in stuck_time", unit="m", low=0.0, high=10.0)
+    known_map: bool = parameter(False, "The planner is given the whole map: what not knowing costs. Time-to-goal strategies, trials and studies only")
+
+
+GROUPS: tuple[type[Parameters], ...] = (
+    Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Limits, Mocap, Lidar, Simulation, Kinematics, Driver,
+    Emulator, Frames, Trial,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Settings:
+    """One of each group: everything a closed loop needs."""
+
+    robot: Robot = Robot()
+    rebound: Rebound = Rebound()
+    local_map: LocalMapping = LocalMapping()
+    weights: Weights = Weights()
+    planner: Planning = Planning()
+    remembered: Remembered = Remembered()
+    time_to_goal: TimeToGoal = TimeToGoal()
+    controller: Control = Control()
+    limits: Limits = Limits()
+    mocap: Mocap = Mocap()
+    lidar: Lidar = Lidar()
+    simulator: Simulation = Simulation()
+    kinematics: Kinematics = Kinematics()
+    driver: Driver = Driver()
+    emulator: Emulator = Emulator()
+    frames: Frames = Frames()
+    trial: Trial = Trial()
+
+    def with_values(self, values: dict[str, Any]) -> "Settings":
+        """These settings with some `group.field` keys set anew.
+
+        Raises:
+            ParameterError: a key that does not exist, or a value that does not fit it.
+        """
+        known = all_specs()
+        by_group: dict[str, dict[str, Any]] = {}
+        for key, value in values.items():
+            if key not in known:
+                raise unknown_key(key)
+            group, name = key.split(".")
+            by_group.setdefault(group, {})[name] = value
+        return replace(self, **{g: replace(getattr(self, g), **v) for g, v in by_group.items()})
+
+    def values(self) -> dict[str, Any]:
+        """Every `group.field` key and its value."""
+        return {f"{g.name}.{f.name}": getattr(getattr(self, g.name), f.name) for g in fields(self) for f in fields(getattr(self, g.name))}
+
+
+def all_specs() -> dict[str, Spec]:
+    """Every parameter of the project by key."""
+    return {spec.key: spec for group in GROUPS for spec in specs(group)}
+
+
+def unknown_key(key: str) -> ParameterError:
+    """The error for a key that no group declares, with the nearest known ones."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(key, all_specs(), n=3, cutoff=0.8)
+    return ParameterError(f"{key}: unknown parameter" + (f", did you mean {' or '.join(near)}?" if near else ""))

@@ -1,1 +1,0 @@
-"""Boundaries remembered from earlier scans, and how far the disc is from touching them."""

@@ -1,0 +1,73 @@
+"""From what a motion capture measures, a body of markers in its own units and axes, to the robot's pose."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.parameters import Mocap
+from collplan_core.sensing.pose_filter import PoseSample, check_pose_fields
+
+METRES = {"m": 1.0, "mm": 0.001}
+
+
+@dataclass(frozen=True)
+class MeasuredPose:
+    """A body as a receiver reports it, unchecked, in the motion capture's units and axes.
+
+    Attributes:
+        frame: coordinate frame it names, None where it names none.
+        stamp: [s]; None where it has none.
+        position: x, y, z.
+        quaternion: x, y, z, w.
+    """
+
+    frame: str | None
+    stamp: float | None
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+
+    def repeats(self, other: "MeasuredPose | None") -> bool:
+        """Whether this is the other one to the last bit, as a motion capture sends that holds its last value."""
+        return other is not None and (self.position, self.quaternion) == (other.position, other.quaternion)
+
+
+def robot_pose(measured: MeasuredPose, received: float, mocap: Mocap) -> PoseSample:
+    """The robot's centre and heading, in metres, z up; stamped with `received` [s] where the measurement has no stamp.
+
+    Raises:
+        PoseError: no pose; see `check_pose_fields`.
+    """
+    position, quaternion = measured.position, measured.quaternion
+    if mocap.axes == "y_up":
+        position, quaternion = _z_up(position), (*_z_up(quaternion[:3]), quaternion[3])
+    scaled = tuple(METRES[mocap.units] * value for value in position)
+    stamp = received if measured.stamp is None else measured.stamp
+    body = check_pose_fields(stamp, scaled, quaternion, mocap.quaternion_tolerance)
+    return without_offset(body, mocap.body_offset_x, mocap.body_offset_y, mocap.body_offset_yaw)
+
+
+def _z_up(vector: tuple[float, ...]) -> tuple[float, float, float]:
+    """A quarter turn about x; on the vector part of a quaternion it turns the body's own axes too."""
+    x, y, z = vector
+    return x, -z, y
+
+
+def with_offset(robot: PoseSample, x: float, y: float, yaw: float) -> PoseSample:
+    """The pose of a body that sits at x, y [m], turned by `yaw` [rad], on a robot with this pose."""
+    return PoseSample(robot.stamp, robot.position + _turned(x, y, robot.yaw), _wrapped(robot.yaw + yaw))
+
+
+def without_offset(body: PoseSample, x: float, y: float, yaw: float) -> PoseSample:
+    """The pose of the robot on which a body with this pose sits at x, y [m], turned by `yaw` [rad]."""
+    heading = _wrapped(body.yaw - yaw)
+    return PoseSample(body.stamp, body.position - _turned(x, y, heading), heading)
+
+
+def _turned(x: float, y: float, angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([c * x - s * y, s * x + c * y])
+
+
+def _wrapped(angle: float) -> float:
+    return math.remainder(angle, math.tau)

@@ -1,0 +1,210 @@
+"""Motion-capture poses become states; hits are found, and what cannot be a pose of the robot is refused.
+
+The velocity is the slope of the least-squares line through the poses of the last `mocap.velocity_window`. It is the
+velocity half a window ago: at the default 60 ms it lags by 30 ms (0.045 m/s at 1.5 m/s^2), and 2 mm of noise at 100 Hz
+leave 0.04 m/s. The position is the newest one, as measured, without delay. After a hit the line begins at the hit: it
+goes through the point of the hit and the poses since, so the velocity before it is forgotten at once.
+
+A pose that `robot.max_speed` cannot explain, or whose stamp does not rise, is refused, until `mocap.relocation_time` of
+such poses agree with each other: then the robot was carried, or the motion capture restarted.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.parameters import Mocap, Settings
+from collplan_core.sensing.impact_detection import KINK_SPAN, Kink, find_kink
+from collplan_core.state import State
+
+SPEED_ALLOWANCE = 1.2
+"""How far beyond max_speed the robot may seem to move."""
+FEWEST = 3
+"""Poses a first velocity needs."""
+
+NOT_FINITE, ZEROS, QUATERNION, STAMP, LEAP = "not_finite", "zeros", "quaternion", "stamp", "leap"
+
+
+class PoseError(ValueError):
+    """A message that holds no pose. `reason` is its kind, to count by."""
+
+    def __init__(self, reason: str, message: str) -> None:
+        super().__init__(message)
+        self.reason = reason
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSample:
+    """One measured pose: stamp [s], position (2,) [m, world frame], yaw [rad]."""
+
+    stamp: float
+    position: np.ndarray
+    yaw: float
+
+
+def check_pose_fields(
+    stamp: float, position: tuple[float, ...], quaternion: tuple[float, ...], tolerance: float
+) -> PoseSample:
+    """The pose in these fields: stamp [s], position x, y, z [m], quaternion x, y, z, w.
+
+    Raises:
+        PoseError: not finite, all zeros, or a quaternion whose norm is off 1 by more than the tolerance.
+    """
+    values = (stamp, *position, *quaternion)
+    if not all(math.isfinite(value) for value in values):
+        raise PoseError(NOT_FINITE, f"pose: got {values}, expected finite numbers")
+    if not any(position) and not any(quaternion):
+        raise PoseError(ZEROS, "pose: got zeros only, as sent while a body is lost")
+    x, y, z, w = quaternion
+    if abs(math.hypot(x, y, z, w) - 1.0) > tolerance:
+        raise PoseError(QUATERNION, f"orientation: got {quaternion}, expected a quaternion of length 1")
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return PoseSample(stamp, np.array(position[:2], dtype=float), yaw)
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Poses that agree with each other.
+
+    Attributes:
+        times: (n,) strictly rising [s]; points: (n, 2) [m].
+        begun: stamp of the first pose, also where that is no longer kept [s].
+        received: local time of the newest [s].
+    """
+
+    times: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    begun: float = math.nan
+    received: float = math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class FilterMemory:
+    """What the filter keeps: the robot's track, and the refused poses that may turn out to be a relocation."""
+
+    track: Track = field(default_factory=Track)
+    suspects: Track = field(default_factory=Track)
+
+
+FRESH = FilterMemory()
+
+
+@dataclass(frozen=True, eq=False)
+class FilterResult:
+    """What one pose led to.
+
+    Attributes:
+        state: None when the pose was refused, or while the first window fills.
+        impact: (2,) change of velocity [m/s, world frame] of a hit, once, when it is found; else None.
+        refused: why, empty when accepted: not_finite, stamp or leap.
+        relocated: the robot is somewhere else now; what was planned is void.
+    """
+
+    state: State | None
+    impact: np.ndarray | None = None
+    refused: str = ""
+    relocated: bool = False
+
+
+def filter_pose(
+    memory: FilterMemory, sample: PoseSample, received: float, settings: Settings
+) -> tuple[FilterResult, FilterMemory]:
+    """One pose, received at a local time [s], through the filter. Uses settings.robot, .mocap and .limits.pose_age."""
+    refused = _disagreement(memory.track, sample, received, settings)
+    if not refused:
+        return _accepted(_extended(memory.track, sample, received, settings), sample, settings)
+    if refused == NOT_FINITE:
+        return FilterResult(None, refused=refused), memory
+    broken = _disagreement(memory.suspects, sample, received, settings)
+    # after a silence this begins anew by itself
+    suspects = _extended(Track() if broken else memory.suspects, sample, received, settings)
+    if sample.stamp - suspects.begun < settings.mocap.relocation_time - _slack(settings.mocap):
+        return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
+    result, memory = _accepted(suspects, sample, settings)
+    return replace(result, relocated=True), memory
+
+
+def warm_up() -> None:
+    """Compiles the filter, so that no pose has to wait for it: a short straight drive."""
+    memory = FRESH
+    for k in range(25):
+        memory = filter_pose(memory, PoseSample(0.01 * k, np.array([0.005 * k, 0.0]), 0.0), 0.01 * k, Settings())[1]
+
+
+def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[FilterResult, FilterMemory]:
+    kink = None
+    if settings.mocap.detect_impacts:
+        kink = find_kink(track.times, track.points, settings.robot, settings.mocap)
+    if kink is not None:
+        track = _since(track, kink)
+    velocity = _velocity(track, settings.mocap)
+    state = None if velocity is None else State(sample.stamp, sample.position, velocity, sample.yaw)
+    return FilterResult(state, None if kink is None else kink.change), FilterMemory(track)
+
+
+def _disagreement(track: Track, sample: PoseSample, received: float, settings: Settings) -> str:
+    """Why a pose cannot follow a track, empty if it can."""
+    if not np.isfinite([sample.stamp, *sample.position, sample.yaw]).all():
+        return NOT_FINITE
+    if len(track.times) == 0:
+        return ""
+    if sample.stamp <= track.times[-1]:
+        return STAMP
+    # a stamp that runs ahead of the local clock buys no distance
+    silence = min(sample.stamp - track.times[-1], received - track.received + settings.limits.pose_age)
+    reach = SPEED_ALLOWANCE * settings.robot.max_speed * max(silence, 0.0) + settings.mocap.leap_margin
+    return LEAP if math.dist(sample.position, track.points[-1]) > reach else ""
+
+
+def _is_silence(track: Track, sample: PoseSample, settings: Settings) -> bool:
+    return len(track.times) > 0 and bool(sample.stamp - track.times[-1] > settings.limits.pose_age)
+
+
+def _extended(track: Track, sample: PoseSample, received: float, settings: Settings) -> Track:
+    """The track with one more pose, without what is too old; after a silence it begins anew."""
+    if len(track.times) == 0 or _is_silence(track, sample, settings):
+        return Track(np.array([sample.stamp]), sample.position[np.newaxis], sample.stamp, received)
+    span = max(KINK_SPAN * settings.mocap.impact_window, settings.mocap.velocity_window)
+    first = int(np.searchsorted(track.times, sample.stamp - span - _slack(settings.mocap)))
+    # at a low rate the window alone would not hold the poses a line needs
+    first = max(min(first, len(track.times) - FEWEST + 1), 0)
+    times = np.append(track.times[first:], sample.stamp)
+    points = np.concatenate([track.points[first:], sample.position[np.newaxis]])
+    return Track(times, points, track.begun, received)
+
+
+def _since(track: Track, kink: Kink) -> Track:
+    """The point of a hit and the poses after it."""
+    times = np.append(kink.time, track.times[kink.first_after :])
+    points = np.concatenate([kink.point[np.newaxis], track.points[kink.first_after :]])
+    return Track(times, points, track.begun, track.received)
+
+
+def _velocity(track: Track, mocap: Mocap) -> np.ndarray | None:
+    """(2,) [m/s]; None until the first window is full."""
+    newest = track.times[-1]
+    if newest - track.begun < mocap.velocity_window - _slack(mocap) or newest == track.times[0]:
+        return None
+    first = int(np.searchsorted(track.times, newest - mocap.velocity_window - _slack(mocap)))
+    first = max(min(first, len(track.times) - FEWEST), 0)
+    return _slope(track.times[first:], track.points[first:])
+
+
+def _slack(mocap: Mocap) -> float:
+    """Stamps are not spaced to the nanosecond: a pose a hair older than the window still belongs to it."""
+    return 0.05 * mocap.velocity_window
+
+
+@njit
+def _slope(times, points):  # type: ignore[no-untyped-def]
+    """(2,) slope of the least-squares line through times (n,) and points (n, 2)."""
+    middle = times.mean()
+    total, x, y = 0.0, 0.0, 0.0
+    for k in range(len(times)):
+        t = times[k] - middle
+        total += t * t
+        x += t * points[k, 0]
+        y += t * points[k, 1]
+    return np.array([x / total, y / total])

@@ -1,1 +1,0 @@
-"""How long it takes from anywhere to the goal, over what is known."""

@@ -1,0 +1,64 @@
+"""What the newest scan says against the memory: a place that it sees through is free."""
+
+import math
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.time_to_goal_planner.boundary_memory.working import Pool, Sight, middle
+
+EDGE_ON = 0.1
+"""A piece that a beam meets at a smaller sine is neither believed nor doubted: all that lies in that direction is near
+its line, whatever it is."""
+SCANS = 2
+"""So many scans running must see through a piece: a single beam may slip past a thin end."""
+
+
+@njit
+def seen_beyond(sight: Sight, x: float, y: float) -> float:
+    """By how much both beams beside a point see farther than it [m]; below 0 where one does not, or there is none."""
+    n = len(sight.ranges)
+    dx, dy = x - sight.x, y - sight.y
+    if n < 2 or max(abs(dx), abs(dy)) > sight.half_side:
+        return -math.inf
+    before = int(math.floor(((math.atan2(dy, dx) - sight.first) % (2.0 * math.pi)) / sight.step))
+    after = before + 1
+    if after >= n:
+        if abs(n * sight.step - 2.0 * math.pi) > 0.5 * sight.step:
+            return -math.inf
+        before, after = before % n, after % n
+    return min(sight.ranges[before], sight.ranges[after]) - math.sqrt(dx * dx + dy * dy)
+
+
+@njit
+def _ahead(piece: np.ndarray, normal: np.ndarray, sight: Sight) -> tuple[float, float]:
+    """How far the middle of a piece is, and how far its line is, from where the beams begin [m]."""
+    x, y = middle(piece)
+    dx, dy = x - sight.x, y - sight.y
+    return math.sqrt(dx * dx + dy * dy), abs(dx * normal[0] + dy * normal[1])
+
+
+@njit
+def is_edge_on(piece: np.ndarray, normal: np.ndarray, sight: Sight) -> bool:
+    """Whether the scan sees a piece too flatly to tell it from what is beyond its end."""
+    far, square = _ahead(piece, normal, sight)
+    return square <= EDGE_ON * far
+
+
+@njit
+def _sees_through(piece: np.ndarray, normal: np.ndarray, sight: Sight, margin: float) -> bool:
+    """Whether the scan sees farther than a piece by `margin`, measured square to it."""
+    x, y = middle(piece)
+    far, square = _ahead(piece, normal, sight)
+    return square > EDGE_ON * far and seen_beyond(sight, x, y) * square > margin * far
+
+
+@njit
+def doubt(pool: Pool, count: int, sight: Sight, margin: float) -> None:
+    """Let go of the pieces that SCANS scans running have seen through by `margin`."""
+    for k in range(count):
+        if _sees_through(pool.pieces[k], pool.normals[k], sight, margin):
+            pool.doubted[k] += 1
+            pool.kept[k] = pool.doubted[k] < SCANS
+        else:
+            pool.doubted[k] = 0

@@ -1,0 +1,175 @@
+"""Pieces of the newest scan taken up among the remembered ones."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.time_to_goal_planner.boundary_memory.contradiction import is_edge_on
+from collplan_core.time_to_goal_planner.boundary_memory.inferred import is_refuted
+from collplan_core.time_to_goal_planner.boundary_memory.working import Cuts, Nodes, Pool, Sight, middle
+
+SAME = 0.002
+"""Pieces within this of one line show the same boundary [m]."""
+BEHIND = 0.03
+"""Older pieces so little behind a new one are the same boundary from a pose that was off [m]."""
+FACING = 0.5
+"""Cosine of the angle between the normals from which two pieces may be of the same boundary."""
+GROWTH = 0.003
+"""A piece is taken up where so much of it is new [m]."""
+SMALLEST_BUCKET = 0.1
+"""Side of the squares in which pieces are looked up [m]; five spacings where that is more."""
+MOST = 64
+"""Pieces compared with a new one at most; an ordinary boundary has under ten."""
+
+
+class Buckets(NamedTuple):
+    """Pieces by place: n x n squares of a size from (ox, oy) on, each the head of a chain of piece numbers."""
+
+    head: np.ndarray
+    following: np.ndarray
+    ox: float
+    oy: float
+    size: float
+    n: int
+
+
+@njit
+def _bucket(buckets: Buckets, piece: np.ndarray) -> tuple[int, int]:
+    x, y = middle(piece)
+    i, j = int(math.floor((x - buckets.ox) / buckets.size)), int(math.floor((y - buckets.oy) / buckets.size))
+    return min(buckets.n - 1, max(0, i)), min(buckets.n - 1, max(0, j))
+
+
+@njit
+def _put(buckets: Buckets, piece: np.ndarray, k: int) -> None:
+    i, j = _bucket(buckets, piece)
+    buckets.following[k], buckets.head[i, j] = buckets.head[i, j], k
+
+
+@njit
+def _filled(pool: Pool, count: int, x: float, y: float, half: float, spacing: float) -> Buckets:
+    """Buckets of the kept pieces, over the square of half side `half` around (x, y)."""
+    size = max(SMALLEST_BUCKET, 5.0 * spacing)
+    n = int(math.ceil(2.0 * half / size))
+    buckets = Buckets(np.full((n, n), -1, np.int64), np.empty(len(pool.kept), np.int64), x - half, y - half, size, n)
+    for k in range(count):
+        if pool.kept[k]:
+            _put(buckets, pool.pieces[k], k)
+    return buckets
+
+
+@njit
+def _span(piece: np.ndarray, normal: np.ndarray, other: np.ndarray) -> tuple[float, float, float, float]:
+    """Where another piece begins and ends along a piece, and how far in front of it it is at its two ends [m]."""
+    ax, ay, bx, by = other[0] - piece[0], other[1] - piece[1], other[2] - piece[0], other[3] - piece[1]
+    tx, ty = -normal[1], normal[0]
+    if (piece[2] - piece[0]) * tx + (piece[3] - piece[1]) * ty < 0.0:
+        tx, ty = -tx, -ty
+    a, b = ax * tx + ay * ty, bx * tx + by * ty
+    return min(a, b), max(a, b), ax * normal[0] + ay * normal[1], bx * normal[0] + by * normal[1]
+
+
+@njit
+def _beside(pool: Pool, buckets: Buckets, piece: np.ndarray, normal: np.ndarray, length: float,
+            ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Pieces that face the same way and overlap along: their numbers (k,) and spans (k, 4)."""
+    numbers, spans, count = np.empty(MOST, np.int64), np.empty((MOST, 4)), 0
+    ci, cj = _bucket(buckets, piece)
+    for i in range(max(0, ci - 1), min(buckets.n, ci + 2)):
+        for j in range(max(0, cj - 1), min(buckets.n, cj + 2)):
+            q = buckets.head[i, j]
+            while q >= 0 and count < MOST:
+                facing = pool.normals[q, 0] * normal[0] + pool.normals[q, 1] * normal[1]
+                if pool.kept[q] and facing >= FACING:
+                    begin, end, front, other_front = _span(piece, normal, pool.pieces[q])
+                    if end >= 0.0 and begin <= length:
+                        numbers[count] = q
+                        spans[count, 0], spans[count, 1], spans[count, 2], spans[count, 3] = (
+                            begin, end, front, other_front,
+                        )  # fmt: skip
+                        count += 1
+                q = buckets.following[q]
+    return numbers[:count], spans[:count]
+
+
+@njit
+def _is_same(span: np.ndarray) -> bool:
+    return max(abs(span[2]), abs(span[3])) <= SAME
+
+
+@njit
+def _shows_all(span: np.ndarray, length: float) -> bool:
+    """Whether a remembered piece of the same boundary leaves next to nothing of a new one of this length to add."""
+    return _is_same(span) and max(0.0, span[0]) + max(0.0, length - span[1]) < GROWTH
+
+
+@njit
+def _gives_way(span: np.ndarray, length: float, shown: bool, fresh: bool, margin: float) -> bool:
+    """Whether a remembered piece gives way: to a new one around it, or to the same boundary seen from a better pose."""
+    if _is_same(span):
+        return not shown and span[0] >= -GROWTH and span[1] <= length + GROWTH
+    along, front = 0.5 * (span[0] + span[1]), 0.5 * (span[2] + span[3])
+    return not fresh and 0.0 <= along <= length and -BEHIND <= front <= margin
+
+
+@njit
+def _refresh(pool: Pool, q: int, stamp: float) -> None:
+    pool.seen[q], pool.doubted[q], pool.fresh[q] = stamp, 0, True
+
+
+@njit
+def _add(pool: Pool, k: int, cuts: Cuts, m: int, stamp: float, backed: bool, refuted: bool) -> None:
+    pool.pieces[k], pool.normals[k] = cuts.pieces[m], cuts.normals[m]
+    pool.backed[k], pool.refuted[k] = backed and not refuted, refuted
+    pool.kept[k] = True
+    _refresh(pool, k, stamp)
+
+
+@njit
+def _take_up_one(pool: Pool, k: int, buckets: Buckets, cuts: Cuts, m: int, stamp: float, refuted: bool,
+                 margin: float) -> int:  # fmt: skip
+    """Take up one piece: refresh the one that shows it already, else add it in place of those that give way."""
+    piece, backed, shown = cuts.pieces[m], cuts.inner[m], False
+    length = math.sqrt((piece[2] - piece[0]) ** 2 + (piece[3] - piece[1]) ** 2)
+    numbers, spans = _beside(pool, buckets, piece, cuts.normals[m], length)
+    for i, q in enumerate(numbers):
+        if _shows_all(spans[i], length):
+            pool.backed[q] = pool.backed[q] or (backed and not refuted and not pool.refuted[q])
+            _refresh(pool, q, stamp)
+            shown = True
+    for i, q in enumerate(numbers):
+        if _gives_way(spans[i], length, shown, pool.fresh[q], margin):
+            pool.kept[q] = False
+            backed, refuted = backed or pool.backed[q], refuted or pool.refuted[q]
+        elif _is_same(spans[i]):
+            _refresh(pool, q, stamp)
+    if shown:
+        return k
+    _add(pool, k, cuts, m, stamp, backed, refuted)
+    _put(buckets, piece, k)
+    return k + 1
+
+
+@njit
+def take_up(pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, rows: np.ndarray, margin: float,
+            half: float) -> int:  # fmt: skip
+    """Take up the pieces of a scan.
+
+    Args:
+        count: of pieces in the pool.
+        rows: how far behind a piece solid is inferred [m].
+        margin: nearer in front of a new piece older ones are the same boundary from a pose that was off [m].
+        half: half the side of the square in which pieces are remembered [m].
+
+    Returns:
+        How many pieces there are now.
+    """
+    buckets = _filled(pool, count, sight.x, sight.y, half, nodes.spacing)
+    for m in range(len(cuts.pieces)):
+        if is_edge_on(cuts.pieces[m], cuts.normals[m], sight):
+            continue
+        refuted = cuts.inner[m] and is_refuted(cuts.pieces[m], cuts.normals[m], rows, sight, nodes)
+        count = _take_up_one(pool, count, buckets, cuts, m, sight.stamp, refuted, margin)
+    return count

@@ -1,0 +1,96 @@
+"""The memory after one more scan, and the memory of a map that is given."""
+
+import math
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.local_map.record import LocalMap
+from collplan_core.parameters import Remembered, Robot
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField
+from collplan_core.time_to_goal_planner.boundary_memory.contradiction import doubt
+from collplan_core.time_to_goal_planner.boundary_memory.cutting import cut
+from collplan_core.time_to_goal_planner.boundary_memory.field import renew
+from collplan_core.time_to_goal_planner.boundary_memory.grid import empty_nodes, nodes_around, see_free
+from collplan_core.time_to_goal_planner.boundary_memory.inferred import inferred_rows, refute
+from collplan_core.time_to_goal_planner.boundary_memory.merging import take_up
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool, Sight, middle, pool_of, sight_of
+
+NO_ROWS = np.zeros(0)
+
+
+def remember(
+    memory: RememberedBoundaries | None, local_map: LocalMap, robot: Robot, settings: Remembered
+) -> RememberedBoundaries:
+    """The memory with one more scan: what it shows is taken up, what it contradicts forgotten. The old one stays valid.
+
+    Args:
+        memory: of the scans before, None at the first one.
+        local_map: of the newest scan.
+    """
+    if memory is None:
+        memory = _nothing(empty_nodes(local_map.position, 0.5 * settings.side, settings.spacing, robot.radius))
+    sight, half = sight_of(local_map), 0.5 * settings.side
+    rows = inferred_rows(settings.inferred_depth, robot.radius)
+    inset = settings.inferred_inset if len(rows) else math.inf
+    cuts = cut(local_map.walls, local_map.wall_surface, sight, settings.spacing, inset, robot.radius)
+    nodes, pool = nodes_around(memory, local_map.position, robot.radius, settings), pool_of(memory, len(cuts.pieces))
+    count = len(memory.pieces)
+    doubt(pool, count, sight, settings.contradiction)
+    refute(pool, count, rows, sight)
+    _forget_far(pool, count, *local_map.position, half)
+    count = take_up(pool, count, cuts, sight, nodes, rows, settings.contradiction, half)
+    _forget_oldest(pool, settings.max_pieces)
+    renew(nodes, pool, count, memory.backed, rows)
+    see_free(nodes, local_map.ends, *local_map.position, local_map.half_side)
+    return _record(pool, nodes)
+
+
+def known_boundaries(walls: np.ndarray, center: np.ndarray, robot: Robot, settings: Remembered) -> RememberedBoundaries:
+    """A memory of a given map: all walls (w, 4), never forgotten, nothing inferred, free wherever nothing is touched.
+
+    Args:
+        walls: x0, y0, x1, y1 [m].
+        center: (2,) of the grid, which is as large as the walls need and at least `settings.side` [m].
+    """
+    walls = np.ascontiguousarray(walls, dtype=float).reshape(-1, 4)
+    far = np.abs(walls.reshape(-1, 2) - center).max(initial=0.0) + robot.radius + FAR
+    nodes = empty_nodes(np.asarray(center), max(0.5 * settings.side, far), settings.spacing, robot.radius)
+    everywhere = Sight(np.zeros(0), float(center[0]), float(center[1]), 0.0, 0.0, math.inf, math.inf)
+    cuts = cut(walls, np.arange(len(walls)), everywhere, settings.spacing, math.inf, 0.0)
+    pool = pool_of(_nothing(nodes), len(cuts.pieces))
+    pool.pieces[:], pool.normals[:], pool.seen[:], pool.kept[:] = cuts.pieces, cuts.normals, math.inf, True
+    renew(nodes, pool, len(cuts.pieces), np.zeros(0, bool), NO_ROWS)
+    nodes.free[:] = nodes.clearance >= 0.0
+    return _record(pool, nodes)
+
+
+def _nothing(nodes: Nodes) -> RememberedBoundaries:
+    no = np.zeros(0, bool)
+    return _record(Pool(np.zeros((0, 4)), np.zeros((0, 2)), no, no, np.zeros(0), np.zeros(0, np.int8), no, no), nodes)
+
+
+@njit
+def _forget_far(pool: Pool, count: int, x: float, y: float, half: float) -> None:
+    """Let go of what lies outside of the square around the robot."""
+    for k in range(count):
+        mx, my = middle(pool.pieces[k])
+        if max(abs(mx - x), abs(my - y)) > half:
+            pool.kept[k] = False
+
+
+def _forget_oldest(pool: Pool, most: int) -> None:
+    """Let go of the pieces seen longest ago, of those equally old the first."""
+    kept = np.flatnonzero(pool.kept)
+    if len(kept) > most:
+        pool.kept[kept[np.argsort(pool.seen[kept], kind="stable")[: len(kept) - most]]] = False
+
+
+def _record(pool: Pool, nodes: Nodes) -> RememberedBoundaries:
+    kept = pool.kept
+    field = ClearanceField(np.array([nodes.ox, nodes.oy]), nodes.spacing, nodes.clearance, nodes.source)
+    return RememberedBoundaries(
+        pool.pieces[kept], pool.normals[kept], pool.backed[kept], pool.seen[kept], nodes.free, field,
+        pool.refuted[kept], pool.doubted[kept],
+    )  # fmt: skip

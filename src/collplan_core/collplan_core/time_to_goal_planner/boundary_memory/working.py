@@ -1,0 +1,105 @@
+"""What is worked on while a scan is taken up, as plain tuples that compiled code takes."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.local_map.record import LocalMap
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+
+
+class Pool(NamedTuple):
+    """The remembered pieces as in the record, with room for new ones, and what becomes of each; written to.
+
+    Attributes:
+        kept: whether it is remembered on.
+        fresh: whether the newest scan shows it.
+    """
+
+    pieces: np.ndarray
+    normals: np.ndarray
+    backed: np.ndarray
+    refuted: np.ndarray
+    seen: np.ndarray
+    doubted: np.ndarray
+    kept: np.ndarray
+    fresh: np.ndarray
+
+
+class Cuts(NamedTuple):
+    """What the newest scan shows, cut into pieces.
+
+    Attributes:
+        pieces: (m, 4) x0, y0, x1, y1 [m].
+        normals: (m, 2) unit normals toward the robot.
+        inner: (m,) whether they are far enough from both ends of what was seen of their surface to infer solid.
+    """
+
+    pieces: np.ndarray
+    normals: np.ndarray
+    inner: np.ndarray
+
+
+class Sight(NamedTuple):
+    """The newest scan.
+
+    Attributes:
+        ranges: (b,) how far each beam saw [m].
+        x, y: where the beams begin [m]; first: bearing of the first; step: angle between two [rad].
+        half_side: half the side of the square in which it counts [m].
+        stamp: when it was taken [s].
+    """
+
+    ranges: np.ndarray
+    x: float
+    y: float
+    first: float
+    step: float
+    half_side: float
+    stamp: float
+
+
+class Nodes(NamedTuple):
+    """The grid; written to.
+
+    Attributes:
+        clearance, source: (nx, ny) as in the field; free: (nx, ny) as in the record.
+        stale: (nx, ny) whether the clearance has to be computed anew.
+        ox, oy: where node [0, 0] is [m]; spacing [m].
+        radius: of the disc [m].
+    """
+
+    clearance: np.ndarray
+    source: np.ndarray
+    free: np.ndarray
+    stale: np.ndarray
+    ox: float
+    oy: float
+    spacing: float
+    radius: float
+
+
+def pool_of(memory: RememberedBoundaries, more: int) -> Pool:
+    """A copy of the remembered pieces with room for some more."""
+
+    def longer(array: np.ndarray) -> np.ndarray:
+        return np.concatenate([array, np.zeros((more, *array.shape[1:]), array.dtype)])
+
+    n = len(memory.pieces) + more
+    return Pool(
+        longer(memory.pieces), longer(memory.normals), longer(memory.backed), longer(memory.refuted),
+        longer(memory.seen), longer(memory.doubted), np.arange(n) < len(memory.pieces), np.zeros(n, bool),
+    )  # fmt: skip
+
+
+def sight_of(local_map: LocalMap) -> Sight:
+    """The scan that a local map was built from."""
+    x, y, first, step = (float(value) for value in local_map.view_from)
+    return Sight(local_map.view, x, y, first, step, local_map.half_side, local_map.stamp)
+
+
+@njit
+def middle(piece: np.ndarray) -> tuple[float, float]:
+    """Of a piece [m]."""
+    return 0.5 * (piece[0] + piece[2]), 0.5 * (piece[1] + piece[3])

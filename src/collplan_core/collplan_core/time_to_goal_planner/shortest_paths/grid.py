@@ -1,0 +1,84 @@
+"""The cells over which shortest paths are searched."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField, clearance_at
+
+PADDING = 0.15
+"""Free space around everything known [m]."""
+MOST_CELLS = 60_000
+
+
+class Cells(NamedTuple):
+    """The cells and the clearance field under them. Cell [i, j] has its centre at (x, y) + spacing * (i, j)."""
+
+    blocked: np.ndarray
+    x: float
+    y: float
+    spacing: float
+    clearance: np.ndarray
+    field_x: float
+    field_y: float
+    field_spacing: float
+
+
+@njit
+def _known_box(clearance: np.ndarray) -> tuple[int, int, int, int]:
+    """First and last node by axis at which anything is near; first > last where nothing is."""
+    nx, ny = clearance.shape
+    i0, i1, j0, j1 = nx, -1, ny, -1
+    for i in range(nx):
+        for j in range(ny):
+            if clearance[i, j] < FAR:
+                i0, i1 = min(i0, i), i
+                j0, j1 = min(j0, j), max(j1, j)
+    return i0, i1, j0, j1
+
+
+def _covered(field: ClearanceField, goal: np.ndarray, around: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners, seen from the goal, of the box around everything known, goal and around [m]."""
+    i0, i1, j0, j1 = _known_box(field.clearance)
+    points = [goal, around]
+    if i0 <= i1:
+        points += [field.origin + field.spacing * np.array(node) for node in ((i0, j0), (i1, j1))]
+    return np.min(points, axis=0) - PADDING - goal, np.max(points, axis=0) + PADDING - goal
+
+
+def cells_around(field: ClearanceField, goal: np.ndarray, around: np.ndarray, spacing: float,
+                 ) -> tuple[Cells, int]:  # fmt: skip
+    """Cells that cover everything known, the goal and around.
+
+    The goal is a cell's centre: where all is turned about the goal by a right angle, cells turn into cells.
+
+    Returns:
+        the cells, of more than the spacing [m] where there would be more than about 60,000; the goal's as flat index.
+    """
+    low, high = _covered(field, goal, around)
+    spacing = max(spacing, math.sqrt(float(np.prod(high - low)) / MOST_CELLS))
+    first, last = np.floor(low / spacing).astype(int), np.ceil(high / spacing).astype(int)
+    x, y = (float(v) for v in goal + spacing * first)
+    blocked = np.empty(last - first + 1, dtype=np.bool_)
+    cells = Cells(
+        blocked, x, y, spacing, field.clearance, float(field.origin[0]), float(field.origin[1]), field.spacing
+    )
+    _block(cells)
+    return cells, int(-first[0] * blocked.shape[1] - first[1])
+
+
+@njit
+def _block(cells: Cells) -> None:
+    """Blocks the cells at whose centre the disc would touch.
+
+    A free strip as wide as a cell always holds a chain of neighbouring centres, however it is turned; a blocked band
+    of 1.5 cells always parts them.
+    """
+    blocked, x, y, spacing, clearance, field_x, field_y, field_spacing = cells
+    mx, my = blocked.shape
+    for i in range(mx):
+        for j in range(my):
+            near = clearance_at(clearance, field_x, field_y, field_spacing, x + i * spacing, y + j * spacing)
+            blocked[i, j] = near < 0.0

@@ -1,0 +1,165 @@
+"""Lengths of the shortest any-angle paths, spreading from the goal over the cells.
+
+Dijkstra's search in which a cell's parent is any cell that it sees; the line is looked at only when the cell's turn
+comes (after Lazy Theta*, Nash, Koenig and Tovey 2010).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.time_to_goal_planner.shortest_paths.bucket_queue import EMPTY, PER_CELL, RING, first_bucket, push
+from collplan_core.time_to_goal_planner.shortest_paths.grid import Cells
+from collplan_core.time_to_goal_planner.shortest_paths.line_of_sight import sees
+
+UNSEEN, SEEN, DONE = 0, 1, 2
+"""Whether the line from a cell to its parent was looked at, and whether its length is final."""
+WORTH_A_TURN = 0.2
+"""A path turns in the open only where this saves so much over turning where the paths beside it do [cells]."""
+MOST_ENTRIES = 16
+"""In the queue by cell: each of its eight neighbours adds it once at most, and a line that is not free once more."""
+
+
+class Front(NamedTuple):
+    """The search, by flat index of a cell, changed in place. Lengths are counted in cells.
+
+    Attributes:
+        length: (n,) of the path; parent: (n,) int32, where it leads in a straight line; state: (n,) uint8.
+        order: (n,) int32, the cells that are done, in that order.
+        heads, below, keys, items: the queue of those to come.
+    """
+
+    length: np.ndarray
+    parent: np.ndarray
+    state: np.ndarray
+    order: np.ndarray
+    heads: np.ndarray
+    below: np.ndarray
+    keys: np.ndarray
+    items: np.ndarray
+
+
+def front_over(n: int) -> Front:
+    """A search over n cells that has not begun."""
+    entries = MOST_ENTRIES * n
+    return Front(
+        np.full(n, np.inf), np.full(n, -1, dtype=np.int32), np.zeros(n, dtype=np.uint8), np.empty(n, dtype=np.int32),
+        np.full(RING, EMPTY, dtype=np.int32), np.empty(entries, dtype=np.int32), np.empty(entries),
+        np.empty(entries, dtype=np.int32),
+    )  # fmt: skip
+
+
+@njit
+def _leads(parent: np.ndarray, state: np.ndarray, cell: int, w: int) -> bool:
+    return cell == w or (state[cell] == DONE and parent[cell] == w)
+
+
+@njit
+def _between(parent: np.ndarray, state: np.ndarray, cell: int, w: int, my: int) -> bool:
+    """Whether the two neighbours between which the line to w leaves the cell both have w as parent.
+
+    Then the cell sees w as well: nothing known is thin enough to stand between two lines a cell apart.
+    """
+    i, j = cell // my, cell % my
+    di, dj = w // my - i, w % my - j
+    si, sj = int(di > 0) - int(di < 0), int(dj > 0) - int(dj < 0)
+    diagonal = (i + si) * my + j + sj
+    if not _leads(parent, state, diagonal, w):
+        return False
+    if si == 0 or sj == 0 or abs(di) == abs(dj):
+        return True
+    return _leads(parent, state, (i + si) * my + j if abs(di) > abs(dj) else i * my + j + sj, w)
+
+
+@njit
+def _total(front: Front, my: int, i: int, j: int, w: int) -> float:
+    """Length of the path from cell [i, j] by w."""
+    return float(front.length[w] + math.sqrt((w // my - i) ** 2 + (w % my - j) ** 2))
+
+
+@njit
+def _reparent(cells: Cells, front: Front, cell: int) -> None:
+    """A parent that the cell sees: that of a neighbour or a neighbour itself."""
+    mx, my = cells.blocked.shape
+    i, j, w = cell // my, cell % my, front.parent[cell]
+    best, chosen = np.inf, -1
+    for a in range(max(i - 1, 0), min(i + 2, mx)):
+        for b in range(max(j - 1, 0), min(j + 2, my)):
+            near = a * my + b
+            if front.state[near] == DONE:
+                total = _total(front, my, i, j, near) + WORTH_A_TURN
+                if total < best:
+                    best, chosen = total, near
+    for a in range(max(i - 1, 0), min(i + 2, mx)):
+        for b in range(max(j - 1, 0), min(j + 2, my)):
+            near = a * my + b
+            other = front.parent[near]
+            if front.state[near] == DONE and other != w and other != chosen:
+                total = _total(front, my, i, j, other)
+                if total < best and sees(cells, cell, other):
+                    best, chosen = total, other
+    front.parent[cell], front.length[cell], front.state[cell] = chosen, _total(front, my, i, j, chosen), SEEN
+
+
+@njit
+def _begin(cells: Cells, front: Front, goal: int, reach: float) -> int:
+    """Puts the goal at the front or, where it is blocked, the free cells within reach of it; the queue's count."""
+    mx, my = cells.blocked.shape
+    gi, gj, count = goal // my, goal % my, 0
+    most = int(reach) if cells.blocked[gi, gj] else 0
+    for i in range(max(gi - most, 0), min(gi + most + 1, mx)):
+        for j in range(max(gj - most, 0), min(gj + most + 1, my)):
+            away = math.sqrt((i - gi) ** 2 + (j - gj) ** 2)
+            if away <= reach and not cells.blocked[i, j]:
+                cell = i * my + j
+                front.length[cell], front.parent[cell], front.state[cell] = away, goal, SEEN
+                key = away * PER_CELL
+                count = push(front.heads, front.below, front.keys, front.items, count, 0, key, cell)
+    front.length[goal] = 0.0 if count else np.inf
+    return count
+
+
+@njit
+def spread(cells: Cells, front: Front, goal: int, reach: float) -> int:
+    """Spreads the front from the goal as far as it goes.
+
+    Args:
+        goal: flat index of its cell.
+        reach: distance that counts as arrived [cells].
+
+    Returns:
+        the number of cells that have a path.
+    """
+    # in one loop over arrays: to call something with all of them at every cell takes as long as all the rest
+    mx, my = cells.blocked.shape
+    blocked = cells.blocked
+    length, parent, state, order, heads, below, keys, items = front
+    count, taken, now, done = _begin(cells, front, goal, reach), 0, 0, 0
+    while taken < count:
+        now = first_bucket(heads, now)
+        entry = heads[now % RING]
+        heads[now % RING] = below[entry]
+        taken += 1
+        cell = items[entry]
+        if state[cell] == DONE or keys[entry] != length[cell] * PER_CELL:
+            continue
+        w = parent[cell]
+        if state[cell] == UNSEEN and not _between(parent, state, cell, w, my) and not sees(cells, cell, w):
+            _reparent(cells, front, cell)
+            count = push(heads, below, keys, items, count, now, length[cell] * PER_CELL, cell)
+            continue
+        state[cell] = DONE
+        order[done] = cell
+        done += 1
+        i, j, wi, wj, begun = cell // my, cell % my, w // my, w % my, length[w]
+        for a in range(max(i - 1, 0), min(i + 2, mx)):
+            for b in range(max(j - 1, 0), min(j + 2, my)):
+                near = a * my + b
+                if state[near] != DONE and not blocked[a, b] and parent[near] != w:
+                    total = begun + math.sqrt((wi - a) ** 2 + (wj - b) ** 2)
+                    if total < length[near]:
+                        length[near], parent[near], state[near] = total, w, UNSEEN
+                        count = push(heads, below, keys, items, count, now, total * PER_CELL, near)
+    return done

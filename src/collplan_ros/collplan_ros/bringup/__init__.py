@@ -1,0 +1,1 @@
+"""Starts the graph, gives the goal, watches, records, and ends everything."""

@@ -1,0 +1,257 @@
+"""The running graph: a process per node, and bringup's own node that listens and gives the goal."""
+
+import os
+import time
+from collections import Counter
+from collections.abc import Callable
+from contextlib import ExitStack
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from rcl_interfaces.srv import SetParameters
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from collplan_ros.bringup.failures import GraphError, StartError
+from collplan_ros.bringup.network import described, environment_set, graph_environment
+from collplan_ros.bringup.preparation import Preparation
+from collplan_ros.bringup.processes import NodeProcess, stop_all
+from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.bringup.signals import StopRequest
+from collplan_ros.messages.conversions import goal_to_message
+from collplan_ros.messages.qos import EVENT
+from collplan_ros.node_kit.diagnostics import ERROR
+from collplan_ros.runs.recorder import Recorder
+from collplan_ros.runs.run_log import PoseRow
+
+NAME = "bringup"
+FIRST_STOPPED = "controller_node"
+"""Its last command is zero, and the robot must still be there to take it."""
+LISTENING_TIME = 0.5
+"""Whoever else is in the domain is heard within this [s]."""
+READY_PATIENCE = 300.0
+"""Nodes may have to compile first [s]."""
+NOTICE_TIME = 5.0
+"""After this it is said whom the start waits for [s]."""
+LINK_PATIENCE = 3.0
+"""For the robot to follow commands, once every node has reported [s]."""
+INPUT_PATIENCE = 3.0
+"""For poses, scans and the answer to a goal, once every node is ready [s]."""
+GOAL_PERIOD = 1.0
+"""A goal that is not answered is given again [s]."""
+SPIN_TIME = 0.02
+
+
+class Graph:
+    """For `with`: entering starts every node, leaving stops them.
+
+    The nodes die with the thread that entered, whatever ends it.
+
+    Raises:
+        StartError: on entering, when a node of the same name is in the domain already.
+        NodeDied, GraphError, Interrupted: from every method that waits.
+    """
+
+    def __init__(self, preparation: Preparation, folder: RunFolder, progress: Progress) -> None:
+        """Starts nothing yet."""
+        self._preparation = preparation
+        self._folder = folder
+        self._progress = progress
+        self._processes: list[NodeProcess] = []
+        self._stop_request = StopRequest()
+        self._stack = ExitStack()
+
+    def __enter__(self) -> "Graph":
+        with ExitStack() as stack:
+            stack.enter_context(environment_set(graph_environment(self._preparation.network, os.environ)))
+            stack.enter_context(self._stop_request.listening())
+            self._open_node(stack)
+            self._refuse_company()
+            self._folder.become_latest()
+            stack.callback(self._stop_processes)
+            for name, program in self._preparation.programs.items():
+                command = [program, "--ros-args", *self._ros_arguments()]
+                self._processes.append(NodeProcess(name, command, self._folder.logs / f"{name}.log"))
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._stack.close()
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process id of each node by name."""
+        return {process.name: process.pid for process in self._processes}
+
+    @property
+    def pose(self) -> PoseRow:
+        """The newest pose.
+
+        Raises:
+            GraphError: there is none, or none has come for INPUT_PATIENCE.
+        """
+        if self.recorder.newest is None or self.recorder.silence > INPUT_PATIENCE:
+            raise GraphError(self._no_pose())
+        return self.recorder.newest
+
+    def step(self) -> None:
+        """Takes one message, or waits a moment for one; notices signals and the end of a node."""
+        self._stop_request.check()
+        for process in self._processes:
+            process.check()
+        self._executor.spin_once(timeout_sec=SPIN_TIME)
+
+    def wait(self, condition: Callable[[], bool], patience: float, complaint: Callable[[], str]) -> None:
+        """Steps until `condition()`.
+
+        Raises:
+            GraphError: with `complaint()`, after `patience` [s].
+        """
+        deadline = time.monotonic() + patience
+        while not condition():
+            if time.monotonic() > deadline:
+                raise GraphError(complaint())
+            self.step()
+
+    def wait_until_poses_come(self) -> None:
+        """Waits until every node has reported, and poses are there."""
+        self.wait(self._all_reported(), READY_PATIENCE, self._unready)
+        self._refuse_doubles()
+        self.wait(lambda: self._robot_status.level != ERROR, LINK_PATIENCE, self._robot_trouble)
+        self._let_the_ring_tell()
+        self.wait(lambda: self.recorder.newest is not None, INPUT_PATIENCE, self._no_pose)
+
+    def wait_until_ready(self) -> None:
+        """Waits until every node has reported, and poses, scans and the planner are there."""
+        recorder = self.recorder
+        self.wait_until_poses_come()
+        self.wait(lambda: recorder.scan_came, INPUT_PATIENCE, lambda: self._missing("scan", "best effort"))
+        self.wait(lambda: self._goals.get_subscription_count() > 0, INPUT_PATIENCE, self._no_planner)
+
+    def give_goal(self, goal: np.ndarray) -> None:
+        """Publishes a goal (2,) [m] and waits for the planner's answer."""
+        self.recorder.ask()
+        again = 0.0
+
+        def answered() -> bool:
+            nonlocal again
+            if time.monotonic() >= again:
+                self._goals.publish(goal_to_message(goal, self._preparation.settings.frames.map, self.pose.stamp))
+                again = time.monotonic() + GOAL_PERIOD
+            return self.recorder.goal is not None
+
+        self.wait(answered, INPUT_PATIENCE, self._no_planner)
+
+    def word_of(self, node: str) -> str:
+        """What a node said last of how it is; "" where it has not reported."""
+        status = self.recorder.reported.get(self._full_name(node))
+        return "" if status is None else status.message
+
+    def _open_node(self, stack: ExitStack) -> None:
+        context = Context()
+        context.init()
+        stack.callback(context.try_shutdown)
+        self.node = Node(NAME, context=context)
+        stack.callback(self.node.destroy_node)
+        self.recorder = Recorder(self.node, self._preparation.settings)
+        stack.callback(self.recorder.finish)
+        self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self.node)
+        stack.callback(self._executor.shutdown)
+
+    def _ros_arguments(self) -> list[str]:
+        arguments = ["--params-file", str(self._folder.parameters)]
+        if self._preparation.settings.simulator.speed_factor != 1.0:
+            arguments += ["-p", "use_sim_time:=true"]
+        if self._preparation.robot.emulated:
+            arguments += ["-p", f"emulator.link:={self._folder.serial}", "-p", f"driver.port:={self._folder.serial}"]
+        return arguments
+
+    def _stop_processes(self) -> None:
+        for name in stop_all(self._processes, FIRST_STOPPED):
+            self._progress.say(f"{name} did not stop when asked to and was killed")
+
+    def _names(self) -> Counter[str]:
+        """How often each name of this graph is seen in its namespace."""
+        ours = {NAME, *self._preparation.programs}
+        seen = self.node.get_node_names_and_namespaces()
+        return Counter(name for name, space in seen if space == self.node.get_namespace() and name in ours)
+
+    def _refuse_company(self) -> None:
+        end = time.monotonic() + LISTENING_TIME
+        while time.monotonic() < end:
+            self.step()
+            others = sorted((self._names() - Counter([NAME])).keys())
+            if others:
+                raise StartError(f"{_in_words(others)} already in {described()}; end it, or set another ROS_DOMAIN_ID")
+
+    def _refuse_doubles(self) -> None:
+        doubles = sorted(name for name, count in self._names().items() if count > 1)
+        if doubles:
+            raise GraphError(f"another {_in_words(doubles)} in {described()}; end it, or set another ROS_DOMAIN_ID")
+
+    def _all_reported(self) -> Callable[[], bool]:
+        notice = time.monotonic() + NOTICE_TIME
+
+        def condition() -> bool:
+            nonlocal notice
+            silent = self._silent_nodes()
+            if silent and time.monotonic() > notice:
+                self._progress.say(f"waiting for {_in_words(silent)} (a first start compiles the core)")
+                notice = float("inf")
+            return not silent
+
+        return condition
+
+    @property
+    def _robot_status(self) -> DiagnosticStatus:
+        return self.recorder.reported[self._full_name(self._preparation.robot.nodes[0])]
+
+    def _robot_trouble(self) -> str:
+        return f"{self._preparation.robot.nodes[0]}: {self._robot_status.message}"
+
+    def _let_the_ring_tell(self) -> None:
+        """Where the firmware senses hits, mocap_node is not to find them in the poses as well."""
+        if ("impact_sensing", "yes") not in [(item.key, item.value) for item in self._robot_status.values]:
+            return
+        client = self.node.create_client(SetParameters, f"{self._full_name('mocap_node')}/set_parameters")
+        off = Parameter("mocap.detect_impacts", value=False).to_parameter_msg()
+        self.wait(client.service_is_ready, INPUT_PATIENCE, lambda: "mocap_node: no parameter service")
+        answer = client.call_async(SetParameters.Request(parameters=[off]))
+        self.wait(answer.done, INPUT_PATIENCE, lambda: "mocap_node: no answer to mocap.detect_impacts: false")
+
+    def _full_name(self, node: str) -> str:
+        return f"{self.node.get_namespace().rstrip('/')}/{node}"
+
+    def _silent_nodes(self) -> list[str]:
+        return [name for name in self._preparation.programs if self._full_name(name) not in self.recorder.reported]
+
+    def _unready(self) -> str:
+        silent = _in_words(self._silent_nodes())
+        return f"{silent} not ready within {READY_PATIENCE:g} s: nothing on /diagnostics; {described()}"
+
+    def _no_pose(self) -> str:
+        mocap = self._preparation.settings.mocap
+        source = f"{self._name(mocap.topic)} ({mocap.reliability.replace('_', ' ')})"
+        reported = self.recorder.reported.get(self._full_name("mocap_node"))
+        reason = f"; mocap_node: {reported.message}" if reported else ""
+        return f"{self._missing('mocap/odom', 'reliable')}, made from {source}{reason}"
+
+    def _no_planner(self) -> str:
+        goal, status = self._name("goal_pose"), self._name("goal_status")
+        return f"no answer on {status} to the goal on {goal} (reliable) for {INPUT_PATIENCE:g} s; {described()}"
+
+    def _missing(self, topic: str, reliability: str) -> str:
+        return f"nothing on {self._name(topic)} ({reliability}) for {INPUT_PATIENCE:g} s; {described()}"
+
+    def _name(self, topic: str) -> str:
+        return str(self.node.resolve_topic_name(topic))
+
+
+def _in_words(names: list[str]) -> str:
+    return ", ".join(names)

@@ -1,0 +1,138 @@
+"""What a user asks of bringup."""
+
+import argparse
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from collplan_core.parameters import Planning, Settings
+from collplan_core.parameters.spec import specs
+from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.network import RANGES
+from collplan_ros.bringup.robots import EXPECTED, robot_kind
+
+
+@dataclass(frozen=True)
+class Options:
+    """One run. None leaves a value to the parameter file and, where that is silent, to the parameter's default.
+
+    Attributes:
+        robot: sim, emulator, serial:PATH or serial:PATH@BAUD.
+        world: NAME, FILE or FAMILY:SEED.
+        strategy: named weight set.
+        goal: x, y [m]; None is the world's own.
+        seed: of every random number of the simulator.
+        params: ROS parameter file.
+        out: folder of run folders.
+        timeout: longest run [s].
+        network: local or subnet; None is the robot's own.
+        max_speed: robot.max_speed [m/s].
+        pictures: whether trajectory.png and run.gif are made.
+        check: whether the robot and its motion capture are checked instead of a run.
+        yes: whether the check may move the robot without asking.
+    """
+
+    robot: str = "sim"
+    world: str | None = None
+    strategy: str | None = None
+    goal: tuple[float, float] | None = None
+    seed: int | None = None
+    params: Path | None = None
+    out: Path = Path("runs")
+    timeout: float | None = None
+    network: str | None = None
+    max_speed: float | None = None
+    pictures: bool = True
+    check: bool = False
+    yes: bool = False
+
+    def values(self) -> dict[str, object]:
+        """The parameters that these options set, by key."""
+        chosen = {
+            "lidar.world": self.world,
+            "simulator.world": self.world,
+            "planner.strategy": self.strategy,
+            "simulator.seed": self.seed,
+            "trial.timeout": self.timeout,
+            "robot.max_speed": self.max_speed,
+        }
+        return {key: value for key, value in chosen.items() if value is not None}
+
+    def repeat(self, goal: np.ndarray, parameters: Path) -> str:
+        """The command line of the same run once more: goal (2,) [m] and robot are in no parameter file."""
+        # argparse takes -1e-05 for an option
+        x, y = (np.format_float_positional(value, trim="0") for value in goal)
+        network = ["--network", self.network] if self.network else []
+        return shlex.join(["bringup", "--robot", self.robot, *network, "--params", str(parameters), "--goal", x, y])
+
+
+DESCRIPTION = """\
+Starts a robot and the nodes that plan and control it, gives it a goal, and watches until it is there.
+
+The goal is reached: exit code 0. Time is up, stuck or given up: 1. Something asked for cannot be done: 2.
+A node died or the graph did not come up: 3. Stopped by a signal: 128 + its number.
+"""
+EPILOG = """\
+examples:
+  bringup                                           the corridor, simulated
+  bringup --world random:7 --strategy low_risk      another arena, another strategy
+  bringup --world my_arena.yaml --goal 2.0 0.4      your own world and goal
+  bringup --robot emulator                          over serial bytes, to an emulated firmware
+  bringup --robot serial:/dev/ttyUSB0 --max-speed 0.3
+                                                    the real robot
+  bringup --params runs/latest/parameters.yaml --goal 2.0 0.4
+                                                    the last run's parameters, and a goal: no file holds one
+  bringup --check --params mocap.yaml               before the first run of a robot
+
+Each run leaves a folder: summary.json, trajectory.csv and .png, impacts.csv, run.gif, parameters.yaml and the
+output of each node in log/. The command line that repeats it is said at its end, and in summary.json.
+ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
+"""
+
+
+def _parser() -> argparse.ArgumentParser:
+    defaults = Settings()
+    parser = argparse.ArgumentParser(
+        prog="bringup", description=DESCRIPTION, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add = parser.add_argument
+    add("--robot", default="sim", type=_robot, help=f"{EXPECTED} (default sim, the simulated one)")
+    add("--world", metavar="W", help=f"world: NAME, FILE or FAMILY:SEED (default {defaults.simulator.world})")
+    add("--strategy", metavar="NAME", help=f"{_choices()} (default {defaults.planner.strategy})")
+    add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default the world's own goal)")
+    add("--seed", type=int, metavar="N", help=f"seed of the simulated noise (default {defaults.simulator.seed})")
+    add("--params", type=Path, metavar="FILE", help="ROS parameter file; the options above and below outrank it")
+    add("--out", type=Path, default=Path("runs"), metavar="DIR", help="where run folders go (default runs)")
+    add("--timeout", type=float, metavar="S", help=f"longest run [s] (default {defaults.trial.timeout:g})")
+    add(
+        "--network",
+        choices=sorted(RANGES),
+        help="who may take part: this machine or the subnet (default local; subnet for serial)",
+    )
+    add("--max-speed", type=float, metavar="V", help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s)")
+    add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png and run.gif")
+    add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")
+    add("--yes", action="store_true", help="with --check: move the robot without asking")
+    return parser
+
+
+def _robot(spec: str) -> str:
+    try:
+        robot_kind(spec)
+    except StartError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return spec
+
+
+def _choices() -> str:
+    return " | ".join(next(spec.choices for spec in specs(Planning) if spec.key == "planner.strategy"))
+
+
+def parse(args: Sequence[str] | None = None) -> Options:
+    """The options on a command line without the program's name; sys.argv's when None."""
+    given = vars(_parser().parse_args(args))
+    goal = given.pop("goal")
+    return Options(goal=tuple(goal) if goal else None, **given)

@@ -1,0 +1,86 @@
+"""Everything that can be checked before a node starts."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import read_parameters, write_parameters
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.worlds import World, WorldError, check_route, load_world
+from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.processes import find_executable
+from collplan_ros.bringup.robots import NODES, RobotKind, robot_kind
+
+
+@dataclass(frozen=True, eq=False)
+class Preparation:
+    """A run that can be started: what is asked for, resolved. `programs` holds each node's executable by node name."""
+
+    robot: RobotKind
+    network: str
+    settings: Settings
+    world: World
+    goal: np.ndarray
+    programs: dict[str, str]
+
+
+def prepare(options: Options) -> Preparation:
+    """Resolves and checks what is asked for.
+
+    Raises:
+        StartError: an unknown robot, world, strategy or parameter, a value that does not fit, a goal that cannot be
+            reached, or a program that is not installed.
+    """
+    robot = robot_kind(options.robot)
+    try:
+        settings = _settings(options, robot)
+        world = load_world(settings.simulator.world)
+        goal = _checked_goal(options, world, settings, robot)
+    except (ParameterError, WorldError, OSError) as error:
+        raise StartError(str(error)) from None
+    found = {name: find_executable(name) for name in (*robot.nodes, *NODES)}
+    return Preparation(robot, options.network or robot.network, settings, world, goal, found)
+
+
+def write_used_parameters(path: Path, settings: Settings) -> None:
+    """Writes every parameter of a run as a ROS parameter file for all nodes.
+
+    Raises:
+        StartError: it cannot be written.
+    """
+    try:
+        write_parameters(settings, path)
+    except OSError as error:
+        raise StartError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _settings(options: Options, robot: RobotKind) -> Settings:
+    values = read_parameters(options.params) if options.params else {}
+    values.update(robot.values)
+    values.update(options.values())
+    for key in ("lidar.world", "simulator.world"):
+        # the parameters used serve another run from another folder too
+        if key in values and Path(str(values[key])).is_file():
+            values[key] = str(Path(str(values[key])).resolve())
+    settings = Settings().with_values(values)
+    if settings.trial.known_map:
+        raise ParameterError("trial.known_map: got True, expected False: planner_node is never given a map")
+    if robot.simulated and settings.simulator.noise * settings.simulator.mocap_noise == 0.0:
+        # poses of a simulated robot at rest are equal to the last bit then
+        settings = settings.with_values({"mocap.accept_frozen": values.get("mocap.accept_frozen", True)})
+    return settings
+
+
+def _checked_goal(options: Options, world: World, settings: Settings, robot: RobotKind) -> np.ndarray:
+    goal = world.goal if options.goal is None else np.array(options.goal, dtype=float)
+    if goal is None:
+        raise WorldError(f"world {world.name}: has no goal of its own, expected one given")
+    if world.start is None:
+        if not robot.simulated:  # it stands where it stands
+            return goal
+        raise WorldError(f"world {world.name}: has no start, expected one [x, y] [m] in it")
+    check_route(world, world.start, goal, settings.robot.radius)
+    return goal

@@ -1,0 +1,105 @@
+"""The folder that holds everything of one run, and the link to the newest."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from itertools import count
+from pathlib import Path
+
+from collplan_ros.bringup.failures import StartError
+
+
+class RunFolder:
+    """`parent/<time>/`, made at once.
+
+    Raises:
+        StartError: it cannot be written.
+    """
+
+    def __init__(self, parent: Path) -> None:
+        """Makes the folder."""
+        if parent.is_file():
+            raise StartError(f"run folder {parent}: is a file, expected a folder")
+        with _writing(parent):
+            self.path = _new_folder(parent)
+            self.logs.mkdir()
+
+    def become_latest(self) -> None:
+        """Points `latest`, beside the folder, at it.
+
+        Raises:
+            StartError: the link cannot be made.
+        """
+        with _writing(self.path.parent / "latest"):
+            # made aside and moved over the old one: there is no moment without a link
+            fresh = self.path.parent / f".latest_{os.getpid()}"
+            fresh.unlink(missing_ok=True)
+            fresh.symlink_to(self.path.name)
+            os.replace(fresh, self.path.parent / "latest")
+
+    def discard(self) -> None:
+        """Removes the folder of a run that did not begin."""
+        shutil.rmtree(self.path)
+
+    @property
+    def logs(self) -> Path:
+        """Output of the nodes."""
+        return self.path / "log"
+
+    @property
+    def parameters(self) -> Path:
+        """The parameters used, a ROS parameter file."""
+        return self.path / "parameters.yaml"
+
+    @property
+    def serial(self) -> Path:
+        """Where an emulated firmware has its pseudo-terminal, while it runs."""
+        return self.path / "serial"
+
+    @property
+    def trajectory(self) -> Path:
+        """One row per pose."""
+        return self.path / "trajectory.csv"
+
+    @property
+    def impacts(self) -> Path:
+        """One row per impact."""
+        return self.path / "impacts.csv"
+
+    @property
+    def summary(self) -> Path:
+        """What came out."""
+        return self.path / "summary.json"
+
+    @property
+    def picture(self) -> Path:
+        """World and path."""
+        return self.path / "trajectory.png"
+
+    @property
+    def animation(self) -> Path:
+        """The run as the robot saw it."""
+        return self.path / "run.gif"
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise StartError(f"run folder {path}: cannot be written: {error.strerror or error}") from None
+
+
+def _new_folder(parent: Path) -> Path:
+    parent.mkdir(parents=True, exist_ok=True)
+    stem = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+    for number in count(1):
+        path = parent / (stem if number == 1 else f"{stem}_{number}")
+        try:
+            path.mkdir()
+        except FileExistsError:
+            continue
+        return path.resolve()
+    raise AssertionError("unreachable")

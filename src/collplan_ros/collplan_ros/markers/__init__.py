@@ -1,0 +1,1 @@
+"""What the planner saw and chose, as RViz markers."""

@@ -1,0 +1,138 @@
+"""What RViz and Foxglove show of a plan, in the map frame: one marker a namespace, each replacing the one before.
+
+Of every strategy: free space, frontiers, predicted boundaries, the cheapest candidates coloured by cost, the choice,
+the plan, its foreseen contacts and rebounds, the last hit. Of the time-to-goal strategies also rollouts and memory.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Vector3
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from collplan_core.evaluation.rebound_tracking import MeasuredHit
+from collplan_core.local_map import LocalMap
+from collplan_core.parameters import Settings
+from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_ros.markers.rollout_markers import rollout_markers
+from collplan_ros.markers.shapes import (
+    ARROW_ENDS,
+    LINE_WIDTH,
+    arrow_lines,
+    color,
+    dots,
+    line_list,
+    line_strip,
+    lines_of_one_color,
+    marker,
+)
+from collplan_ros.messages.conversions import header
+
+ARROW_LENGTH = 0.15
+"""Drawn length of a predicted boundary [m]."""
+BARB = 0.04
+"""Drawn length of an arrow's barb [m]."""
+VELOCITY_SCALE = 0.1
+"""Drawn length of a candidate's velocity per speed [s]."""
+REBOUND_SCALE = 0.25
+"""The same of a rebound [s]."""
+MOST_CANDIDATES = 500
+"""The dearer ones of more are not drawn: each costs time."""
+
+FREE_SPACE = color(0.4, 0.7, 1.0, 0.15)
+BORDER = color(0.2, 0.45, 0.8, 0.8)
+FRONTIER = color(0.1, 0.75, 0.3)
+PREDICTED = color(0.9, 0.3, 0.1)
+CHOICE = color(0.85, 0.1, 0.6)
+PLAN = color(0.1, 0.1, 0.1)
+FORESEEN = color(0.95, 0.65, 0.0)
+MEASURED = color(0.85, 0.1, 0.2)
+
+
+def plan_markers(
+    local_map: LocalMap, plan: Plan, memory: Any, hit: MeasuredHit | None, settings: Settings
+) -> MarkerArray:
+    """All markers of one cycle, in the map frame at the plan's stamp.
+
+    Args:
+        memory: what the objective keeps.
+        hit: the last one that was measured.
+    """
+    head = header(plan.stamp, settings.frames.map)
+    markers = [
+        _free_space(head, local_map),
+        line_strip(head, "border", np.vstack([local_map.points, local_map.points[:1]]), BORDER, LINE_WIDTH / 2),
+        lines_of_one_color(head, "frontiers", local_map.segments.reshape(-1, 2), FRONTIER),
+        _predicted(head, local_map),
+        *_candidates(head, plan.candidates),
+        *_choice(head, plan, settings.robot.radius),
+        line_strip(head, "plan", plan.positions, PLAN, LINE_WIDTH),
+        *_contacts(head, plan.contacts),
+        _rebound(head, hit),
+        *rollout_markers(head, memory, settings),
+    ]
+    return MarkerArray(markers=markers)
+
+
+def cost_colors(costs: np.ndarray) -> list[ColorRGBA]:
+    """From green, the cheapest, over yellow to red, the dearest; by rank, because penalised costs lie far apart."""
+    share = np.argsort(np.argsort(costs, kind="stable"), kind="stable") / max(len(costs) - 1, 1)
+    return [color(min(1.0, 2 * s), min(1.0, 2 - 2 * s), 0.0, 0.9) for s in share.tolist()]
+
+
+def _free_space(head: Header, local_map: LocalMap) -> Marker:
+    """F as the triangles of its star: the centre and two neighbouring ends each."""
+    ends = local_map.points
+    center = np.broadcast_to(local_map.position, ends.shape)
+    corners = np.stack([center, ends, np.roll(ends, -1, axis=0)], axis=1).reshape(-1, 2)
+    return marker(head, "free_space", Marker.TRIANGLE_LIST, Vector3(x=1.0, y=1.0, z=1.0), corners, FREE_SPACE)
+
+
+def _predicted(head: Header, local_map: LocalMap) -> Marker:
+    """E as arrows into unseen space."""
+    origins, tangents = local_map.predicted[:, :2], local_map.predicted[:, 2:]
+    arrows = arrow_lines(origins, origins + ARROW_LENGTH * tangents, BARB)
+    return lines_of_one_color(head, "predicted", arrows, PREDICTED)
+
+
+def _candidates(head: Header, candidates: Candidates) -> Iterable[Marker]:
+    """Each candidate's velocity as a line from its position, the cheapest last and so on top; those at rest as dots."""
+    order = np.argsort(candidates.costs, kind="stable")[:MOST_CANDIDATES][::-1]
+    positions, velocities = candidates.positions[order], candidates.velocities[order]
+    colors = cost_colors(candidates.costs[order])
+    lines = np.stack([positions, positions + VELOCITY_SCALE * velocities], axis=1).reshape(-1, 2)
+    yield line_list(head, "candidates", lines, [each for each in colors for _ in range(2)], LINE_WIDTH / 2)
+    at_rest = np.flatnonzero(~velocities.any(axis=1))
+    resting = dots(head, "candidates_at_rest", positions[at_rest], 2 * LINE_WIDTH, color(1.0, 1.0, 1.0))
+    resting.colors = [colors[i] for i in at_rest]
+    yield resting
+
+
+def _choice(head: Header, plan: Plan, radius: float) -> Iterable[Marker]:
+    """The robot's disc at the aim p_s, and the velocity v_s there."""
+    angles = np.linspace(0.0, 2 * np.pi, 33)
+    disc = plan.aim + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    yield line_strip(head, "choice", disc, CHOICE, LINE_WIDTH)
+    ends = np.stack([plan.aim, plan.aim + 2 * VELOCITY_SCALE * plan.aim_velocity])
+    yield lines_of_one_color(head, "choice_velocity", ends, CHOICE)
+
+
+def _contacts(head: Header, contacts: Contacts) -> Iterable[Marker]:
+    """Where the plan will touch, and how it leaves."""
+    yield dots(head, "foreseen_contacts", contacts.points, 3 * LINE_WIDTH, FORESEEN)
+    tips = contacts.points + REBOUND_SCALE * contacts.velocities_after
+    yield lines_of_one_color(head, "foreseen_rebounds", arrow_lines(contacts.points, tips, BARB), FORESEEN)
+
+
+def _rebound(head: Header, hit: MeasuredHit | None) -> Marker:
+    """The last hit: its rebound as foreseen, if it was, and as measured."""
+    if hit is None:
+        return line_list(head, "rebound", np.zeros((0, 2)), [])
+    velocities = np.stack([hit.foreseen, hit.measured])
+    known = np.flatnonzero(np.isfinite(velocities).all(axis=1))
+    origins = np.tile(hit.point, (len(known), 1))
+    points = arrow_lines(origins, origins + REBOUND_SCALE * velocities[known], BARB)
+    colors = [each for k in known for each in [(FORESEEN, MEASURED)[k]] * ARROW_ENDS]
+    return line_list(head, "rebound", points, colors, 1.5 * LINE_WIDTH)

@@ -1,0 +1,45 @@
+"""What only the time-to-goal strategies show: rollouts, remembered boundaries, the solid inferred behind them."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from std_msgs.msg import Header
+from visualization_msgs.msg import Marker
+
+from collplan_core.parameters import Settings
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory
+from collplan_ros.markers.shapes import LINE_WIDTH, color, lines_of_one_color
+
+ROLLOUT = color(0.2, 0.5, 0.9, 0.5)
+REMEMBERED = color(0.25, 0.25, 0.3)
+INFERRED = color(0.25, 0.25, 0.3, 0.25)
+
+
+def rollout_markers(head: Header, memory: Any, settings: Settings) -> Iterable[Marker]:
+    """Three markers; without a memory of this kind they clear what was there."""
+    mine = memory if isinstance(memory, RolloutMemory) else RolloutMemory()
+    yield lines_of_one_color(head, "rollouts", _strips_as_lines(mine.rollouts), ROLLOUT, LINE_WIDTH / 4)
+    yield from _boundaries(head, mine.remembered, settings)
+
+
+def _strips_as_lines(strips: Sequence[np.ndarray]) -> np.ndarray:
+    """(2n, 2) the ends of every line of the strips (k, 2)."""
+    return np.concatenate([np.zeros((0, 2)), *(np.repeat(strip, 2, axis=0)[1:-1] for strip in strips)])
+
+
+def _boundaries(head: Header, remembered: RememberedBoundaries | None, settings: Settings) -> Iterable[Marker]:
+    pieces = np.zeros((0, 4)) if remembered is None else remembered.pieces
+    yield lines_of_one_color(head, "remembered", pieces.reshape(-1, 2), REMEMBERED)
+    solid = np.zeros((0, 2)) if remembered is None else _inferred(remembered, settings)
+    # each line as wide as its piece is long
+    yield lines_of_one_color(head, "inferred", solid, INFERRED, settings.remembered.spacing)
+
+
+def _inferred(remembered: RememberedBoundaries, settings: Settings) -> np.ndarray:
+    """(2n, 2) a line into the solid behind each piece that has some; its depth is told from the disc's centre."""
+    here = remembered.backed & ~remembered.refuted
+    middles = remembered.pieces[here].reshape(-1, 2, 2).mean(axis=1)
+    depth = max(settings.remembered.inferred_depth - 2.0 * settings.robot.radius, 0.0)
+    return np.stack([middles, middles - depth * remembered.normals[here]], axis=1).reshape(-1, 2)

@@ -1,0 +1,1 @@
+"""What every node shares: start and stop, parameters, diagnostics, clocks."""

@@ -1,0 +1,54 @@
+"""How a node says how it is: one status on /diagnostics, once a second."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED
+
+OK = DiagnosticStatus.OK
+WARN = DiagnosticStatus.WARN
+ERROR = DiagnosticStatus.ERROR
+
+
+@dataclass(frozen=True)
+class Health:
+    """Level (OK, WARN, ERROR), one line of text, and figures by name."""
+
+    level: bytes
+    message: str
+    values: Mapping[str, object] = field(default_factory=dict)
+
+
+class Diagnostics:
+    """Publishes what `report()` returns at 1 Hz, for the first time when constructed.
+
+    Make it last in a node's constructor: the first message says that the node is ready.
+    """
+
+    def __init__(self, node: Node, report: Callable[[], Health]) -> None:
+        self._node = node
+        self._report = report
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED)
+        # steady even where the node follows /clock: a stalled simulation must still be reported
+        self._timer = node.create_timer(1.0, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.publish()
+
+    def publish(self) -> None:
+        """Publish the present health now."""
+        message = DiagnosticArray(status=[status_message(self._node.get_fully_qualified_name(), self._report())])
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)
+
+
+def status_message(name: str, health: Health) -> DiagnosticStatus:
+    """One health as a message; numbers are printed short."""
+    values = [KeyValue(key=str(key), value=_printed(value)) for key, value in health.values.items()]
+    return DiagnosticStatus(level=health.level, name=name, message=health.message, values=values)
+
+
+def _printed(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,80 @@
+"""Parameter groups as ROS parameters: declared, checked, read."""
+
+from collections.abc import Callable
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from collplan_core.parameters import Settings, all_specs, unknown_key
+from collplan_core.parameters.file import is_ros_key
+from collplan_core.parameters.spec import ParameterError, Parameters, Spec, specs
+
+
+def declare(node: Node, *groups: type[Parameters]) -> None:
+    """Declare every parameter of these groups, with description, range and the overrides the node was given.
+
+    From then on a value that does not fit is refused with the reason, and what is not live is read-only.
+
+    Raises:
+        ParameterError: an override that does not fit its parameter, or whose key no group of the project has.
+    """
+    overrides = _overrides(node)
+    for key in overrides:
+        if key not in all_specs() and not is_ros_key(key):
+            raise unknown_key(key)
+    for spec in _specs(groups):
+        # checked here, not by rclpy: one wording everywhere, and a whole number will do for a float
+        value = spec.checked(overrides.get(spec.key, spec.default))
+        node.declare_parameter(spec.key, value, _descriptor(spec), ignore_override=True)
+    read_settings(node, *groups)  # some values must fit each other
+    node.add_on_set_parameters_callback(lambda parameters: _verdict(node, groups, parameters))
+
+
+def read_settings(node: Node, *groups: type[Parameters]) -> Settings:
+    """The present values of these declared groups; the other groups are at their defaults."""
+    return Settings().with_values({spec.key: node.get_parameter(spec.key).value for spec in _specs(groups)})
+
+
+def on_change(node: Node, callback: Callable[[Settings], None], *groups: type[Parameters]) -> None:
+    """Call `callback(settings)` after each accepted `ros2 param set` that touches one of these groups."""
+    keys = {spec.key for spec in _specs(groups)}
+
+    def changed(parameters: list[Parameter]) -> None:
+        if any(parameter.name in keys for parameter in parameters):
+            callback(read_settings(node, *groups))
+
+    node.add_post_set_parameters_callback(changed)
+
+
+def _specs(groups: tuple[type[Parameters], ...]) -> list[Spec]:
+    return [spec for group in groups for spec in specs(group)]
+
+
+def _overrides(node: Node) -> dict[str, object]:
+    """What the command line, parameter files and the constructor set; rclpy has no public list of it."""
+    return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
+
+
+def _verdict(node: Node, groups: tuple[type[Parameters], ...], parameters: list[Parameter]) -> SetParametersResult:
+    ours = {spec.key for spec in _specs(groups)}
+    try:
+        read_settings(node, *groups).with_values({p.name: p.value for p in parameters if p.name in ours})
+    except ParameterError as error:
+        return SetParametersResult(successful=False, reason=str(error))
+    return SetParametersResult(successful=True)
+
+
+def _descriptor(spec: Spec) -> ParameterDescriptor:
+    unit = f" [{spec.unit}]" if spec.unit else ""
+    descriptor = ParameterDescriptor(
+        description=spec.doc + unit, additional_constraints=spec.expected, read_only=not spec.live
+    )
+    if spec.low is not None and spec.high is not None:
+        if isinstance(spec.default, int):
+            descriptor.integer_range = [IntegerRange(from_value=int(spec.low), to_value=int(spec.high), step=0)]
+        else:
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=float(spec.low), to_value=float(spec.high), step=0.0)
+            ]
+    return descriptor

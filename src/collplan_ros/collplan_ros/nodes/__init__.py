@@ -1,0 +1,1 @@
+"""The ROS nodes of the loop, and what each is composed of."""

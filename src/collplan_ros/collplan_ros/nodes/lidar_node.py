@@ -1,0 +1,100 @@
+"""The LIDAR as the paper has it: rays cast from the measured pose against a known world file."""
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan
+
+from collplan_core.parameters import Frames, Lidar, Limits, Settings
+from collplan_core.scan import ScanError
+from collplan_core.state import State
+from collplan_core.worlds import load_world
+from collplan_core.worlds.raycast import simulate_scan
+from collplan_ros.messages.conversions import MessageError, scan_to_message, state_from_odometry
+from collplan_ros.messages.qos import POSE_SUBSCRIBED, SENSOR_DATA
+from collplan_ros.node_kit.clock import PosesClock, described_age, local_clock, seconds
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
+from collplan_ros.node_kit.run_node import run_node
+
+GROUPS = (Lidar, Limits, Frames)
+
+
+class LidarNode(Node):
+    """Scans at lidar.rate, each stamped with the pose it was cast from; none while the pose is too old."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__("lidar_node", **kwargs)
+        declare(self, *GROUPS)
+        self._settings = read_settings(self, *GROUPS)
+        on_change(self, self._change, *GROUPS)
+        self._world = load_world(self._settings.lidar.world)
+        self._state: State | None = None
+        self._scanned: State | None = None
+        self._poses_clock = PosesClock()
+        self._counts: Counter[str] = Counter()
+        self._refusal = ""
+        self._local = local_clock(self)
+        self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_DATA)
+        self.create_subscription(Odometry, "mocap/odom", self._take_odometry, POSE_SUBSCRIBED)
+        self.create_timer(1.0 / self._settings.lidar.rate, self._scan, clock=self._local)
+        self._warm_up()
+        self._diagnostics = Diagnostics(self, self._health)
+
+    def _warm_up(self) -> None:
+        """Compiles the ray casting, so that the first scan is not late."""
+        x_min, y_min, x_max, y_max = self._world.bounds
+        middle = State(0.0, np.array([x_min + x_max, y_min + y_max]) / 2, np.zeros(2), 0.0)
+        simulate_scan(self._world, middle, self._settings.lidar)
+
+    def _change(self, settings: Settings) -> None:
+        self._settings = settings
+
+    def _take_odometry(self, message: Odometry) -> None:
+        frames = self._settings.frames
+        try:
+            self._state = state_from_odometry(message, frames.map, frames.base)
+        except MessageError as error:
+            self._refuse(str(error))
+            return
+        self._poses_clock.received(self._state.stamp, seconds(self._local))
+
+    def _scan(self) -> None:
+        state = self._state
+        if state is None or state is self._scanned or self._pose_age() > self._settings.limits.pose_age:
+            return
+        self._scanned = state
+        try:
+            scan = simulate_scan(self._world, state, self._settings.lidar)
+        except ScanError as error:
+            self._refuse(str(error))
+            return
+        self._publisher.publish(scan_to_message(scan, self._settings.frames.base))
+        self._counts["scans"] += 1
+
+    def _pose_age(self) -> float:
+        return self._poses_clock.age(seconds(self._local))
+
+    def _refuse(self, why: str) -> None:
+        self._counts["refused"] += 1
+        self._refusal = why
+        self.get_logger().warning(f"refused, {why}", throttle_duration_sec=1.0)
+
+    def _health(self) -> Health:
+        age = self._pose_age()
+        values = {"scans": 0, "refused": 0, **self._counts, "world": self._world.name, "pose_age_s": age}
+        why, self._refusal = self._refusal, ""
+        if why:
+            return Health(WARN, f"refused, {why}", values)
+        if age > self._settings.limits.pose_age:
+            topic = self.resolve_topic_name("mocap/odom")
+            return Health(ERROR, f"no scan: no pose on {topic} {described_age(age)}", values)
+        return Health(OK, "scanning", values)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Entry point."""
+    return run_node(LidarNode, args)

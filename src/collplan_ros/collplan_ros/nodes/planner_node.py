@@ -1,0 +1,311 @@
+"""The planner: from scans, poses and a goal to plans.
+
+Every map_period it publishes a plan if it can make one: the paper's from the newest scan and the pose at that scan's
+stamp, the time-to-goal ones from the newest pose and all scans so far, and also at once when a hit is reported. If it
+cannot it publishes nothing and says why on /diagnostics; the controller stops the robot when plans fail to come.
+A new goal replaces the old. A goal in another frame, not finite, or inside an obstacle that the scan shows is aborted.
+So is one not reached within planner.goal_timeout, by the poses' clock, and one that stays closed off by what was seen.
+When the poses leap, fall silent or start over, memory is dropped and the goal taken anew: its new stamp refuses every
+earlier plan.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan
+from std_srvs.srv import Trigger
+
+from collplan_core.control.permission import is_blocked, why_stale
+from collplan_core.evaluation.rebound_tracking import MeasuredHit, Rebounds
+from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.parameters import (
+    Frames,
+    Limits,
+    LocalMapping,
+    Mocap,
+    Planning,
+    Rebound,
+    Remembered,
+    Robot,
+    Settings,
+    TimeToGoal,
+    Weights,
+)
+from collplan_core.plan import NoPlan
+from collplan_core.planners import planner_for
+from collplan_core.scan import Scan, ScanError
+from collplan_core.state import State
+from collplan_core.strategies import map_period_of, rolls_out
+from collplan_core.warm_up import warm_up
+from collplan_ros.messages import qos
+from collplan_ros.messages.conversions import MessageError, goal_from_message, impact_from_message
+from collplan_ros.node_kit.clock import local_clock, seconds
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
+from collplan_ros.node_kit.refusals import Refusals
+from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.nodes.hit_alarm import HitAlarm, why_not_now
+from collplan_ros.nodes.plan_outputs import Cycle, PlanOutputs
+from collplan_ros.nodes.pursued_goal import PursuedGoal
+from collplan_ros.nodes.sensed import BEGINS_ANEW, REFUSED, Sensed
+
+GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Mocap, Limits, Frames)
+BUDGET_SHARE = 0.5
+"""Of map_period, for refinement where time_to_goal.time_budget leaves it open: here a plan must not be late."""
+ALARM_PERIODS = 2.0
+"""Of map_period, between two plans made at once for hits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """The newest scan that could be placed, the pose at its stamp, and their local map."""
+
+    scan: Scan
+    state: State
+    local_map: LocalMap
+
+
+class PlannerNode(Node):
+    """Subscribes mocap/odom, scan, goal_pose, impact; publishes plan, goal_status and planner/*; serves cancel."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        """Keyword arguments go to `rclpy.node.Node`."""
+        super().__init__("planner_node", **kwargs)
+        declare(self, *GROUPS)
+        self._settings = in_time(read_settings(self, *GROUPS))
+        self._local_clock = local_clock(self)
+        self._refusals = Refusals()
+        self._sensed = Sensed(self._settings.limits.pose_history, self._refusals)
+        self._alarm = HitAlarm()
+        self._rebounds = Rebounds()
+        self._hit: MeasuredHit | None = None
+        self._memory: Any = None
+        self._seen: Seen | None = None
+        self._planned_until = 0.0
+        self._trouble = ""
+        self._n_plans = self._n_impacts = 0
+        self._planning_time = 0.0
+        warm_up()
+        self._outputs = PlanOutputs(self)
+        self._goal = PursuedGoal(self)
+        self._make_inputs()
+        on_change(self, self._take_settings, *GROUPS)
+        self._diagnostics = Diagnostics(self, self._health)
+
+    def _make_inputs(self) -> None:
+        self.create_subscription(Odometry, "mocap/odom", self._on_pose, qos.POSE_SUBSCRIBED)
+        self.create_subscription(LaserScan, "scan", self._on_scan, qos.SENSOR_DATA)
+        self.create_subscription(PoseStamped, "goal_pose", self._on_goal, qos.EVENT)
+        self.create_subscription(Vector3Stamped, "impact", self._on_impact, qos.EVENT)
+        self.create_service(Trigger, "cancel", self._on_cancel)
+        self._timer = self.create_timer(map_period_of(self._settings), self._cycle, clock=self._local_clock)
+
+    def _take_settings(self, settings: Settings) -> None:
+        if settings.planner.strategy != self._settings.planner.strategy:
+            self._memory = None
+        self._timer.timer_period_ns = round(map_period_of(settings) * 1e9)
+        self._settings = in_time(settings)
+
+    # ---- inputs
+
+    def _on_pose(self, message: Odometry) -> None:
+        settings = self._settings
+        taken, state = self._sensed.take_pose(message, seconds(self._local_clock), settings), self._sensed.state
+        if taken == REFUSED or state is None:
+            return
+        if taken == BEGINS_ANEW:
+            self._begin_anew(state.stamp)
+        if self._goal.is_reached(state, settings.planner.goal_tolerance):
+            self._end_goal(GoalStatus.STATUS_SUCCEEDED)
+        self._hit = self._rebounds.moved(state, settings.mocap.velocity_window) or self._hit
+        self._plan_after_hit()
+
+    def _begin_anew(self, stamp: float) -> None:
+        self._memory, self._seen, self._planned_until = None, None, stamp
+        self._alarm.forget()
+        self._rebounds.forget()
+        self._trouble = ""
+        self._goal.begin_anew(stamp)
+
+    def _on_scan(self, message: LaserScan) -> None:
+        self._sensed.take_scan(message, seconds(self._local_clock), self._settings)
+
+    def _on_impact(self, message: Vector3Stamped) -> None:
+        settings, local = self._settings, seconds(self._local_clock)
+        try:
+            stamp, change = impact_from_message(message, settings.frames.map)
+        except MessageError as error:
+            self._refusals.add("impact", str(error))
+            return
+        self._n_impacts += 1
+        state = self._sensed.state
+        reason = why_not_now(stamp, self._sensed.now(local), settings.limits.pose_age)
+        if not reason and state is not None:
+            self._rebounds.hit(stamp, change, state, settings.robot.radius)
+            reason = self._alarm.raised(stamp, local, ALARM_PERIODS * map_period_of(settings))
+        if reason:
+            self._refusals.add("impact", reason)
+            return
+        self._plan_after_hit()
+
+    def _plan_after_hit(self) -> None:
+        if self._alarm.is_due(self._sensed.state) and rolls_out(self._settings):
+            self._timer.reset()
+            self._cycle()
+
+    def _on_goal(self, message: PoseStamped) -> None:
+        self._memory, self._planned_until, self._trouble = None, self._sensed.newest_stamp, ""
+        try:
+            position = goal_from_message(message, self._settings.frames.map)
+        except MessageError as error:
+            self._goal.refuse(self._planned_until)
+            self._refuse_goal(str(error))
+            return
+        self._goal.take(position, self._planned_until, self._sensed.now(seconds(self._local_clock)))
+
+    def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = True
+        response.message = "no goal was active"
+        if self._goal.active:
+            self._end_goal(GoalStatus.STATUS_CANCELED)
+            response.message = "goal canceled"
+        return response
+
+    # ---- the goal's fate
+
+    def _end_goal(self, status: int) -> None:
+        self._trouble = ""
+        self._goal.set_status(status)
+
+    def _give_up(self, reason: str) -> None:
+        self._end_goal(GoalStatus.STATUS_ABORTED)
+        self._trouble = f"goal given up: {reason}"
+        self.get_logger().error(self._trouble)
+        self._diagnostics.publish()
+
+    def _refuse_goal(self, reason: str) -> None:
+        self._trouble = f"goal refused: {reason}"
+        self._refusals.add("goal", reason)
+        self.get_logger().error(self._trouble)
+        self._diagnostics.publish()
+
+    # ---- planning
+
+    def _cycle(self) -> None:
+        if not self._goal.active:
+            return
+        local, timeout = seconds(self._local_clock), self._settings.planner.goal_timeout
+        if self._goal.is_overdue(self._sensed.now(local), timeout):
+            self._give_up(f"not reached within planner.goal_timeout, {timeout:g} s")
+            return
+        stale = self._why_stale(local)
+        if stale:
+            self._hold("stale", stale)
+            return
+        begun = perf_counter()
+        try:
+            self._look()
+        except ScanError as error:
+            self._hold("no_plan", str(error))
+            return
+        begin, newest = self._begin(), self._sensed.scan_stamp or 0.0
+        if begin is not None and begin.stamp > self._planned_until:
+            self._plan(begin, begun, local)
+        elif begin is None or newest > self._planned_until:
+            self._hold("no_pose", f"no pose for the scan's stamp {newest:.3f}")
+
+    def _why_stale(self, local: float) -> str:
+        limits = self._settings.limits
+        return why_stale("pose", self._sensed.pose_age(local), limits.pose_age) or why_stale(
+            "scan", self._sensed.scan_age(local), limits.scan_age
+        )
+
+    def _look(self) -> None:
+        """Makes the local map of the newest scan that can be placed, once."""
+        settings = self._settings
+        placed = self._sensed.newest_placed(-math.inf if self._seen is None else self._seen.scan.stamp)
+        if placed is not None:
+            self._seen = Seen(*placed, build_local_map(*placed, settings.robot, settings.local_map))
+
+    def _begin(self) -> State | None:
+        """Where a plan begins: for a rollout at the newest pose, else at that of the newest scan."""
+        seen, state, settings = self._seen, self._sensed.state, self._settings
+        if seen is None or state is None or not rolls_out(settings):
+            return None if seen is None else seen.state
+        # scans may well come in, but none that a pose belongs to
+        return state if state.stamp - seen.scan.stamp <= settings.limits.scan_age else None
+
+    def _plan(self, begin: State, begun: float, local: float) -> None:
+        settings, seen, goal = self._settings, self._seen, self._goal
+        assert seen is not None, "there is no beginning without it"
+        if is_blocked(goal.position, seen.scan, seen.state, settings.robot, settings.local_map):
+            self._end_goal(GoalStatus.STATUS_ABORTED)
+            x, y = goal.position
+            self._refuse_goal(f"{x:.3f}, {y:.3f} lies inside an obstacle that the scan shows")
+            return
+        planner = planner_for(settings.planner.strategy)
+        try:
+            plan, self._memory = planner.plan(self._memory, seen.local_map, begin, goal.position, settings)
+        except NoPlan as error:
+            self._memory = error.memory or self._memory
+            self._hold("no_plan", str(error))
+            if rolls_out(settings) and goal.is_closed_off(local):
+                self._give_up(str(error))
+            return
+        self._planning_time = perf_counter() - begun
+        self._publish(Cycle(plan, seen.local_map, self._memory, self._planning_time, self._hit), local)
+
+    def _publish(self, cycle: Cycle, local: float) -> None:
+        self._goal.planned()
+        self._outputs.publish(cycle, local, self._settings)
+        self._rebounds.planned(cycle.plan)
+        self._hit = None
+        self._planned_until = cycle.plan.stamp
+        self._trouble = ""
+        self._n_plans += 1
+
+    def _hold(self, kind: str, reason: str) -> None:
+        self._trouble = reason
+        self._refusals.add(kind, reason)
+        self.get_logger().warning(f"no plan: {reason}", throttle_duration_sec=1.0)
+
+    # ---- how it is
+
+    def _health(self) -> Health:
+        active = self._goal.active
+        values: dict[str, object] = {
+            "goal": self._goal.status_name,
+            "strategy": self._settings.planner.strategy,
+            "plans": self._n_plans,
+            "planning_time_ms": 1e3 * self._planning_time,
+            "impacts": self._n_impacts,
+            **self._refusals.values,
+        }
+        stale = self._why_stale(seconds(self._local_clock))
+        if stale:
+            return Health(ERROR if active else WARN, stale, values)
+        if self._trouble:
+            return Health(WARN, self._trouble, values)
+        return Health(OK, "planning" if active else "no active goal", values)
+
+    def stop(self) -> None:
+        """Cancels the goal and waits until listeners know."""
+        self._goal.end()
+
+
+def in_time(settings: Settings) -> Settings:
+    """The settings with an end to refinement: a plan must not be late here."""
+    budget = settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings)
+    return settings.with_values({"time_to_goal.time_budget": budget})
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Runs the node."""
+    return run_node(PlannerNode, args)

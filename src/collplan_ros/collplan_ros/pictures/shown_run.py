@@ -1,0 +1,87 @@
+"""A run read back from its folder, as far as it is shown beside others."""
+
+import csv
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from collplan_ros.pictures.drawing import Marks, Trail, trail_of
+from collplan_ros.runs.recorded_run import RecordedRun, RunError, read_run
+
+IMPACT = ("t", "x", "y", "deliberate")
+
+
+@dataclass(frozen=True, eq=False)
+class ShownRun:
+    """One run; times count from its first command to move [s].
+
+    Attributes:
+        recorded: its folder, settings and world.
+        trail: where the robot was measured.
+        marks: its impacts.
+        goal: (2,) [m].
+        outcome: reached, or why not.
+    """
+
+    recorded: RecordedRun
+    trail: Trail
+    marks: Marks
+    goal: np.ndarray
+    outcome: str
+
+    @property
+    def end(self) -> float:
+        """When it ended, in the goal where that was reached [s]."""
+        return float(self.trail.times[-1])
+
+
+def read_shown_run(folder: Path) -> ShownRun:
+    """The run in a folder that bringup left.
+
+    Raises:
+        RunError: a file is missing or does not hold what bringup writes into it.
+    """
+    run = read_run(folder)
+    if len(run.path.times) == 0:
+        raise RunError(f"{folder / 'trajectory.csv'}: no poses, expected those of a run")
+    trail = trail_of(run.path.times, run.path.points, run.settings.robot.max_speed)
+    goal, outcome = _end(folder / "summary.json")
+    return ShownRun(run, trail, _marks(folder / "impacts.csv"), goal, outcome)
+
+
+def _end(file: Path) -> tuple[np.ndarray, str]:
+    """Goal and outcome."""
+    try:
+        summary = json.loads(file.read_text())
+        goal = np.array(summary["goal"], dtype=float).reshape(2)
+        return goal, str(summary["outcome"]).replace("_", " ")
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise RunError(f"{file}: expected JSON with outcome, and goal [x, y]: {error!r}") from None
+
+
+def _marks(file: Path) -> Marks:
+    try:
+        rows = csv.DictReader(file.read_text().splitlines())
+    except (OSError, UnicodeDecodeError) as error:
+        raise RunError(f"{file}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    missing = [column for column in IMPACT if column not in (rows.fieldnames or ())]
+    if missing:
+        raise RunError(f"{file}: no column {', '.join(missing)}, expected what bringup writes")
+    read = [_mark(f"{file}, line {rows.line_num}", row) for row in rows]
+    numbers = np.array([each[:3] for each in read]).reshape(-1, 3)
+    return Marks(numbers[:, 0], numbers[:, 1:], np.array([each[3] for each in read], dtype=bool))
+
+
+def _mark(where: str, row: dict[str, str]) -> tuple[float, float, float, bool]:
+    def value(column: str, convert: Callable[[str], Any], expected: str) -> Any:
+        try:
+            return convert(row[column])
+        except (KeyError, TypeError, ValueError):
+            raise RunError(f"{where}, {column}: got {row[column]!r}, expected {expected}") from None
+
+    t, x, y = (value(column, float, "a number") for column in IMPACT[:3])
+    return t, x, y, value("deliberate", {"true": True, "false": False}.__getitem__, "true or false")

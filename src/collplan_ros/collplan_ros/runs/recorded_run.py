@@ -1,0 +1,114 @@
+"""A run read back from the folder that bringup left: what was measured and what was commanded."""
+
+import csv
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from collplan_core.calibration.hit_fit import RecordedPath
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.parameters.file import read_parameters
+from collplan_core.parameters import Settings
+from collplan_core.worlds import World, WorldError, load_world
+
+MEASURED = ("t", "x", "y", "yaw")
+COMMANDED = ("cmd_vx", "cmd_vy")
+
+
+class RunError(ValueError):
+    """A folder that holds no run that can be read; names the file, the line and column, and what was expected."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedRun:
+    """One run.
+
+    Attributes:
+        folder: where it is.
+        simulated: whether its robot was.
+        settings: the parameters used.
+        world: in which the LIDAR was simulated, and that the robot was in.
+        path: poses and commands; t counts from the first command to move.
+    """
+
+    folder: Path
+    simulated: bool
+    settings: Settings
+    world: World
+    path: RecordedPath
+
+
+def read_run(folder: Path) -> RecordedRun:
+    """The run in a folder.
+
+    Raises:
+        RunError: a file is missing or does not hold what bringup writes into it.
+    """
+    if not folder.is_dir():
+        raise RunError(f"{folder}: not a folder, expected one that bringup left")
+    parameters = folder / "parameters.yaml"
+    try:
+        settings = Settings().with_values(read_parameters(parameters))
+        world = load_world(settings.lidar.world)
+    except ParameterError as error:  # names the file
+        raise RunError(str(error)) from None
+    except (WorldError, OSError) as error:
+        raise RunError(f"{parameters}: lidar.world: {error}") from None
+    return RecordedRun(folder, _simulated(folder / "summary.json"), settings, world, _path(folder / "trajectory.csv"))
+
+
+def _simulated(path: Path) -> bool:
+    try:
+        simulated = json.loads(_text(path))["simulated"]
+    except (ValueError, KeyError, TypeError) as error:
+        if isinstance(error, RunError):
+            raise
+        raise RunError(f"{path}: expected JSON with a key simulated, true or false") from None
+    if not isinstance(simulated, bool):
+        raise RunError(f"{path}: simulated: got {simulated!r}, expected true or false")
+    return simulated
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        raise RunError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+
+
+def _path(file: Path) -> RecordedPath:
+    rows = csv.DictReader(_text(file).splitlines())
+    missing = [column for column in (*MEASURED, *COMMANDED) if column not in (rows.fieldnames or ())]
+    if missing:
+        raise RunError(f"{file}: no column {', '.join(missing)}, expected what bringup writes")
+    numbers = np.array([_numbers(f"{file}, line {rows.line_num}", row) for row in rows]).reshape(-1, 6)
+    falls = np.flatnonzero(np.diff(numbers[:, 0]) <= 0.0)
+    if len(falls):
+        line, (before, after) = falls[0] + 3, numbers[falls[0] : falls[0] + 2, 0]
+        raise RunError(f"{file}, line {line}, t: got {after:g} after {before:g}, expected times that rise")
+    return RecordedPath(numbers[:, 0], numbers[:, 1:3], _in_world(numbers[:, 4:6], numbers[:, 3]))
+
+
+def _numbers(where: str, row: dict[str, str]) -> list[float]:
+    measured = [_number(f"{where}, {column}", row[column]) for column in MEASURED]
+    # nothing was commanded before the first command
+    return measured + [0.0 if row[c] == "nan" else _number(f"{where}, {c}", row[c]) for c in COMMANDED]
+
+
+def _number(where: str, text: str | None) -> float:
+    try:
+        number = float(text or "")
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise RunError(f"{where}: got {text!r}, expected a finite number")
+    return number
+
+
+def _in_world(commands: np.ndarray, yaws: np.ndarray) -> np.ndarray:
+    c, s = np.cos(yaws), np.sin(yaws)
+    x, y = commands.T
+    return np.stack([c * x - s * y, s * x + c * y], axis=1)

@@ -1,0 +1,185 @@
+"""Listens to the whole graph and remembers the run; it never waits for anything."""
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PointStamped, Twist, TwistStamped, Vector3Stamped
+from nav_msgs.msg import Odometry, Path
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
+
+from collplan_core.parameters import Settings
+from collplan_core.scan import ScanError
+from collplan_ros.node_kit.clock import PosesClock
+from collplan_ros.messages.conversions import (
+    MessageError,
+    contacts_from_path,
+    impact_from_message,
+    plan_from_path,
+    scan_from_message,
+    seconds_from_stamp,
+    state_from_odometry,
+)
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
+from collplan_ros.runs.run_log import Kick, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
+
+# every message counts here, so the queue bridges a stall of some seconds
+EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
+
+FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning")
+"""Of planner/costs, kept."""
+
+
+class GoalReport(NamedTuple):
+    """What the planner says of a goal: GoalStatus.STATUS_*, and when it sent that [s, wall clock]."""
+
+    status: int
+    sent: float
+
+
+class Recorder:
+    """Fills `log` from `begin()` to `finish()`.
+
+    Attributes:
+        log: what was received.
+        reported: newest diagnostics by the node's full name.
+        goal: newest report of the goal asked for last, None before the first.
+        newest: newest pose, whether recording or not.
+        scan_came: whether there was a usable scan.
+    """
+
+    def __init__(self, node: Node, settings: Settings) -> None:
+        """Subscribes in `node`."""
+        self.log = RunLog()
+        self.reported: dict[str, DiagnosticStatus] = {}
+        self.goal: GoalReport | None = None
+        self.newest: PoseRow | None = None
+        self.scan_came = False
+        self._frames = settings.frames
+        self._clock = PosesClock()
+        self._asked = 0.0
+        self._recording = False
+        self._subscribe(node, settings.controller.stamped_cmd_vel)
+
+    @property
+    def silence(self) -> float:
+        """Time since the newest pose came [s]; infinite before the first."""
+        return self._clock.age(time.monotonic())
+
+    def begin(self) -> None:
+        """Begins the log."""
+        self._recording = True
+
+    def finish(self) -> None:
+        """Ends the log."""
+        self._recording = False
+
+    def ask(self) -> None:
+        """A new goal is about to be given: earlier reports are not about it."""
+        self.goal = None
+        self._asked = time.time()
+
+    def _subscribe(self, node: Node, stamped: bool) -> None:
+        def listen(kind: type, topic: str, take: Callable[..., None], qos: QoSProfile = EVERY_ONE) -> None:
+            node.create_subscription(kind, topic, take, qos)
+
+        listen(DiagnosticArray, "/diagnostics", self._take_diagnostics, DIAGNOSTICS_SUBSCRIBED)
+        listen(GoalStatus, "goal_status", self._take_goal_status, LATCHED)
+        listen(Odometry, "mocap/odom", self._take_pose)
+        log = self._while_recording
+        listen(Odometry, "ground_truth/odom", log(lambda m: self.log.truth.append(self._pose_row(m))))
+        listen(Vector3Stamped, "ground_truth/impact", log(lambda m: self.log.kicks.append(self._kick(m))))
+        listen(Vector3Stamped, "impact", log(lambda m: self.log.detected.append(self._kick(m))))
+        listen(Path, "plan", log(self._take_plan))
+        listen(Path, "planner/foreseen_impacts", log(self._take_contacts))
+        listen(DiagnosticArray, "planner/costs", log(self._take_costs))
+        listen(LaserScan, "scan", self._take_scan, SENSOR_DATA)
+        sent = self._sent_while_recording
+        listen(PointStamped, "controller/reference", sent(self._take_reference))
+        listen(String, "maneuver", sent(self._take_maneuver), LATCHED)
+        if stamped:
+            listen(TwistStamped, "cmd_vel", sent(lambda m, at: self._take_command(m.twist, at)))
+        else:
+            listen(Twist, "cmd_vel", sent(self._take_command))
+
+    def _while_recording(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
+        def guarded(message: Any) -> None:
+            # what no node can use is no part of the run; the node that drops it counts it
+            with suppress(MessageError):
+                if self._recording:
+                    take(message)
+
+        return guarded
+
+    def _sent_while_recording(self, take: Callable[[Any, float], None]) -> Callable[[Any, dict[str, Any]], None]:
+        # two arguments: rclpy then hands over when it was sent
+        def guarded(message: Any, info: dict[str, Any]) -> None:
+            if self._recording:
+                take(message, _when_sent(info))
+
+        return guarded
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        self.reported.update({status.name: status for status in message.status})
+
+    def _take_goal_status(self, message: GoalStatus, info: dict[str, Any]) -> None:
+        report = GoalReport(message.status, _when_sent(info))
+        if report.sent >= self._asked:
+            self.goal = report
+            self.log.told_reached = report.sent if report.status == GoalStatus.STATUS_SUCCEEDED else None
+
+    def _take_pose(self, message: Odometry, info: dict[str, Any]) -> None:
+        try:
+            self.newest = self._pose_row(message)._replace(sent=_when_sent(info))
+        except MessageError:
+            return
+        self._clock.received(self.newest.stamp, time.monotonic())
+        if self._recording:
+            self.log.poses.append(self.newest)
+
+    def _take_scan(self, message: LaserScan) -> None:
+        with suppress(ScanError):
+            scan = scan_from_message(message, self._frames.base)
+            self.scan_came = True
+            if self._recording:
+                self.log.scans.append(scan)
+
+    def _take_plan(self, message: Path) -> None:
+        plan = plan_from_path(message, self._frames.map)
+        self.log.plans.append(PlanRow(plan.stamp, plan.times, plan.positions))
+
+    def _take_contacts(self, message: Path) -> None:
+        self.log.contacts[seconds_from_stamp(message.header.stamp)] = contacts_from_path(message, self._frames.map)
+
+    def _take_costs(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.log.costs.append({item.key: float(item.value) for item in status.values if item.key in FIGURES})
+
+    def _take_reference(self, message: PointStamped, sent: float) -> None:
+        self.log.sent_references.append(SentReference(sent, message.point.x, message.point.y))
+
+    def _take_maneuver(self, message: String, sent: float) -> None:
+        self.log.sent_maneuvers.append(SentManeuver(sent, message.data))
+
+    def _take_command(self, twist: Twist, sent: float) -> None:
+        self.log.sent_commands.append(SentCommand(sent, twist.linear.x, twist.linear.y, twist.angular.z))
+
+    def _pose_row(self, message: Odometry) -> PoseRow:
+        state = state_from_odometry(message, self._frames.map, self._frames.base)
+        (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
+        return PoseRow(state.stamp, x, y, state.yaw, vx, vy)
+
+    def _kick(self, message: Vector3Stamped) -> Kick:
+        stamp, change = impact_from_message(message, self._frames.map)
+        return Kick(stamp, *change.tolist())
+
+
+def _when_sent(info: dict[str, Any]) -> float:
+    """When the sender handed a message to its middleware [s, wall clock]: whatever waits here does not count."""
+    return float(1e-9 * info["source_timestamp"])

@@ -1,0 +1,92 @@
+"""summary.json: the figures of a run."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from collplan_core.parameters import Settings, all_specs
+from collplan_core.evaluation.path_length import measured_path_length, path_length
+from collplan_ros.runs.impact_log import Impacts
+from collplan_ros.runs.run_log import RunLog
+from collplan_core.evaluation.run_end import REACHED
+
+CHOSEN = ("simulator.world", "simulator.seed")
+"""Parameters of the simulator that are no assumption about the robot."""
+
+
+def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, settings: Settings) -> dict[str, Any]:
+    """The figures of a run, ready for JSON.
+
+    They cover the time from the first non-zero command to the log's end, where the goal was reached: the first pose
+    within goal_tolerance. The rebounds' error is the median over the impacts that the last plan before each foresaw. A
+    maneuver's count is the control periods spent in it. The control period, like the first command, is told by the
+    stamps that the controller's own middleware puts on its commands, so bringup's own load is not in it.
+    """
+    begin = log.time_zero
+    commands = [c for c in log.commands if begin is not None and begin <= c.stamp]
+    return {
+        "outcome": outcome,
+        "reached": outcome == REACHED,
+        "arrival_time_s": log.arrival - begin if outcome == REACHED and begin is not None else None,
+        "path_length_m": _length(log, begin),
+        "path_length_source": "ground_truth" if log.truth else "mocap poses, low-passed at 5 Hz, resampled at 20 Hz",
+        "impacts": len(impacts),
+        "impacts_foreseen": int(impacts.foreseen.sum()),
+        "impacts_deliberate": int(impacts.deliberate.sum()),
+        "rebound_direction_error_deg": _median(np.degrees(impacts.direction_errors)),
+        "goal": [float(value) for value in goal],
+        "strategy": settings.planner.strategy,
+        "plan_time_ms": _percentiles([costs["planning_time_ms"] for costs in log.costs if "planning_time_ms" in costs]),
+        "control_period_ms": _percentiles(1e3 * np.diff([c.sent for c in commands])),
+        "candidates": {
+            "mean": _mean(log, "candidates"),
+            "before_pruning_mean": _mean(log, "candidates_before_pruning"),
+        },
+        "maneuvers": dict(Counter(c.maneuver for c in commands)),
+    }
+
+
+def assumed_constants(settings: Settings, simulated: bool) -> dict[str, Any]:
+    """Parameters that are assumed, by key, and those of the simulated robot where it is one."""
+    values = settings.values()
+
+    def is_assumed(key: str, doc: str) -> bool:
+        if key.startswith("simulator."):
+            return simulated and key not in CHOSEN
+        return "(assumed)" in doc
+
+    return {key: values[key] for key, spec in all_specs().items() if is_assumed(key, spec.doc)}
+
+
+def _length(log: RunLog, begin: float | None) -> float:
+    if begin is None:
+        return 0.0
+    rows = np.array([row[:3] for row in log.track if begin <= row.stamp]).reshape(-1, 3)
+    return path_length(rows[:, 1:]) if log.truth else measured_path_length(rows[:, 0], rows[:, 1:])
+
+
+def _percentiles(values: Sequence[float] | np.ndarray) -> dict[str, Any]:
+    if len(values) == 0:
+        return {"p50": None, "p99": None, "n": 0}
+    p50, p99 = np.percentile(values, [50, 99])
+    return {"p50": float(p50), "p99": float(p99), "n": len(values)}
+
+
+def _median(values: np.ndarray) -> float | None:
+    """Of those that are known."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else None
+
+
+def _mean(log: RunLog, key: str) -> float | None:
+    values = [costs[key] for costs in log.costs if key in costs]
+    return float(np.mean(values)) if values else None
+
+
+def write_summary(path: Path, summary: dict[str, Any]) -> None:
+    """Writes summary.json; what is not known is null."""
+    path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")

@@ -1,0 +1,1 @@
+"""Worlds and scores of the BARN benchmark."""

@@ -1,0 +1,38 @@
+"""What deliberate bounces bring: the question asked, and what is changed of it, one thing at a time."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from collplan_core.strategies import TIME_TO_GOAL
+from collplan_study.question.ablations import ROBOT
+from collplan_study.question.held_out import FAMILIES, FURTHER_FAMILIES, STUDY_SEED, TRIALS, held_out_worlds
+
+KNOWN_MAP = "known map"
+
+SPREADS = ("simulator.restitution_spread=0.08", "simulator.direction_spread=0.06")
+"""Simulated rebounds differ from hit to hit: what a bounce brings must outlast that."""
+
+ROBOTS = (
+    "a_max 1 m/s^2", "a_max 2 m/s^2", "a_max 3 m/s^2", "restitution 0.4", "restitution 0.9", "no noise",
+    "noise doubled",
+)  # fmt: skip
+
+VARIANTS: Mapping[str, Mapping[str, Any]] = {
+    "": {},
+    KNOWN_MAP: {"trial.known_map": True},
+    **{name: ROBOT[name] for name in ROBOTS},
+    "restitution 0.7, believed 0.4": {"rebound.restitution": 0.4},
+}
+"""The main comparison, then each change of it."""
+
+QUESTION: Mapping[str, Any] = {
+    "worlds": tuple(map(held_out_worlds, (*FAMILIES, *FURTHER_FAMILIES))),
+    "strategies": tuple(TIME_TO_GOAL),
+    "trials": TRIALS,
+    "seed": STUDY_SEED,
+    "values": SPREADS,
+    "ablations": True,
+    "ablation_strategies": ("bounce", "avoid"),
+    "ablation_trials": 1,
+}
+"""What `--bounces` asks where the command line does not say."""

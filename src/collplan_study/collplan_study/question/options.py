@@ -1,0 +1,161 @@
+"""What a user asks of the study."""
+
+import argparse
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from collplan_study.errors import StudyError
+from collplan_study.question.ablations import QUESTION as ABLATIONS_ASK
+from collplan_study.question.bounces import QUESTION as BOUNCES_ASK
+from collplan_study.question.grid import Task
+from collplan_study.question.question import Question, question_from
+
+ALL, MAIN, ABLATIONS, NONE = "all", "main", "ablations", "none"
+
+
+@dataclass(frozen=True)
+class Options:
+    """A command line.
+
+    Attributes:
+        given: the parts of the question that were given.
+        jobs: processes.
+        resume: folder of a study to complete.
+        out: folder of a new study; None is runs/study-<time>.
+        dask: address of a scheduler.
+        report: whether report and figures are made.
+        run: which trials are run now: ALL that are missing, of these the MAIN ones or those of the ABLATIONS, or NONE.
+    """
+
+    given: dict[str, Any] = field(default_factory=dict)
+    jobs: int = 1
+    resume: Path | None = None
+    out: Path | None = None
+    dask: str | None = None
+    report: bool = True
+    run: str = ALL
+
+    def question(self, begun: Question | None = None) -> Question:
+        """The question asked, or that of the study begun, which what was given must not contradict.
+
+        Raises:
+            StudyError: it does.
+        """
+        if begun is None:
+            return question_from(self._over(self._defaults()))
+        asked = question_from(self._over(begun.record()))
+        for part in fields(Question):
+            before, now = getattr(begun, part.name), getattr(asked, part.name)
+            if before != now:
+                raise StudyError(f"--resume {self.resume}: another study, its {part.name} is {before!r}, got {now!r}")
+        return begun
+
+    def runs(self, task: Task) -> bool:
+        """Whether a trial that is missing is run now."""
+        return self.run in (ALL, ABLATIONS if task.labels["ablation"] else MAIN)
+
+    def _defaults(self) -> Mapping[str, Any]:
+        if self.given.get("bounces"):
+            return BOUNCES_ASK
+        return ABLATIONS_ASK if self.given.get("ablations") else {}
+
+    def _over(self, parts: Mapping[str, Any]) -> dict[str, Any]:
+        """What was given over these parts; --set replaces the parameters that it names and no other."""
+        values = self.given.get("values", ())
+        named = {text.partition("=")[0] for text in values}
+        kept = [text for text in parts.get("values", ()) if text.partition("=")[0] not in named]
+        return {**parts, **self.given, "values": (*kept, *values)}
+
+
+DESCRIPTION = """\
+Runs a grid of simulated trials: worlds x strategies x mapping periods x --set axes x trials; by default the paper's
+300 runs. A trial's noise depends on world, trial number and --seed alone, so that strategies meet the same noise.
+
+Every row is kept as it comes: after a stop of any kind, --resume DIR completes the study.
+All asked for is done: exit code 0. Workers or disk were lost: 1. Something asked for cannot be done: 2. Ctrl-C: 130.
+"""
+EPILOG = """\
+examples:
+  study                                                     the paper's evaluation
+  study --worlds random:0-99 --map-periods 0.2 --trials 4   worlds nobody tuned on
+  study --set robot.max_acceleration=1,1.5,3                one more axis
+  study --bounces --worlds u:0-7 --seed 1                   what deliberate bounces bring, in few worlds
+  study --resume runs/study-2026-01-31_12-00-00             what is missing there
+  study --resume runs/study-2026-01-31_12-00-00 --run none  tables and report of what is there
+"""
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="study", description=DESCRIPTION, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    _add_question(parser.add_argument_group("the grid"))
+    add = parser.add_argument_group("how it is run").add_argument
+    cpus = len(os.sched_getaffinity(0))
+    add("--jobs", type=int, default=cpus, metavar="N", help=f"processes (default {cpus}, the CPUs here)")
+    add("--dask", metavar="ADDRESS", help="run on the Dask cluster with this scheduler instead")
+    add("--out", type=Path, metavar="DIR", help="folder of this study, new or empty (default runs/study-<time>)")
+    add("--resume", type=Path, metavar="DIR", help="complete the study in DIR; it knows its own grid")
+    parts = "the main grid or its ablations alone, or none: tables and report of what is there"
+    add("--run", choices=(ALL, MAIN, ABLATIONS, NONE), default=ALL, help=f"what is run now (default {ALL}): {parts}")
+    add("--no-report", dest="report", action="store_false", help="leave out report and figures, make the tables alone")
+    return parser
+
+
+def _add_question(group: argparse._ArgumentGroup) -> None:
+    default = Question()
+
+    def add(*names: str, help: str, **kwargs: Any) -> None:
+        group.add_argument(*names, help=help, default=argparse.SUPPRESS, **kwargs)
+
+    worlds = "NAME, FILE (YAML or SDF), FAMILY:SEED, FAMILY:A-B, both inclusive, or barn:DIR, the files of BARN"
+    add("--worlds", nargs="+", metavar="W", help=f"{worlds} (default {' '.join(default.worlds)})")
+    add("--strategies", nargs="+", metavar="S", help=f"named weight sets (default {' '.join(default.strategies)})")
+    periods = "default 0.2 0.4 0.6 0.8 1.0 for the paper's strategies, their own for others"
+    add("--map-periods", nargs="+", type=float, metavar="T", help=f"T_map [s] ({periods})")
+    add("--trials", type=int, metavar="N", help=f"trials in each cell of the grid (default {default.trials})")
+    add("--seed", type=int, metavar="N", help=f"seed of the study (default {default.seed})")
+    changes = "change a parameter; several values A,B,C make an axis"
+    add("--set", dest="values", nargs="+", action="extend", metavar="KEY=VALUE", help=changes)
+    add("--start", type=float, nargs=2, metavar=("X", "Y"), help="where to begin [m] (default each world's own)")
+    add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default each world's own)")
+    scale = "BARN's worlds so many times as large (default 1, as they are; 0.42 makes them as narrow for this robot as"
+    add("--barn-scale", type=float, metavar="F", help=f"{scale} they are for their own)")
+
+    add("--ablations", action="store_true", help=f"run each named ablation too ({_then(ABLATIONS_ASK)})")
+    add("--no-ablations", dest="ablations", action="store_false", help="leave them out beside --bounces")
+    add("--ablation-strategies", nargs="+", metavar="S", help="those that the ablations are run with (default all)")
+    add("--ablation-trials", type=int, metavar="N", help="trials in each cell of an ablation (default as without)")
+    held_out = "in worlds that nothing was tuned on, what deliberate bounces bring"
+    add("--bounces", action="store_true", help=f"{held_out} ({_then(BOUNCES_ASK)})")
+
+
+def _then(question: Mapping[str, Any]) -> str:
+    """The defaults with an option that stands for a question."""
+    parts = {**question, "set": question.get("values", ())}
+    named = {key: value for key, value in parts.items() if value != () and key not in ("values", "ablations")}
+    return "then the defaults are " + ", ".join(
+        f"{key.replace('_', '-')} {_shown(value)}" for key, value in named.items()
+    )
+
+
+def _shown(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+def parse(args: Sequence[str] | None = None) -> Options:
+    """The options on a command line without the program's name; sys.argv's when None.
+
+    Raises:
+        StudyError: options that do not go together.
+    """
+    parsed = vars(_parser().parse_args(args))
+    how = {part.name: parsed.pop(part.name) for part in fields(Options) if part.name != "given"}
+    if how["jobs"] < 1:
+        raise StudyError(f"--jobs: got {how['jobs']}, expected at least 1")
+    if how["resume"] is not None and how["out"] is not None:
+        raise StudyError("--out: a study that is resumed stays in its folder, leave it out")
+    return Options(given=parsed, **how)

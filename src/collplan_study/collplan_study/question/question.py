@@ -1,0 +1,85 @@
+"""What a study asks: everything that decides its rows, and nothing else."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from collplan_core.strategies import PAPER_WEIGHTS
+from collplan_study.errors import StudyError
+
+
+@dataclass(frozen=True)
+class Question:
+    """By default the paper's 300 runs. Paper: IV-B, IV-C.
+
+    Attributes:
+        worlds: NAME, FILE (YAML or SDF), FAMILY:SEED, FAMILY:A-B, both inclusive, or barn:DIR.
+        strategies: named weight sets.
+        map_periods: T_map [s]; None is the paper's five for its strategies, the parameter's default for any other.
+        trials: in each cell of the grid.
+        seed: of the study.
+        values: "KEY=VALUE" of any parameter; "KEY=A,B,C" makes an axis.
+        start, goal: x, y [m]; None is each world's own.
+        barn_scale: factor on the worlds of barn:DIR.
+        ablations: whether every named ablation is run beside the grid as it is.
+        ablation_strategies: that the ablations are run with; None is all of them.
+        ablation_trials: in each cell of an ablation; None is as many as without.
+        bounces: whether the question is what deliberate bounces bring: its ablations, and its report.
+    """
+
+    worlds: tuple[str, ...] = ("corridor",)
+    strategies: tuple[str, ...] = tuple(PAPER_WEIGHTS)
+    map_periods: tuple[float, ...] | None = None
+    trials: int = 20
+    seed: int = 0
+    values: tuple[str, ...] = ()
+    start: tuple[float, ...] | None = None
+    goal: tuple[float, ...] | None = None
+    barn_scale: float = 1.0
+    ablations: bool = False
+    ablation_strategies: tuple[str, ...] | None = None
+    ablation_trials: int | None = None
+    bounces: bool = False
+
+    def __post_init__(self) -> None:
+        for name, least in (("trials", 1), ("ablation_trials", 1), ("seed", 0)):
+            number = getattr(self, name)
+            if number is not None and number < least:
+                raise StudyError(f"{_option(name)}: got {number}, expected at least {least}")
+        for name in ("worlds", "strategies", "map_periods", "ablation_strategies"):
+            if getattr(self, name) == ():
+                raise StudyError(f"{_option(name)}: got none, the grid would be empty")
+        if self.ablations:
+            self._check_ablation_strategies()
+        if self.bounces:
+            self._check_bounces()
+
+    def _check_bounces(self) -> None:
+        """One grid: its report knows neither axes nor several T_map."""
+        several = [f"--set {text}" for text in self.values if "," in text]
+        if len(self.map_periods or ()) > 1:
+            several.append("--map-periods")
+        if several:
+            raise StudyError(f"{several[0]}: got several values, expected one beside --bounces")
+        if len(self.strategies) < 2:
+            raise StudyError("--strategies: got one, expected two or more to compare beside --bounces")
+
+    def _check_ablation_strategies(self) -> None:
+        for strategy in self.ablation_strategies or ():
+            if strategy not in self.strategies:
+                expected = f"expected some of --strategies {' '.join(self.strategies)}"
+                raise StudyError(f"--ablation-strategies: got {strategy}, {expected}")
+
+    def record(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        return asdict(self)
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def question_from(record: Mapping[str, Any]) -> Question:
+    """The question that a record describes; raises TypeError where it describes none."""
+    parts: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in record.items()}
+    return Question(**parts)

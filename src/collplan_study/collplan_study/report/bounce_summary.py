@@ -1,0 +1,31 @@
+"""tables.md: the tables of a study of bounces as a document takes them."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from collplan_study.analysis.bounce_results import BounceResults
+from collplan_study.report.bounce_sections import METHOD, conditions, summary
+from collplan_study.report.bounce_tables import tables_of
+
+
+def bounce_summary(results: BounceResults, provenance: Mapping[str, Any]) -> str:
+    """The document's text, with the commands that made the numbers."""
+    return "\n".join(_lines(results, provenance))
+
+
+def _lines(results: BounceResults, provenance: Mapping[str, Any]) -> Iterator[str]:
+    yield from ("All figures are simulated.", "", "```")
+    yield from (session["command"] for session in provenance["sessions"])
+    yield from ("```", "")
+    if not results.groups:
+        return
+    yield from (f"- {line}" for line in summary(results))
+    yield from ("", conditions(provenance), "", METHOD, "")
+    for each in tables_of(results):
+        yield from (f"### {each.title}", "", each.note, "")
+        yield from map(_row, (each.head, ["---"] * len(each.head), *each.rows))
+        yield ""
+
+
+def _row(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

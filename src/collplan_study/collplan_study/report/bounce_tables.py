@@ -1,0 +1,193 @@
+"""The tables of a study of bounces, for its page and for a document."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from collplan_study.analysis.bounce_results import BounceResults, GroupResults, KnownMapResults, VariantResults
+from collplan_study.analysis.cells import Cell
+from collplan_study.analysis.gains import Gain, WorldGain
+from collplan_study.analysis.groups import Group
+from collplan_study.analysis.rebounds import Rebounds
+from collplan_study.report.markup import number, with_interval
+from collplan_study.tables.rows import ERROR
+from omnipuck_sim.trial import REACHED, STUCK, TIMEOUT
+
+WORST = 6
+"""Worlds named of each headline: those where most is lost."""
+MAIN = "as in the main comparison"
+
+Row = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table under its title, and what must be known to read it."""
+
+    title: str
+    note: str
+    head: Row
+    rows: Sequence[Row]
+
+
+def tables_of(results: BounceResults) -> Iterator[Table]:
+    """Every table that the study has rows for."""
+    yield _saved(results)
+    yield _lost(results)
+    yield _strategies(results)
+    yield _rebounds(results)
+    yield _worst(results)
+    if results.known_map:
+        yield _known_map(results)
+    if results.variants:
+        yield _variants(results)
+        yield from _details(results)
+
+
+def _saved(results: BounceResults) -> Table:
+    others = [gain.other for gain in results.groups[0].gains]
+    return Table(
+        f"Arrival time saved by {results.ours} [%]",
+        "Mean over the worlds of 100 (1 - t / t_other), equal world and equal noise; in brackets 95 %.",
+        ("worlds", "number", "pairs", *(f"against {other}" for other in others)),
+        [_saved_row(each) for each in results.groups],
+    )
+
+
+def _saved_row(each: GroupResults) -> Row:
+    first = each.gains[0]
+    return each.group.name, str(first.worlds), str(first.pairs), *(with_interval(gain.saved, 1) for gain in each.gains)
+
+
+def _lost(results: BounceResults) -> Table:
+    return Table(
+        "What is lost",
+        f"Share of the pairs in which {results.ours} arrives later, and by how much its path is longer.",
+        ("worlds", "against", "arrives later [% of pairs]", "path longer [%]"),
+        [(each.group.name, gain.other, *_losses(gain)) for each in results.groups for gain in each.gains],
+    )
+
+
+def _losses(gain: Gain) -> Row:
+    return with_interval(gain.slower, 1), with_interval(gain.longer, 1)
+
+
+def _strategies(results: BounceResults) -> Table:
+    return Table(
+        "Each strategy",
+        "Wilson's interval of the share that arrives; a run that does not arrive counts with the time limit and the "
+        "length it drove; impacts are means over the runs. Deliberate: more than 0.2 m/s into the wall and foreseen. "
+        "Planning times are wall times of this machine at work: the mean of the runs' medians, the slowest p99.",
+        ("worlds", "strategy", "runs", "arrive [%]", "time-outs", "stuck", "errors", "time [s]", "path [m]", "impacts",
+         "deliberate", "unforeseen", "speed into the wall [m/s]", "hardest [m/s]", "planning p50 [ms]", "p99 [ms]"),
+        [
+            _strategy(each.group, cell, rebounds)
+            for each in results.groups
+            for cell, rebounds in zip(each.cells, each.rebounds, strict=True)
+        ],
+    )  # fmt: skip
+
+
+def _strategy(group: Group, cell: Cell, rebounds: Rebounds) -> Row:
+    means, (time, _, length, _) = cell.means, cell.levels
+    return (
+        group.name, cell.strategy, str(cell.runs), with_interval(cell.success, 1),
+        *(str(cell.outcomes[outcome]) for outcome in (TIMEOUT, STUCK, ERROR)),
+        number(time.value, 3), number(length.value, 3),
+        *(number(means[name], 2) for name in ("impacts", "deliberate_impacts", "unforeseen_impacts")),
+        number(rebounds.speed_into, 2), number(cell.largest["max_impact_speed"], 2),
+        number(means["plan_time_ms_p50"], 1), number(cell.largest["plan_time_ms_p99"], 1),
+    )  # fmt: skip
+
+
+def _rebounds(results: BounceResults) -> Table:
+    return Table(
+        "Rebounds, foreseen and true",
+        "Of the impacts that the last plan before them foresaw: angle between the foreseen velocity after the impact "
+        "and the true one, and true speed less foreseen speed.",
+        ("worlds", "strategy", "impacts", "foreseen", "direction off, median [deg]", "90 % [deg]",
+         "speed off, median [m/s]", "deliberate", "direction off, median [deg]"),
+        [(each.group.name, *_rebound(rebounds)) for each in _headlines(results) for rebounds in each.rebounds],
+    )  # fmt: skip
+
+
+def _rebound(each: Rebounds) -> Row:
+    return (
+        each.strategy, str(each.impacts), str(each.foreseen), number(each.direction_error, 1),
+        number(each.direction_error_p90, 1), number(each.speed_error, 2), str(each.deliberate),
+        number(each.deliberate_direction_error, 1),
+    )  # fmt: skip
+
+
+def _worst(results: BounceResults) -> Table:
+    counts = ", ".join(
+        f"{sum(world.saved < 0.0 for world in each.worlds)} of {len(each.worlds)} ({each.group.name})"
+        for each in _headlines(results)
+    )
+    return Table(
+        f"Worlds where {results.ours} loses most against {results.against}",
+        f"Slower in the mean of its pairs in {counts}.",
+        ("world", "pairs", "saved [%]", f"{results.ours} [s]", f"{results.against} [s]"),
+        [_world(world) for each in _headlines(results) for world in each.worlds[:WORST]],
+    )
+
+
+def _world(each: WorldGain) -> Row:
+    return each.world, str(each.pairs), number(each.saved, 1), number(each.ours_time, 2), number(each.other_time, 2)
+
+
+def _known_map(results: BounceResults) -> Table:
+    both = (results.ours, results.against)
+    return Table(
+        "What not knowing the map costs [%]",
+        f"Arrival time that the same strategy saves when it is given the map; time that {results.ours} saves against "
+        f"{results.against} with what the robot sees and when both are given the map (the ceiling), in the same pairs; "
+        "and the share of that ceiling that is reached.",
+        ("worlds", *(f"{name} would save" for name in both), "saved", "ceiling", "share of the ceiling"),
+        [_known(each, both) for each in results.known_map],
+    )
+
+
+def _known(each: KnownMapResults, both: tuple[str, str]) -> Row:
+    numbers = [each.saved_by_knowing[name] for name in both] + [each.reached, each.ceiling]
+    return each.group.name, *(with_interval(estimate, 1) for estimate in numbers), with_interval(each.share, 0)
+
+
+def _variants(results: BounceResults) -> Table:
+    names = [each.group.name for each in results.groups]
+    by_name: dict[str, list[VariantResults]] = {}
+    for each in results.variants:
+        by_name.setdefault(each.ablation, []).append(each)
+    return Table(
+        f"One thing changed at a time: time saved by {results.ours} against {results.against} [%]",
+        "What is not named is as in the main comparison. A restitution is the true one and the believed one, where "
+        "nothing else is said.",
+        ("change", *names),
+        [(name or MAIN, *(with_interval(each.gain.saved, 1) for each in found)) for name, found in by_name.items()],
+    )
+
+
+def _details(results: BounceResults) -> Iterator[Table]:
+    for group in (each.group for each in _headlines(results)):
+        yield Table(
+            f"One thing changed at a time: {group.name}",
+            f"{results.ours} / {results.against}.",
+            ("change", "arrive", "time [s]", "deliberate impacts", "saved [%]", "arrives later [% of pairs]",
+             "path longer [%]"),
+            [_detail(each, results) for each in results.variants if each.group == group],
+        )  # fmt: skip
+
+
+def _detail(each: VariantResults, results: BounceResults) -> Row:
+    cells = {cell.strategy: cell for cell in each.cells}
+    both = [cells[name] for name in (results.ours, results.against) if name in cells]
+    return (
+        each.ablation or MAIN,
+        " / ".join(f"{cell.outcomes[REACHED]} of {cell.runs}" for cell in both),
+        " / ".join(number(cell.levels[0].value, 2) for cell in both),
+        " / ".join(number(cell.means["deliberate_impacts"], 2) for cell in both),
+        with_interval(each.gain.saved, 1), *_losses(each.gain),
+    )  # fmt: skip
+
+
+def _headlines(results: BounceResults) -> list[GroupResults]:
+    return [each for each in results.groups if each.group.headline]

@@ -1,0 +1,66 @@
+"""Everything that must hold before the first trial."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.worlds import WorldError
+from collplan_study.errors import StudyError
+from collplan_study.question.ablations import ABLATIONS
+from collplan_study.question.bounces import VARIANTS
+from collplan_study.question.grid import NO_ABLATION, Grid, make_grid
+from collplan_study.question.options import Options
+from collplan_study.question.question import Question, question_from
+from collplan_study.question.sources import Source, load_sources
+from collplan_study.run.provenance import Provenance, check_code, new_provenance
+from collplan_study.run.study_folder import check_new, read_provenance, read_sources
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What to run and what is known of it; `folder` is None where none was made yet."""
+
+    grid: Grid
+    sources: tuple[Source, ...]
+    provenance: Provenance
+    folder: Path | None
+
+
+def prepare(options: Options) -> Study:
+    """The study asked for, or the one to go on with. Writes nothing.
+
+    Raises:
+        StudyError: it cannot be run; the message says why in one line.
+    """
+    try:
+        return _new(options) if options.resume is None else _begun(options, options.resume)
+    except (WorldError, ParameterError) as error:
+        raise StudyError(str(error)) from None
+
+
+def _new(options: Options) -> Study:
+    question = options.question()
+    check_new(options.out)
+    sources = load_sources(question.worlds, question.start, question.goal, question.barn_scale)
+    ablations = _ablations(question)
+    grid = make_grid(question, sources, ablations)
+    return Study(grid, sources, new_provenance(question, sources, ablations, len(grid)), None)
+
+
+def _begun(options: Options, folder: Path) -> Study:
+    provenance = read_provenance(folder)
+    try:
+        question = options.question(question_from(provenance["question"]))
+        check_code(provenance, folder)
+        sources = read_sources(folder, provenance)
+        return Study(make_grid(question, sources, provenance["ablations"]), sources, provenance, folder)
+    except (AttributeError, KeyError, TypeError) as error:
+        raise StudyError(f"{folder}: its provenance was changed ({error}), expected what a study wrote") from None
+
+
+def _ablations(question: Question) -> Mapping[str, Mapping[str, Any]]:
+    if not question.ablations:
+        return NO_ABLATION
+    return VARIANTS if question.bounces else ABLATIONS

@@ -1,0 +1,87 @@
+"""Where the numbers of a study come from."""
+
+import os
+import platform
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from collplan_core.parameters import Settings
+from collplan_study.errors import StudyError
+from collplan_study.question.options import Options
+from collplan_study.question.question import Question
+from collplan_study.question.sources import Source
+from collplan_study.run.code_state import git_state, trial_code, versions
+from collplan_study.run.study_folder import source_records
+
+Provenance = dict[str, Any]
+
+
+def new_provenance(
+    question: Question, sources: Sequence[Source], ablations: Mapping[str, Mapping[str, Any]], trials: int
+) -> Provenance:
+    """All that is known before the first of `trials` trials; sessions come as they are run.
+
+    `parameters` are the defaults; what the cells of the grid change is in `question`, `sources` and `ablations`.
+    """
+    return {
+        "results": "simulated",
+        "question": question.record(),
+        "sources": source_records(sources),
+        "ablations": {name: dict(changes) for name, changes in ablations.items()},
+        "trials": trials,
+        "parameters": Settings().values(),
+        "code": {"trial": trial_code(), "git": git_state()},
+        "versions": versions(),
+        "platform": _platform(),
+        "sessions": [],
+    }
+
+
+def new_session(options: Options, done: int) -> dict[str, Any]:
+    """A session that begins now with so many trials done by earlier ones."""
+    where = {"jobs": options.jobs} if options.dask is None else {"dask": options.dask}
+    command = shlex.join([os.path.basename(sys.argv[0]), *sys.argv[1:]])
+    return {"command": command, **where, "begun": _now(), "done_before": done}
+
+
+def ended(session: Mapping[str, Any], trials: int, wall_time: float) -> dict[str, Any]:
+    """The session once it has run so many trials in `wall_time` [s]."""
+    return {**session, "ended": _now(), "trials": trials, "wall_time_s": round(wall_time, 3)}
+
+
+def check_code(provenance: Provenance, folder: Path) -> None:
+    """Refuses to go on with other code: its rows would not belong to the same table.
+
+    Raises:
+        StudyError: the code here is not what the study in `folder` was begun with.
+    """
+    begun, here = provenance["code"].get("trial"), trial_code()
+    if begun != here:
+        raise StudyError(f"{folder}: begun with other code or libraries ({begun}), here is {here}: begin a new study")
+
+
+def _now() -> str:
+    return datetime.now(timezone.utc).isoformat(timespec="seconds")
+
+
+def _platform() -> dict[str, Any]:
+    return {
+        "python": platform.python_version(),
+        "system": platform.platform(),
+        "machine": platform.machine(),
+        "processor": _processor(),
+        "cpus": os.cpu_count(),
+    }
+
+
+def _processor() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as file:
+            names = [line.partition(":")[2].strip() for line in file if line.startswith("model name")]
+    except OSError:
+        names = []
+    return names[0] if names else platform.processor()

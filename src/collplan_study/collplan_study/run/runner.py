@@ -1,0 +1,49 @@
+"""Hands the trials to an executor, a bounded number at a time."""
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from itertools import islice
+
+from collplan_study.errors import WorkersLost
+from collplan_study.question.grid import Task
+from collplan_study.run.worker import Record, run_batch
+
+BATCH = 4
+"""Trials sent at once: some tenths of a second of work, and what one write to the disk keeps."""
+QUEUED = 2
+"""Batches that wait for each worker."""
+
+
+def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterator[list[Record]]:
+    """The records of each batch as it comes, in no order. Memory does not grow with the number of tasks.
+
+    Raises:
+        WorkersLost: the executor broke.
+    """
+    left = iter(tasks)
+    batches = iter(lambda: tuple(islice(left, BATCH)), ())
+    pending = _submitted(executor, islice(batches, QUEUED * workers))
+    while pending:
+        done, pending = wait(pending, return_when=FIRST_COMPLETED)
+        for future in done:
+            yield _result(future)
+        pending |= _submitted(executor, islice(batches, len(done)))
+
+
+def _submitted(executor: Executor, batches: Iterable[tuple[Task, ...]]) -> set[Future[list[Record]]]:
+    try:
+        return {executor.submit(run_batch, batch) for batch in batches}
+    except BrokenExecutor as error:
+        raise _lost(error) from error
+
+
+def _result(future: Future[list[Record]]) -> list[Record]:
+    try:
+        return future.result()
+    except Exception as error:
+        # no trial raises: whatever it is, it is the executor's
+        raise _lost(error) from error
+
+
+def _lost(error: Exception) -> WorkersLost:
+    return WorkersLost(f"workers lost ({type(error).__name__}: {error})")

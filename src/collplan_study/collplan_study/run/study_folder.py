@@ -1,0 +1,139 @@
+"""The folder of a study: what was asked, the worlds it was asked of, and what came out."""
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import datetime
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from collplan_core.worlds import save_world
+from collplan_core.worlds.file import read_world
+from collplan_study.errors import StudyError
+from collplan_study.question.sources import Source
+
+PROVENANCE, WORLDS, ROWS = "provenance.json", "worlds", "trials.jsonl"
+RUNS = Path("runs")
+PARTS = {"question", "sources", "ablations", "code", "sessions"}
+"""Of a provenance, what going on with a study needs."""
+
+
+def check_new(out: Path | None) -> None:
+    """Refuses a folder that is there and not empty.
+
+    Raises:
+        StudyError: nothing in it was touched.
+    """
+    if out is None or not out.exists():
+        return
+    if (out / PROVENANCE).exists():
+        raise StudyError(f"--out {out}: holds a study already, continue it with --resume {out}")
+    if not out.is_dir() or any(out.iterdir()):
+        raise StudyError(f"--out {out}: exists, expected a new or an empty folder")
+
+
+def make_folder(out: Path | None, provenance: Mapping[str, Any], sources: Sequence[Source]) -> Path:
+    """Makes a study's folder, whole at once: at no moment is there one that could not be resumed.
+
+    Raises:
+        StudyError: it cannot be written or is not empty.
+    """
+    parent = RUNS if out is None else out.parent
+    with _writing(out or RUNS):
+        parent.mkdir(parents=True, exist_ok=True)
+        draft = Path(tempfile.mkdtemp(prefix=".study-", dir=parent))
+    try:
+        with _writing(out or RUNS):
+            _write_sources(draft, sources)
+            write_provenance(draft, provenance)
+            draft.chmod(0o755)
+            return _moved(draft, out)
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+
+
+def write_provenance(folder: Path, provenance: Mapping[str, Any]) -> None:
+    """Puts provenance.json in the place of an earlier one."""
+    part = folder / f".{PROVENANCE}.part"
+    part.write_text(json.dumps(provenance, indent=2) + "\n", encoding="utf-8")
+    os.replace(part, folder / PROVENANCE)
+
+
+def read_provenance(folder: Path) -> dict[str, Any]:
+    """What provenance.json of a study's folder holds.
+
+    Raises:
+        StudyError: there is none, or it is none.
+    """
+    path = folder / PROVENANCE
+    try:
+        provenance = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({error.strerror}), expected the folder of a study") from None
+    except ValueError as error:
+        raise StudyError(f"{path}: not JSON ({error}), expected what a study wrote") from None
+    if not isinstance(provenance, dict) or not {"question", "sources", "ablations", "code", "sessions"} <= set(
+        provenance
+    ):
+        raise StudyError(f"{path}: not of a study, expected what one wrote")
+    return provenance
+
+
+def read_sources(folder: Path, provenance: Mapping[str, Any]) -> tuple[Source, ...]:
+    """The worlds of a study as they were when it began.
+
+    Raises:
+        WorldError: one cannot be read.
+    """
+    return tuple(
+        Source(read_world(folder / each["file"]), each["family"], each["values"], each["optimal_length_m"])
+        for each in provenance["sources"]
+    )
+
+
+def source_records(sources: Sequence[Source]) -> list[dict[str, Any]]:
+    """As JSON holds them; the worlds are in files of their own."""
+    return [
+        {
+            "world": source.world.name,
+            "family": source.family,
+            "file": _file(number),
+            "values": dict(source.values),
+            "optimal_length_m": source.optimal_length,
+        }
+        for number, source in enumerate(sources)
+    ]
+
+
+def _write_sources(folder: Path, sources: Sequence[Source]) -> None:
+    (folder / WORLDS).mkdir()
+    for number, source in enumerate(sources):
+        save_world(source.world, folder / _file(number))
+
+
+def _file(number: int) -> str:
+    # a name can hold what a file's must not
+    return f"{WORLDS}/{number:04d}.yaml"
+
+
+def _moved(draft: Path, out: Path | None) -> Path:
+    if out is not None:
+        return draft.rename(out)
+    stem = f"study-{datetime.now():%Y-%m-%d_%H-%M-%S}"
+    for number in count(1):
+        path = RUNS / (stem if number == 1 else f"{stem}_{number}")
+        if not path.exists():
+            return draft.rename(path)
+    raise AssertionError("unreachable")
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be written: {error.strerror or error}") from None

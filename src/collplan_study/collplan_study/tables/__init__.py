@@ -1,0 +1,1 @@
+"""One row a run, and tables of rows."""

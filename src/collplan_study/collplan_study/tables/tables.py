@@ -1,0 +1,73 @@
+"""The tables of a study in the order of the grid: trials.parquet and .csv, trajectories.parquet, impacts.parquet."""
+
+import csv
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from collplan_study.question.grid import Grid
+from collplan_study.run.worker import Record
+from collplan_study.tables.columns import IMPACT, LABELS, TRIAL, columns
+from collplan_study.tables.rows import PATH_UNIT
+
+TABLE, TEXT, PATHS, IMPACTS = "trials.parquet", "trials.csv", "trajectories.parquet", "impacts.parquet"
+GROUP = 1000
+"""Rows held in memory at once."""
+ARROW = {str: pa.string(), float: pa.float64(), int: pa.int64(), bool: pa.bool_()}
+PATH_FIELDS = [pa.field(name, pa.list_(pa.float32())) for name in ("t", "x", "y")]
+
+
+def write_tables(folder: Path, grid: Grid, records: Iterable[Record]) -> None:
+    """Writes the tables of a study from its records in the order of the grid."""
+    kinds = columns(grid.axes)
+    rows = _schema(kinds)
+    labels = [rows.field(name) for name in (*LABELS, *grid.axes, *TRIAL)]
+    paths, impacts = pa.schema([*labels, *PATH_FIELDS]), pa.schema([*labels, *_schema(IMPACT)])
+    parts = {name: folder / f".{name}.part" for name in (TABLE, TEXT, PATHS, IMPACTS)}
+    with (
+        pq.ParquetWriter(parts[TABLE], rows, compression="zstd") as table,
+        pq.ParquetWriter(parts[PATHS], paths, compression="zstd") as path_table,
+        pq.ParquetWriter(parts[IMPACTS], impacts, compression="zstd") as impact_table,
+        parts[TEXT].open("w", newline="", encoding="utf-8") as text,
+    ):
+        writer = csv.DictWriter(text, kinds)
+        writer.writeheader()
+        for group in _groups(records):
+            writer.writerows(_as_text(record["row"]) for record in group)
+            table.write_table(pa.Table.from_pylist([record["row"] for record in group], schema=rows))
+            path_table.write_table(pa.Table.from_pylist([_path_row(record) for record in group], schema=paths))
+            impact_table.write_table(pa.Table.from_pylist(list(_impact_rows(group)), schema=impacts))
+    for name, part in parts.items():
+        os.replace(part, folder / name)
+
+
+def _schema(kinds: Mapping[str, type]) -> pa.Schema:
+    return pa.schema([pa.field(name, ARROW[kind]) for name, kind in kinds.items()])
+
+
+def _groups(records: Iterable[Record]) -> Iterator[list[Record]]:
+    left = iter(records)
+    return iter(lambda: list(islice(left, GROUP)), [])
+
+
+def _as_text(row: Mapping[str, Any]) -> dict[str, Any]:
+    # as parameter files write them
+    return {key: str(value).lower() if isinstance(value, bool) else value for key, value in row.items()}
+
+
+def _path_row(record: Record) -> dict[str, Any]:
+    path = record["path"]
+    units = {"t": ("t_ms", 1e-3), "x": ("x", PATH_UNIT), "y": ("y", PATH_UNIT)}
+    return {**record["row"], **{name: np.array(path[key]) * unit for name, (key, unit) in units.items()}}
+
+
+def _impact_rows(group: Iterable[Record]) -> Iterator[dict[str, Any]]:
+    for record in group:
+        for impact in record["impacts"]:
+            yield {**record["row"], **impact}

@@ -1,0 +1,1 @@
+"""The robot's firmware at the other end of a pseudo-terminal."""

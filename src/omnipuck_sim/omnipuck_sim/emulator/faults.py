@@ -1,0 +1,50 @@
+"""What a bad line does to bytes, on request."""
+
+import numpy as np
+
+from collplan_core.parameters import Emulator
+
+LARGEST_NOISE = 12
+"""Bytes."""
+
+
+class BadLine:
+    """One direction of a serial line; equal seeds make equal faults."""
+
+    def __init__(self, seed: int) -> None:
+        self._random = np.random.default_rng(seed)
+        self._held = b""
+
+    def passed(self, data: bytes, faults: Emulator) -> bytes:
+        """What comes out when `data` goes in. Frames are what lies between two delimiters."""
+        sent, self._held = self._held, b""
+        pieces = data.split(b"\0")
+        for i, piece in enumerate(pieces):
+            ending = b"" if i == len(pieces) - 1 else b"\0"
+            sent += (self._frame(piece, faults) if piece else b"") + ending
+        if data and self._happens(faults.split):
+            half = len(sent) // 2
+            sent, self._held = sent[:half], sent[half:]
+        return self._flipped(sent, faults.flipped)
+
+    def _frame(self, frame: bytes, faults: Emulator) -> bytes:
+        if self._happens(faults.lost):
+            return b""
+        if self._happens(faults.cut):
+            frame = frame[: int(self._random.integers(len(frame)))]
+        if self._happens(faults.doubled):
+            frame = frame + b"\0" + frame
+        if self._happens(faults.noise):
+            frame = self._random.bytes(int(self._random.integers(1, LARGEST_NOISE))) + b"\0" + frame
+        return frame
+
+    def _flipped(self, data: bytes, share: float) -> bytes:
+        if not share or not data:
+            return data
+        values = np.frombuffer(data, np.uint8).copy()
+        hit = self._random.random(len(values)) < share
+        values[hit] ^= (1 << self._random.integers(0, 8, int(hit.sum()))).astype(np.uint8)
+        return values.tobytes()
+
+    def _happens(self, share: float) -> bool:
+        return share > 0.0 and bool(self._random.random() < share)

@@ -1,0 +1,157 @@
+"""The emulated firmware behind a real pseudo-terminal, in the room of the simulated robot, with faults on request."""
+
+import secrets
+import time
+from collections import Counter
+from collections.abc import Sequence
+from math import floor
+from pathlib import Path
+from typing import Any
+
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from collplan_core.parameters import Control, Emulator, Frames, Kinematics, Limits, Robot, Settings, Simulation
+from collplan_core.parameters.spec import ParameterError
+from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
+from collplan_ros.node_kit.run_node import run_node
+from omnipuck_sim.emulator.faults import BadLine
+from omnipuck_sim.emulator.firmware import Firmware, Stop
+from omnipuck_sim.emulator.pseudo_terminal import PseudoTerminal
+from omnipuck_sim.node.room import Room
+
+GROUPS = (Robot, Simulation, Limits, Control, Frames, Kinematics, Emulator)
+GARBLED = Emulator(flipped=0.5)
+"""What a line makes of bytes at another rate."""
+
+
+class FirmwareEmulator(Node):
+    """Between poses it takes what the driver has sent, moves the robot, and answers.
+
+    Each time the wheels are set to zero after they had turned it reports at once: `stops`, `stop_age` (of the command
+    then), `stop_cause`, and `time_lost_in_stalls`, all on the simulation's clock.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        """Keyword arguments go to `rclpy.node.Node`."""
+        super().__init__("firmware_emulator", **kwargs)
+        declare(self, *GROUPS)
+        self._settings = read_settings(self, *GROUPS)
+        if self._settings.simulator.speed_factor != 1.0:
+            raise ParameterError("simulator.speed_factor: expected 1 with the emulated firmware, a line has real time")
+        self._room = Room(self, self._settings)
+        self._line_in, self._line_out = (BadLine(2 * self._settings.simulator.seed + way) for way in (0, 1))
+        self._terminal: PseudoTerminal | None = None
+        self._told = 0
+        self._stops: Counter[str] = Counter()
+        self._last_stop: Stop | None = None
+        self._firmware = self._started()
+        self._plug()
+        self.create_service(Trigger, "reset", self._reset)
+        on_change(self, self._change, Emulator)
+        self._room.call_each_pose(self._advance)
+        self._diagnostics = Diagnostics(self, self._health)
+
+    # ---- faults on request
+
+    def _change(self, settings: Settings) -> None:
+        before, emulator = self._settings.emulator, settings.emulator
+        self._settings = settings
+        if emulator.restarts != before.restarts:
+            self._restart()
+        if emulator.unplugged != before.unplugged:
+            self._plug()
+        if emulator.stall != before.stall:
+            time.sleep(emulator.stall)
+        self._firmware.estop_pressed, self._firmware.battery = emulator.estop_pressed, emulator.battery
+
+    def _started(self) -> Firmware:
+        return Firmware(self._room.simulator, self._settings, secrets.randbits(32))
+
+    def _restart(self) -> None:
+        self._firmware.end()
+        self._take_stops()
+        self._firmware = self._started()
+        self._write(self._firmware.booted())
+
+    def _plug(self) -> None:
+        if self._terminal is not None:
+            self._terminal.close()
+            self._terminal = None
+        if not self._settings.emulator.unplugged:
+            self._terminal = PseudoTerminal(Path(self._settings.emulator.link))
+            self._write(self._firmware.booted())
+
+    # ---- the line
+
+    def _read(self) -> bytes:
+        if self._terminal is None:
+            return b""
+        return self._line_in.passed(self._terminal.read(), self._faults(self._terminal))
+
+    def _write(self, data: bytes) -> None:
+        if self._terminal is not None:
+            self._terminal.write(self._line_out.passed(data, self._faults(self._terminal)))
+
+    def _faults(self, terminal: PseudoTerminal) -> Emulator:
+        emulator = self._settings.emulator
+        return emulator if terminal.rate_is(emulator.baud) else GARBLED
+
+    # ---- time
+
+    def _advance(self) -> None:
+        lost = self._room.lost
+        impacts = self._room.advance(self._firmware.advance)
+        self._firmware.stalled |= self._room.lost > lost
+        for impact in impacts:
+            self._firmware.feel(impact)
+        self._write(self._firmware.receive(self._read()))
+        self._send_telemetry()
+        self._take_stops()
+
+    def _send_telemetry(self) -> None:
+        due = floor(self._room.simulator.time * self._settings.emulator.telemetry_rate + 1e-6)
+        if due > self._told:
+            self._told = due
+            self._write(self._firmware.telemetry())
+
+    def _take_stops(self) -> None:
+        for stop in self._firmware.take_stops():
+            self._stops[stop.cause] += 1
+            self._last_stop = stop
+            self._diagnostics.publish()
+
+    def _reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._room.simulator.reset()
+        response.success, response.message = True, "carried back to the start, at rest"
+        return response
+
+    # ---- how it is
+
+    def _health(self) -> Health:
+        stop, firmware = self._last_stop, self._firmware
+        values: dict[str, object] = {
+            "refused": firmware.refused,
+            "late": firmware.late,
+            "impacts": self._room.impacts,
+            "simulated_time": self._room.simulator.time,
+            "time_lost_in_stalls": self._room.lost,
+            "stops": sum(self._stops.values()),
+        }
+        if stop is not None:
+            values |= {"stop_time": stop.time, "stop_age": stop.age, "stop_cause": stop.cause}
+        unplugged = self._settings.emulator.unplugged
+        return Health(WARN, "unplugged", values) if unplugged else Health(OK, "simulated", values)
+
+    def destroy_node(self) -> None:
+        """Takes the pseudo-terminal away."""
+        if self._terminal is not None:
+            self._terminal.close()
+            self._terminal = None
+        super().destroy_node()
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Entry point of the executable."""
+    return run_node(FirmwareEmulator, args)

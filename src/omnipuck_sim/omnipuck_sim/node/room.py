@@ -1,0 +1,95 @@
+"""The simulated robot in a room with motion capture, in real time: its poses, and the truth, on the graph."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import floor
+
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock as ClockMessage
+
+from collplan_core.parameters import Settings
+from collplan_core.worlds import load_world
+from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
+from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
+from collplan_ros.node_kit.clock import seconds
+from omnipuck_sim.node.pacing import Pacing
+from omnipuck_sim.robot.physics import Simulator
+from omnipuck_sim.robot.rebound import Impact
+
+FASTEST_TIMER = 0.001
+"""Shortest period of the timer; what is due between two calls is then published together [s]."""
+
+
+class Room:
+    """Runs in real time, stamped by the node's clock, or at another speed factor, where it publishes /clock.
+
+    Attributes:
+        simulator: the robot.
+        impacts: hits so far.
+    """
+
+    def __init__(self, node: Node, settings: Settings) -> None:
+        """Publishes in `node`, whenever `advance` is called."""
+        simulation = settings.simulator
+        self.simulator = Simulator(load_world(simulation.world), settings, simulation.seed)
+        self.impacts = 0
+        self._node = node
+        self._settings = settings
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._pacing = Pacing(simulation.physics_rate, simulation.speed_factor, seconds(self._steady))
+        self._epoch = 0.0
+        self._poses = 0
+        self._pose_publisher = node.create_publisher(PoseStamped, "mocap/pose", POSE_PUBLISHED)
+        self._odometry_publisher = node.create_publisher(Odometry, "ground_truth/odom", EVENT)
+        self._impact_publisher = node.create_publisher(Vector3Stamped, "ground_truth/impact", EVENT)
+        follows = simulation.speed_factor == 1.0
+        self._clock_publisher = None if follows else node.create_publisher(ClockMessage, "/clock", NEWEST)
+
+    def call_each_pose(self, advance: Callable[[], object]) -> None:
+        """Calls `advance` once per pose from now on."""
+        simulation = self._settings.simulator
+        period = max(1.0 / (simulation.mocap_rate * simulation.speed_factor), FASTEST_TIMER)
+        self._node.create_timer(period, advance, clock=self._steady)
+
+    @property
+    def lost(self) -> float:
+        """Simulated time given up in stalls of this process [s]."""
+        return self._pacing.lost
+
+    def advance(self, before_step: Callable[[], None] | None = None) -> list[Impact]:
+        """Brings the simulation to the present, publishes what it met on the way, and returns the hits."""
+        steps = self._pacing.due(seconds(self._steady))
+        if self._clock_publisher is None:
+            # only after a stall or a step of the system's clock this changes by more than the clocks' reading time
+            target = self.simulator.time + steps / self._settings.simulator.physics_rate + self._pacing.ahead
+            self._epoch = seconds(self._node.get_clock()) - target
+        for _ in range(steps):
+            if before_step is not None:
+                before_step()
+            self.simulator.step()
+            self._publish_poses()
+        impacts = self.simulator.take_impacts()
+        for impact in impacts:
+            self._publish_impact(impact)
+        return impacts
+
+    def _publish_poses(self) -> None:
+        due = floor(self.simulator.time * self._settings.simulator.mocap_rate + 1e-6)
+        if due <= self._poses:
+            return
+        self._poses = due
+        frames, stamp = self._settings.frames, self._epoch + self.simulator.time
+        if self._clock_publisher is not None:
+            self._clock_publisher.publish(ClockMessage(clock=stamp_from_seconds(stamp)))
+        measured = replace(self.simulator.measured_pose(), stamp=stamp)
+        self._pose_publisher.publish(pose_to_message(measured, frames.map))
+        truth = replace(self.simulator.state, stamp=stamp)
+        self._odometry_publisher.publish(state_to_odometry(truth, frames.map, frames.base))
+
+    def _publish_impact(self, impact: Impact) -> None:
+        self.impacts += 1
+        change = impact.velocity_after - impact.velocity_before
+        self._impact_publisher.publish(impact_to_message(self._epoch + impact.time, change, self._settings.frames.map))

@@ -1,0 +1,61 @@
+"""Studies small enough to be run in a test."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from collplan_study.main import main
+from collplan_study.run.study_folder import ROWS
+from collplan_study.tables.columns import WALL_TIMES
+
+GRID = ["--worlds", "corridor", "random:3", "--strategies", "harness", "low_risk", "--map-periods", "0.2",
+        "--trials", "5", "--seed", "7", "--set", "simulator.noise=0.5,1"]  # fmt: skip
+N_TRIALS = 2 * 2 * 5 * 2
+
+
+def run(out: Path, *options: str) -> Path:
+    assert main([*GRID, "--out", str(out), "--no-report", *options]) == 0
+    return out
+
+
+def resume(folder: Path, *options: str) -> Path:
+    assert main(["--resume", str(folder), "--no-report", *options]) == 0
+    return folder
+
+
+def table(folder: Path) -> pa.Table:
+    """The rows without what the clock on the wall says."""
+    return pq.read_table(folder / "trials.parquet").drop_columns(list(WALL_TIMES))
+
+
+def paths(folder: Path) -> pa.Table:
+    return pq.read_table(folder / "trajectories.parquet")
+
+
+def same(folder: Path, other: Path) -> bool:
+    return table(folder).equals(table(other)) and paths(folder).equals(paths(other))
+
+
+def start(out: Path, arguments: Sequence[str]) -> subprocess.Popen:
+    code = "import sys; from collplan_study.main import main; sys.exit(main())"
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *arguments, "--no-report", "--out", str(out)], stderr=subprocess.DEVNULL
+    )
+
+
+def wait_for_rows(folder: Path, process: subprocess.Popen, count: int) -> None:
+    deadline = time.monotonic() + 60.0
+    while n_rows(folder) < count:
+        assert process.poll() is None, "ended before it was killed"
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def n_rows(folder: Path) -> int:
+    file = folder / ROWS
+    return file.read_bytes().count(b"\n") if file.exists() else 0

@@ -1,0 +1,307 @@
+"""The study of bounces: what it runs, and that its tables say what is in its rows."""
+
+import json
+from collections import Counter
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from collplan_core.parameters import Settings
+from collplan_core.strategies import TIME_TO_GOAL
+from collplan_study.analysis import statistics
+from collplan_study.analysis.bounce_results import bounce_results_of
+from collplan_study.analysis.gains import gain_of
+from collplan_study.analysis.runs import Runs, read_runs
+from collplan_study.errors import StudyError
+from collplan_study.main import main
+from collplan_study.question.bounces import KNOWN_MAP, QUESTION, VARIANTS
+from collplan_study.question.grid import make_grid
+from collplan_study.question.held_out import FAMILIES, FIRST_SEED, FURTHER_FAMILIES, LAST_SEED, STUDY_SEED
+from collplan_study.question.options import parse
+from collplan_study.question.question import question_from
+from collplan_study.question.sources import load_sources
+from collplan_study.report import bounce_illustrations
+from collplan_study.report.report import write_report
+from collplan_study.tables.tables import IMPACTS, TABLE, write_tables
+from fake_studies import fake_study, hit, reached, timed_out
+
+WORLDS = ("l:0-5", "random:0-5", "pillars:0-5")
+ASKED = question_from({**QUESTION, "bounces": True, "worlds": WORLDS, "seed": 5})
+LOST, SAVED = "random:3", "pillars:2"
+FACTORS = {"bounce": 0.9, "tolerate": 0.95, "avoid": 1.0, "stop_guarantee": 1.2}
+SOME = {name: VARIANTS[name] for name in ("", KNOWN_MAP, "a_max 3 m/s^2")}
+
+
+@pytest.fixture(scope="module")
+def sources():
+    return load_sources(WORLDS, None, None)
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    """Fewer resamples; figures are made and not rendered, which takes the time."""
+    monkeypatch.setattr(statistics, "RESAMPLES", 199)
+    monkeypatch.setattr(bounce_illustrations, "save_figure", lambda figure, stem: "<svg/>")
+
+
+def by_strategy(task):
+    """bounce saves 10 % against avoid, but loses 20 % in one world and saves half in another; knowing doubles it."""
+    labels = task.labels
+    factor = FACTORS[labels["strategy"]]
+    if labels["strategy"] == "bounce":
+        factor = {LOST: 1.2, SAVED: 0.5}.get(labels["world"], factor)
+    if labels["ablation"] == KNOWN_MAP:
+        factor = {"bounce": 0.64, "avoid": 0.8}[labels["strategy"]]
+    time = factor * np.random.default_rng(task.seed).normal(3.0, 0.2)
+    length = {"bounce": 2.1}.get(labels["strategy"], 2.0)
+    return {**reached(time, length), "deliberate_impacts": int(labels["strategy"] == "bounce")}
+
+
+def impacts(task):
+    bounces = task.labels["strategy"] == "bounce" and task.labels["ablation"] == ""
+    return [hit(0.5, radians(6.0)), hit(0.1, radians(20.0)), hit(0.3)] if bounces else []
+
+
+def report_of(folder):
+    write_report(folder)
+    return json.loads((folder / "table.json").read_text()), (folder / "report.html").read_text()
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory, sources):
+    """table.json and folder of a whole study."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(statistics, "RESAMPLES", 199)
+        folder = fake_study(tmp_path_factory.mktemp("bounces") / "study", by_strategy, ASKED, sources, SOME, impacts)
+        write_report(folder)
+    return json.loads((folder / "table.json").read_text()), folder
+
+
+def results_in(folder):
+    return bounce_results_of(ASKED.strategies, read_runs(folder / TABLE), read_runs(folder / IMPACTS))
+
+
+def group(found, name):
+    return next(each for each in found["groups"] if each["group"]["name"] == name)
+
+
+def gain(found, name, other):
+    return next(each for each in group(found, name)["gains"] if each["other"] == other)
+
+
+def test_the_question_is_of_held_out_worlds_alone():
+    assert QUESTION["worlds"] == tuple(f"{each}:{FIRST_SEED}-{LAST_SEED}" for each in (*FAMILIES, *FURTHER_FAMILIES))
+    assert (QUESTION["seed"], QUESTION["trials"], QUESTION["strategies"]) == (STUDY_SEED, 2, tuple(TIME_TO_GOAL))
+
+
+def test_the_main_comparison_comes_first_and_world_by_world(sources):
+    tasks = list(make_grid(ASKED, sources, VARIANTS))
+    main, varied = tasks[: len(sources) * 4 * 2], tasks[len(sources) * 4 * 2 :]
+    assert {task.labels["ablation"] for task in main} == {""}
+    for place, source in enumerate(sources):
+        of_world = main[8 * place : 8 * place + 8]
+        assert {task.world.name for task in of_world} == {source.world.name}
+        assert Counter(task.labels["strategy"] for task in of_world) == dict.fromkeys(TIME_TO_GOAL, 2)
+    assert len(varied) == len(sources) * (len(VARIANTS) - 1) * 2
+    assert {(task.labels["strategy"], task.labels["trial"]) for task in varied} == {("bounce", 0), ("avoid", 0)}
+    assert [task.index for task in tasks] == list(range(len(tasks)))
+
+
+def test_strategies_and_changes_meet_the_same_noise_and_rebounds_spread_in_all(sources):
+    tasks = list(make_grid(ASKED, sources, VARIANTS))
+    seeds = {(task.world.name, task.labels["trial"]): task.seed for task in tasks}
+    for task in tasks:
+        assert task.seed == seeds[task.world.name, task.labels["trial"]]
+        simulated = task.settings.simulator
+        assert (simulated.restitution_spread, simulated.direction_spread) == (0.08, 0.06)
+        assert task.settings.planner.map_period == task.labels["map_period_s"] == 0.05
+
+
+def test_each_change_is_one_thing():
+    known = Settings().values()
+    changed = {name: {key for key in changes if known[key] != changes[key]} for name, changes in VARIANTS.items()}
+    both = {"simulator.restitution", "rebound.restitution"}
+    assert [keys for keys in changed.values() if len(keys) > 1] == [both, both]
+    assert {tuple(changes.values()) for name, changes in VARIANTS.items() if "a_max" in name} == {
+        (1.0,),
+        (2.0,),
+        (3.0,),
+    }
+    assert changed[KNOWN_MAP] == {"trial.known_map"}
+    assert VARIANTS["restitution 0.7, believed 0.4"] == {"rebound.restitution": 0.4}
+    assert known["robot.max_acceleration"] == 1.5
+
+
+def test_savings_are_means_of_paired_ratios(found):
+    table, _ = found
+    first = gain(table, "2 families together", "avoid")
+    assert (first["worlds"], first["pairs"]) == (12, 24)
+    assert first["saved"]["value"] == pytest.approx((11 * 10.0 - 20.0) / 12)
+    assert first["saved"]["low"] < first["saved"]["value"] < first["saved"]["high"]
+    assert first["slower"]["value"] == pytest.approx(100.0 / 12)
+    assert first["longer"]["value"] == pytest.approx(5.0)
+    assert gain(table, "l", "stop_guarantee")["saved"]["value"] == pytest.approx(25.0)
+    assert gain(table, "l", "tolerate")["saved"]["value"] == pytest.approx(100.0 * (1 - 0.9 / 0.95))
+    assert gain(table, "pillars", "avoid")["saved"]["value"] == pytest.approx((5 * 10.0 + 50.0) / 6)
+    assert [each["group"]["headline"] for each in table["groups"]] == [True, False, False, True]
+
+
+def test_the_interval_is_that_of_independent_worlds_not_of_runs():
+    rng = np.random.default_rng(0)
+    of_world, times = rng.normal(0.9, 0.05, 100).repeat(4), rng.normal(3.0, 0.2, 400)
+    runs = Runs(
+        {
+            "world": np.repeat([f"w:{n}" for n in range(100)], 8),
+            "trial": np.tile(np.repeat(range(4), 2), 100),
+            "strategy": np.tile(["bounce", "avoid"], 400),
+            "arrival_time_s": np.column_stack([of_world * times, times]).ravel(),
+            "path_length_m": np.full(800, 2.0),
+        }
+    )
+    saved = gain_of(runs, "bounce", "avoid").saved
+    assert saved.value == pytest.approx(100.0 * (1.0 - of_world.mean()))
+    assert saved.high - saved.low == pytest.approx(2 * 1.96 * 100.0 * of_world.std() / 100**0.5, rel=0.2)
+
+
+def test_worlds_that_lose_are_named_and_first(found):
+    table, folder = found
+    worlds = group(table, "2 families together")["worlds"]
+    assert (worlds[0]["world"], worlds[0]["pairs"]) == (LOST, 2)
+    assert worlds[0]["saved"] == pytest.approx(-20.0)
+    assert worlds[0]["ours_time"] == pytest.approx(1.2 * worlds[0]["other_time"])
+    page = (folder / "report.html").read_text()
+    assert "1 of 12 (2 families together), 0 of 6 (pillars)" in page
+    assert page.index(f"<td>{LOST}</td>") < page.index("<td>pillars:0</td>")
+
+
+def test_what_knowing_the_map_saves_and_how_much_of_the_ceiling_is_reached(found):
+    (known,) = [each for each in found[0]["known_map"] if each["group"]["name"] == "l"]
+    assert known["saved_by_knowing"]["avoid"]["value"] == pytest.approx(20.0)
+    assert known["saved_by_knowing"]["bounce"]["value"] == pytest.approx(100.0 * (1 - 0.64 / 0.9))
+    assert (known["reached"]["value"], known["ceiling"]["value"]) == (pytest.approx(10.0), pytest.approx(20.0))
+
+
+def test_the_share_of_the_ceiling_needs_a_ceiling(tmp_path, sources):
+    def equal_when_known(task):
+        rng = np.random.default_rng(task.index)
+        return reached(rng.normal(3.0, 0.1)) if task.labels["ablation"] == KNOWN_MAP else by_strategy(task)
+
+    def knowing_pays(task):
+        rng = np.random.default_rng(task.index)
+        saving = 0.0 if task.labels["strategy"] == "avoid" else 0.5 if task.labels["ablation"] else 0.3
+        return reached(rng.normal(3.0 - saving, 0.01))
+
+    question = replace(ASKED, trials=1)
+    folders = [
+        fake_study(tmp_path / each.__name__, each, question, sources, SOME) for each in (equal_when_known, knowing_pays)
+    ]
+    no_ceiling, some_of_it = (results_in(folder).known_map[0].share for folder in folders)
+    assert (no_ceiling.value, no_ceiling.note) == (None, "no ceiling that is surely above zero")
+    assert some_of_it.value == pytest.approx(60.0, abs=2.0)
+    assert some_of_it.low < some_of_it.value < some_of_it.high
+
+
+def test_changes_are_beside_the_main_comparison(found):
+    names = [each["ablation"] for each in found[0]["variants"] if each["group"]["name"] == "l"]
+    assert names == ["", "a_max 3 m/s^2"]
+    pairs = {each["ablation"]: each["gain"]["pairs"] for each in found[0]["variants"] if each["group"]["name"] == "l"}
+    assert pairs == {"": 12, "a_max 3 m/s^2": 6}
+
+
+def test_rebounds_are_compared_with_what_was_foreseen(found):
+    rebounds = {each["strategy"]: each for each in group(found[0], "l")["rebounds"]}
+    ours = rebounds["bounce"]
+    assert (ours["impacts"], ours["foreseen"], ours["deliberate"]) == (36, 24, 12)
+    assert (ours["direction_error"], ours["deliberate_direction_error"]) == (pytest.approx(13.0), pytest.approx(6.0))
+    assert (ours["speed_into"], ours["speed_error"]) == (pytest.approx(0.3), pytest.approx(-0.1))
+    assert rebounds["avoid"]["direction_error"] is None
+
+
+def test_the_document_has_the_tables_of_the_page(found):
+    _, folder = found
+    text, page = (folder / "tables.md").read_text(), (folder / "report.html").read_text()
+    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    assert len(rows) > 30
+    for row in rows:
+        assert row[0] == "---" or row[0] in page
+    assert "All figures are simulated." in text
+    assert "a_max 1.5 m/s^2" in text
+    assert "spread 0.08 and 0.06 rad" in text
+
+
+def test_runs_that_do_not_arrive_count_with_the_limit(tmp_path, sources):
+    def late(task):
+        return (
+            timed_out() if task.labels["strategy"] == "bounce" and task.labels["world"] == LOST else by_strategy(task)
+        )
+
+    found = results_in(fake_study(tmp_path / "study", late, replace(ASKED, ablations=False), sources))
+    (random,) = (each for each in found.groups if each.group.name == "random")
+    assert (random.cells[0].strategy, random.cells[0].outcomes["timeout"]) == ("bounce", 2)
+    (against_avoid,) = (each for each in random.gains if each.other == "avoid")
+    assert against_avoid.saved.value < -100.0
+    assert found.variants == found.known_map == []
+
+
+@pytest.mark.parametrize("done", [0, 1, 3])
+def test_a_study_that_has_only_begun_has_its_report(tmp_path, sources, monkeypatch, done):
+    monkeypatch.setattr("fake_studies.write_tables", partly(done))
+    _, page = report_of(fake_study(tmp_path / "study", by_strategy, ASKED, sources, SOME))
+    assert f"{done} simulated runs of" in page
+
+
+def partly(done):
+    return lambda folder, grid, records: write_tables(folder, grid, list(records)[:done])
+
+
+@pytest.mark.soak
+def test_one_world_is_run_with_every_change(tmp_path):
+    folder = tmp_path / "study"
+    asked = ["--bounces", "--worlds", "l:0", "--seed", "1", "--trials", "1", "--jobs", "1", "--out", str(folder)]
+    assert main(asked) == 0
+    runs, impacts = read_runs(folder / TABLE), read_runs(folder / IMPACTS)
+    assert len(runs) == 4 + 2 * (len(VARIANTS) - 1)
+    assert set(runs.columns["outcome"]) == {"reached"}
+    times = runs.where(strategy="bounce").columns["arrival_time_s"]
+    assert len(set(times)) > len(VARIANTS) // 2
+    errors = impacts.where(strategy="bounce", foreseen=True).numbers("direction_error_rad")
+    assert len(errors) > 0
+    assert np.median(errors) < radians(15.0)
+    assert "Do deliberate bounces pay?" in (folder / "report.html").read_text()
+
+
+def test_a_smaller_one_is_asked_by_option():
+    asked = parse(["--bounces", "--worlds", "u:0-3", "--trials", "1", "--no-ablations", "--seed", "1"]).question()
+    assert (asked.worlds, asked.trials, asked.ablations, asked.seed) == (("u:0-3",), 1, False, 1)
+    assert (asked.strategies, asked.values) == (QUESTION["strategies"], QUESTION["values"])
+
+
+def test_a_parameter_that_is_set_replaces_no_other():
+    asked = parse(["--bounces", "--set", "simulator.direction_spread=0", "robot.max_acceleration=2"]).question()
+    expected = ("simulator.restitution_spread=0.08", "simulator.direction_spread=0", "robot.max_acceleration=2")
+    assert asked.values == expected
+    again = parse(["--resume", "x", "--bounces", "--set", "simulator.direction_spread=0", "robot.max_acceleration=2"])
+    assert again.question(asked) == asked
+    with pytest.raises(StudyError, match="another study, its values"):
+        parse(["--resume", "x", "--set", "simulator.direction_spread=1"]).question(asked)
+
+
+@pytest.mark.parametrize(
+    ("parts", "expected"),
+    [
+        (
+            {"strategies": ("bounce", "tolerate")},
+            "--ablation-strategies: got avoid, expected some of --strategies bounce",
+        ),
+        ({"strategies": ("bounce",), "ablations": False}, "--strategies: got one, expected two or more"),
+        ({"values": ("robot.max_acceleration=1,2",)}, "--set robot.max_acceleration=1,2: got several values"),
+        ({"map_periods": (0.05, 0.1)}, "--map-periods: got several values"),
+        ({"ablation_trials": 0}, "--ablation-trials: got 0, expected at least 1"),
+        ({"ablation_strategies": ()}, "--ablation-strategies: got none"),
+    ],
+)
+def test_what_the_report_could_not_tell_is_refused(parts, expected):
+    with pytest.raises(StudyError, match=expected):
+        replace(ASKED, **parts)

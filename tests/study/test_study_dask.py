@@ -1,0 +1,33 @@
+"""The same trials on a Dask cluster."""
+
+import pytest
+from distributed import LocalCluster
+
+from collplan_study.main import main
+from study_runs import run, same
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
+        yield cluster
+
+
+def test_two_workers_give_the_same_table(cluster, tmp_path):
+    assert same(run(tmp_path / "here", "--jobs", "1"), run(tmp_path / "there", "--dask", cluster.scheduler_address))
+
+
+def test_workers_with_other_code_are_refused(cluster, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("collplan_study.run.code_state.SIMULATOR", tmp_path)
+    assert main(["--dask", cluster.scheduler_address, "--out", str(tmp_path / "study")]) == 2
+    assert "has other code" in capsys.readouterr().err
+    assert not (tmp_path / "study").exists()
+
+
+def test_no_scheduler_is_one_line(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("collplan_study.run.dask_pool.PATIENCE", 0.5)
+    assert main(["--dask", "tcp://127.0.0.1:9", "--out", str(tmp_path / "study")]) == 2
+    error = capsys.readouterr().err.splitlines()
+    assert len(error) == 1
+    assert error[0].startswith("study: --dask tcp://127.0.0.1:9: no scheduler answers there")
+    assert not (tmp_path / "study").exists()

@@ -1,0 +1,150 @@
+"""What the grid holds, in which order, and with which seeds."""
+
+import subprocess
+import sys
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.parameters import Settings, all_specs
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.strategies import PAPER_MAP_PERIOD, PAPER_WEIGHTS
+from collplan_core.worlds import WorldError
+from collplan_study.errors import StudyError
+from collplan_study.question.ablations import ABLATIONS
+from collplan_study.question.grid import make_grid
+from collplan_study.question.question import Question
+from collplan_study.question.seeds import trial_seed
+from collplan_study.question.sources import load_sources
+
+
+def grid_of(ablations=None, **parts):
+    question = Question(**parts)
+    sources = load_sources(question.worlds, question.start, question.goal)
+    return make_grid(question, sources, *([] if ablations is None else [ablations]))
+
+
+def test_the_default_is_the_papers_300_runs():
+    grid = grid_of()
+    tasks = list(grid)
+    assert len(grid) == len(tasks) == 300
+    cells = {(task.labels["strategy"], task.labels["map_period_s"]) for task in tasks}
+    assert cells == set(product(PAPER_WEIGHTS, (0.2, 0.4, 0.6, 0.8, 1.0)))
+    assert {task.labels["world"] for task in tasks} == {"corridor"}
+    assert [task.index for task in tasks] == list(range(300))
+    assert tasks[0].settings == Settings().with_values({"planner.map_period": 0.2})
+
+
+def test_tasks_do_what_their_labels_say():
+    for task in grid_of(
+        worlds=("corridor", "random:3"), values=("simulator.noise=0,2", "planner.n_speeds=3"), trials=2
+    ):
+        labels, known = task.labels, task.settings.values()
+        assert labels["seed"] == task.seed
+        assert labels["world"] == task.world.name
+        assert labels["family"] == task.world.name.split(":")[0]
+        assert (labels["strategy"], labels["map_period_s"]) == (known["planner.strategy"], known["planner.map_period"])
+        assert (labels["simulator.noise"], labels["planner.n_speeds"]) == (known["simulator.noise"], 3)
+
+
+def test_strategies_periods_and_parameters_meet_the_same_noise():
+    tasks = list(grid_of(worlds=("corridor", "slalom"), trials=3, values=("planner.n_speeds=3,4",)))
+    seeds = {(task.labels["world"], task.labels["trial"]): task.seed for task in tasks}
+    assert all(task.seed == seeds[task.labels["world"], task.labels["trial"]] for task in tasks)
+    assert len(set(seeds.values())) == 6
+    alone = list(grid_of(worlds=("slalom",), strategies=("low_risk",), map_periods=(0.5,), trials=3))
+    assert [task.seed for task in alone] == [seeds["slalom", trial] for trial in range(3)]
+
+
+@given(st.integers(0, 2**40), st.text(), st.integers(0, 10**6))
+@settings(derandomize=True, deadline=None, max_examples=100)
+def test_seeds_fit_the_simulator_and_differ(study, world, trial):
+    seed = trial_seed(study, world, trial)
+    assert 0 <= seed <= all_specs()["simulator.seed"].high
+    others = {
+        trial_seed(study + 1, world, trial),
+        trial_seed(study, world + "x", trial),
+        trial_seed(study, world, trial + 1),
+    }
+    assert seed not in others
+
+
+def test_seeds_are_those_of_every_process():
+    code = "from collplan_study.question.seeds import trial_seed; print(trial_seed(0, 'random:7', 3))"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert int(told) == trial_seed(0, "random:7", 3) == 957142123
+
+
+def test_other_strategies_have_one_period_of_their_own():
+    periods = {task.labels["map_period_s"] for task in grid_of(strategies=("custom",), trials=1)}
+    assert periods == {PAPER_MAP_PERIOD}
+    assert {t.labels["map_period_s"] for t in grid_of(strategies=("custom",), trials=1, map_periods=(0.3,))} == {0.3}
+
+
+def test_families_are_ranges_with_both_ends():
+    sources = load_sources(("random:3", "random:10-12", "corridor"), None, None)
+    assert [s.world.name for s in sources] == ["random:3", "random:10", "random:11", "random:12", "corridor"]
+    assert [s.family for s in sources] == ["random"] * 4 + ["corridor"]
+
+
+def test_start_and_goal_replace_the_worlds_own():
+    (source,) = load_sources(("random:3",), None, (1.5, 0.4))
+    (own,) = load_sources(("random:3",), None, None)
+    np.testing.assert_array_equal(source.world.goal, [1.5, 0.4])
+    np.testing.assert_array_equal(source.world.start, own.world.start)
+
+
+def test_ablations_come_with_the_unchanged_grid_and_outrank_the_axes():
+    grid = grid_of(ABLATIONS, strategies=("harness",), map_periods=(0.2,), trials=2, values=("simulator.noise=0.5",))
+    names = [task.labels["ablation"] for task in grid]
+    assert names[0] == ""
+    assert sorted(set(names)) == sorted(ABLATIONS)
+    assert len(grid) == 2 * len(ABLATIONS)
+    for task in grid:
+        assert task.labels["simulator.noise"] == ABLATIONS[task.labels["ablation"]].get("simulator.noise", 0.5)
+        assert {key: task.settings.values()[key] for key in ABLATIONS[task.labels["ablation"]]} == dict(
+            ABLATIONS[task.labels["ablation"]]
+        )
+
+
+@pytest.mark.parametrize(
+    ("parts", "error", "expected"),
+    [
+        ({"worlds": ("corridr",)}, WorldError, "did you mean corridor"),
+        ({"worlds": ("nowhere.yaml",)}, WorldError, "no such file"),
+        ({"worlds": ("random:9-3",)}, WorldError, "A-B with A up to B"),
+        ({"worlds": ("random:x",)}, WorldError, "'x'"),
+        ({"worlds": ("random:1-x",)}, WorldError, "'1-x'"),
+        ({"worlds": ("random:3", "random:0-9")}, StudyError, "2 worlds are called random:3"),
+        ({"worlds": ()}, StudyError, "grid would be empty"),
+        ({"strategies": ()}, StudyError, "grid would be empty"),
+        ({"map_periods": ()}, StudyError, "grid would be empty"),
+        ({"trials": 0}, StudyError, "--trials: got 0"),
+        ({"seed": -1}, StudyError, "--seed: got -1"),
+        ({"strategies": ("fast",)}, ParameterError, "got 'fast', expected one of harness"),
+        ({"strategies": ("harness", "harness")}, StudyError, "harness 2 times"),
+        ({"map_periods": (0.2, 0.2)}, StudyError, "0.2 2 times"),
+        ({"map_periods": (float("nan"),)}, ParameterError, "planner.map_period: got nan"),
+        ({"values": ("planner.map_perid=1",)}, ParameterError, "did you mean planner.map_period"),
+        ({"values": ("planner.gap_weight=x",)}, ParameterError, "got 'x', expected a number"),
+        ({"values": ("planner.gap_weight=",)}, ParameterError, "got ''"),
+        ({"values": ("planner.gap_weight=1,,2",)}, ParameterError, "got ''"),
+        ({"values": ("planner.gap_weight=inf",)}, ParameterError, "got inf"),
+        ({"values": ("planner.n_speeds=2.5",)}, ParameterError, "got '2.5', expected a whole number"),
+        ({"values": ("planner.rebound_reward=yes",)}, ParameterError, "got 'yes', expected true or false"),
+        ({"values": ("planner.frontiers=none",)}, ParameterError, "expected one of all, printed"),
+        ({"values": ("planner.gap_weight",)}, StudyError, "expected KEY=VALUE"),
+        ({"values": ("planner.gap_weight=1,1.0",)}, StudyError, "each value once"),
+        ({"values": ("planner.gap_weight=1", "planner.gap_weight=2")}, StudyError, "given twice"),
+        ({"values": ("planner.strategy=harness",)}, StudyError, "expected --strategies"),
+        ({"values": ("robot.radius=0.3",)}, WorldError, "0.3 m of room"),
+        ({"start": (0.0, 0.0)}, WorldError, "start"),
+        ({"goal": (9.0, 9.0)}, WorldError, "outside the arena"),
+    ],
+)
+def test_what_cannot_be_run_is_said(parts, error, expected):
+    with pytest.raises(error, match=expected):
+        grid_of(**parts)

@@ -1,0 +1,203 @@
+"""table.json and report.html of made-up studies: right numbers, whatever is missing, a page that asks for nothing."""
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from collplan_core.worlds import load_world
+from collplan_study.analysis import statistics
+from collplan_study.analysis.paths import grown_obstacles, obstacles
+from collplan_study.barn.barn import TIMEOUT, optimal_time, score
+from collplan_study.question.question import Question
+from collplan_study.question.sources import BARN, Source
+from collplan_study.report import illustrations
+from collplan_study.report.report import write_report
+from fake_studies import failed, fake_study, reached, timed_out
+
+SMALL = Question(trials=6, map_periods=(0.2,))
+FASTER = {"harness": 0.9, "high_risk": 1.0, "low_risk": 1.2}
+
+
+@pytest.fixture(autouse=True)
+def fewer_resamples(monkeypatch):
+    monkeypatch.setattr(statistics, "RESAMPLES", 499)
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Figures are made and not rendered, which takes the time."""
+    monkeypatch.setattr(illustrations, "save_figure", lambda figure, stem: "<svg/>")
+
+
+def by_strategy(task):
+    """harness 10 % faster than high_risk, a quarter faster than low_risk, in every pair."""
+    noise = np.random.default_rng(task.seed).normal(3.0, 0.2)
+    return reached(FASTER[task.labels["strategy"]] * noise)
+
+
+def report_of(folder):
+    write_report(folder)
+    return json.loads((folder / "table.json").read_text()), (folder / "report.html").read_text()
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """The paper's grid with fewer trials."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(statistics, "RESAMPLES", 499)
+        folder = fake_study(tmp_path_factory.mktemp("plain") / "study", by_strategy, Question(trials=6))
+        write_report(folder)
+    return folder
+
+
+def test_table_one_has_the_improvements_beside_the_papers(plain):
+    case = json.loads((plain / "table.json").read_text())["cases"][0]
+    rows = {(row["other"], row["column"], row["measure"]): row for row in case["table_one"]}
+    assert len(rows) == len(case["table_one"]) == 8
+    time = rows["high_risk", "arrival_time_s", "mean"]
+    assert time["estimate"]["value"] == pytest.approx(10.0)
+    assert (time["paper"], time["pairs"], time["map_period"]) == (7.6, 6, 0.2)
+    assert rows["low_risk", "arrival_time_s", "std"]["estimate"]["value"] == pytest.approx(25.0)
+    assert rows["low_risk", "path_length_m", "mean"]["verdict"] == "opposite sign, open"
+    assert [row["paper"] for row in case["table_one"]] == [7.60, 3.48, 2.32, 0.99, 8.53, 2.39, 16.01, 0.47]
+
+
+def test_every_comparison_is_counted(plain):
+    found = json.loads((plain / "table.json").read_text())
+    assert found["comparisons"] == {"table_one": 8, "other_map_periods": 32, "ablations": 0}
+    assert "40 comparisons" in (plain / "report.html").read_text()
+
+
+class Page(HTMLParser):
+    """Everything a browser would load, and every heading."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.addresses = [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.addresses += [value for name, value in attrs if name in ("src", "href", "srcset", "data", "action")]
+
+
+def test_the_page_needs_nothing_but_itself(plain):
+    text = (plain / "report.html").read_text()
+    page = Page(text)
+    assert page.tags.count("img") == 2
+    assert not {"script", "iframe", "object", "embed"} & set(page.tags)
+    assert all(address.startswith("data:") for address in page.addresses)
+    assert not re.search(r"url\(|@import", text)
+
+
+def test_figures_are_files_too_and_load_nothing(plain):
+    stems = {path.stem for path in (plain / "figures").iterdir()}
+    assert stems == {"corridor-map-periods", "corridor-paths"}
+    for stem in stems:
+        assert (plain / "figures" / f"{stem}.png").read_bytes().startswith(b"\x89PNG")
+        tree = ElementTree.parse(plain / "figures" / f"{stem}.svg")
+        links = [value for node in tree.iter() for name, value in node.attrib.items() if name.endswith("href")]
+        assert all(link.startswith("#") for link in links)
+
+
+def test_equal_rows_give_an_equal_report(plain, tmp_path):
+    before = {name: (plain / name).read_bytes() for name in ("table.json", "report.html")}
+    write_report(plain)
+    assert {name: (plain / name).read_bytes() for name in before} == before
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_runs_that_do_not_arrive_count_with_the_limit_and_are_listed(tmp_path):
+    def one_late(task):
+        return timed_out() if task.labels["strategy"] == "harness" and task.labels["trial"] == 0 else by_strategy(task)
+
+    found, page = report_of(fake_study(tmp_path / "study", one_late, SMALL))
+    harness = found["cases"][0]["cells"][0]
+    assert harness["outcomes"] == {"reached": 5, "timeout": 1, "stuck": 0, "error": 0}
+    assert harness["success"]["value"] == pytest.approx(100 * 5 / 6)
+    assert harness["levels"][0]["value"] > 30.0 / 6
+    assert "1 of 18:" in page
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_runs_that_raised_are_left_out_of_their_pairs(tmp_path):
+    def one_raises(task):
+        return failed() if task.labels["strategy"] == "low_risk" and task.labels["trial"] == 0 else by_strategy(task)
+
+    found, page = report_of(fake_study(tmp_path / "study", one_raises, SMALL))
+    assert [row["pairs"] for row in found["cases"][0]["table_one"]] == [6, 6, 6, 6, 5, 5, 5, 5]
+    assert "ValueError: &lt;b&gt;&amp;" in page
+
+
+@pytest.mark.parametrize("measures", [lambda task: timed_out(), lambda task: failed()])
+def test_a_study_without_an_arrival_has_its_report(tmp_path, measures):
+    found, page = report_of(fake_study(tmp_path / "study", measures, SMALL))
+    assert all(row["estimate"]["low"] is None for row in found["cases"][0]["table_one"])
+    assert "18 of 18:" in page
+
+
+def test_one_trial_has_numbers_without_intervals(tmp_path):
+    found, page = report_of(fake_study(tmp_path / "study", by_strategy, Question(trials=1, map_periods=(0.4,))))
+    first = found["cases"][0]["table_one"][0]
+    assert (first["map_period"], first["estimate"]["low"]) == (0.4, None)
+    assert "1 of 5 needed for an interval" in page
+
+
+@pytest.mark.parametrize("strategies", [("low_risk",), ("high_risk", "low_risk")])
+@pytest.mark.usefixtures("undrawn")
+def test_without_harness_nothing_is_beside_the_paper(tmp_path, strategies):
+    found, page = report_of(fake_study(tmp_path / "study", by_strategy, replace(SMALL, strategies=strategies)))
+    assert [row["paper"] for row in found["cases"][0]["table_one"]] == [None] * 4 * (len(strategies) - 1)
+    assert "nothing to compare with the paper" in page
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_worlds_of_a_family_are_resampled_and_points_of_an_axis_kept_apart(tmp_path):
+    question = Question(("random:0-5",), trials=1, map_periods=(0.2,), values=("robot.max_acceleration=1.5,3",))
+    found, page = report_of(fake_study(tmp_path / "study", by_strategy, question))
+    assert [case["name"] for case in found["cases"]] == [
+        "random, robot.max_acceleration = 1.5", "random, robot.max_acceleration = 3.0",
+    ]  # fmt: skip
+    assert found["cases"][0]["spread"] == "worlds"
+    assert found["cases"][0]["table_one"][0]["pairs"] == 6
+    assert "in 3 of 6 worlds, those where the fewest arrive" in page
+
+
+def test_names_from_files_stay_text(tmp_path):
+    world = replace(load_world("corridor"), name="<script>alert(1)</script>/..")
+    _, page = report_of(fake_study(tmp_path / "study", by_strategy, SMALL, (Source(world, world.name),)))
+    assert "<script>" not in page
+    assert len(list((tmp_path / "study" / "figures").iterdir())) == 4
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_barn_worlds_have_their_score(tmp_path):
+    worlds = [replace(load_world(f"random:{n}"), name=f"barn:{n}") for n in range(2)]
+    sources = tuple(Source(world, BARN, {"trial.timeout": TIMEOUT}, 10.0) for world in worlds)
+
+    def touches_in_one(task):
+        return reached(12.0, impacts=int(task.world.name == "barn:1"))
+
+    question = replace(SMALL, strategies=("harness",), trials=1)
+    _, page = report_of(fake_study(tmp_path / "study", touches_in_one, question, sources))
+    expected = score(True, 12.0, optimal_time(10.0))
+    few = "(2 of 5 needed for an interval)"
+    assert f"<td>2.40 {few}</td><td>{expected:.3f} {few}</td><td>50.0</td><td>{expected / 2:.3f} {few}</td>" in page
+
+
+def test_grown_obstacles_are_where_the_disc_does_not_fit():
+    from shapely import Point
+
+    world, radius = load_world("corridor"), 0.09
+    solid, grown = obstacles(world), grown_obstacles(world, radius)
+    x0, y0, x1, y1 = world.bounds
+    rng = np.random.default_rng(0)
+    for x, y in rng.uniform((x0, y0), (x1, y1), (300, 2)):
+        gap = min(Point(x, y).distance(solid), x - x0, x1 - x, y - y0, y1 - y)
+        if abs(gap - radius) > 1e-3:
+            assert grown.contains(Point(x, y)) == (gap < radius)
