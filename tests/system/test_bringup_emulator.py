@@ -8,8 +8,9 @@ from statistics import median
 
 import pytest
 
-from collplan_ros.bringup import graph, preparation, run
+from collplan_ros.bringup import graph, preparation
 from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import prepare
 from collplan_ros.bringup.robots import robot_kind

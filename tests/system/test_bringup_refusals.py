@@ -16,8 +16,9 @@ from rclpy.node import Node
 from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT, Watch
 from collplan_core.parameters import Trial
 from collplan_core.strategies import map_period_of
-from collplan_ros.bringup import graph, main, preparation, processes, run, told
+from collplan_ros.bringup import graph, preparation, processes
 from collplan_ros.bringup.failures import NodeDied
+from collplan_ros.bringup.main import main, run, told
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import NodeProcess, stop_all
 from collplan_ros.bringup.robots import ROBOTS, RobotKind

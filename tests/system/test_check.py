@@ -14,8 +14,9 @@ from collplan_core.calibration.stream_quality import StreamQuality
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.warm_up import warm_up
-from collplan_ros.bringup import check, graph, main, open_loop
+from collplan_ros.bringup import check, graph, open_loop
 from collplan_ros.bringup.check_findings import DOUBTFUL, GOOD, WRONG, of_axes, of_nodes, of_offset, of_stream, of_turn
+from collplan_ros.bringup.main import main
 from collplan_ros.bringup.progress import Progress
 
 HALL = "bounds: [0, 0, 2, 2]\nwalled: true\nstart: [1.0, 1.0]\ngoal: [1.5, 1.5]\n"
