@@ -32,7 +32,7 @@ setup(
             "controller_node = collplan_ros.nodes.controller_node:main",
             "bringup = collplan_ros.bringup.main:main",
             "fit_rebound = collplan_ros.runs.fit_rebound:main",
-            "beside = collplan_ros.pictures.beside:main",
+            "beside = collplan_ros.pictures.compare_runs:main",
         ],
     },
 )

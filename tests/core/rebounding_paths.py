@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.calibration.hit_fit import RecordedPath
+from collplan_core.calibration.impact_fit import RecordedPath
 from collplan_core.parameters import Robot
 from collplan_core.reflection import rebound
 

@@ -11,9 +11,9 @@ from collplan_core.control.permission import (
     is_blocked,
     is_relocated,
     plan_age_limit,
+    stop_reason,
     why_refuse_plan,
     why_stale,
-    why_stand_still,
 )
 from collplan_core.parameters import Limits, LocalMapping, Robot, Settings
 from collplan_core.plan import Candidates, Contacts, Plan
@@ -38,7 +38,7 @@ def at(stamp: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> State:
 
 
 def test_moves_when_all_is_fresh():
-    assert why_stand_still(**FRESH) == ""
+    assert stop_reason(**FRESH) == ""
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_moves_when_all_is_fresh():
     ],
 )
 def test_stands_still_for_the_first_thing_that_lacks(changed, expected):
-    assert why_stand_still(**{**FRESH, **changed}) == expected
+    assert stop_reason(**{**FRESH, **changed}) == expected
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)

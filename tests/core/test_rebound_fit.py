@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.calibration.hit_fit import RecordedPath, UnusableHit, fit_hit
-from collplan_core.calibration.hit_search import find_hits
+from collplan_core.calibration.impact_fit import RecordedPath, UnusableImpact, fit_impact
+from collplan_core.calibration.impact_search import find_impacts
 from collplan_core.calibration.rebound_fit import TooLittle, fit_rebound
-from collplan_core.calibration.wall_hits import WallHits, seen_from_walls, sorted_out
+from collplan_core.calibration.wall_impacts import WallImpacts, seen_from_walls, sorted_out
 from collplan_core.parameters import Settings
 from rebounding_paths import HIT, NOISE, ROBOT, rebounding_path, with_noise
 
@@ -26,7 +26,7 @@ DEVIATION = 0.04
 @FEW
 def test_velocities_are_found_from_clean_poses(into, along, restitution, retention, angle, late):
     path, known = rebounding_path(into, along, restitution, retention, angle)
-    hit = fit_hit(path, known.time + late, ROBOT, NOISE)
+    hit = fit_impact(path, known.time + late, ROBOT, NOISE)
     assert hit.time == pytest.approx(known.time, abs=0.0015)
     np.testing.assert_allclose(hit.before, known.before, atol=0.002)
     np.testing.assert_allclose(hit.after, known.after, atol=0.002)
@@ -41,7 +41,7 @@ def test_turned_and_mirrored_poses_turn_and_mirror_the_velocities(into, along, e
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s], [s, c]]) @ np.diag([1.0, -1.0 if mirrored else 1.0])
     moved = RecordedPath(path.times + 5.0, noisy.points @ turn.T + [3.0, -2.0], path.wanted @ turn.T)
-    here, there = fit_hit(noisy, known.time, ROBOT, NOISE), fit_hit(moved, known.time + 5.0, ROBOT, NOISE)
+    here, there = fit_impact(noisy, known.time, ROBOT, NOISE), fit_impact(moved, known.time + 5.0, ROBOT, NOISE)
     assert there.time - 5.0 == pytest.approx(here.time, abs=1e-5)
     np.testing.assert_allclose(there.before, turn @ here.before, atol=1e-4)
     np.testing.assert_allclose(there.after, turn @ here.after, atol=1e-4)
@@ -54,14 +54,14 @@ def test_the_commands_are_what_bends_the_path():
     """The same poses, with the commands withheld: the velocities are off by far more than noise."""
     path, known = rebounding_path(0.8, 0.0, 0.7, 0.8)
     idle = RecordedPath(path.times, path.points, np.zeros_like(path.wanted))
-    told, untold = fit_hit(path, known.time, ROBOT, NOISE), fit_hit(idle, known.time, ROBOT, 0.01)
+    told, untold = fit_impact(path, known.time, ROBOT, NOISE), fit_impact(idle, known.time, ROBOT, 0.01)
     assert np.abs(told.after - known.after).max() < 0.01
     assert np.abs(np.concatenate([untold.before - known.before, untold.after - known.after])).max() > 0.05
 
 
 def test_the_deviations_told_are_those_met():
     random, (path, known) = np.random.default_rng(3), rebounding_path(0.6, 0.4, 0.6, 0.8)
-    hits = [fit_hit(with_noise(path, random), known.time, ROBOT, NOISE) for _ in range(60)]
+    hits = [fit_impact(with_noise(path, random), known.time, ROBOT, NOISE) for _ in range(60)]
     met = np.std([[*hit.before, *hit.after] for hit in hits], axis=0)
     told = np.mean([np.sqrt(np.diag(hit.covariance)) for hit in hits], axis=0)
     # told also covers wheels that do not do as commanded, which these do
@@ -74,18 +74,18 @@ def test_poses_lost_at_the_hit_are_said():
     kept = (path.times < known.time + 0.02) | (path.times > known.time + 0.06)
     lost = RecordedPath(path.times[kept], path.points[kept], path.wanted[kept])
     # what was commanded meanwhile is lost as well
-    assert fit_hit(lost, known.time, ROBOT, NOISE).after == pytest.approx(known.after, abs=0.03)
+    assert fit_impact(lost, known.time, ROBOT, NOISE).after == pytest.approx(known.after, abs=0.03)
     few = RecordedPath(*(a[path.times < known.time + 0.05] for a in (path.times, path.points, path.wanted)))
-    with pytest.raises(UnusableHit, match="too few poses"):
-        fit_hit(few, known.time, ROBOT, NOISE)
+    with pytest.raises(UnusableImpact, match="too few poses"):
+        fit_impact(few, known.time, ROBOT, NOISE)
 
 
 def test_two_hits_in_one_window_are_not_taken_for_one():
     path, known = rebounding_path(0.9, 0.0, 0.9, 1.0)
     since = np.maximum(path.times - known.time - 0.07, 0.0)[:, np.newaxis]
     kicked = RecordedPath(path.times, path.points - 1.2 * since * known.normal, path.wanted)
-    with pytest.raises(UnusableHit, match="not those of one hit"):
-        fit_hit(kicked, known.time, ROBOT, NOISE)
+    with pytest.raises(UnusableImpact, match="not those of one hit"):
+        fit_impact(kicked, known.time, ROBOT, NOISE)
 
 
 def test_a_straight_drive_has_no_hit_to_fit():
@@ -93,8 +93,8 @@ def test_a_straight_drive_has_no_hit_to_fit():
     straight = np.stack([0.5 * times, np.zeros(60)], axis=1)
     path = RecordedPath(times, straight, np.tile([0.5, 0.0], (60, 1)))
     try:
-        hit = fit_hit(path, HIT, ROBOT, NOISE)
-    except UnusableHit:
+        hit = fit_impact(path, HIT, ROBOT, NOISE)
+    except UnusableImpact:
         return
     np.testing.assert_allclose(hit.after, hit.before, atol=0.01)
     usable, left_out = sorted_out(seen_from_walls([hit], np.array([-1.0, 0.0])))
@@ -107,7 +107,7 @@ def test_hits_are_found_again_in_the_poses():
     quiet = Settings().with_values({"mocap.detect_impacts": False})
     for _ in range(5):
         path, known = rebounding_path(random.uniform(0.6, 1.0), random.uniform(-0.5, 0.5), 0.7, 0.8)
-        hits = find_hits(path.times, with_noise(path, random).points, quiet)
+        hits = find_impacts(path.times, with_noise(path, random).points, quiet)
         assert len(hits) == 1
         found.append(hits[0] - known.time)
     assert np.abs(found).max() < 0.02
@@ -123,7 +123,7 @@ def measured(restitution, retention, n, random, into=(0.3, 1.0), along=(0.3, 0.8
         path, known = rebounding_path(
             random.uniform(*into), sideways, restitution, retention, random.uniform(-np.pi, np.pi), end=HIT + 0.2
         )
-        hits.append(fit_hit(with_noise(path, random), known.time, ROBOT, NOISE))
+        hits.append(fit_impact(with_noise(path, random), known.time, ROBOT, NOISE))
         normals.append(known.normal)
     return seen_from_walls(hits, np.array(normals))
 
@@ -142,7 +142,7 @@ def drawn(n, random, restitution=0.6, retention=0.8, into=(0.25, 1.0), along=(0.
     before = np.stack([random.uniform(*into, n), random.uniform(*along, n) * random.choice([-1.0, 1.0], n)], axis=1)
     after = before * [restitution, retention]
     shape = before.shape
-    return WallHits(
+    return WallImpacts(
         before + random.normal(0.0, noise, shape), after + random.normal(0.0, noise, shape), np.full(shape, DEVIATION)
     )
 
@@ -159,7 +159,7 @@ def test_without_noise_the_constants_are_exact(restitution, retention, n, seed):
 @FEW
 def test_equal_hits_give_equal_intervals_and_sides_do_not_matter(n, seed):
     hits = drawn(n, np.random.default_rng(seed), noise=0.01)
-    other_side = WallHits(hits.before * [1.0, -1.0], hits.after * [1.0, -1.0], hits.deviations)
+    other_side = WallImpacts(hits.before * [1.0, -1.0], hits.after * [1.0, -1.0], hits.deviations)
     assert fit_rebound(hits) == fit_rebound(other_side)
 
 
@@ -213,7 +213,7 @@ def test_false_hits_are_sorted_out_and_counted():
     good = drawn(20, np.random.default_rng(4))
     before = np.array([[0.5, 0.5], [0.5, 0.6], [0.9, 0.5], [0.1, 0.5], [-0.5, 0.0]])
     after = np.array([[0.8, 0.4], [0.3, -0.5], [0.0, 0.4], [0.06, 0.4], [0.3, 0.0]])
-    hits = WallHits(np.vstack([good.before, before]), np.vstack([good.after, after]), np.full((25, 2), DEVIATION))
+    hits = WallImpacts(np.vstack([good.before, before]), np.vstack([good.after, after]), np.full((25, 2), DEVIATION))
     usable, left_out = sorted_out(hits)
     assert len(usable) == 20
     assert sorted(left_out.values()) == [1, 2, 2]

@@ -32,7 +32,9 @@ class PlannerBench:
         overrides = {"planner.map_period": 0.05, **{k.replace("__", "."): v for k, v in parameters.items()}}
         self.node = ros.make(PlannerNode, overrides)
         self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
-        assert ros.wait_until(lambda: self.node._sensed.state is not None and self.node._sensed.scan_stamp is not None)
+        assert ros.wait_until(
+            lambda: self.node._sensors.state is not None and self.node._sensors.scan_stamp is not None
+        )
         assert ros.wait_until(lambda: self.statuses)
 
     def send_goal(self, goal=AHEAD, frame="map"):

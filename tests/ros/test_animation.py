@@ -9,7 +9,7 @@ from PIL import Image
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
-from collplan_ros.pictures.beside import main
+from collplan_ros.pictures.compare_runs import main
 from collplan_ros.pictures.drawing import DELIBERATE, OTHER, SMOOTHING, Trail, canvas_of, speed_color, trail_of
 from collplan_ros.pictures.shown_run import read_shown_run
 from collplan_ros.pictures.side_by_side import FRAME_PERIOD, GAP, HEAD, LAST_FRAME, LONG_SIDE, _view

@@ -50,7 +50,7 @@ class ControllerBench:
         self.plans = ros.publisher(Path, "plan", NEWEST)
         self.statuses = ros.publisher(GoalStatus, "goal_status", LATCHED)
         self.goal = Goal(self.robot.stamp, np.full(2, math.nan))
-        assert ros.wait_until(lambda: self.node._sensed.scan_stamp is not None and self.commands)
+        assert ros.wait_until(lambda: self.node._sensors.scan_stamp is not None and self.commands)
 
     def send_status(self, status=GoalStatus.STATUS_EXECUTING, stamp=None):
         self.goal = Goal(self.robot.stamp if stamp is None else stamp, self.goal.position, status)
@@ -59,11 +59,11 @@ class ControllerBench:
 
     def path(self, **changes) -> Path:
         """A plan of the newest scan that the node has."""
-        return plan_to_path(straight_plan(self.node._sensed.scan_stamp, self.robot.position, **changes), "map")
+        return plan_to_path(straight_plan(self.node._sensors.scan_stamp, self.robot.position, **changes), "map")
 
     def wait_for_scan(self):
         """Until the node has a scan that is later than the goal."""
-        assert self.ros.wait_until(lambda: (self.node._sensed.scan_stamp or 0.0) > self.goal.stamp + 1e-6)
+        assert self.ros.wait_until(lambda: (self.node._sensors.scan_stamp or 0.0) > self.goal.stamp + 1e-6)
 
     def drive(self):
         """A goal and plans for it, until the robot is told to move."""
@@ -235,11 +235,11 @@ def test_bad_paths_are_counted_and_never_move_the_robot(ros, bench):
 def test_plan_waits_for_its_own_scan(ros, bench):
     bench.send_status()
     bench.wait_for_scan()
-    coming = bench.node._sensed.scan_stamp + 5 * SCAN_EVERY * PERIOD
+    coming = bench.node._sensors.scan_stamp + 5 * SCAN_EVERY * PERIOD
     bench.plans.publish(plan_to_path(straight_plan(coming, bench.robot.position), "map"))
     assert ros.wait_until(lambda: bench.node._waiting is not None)
     assert ros.wait_until(bench.moves)
-    assert bench.node._sensed.scan_stamp >= coming
+    assert bench.node._sensors.scan_stamp >= coming
 
 
 def test_plan_whose_scan_never_comes_is_refused_by_the_next(ros, bench):
@@ -266,8 +266,10 @@ def rollout_of(bench, stamp):
 
 def pose_without_scan(bench):
     """The stamp of a pose that came with no scan."""
-    assert bench.ros.wait_until(lambda: bench.node._sensed.state.stamp > (bench.node._sensed.scan_stamp or 0.0) + 1e-6)
-    return bench.node._sensed.state.stamp
+    assert bench.ros.wait_until(
+        lambda: bench.node._sensors.state.stamp > (bench.node._sensors.scan_stamp or 0.0) + 1e-6
+    )
+    return bench.node._sensors.state.stamp
 
 
 def test_rollout_is_followed_without_a_scan_of_its_stamp(ros):
@@ -284,11 +286,11 @@ def test_rollout_is_followed_without_a_scan_of_its_stamp(ros):
 def test_rollout_waits_for_the_pose_that_it_begins_at(ros):
     bench = ControllerBench(ros, planner__strategy="bounce")
     bench.send_status(stamp=99.0)
-    coming = bench.node._sensed.state.stamp + 5 * PERIOD
+    coming = bench.node._sensors.state.stamp + 5 * PERIOD
     bench.plans.publish(rollout_of(bench, coming))
     assert ros.wait_until(lambda: bench.node._waiting is not None)
     assert ros.wait_until(bench.moves)
-    assert bench.node._sensed.state.stamp >= coming - 1e-6
+    assert bench.node._sensors.state.stamp >= coming - 1e-6
 
 
 def test_rollout_of_before_a_leap_of_the_poses_is_not_followed(ros):

@@ -36,7 +36,7 @@ class Graph:
         self.planner = ros.make(PlannerNode, shared)
         self.controller = ros.make(ControllerNode, shared)
         self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
-        ready = self.planner._sensed, self.controller._sensed
+        ready = self.planner._sensors, self.controller._sensors
         assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
 
     def send_goal(self, goal) -> None:

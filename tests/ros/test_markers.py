@@ -8,7 +8,7 @@ import pytest
 import yaml
 from visualization_msgs.msg import Marker
 
-from collplan_core.evaluation.rebound_tracking import MeasuredHit
+from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
@@ -158,7 +158,7 @@ def test_foreseen_contacts_have_an_arrow_each(cycle):
 @pytest.mark.parametrize("foreseen", [True, False])
 def test_the_last_hit_is_shown_as_foreseen_and_as_measured(cycle, foreseen):
     expected = np.array([0.0, 0.5]) if foreseen else np.full(2, np.nan)
-    hit = MeasuredHit(3.2, np.array([0.3, 0.2]), expected, np.array([0.1, 0.4]))
+    hit = MeasuredImpact(3.2, np.array([0.3, 0.2]), expected, np.array([0.1, 0.4]))
     shown = by_namespace(cycle, hit)["rebound"]
     shafts = points(shown).reshape(-1, ARROW_ENDS, 2)[:, :2]
     velocities = [expected, hit.measured] if foreseen else [hit.measured]

@@ -76,7 +76,7 @@ def test_without_new_scans_plans_go_on_until_the_last_is_too_old(ros):
     bench.send_goal()
     bench.wait_for_plan()
     bench.robot.scans_on = False
-    last = bench.node._seen.scan.stamp
+    last = bench.node._placed.scan.stamp
     assert ros.wait_until(lambda: [s for s in stamps(bench) if s > last + 0.2])
     bench.wait_for_count("refused_stale")
     bench.assert_no_more_plans()
@@ -107,7 +107,7 @@ def test_a_hit_is_planned_for_at_once_from_a_pose_that_knows_of_it(ros, idle):
 def test_a_hit_waits_for_the_pose_that_knows_of_it(ros, idle):
     idle.robot.poses_on = False
     ros.spin(2 * PERIOD)
-    before, hit = len(idle.plans), idle.node._sensed.state.stamp + 0.2
+    before, hit = len(idle.plans), idle.node._sensors.state.stamp + 0.2
     tell(idle, hit)
     ros.spin(0.1)
     assert len(idle.plans) == before

@@ -23,7 +23,7 @@ from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.pictures.trajectory_png import draw_trajectory
 from collplan_ros.runs.impact_log import impacts_of, nearest_surface
-from collplan_ros.runs.run_log import Kick, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
+from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 from collplan_ros.runs.summary import summarize
 from collplan_ros.runs.trajectory_file import COLUMNS, write_trajectory
 
@@ -59,7 +59,7 @@ def bouncing_run() -> RunLog:
             touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), np.array([[WALL, 0.12]]), np.array([[-0.6, 0.8]]))
             log.contacts[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
-    log.kicks.append(Kick(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
+    log.impact_records.append(ImpactRecord(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
     return log
 
 
@@ -75,7 +75,7 @@ def test_an_impact_is_placed_on_the_world():
 def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
     log = bouncing_run()
     log.truth = [row._replace(vx=0.15 if row.vx > 0.0 else -0.1) for row in log.truth]
-    log.kicks = [Kick(EPOCH + HIT_AT - 0.003, -0.25, 0.0)]
+    log.impact_records = [ImpactRecord(EPOCH + HIT_AT - 0.003, -0.25, 0.0)]
     assert impacts_of(log, room()).deliberate.tolist() == [False]
     log = bouncing_run()
     log.contacts = {stamp: Contacts.none() for stamp in log.contacts}
@@ -97,7 +97,10 @@ def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
 
 def test_two_hits_between_two_samples_are_told_apart():
     log = bouncing_run()
-    log.kicks = [Kick(EPOCH + HIT_AT - 0.006, -SPEED, 0.0), Kick(EPOCH + HIT_AT - 0.003, -0.5 * SPEED, 0.0)]
+    log.impact_records = [
+        ImpactRecord(EPOCH + HIT_AT - 0.006, -SPEED, 0.0),
+        ImpactRecord(EPOCH + HIT_AT - 0.003, -0.5 * SPEED, 0.0),
+    ]
     impacts = impacts_of(log, room())
     assert impacts.before[:, 0] == pytest.approx([SPEED, 0.0], abs=1e-9)
     assert impacts.after[:, 0] == pytest.approx([0.0, -0.5 * SPEED], abs=1e-9)
@@ -136,7 +139,7 @@ def test_the_summary_of_a_run_worked_by_hand():
 
 def test_without_a_truth_the_poses_and_the_detected_hits_count():
     log = bouncing_run()
-    log.truth, log.detected = [], [Kick(EPOCH + HIT_AT, -0.7, 0.0)]
+    log.truth, log.detected = [], [ImpactRecord(EPOCH + HIT_AT, -0.7, 0.0)]
     summary = summarize(log, impacts_of(log, room()), "timeout", np.array([0.0, 0.1]), Settings())
     assert summary["impacts"] == 1
     assert summary["arrival_time_s"] is None

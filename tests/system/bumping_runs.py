@@ -11,7 +11,7 @@ from collplan_ros.bringup.preparation import Preparation, write_used_parameters
 from collplan_ros.bringup.results import write_results
 from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.runs.run_log import Kick, PoseRow, RunLog, SentCommand
+from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog, SentCommand
 from omnipuck_sim.robot.physics import Simulator
 
 ROOM = "bounds: [0, 0, 1.6, 1.2]\nwalled: true\ncircles:\n  - {center: [0.8, 0.6], radius: 0.1}\nstart: [0.4, 0.4]\n"
@@ -53,7 +53,7 @@ def _driven(settings: Settings, duration: float, seed: int, speeds: tuple[float,
             log.sent_commands.append(SentCommand(sent, *velocity.tolist(), 0.0))
         simulator.step()
     for hit in simulator.take_impacts():
-        log.kicks.append(Kick(EPOCH + hit.time, *(hit.velocity_after - hit.velocity_before).tolist()))
+        log.impact_records.append(ImpactRecord(EPOCH + hit.time, *(hit.velocity_after - hit.velocity_before).tolist()))
     return log
 
 

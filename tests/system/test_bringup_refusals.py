@@ -13,12 +13,12 @@ from action_msgs.msg import GoalStatus
 from rclpy.context import Context
 from rclpy.node import Node
 
-from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT, Watch
+from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT, RunMonitor
 from collplan_core.parameters import Trial
 from collplan_core.strategies import map_period_of
 from collplan_ros.bringup import graph, preparation, processes
 from collplan_ros.bringup.failures import NodeDied
-from collplan_ros.bringup.main import main, run, told
+from collplan_ros.bringup.main import main, outcome_from_status, run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import NodeProcess, stop_all
 from collplan_ros.bringup.robots import ROBOTS, RobotKind
@@ -210,7 +210,7 @@ def test_a_node_that_ignores_sigterm_is_killed_and_the_first_one_goes_first(tmp_
 
 def test_the_watch_worked_by_hand():
     def watch():
-        return Watch(np.array([1.0, 0.0]), 0.1, Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05), 100.0)
+        return RunMonitor(np.array([1.0, 0.0]), 0.1, Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05), 100.0)
 
     assert watch().outcome(100.0, np.array([0.91, 0.0])) == REACHED
     assert watch().outcome(130.0, np.array([0.0, 0.0])) == TIMEOUT
@@ -222,6 +222,8 @@ def test_the_watch_worked_by_hand():
 
 def test_the_planners_word_counts_once_the_poses_it_has_seen_were_taken():
     arrived = GoalReport(GoalStatus.STATUS_SUCCEEDED, 7.0)
-    assert [told(arrived, sent) for sent in (6.99, 7.0)] == [None, REACHED]
-    assert told(GoalReport(GoalStatus.STATUS_ABORTED, 7.0), 8.0) == "aborted"
-    assert told(GoalReport(GoalStatus.STATUS_EXECUTING, 7.0), 8.0) is told(None, 8.0) is None
+    assert [outcome_from_status(arrived, sent) for sent in (6.99, 7.0)] == [None, REACHED]
+    assert outcome_from_status(GoalReport(GoalStatus.STATUS_ABORTED, 7.0), 8.0) == "aborted"
+    assert (
+        outcome_from_status(GoalReport(GoalStatus.STATUS_EXECUTING, 7.0), 8.0) is outcome_from_status(None, 8.0) is None
+    )

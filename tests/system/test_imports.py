@@ -14,7 +14,7 @@ MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "geometry_ms
             "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "visualization_msgs"}  # fmt: skip
 ROS = {"rclpy", "tf2_ros", *MESSAGES}
 WITH_ROS_IN_SIM = {
-    "omnipuck_sim.node.room",
+    "omnipuck_sim.node.mocap_room",
     "omnipuck_sim.node.simulator_node",
     "omnipuck_sim.emulator.firmware_emulator",
 }

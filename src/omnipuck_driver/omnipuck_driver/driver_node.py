@@ -25,7 +25,7 @@ from omnipuck_driver.link_report import LinkReport
 from omnipuck_driver.messages import BATTERY_LOW, MOTOR_FAULT, SENSES_IMPACTS, TOO_HOT, Telemetry
 from omnipuck_driver.sensed_impacts import SensedImpacts
 from omnipuck_driver.serial_link import SerialLink
-from omnipuck_driver.session import Wish
+from omnipuck_driver.session import WheelCommand
 
 GROUPS = (Robot, Limits, Control, Frames, Driver, Kinematics)
 FAREWELLS = 3
@@ -91,7 +91,7 @@ class DriverNode(Node):
         return self._waits()
 
     def _waits(self) -> bool:
-        return self._arming.waits(seconds(self._local_clock), self._settings.limits.command_age)
+        return self._arming.is_waiting(seconds(self._local_clock), self._settings.limits.command_age)
 
     def _stop_latched(self) -> tuple[bool, str]:
         self._stop_for("by its service")
@@ -114,21 +114,21 @@ class DriverNode(Node):
         now = seconds(self._local_clock)
         for telemetry in self._link.receive(now):
             self._take_telemetry(telemetry)
-        self._link.send(self._wish(now), now)
+        self._link.send(self._wheel_command(now), now)
         self._say_what_changed()
 
-    def _wish(self, now: float) -> Wish:
+    def _wheel_command(self, now: float) -> WheelCommand:
         if self._estopped or not self._link.armed:
             # whatever comes afterwards must be told anew
             self._command = None
         if self._command is not None:
-            wish = self._command.wish(now, self._settings.limits.command_age)
-            if wish is not None:
-                return wish
+            wheel_command = self._command.wheel_command(now, self._settings.limits.command_age)
+            if wheel_command is not None:
+                return wheel_command
             self._counts["expired"] += 1
             self._command = None
         rest = (0.0,) * len(self._wheels)
-        return Wish(rest, 0.0, self._settings.limits.command_age, emergency_stop=bool(self._estopped))
+        return WheelCommand(rest, 0.0, self._settings.limits.command_age, emergency_stop=bool(self._estopped))
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
         if self._link.session.button_pressed:
@@ -169,7 +169,7 @@ class DriverNode(Node):
         self._command = None
         for _ in range(FAREWELLS):
             now = seconds(self._local_clock)
-            self._link.send(self._wish(now), now)
+            self._link.send(self._wheel_command(now), now)
         deadline = time.monotonic() + FAREWELL_PATIENCE
         while not self._link.drained() and time.monotonic() < deadline:
             time.sleep(0.005)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from omnipuck_driver.session import Wish
+from omnipuck_driver.session import WheelCommand
 
 
 @dataclass(frozen=True)
@@ -12,7 +12,7 @@ class HeldCommand:
     wheels: tuple[float, ...]
     received: float
 
-    def wish(self, now: float, longest_age: float) -> Wish | None:
+    def wheel_command(self, now: float, longest_age: float) -> WheelCommand | None:
         """What to ask of the wheels at `now` [s]; None once the command is older than `longest_age` [s]."""
         age = now - self.received
-        return Wish(self.wheels, age, longest_age - age) if age < longest_age else None
+        return WheelCommand(self.wheels, age, longest_age - age) if age < longest_age else None

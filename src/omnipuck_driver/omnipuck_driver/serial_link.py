@@ -7,7 +7,7 @@ import serial
 from collplan_core.parameters import Driver
 from omnipuck_driver.messages import Telemetry
 from omnipuck_driver.port import PortError, open_port
-from omnipuck_driver.session import Session, Wish
+from omnipuck_driver.session import Session, WheelCommand
 
 FIRST_WAIT = 0.05
 """Pause after the first attempt in vain; each further one takes twice as long, up to driver.longest_wait [s]."""
@@ -59,11 +59,11 @@ class SerialLink:
             return []
         return self.session.receive(data, now)
 
-    def send(self, wish: Wish, now: float) -> None:
+    def send(self, wheel_command: WheelCommand, now: float) -> None:
         """Sends what the session allows of a wish at the local time `now` [s]."""
         if self._port is None:
             return
-        frame = self.session.outgoing(wish, now)
+        frame = self.session.outgoing(wheel_command, now)
         try:
             if frame and self._has_room():
                 self._port.write(frame)

@@ -14,7 +14,7 @@ MILLISECONDS = 1 << 32
 
 
 @dataclass(frozen=True)
-class Wish:
+class WheelCommand:
     """What the wheels should do.
 
     Attributes:
@@ -29,9 +29,9 @@ class Wish:
     life: float
     emergency_stop: bool = False
 
-    def standing_still(self) -> "Wish":
+    def standing_still(self) -> "WheelCommand":
         """The same with wheels at rest."""
-        return Wish((0.0,) * len(self.wheels), self.age, self.life, self.emergency_stop)
+        return WheelCommand((0.0,) * len(self.wheels), self.age, self.life, self.emergency_stop)
 
 
 def _new_token() -> int:
@@ -107,13 +107,13 @@ class Session:
                     news.append(message)
         return news
 
-    def outgoing(self, wish: Wish, now: float) -> bytes:
+    def outgoing(self, wheel_command: WheelCommand, now: float) -> bytes:
         """The bytes to send at the local time `now` [s]: a greeting, zero, or the wish."""
         if self.announced is not None and now - self._heard > self._timeout:
             self.begin()
         if not self.connected:
             return self._greeting(now)
-        allowed = wish if self.armed else wish.standing_still()
+        allowed = wheel_command if self.armed else wheel_command.standing_still()
         return self._encoder.encode(
             Command(
                 session=self._token,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.calibration.wall_hits import ALONG, INTO, SLOWEST, WallHits
+from collplan_core.calibration.wall_impacts import ALONG, INTO, SLOWEST, WallImpacts
 
 FEWEST = 8
 """Hits for each constant; resampling fewer says little and looks sure."""
@@ -57,7 +57,7 @@ class ReboundFit:
     tangential_retention: Estimate
 
 
-def fit_rebound(hits: WallHits) -> ReboundFit:
+def fit_rebound(hits: WallImpacts) -> ReboundFit:
     """Both constants from hits that were sorted out.
 
     Raises:
@@ -86,7 +86,7 @@ _RESTITUTION = _Constant("restitution", INTO, "into a wall", "drive at walls mor
 _RETENTION = _Constant("tangential retention", ALONG, "along a wall", "drive at walls at an angle")
 
 
-def _estimate(constant: _Constant, hits: WallHits) -> Estimate:
+def _estimate(constant: _Constant, hits: WallImpacts) -> Estimate:
     slowest = SLOWEST[constant.component]
     hits = hits[np.abs(hits.before[:, constant.component]) >= slowest]
     before, after = hits.before[:, constant.component], hits.after[:, constant.component]

@@ -16,13 +16,13 @@ class Arming:
 
     quiet_since: float | None = None
 
-    def waits(self, now: float, silence: float) -> bool:
+    def is_waiting(self, now: float, silence: float) -> bool:
         """Whether commands are ignored at `now` [s]; they are not once none came for `silence` [s]."""
         return self.quiet_since is not None and now - self.quiet_since < silence
 
     def after_command(self, zero: bool, now: float, silence: float) -> "Arming":
         """A command came, `zero` or not; ask `waits` of what is returned whether it may be followed."""
-        return Arming(now) if self.waits(now, silence) and not zero else ARMED
+        return Arming(now) if self.is_waiting(now, silence) and not zero else ARMED
 
 
 ARMED = Arming()

@@ -30,7 +30,7 @@ def plan_age_limit(map_period: float) -> float:
     return 2.0 * map_period + 0.2
 
 
-def why_stand_still(
+def stop_reason(
     goal_active: bool, pose_age: float, scan_age: float, plan_age: float, map_period: float, limits: Limits
 ) -> str:
     """Why the robot must not move now; plan_age is that of the newest plan that was not refused."""

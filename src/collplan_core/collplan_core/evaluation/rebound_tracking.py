@@ -15,7 +15,7 @@ KEPT = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredHit:
+class MeasuredImpact:
     """One hit, world frame.
 
     Attributes:
@@ -37,13 +37,13 @@ class MeasuredHit:
         return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
 
 
-class Rebounds:
+class ReboundTracker:
     """Compares each hit with the plans of before."""
 
     def __init__(self) -> None:
         """No hit yet."""
         self._predictions: deque[Prediction] = deque()
-        self._hit: MeasuredHit | None = None
+        self._hit: MeasuredImpact | None = None
 
     def planned(self, plan: Plan) -> None:
         """One more plan is in force."""
@@ -55,15 +55,15 @@ class Rebounds:
         """A hit was found at `stamp` [s] that changed the velocity by (2,) [m/s]; the disc's radius is in [m]."""
         # the ring touches where the change comes from, but for what the boundary brakes along itself
         point = state.position - radius * change / max(math.hypot(*change), 1e-9)
-        self._hit = MeasuredHit(stamp, point, self._foreseen(stamp, point), np.full(2, math.nan))
+        self._hit = MeasuredImpact(stamp, point, self._foreseen(stamp, point), np.full(2, math.nan))
 
-    def moved(self, state: State, settled: float) -> MeasuredHit | None:
+    def moved(self, state: State, settled: float) -> MeasuredImpact | None:
         """The hit, once: from the first pose so long [s] after it, when its velocity no longer holds that of before."""
         hit = self._hit
         if hit is None or state.stamp < hit.stamp + settled:
             return None
         self._hit = None
-        return MeasuredHit(hit.stamp, hit.point, hit.foreseen, state.velocity)
+        return MeasuredImpact(hit.stamp, hit.point, hit.foreseen, state.velocity)
 
     def forget(self) -> None:
         """The poses broke: what was planned and hit before is of another place."""

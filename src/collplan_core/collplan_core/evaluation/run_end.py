@@ -9,7 +9,7 @@ TIMEOUT = "timeout"
 STUCK = "stuck"
 
 
-class Watch:
+class RunMonitor:
     """Follows the poses of a run from the moment the goal was given."""
 
     def __init__(self, goal: np.ndarray, tolerance: float, limits: Trial, begun: float) -> None:

@@ -20,7 +20,9 @@ def free_sight(ends: np.ndarray, ax: float, ay: float, bx: float, by: float) -> 
 
 
 @njit
-def stands_for(ends: np.ndarray, positions: np.ndarray, member: np.ndarray, a: int, b: int, distance: float) -> bool:
+def is_represented_by(
+    ends: np.ndarray, positions: np.ndarray, member: np.ndarray, a: int, b: int, distance: float
+) -> bool:
     """Whether some position of frontier b is within distance of one of frontier a, across free space."""
     for i in range(len(positions)):
         if member[i] != a:
@@ -62,7 +64,7 @@ def prune_positions(
     for rank in range(1, n):
         for earlier in range(rank):
             a, b = order[rank], order[earlier]
-            if stays[b] and best[b] < best[a] and stands_for(ends, positions, member, a, b, distance):
+            if stays[b] and best[b] < best[a] and is_represented_by(ends, positions, member, a, b, distance):
                 stays[a] = False
                 break
     kept = np.empty(len(positions), np.bool_)

@@ -21,9 +21,9 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.parameters import Mocap, Robot
 
-KINK_SPAN = 3.6
+IMPACT_SPAN = 3.6
 """Poses of so many impact_windows are fitted."""
-KINK_REACH = 1.6
+IMPACT_REACH = 1.6
 """A hit is looked for so many impact_windows back."""
 CERTAINTY = 5.8
 """Standard deviations; two hours of driving at max_acceleration, 2 mm of noise, gave no false hit; at 5.5, one."""
@@ -42,7 +42,7 @@ _UNKNOWNS = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Kink:
+class DetectedImpact:
     """A hit.
 
     Attributes:
@@ -58,28 +58,28 @@ class Kink:
     change: np.ndarray
 
 
-def find_kink(times: np.ndarray, points: np.ndarray, robot: Robot, mocap: Mocap) -> Kink | None:
+def find_impact(times: np.ndarray, points: np.ndarray, robot: Robot, mocap: Mocap) -> DetectedImpact | None:
     """The hit in these poses: times (n,) strictly rising [s], points (n, 2) [m]; None if there is none."""
     first = max(int(np.searchsorted(times, times[0] + mocap.impact_window - SLACK)), FEWEST_BEFORE)
     last = len(times) - 1
-    earliest = times[-1] - KINK_REACH * mocap.impact_window
+    earliest = times[-1] - IMPACT_REACH * mocap.impact_window
     deviation = ACCELERATION_SHARE * robot.max_acceleration
     # accelerations that swing within the window are no parabola
     noise = math.hypot(mocap.position_noise, robot.max_acceleration * mocap.impact_window**2 / 4)
-    score, after = _likeliest_kink(times, points, first, last, 1, earliest, noise, deviation)[:2]
+    score, after = _likeliest_impact(times, points, first, last, 1, earliest, noise, deviation)[:2]
     if score < CERTAINTY or len(times) - after < FEWEST_AFTER:
         return None
     near = (max(after - 1, first), min(after + 1, last))
-    _, after, time, x, y, *change = _likeliest_kink(times, points, *near, FINE, -math.inf, noise, deviation)
+    _, after, time, x, y, *change = _likeliest_impact(times, points, *near, FINE, -math.inf, noise, deviation)
     # what the wheels can make by swinging from one extreme to the other
     least = max(mocap.impact_speed, 2.0 * robot.max_acceleration * mocap.impact_window)
     if math.hypot(*change) < least:
         return None
-    return Kink(int(after), float(time), np.array([x, y]), np.array(change))
+    return DetectedImpact(int(after), float(time), np.array([x, y]), np.array(change))
 
 
 @njit
-def _likeliest_kink(times, points, first, last, parts, earliest, noise, deviation):  # type: ignore[no-untyped-def]
+def _likeliest_impact(times, points, first, last, parts, earliest, noise, deviation):  # type: ignore[no-untyped-def]
     """Score, first pose after, time, point, change of velocity: tries `parts` times before each pose first to last."""
     best = (0.0, first, 0.0, 0.0, 0.0, 0.0, 0.0)
     for after in range(last, first - 1, -1):

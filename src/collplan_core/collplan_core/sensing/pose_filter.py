@@ -16,7 +16,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.parameters import Mocap, Settings
-from collplan_core.sensing.impact_detection import KINK_SPAN, Kink, find_kink
+from collplan_core.sensing.impact_detection import IMPACT_SPAN, DetectedImpact, find_impact
 from collplan_core.state import State
 
 SPEED_ALLOWANCE = 1.2
@@ -136,7 +136,7 @@ def warm_up() -> None:
 def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[FilterResult, FilterMemory]:
     kink = None
     if settings.mocap.detect_impacts:
-        kink = find_kink(track.times, track.points, settings.robot, settings.mocap)
+        kink = find_impact(track.times, track.points, settings.robot, settings.mocap)
     if kink is not None:
         track = _since(track, kink)
     velocity = _velocity(track, settings.mocap)
@@ -166,7 +166,7 @@ def _extended(track: Track, sample: PoseSample, received: float, settings: Setti
     """The track with one more pose, without what is too old; after a silence it begins anew."""
     if len(track.times) == 0 or _is_silence(track, sample, settings):
         return Track(np.array([sample.stamp]), sample.position[np.newaxis], sample.stamp, received)
-    span = max(KINK_SPAN * settings.mocap.impact_window, settings.mocap.velocity_window)
+    span = max(IMPACT_SPAN * settings.mocap.impact_window, settings.mocap.velocity_window)
     first = int(np.searchsorted(track.times, sample.stamp - span - _slack(settings.mocap)))
     # at a low rate the window alone would not hold the poses a line needs
     first = max(min(first, len(track.times) - FEWEST + 1), 0)
@@ -175,7 +175,7 @@ def _extended(track: Track, sample: PoseSample, received: float, settings: Setti
     return Track(times, points, track.begun, received)
 
 
-def _since(track: Track, kink: Kink) -> Track:
+def _since(track: Track, kink: DetectedImpact) -> Track:
     """The point of a hit and the poses after it."""
     times = np.append(kink.time, track.times[kink.first_after :])
     points = np.concatenate([kink.point[np.newaxis], track.points[kink.first_after :]])

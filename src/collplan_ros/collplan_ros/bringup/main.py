@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from action_msgs.msg import GoalStatus
 
-from collplan_core.evaluation.run_end import REACHED, Watch
+from collplan_core.evaluation.run_end import REACHED, RunMonitor
 from collplan_ros.bringup.check import check
 from collplan_ros.bringup.failures import (
     GRAPH_LOST,
@@ -35,7 +35,7 @@ REST_PATIENCE = 2.0
 REST_SPEED = 0.03
 PLANNER = "planner_node"
 ABORTED = "aborted"
-TOLD = {
+OUTCOMES = {
     GoalStatus.STATUS_SUCCEEDED: REACHED,
     GoalStatus.STATUS_ABORTED: ABORTED,
     GoalStatus.STATUS_CANCELED: "canceled",
@@ -104,11 +104,11 @@ class Bringup:
         graph.recorder.begin()
         graph.give_goal(target)
         begun = graph.pose.stamp
-        watch = Watch(target, settings.planner.goal_tolerance, settings.trial, begun)
+        watch = RunMonitor(target, settings.planner.goal_tolerance, settings.trial, begun)
         while True:
             pose = graph.pose
             position = np.array([pose.x, pose.y])
-            outcome = watch.outcome(pose.stamp, position) or told(graph.recorder.goal, pose.sent)
+            outcome = watch.outcome(pose.stamp, position) or outcome_from_status(graph.recorder.goal, pose.sent)
             if outcome:
                 return outcome
             distance = float(np.linalg.norm(position - target))
@@ -128,19 +128,19 @@ class Bringup:
 
         def at_rest() -> bool:
             goal = graph.recorder.goal
-            ended = goal is None or goal.status in TOLD
+            ended = goal is None or goal.status in OUTCOMES
             return ended and bool(np.hypot(graph.pose.vx, graph.pose.vy) <= REST_SPEED)
 
         while time.monotonic() < deadline and not at_rest():
             graph.step()
 
 
-def told(goal: GoalReport | None, sent: float) -> str | None:
+def outcome_from_status(goal: GoalReport | None, sent: float) -> str | None:
     """The outcome by the planner's report, once the poses up to the one of `sent` were taken; None while it goes on.
 
     The poses that the planner may have seen come first: they tell when the goal was reached.
     """
-    return TOLD.get(goal.status) if goal is not None and goal.sent <= sent else None
+    return OUTCOMES.get(goal.status) if goal is not None and goal.sent <= sent else None
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Vector3
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from collplan_core.evaluation.rebound_tracking import MeasuredHit
+from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, Plan
@@ -52,7 +52,7 @@ MEASURED = color(0.85, 0.1, 0.2)
 
 
 def plan_markers(
-    local_map: LocalMap, plan: Plan, memory: Any, hit: MeasuredHit | None, settings: Settings
+    local_map: LocalMap, plan: Plan, memory: Any, hit: MeasuredImpact | None, settings: Settings
 ) -> MarkerArray:
     """All markers of one cycle, in the map frame at the plan's stamp.
 
@@ -126,7 +126,7 @@ def _contacts(head: Header, contacts: Contacts) -> Iterable[Marker]:
     yield lines_of_one_color(head, "foreseen_rebounds", arrow_lines(contacts.points, tips, BARB), FORESEEN)
 
 
-def _rebound(head: Header, hit: MeasuredHit | None) -> Marker:
+def _rebound(head: Header, hit: MeasuredImpact | None) -> Marker:
     """The last hit: its rebound as foreseen, if it was, and as measured."""
     if hit is None:
         return line_list(head, "rebound", np.zeros((0, 2)), [])

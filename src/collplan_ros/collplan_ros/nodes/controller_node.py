@@ -18,7 +18,7 @@ from std_msgs.msg import String
 
 from collplan_core.command import Command, stopped
 from collplan_core.control.memory import ControllerMemory
-from collplan_core.control.permission import why_refuse_plan, why_stand_still
+from collplan_core.control.permission import stop_reason, why_refuse_plan
 from collplan_core.control.tracking import clip_command
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.parameters import Control, Frames, Limits, LocalMapping, Planning, Rebound, Robot, Settings
@@ -41,7 +41,7 @@ from collplan_ros.node_kit.refusals import Refusals
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.goal_status import Goal, goal_from_status
-from collplan_ros.nodes.sensed import BEGINS_ANEW, Sensed
+from collplan_ros.nodes.sensor_buffer import BEGINS_ANEW, SensorBuffer
 
 GROUPS = (Robot, Rebound, LocalMapping, Control, Planning, Limits, Frames)
 
@@ -66,7 +66,7 @@ class ControllerNode(Node):
         self._settings = read_settings(self, *GROUPS)
         self._local_clock = local_clock(self)
         self._refusals = Refusals()
-        self._sensed = Sensed(self._settings.limits.pose_history, self._refusals)
+        self._sensors = SensorBuffer(self._settings.limits.pose_history, self._refusals)
         self._period = ControlPeriod()
         self._goal: Goal | None = None
         self._waiting: tuple[Plan, float] | None = None
@@ -99,11 +99,11 @@ class ControllerNode(Node):
     # ---- inputs
 
     def _on_pose(self, message: Odometry) -> None:
-        if self._sensed.take_pose(message, seconds(self._local_clock), self._settings) == BEGINS_ANEW:
+        if self._sensors.take_pose(message, seconds(self._local_clock), self._settings) == BEGINS_ANEW:
             self._forget_plans()
 
     def _on_scan(self, message: LaserScan) -> None:
-        if self._sensed.take_scan(message, seconds(self._local_clock), self._settings):
+        if self._sensors.take_scan(message, seconds(self._local_clock), self._settings):
             self._adopt()
 
     def _on_status(self, message: GoalStatus) -> None:
@@ -126,7 +126,7 @@ class ControllerNode(Node):
             self._refuse_plan(str(error))
             return
         goal_stamp = self._goal.stamp if self._goal is not None and self._goal.active else None
-        reason = why_refuse_plan(plan, goal_stamp, self._sensed.now(local))
+        reason = why_refuse_plan(plan, goal_stamp, self._sensors.now(local))
         if reason:
             self._refuse_plan(reason)
             return
@@ -147,10 +147,10 @@ class ControllerNode(Node):
         follow = planner_for(self._settings.planner.strategy).follow
         if rolls_out(self._settings):
             # a plan of before the poses broke has no pose here
-            if self._sensed.pose_at(plan.stamp) is not None:
+            if self._sensors.pose_at(plan.stamp) is not None:
                 self._waiting, self._followed = None, FollowedPlan(plan, received, follow, None)
             return
-        placed = self._sensed.placed_at(plan.stamp)
+        placed = self._sensors.placed_at(plan.stamp)
         if placed is not None:
             self._waiting = None
             local_map = build_local_map(*placed, self._settings.robot, self._settings.local_map)
@@ -165,12 +165,12 @@ class ControllerNode(Node):
     def _tick(self) -> None:
         local = seconds(self._local_clock)
         self._period.tick(local)
-        self._send(self._decide(local), self._sensed.now(local) or 0.0)
+        self._send(self._decide(local), self._sensors.now(local) or 0.0)
 
     def _decide(self, local: float) -> Command:
         self._adopt()
-        reason = self._why_stand_still(local)
-        followed, state, now = self._followed, self._sensed.state, self._sensed.now(local)
+        reason = self._stop_reason(local)
+        followed, state, now = self._followed, self._sensors.state, self._sensors.now(local)
         if reason or followed is None or state is None or now is None:
             self._memory = ControllerMemory(heading=self._memory.heading)
             return stopped(reason)
@@ -182,11 +182,11 @@ class ControllerNode(Node):
             return stopped("the command is not finite or far beyond the limits")
         return replace(command, velocity=clipped[0], yaw_rate=clipped[1])
 
-    def _why_stand_still(self, local: float) -> str:
-        return why_stand_still(
+    def _stop_reason(self, local: float) -> str:
+        return stop_reason(
             goal_active=self._goal is not None and self._goal.active,
-            pose_age=self._sensed.pose_age(local),
-            scan_age=self._sensed.scan_age(local),
+            pose_age=self._sensors.pose_age(local),
+            scan_age=self._sensors.scan_age(local),
             plan_age=float("inf") if self._followed is None else local - self._followed.received,
             map_period=map_period_of(self._settings),
             limits=self._settings.limits,
@@ -227,7 +227,7 @@ class ControllerNode(Node):
         command = stopped("the controller ends")
         if self._command.maneuver != command.maneuver:
             self._maneuver_out.publish(String(data=command.maneuver))
-        now = self._sensed.now(seconds(self._local_clock)) or 0.0
+        now = self._sensors.now(seconds(self._local_clock)) or 0.0
         publish_acknowledged(self._command_out, self._twist(command, now))
 
 

@@ -5,14 +5,14 @@ from collections.abc import Mapping
 
 from diagnostic_msgs.msg import DiagnosticArray
 
-from collplan_core.evaluation.rebound_tracking import MeasuredHit
+from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.plan import Plan
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.node_kit.diagnostics import OK, Health, status_message
 
 
 def costs_message(
-    name: str, plan: Plan, planning_time: float, strategy: str, hit: MeasuredHit | None = None
+    name: str, plan: Plan, planning_time: float, strategy: str, hit: MeasuredImpact | None = None
 ) -> DiagnosticArray:
     """Each term of the choice, counts before and after pruning, planning time; `planning_time` [s] is given in ms.
 
@@ -32,7 +32,7 @@ def costs_message(
     return message
 
 
-def _rebound_values(hit: MeasuredHit) -> Mapping[str, object]:
+def _rebound_values(hit: MeasuredImpact) -> Mapping[str, object]:
     """Foreseen against measured, directions in the map frame [rad]; NaN where it was not foreseen."""
     return {
         "rebound_stamp": f"{hit.stamp:.3f}",

@@ -9,7 +9,7 @@ from nav_msgs.msg import Path
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
-from collplan_core.evaluation.rebound_tracking import MeasuredHit
+from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
@@ -38,7 +38,7 @@ class Cycle:
     local_map: LocalMap
     memory: Any
     planning_time: float
-    hit: MeasuredHit | None
+    hit: MeasuredImpact | None
 
 
 class PlanOutputs:
@@ -52,7 +52,7 @@ class PlanOutputs:
         self._costs = node.create_publisher(DiagnosticArray, "planner/costs", qos.EVENT)
         self._markers = node.create_publisher(MarkerArray, "planner/markers", qos.LATCHED)
         self._marked = -math.inf
-        self._hit: MeasuredHit | None = None
+        self._hit: MeasuredImpact | None = None
 
     def publish(self, cycle: Cycle, local: float, settings: Settings) -> None:
         """The plan first: the robot waits for it. `local` [s, local clock]."""

@@ -23,7 +23,7 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
 from collplan_core.control.permission import is_blocked, why_stale
-from collplan_core.evaluation.rebound_tracking import MeasuredHit, Rebounds
+from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.parameters import (
     Frames,
@@ -51,10 +51,10 @@ from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Heal
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.refusals import Refusals
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.nodes.hit_alarm import HitAlarm, why_not_now
+from collplan_ros.nodes.impact_alarm import ImpactAlarm, why_not_now
 from collplan_ros.nodes.plan_outputs import Cycle, PlanOutputs
 from collplan_ros.nodes.pursued_goal import PursuedGoal
-from collplan_ros.nodes.sensed import BEGINS_ANEW, REFUSED, Sensed
+from collplan_ros.nodes.sensor_buffer import BEGINS_ANEW, REFUSED, SensorBuffer
 
 GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Mocap, Limits, Frames)
 BUDGET_SHARE = 0.5
@@ -64,7 +64,7 @@ ALARM_PERIODS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class PlacedScan:
     """The newest scan that could be placed, the pose at its stamp, and their local map."""
 
     scan: Scan
@@ -82,12 +82,12 @@ class PlannerNode(Node):
         self._settings = in_time(read_settings(self, *GROUPS))
         self._local_clock = local_clock(self)
         self._refusals = Refusals()
-        self._sensed = Sensed(self._settings.limits.pose_history, self._refusals)
-        self._alarm = HitAlarm()
-        self._rebounds = Rebounds()
-        self._hit: MeasuredHit | None = None
+        self._sensors = SensorBuffer(self._settings.limits.pose_history, self._refusals)
+        self._alarm = ImpactAlarm()
+        self._rebounds = ReboundTracker()
+        self._hit: MeasuredImpact | None = None
         self._memory: Any = None
-        self._seen: Seen | None = None
+        self._placed: PlacedScan | None = None
         self._planned_until = 0.0
         self._trouble = ""
         self._n_plans = self._n_impacts = 0
@@ -117,7 +117,7 @@ class PlannerNode(Node):
 
     def _on_pose(self, message: Odometry) -> None:
         settings = self._settings
-        taken, state = self._sensed.take_pose(message, seconds(self._local_clock), settings), self._sensed.state
+        taken, state = self._sensors.take_pose(message, seconds(self._local_clock), settings), self._sensors.state
         if taken == REFUSED or state is None:
             return
         if taken == BEGINS_ANEW:
@@ -125,17 +125,17 @@ class PlannerNode(Node):
         if self._goal.is_reached(state, settings.planner.goal_tolerance):
             self._end_goal(GoalStatus.STATUS_SUCCEEDED)
         self._hit = self._rebounds.moved(state, settings.mocap.velocity_window) or self._hit
-        self._plan_after_hit()
+        self._plan_after_impact()
 
     def _begin_anew(self, stamp: float) -> None:
-        self._memory, self._seen, self._planned_until = None, None, stamp
+        self._memory, self._placed, self._planned_until = None, None, stamp
         self._alarm.forget()
         self._rebounds.forget()
         self._trouble = ""
         self._goal.begin_anew(stamp)
 
     def _on_scan(self, message: LaserScan) -> None:
-        self._sensed.take_scan(message, seconds(self._local_clock), self._settings)
+        self._sensors.take_scan(message, seconds(self._local_clock), self._settings)
 
     def _on_impact(self, message: Vector3Stamped) -> None:
         settings, local = self._settings, seconds(self._local_clock)
@@ -145,30 +145,30 @@ class PlannerNode(Node):
             self._refusals.add("impact", str(error))
             return
         self._n_impacts += 1
-        state = self._sensed.state
-        reason = why_not_now(stamp, self._sensed.now(local), settings.limits.pose_age)
+        state = self._sensors.state
+        reason = why_not_now(stamp, self._sensors.now(local), settings.limits.pose_age)
         if not reason and state is not None:
             self._rebounds.hit(stamp, change, state, settings.robot.radius)
             reason = self._alarm.raised(stamp, local, ALARM_PERIODS * map_period_of(settings))
         if reason:
             self._refusals.add("impact", reason)
             return
-        self._plan_after_hit()
+        self._plan_after_impact()
 
-    def _plan_after_hit(self) -> None:
-        if self._alarm.is_due(self._sensed.state) and rolls_out(self._settings):
+    def _plan_after_impact(self) -> None:
+        if self._alarm.is_due(self._sensors.state) and rolls_out(self._settings):
             self._timer.reset()
             self._cycle()
 
     def _on_goal(self, message: PoseStamped) -> None:
-        self._memory, self._planned_until, self._trouble = None, self._sensed.newest_stamp, ""
+        self._memory, self._planned_until, self._trouble = None, self._sensors.newest_stamp, ""
         try:
             position = goal_from_message(message, self._settings.frames.map)
         except MessageError as error:
             self._goal.refuse(self._planned_until)
             self._refuse_goal(str(error))
             return
-        self._goal.take(position, self._planned_until, self._sensed.now(seconds(self._local_clock)))
+        self._goal.take(position, self._planned_until, self._sensors.now(seconds(self._local_clock)))
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
@@ -202,7 +202,7 @@ class PlannerNode(Node):
         if not self._goal.active:
             return
         local, timeout = seconds(self._local_clock), self._settings.planner.goal_timeout
-        if self._goal.is_overdue(self._sensed.now(local), timeout):
+        if self._goal.is_overdue(self._sensors.now(local), timeout):
             self._give_up(f"not reached within planner.goal_timeout, {timeout:g} s")
             return
         stale = self._why_stale(local)
@@ -215,7 +215,7 @@ class PlannerNode(Node):
         except ScanError as error:
             self._hold("no_plan", str(error))
             return
-        begin, newest = self._begin(), self._sensed.scan_stamp or 0.0
+        begin, newest = self._begin(), self._sensors.scan_stamp or 0.0
         if begin is not None and begin.stamp > self._planned_until:
             self._plan(begin, begun, local)
         elif begin is None or newest > self._planned_until:
@@ -223,27 +223,27 @@ class PlannerNode(Node):
 
     def _why_stale(self, local: float) -> str:
         limits = self._settings.limits
-        return why_stale("pose", self._sensed.pose_age(local), limits.pose_age) or why_stale(
-            "scan", self._sensed.scan_age(local), limits.scan_age
+        return why_stale("pose", self._sensors.pose_age(local), limits.pose_age) or why_stale(
+            "scan", self._sensors.scan_age(local), limits.scan_age
         )
 
     def _look(self) -> None:
         """Makes the local map of the newest scan that can be placed, once."""
         settings = self._settings
-        placed = self._sensed.newest_placed(-math.inf if self._seen is None else self._seen.scan.stamp)
+        placed = self._sensors.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
         if placed is not None:
-            self._seen = Seen(*placed, build_local_map(*placed, settings.robot, settings.local_map))
+            self._placed = PlacedScan(*placed, build_local_map(*placed, settings.robot, settings.local_map))
 
     def _begin(self) -> State | None:
         """Where a plan begins: for a rollout at the newest pose, else at that of the newest scan."""
-        seen, state, settings = self._seen, self._sensed.state, self._settings
+        seen, state, settings = self._placed, self._sensors.state, self._settings
         if seen is None or state is None or not rolls_out(settings):
             return None if seen is None else seen.state
         # scans may well come in, but none that a pose belongs to
         return state if state.stamp - seen.scan.stamp <= settings.limits.scan_age else None
 
     def _plan(self, begin: State, begun: float, local: float) -> None:
-        settings, seen, goal = self._settings, self._seen, self._goal
+        settings, seen, goal = self._settings, self._placed, self._goal
         assert seen is not None, "there is no beginning without it"
         if is_blocked(goal.position, seen.scan, seen.state, settings.robot, settings.local_map):
             self._end_goal(GoalStatus.STATUS_ABORTED)

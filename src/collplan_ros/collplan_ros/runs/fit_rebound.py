@@ -6,12 +6,12 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from collplan_core.calibration.hit_fit import FAR
+from collplan_core.calibration.impact_fit import FAR
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.calibration.rebound_fit import FEWEST, Estimate, ReboundFit, TooLittle, fit_rebound
-from collplan_core.calibration.wall_hits import ALONG, INTO, SLOWEST
-from collplan_ros.runs.recorded_hits import measured_hits
+from collplan_core.calibration.wall_impacts import ALONG, INTO, SLOWEST
+from collplan_ros.runs.recorded_impacts import measured_impacts
 from collplan_ros.runs.recorded_run import RecordedRun, RunError, read_run
 
 REFUSED = 2
@@ -66,8 +66,8 @@ def _fit(options: argparse.Namespace) -> None:
     if options.out.exists() and not options.force:
         raise RunError(f"--out {options.out}: exists, expected a new file; --force replaces it")
     runs = _read(options.runs)
-    hits, left_out = measured_hits(runs)
-    _say_hits(runs, len(hits), left_out)
+    hits, left_out = measured_impacts(runs)
+    _say_impacts(runs, len(hits), left_out)
     fit = fit_rebound(hits)
     print(_table(fit))
     _write(options.out, given, fit, runs)
@@ -87,7 +87,7 @@ def _kind(runs: Sequence[RecordedRun]) -> str:
     return "simulated" if runs[0].simulated else "real"
 
 
-def _say_hits(runs: Sequence[RecordedRun], usable: int, left_out: Counter[str]) -> None:
+def _say_impacts(runs: Sequence[RecordedRun], usable: int, left_out: Counter[str]) -> None:
     of_runs = f"{len(runs)} {_kind(runs)} run{'s' if len(runs) > 1 else ''}"
     print(f"hits found in {of_runs}: {usable + left_out.total()}, usable: {usable}")
     for reason, count in left_out.most_common():

@@ -9,7 +9,7 @@ import numpy as np
 
 from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED, Prediction, foreseen_impacts, foreseen_rebounds
 from collplan_core.worlds import World, world_segments
-from collplan_ros.runs.run_log import Kick, PoseRow, RunLog
+from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
 
 COLUMNS = (
     "t", "x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy", "direction_error",
@@ -53,7 +53,7 @@ class Impacts:
 
 def impacts_of(log: RunLog, world: World) -> Impacts:
     """The hits of a run with the surface of `world` that was nearest to the robot at each."""
-    rows = np.array([_located(kick.stamp, np.array(kick[1:]), log, world) for kick in log.hits]).reshape(-1, 9)
+    rows = np.array([_located(impact_record.stamp, np.array(impact_record[1:]), log, world) for impact_record in log.hits]).reshape(-1, 9)
     times, points, normals, before, after = rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7], rows[:, 7:9]
     predictions = [Prediction(made, contacts) for made, contacts in sorted(log.contacts.items())]
     errors = foreseen_rebounds(times, points, after, predictions)[:, 0]
@@ -62,8 +62,8 @@ def impacts_of(log: RunLog, world: World) -> Impacts:
 
 def _located(stamp: float, change: np.ndarray, log: RunLog, world: World) -> list[float]:
     sample, following = _samples_around(stamp, log.track)
-    within = [kick for kick in log.hits if sample.stamp <= kick.stamp < following.stamp]
-    earlier = _total(kick for kick in within if kick.stamp < stamp)
+    within = [impact_record for impact_record in log.hits if sample.stamp <= impact_record.stamp < following.stamp]
+    earlier = _total(impact_record for impact_record in within if impact_record.stamp < stamp)
     # what the hits between the samples do not explain, the wheels did, evenly
     driven = np.array(following[4:6]) - np.array(sample[4:6]) - _total(within)
     share = (stamp - sample.stamp) / (following.stamp - sample.stamp) if following.stamp > sample.stamp else 0.0
@@ -73,8 +73,8 @@ def _located(stamp: float, change: np.ndarray, log: RunLog, world: World) -> lis
     return [stamp, *point, *normal, *before, *(before + change)]
 
 
-def _total(kicks: Iterable[Kick]) -> np.ndarray:
-    return np.array([kick[1:] for kick in kicks]).reshape(-1, 2).sum(axis=0)
+def _total(impact_records: Iterable[ImpactRecord]) -> np.ndarray:
+    return np.array([impact_record[1:] for impact_record in impact_records]).reshape(-1, 2).sum(axis=0)
 
 
 def _samples_around(stamp: float, track: list[PoseRow]) -> tuple[PoseRow, PoseRow]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from collplan_core.calibration.hit_fit import RecordedPath
+from collplan_core.calibration.impact_fit import RecordedPath
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.parameters.file import read_parameters
 from collplan_core.parameters import Settings

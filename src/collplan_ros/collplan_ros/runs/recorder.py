@@ -27,7 +27,7 @@ from collplan_ros.messages.conversions import (
     state_from_odometry,
 )
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
-from collplan_ros.runs.run_log import Kick, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
+from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 
 # every message counts here, so the queue bridges a stall of some seconds
 EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
@@ -94,8 +94,8 @@ class Recorder:
         listen(Odometry, "mocap/odom", self._take_pose)
         log = self._while_recording
         listen(Odometry, "ground_truth/odom", log(lambda m: self.log.truth.append(self._pose_row(m))))
-        listen(Vector3Stamped, "ground_truth/impact", log(lambda m: self.log.kicks.append(self._kick(m))))
-        listen(Vector3Stamped, "impact", log(lambda m: self.log.detected.append(self._kick(m))))
+        listen(Vector3Stamped, "ground_truth/impact", log(lambda m: self.log.impact_records.append(self._record_impact(m))))
+        listen(Vector3Stamped, "impact", log(lambda m: self.log.detected.append(self._record_impact(m))))
         listen(Path, "plan", log(self._take_plan))
         listen(Path, "planner/foreseen_impacts", log(self._take_contacts))
         listen(DiagnosticArray, "planner/costs", log(self._take_costs))
@@ -175,9 +175,9 @@ class Recorder:
         (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
         return PoseRow(state.stamp, x, y, state.yaw, vx, vy)
 
-    def _kick(self, message: Vector3Stamped) -> Kick:
+    def _record_impact(self, message: Vector3Stamped) -> ImpactRecord:
         stamp, change = impact_from_message(message, self._frames.map)
-        return Kick(stamp, *change.tolist())
+        return ImpactRecord(stamp, *change.tolist())
 
 
 def _when_sent(info: dict[str, Any]) -> float:

@@ -64,7 +64,7 @@ class CommandRow(NamedTuple):
     maneuver: str
 
 
-class Kick(NamedTuple):
+class ImpactRecord(NamedTuple):
     """A change of velocity by a hit [m/s, world frame]."""
 
     stamp: float
@@ -97,15 +97,15 @@ class RunLog:
     plans: list[PlanRow] = field(default_factory=list)
     contacts: dict[float, Contacts] = field(default_factory=dict)
     scans: list[Scan] = field(default_factory=list)
-    kicks: list[Kick] = field(default_factory=list)
-    detected: list[Kick] = field(default_factory=list)
+    impact_records: list[ImpactRecord] = field(default_factory=list)
+    detected: list[ImpactRecord] = field(default_factory=list)
     costs: list[dict[str, float]] = field(default_factory=list)
     told_reached: float | None = None
 
     @property
-    def hits(self) -> list[Kick]:
+    def hits(self) -> list[ImpactRecord]:
         """The true hits where a simulator tells them, else the detected ones."""
-        return self.kicks if self.truth else self.detected
+        return self.impact_records if self.truth else self.detected
 
     @property
     def track(self) -> list[PoseRow]:

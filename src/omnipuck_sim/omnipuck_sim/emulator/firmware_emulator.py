@@ -19,7 +19,7 @@ from collplan_ros.node_kit.run_node import run_node
 from omnipuck_sim.emulator.faults import BadLine
 from omnipuck_sim.emulator.firmware import Firmware, Stop
 from omnipuck_sim.emulator.pseudo_terminal import PseudoTerminal
-from omnipuck_sim.node.room import Room
+from omnipuck_sim.node.mocap_room import MocapRoom
 
 GROUPS = (Robot, Simulation, Limits, Control, Frames, Kinematics, Emulator)
 GARBLED = Emulator(flipped=0.5)
@@ -40,7 +40,7 @@ class FirmwareEmulator(Node):
         self._settings = read_settings(self, *GROUPS)
         if self._settings.simulator.speed_factor != 1.0:
             raise ParameterError("simulator.speed_factor: expected 1 with the emulated firmware, a line has real time")
-        self._room = Room(self, self._settings)
+        self._room = MocapRoom(self, self._settings)
         self._line_in, self._line_out = (BadLine(2 * self._settings.simulator.seed + way) for way in (0, 1))
         self._terminal: PseudoTerminal | None = None
         self._told = 0

@@ -15,7 +15,7 @@ from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
-from omnipuck_sim.node.room import Room
+from omnipuck_sim.node.mocap_room import MocapRoom
 
 GROUPS = (Robot, Simulation, Limits, Control, Frames)
 
@@ -27,7 +27,7 @@ class SimulatorNode(Node):
         super().__init__("simulator_node", **kwargs)
         declare(self, *GROUPS)
         self._settings = read_settings(self, *GROUPS)
-        self._room = Room(self, self._settings)
+        self._room = MocapRoom(self, self._settings)
         self._simulator = self._room.simulator
         self._estopped = False
         self._arming = ARMED
@@ -68,7 +68,7 @@ class SimulatorNode(Node):
         return self._waits()
 
     def _waits(self) -> bool:
-        return self._arming.waits(self._simulator.time, self._settings.limits.command_age)
+        return self._arming.is_waiting(self._simulator.time, self._settings.limits.command_age)
 
     def _reset(self) -> str:
         self._simulator.reset()

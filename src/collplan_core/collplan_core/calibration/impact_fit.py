@@ -32,7 +32,7 @@ _STEPS = 4
 _SCALES = np.array([0.01, 0.01, 0.1, 0.1, 0.1, 0.1, 0.01])
 
 
-class UnusableHit(ValueError):
+class UnusableImpact(ValueError):
     """A hit from which no velocities can be had; the message says why."""
 
 
@@ -58,7 +58,7 @@ class RecordedPath:
 
 
 @dataclass(frozen=True, eq=False)
-class HitFit:
+class ImpactFit:
     """A hit, world frame.
 
     Attributes:
@@ -75,7 +75,7 @@ class HitFit:
     covariance: np.ndarray
 
 
-def fit_hit(path: RecordedPath, time: float, robot: Robot, noise: float) -> HitFit:
+def fit_impact(path: RecordedPath, time: float, robot: Robot, noise: float) -> ImpactFit:
     """The hit at about `time` [s]; `noise` is the standard deviation of a measured position by axis [m].
 
     Raises:
@@ -87,21 +87,21 @@ def fit_hit(path: RecordedPath, time: float, robot: Robot, noise: float) -> HitF
         time += float(unknowns[6])
         if abs(unknowns[6]) <= 0.5 * NEAR:
             return _checked(around, time, unknowns, jacobian, misfit, robot, noise)
-    raise UnusableHit("no single moment explains the poses around it")
+    raise UnusableImpact("no single moment explains the poses around it")
 
 
 def _checked(
     around: RecordedPath, time: float, unknowns: np.ndarray, jacobian: np.ndarray, misfit: float, robot: Robot,
     noise: float,
-) -> HitFit:  # fmt: skip
+) -> ImpactFit:  # fmt: skip
     deviation = hypot(noise, UNEXPLAINED * 0.5 * (FAR - NEAR))
     if misfit > LARGEST_MISFIT * deviation:
-        raise UnusableHit("the poses around it are not those of one hit")
+        raise UnusableImpact("the poses around it are not those of one hit")
     variances = max(deviation, misfit) ** 2 * np.linalg.pinv(jacobian.T @ jacobian)
     slopes = _slopes(unknowns, around, robot)
     contact = _contact(unknowns, around, robot)
     covariance = slopes @ variances @ slopes.T + UNEXPLAINED**2 * np.eye(4)
-    return HitFit(time, contact[:2], contact[2:], unknowns[4:6], covariance)
+    return ImpactFit(time, contact[:2], contact[2:], unknowns[4:6], covariance)
 
 
 def _met(around: RecordedPath, robot: Robot) -> tuple[np.ndarray, np.ndarray, float]:
@@ -111,7 +111,7 @@ def _met(around: RecordedPath, robot: Robot) -> tuple[np.ndarray, np.ndarray, fl
 
     before, after = around.times <= -NEAR, around.times >= NEAR
     if min(before.sum(), after.sum()) < FEWEST_POSES:
-        raise UnusableHit("too few poses around it")
+        raise UnusableImpact("too few poses around it")
     used = before | after
 
     def off(unknowns: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from collplan_core.parameters import Settings
 from collplan_core.sensing.pose_filter import FRESH, PoseSample, filter_pose
 
 
-def find_hits(times: np.ndarray, points: np.ndarray, settings: Settings) -> list[float]:
+def find_impacts(times: np.ndarray, points: np.ndarray, settings: Settings) -> list[float]:
     """When the hits in these poses were [s]: times (n,) strictly rising [s], points (n, 2) [m].
 
     Uses what `filter_pose` does; `mocap.detect_impacts` counts as set.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.calibration.hit_fit import HitFit
+from collplan_core.calibration.impact_fit import ImpactFit
 
 INTO, ALONG = 0, 1
 """Components of a velocity seen from a wall."""
@@ -17,7 +17,7 @@ SURELY = 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class WallHits:
+class WallImpacts:
     """One row per hit; first the component into the wall (after the hit: out of it), then the one along it.
 
     Attributes:
@@ -32,11 +32,11 @@ class WallHits:
     def __len__(self) -> int:
         return len(self.before)
 
-    def __getitem__(self, chosen: np.ndarray) -> "WallHits":
-        return WallHits(self.before[chosen], self.after[chosen], self.deviations[chosen])
+    def __getitem__(self, chosen: np.ndarray) -> "WallImpacts":
+        return WallImpacts(self.before[chosen], self.after[chosen], self.deviations[chosen])
 
 
-def seen_from_walls(hits: Sequence[HitFit], normals: np.ndarray) -> WallHits:
+def seen_from_walls(hits: Sequence[ImpactFit], normals: np.ndarray) -> WallImpacts:
     """The hits (n) with the unit normals (n, 2) of their walls, out of the obstacles."""
     into = -np.reshape(normals, (-1, 2))
     axes = np.stack([into, np.stack([-into[:, 1], into[:, 0]], axis=1)], axis=1)
@@ -44,10 +44,10 @@ def seen_from_walls(hits: Sequence[HitFit], normals: np.ndarray) -> WallHits:
     after = np.einsum("nij,nj->ni", axes, np.reshape([hit.after for hit in hits], (-1, 2)))
     covariances = np.reshape([hit.covariance[:2, :2] + hit.covariance[2:, 2:] for hit in hits], (-1, 2, 2))
     variances = np.einsum("nij,njk,nik->ni", axes, covariances, axes)
-    return WallHits(before, after * [-1.0, 1.0], np.sqrt(variances))
+    return WallImpacts(before, after * [-1.0, 1.0], np.sqrt(variances))
 
 
-def sorted_out(hits: WallHits) -> tuple[WallHits, Counter[str]]:
+def sorted_out(hits: WallImpacts) -> tuple[WallImpacts, Counter[str]]:
     """The hits that can be rebounds, all off the same ring, and how many others there were by reason."""
     reasons: Counter[str] = Counter()
     checks = {
@@ -62,16 +62,16 @@ def sorted_out(hits: WallHits) -> tuple[WallHits, Counter[str]]:
     return hits, +reasons
 
 
-def _too_slow(hits: WallHits) -> np.ndarray:
+def _too_slow(hits: WallImpacts) -> np.ndarray:
     return np.asarray(hits.before[:, INTO] < SLOWEST[INTO])
 
 
-def _impossible(hits: WallHits) -> np.ndarray:
+def _impossible(hits: WallImpacts) -> np.ndarray:
     kept, margin = hits.after * np.sign(hits.before), SURELY * hits.deviations
     return np.asarray(((kept < -margin) | (kept > np.abs(hits.before) + margin)).any(axis=1))
 
 
-def _unlike(hits: WallHits) -> np.ndarray:
+def _unlike(hits: WallImpacts) -> np.ndarray:
     """Farther from what a middle one would do than noise and the spread of the others explain."""
     unlike = np.zeros(len(hits), dtype=bool)
     for component in (INTO, ALONG):

@@ -5,7 +5,7 @@ import math
 from collplan_core.state import State
 
 
-class HitAlarm:
+class ImpactAlarm:
     """A hit is planned for at once, from the first pose that knows of it; a hit of another time is not.
 
     Neither is each one of a flood: the pause between two plans of this kind leaves time for the poses and for the plans

@@ -19,7 +19,7 @@ REFUSED, JOINS, BEGINS_ANEW = "refused", "joins", "begins_anew"
 """What a pose is: no use, one more, or one that does not join those before."""
 
 
-class Sensed:
+class SensorBuffer:
     """The last poses and scans, and how old they are by local receipt [s]. Both are forgotten where the poses break.
 
     Attributes:

@@ -23,7 +23,7 @@ FASTEST_TIMER = 0.001
 """Shortest period of the timer; what is due between two calls is then published together [s]."""
 
 
-class Room:
+class MocapRoom:
     """Runs in real time, stamped by the node's clock, or at another speed factor, where it publishes /clock.
 
     Attributes:

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from collplan_core.evaluation.rebound_tracking import Rebounds
+from collplan_core.evaluation.rebound_tracking import ReboundTracker
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.state import State
-from collplan_ros.nodes.hit_alarm import HitAlarm, why_not_now
+from collplan_ros.nodes.impact_alarm import ImpactAlarm, why_not_now
 
 RADIUS, SETTLED, PAUSE = 0.09, 0.06, 0.1
 WALL = 1.0
@@ -28,7 +28,7 @@ def plan(stamp, hit_at=None, after=(-0.4, 0.3)):
 
 
 def test_a_hit_is_due_once_with_the_first_pose_that_knows_of_it():
-    alarm = HitAlarm()
+    alarm = ImpactAlarm()
     assert not alarm.is_due(state(9.0))
     assert alarm.raised(10.0, local=5.0, pause=PAUSE) == ""
     assert not alarm.is_due(None)
@@ -38,14 +38,14 @@ def test_a_hit_is_due_once_with_the_first_pose_that_knows_of_it():
 
 
 def test_hits_that_follow_too_soon_are_refused_the_next_is_not():
-    alarm = HitAlarm()
+    alarm = ImpactAlarm()
     planned = [k for k in range(1024) if not alarm.raised(10.0, 5.0 + k / 1024, pause=0.125)]
     assert planned == list(range(0, 1024, 128))
     assert "expected at least 0.125" in alarm.raised(11.0, 5.9, pause=0.125)
 
 
 def test_a_break_of_the_poses_ends_the_alarm():
-    alarm = HitAlarm()
+    alarm = ImpactAlarm()
     alarm.raised(10.0, 5.0, PAUSE)
     alarm.forget()
     assert not alarm.is_due(state(11.0))
@@ -61,7 +61,7 @@ def test_a_hit_of_now():
 
 
 def hit_of(*plans, at=10.0):
-    rebounds = Rebounds()
+    rebounds = ReboundTracker()
     for each in plans:
         rebounds.planned(each)
     rebounds.hit(at, np.array([-1.2, 0.0]), state(at, WALL - RADIUS), RADIUS)
@@ -89,7 +89,7 @@ def test_a_hit_that_no_plan_expected_lately_has_none_foreseen(plans):
 
 
 def test_hits_and_plans_of_before_a_break_do_not_count():
-    rebounds = Rebounds()
+    rebounds = ReboundTracker()
     rebounds.planned(plan(9.9, hit_at=10.0))
     rebounds.hit(10.0, np.array([-1.2, 0.0]), state(10.0, WALL - RADIUS), RADIUS)
     rebounds.forget()
