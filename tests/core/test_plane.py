@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Point
 
@@ -13,6 +13,7 @@ from collplan_core.plane import nearest_on_segment, rotate, rotate_rows
 numbers = st.floats(-10.0, 10.0)
 
 
+@settings(deadline=None)
 @given(numbers, numbers, numbers)
 def test_a_rotation_keeps_the_length_and_its_opposite_undoes_it(x, y, angle):
     turned = rotate(x, y, angle)
@@ -24,6 +25,7 @@ def test_x_forward_turns_into_y_left():
     assert rotate(1.0, 0.0, math.pi / 2) == pytest.approx((0.0, 1.0), abs=1e-15)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(numbers, numbers, numbers), min_size=1, max_size=8))
 def test_rows_turn_like_single_vectors(rows):
     x, y, angles = np.array(rows).T
@@ -32,6 +34,7 @@ def test_rows_turn_like_single_vectors(rows):
     np.testing.assert_allclose(rotate_rows(np.array([[1.0, 2.0]]), 0.3), [rotate(1.0, 2.0, 0.3)], atol=1e-12)
 
 
+@settings(deadline=None)
 @given(numbers, numbers, numbers, numbers, numbers, numbers)
 def test_nothing_of_a_segment_is_nearer_than_its_nearest_point(ax, ay, bx, by, x, y):
     px, py = nearest_on_segment(ax, ay, bx, by, x, y)
