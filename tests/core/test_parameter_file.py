@@ -121,7 +121,7 @@ def test_missing_file(tmp_path):
 
 
 def test_every_node_with_parameters_can_have_a_section():
-    sources = [path.read_text() for path in (Path(__file__).parents[2] / "src").glob("*/*/*.py")]
+    sources = [path.read_text() for path in (Path(__file__).parents[2] / "src").rglob("*.py")]
     names = [re.findall(r'super\(\).__init__\("(\w+)"', text) for text in sources if "declare(self, *GROUPS)" in text]
     assert sorted(NODES) == sorted(name for found in names for name in found)
 

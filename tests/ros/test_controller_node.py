@@ -353,7 +353,7 @@ def test_stop_commands_zero(ros, bench):
 
 
 def started(module):
-    code = f"import sys; from collplan_ros.{module} import main; sys.exit(main())"
+    code = f"import sys; from collplan_ros.nodes.{module} import main; sys.exit(main())"
     return subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
 
 
