@@ -11,9 +11,9 @@ factors = st.sampled_from([0.05, 0.5, 1.0, 3.0])
 
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(st.lists(st.floats(0.0, 0.016), max_size=60), factors, st.sampled_from([240.0, 400.0, 1000.0]))
-def test_without_stalls_no_time_is_lost(is_waiting, factor, rate):
+def test_without_stalls_no_time_is_lost(waits, factor, rate):
     pacing, now, steps = Pacing(rate, factor, now=100.0), 100.0, 0
-    for wait in is_waiting:
+    for wait in waits:
         now += wait
         steps += pacing.due(now)
         assert pacing.ahead >= -1e-9
