@@ -19,7 +19,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run study study-bounce animation test soak bench lint format ws
+.PHONY: help setup run study study-bounce animation pictures test soak bench lint format ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -40,6 +40,9 @@ animation: $(COMPILED)  ## docs/avoid_beside_bounce.gif anew, from two runs in a
 	@.venv/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures
 	@.venv/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
 	@.venv/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out docs/avoid_beside_bounce.gif $(ARGS)
+
+pictures: $(COMPILED)  ## docs/pictures anew, from the code
+	@$(PYTHON) tools/pictures $(ARGS)
 
 test: $(COMPILED)  ## all tests but the long ones, then core and simulator on the oldest versions
 	$(PYTHON) -m pytest $(ARGS)
