@@ -1,0 +1,164 @@
+"""Intervals, standard deviations, improvements: worked by hand, and properties of the resampling."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binom
+
+from collplan_study.analysis import statistics
+from collplan_study.analysis.comparisons import (
+    BETTER,
+    HOLDS,
+    OPEN,
+    OPPOSITE,
+    REVERSED,
+    SAME,
+    UNKNOWN,
+    WORSE,
+    verdict_of,
+)
+from collplan_study.analysis.statistics import (
+    MEAN,
+    MEASURES,
+    SPREAD,
+    Estimate,
+    improvement,
+    level_of,
+    paired,
+    share,
+    spread_over,
+)
+
+
+@pytest.fixture(autouse=True)
+def fewer_resamples(monkeypatch):
+    monkeypatch.setattr(statistics, "RESAMPLES", 999)
+
+
+def sample(rng, worlds, runs, mean=4.0):
+    return [mean + 0.5 * rng.standard_normal() + 0.2 * rng.standard_normal(runs) for _ in range(worlds)]
+
+
+def test_improvement_is_that_of_the_paper():
+    ours, other = [np.array([1.0, 2.0, 3.0, 2.0, 2.0])], [np.array([2.0, 4.0, 6.0, 4.0, 4.0])]
+    for measure in MEASURES:
+        assert improvement(measure, ours, other).value == pytest.approx(50.0)
+        assert improvement(measure, other, ours).value == pytest.approx(-100.0)
+
+
+def test_equal_runs_show_nothing_and_say_so():
+    runs = [np.array([3.0, 3.1, 2.9, 3.0, 3.3])]
+    for measure in MEASURES:
+        same = improvement(measure, runs, runs)
+        assert (same.value, same.low, same.note) == (0.0, None, "equal in each")
+        assert not same.resolved
+
+
+def test_mean_over_worlds_is_of_their_means_and_spread_is_within_them():
+    runs = [np.array([1.0, 3.0]), np.array([11.0, 13.0, 12.0, 12.0])]
+    assert level_of(MEAN, runs).value == pytest.approx(7.0)
+    # variances 2 and 2/3
+    assert level_of(SPREAD, runs).value == pytest.approx(np.sqrt((2.0 + 2.0 / 3.0) / 2.0))
+    assert spread_over(runs) == "runs in a world"
+
+
+def test_one_run_a_world_spreads_over_worlds():
+    runs = [np.array([1.0]), np.array([3.0])]
+    assert level_of(SPREAD, runs).value == pytest.approx(np.sqrt(2.0))
+    assert spread_over(runs) == "worlds"
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_what_cannot_be_known_is_said(measure):
+    assert level_of(measure, []).value is None
+    few = level_of(measure, [np.array([1.0, 2.0])])
+    assert few.value is not None
+    assert (few.low, few.note) == (None, "2 of 5 needed for an interval")
+    flat = level_of(measure, [np.full(20, 30.0)])
+    assert (flat.low, flat.high, flat.note) == (None, None, "no spread, no interval")
+    assert improvement(measure, [], []).note == "no runs"
+
+
+def test_one_run_has_a_mean_and_no_spread():
+    one = [np.array([2.0])]
+    assert level_of(MEAN, one).value == 2.0
+    assert level_of(SPREAD, one).value is None
+    assert improvement(MEAN, one, [np.array([4.0])]).value == pytest.approx(50.0)
+    assert improvement(SPREAD, one, [np.array([4.0])]).value is None
+    assert improvement(SPREAD, [np.arange(6.0)], [np.ones(6)]).note == "no spread to compare with"
+
+
+@settings(derandomize=True, deadline=None, max_examples=15)
+@given(seed=st.integers(0, 1000), scale=st.floats(0.1, 10.0), measure=st.sampled_from(MEASURES))
+def test_units_do_not_matter(seed, scale, measure):
+    rng = np.random.default_rng(seed)
+    ours, other = sample(rng, 1, 12), sample(rng, 1, 12)
+    plain = improvement(measure, ours, other)
+    scaled = improvement(measure, [scale * runs for runs in ours], [scale * runs for runs in other])
+    assert [scaled.value, scaled.low, scaled.high] == pytest.approx([plain.value, plain.low, plain.high])
+
+
+@settings(derandomize=True, deadline=None, max_examples=15)
+@given(seed=st.integers(0, 1000), copies=st.integers(2, 6))
+def test_runs_that_only_repeat_their_world_make_nothing_surer(seed, copies):
+    rng = np.random.default_rng(seed)
+    ours, other = sample(rng, 8, 1), sample(rng, 8, 1)
+    once = improvement(MEAN, ours, other)
+    again = improvement(MEAN, [np.repeat(x, copies) for x in ours], [np.repeat(x, copies) for x in other])
+    assert [again.value, again.low, again.high] == pytest.approx([once.value, once.low, once.high], rel=0.01)
+
+
+def test_pairing_takes_away_what_both_share():
+    rng = np.random.default_rng(3)
+    other = [4.0 + rng.standard_normal(20)]
+    ours = [0.95 * other[0] + 0.02 * rng.standard_normal(20)]
+    together = improvement(MEAN, ours, other)
+    shuffled = improvement(MEAN, [rng.permutation(ours[0])], other)
+    assert together.resolved
+    assert together.high - together.low < 0.2 * (shuffled.high - shuffled.low)
+
+
+def test_intervals_hold_the_truth_about_as_often_as_they_say():
+    # 60 runs: bootstrap intervals of few runs are narrow, those of 20 hold the truth in 92 %
+    rng = np.random.default_rng(1)
+    n, held = 200, 0
+    for _ in range(n):
+        other = 4.0 + 0.4 * rng.standard_normal(60)
+        found = improvement(MEAN, [0.9 * other + 0.1 * rng.standard_normal(60)], [other])
+        held += found.low <= 10.0 <= found.high
+    # the number of independent intervals that hold is binomial; one test in a thousand may leave this range
+    fewest, most = binom.interval(0.999, n, statistics.LEVEL)
+    assert fewest <= held <= most, held
+
+
+def test_wilson_by_hand():
+    # (p + z^2 / 2n +- z sqrt(p (1 - p) / n + z^2 / 4n^2)) / (1 + z^2 / n)
+    found, z, p, n = share(15, 20), 1.959964, 0.75, 20
+    centre, half = p + z**2 / (2 * n), z * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    assert found.value == 75.0
+    expected = 100 * (np.array([centre - half, centre + half]) / (1 + z**2 / n))
+    assert [found.low, found.high] == pytest.approx(expected, abs=1e-4)
+    assert share(0, 0).value is None
+
+
+def test_pairs_are_what_both_have():
+    ours, other = paired({"a": {0: 1.0, 1: 2.0}, "b": {0: 3.0}}, {"a": {1: 5.0, 2: 6.0}, "c": {0: 7.0}})
+    assert [runs.tolist() for runs in ours] == [[2.0]]
+    assert [runs.tolist() for runs in other] == [[5.0]]
+
+
+@pytest.mark.parametrize(
+    ("estimate", "beside_the_paper", "alone"),
+    [
+        (Estimate(3.0, 1.0, 5.0), HOLDS, BETTER),
+        (Estimate(3.0, -1.0, 5.0), SAME, OPEN),
+        (Estimate(3.0, note="2 of 5 needed for an interval"), SAME, OPEN),
+        (Estimate(-3.0, -4.0, 5.0), OPPOSITE, OPEN),
+        (Estimate(-3.0, -4.0, -1.0), REVERSED, WORSE),
+        (Estimate(None), UNKNOWN, UNKNOWN),
+    ],
+)
+def test_verdicts(estimate, beside_the_paper, alone):
+    assert verdict_of(estimate, 7.6) == beside_the_paper
+    assert verdict_of(estimate, None) == alone
