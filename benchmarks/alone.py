@@ -1,4 +1,4 @@
-"""What needs no peer: times of the stages, pruned beside unpruned, a run's pace."""
+"""Measurements without a peer: times of the stages, pruned beside unpruned, pace of a run."""
 
 import statistics
 from typing import Any
@@ -11,8 +11,8 @@ from collplan_core.worlds import World
 
 
 def alone(states: list[Logged], rounds: int) -> dict[str, Any]:
-    """Times of scan, map, cycle and trajectory in rounds that take turns, and pruned over unpruned."""
-    # where the goal is in free space there is nothing to choose or to prune: it would only flatter
+    """Times of scan, map, cycle and trajectory in interleaved rounds, and the ratio of pruned to unpruned cycles."""
+    # with the goal in free space there is nothing to choose or prune: such cycles would lower the times
     states = [state for state in states if state.chooses]
     timed = {name: Timed() for name in ("scan", "local_map", "cycle_pruned", "cycle_unpruned", "trajectory")}
     for _ in range(rounds):
@@ -31,7 +31,7 @@ def alone(states: list[Logged], rounds: int) -> dict[str, Any]:
 
 
 def realtime_factor(world: World, rounds: int) -> dict[str, float | int]:
-    """Simulated seconds of a run per second of wall time."""
+    """Simulated time of a run over its wall time."""
     factors = []
     for seed in range(rounds):
         wall, run = trial_round(world, seed)

@@ -13,23 +13,34 @@ MAX_SPEED, MIN_SPEED = 1.0, -0.5
 RADIUS = Settings().robot.radius
 
 DWA_SETTINGS: dict[str, Any] = {
-    "max_speed": MAX_SPEED, "min_speed": MIN_SPEED, "max_yawrate": math.radians(40.0),
-    "max_accel": 0.2, "max_dyawrate": math.radians(40.0),
-    "velocity_resolution": 0.01, "yawrate_resolution": math.radians(0.1), "dt": 0.1, "predict_time": 3.0,
-    "heading": 0.15, "clearance": 1.0, "velocity": 1.0, "base": [-RADIUS, -RADIUS, RADIUS, RADIUS],
-}  # fmt: skip
+    "max_speed": MAX_SPEED,
+    "min_speed": MIN_SPEED,
+    "max_yawrate": math.radians(40.0),
+    "max_accel": 0.2,
+    "max_dyawrate": math.radians(40.0),
+    "velocity_resolution": 0.01,
+    "yawrate_resolution": math.radians(0.1),
+    "dt": 0.1,
+    "predict_time": 3.0,
+    "heading": 0.15,
+    "clearance": 1.0,
+    "velocity": 1.0,
+    "base": [-RADIUS, -RADIUS, RADIUS, RADIUS],
+}
 
 
 def dwa_query(logged: Logged) -> dict[str, Any]:
-    """What one step of the dynamic window gets in a logged state: its heading is the direction of travel."""
+    """Arguments of one step of the dynamic window in a logged state; the heading is the direction of travel."""
     velocity = logged.state.velocity
     speed = min(MAX_SPEED, float(np.hypot(*velocity)))
     yaw = math.atan2(velocity[1], velocity[0])
     scan = logged.scan
-    hit = np.isfinite(scan.ranges)
-    angles = logged.state.yaw + scan.angles[hit]
-    points = logged.state.position + scan.ranges[hit, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    returned = np.isfinite(scan.ranges)
+    angles = logged.state.yaw + scan.angles[returned]
+    points = logged.state.position + scan.ranges[returned, None] * np.column_stack([np.cos(angles), np.sin(angles)])
     return {
-        "pose": [*logged.state.position.tolist(), yaw], "velocity": [speed, 0.0], "goal": logged.goal.tolist(),
+        "pose": [*logged.state.position.tolist(), yaw],
+        "velocity": [speed, 0.0],
+        "goal": logged.goal.tolist(),
         "points": points.tolist(),
-    }  # fmt: skip
+    }

@@ -1,4 +1,4 @@
-"""On what the times were taken."""
+"""The machine that the times were taken on."""
 
 import os
 import platform
@@ -11,7 +11,7 @@ PACKAGES = ("numpy", "scipy", "numba", "shapely", "pymunk")
 
 
 def machine() -> dict[str, Any]:
-    """CPU, system, versions, and the load average at this moment."""
+    """CPU, system, versions, and the current load averages."""
     return {
         "time": datetime.now(timezone.utc).isoformat(timespec="seconds"),
         "cpu": _cpu_model(),
@@ -25,7 +25,7 @@ def machine() -> dict[str, Any]:
 
 
 def load() -> list[float]:
-    """Processes running or waiting, over 1, 5 and 15 minutes."""
+    """Load averages over 1, 5 and 15 minutes."""
     return [round(each, 2) for each in os.getloadavg()]
 
 

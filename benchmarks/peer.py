@@ -1,4 +1,4 @@
-"""The running peers: one process of the peers' environment that answers a line of JSON with a line of JSON."""
+"""A process in the peers' environment that answers each line of JSON with a line of JSON."""
 
 import json
 import os
@@ -12,14 +12,18 @@ SERVER = Path(__file__).resolve().parent / "peer_server.py"
 
 
 class Peer:
-    """Ask the peers for one round at a time, so that their rounds and ours take turns."""
+    """The running process; it is asked for one round at a time, so that rounds can be interleaved."""
 
     def __enter__(self) -> "Peer":
         environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": ""}
         self._process = subprocess.Popen(
-            [PYTHON, SERVER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            text=True, env=environment,
-        )  # fmt: skip
+            [PYTHON, SERVER],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            env=environment,
+        )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._requests, self._answers = self._process.stdin, self._process.stdout
@@ -34,7 +38,7 @@ class Peer:
             self._process.wait()
 
     def ask(self, what: str, **arguments: Any) -> Any:
-        """The answer to one request.
+        """Sends a request and returns its answer.
 
         Raises:
             PeerError: the peer failed or ended.

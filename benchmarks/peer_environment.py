@@ -1,4 +1,4 @@
-"""The peers' own environment, made on demand: nothing of it is a dependency of the project."""
+"""The peers' virtual environment, made on demand: the project does not depend on the peers."""
 
 import hashlib
 import subprocess
@@ -12,7 +12,7 @@ PYTHON = ENVIRONMENT / "bin" / "python"
 PINS = (HERE.parent / "constraints.txt", HERE / "requirements-peers.txt")
 STEPS: dict[str, list[list[str]]] = {
     "ir-sim": [["ir-sim"]],
-    # its setup.py imports what it builds with, and says so nowhere: no isolation, and those first
+    # its setup.py imports build dependencies that it does not declare: install them first, build without isolation
     "dynamic-window-approach": [
         ["cython", "numpy", "setuptools", "wheel"],
         ["--no-build-isolation", "--no-deps", "dynamic-window-approach"],
@@ -21,14 +21,14 @@ STEPS: dict[str, list[list[str]]] = {
 
 
 class PeerError(RuntimeError):
-    """A peer that cannot be installed or run; the message says why."""
+    """A peer cannot be installed or run; the message gives the reason."""
 
 
 def install(peer: str) -> None:
-    """Install a peer at its pinned version, once.
+    """Install a peer at its pinned version, unless it was installed before.
 
     Raises:
-        PeerError: with pip's own reason.
+        PeerError: pip failed; the message is its error.
     """
     done = ENVIRONMENT / f".{peer}-{_digest()}"
     if done.exists():
@@ -64,6 +64,6 @@ def _reason(output: str) -> str:
 
 
 def _digest() -> str:
-    """Over the pins and the Python: another version of either is another installation."""
+    """Hash over the pins and the version of Python, which identifies an installation."""
     text = b"".join(path.read_bytes() for path in PINS) + sys.version.encode()
     return hashlib.sha256(text).hexdigest()[:12]

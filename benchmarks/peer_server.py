@@ -1,4 +1,4 @@
-"""Runs in the peers' environment: reads requests from stdin, times one round of a peer, answers on stdout."""
+"""Program for the peers' environment: reads requests from stdin, times one round of a peer, answers on stdout."""
 
 import json
 import math
@@ -18,7 +18,7 @@ scene: dict[str, Any] = {}
 
 
 def irsim_scene(world: dict[str, Any], radius: float, max_speed: float, step_time: float) -> dict[str, Any]:
-    """The world as ir-sim takes it, with an omnidirectional disc that carries a LIDAR without noise."""
+    """Configuration of ir-sim for a world, with an omnidirectional disc that has a LIDAR without noise."""
     x0, y0, x1, y1 = world["bounds"]
     corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
     obstacles = [{"shape": {"name": "polygon", "vertices": p}, "state": [0, 0, 0]} for p in world["polygons"]]
@@ -27,21 +27,34 @@ def irsim_scene(world: dict[str, Any], radius: float, max_speed: float, step_tim
         for i in range(4)
     ]
     lidar = {
-        "name": "lidar2d", "range_min": RANGE_MIN, "range_max": RANGE_MAX, "angle_range": 2 * math.pi, "number": BEAMS,
+        "name": "lidar2d",
+        "range_min": RANGE_MIN,
+        "range_max": RANGE_MAX,
+        "angle_range": 2 * math.pi,
+        "number": BEAMS,
         "noise": False,
-    }  # fmt: skip
+    }
     robot = {
-        "kinematics": {"name": "omni"}, "shape": {"name": "circle", "radius": radius}, "state": [*world["start"], 0],
-        "goal": [*world["goal"], 0], "vel_max": [max_speed] * 2, "vel_min": [-max_speed] * 2, "sensors": [lidar],
-    }  # fmt: skip
+        "kinematics": {"name": "omni"},
+        "shape": {"name": "circle", "radius": radius},
+        "state": [*world["start"], 0],
+        "goal": [*world["goal"], 0],
+        "vel_max": [max_speed] * 2,
+        "vel_min": [-max_speed] * 2,
+        "sensors": [lidar],
+    }
     arena = {
-        "width": x1 - x0, "height": y1 - y0, "offset": [x0, y0], "step_time": step_time, "collision_mode": "contact",
-    }  # fmt: skip
+        "width": x1 - x0,
+        "height": y1 - y0,
+        "offset": [x0, y0],
+        "step_time": step_time,
+        "collision_mode": "contact",
+    }
     return {"world": arena, "robot": [robot], "obstacle": [*obstacles, *walls]}
 
 
 def make_scene(step_time: float) -> Any:
-    """The environment of the world set last."""
+    """ir-sim's environment for the world that was set last."""
     import irsim
 
     with tempfile.TemporaryDirectory() as folder:
@@ -51,7 +64,7 @@ def make_scene(step_time: float) -> Any:
 
 
 def set_world(**description: Any) -> dict[str, Any]:
-    """Remember the world; scan from it from now on."""
+    """Set the world that scans and trials take place in; returns the beams' directions [rad]."""
     scene.clear()
     scene.update(description)
     lidars["scene"] = make_scene(0.05)
@@ -68,25 +81,25 @@ def scan(poses: list[list[float]]) -> dict[str, Any]:
     times = []
     for pose in poses:
         state = np.array(pose)[:, None]
-        begun = time.perf_counter_ns()
+        started_at = time.perf_counter_ns()
         lidar.step(state)
-        times.append((time.perf_counter_ns() - begun) / 1e3)
+        times.append((time.perf_counter_ns() - started_at) / 1e3)
     return {"us": times, "ranges": lidar.range_data.tolist()}
 
 
 def trial(path: list[list[float]], step_time: float) -> dict[str, Any]:
-    """Wall time of steps that lead the robot along a path [s]; the command of each comes from the pose it is at."""
+    """Wall time of steps that move the robot along a path [s]; each command leads from the current pose to a point."""
     env = make_scene(step_time)
-    begun = time.perf_counter()
+    started_at = time.perf_counter()
     for point in path:
         env.step((np.array(point)[:, None] - env.robot.state[:2]) / step_time)
-    wall = time.perf_counter() - begun
+    wall = time.perf_counter() - started_at
     end = env.robot.state[:2, 0].tolist()
     return {"s": wall, "steps": len(path), "end": end}
 
 
 def dwa_round(settings: dict[str, Any], queries: list[dict[str, Any]]) -> dict[str, Any]:
-    """Wall time of planning for each query [us] and its number of candidates."""
+    """Wall time of planning [us] and number of candidates for each query."""
     import dwa
 
     config = dwa.Config(**settings)
@@ -94,9 +107,9 @@ def dwa_round(settings: dict[str, Any], queries: list[dict[str, Any]]) -> dict[s
     for query in queries:
         points = np.array(query["points"], dtype=np.float32)
         pose, velocity, goal = tuple(query["pose"]), tuple(query["velocity"]), tuple(query["goal"])
-        begun = time.perf_counter_ns()
+        started_at = time.perf_counter_ns()
         dwa.planning(pose, velocity, goal, points, config)
-        times.append((time.perf_counter_ns() - begun) / 1e3)
+        times.append((time.perf_counter_ns() - started_at) / 1e3)
         window = dwa.DynamicWindow(velocity, config)
         candidates.append(len(window.possible_v) * len(window.possible_w))
     return {"us": times, "candidates": candidates}
@@ -108,12 +121,12 @@ REQUESTS = {"world": set_world, "scan": scan, "trial": trial, "dwa": dwa_round}
 def main() -> None:
     """Answer until stdin ends."""
     answers = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # what a peer prints is no answer
+    os.dup2(2, 1)  # stdout carries answers alone; what a peer prints goes to stderr
     for line in sys.stdin:
         request = json.loads(line)
         try:
             answer = {"result": REQUESTS[request.pop("what")](**request)}
-        except Exception as error:  # whatever goes wrong in a peer is its reason to be skipped
+        except Exception as error:  # any error of a peer is reported as the reason to skip it
             answer = {"error": f"{type(error).__name__}: {error}"}
         answers.write(json.dumps(answer) + "\n")
         answers.flush()

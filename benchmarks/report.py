@@ -1,4 +1,4 @@
-"""The table on the screen: each figure beside its target."""
+"""The printed table: each figure beside its target."""
 
 from typing import Any
 
@@ -29,7 +29,7 @@ def verdicts(figures: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def print_report(figures: dict[str, Any]) -> None:
-    """Times, stages and targets, as text."""
+    """Prints times, stages and targets."""
     where = figures["machine"]
     loads = f"load {where['load_average'][0]} before, {figures['load_average_after'][0]} after"
     print(f"\n{where['cpu']}, {where['cores']} cores, {loads}, Python {where['python']}")

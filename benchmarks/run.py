@@ -1,4 +1,4 @@
-"""Speed, side by side with other planners and simulators: writes a JSON file and prints a table with the targets."""
+"""Measures speed beside other planners and simulators: writes a JSON file and prints a table with the targets."""
 
 import argparse
 import json
@@ -30,12 +30,12 @@ def main() -> None:
     """Measure, write, print."""
     options = parse_options()
     warm_up()
-    begun = machine()
+    machine_before = machine()
     print("Logging states from runs ...", flush=True)
     states = logged_states(ARENAS, range(options.seeds)) + logged_states(CLUTTER[: options.clutter], range(1))
     print(f"Timing {len(states)} states ...", flush=True)
     figures = measured(states, options)
-    figures = {"machine": begun, "load_average_after": load(), "simulated": True, **figures}
+    figures = {"machine": machine_before, "load_average_after": load(), "simulated": True, **figures}
     figures["targets"] = verdicts(figures)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
@@ -51,15 +51,19 @@ def parse_options() -> argparse.Namespace:
     parser.add_argument("--seeds", type=int, default=4, help="runs logged per arena and strategy (%(default)s)")
     parser.add_argument("--clutter", type=int, default=10, help="random worlds logged, at most 10 (%(default)s)")
     parser.add_argument(
-        "--families", nargs="+", default=FAMILIES, choices=FAMILIES, metavar="NAME",
+        "--families",
+        nargs="+",
+        default=FAMILIES,
+        choices=FAMILIES,
+        metavar="NAME",
         help=f"in a world of each, bounce is logged: {', '.join(FAMILIES)} (all)",
-    )  # fmt: skip
+    )
     parser.add_argument("--no-peers", action="store_true", help="measure this project alone")
     return parser.parse_args()
 
 
 def measured(states: list[Logged], options: argparse.Namespace) -> dict[str, Any]:
-    """Every figure but the machine's."""
+    """Every figure but those of the machine."""
     corridor = load_world("corridor")
     figures = alone(thinned(states, 300), options.rounds)
     figures["trial_realtime_factor"] = realtime_factor(corridor, 3 * options.rounds)
@@ -102,7 +106,7 @@ def beside_peers(states: list[Logged], rounds: int) -> tuple[dict[str, Any], dic
 
 
 def thinned(states: list[Logged], most: int) -> list[Logged]:
-    """At most so many of them, evenly spread."""
+    """At most `most` of the states, evenly spread."""
     return states[:: max(1, -(-len(states) // most))]
 
 

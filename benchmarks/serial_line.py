@@ -1,4 +1,4 @@
-"""The serial driver: frames a second, and the share of a core that the node takes at two rates."""
+"""The serial driver: frames per second, and the share of a core that the node takes at two rates."""
 
 import os
 import subprocess
@@ -17,7 +17,7 @@ from omnipuck_driver.messages import NO_TEMPERATURE, Command, Message, Telemetry
 
 RATES = (20.0, 100.0)
 SETTLING, WATCHED = 2.0, 4.0
-"""Seconds until the driver is connected, and over which its time is taken."""
+"""Time given to the driver to connect, and time over which its use of the processor is measured [s]."""
 WHEELS = (-25.0, 0.0, 25.0)
 COMMAND = Command(42, 1000, 20, 180, 0, WHEELS)
 TELEMETRY = Telemetry(42, 7, 5000, 1, 7400, NO_TEMPERATURE, 1000, 5, 25, 3, 1, 2, 300, (-0.5, 0.25), WHEELS)
@@ -34,7 +34,7 @@ rclpy.spin(node)
 
 
 def protocol(rounds: int, frames: int = 2000) -> dict[str, Any]:
-    """Time of one frame out and in, and frames a second at the median."""
+    """Time to encode and to decode one frame, and frames per second at the median."""
     figures: dict[str, Any] = {}
     for name, message in (("command", COMMAND), ("telemetry", TELEMETRY)):
         encoding, decoding = Timed(), Timed()
@@ -53,7 +53,7 @@ def _stream(message: Message, frames: int) -> list[bytes]:
 
 
 def driver_cpu() -> dict[str, float]:
-    """Share of a core that driver_node takes by its rate, cmd_vel at 20 Hz, telemetry at 50 Hz."""
+    """Share of a core that driver_node takes, by its rate; cmd_vel comes at 20 Hz, telemetry at 50 Hz."""
     return {f"{rate:g}_hz": _share(rate) for rate in RATES}
 
 
@@ -66,9 +66,9 @@ def _share(rate: float) -> float:
         arguments = ["--ros-args", "-p", f"driver.port:={line}", "-p", f"driver.rate:={rate}"]
         driver = stack.enter_context(_running(programs / "driver_node", *arguments))
         time.sleep(SETTLING)
-        begun, before = time.monotonic(), _processor_time(driver.pid)
+        started_at, before = time.monotonic(), _processor_time(driver.pid)
         time.sleep(WATCHED)
-        return round((_processor_time(driver.pid) - before) / (time.monotonic() - begun), 4)
+        return round((_processor_time(driver.pid) - before) / (time.monotonic() - started_at), 4)
 
 
 @contextmanager

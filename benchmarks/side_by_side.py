@@ -1,4 +1,4 @@
-"""Each comparison with a peer: rounds of ours and theirs take turns in the same run."""
+"""Comparisons with peers: rounds of ours and theirs are interleaved in one run."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ from collplan_core.worlds.raycast import cast_rays
 
 
 def beside_irsim_scan(peer: Peer, world: World, states: list[Logged], rounds: int) -> dict[str, Any]:
-    """simulate_scan over Lidar2D.step: 360 beams, noise off, same scene, same poses."""
+    """Time of simulate_scan over that of Lidar2D.step: 360 beams, no noise, same scene and poses."""
     angles = _load_world(peer, world)
     poses = [[*state.state.position.tolist(), 0.0] for state in states]
     peer.ask("scan", poses=poses[:10])
@@ -29,29 +29,33 @@ def beside_irsim_scan(peer: Peer, world: World, states: list[Logged], rounds: in
 
 
 def _load_world(peer: Peer, world: World) -> np.ndarray:
-    """Directions of the peer's beams (n,) [rad]. The world is walled and has no circles."""
+    """Loads a world, walled and without circles, into the peer; returns the directions of its beams (n,) [rad]."""
     assert world.start is not None
     assert world.goal is not None
     robot = Settings().robot
     answer = peer.ask(
-        "world", radius=robot.radius, max_speed=robot.max_speed,
+        "world",
+        radius=robot.radius,
+        max_speed=robot.max_speed,
         world={
-            "bounds": list(world.bounds), "polygons": [polygon.tolist() for polygon in world.polygons],
-            "start": world.start.tolist(), "goal": world.goal.tolist(),
+            "bounds": list(world.bounds),
+            "polygons": [polygon.tolist() for polygon in world.polygons],
+            "start": world.start.tolist(),
+            "goal": world.goal.tolist(),
         },
-    )  # fmt: skip
+    )
     return np.array(answer["angles"])
 
 
 def _range_difference(world: World, state: Logged, angles: np.ndarray, ranges: np.ndarray) -> float:
-    """Largest difference of the ranges along the peer's beams [m]: that both looked at the same scene."""
+    """Largest difference of the ranges along the peer's beams [m], which shows that both scan the same scene."""
     lidar = Settings().lidar
     ours = cast_rays(world, state.state.position, angles, lidar.range_min, lidar.range_max)
     return float(np.abs(np.clip(ours, lidar.range_min, lidar.range_max) - ranges).max())
 
 
 def beside_dwa(peer: Peer, states: list[Logged], rounds: int) -> dict[str, Any]:
-    """A whole plan from a scan over one step of the dynamic window on the scan's points, in the same states."""
+    """Time of a cycle from scan to plan over that of a dynamic-window step on the scan's points, in the same states."""
     queries = [dwa_query(state) for state in states]
     peer.ask("dwa", settings=DWA_SETTINGS, queries=queries[:1])
     ours, theirs = Timed(), Timed()
@@ -61,21 +65,24 @@ def beside_dwa(peer: Peer, states: list[Logged], rounds: int) -> dict[str, Any]:
         theirs.rounds.append(answer["us"])
     our_candidates = [len(state.plan.candidates.costs) for state in states]
     return {
-        **ratio(ours, theirs), "ours": ours.summary(), "peer": theirs.summary(),
+        **ratio(ours, theirs),
+        "ours": ours.summary(),
+        "peer": theirs.summary(),
         "candidates": {"ours": float(np.mean(our_candidates)), "peer": float(np.mean(answer["candidates"]))},
         "us_per_candidate": {
-            "ours": _per_candidate(ours, our_candidates), "peer": _per_candidate(theirs, answer["candidates"]),
+            "ours": _per_candidate(ours, our_candidates),
+            "peer": _per_candidate(theirs, answer["candidates"]),
         },
-    }  # fmt: skip
+    }
 
 
 def _per_candidate(timed: Timed, candidates: list[int]) -> float:
-    """Time of all steps over the number of all their candidates [us]."""
+    """Total time of the steps over the total number of their candidates [us]."""
     return round(float(timed.all.sum() / (len(timed.rounds) * sum(candidates))), 4)
 
 
 def beside_irsim_trial(peer: Peer, world: World, step_time: float, rounds: int) -> dict[str, Any]:
-    """Wall time of a run over that of leading ir-sim's robot, which carries its LIDAR, along the same path."""
+    """Wall time of a run over that of moving ir-sim's robot with its LIDAR along the same path."""
     _load_world(peer, world)
     ours, theirs, steps = [], [], 0
     for seed in range(rounds):
@@ -86,6 +93,10 @@ def beside_irsim_trial(peer: Peer, world: World, step_time: float, rounds: int) 
         theirs.append(answer["s"])
         steps += answer["steps"]
     return {
-        **ratio_of(ours, theirs), "ours_s": float(np.median(ours)), "peer_s": float(np.median(theirs)),
-        "peer_step_s": step_time, "peer_steps": steps, "rounds": rounds,
-    }  # fmt: skip
+        **ratio_of(ours, theirs),
+        "ours_s": float(np.median(ours)),
+        "peer_s": float(np.median(theirs)),
+        "peer_step_s": step_time,
+        "peer_steps": steps,
+        "rounds": rounds,
+    }

@@ -1,4 +1,4 @@
-"""Times of calls, and ratios of rounds that took turns."""
+"""Times of calls, and ratios of interleaved rounds."""
 
 import statistics
 from collections.abc import Callable, Iterable, Sequence
@@ -13,7 +13,7 @@ Case = TypeVar("Case")
 
 @dataclass
 class Timed:
-    """Times of one thing, round by round [us]."""
+    """Times of repeated calls, round by round [us]."""
 
     rounds: list[list[float]] = field(default_factory=list)
 
@@ -37,18 +37,18 @@ def time_each(call: Callable[[Case], Any], cases: Iterable[Case]) -> list[float]
     """Wall time of one call for each case [us]."""
     times = []
     for case in cases:
-        begun = perf_counter_ns()
+        started_at = perf_counter_ns()
         call(case)
-        times.append((perf_counter_ns() - begun) / 1e3)
+        times.append((perf_counter_ns() - started_at) / 1e3)
     return times
 
 
 def ratio(ours: Timed, theirs: Timed) -> dict[str, float]:
-    """Ours over theirs: the median over the rounds of the ratio of a round's medians, and the rounds' extremes."""
+    """Ratio of ours to theirs: median, lowest and highest over the rounds of the ratio of a round's medians."""
     return ratio_of(ours.medians, theirs.medians)
 
 
 def ratio_of(ours: Sequence[float], theirs: Sequence[float]) -> dict[str, float]:
-    """The same from one figure a round."""
+    """Ratio of ours to theirs from one figure of each round: median, lowest and highest of the rounds' ratios."""
     each = [a / b for a, b in zip(ours, theirs, strict=True)]
     return {"ratio": statistics.median(each), "lowest": min(each), "highest": max(each)}

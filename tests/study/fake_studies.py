@@ -1,9 +1,10 @@
-"""Studies whose rows are made up: as on the disk, without a single run."""
+"""Folders of studies whose rows are made up, without a single run."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
 from collplan_study.question.grid import NO_ABLATION, Task, make_grid
 from collplan_study.question.options import Options
 from collplan_study.question.question import Question
@@ -11,8 +12,8 @@ from collplan_study.question.sources import Source, load_sources
 from collplan_study.run.provenance import new_provenance, new_session
 from collplan_study.run.study_folder import make_folder
 from collplan_study.tables.columns import blank
-from collplan_study.tables.rows import ERROR
-from collplan_study.tables.tables import write_tables
+from collplan_study.tables.table_files import write_tables
+from collplan_study.tables.trial_record import ERROR, TrialRecord
 
 Measures = Callable[[Task], dict[str, Any]]
 Impacts = Callable[[Task], list[dict[str, Any]]]
@@ -20,11 +21,25 @@ Impacts = Callable[[Task], list[dict[str, Any]]]
 
 def reached(time: float, length: float = 2.0, impacts: int = 1) -> dict[str, Any]:
     return {
-        **blank(), "outcome": "reached", "arrival_time_s": time, "path_length_m": length, "impacts": impacts,
-        "deliberate_impacts": 0, "unforeseen_impacts": impacts, "mean_speed": length / time, "max_impact_speed": 0.3,
-        "plans": 9, "candidates_mean": 80.0, "share_free_space": 1.0, "share_boundary_following": 0.0,
-        "share_flow_through": 0.0, "share_stopped": 0.0, "plan_time_ms_p50": 0.5, "plan_time_ms_p99": 1.0, "error": "",
-    }  # fmt: skip
+        **blank(),
+        "outcome": "reached",
+        "arrival_time_s": time,
+        "path_length_m": length,
+        "impacts": impacts,
+        "deliberate_impacts": 0,
+        "unforeseen_impacts": impacts,
+        "mean_speed": length / time,
+        "max_impact_speed": 0.3,
+        "plans": 9,
+        "candidates_mean": 80.0,
+        "share_free_space": 1.0,
+        "share_boundary_following": 0.0,
+        "share_flow_through": 0.0,
+        "share_stopped": 0.0,
+        "plan_time_ms_p50": 0.5,
+        "plan_time_ms_p99": 1.0,
+        "error": "",
+    }
 
 
 def timed_out() -> dict[str, Any]:
@@ -43,7 +58,7 @@ def fake_study(
     ablations: Any = NO_ABLATION,
     impacts: Impacts = lambda task: [],
 ) -> Path:
-    """The folder of a study whose rows are what `measures` and `impacts` say of each task."""
+    """The folder of a study whose rows are those that `measures` and `impacts` return for each task."""
     sources = load_sources(question.worlds, None, None) if sources is None else sources
     grid = make_grid(question, sources, ablations)
     provenance = new_provenance(question, sources, ablations, len(grid))
@@ -53,12 +68,14 @@ def fake_study(
     return folder
 
 
-def hit(speed: float, error: float | None = None) -> dict[str, Any]:
+def impact(speed: float, error: float | None = None) -> dict[str, Any]:
     foreseen = {"direction_error_rad": error, "foreseen_speed": 0.6, "measured_speed": 0.5}
     known = foreseen if error is not None else dict.fromkeys(foreseen)
-    return {"x": 3.0, "y": 3.5, "speed_into": speed, "foreseen": error is not None, **known}
+    deliberate = error is not None and speed > DELIBERATE_SPEED
+    flags = {"foreseen": error is not None, "deliberate": deliberate}
+    return {"x": 3.0, "y": 3.5, "speed_into": speed, **flags, **known}
 
 
-def _record(task: Task, measured: dict[str, Any], impacts: list[dict[str, Any]]) -> dict[str, Any]:
+def _record(task: Task, measured: dict[str, Any], impacts: list[dict[str, Any]]) -> TrialRecord:
     path = {"t_ms": [0, 50], "x": [3000, 3100], "y": [3000, 4000]}
     return {"index": task.index, "row": {**task.labels, **measured}, "path": path, "impacts": impacts}

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_study.barn.barn import optimal_time, score
+from collplan_study.barn.data_set import optimal_time, score
 
 times = st.floats(0.01, 1000.0)
 

@@ -1,1 +1,1 @@
-"""The study: a grid of simulated trials in one command, each reproducible, none lost."""
+"""The study: grids of simulated trials, their tables, their analysis and their report."""

@@ -1,9 +1,9 @@
-"""What stops a study."""
+"""Errors that stop a study."""
 
 
 class StudyError(ValueError):
-    """Something asked for cannot be done; no trial was run for it. One line that names the value."""
+    """An option, file or folder cannot be used; no trial was run. One line that names the value."""
 
 
 class WorkersLost(RuntimeError):
-    """What ran the trials ended or cannot be reached; the rows so far are kept."""
+    """The workers ended or cannot be reached; the rows so far are kept."""

@@ -1,4 +1,4 @@
-"""The paths of a study's runs, and the map they are drawn on."""
+"""Paths of a study's runs, and the obstacle maps they are drawn on."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -8,18 +8,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from collplan_core.worlds import World
-from collplan_study.analysis.runs import Case, Runs
+from collplan_study.analysis.cases import Case
+from collplan_study.analysis.rows import Rows
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
-
 
 NO_IMPACTS = np.zeros((0, 2))
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
-    """A path (n, 2) [m], how the run ended, and the contact points (k, 2) [m] of those impacts that are to be shown."""
+class RunPath:
+    """Path of a run, to be drawn.
+
+    Attributes:
+        points: (n, 2) [m].
+        outcome: of the run.
+        impacts: (k, 2) contact points of the impacts to be marked [m].
+    """
 
     points: np.ndarray
     outcome: str
@@ -27,9 +33,17 @@ class Run:
 
 
 def read_paths(
-    path: Path, case: Case, world: str, cell: Mapping[str, Any], impacts: Runs | None = None
-) -> Iterator[Run]:
-    """The paths of a cell's runs in a world, out of trajectories.parquet, by trial; with their impacts if given."""
+    path: Path, case: Case, world: str, cell: Mapping[str, Any], impacts: Rows | None = None
+) -> Iterator[RunPath]:
+    """The paths of a cell's runs in a world, by trial.
+
+    Args:
+        path: of trajectories.parquet.
+        case: that the cell belongs to.
+        world: its name.
+        cell: strategy and map_period_s.
+        impacts: rows of the impacts to be marked; None marks none.
+    """
     import pyarrow.parquet as pq
 
     chosen = {"family": case.family, "ablation": case.ablation, "world": world, **case.point, **cell}
@@ -37,16 +51,16 @@ def read_paths(
     runs = case.runs.where(world=world, **cell)
     outcomes = dict(zip(runs.columns["trial"].tolist(), runs.columns["outcome"].tolist(), strict=True))
     for row in rows.to_pylist():
-        hits = NO_IMPACTS if impacts is None else _points(impacts.where(**chosen, trial=row["trial"]))
-        yield Run(np.column_stack([row["x"], row["y"]]), outcomes[row["trial"]], hits)
+        points = NO_IMPACTS if impacts is None else _points(impacts.where(**chosen, trial=row["trial"]))
+        yield RunPath(np.column_stack([row["x"], row["y"]]), outcomes[row["trial"]], points)
 
 
-def _points(impacts: Runs) -> np.ndarray:
+def _points(impacts: Rows) -> np.ndarray:
     return np.column_stack([impacts.columns["x"], impacts.columns["y"]])
 
 
 def obstacles(world: World) -> "BaseGeometry":
-    """What is solid in a world."""
+    """The union of a world's obstacles."""
     from shapely import Point, Polygon, unary_union
 
     circles = [Point(x, y).buffer(radius, quad_segs=32) for x, y, radius in world.circles]
@@ -54,7 +68,7 @@ def obstacles(world: World) -> "BaseGeometry":
 
 
 def grown_obstacles(world: World, radius: float) -> "BaseGeometry":
-    """Where the centre of a disc of this radius [m] cannot be, within the bounds: the augmented-obstacle map."""
+    """The augmented-obstacle map: where in the bounds the centre of a disc of `radius` [m] cannot be."""
     from shapely import box
 
     arena = box(*world.bounds)

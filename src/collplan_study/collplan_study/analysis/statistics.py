@@ -1,7 +1,7 @@
-"""Intervals of means, spreads, shares and improvements. Every interval is at LEVEL; all is pure.
+"""Intervals of means, standard deviations, shares and improvements, all at LEVEL.
 
-A sample is one array of runs for each world, so that what several runs in one world share is not counted several
-times: with several worlds the worlds are resampled, each with its runs; with one world its runs are.
+A sample is one array of runs for each world. Runs in one world are not independent: in a sample of several worlds the
+worlds are resampled, each with all its runs; in a sample of one world the runs are.
 """
 
 import warnings
@@ -13,12 +13,12 @@ import numpy as np
 LEVEL = 0.95
 RESAMPLES = 9999
 FEWEST = 5
-"""Runs, or worlds, from which there is an interval: resampling fewer says little and looks sure."""
+"""Smallest number of runs, or worlds, that an interval is made from; bootstrap intervals of fewer are too narrow."""
 SEED = 0
-"""Of the resampling: equal runs give equal intervals."""
+"""Seed of the resampling: equal runs give equal intervals."""
 
 Sample = Sequence[np.ndarray]
-"""The runs of each world, (n_world,) each."""
+"""Runs of each world, an array (n,) for each."""
 Statistic = Callable[..., np.ndarray]
 MEAN, SPREAD = "mean", "std"
 MEASURES = (MEAN, SPREAD)
@@ -31,7 +31,7 @@ class Estimate:
     Attributes:
         value: None where it is not defined.
         low, high: ends of the interval; None where there is none.
-        note: why value or interval are missing, else empty.
+        note: reason why value or interval are missing, else empty.
     """
 
     value: float | None
@@ -41,37 +41,36 @@ class Estimate:
 
     @property
     def resolved(self) -> bool:
-        """Whether the interval leaves zero out."""
+        """Whether there is an interval and it excludes zero."""
         return self.low is not None and self.high is not None and (self.low > 0.0 or self.high < 0.0)
 
     def negated(self) -> "Estimate":
-        """The same with its sign changed."""
+        """The estimate of the negated number."""
         value, low, high = (None if number is None else 0.0 - number for number in (self.value, self.high, self.low))
         return Estimate(value, low, high, self.note)
 
     def plus(self, number: float) -> "Estimate":
-        """The same with a number added."""
+        """The estimate of the sum with a constant."""
         value, low, high = (None if end is None else end + number for end in (self.value, self.low, self.high))
         return Estimate(value, low, high, self.note)
 
 
 def level_of(measure: str, sample: Sample) -> Estimate:
-    """Mean, or standard deviation from run to run, of a sample.
+    """Mean or standard deviation of a sample.
 
-    Over several worlds the mean is of the worlds' means. The standard deviation is the root of the mean variance within
-    a world where worlds have several runs each, so that it means the same as in one world; with one run a world it is
-    that over the worlds.
+    The mean is that of the worlds' means. The standard deviation is that between runs in a world, the root of the mean
+    variance within a world; where every world has one run, it is that between worlds.
     """
     units, formula = _units(measure, sample)
     return _estimate((units,), formula)
 
 
 def improvement(measure: str, ours: Sample, other: Sample) -> Estimate:
-    """By how much ours is smaller, 100 (1 - ours / other) [%], as the paper states it. Paper: Table I.
+    """Improvement 100 (1 - ours / other) [%] of a statistic. Paper: Table I.
 
     Args:
         measure: MEAN or SPREAD, as `level_of`.
-        ours, other: the same runs in the same order, so that they are resampled in pairs.
+        ours, other: paired runs in the same order; they are resampled in pairs.
     """
     (units, formula), (other_units, _) = _units(measure, ours), _units(measure, other)
     if len(units) and np.array_equal(units, other_units):
@@ -85,12 +84,12 @@ def improvement(measure: str, ours: Sample, other: Sample) -> Estimate:
 
 
 def share_of(part: Sample, whole: Sample) -> Estimate:
-    """The mean of a part over the mean of its whole [%], of the same runs in the same order."""
+    """Mean of `part` over mean of `whole` [%]; paired runs in the same order."""
     return improvement(MEAN, part, whole).negated().plus(100.0)
 
 
 def share(successes: int, runs: int) -> Estimate:
-    """Share of successes [%] with Wilson's interval."""
+    """Share of successes among runs [%] with Wilson's interval."""
     from scipy.stats import binomtest
 
     if not runs:
@@ -100,7 +99,7 @@ def share(successes: int, runs: int) -> Estimate:
 
 
 def paired(ours: dict[str, dict[int, float]], other: dict[str, dict[int, float]]) -> tuple[Sample, Sample]:
-    """The runs that both have, by world and trial."""
+    """Samples of the runs that both have, by world and trial, in the same order."""
     shared = [(world, sorted(runs.keys() & other.get(world, {}).keys())) for world, runs in ours.items()]
     worlds = [(world, trials) for world, trials in shared if trials]
     return (
@@ -110,12 +109,12 @@ def paired(ours: dict[str, dict[int, float]], other: dict[str, dict[int, float]]
 
 
 def spread_over(sample: Sample) -> str:
-    """Between what a sample's standard deviation is: runs of one world, or worlds."""
+    """Name of the units that the standard deviation of a sample is taken over: runs in a world, or worlds."""
     return "worlds" if len(sample) > 1 and max(map(len, sample)) == 1 else "runs in a world"
 
 
 def _units(measure: str, sample: Sample) -> tuple[np.ndarray, Statistic]:
-    """What is resampled, and the statistic of it."""
+    """The units that are resampled, and the statistic of them."""
     if len(sample) <= 1 or max(map(len, sample)) == 1:
         runs = np.concatenate(sample) if sample else np.zeros(0)
         return runs, np.mean if measure == MEAN else _deviation
@@ -153,10 +152,17 @@ def _interval(samples: tuple[np.ndarray, ...], statistic: Statistic) -> tuple[fl
     from scipy.stats import bootstrap
 
     with warnings.catch_warnings(), np.errstate(all="ignore"):
-        # told by the interval itself, which is then not finite
+        # warnings of degenerate samples: their interval is not finite, which the caller checks
         warnings.simplefilter("ignore")
         interval = bootstrap(
-            samples, statistic, n_resamples=RESAMPLES, paired=len(samples) > 1, vectorized=True,
-            confidence_level=LEVEL, method="BCa", batch=500, random_state=np.random.default_rng(SEED),
-        ).confidence_interval  # fmt: skip
+            samples,
+            statistic,
+            n_resamples=RESAMPLES,
+            paired=len(samples) > 1,
+            vectorized=True,
+            confidence_level=LEVEL,
+            method="BCa",
+            batch=500,
+            random_state=np.random.default_rng(SEED),
+        ).confidence_interval
     return float(interval.low), float(interval.high)

@@ -1,8 +1,8 @@
 """Worlds in SDF, the format of Gazebo: the solid shapes of its models, seen from above.
 
-Of a file that lists models under both `world` and `state`, the shapes are those of `world` and the poses those of
-`state`, as Gazebo loads it. All models stand still here, whatever `static` says, and are tall enough to be in the way.
-What would change the picture and is not understood (meshes, includes, nested models, other frames, ...) is an error.
+In a file that lists models under both `world` and `state`, shapes are read from `world` and poses from `state`, as
+Gazebo does. Every model is taken as static, whatever `static` says, and as tall as the robot or taller. Content that
+could change the obstacles and is not supported (meshes, includes, nested models, other frames, ...) is an error.
 """
 
 from collections.abc import Iterator
@@ -17,38 +17,38 @@ from collplan_core.worlds import World, WorldError
 from collplan_study.barn.xml_file import GZIP, attributes, line_of, read_xml
 
 MARGIN = 1.0
-"""The bounds lie so far around obstacles, start and goal [m]; they are no walls."""
+"""Distance from obstacles, start and goal to the bounds [m]; the bounds are no walls."""
 
 GROUND = ("plane", "empty")
-"""Shapes that are in nobody's way."""
+"""Shapes that are no obstacles."""
 HARMLESS_MODELS = ("model://ground_plane", "model://sun")
 
 _UPRIGHT = 1e-4
-"""What the third direction cosine of an upright shape may lack of 1: 0.8 degrees."""
+"""Largest deviation from 1 of the third direction cosine of an upright shape: a tilt of 0.8 degrees."""
 
 
 def is_sdf(path: Path) -> bool:
-    """Whether a world of this name is in SDF: it is called so, or the file is compressed or begins as XML does."""
+    """Whether a path is a world in SDF: by its suffix, or as its file is compressed or begins as XML does."""
     if {".sdf", ".world"} & set(path.suffixes):
         return True
     if not path.is_file():
         return False
     with path.open("rb") as file:
-        begin = file.read(64)
-    return begin.startswith(GZIP) or begin.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
+        first_bytes = file.read(64)
+    return first_bytes.startswith(GZIP) or first_bytes.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
 
 
 def load_sdf(path: Path, start: np.ndarray, goal: np.ndarray, scale: float = 1.0) -> World:
-    """The world in an SDF file, gzip-compressed or not, with everything, start and goal too, `scale` times as large.
+    """The world in an SDF file, gzip-compressed or not, named after the file.
 
     Args:
-        path: of the file; the world is named after it.
-        start, goal: (2,) in the file's own frame, before scaling [m].
-        scale: factor on all coordinates and sizes.
+        path: of the file.
+        start, goal: (2,) in the frame of the file, before scaling [m].
+        scale: factor on all coordinates and sizes, those of start and goal included.
 
     Raises:
-        WorldError: the file cannot be read, is hostile, holds no obstacle or something unsupported, or start or goal
-            lie in an obstacle. The message names the file and, where there is one, the line.
+        WorldError: the file cannot be read, is hostile, holds no obstacle or unsupported content, or start or goal lie
+            in an obstacle. The message names the file and, if known, the line.
     """
     if not (isfinite(scale) and scale > 0.0):
         raise WorldError(f"scale: got {scale:g}, expected a number above 0")
@@ -66,7 +66,13 @@ def load_sdf(path: Path, start: np.ndarray, goal: np.ndarray, scale: float = 1.0
 
 @dataclass(frozen=True)
 class _Collision:
-    """One `collision` of a link, and what an error about it says."""
+    """One `collision` element of a link.
+
+    Attributes:
+        path: of the file; model: name of its model; both for error messages.
+        pose: (4, 4) of the shape in the world.
+        element: the XML element.
+    """
 
     path: Path
     model: str
@@ -161,7 +167,7 @@ def _box(collision: _Collision, kind: Element) -> np.ndarray:
 
 
 SHAPES = {"cylinder": _circle, "box": _box, "sphere": _circle}
-"""What is understood, and how."""
+"""Supported shapes by tag: the function that reads each."""
 
 
 def _sizes(collision: _Collision, kind: Element, tag: str, count: int) -> np.ndarray:
@@ -175,7 +181,7 @@ def _sizes(collision: _Collision, kind: Element, tag: str, count: int) -> np.nda
 
 
 def _pose(path: Path, element: Element) -> np.ndarray:
-    """The `pose` below an element as a matrix (4, 4); without one, no motion."""
+    """The `pose` of an element as a matrix (4, 4); the identity without one."""
     from scipy.spatial.transform import Rotation
 
     matrix = np.eye(4)

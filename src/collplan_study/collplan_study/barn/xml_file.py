@@ -1,4 +1,4 @@
-"""XML files that somebody else wrote: refused where they are hostile or huge, and every element knows its line."""
+"""Reads untrusted XML files: hostile or huge ones are refused, and every element keeps its line number."""
 
 import gzip
 import zlib
@@ -14,29 +14,29 @@ from defusedxml.sax import parseString
 from collplan_core.worlds import WorldError
 
 LARGEST = 16 * 2**20
-"""Of a file, as it lies there and unpacked [bytes]; a world of 345 cylinders has 0.7 million."""
+"""Largest file, both on the disk and unpacked [bytes]; a world of 345 cylinders has 0.7 million."""
 MOST_ELEMENTS = 300_000
 DEEPEST = 100
 
-# no name of an attribute holds a space
+# has a space, so that no attribute of a file has this name
 _LINE = "line number"
 GZIP = b"\x1f\x8b"
-"""How a compressed file begins."""
+"""First bytes of a gzip file."""
 
 
 def read_xml(path: Path) -> Element:
-    """The root of the document in a file, gzip-compressed or not, whatever its name says.
+    """Reads the root element of a file, gzip-compressed or not; its name does not matter.
 
     Raises:
-        WorldError: no such file, too large, not XML, or with a document type declaration, which is where entities
-            and references to other files come from. The message names the file and, where there is one, the line.
+        WorldError: the file does not exist, is too large, is not XML, or has a document type declaration, which could
+            define entities and refer to other files. The message names the file and, if known, the line.
     """
     handler = _Tree()
     try:
         parseString(_content(path), handler, forbid_dtd=True)
     except DefusedXmlException:
         raise WorldError(f"{handler.place(path)}: a document type or entity declaration, expected none") from None
-    except _TooMuch as error:
+    except _LimitExceeded as error:
         raise WorldError(f"{handler.place(path)}: {error}") from None
     except (SAXException, ValueError, LookupError) as error:
         raise WorldError(f"{handler.place(path)}: not XML ({_reason(error)})") from None
@@ -44,21 +44,21 @@ def read_xml(path: Path) -> Element:
 
 
 def line_of(element: Element) -> int:
-    """Where in its file an element of `read_xml` begins, from 1."""
+    """Line at which an element of `read_xml` begins in its file, from 1."""
     return int(element.attrib[_LINE])
 
 
 def attributes(element: Element) -> dict[str, str]:
-    """What the file itself gives an element of `read_xml`."""
+    """Attributes that the file gives an element of `read_xml`."""
     return {name: value for name, value in element.attrib.items() if name != _LINE}
 
 
-class _TooMuch(ValueError):
+class _LimitExceeded(ValueError):
     pass
 
 
 class _Tree(ContentHandler):
-    """Builds the tree, and counts."""
+    """Builds the tree; counts elements and their depth."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -74,9 +74,9 @@ class _Tree(ContentHandler):
         self._depth += 1
         self._count += 1
         if self._depth > DEEPEST:
-            raise _TooMuch(f"<{name:.40}> is nested deeper than {DEEPEST} elements")
+            raise _LimitExceeded(f"<{name:.40}> is nested deeper than {DEEPEST} elements")
         if self._count > MOST_ELEMENTS:
-            raise _TooMuch(f"more than {MOST_ELEMENTS} elements")
+            raise _LimitExceeded(f"more than {MOST_ELEMENTS} elements")
         self._builder.start(name, {**attrs, _LINE: str(self._line)})
 
     def endElement(self, name: str) -> None:  # noqa: N802
@@ -90,7 +90,7 @@ class _Tree(ContentHandler):
         self.root = self._builder.close()
 
     def place(self, path: Path) -> str:
-        """File and line reached, as compilers write it."""
+        """File and current line as path:line."""
         return f"{path}:{self._line}" if self._locator else str(path)
 
     @property

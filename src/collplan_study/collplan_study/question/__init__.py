@@ -1,1 +1,1 @@
-"""What a study asks: strategies, worlds, seeds, settings."""
+"""The question of a study: strategies, worlds, seeds, parameters."""

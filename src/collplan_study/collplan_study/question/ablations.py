@@ -1,14 +1,14 @@
-"""The ablations: by name, what each changes of the defaults, one thing at a time."""
+"""The named ablations: each changes one thing of the default parameters."""
 
 from collections.abc import Mapping
 from typing import Any
 
 SHIPPED = "as shipped"
-"""Name in reports of the cells that change nothing; in the table they have the empty name."""
+"""Name in reports of the cells without an ablation; in the tables their ablation is the empty string."""
 
 
 def _restitution(value: float) -> dict[str, float]:
-    """Of the robot and of the planner's belief alike."""
+    """Restitution of the simulated robot and of the planner's rebound model alike."""
     return {"simulator.restitution": value, "rebound.restitution": value}
 
 
@@ -18,7 +18,7 @@ WITHOUT: dict[str, dict[str, Any]] = {
     "without position pruning": {"planner.position_pruning": False},
     "without velocity pruning": {"planner.velocity_pruning": False},
 }
-"""A part of the method left out."""
+"""Ablations that leave out a part of the method."""
 
 PRINTED: dict[str, dict[str, Any]] = {
     "J_pos as printed": {"planner.position_cost": "printed"},
@@ -30,7 +30,7 @@ PRINTED: dict[str, dict[str, Any]] = {
     "time law as printed": {"planner.time_law": "printed"},
     "Alg. 3 as printed": {"controller.maneuver_rule": "printed"},
 }
-"""A reading of the paper put back to the printed form."""
+"""Ablations that put a reading of the paper back to its printed form."""
 
 OTHERWISE: dict[str, dict[str, Any]] = {
     "goal vector as unit vector": {"planner.goal_vector": "unit"},
@@ -38,7 +38,7 @@ OTHERWISE: dict[str, dict[str, Any]] = {
     "waypoints on the chord": {"planner.waypoints": "chord"},
     "first of equal costs": {"planner.tie_rule": "first"},
 }
-"""What the paper leaves open, decided otherwise."""
+"""Ablations that decide otherwise what the paper leaves open."""
 
 ROBOT: dict[str, dict[str, Any]] = {
     "a_max 1 m/s^2": {"robot.max_acceleration": 1.0},
@@ -51,10 +51,10 @@ ROBOT: dict[str, dict[str, Any]] = {
     "no noise": {"simulator.noise": 0.0},
     "noise doubled": {"simulator.noise": 2.0},
 }
-"""Assumed constants of the robot set to other values; a_max is 1.5 m/s^2, restitution 0.7, noise 1 as shipped."""
+"""Ablations that set assumed constants of the robot; defaults: a_max 1.5 m/s^2, restitution 0.7, noise 1."""
 
 ABLATIONS: Mapping[str, Mapping[str, Any]] = {"": {}, **WITHOUT, **PRINTED, **OTHERWISE, **ROBOT}
-"""The cells that change nothing, then each ablation."""
+"""Changed parameters of every ablation by name. The empty name comes first and changes nothing."""
 
-QUESTION: Mapping[str, Any] = {"worlds": ("corridor", "random:0-19"), "map_periods": (0.2,), "trials": 5}
-"""What `--ablations` asks where the command line does not say."""
+DEFAULTS: Mapping[str, Any] = {"worlds": ("corridor", "random:0-19"), "map_periods": (0.2,), "trials": 5}
+"""Parts of the question with `--ablations`, where the command line does not give them."""

@@ -1,4 +1,4 @@
-"""Parameters as text: the axes that --set makes."""
+"""Axes of the grid, as --set gives them in text."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,15 +14,15 @@ OWN_OPTION = {
     "simulator.world": "--worlds",
     "lidar.world": "--worlds",
 }
-"""Parameters that have an option of their own."""
+"""Parameters that have an option of their own, which --set refuses."""
 
 
 def parse_axes(texts: Sequence[str]) -> dict[str, tuple[Any, ...]]:
-    """The values of each parameter in texts KEY=A,B,C, checked.
+    """Values by parameter key, parsed from texts KEY=A,B,C and checked.
 
     Raises:
-        StudyError: not of this form, a key or a value given twice, or a key that has an option of its own.
-        ParameterError: an unknown key, or a value that does not fit it.
+        StudyError: a text not of this form, a key or a value given twice, or a key that has an option of its own.
+        ParameterError: an unknown key, or a value out of its range.
     """
     axes: dict[str, tuple[Any, ...]] = {}
     for text in texts:
@@ -40,14 +40,14 @@ def parse_axes(texts: Sequence[str]) -> dict[str, tuple[Any, ...]]:
 
 
 def _values(spec: Spec, text: str) -> tuple[Any, ...]:
-    values = tuple(spec.checked(_read(type(spec.default), item)) for item in text.split(","))
+    values = tuple(spec.checked(_converted(type(spec.default), item)) for item in text.split(","))
     if len(set(values)) < len(values):
         raise StudyError(f"--set {spec.key}: got {text}, expected each value once")
     return values
 
 
-def _read(kind: type, text: str) -> Any:
-    """The text in the parameter's type where it can be read so, else as it is, which the check then refuses."""
+def _converted(kind: type, text: str) -> Any:
+    """The text converted to the parameter's type; the text itself where it cannot be, which the check then refuses."""
     try:
         return {"true": True, "false": False}[text] if kind is bool else kind(text)
     except (KeyError, ValueError):

@@ -1,4 +1,4 @@
-"""What deliberate bounces bring: the question asked, and what is changed of it, one thing at a time."""
+"""The question of `--bounces`, what deliberate bounces gain, and its variants, which change one thing each."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,12 +10,19 @@ from collplan_study.question.held_out import FAMILIES, FURTHER_FAMILIES, STUDY_S
 KNOWN_MAP = "known map"
 
 SPREADS = ("simulator.restitution_spread=0.08", "simulator.direction_spread=0.06")
-"""Simulated rebounds differ from hit to hit: what a bounce brings must outlast that."""
+"""--set values of the main comparison: simulated rebounds vary from impact to impact, so that no gain rests
+on rebounds that are exactly foreseen."""
 
 ROBOTS = (
-    "a_max 1 m/s^2", "a_max 2 m/s^2", "a_max 3 m/s^2", "restitution 0.4", "restitution 0.9", "no noise",
+    "a_max 1 m/s^2",
+    "a_max 2 m/s^2",
+    "a_max 3 m/s^2",
+    "restitution 0.4",
+    "restitution 0.9",
+    "no noise",
     "noise doubled",
-)  # fmt: skip
+)
+"""Names of the ablations of the robot that are variants here too."""
 
 VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "": {},
@@ -23,9 +30,9 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     **{name: ROBOT[name] for name in ROBOTS},
     "restitution 0.7, believed 0.4": {"rebound.restitution": 0.4},
 }
-"""The main comparison, then each change of it."""
+"""Changed parameters of each variant by name. The empty name is the main comparison and changes nothing."""
 
-QUESTION: Mapping[str, Any] = {
+DEFAULTS: Mapping[str, Any] = {
     "worlds": tuple(map(held_out_worlds, (*FAMILIES, *FURTHER_FAMILIES))),
     "strategies": tuple(TIME_TO_GOAL),
     "trials": TRIALS,
@@ -35,4 +42,4 @@ QUESTION: Mapping[str, Any] = {
     "ablation_strategies": ("bounce", "avoid"),
     "ablation_trials": 1,
 }
-"""What `--bounces` asks where the command line does not say."""
+"""Parts of the question with `--bounces`, where the command line does not give them."""

@@ -1,4 +1,4 @@
-"""The grid: every trial of a study, in the order of its table."""
+"""The grid of a study: every trial, in the order of its tables."""
 
 from bisect import bisect_right
 from collections import Counter
@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, product
 from typing import Any
+
+import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.strategies import PAPER_WEIGHTS, map_period_of
@@ -17,15 +19,24 @@ from collplan_study.question.question import Question
 from collplan_study.question.seeds import trial_seed
 from collplan_study.question.sources import Source
 
+STRATEGY, MAP_PERIOD = "planner.strategy", "planner.map_period"
+
 PAPER_MAP_PERIODS = (0.2, 0.4, 0.6, 0.8, 1.0)
-"""Paper: IV-C [s]."""
+"""T_map [s]. Paper: IV-C."""
 
 NO_ABLATION: Mapping[str, Mapping[str, Any]] = {"": {}}
+"""Ablations of a grid that has none: the empty name, which changes nothing."""
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """One trial: place in the table, what its row says of it before it is run, and what to run."""
+    """One trial to be run.
+
+    Attributes:
+        index: its place in the grid.
+        labels: columns of its row that are known before it is run.
+        world, settings, seed: arguments of the trial.
+    """
 
     index: int
     labels: Mapping[str, Any]
@@ -35,8 +46,15 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class Cell:
-    """What the trials of one cell share, and how many there are."""
+class CellSpec:
+    """A cell of the grid: trials that differ in their seed alone.
+
+    Attributes:
+        source: the world.
+        labels: columns of their rows that the trials share.
+        settings: the trials' parameters.
+        trials: how many.
+    """
 
     source: Source
     labels: Mapping[str, Any]
@@ -46,30 +64,32 @@ class Cell:
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Cells in the order of the table, and in each the trials 0, 1, ...
+    """All trials of a study: the cells in order, and in each cell the trials 0, 1, ...
 
     Attributes:
-        axes: keys of the parameters that have a column of their own.
+        cells: in the order of the tables.
+        axes: keys of the --set parameters, which have columns of their own.
+        seed: of the study.
     """
 
-    cells: tuple[Cell, ...]
+    cells: tuple[CellSpec, ...]
     axes: tuple[str, ...]
     seed: int
 
     @cached_property
-    def _starts(self) -> list[int]:
+    def _first_indices(self) -> list[int]:
         return list(accumulate((cell.trials for cell in self.cells), initial=0))
 
     def __len__(self) -> int:
-        return self._starts[-1]
+        return self._first_indices[-1]
 
     def __iter__(self) -> Iterator[Task]:
         return (self.task(index) for index in range(len(self)))
 
     def task(self, index: int) -> Task:
-        """The trial at a place of the table."""
-        number = bisect_right(self._starts, index) - 1
-        cell, trial = self.cells[number], index - self._starts[number]
+        """The trial at a place of the grid."""
+        number = bisect_right(self._first_indices, index) - 1
+        cell, trial = self.cells[number], index - self._first_indices[number]
         seed = trial_seed(self.seed, cell.source.world.name, trial)
         return Task(index, {**cell.labels, "trial": trial, "seed": seed}, cell.source.world, cell.settings, seed)
 
@@ -82,20 +102,20 @@ def make_grid(
     Args:
         question: what is asked; its worlds are `sources`.
         sources: the worlds.
-        ablations: by name the parameters that each changes; they outrank the axes. "" is none.
+        ablations: changed parameters by name of the ablation; they override the axes. The empty name changes nothing.
 
     Raises:
-        StudyError: nothing in the grid, or something twice.
-        ParameterError: an unknown parameter or a value that does not fit.
+        StudyError: the grid is empty, or a value is given twice.
+        ParameterError: an unknown parameter or a value out of its range.
         WorldError: a world without a route from start to goal for the robot.
     """
     _check_choices(question)
     axes = parse_axes(question.values)
     points = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
     cells = tuple(
-        _cell(source, name, changes, run, point, _trials(question, name))
+        _cell_spec(source, name, changes, {**point, **strategy}, _trials(question, name))
         for name, changes in ablations.items()
-        for source, run, point in product(sources, _runs(question, name), points)
+        for source, strategy, point in product(sources, _strategies(question, name), points)
     )
     if not cells:
         raise StudyError("the grid is empty: expected at least one world")
@@ -103,11 +123,11 @@ def make_grid(
     return Grid(cells, tuple(axes), question.seed)
 
 
-def _runs(question: Question, ablation: str) -> list[tuple[str, float]]:
-    """The strategies of an ablation, each with its T_map [s]."""
+def _strategies(question: Question, ablation: str) -> list[dict[str, Any]]:
+    """The parameters of every strategy and T_map that an ablation is run with."""
     chosen = question.ablation_strategies if ablation else None
     return [
-        (strategy, period)
+        {STRATEGY: strategy, MAP_PERIOD: period}
         for strategy in chosen or question.strategies
         for period in question.map_periods or _periods(question, strategy)
     ]
@@ -121,7 +141,7 @@ def _trials(question: Question, ablation: str) -> int:
 def _periods(question: Question, strategy: str) -> Sequence[float]:
     if strategy in PAPER_WEIGHTS and not question.bounces:
         return PAPER_MAP_PERIODS
-    return (map_period_of(Settings().with_values({"planner.strategy": strategy})),)
+    return (map_period_of(Settings().with_values({STRATEGY: strategy})),)
 
 
 def _check_choices(question: Question) -> None:
@@ -136,29 +156,30 @@ def _check_once(option: str, values: Sequence[Any]) -> None:
             raise StudyError(f"{option}: got {value} {count} times, expected each value once")
 
 
-def _cell(
-    source: Source,
-    ablation: str,
-    changes: Mapping[str, Any],
-    run: tuple[str, float],
-    point: Mapping[str, Any],
-    trials: int,
-) -> Cell:
-    strategy, period = run
-    values = {**source.values, **point, "planner.strategy": strategy, "planner.map_period": period, **changes}
-    settings = Settings().with_values(values)
+def _cell_spec(
+    source: Source, ablation: str, changes: Mapping[str, Any], point: Mapping[str, Any], trials: int
+) -> CellSpec:
+    """A cell: the world's own rules, the axes and strategy of `point`, and over them the changes of the ablation."""
+    settings = Settings().with_values({**source.values, **point, **changes})
     known = settings.values()
     labels = {
-        "world": source.world.name, "family": source.family, "ablation": ablation, "strategy": strategy,
-        "map_period_s": period, **{key: known[key] for key in point},
-    }  # fmt: skip
-    return Cell(source, labels, settings, trials)
+        "world": source.world.name,
+        "family": source.family,
+        "ablation": ablation,
+        "strategy": point[STRATEGY],
+        "map_period_s": point[MAP_PERIOD],
+        **{key: known[key] for key in point if key not in (STRATEGY, MAP_PERIOD)},
+    }
+    return CellSpec(source, labels, settings, trials)
 
 
-def _check_routes(cells: Sequence[Cell]) -> None:
-    """Each world once for each size of robot."""
+def _check_routes(cells: Sequence[CellSpec]) -> None:
+    """Check start, goal and route in each world, once for each size of robot."""
     for world, radius in dict.fromkeys((cell.source.world, cell.settings.robot.radius) for cell in cells):
-        for key, point in (("start", world.start), ("goal", world.goal)):
-            if point is None:
-                raise WorldError(f"{world.name}: {key}: missing, expected one in the world or --{key} X Y")
-        check_route(world, world.start, world.goal, radius)  # type: ignore[arg-type]
+        check_route(world, _end(world, "start", world.start), _end(world, "goal", world.goal), radius)
+
+
+def _end(world: World, key: str, point: np.ndarray | None) -> np.ndarray:
+    if point is None:
+        raise WorldError(f"{world.name}: {key}: missing, expected one in the world or --{key} X Y")
+    return point

@@ -1,4 +1,4 @@
-"""What a user asks of the study."""
+"""The command line of the study, and the question it asks."""
 
 import argparse
 import os
@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from collplan_study.errors import StudyError
-from collplan_study.question.ablations import QUESTION as ABLATIONS_ASK
-from collplan_study.question.bounces import QUESTION as BOUNCES_ASK
+from collplan_study.question.ablations import DEFAULTS as ABLATION_DEFAULTS
+from collplan_study.question.bounces import DEFAULTS as BOUNCE_DEFAULTS
 from collplan_study.question.grid import Task
 from collplan_study.question.question import Question, question_from
 
@@ -18,19 +18,19 @@ ALL, MAIN, ABLATIONS, NONE = "all", "main", "ablations", "none"
 
 @dataclass(frozen=True)
 class Options:
-    """A command line.
+    """A parsed command line.
 
     Attributes:
-        given: the parts of the question that were given.
-        jobs: processes.
+        overrides: parts of the question that the command line gives.
+        jobs: number of processes.
         resume: folder of a study to complete.
         out: folder of a new study; None is runs/study-<time>.
-        dask: address of a scheduler.
-        report: whether report and figures are made.
-        run: which trials are run now: ALL that are missing, of these the MAIN ones or those of the ABLATIONS, or NONE.
+        dask: address of a Dask scheduler; None runs the trials here.
+        report: whether report and figures are written.
+        run: which of the missing trials are run: ALL, those of the MAIN grid, those of the ABLATIONS, or NONE.
     """
 
-    given: dict[str, Any] = field(default_factory=dict)
+    overrides: dict[str, Any] = field(default_factory=dict)
     jobs: int = 1
     resume: Path | None = None
     out: Path | None = None
@@ -38,36 +38,39 @@ class Options:
     report: bool = True
     run: str = ALL
 
-    def question(self, begun: Question | None = None) -> Question:
-        """The question asked, or that of the study begun, which what was given must not contradict.
+    def question(self, recorded: Question | None = None) -> Question:
+        """The question of a new study, or of one that is resumed.
+
+        Args:
+            recorded: question of the study that is resumed; None starts a new one.
 
         Raises:
-            StudyError: it does.
+            StudyError: the command line contradicts the recorded question, or asks for something impossible.
         """
-        if begun is None:
-            return question_from(self._over(self._defaults()))
-        asked = question_from(self._over(begun.record()))
+        if recorded is None:
+            return question_from(self._overridden(self._defaults()))
+        asked = question_from(self._overridden(recorded.record()))
         for part in fields(Question):
-            before, now = getattr(begun, part.name), getattr(asked, part.name)
+            before, now = getattr(recorded, part.name), getattr(asked, part.name)
             if before != now:
                 raise StudyError(f"--resume {self.resume}: another study, its {part.name} is {before!r}, got {now!r}")
-        return begun
+        return recorded
 
-    def runs(self, task: Task) -> bool:
-        """Whether a trial that is missing is run now."""
+    def selects(self, task: Task) -> bool:
+        """Whether `run` includes a trial."""
         return self.run in (ALL, ABLATIONS if task.labels["ablation"] else MAIN)
 
     def _defaults(self) -> Mapping[str, Any]:
-        if self.given.get("bounces"):
-            return BOUNCES_ASK
-        return ABLATIONS_ASK if self.given.get("ablations") else {}
+        if self.overrides.get("bounces"):
+            return BOUNCE_DEFAULTS
+        return ABLATION_DEFAULTS if self.overrides.get("ablations") else {}
 
-    def _over(self, parts: Mapping[str, Any]) -> dict[str, Any]:
-        """What was given over these parts; --set replaces the parameters that it names and no other."""
-        values = self.given.get("values", ())
+    def _overridden(self, parts: Mapping[str, Any]) -> dict[str, Any]:
+        """These parts of a question with the overrides; --set replaces the parameters that it names and no other."""
+        values = self.overrides.get("values", ())
         named = {text.partition("=")[0] for text in values}
         kept = [text for text in parts.get("values", ()) if text.partition("=")[0] not in named]
-        return {**parts, **self.given, "values": (*kept, *values)}
+        return {**parts, **self.overrides, "values": (*kept, *values)}
 
 
 DESCRIPTION = """\
@@ -98,7 +101,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--jobs", type=int, default=cpus, metavar="N", help=f"processes (default {cpus}, the CPUs here)")
     add("--dask", metavar="ADDRESS", help="run on the Dask cluster with this scheduler instead")
     add("--out", type=Path, metavar="DIR", help="folder of this study, new or empty (default runs/study-<time>)")
-    add("--resume", type=Path, metavar="DIR", help="complete the study in DIR; it knows its own grid")
+    add("--resume", type=Path, metavar="DIR", help="complete the study in DIR; its grid is recorded there")
     parts = "the main grid or its ablations alone, or none: tables and report of what is there"
     add("--run", choices=(ALL, MAIN, ABLATIONS, NONE), default=ALL, help=f"what is run now (default {ALL}): {parts}")
     add("--no-report", dest="report", action="store_false", help="leave out report and figures, make the tables alone")
@@ -125,16 +128,16 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
     scale = "BARN's worlds so many times as large (default 1, as they are; 0.42 makes them as narrow for this robot as"
     add("--barn-scale", type=float, metavar="F", help=f"{scale} they are for their own)")
 
-    add("--ablations", action="store_true", help=f"run each named ablation too ({_then(ABLATIONS_ASK)})")
+    add("--ablations", action="store_true", help=f"run each named ablation too ({_defaults_text(ABLATION_DEFAULTS)})")
     add("--no-ablations", dest="ablations", action="store_false", help="leave them out beside --bounces")
     add("--ablation-strategies", nargs="+", metavar="S", help="those that the ablations are run with (default all)")
     add("--ablation-trials", type=int, metavar="N", help="trials in each cell of an ablation (default as without)")
     held_out = "in worlds that nothing was tuned on, what deliberate bounces bring"
-    add("--bounces", action="store_true", help=f"{held_out} ({_then(BOUNCES_ASK)})")
+    add("--bounces", action="store_true", help=f"{held_out} ({_defaults_text(BOUNCE_DEFAULTS)})")
 
 
-def _then(question: Mapping[str, Any]) -> str:
-    """The defaults with an option that stands for a question."""
+def _defaults_text(question: Mapping[str, Any]) -> str:
+    """Help text: the defaults with an option that stands for a question."""
     parts = {**question, "set": question.get("values", ())}
     named = {key: value for key, value in parts.items() if value != () and key not in ("values", "ablations")}
     return "then the defaults are " + ", ".join(
@@ -147,15 +150,18 @@ def _shown(value: Any) -> str:
 
 
 def parse(args: Sequence[str] | None = None) -> Options:
-    """The options on a command line without the program's name; sys.argv's when None.
+    """Parses a command line.
+
+    Args:
+        args: without the program's name; None takes sys.argv's.
 
     Raises:
-        StudyError: options that do not go together.
+        StudyError: options that exclude each other or are out of range.
     """
     parsed = vars(_parser().parse_args(args))
-    how = {part.name: parsed.pop(part.name) for part in fields(Options) if part.name != "given"}
+    how = {part.name: parsed.pop(part.name) for part in fields(Options) if part.name != "overrides"}
     if how["jobs"] < 1:
         raise StudyError(f"--jobs: got {how['jobs']}, expected at least 1")
     if how["resume"] is not None and how["out"] is not None:
         raise StudyError("--out: a study that is resumed stays in its folder, leave it out")
-    return Options(given=parsed, **how)
+    return Options(overrides=parsed, **how)

@@ -1,4 +1,4 @@
-"""What a study asks: everything that decides its rows, and nothing else."""
+"""The question of a study: everything that decides its rows, and nothing else."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -10,21 +10,21 @@ from collplan_study.errors import StudyError
 
 @dataclass(frozen=True)
 class Question:
-    """By default the paper's 300 runs. Paper: IV-B, IV-C.
+    """The question of a study; the defaults are the paper's 300 runs. Paper: IV-B, IV-C.
 
     Attributes:
         worlds: NAME, FILE (YAML or SDF), FAMILY:SEED, FAMILY:A-B, both inclusive, or barn:DIR.
         strategies: named weight sets.
         map_periods: T_map [s]; None is the paper's five for its strategies, the parameter's default for any other.
-        trials: in each cell of the grid.
-        seed: of the study.
+        trials: number in each cell of the grid.
+        seed: of the study, from which those of the trials follow.
         values: "KEY=VALUE" of any parameter; "KEY=A,B,C" makes an axis.
-        start, goal: x, y [m]; None is each world's own.
+        start, goal: x, y [m]; None takes each world's own.
         barn_scale: factor on the worlds of barn:DIR.
-        ablations: whether every named ablation is run beside the grid as it is.
-        ablation_strategies: that the ablations are run with; None is all of them.
-        ablation_trials: in each cell of an ablation; None is as many as without.
-        bounces: whether the question is what deliberate bounces bring: its ablations, and its report.
+        ablations: whether every named ablation is run beside the main grid.
+        ablation_strategies: strategies that the ablations are run with; None is all of them.
+        ablation_trials: number in each cell of an ablation; None is `trials`.
+        bounces: whether the question is what deliberate bounces gain, with variants and a report of its own.
     """
 
     worlds: tuple[str, ...] = ("corridor",)
@@ -55,7 +55,7 @@ class Question:
             self._check_bounces()
 
     def _check_bounces(self) -> None:
-        """One grid: its report knows neither axes nor several T_map."""
+        """The report of bounces has neither axes nor several T_map."""
         several = [f"--set {text}" for text in self.values if "," in text]
         if len(self.map_periods or ()) > 1:
             several.append("--map-periods")
@@ -71,7 +71,7 @@ class Question:
                 raise StudyError(f"--ablation-strategies: got {strategy}, {expected}")
 
     def record(self) -> dict[str, Any]:
-        """As JSON holds it."""
+        """The question as JSON holds it."""
         return asdict(self)
 
 
@@ -80,6 +80,11 @@ def _option(name: str) -> str:
 
 
 def question_from(record: Mapping[str, Any]) -> Question:
-    """The question that a record describes; raises TypeError where it describes none."""
+    """The question of a record, as JSON holds it.
+
+    Raises:
+        TypeError: the record has keys that a question has not.
+        StudyError: a value is out of range.
+    """
     parts: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in record.items()}
     return Question(**parts)

@@ -1,4 +1,4 @@
-"""The worlds of a study, from the texts that name them."""
+"""Loads the worlds of a study from the texts that name them."""
 
 import re
 from collections import Counter
@@ -11,7 +11,7 @@ import numpy as np
 
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_core.worlds.families import FAMILIES
-from collplan_study.barn.barn import barn_files, barn_rules, load_barn, optimal_lengths
+from collplan_study.barn.data_set import barn_files, barn_rules, load_barn, optimal_lengths
 from collplan_study.barn.sdf import is_sdf, load_sdf
 from collplan_study.errors import StudyError
 
@@ -22,13 +22,13 @@ BARN = "barn"
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A world and what comes with it.
+    """A world of a study, and what its data set prescribes.
 
     Attributes:
         world: with its start and goal.
-        family: the family it is of, else its own name.
-        values: parameters that its rules prescribe, by key; --set outranks them.
-        optimal_length: of the shortest path from start to goal that came with it [m], None where none did.
+        family: its family; the world's own name where it has none.
+        values: parameters that the rules of its data set prescribe, by key; --set overrides them.
+        optimal_length: length of the data set's shortest path from start to goal [m]; None without one.
     """
 
     world: World
@@ -38,13 +38,17 @@ class Source:
 
 
 def load_sources(texts: Sequence[str], start: Point, goal: Point, barn_scale: float = 1.0) -> tuple[Source, ...]:
-    """Every world that the texts name, in their order; start and goal [m] replace the worlds' own.
+    """Every world that the texts name, in their order.
 
-    Those of barn:DIR keep their own and are `barn_scale` times as large.
+    Args:
+        texts: as `--worlds` takes them.
+        start, goal: x, y [m] that replace the worlds' own; None keeps them. Worlds of barn:DIR refuse both.
+        barn_scale: factor on the size of the worlds of barn:DIR.
 
     Raises:
-        WorldError: one of them cannot be used.
-        StudyError: two have the same name, which would give them the same noise and mix their rows.
+        WorldError: a world cannot be read or used.
+        StudyError: the options do not fit the worlds, or two worlds have the same name, which would give them the same
+            noise and mix their rows.
     """
     sources = tuple(source for text in texts for source in _sources_of(text, start, goal, barn_scale))
     if barn_scale != 1.0 and not any(source.family == BARN for source in sources):
@@ -99,9 +103,11 @@ def _seeds(text: str, rest: str) -> Sequence[int | str]:
 
 
 def _moved(world: World, start: Point, goal: Point) -> World:
-    ends = {"start": start, "goal": goal}
-    given = {key: np.array(point) for key, point in ends.items() if point is not None}
     try:
-        return replace(world, **given)  # type: ignore[arg-type]
+        return replace(
+            world,
+            start=world.start if start is None else np.array(start),
+            goal=world.goal if goal is None else np.array(goal),
+        )
     except WorldError as error:
         raise WorldError(f"{world.name}: {error}") from None

@@ -1,1 +1,1 @@
-"""The report of a study: sections, tables, figures."""
+"""The report of a study: tables and figures, as a page and as a document."""

@@ -1,17 +1,19 @@
-"""What the report says of BARN's worlds: success and the score that its challenge publishes."""
+"""The report's section on the worlds of BARN: success, and the score as its challenge defines it."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from collplan_study.analysis.cases import Case
 from collplan_study.analysis.cells import cell_of
 from collplan_study.analysis.comparisons import TIME, main_cells
-from collplan_study.analysis.runs import Case, Runs
+from collplan_study.analysis.rows import Rows
 from collplan_study.analysis.statistics import MEAN, Estimate, level_of
-from collplan_study.barn.barn import optimal_time, score
+from collplan_study.barn.data_set import optimal_time, score
 from collplan_study.question.sources import BARN, Source
-from collplan_study.report.markup import folded, heading, number, paragraph, table, with_interval
+from collplan_study.report.content import Row, Table, number, with_interval
+from collplan_study.report.markup import folded, section, table
 from omnipuck_sim.trial import REACHED
 
 RULES = (
@@ -26,23 +28,22 @@ RULES = (
 
 
 def barn_section(case: Case, sources: Sequence[Source]) -> Iterator[str]:
-    """The section of a case of BARN's worlds; nothing for another."""
+    """The section of a case; empty if its worlds are not BARN's."""
     if case.family != BARN:
         return
     lengths = {each.world.name: each.optimal_length for each in sources if each.optimal_length is not None}
-    yield heading(3, "BARN's score")
-    yield paragraph(RULES)
-    head = ("strategy", "runs", "arrive [%]", "time [s]", "time / optimal", "score", "arrive untouched [%]",
-            "score of untouched runs")  # fmt: skip
-    yield table(head, (_row(case, cell, lengths) for cell in main_cells(case)))
+    times = ("time [s]", "time / optimal")
+    head = ("strategy", "runs", "arrive [%]", *times, "score", "arrive untouched [%]", "score of untouched runs")
+    rows = [_row(case, cell, lengths) for cell in main_cells(case)]
+    yield from section(3, Table("BARN's score", RULES, head, rows))
     strategies = (cell["strategy"] for cell in main_cells(case))
     yield folded("World by world", table(("world", "shortest [m]", *strategies), _worlds(case, lengths)))
 
 
-def mean_score(runs: Runs, lengths: Mapping[str, float], touching_fails: bool = False) -> Estimate:
-    """Over the worlds whose shortest path's length [m] is known."""
+def _mean_score(runs: Rows, lengths: Mapping[str, float], touching_fails: bool = False) -> Estimate:
+    """Mean score over the worlds in `lengths`, which holds the length of each world's shortest path [m]."""
     scores: dict[str, list[float]] = {}
-    for row in runs.rows("world", "outcome", TIME, "impacts"):
+    for row in runs.dicts("world", "outcome", TIME, "impacts"):
         if row["world"] in lengths:
             success = row["outcome"] == REACHED and not (touching_fails and row["impacts"])
             # a run that raised has no time
@@ -51,31 +52,35 @@ def mean_score(runs: Runs, lengths: Mapping[str, float], touching_fails: bool = 
     return level_of(MEAN, [np.array(each) for each in scores.values()])
 
 
-def time_ratio(runs: Runs, lengths: Mapping[str, float]) -> Estimate:
-    """Arrival time over the optimal one, of runs in the worlds whose shortest path's length [m] is known."""
+def _time_ratio(runs: Rows, lengths: Mapping[str, float]) -> Estimate:
+    """Arrival time over optimal time in the worlds in `lengths`, which holds the length of each shortest path [m]."""
     times = {world: np.array(list(found.values())) for world, found in runs.by_trial(TIME).items() if world in lengths}
     return level_of(MEAN, [found / optimal_time(lengths[world]) for world, found in times.items()])
 
 
-def _row(case: Case, labels: Mapping[str, Any], lengths: Mapping[str, float]) -> tuple[str, ...]:
+def _row(case: Case, labels: Mapping[str, Any], lengths: Mapping[str, float]) -> Row:
     runs = case.runs.where(**labels)
     cell = cell_of(labels["strategy"], labels["map_period_s"], case.runs)
     arrived = runs.where(outcome=REACHED)
     untouched = arrived.where(impacts=0)
     return (
-        f"{cell.strategy}, {cell.map_period:g} s", str(cell.runs), with_interval(cell.success, 1),
-        with_interval(level_of(MEAN, arrived.sample(TIME)), 2), with_interval(time_ratio(arrived, lengths), 2),
-        with_interval(mean_score(runs, lengths), 3), number(100.0 * len(untouched) / len(runs), 1),
-        with_interval(mean_score(runs, lengths, touching_fails=True), 3),
-    )  # fmt: skip
+        f"{cell.strategy}, {cell.map_period:g} s",
+        str(cell.runs),
+        with_interval(cell.success, 1),
+        with_interval(level_of(MEAN, arrived.sample(TIME)), 2),
+        with_interval(_time_ratio(arrived, lengths), 2),
+        with_interval(_mean_score(runs, lengths), 3),
+        number(100.0 * len(untouched) / len(runs), 1),
+        with_interval(_mean_score(runs, lengths, touching_fails=True), 3),
+    )
 
 
-def _worlds(case: Case, lengths: Mapping[str, float]) -> Iterator[tuple[str, ...]]:
+def _worlds(case: Case, lengths: Mapping[str, float]) -> Iterator[Row]:
     for world in case.runs.distinct("world"):
         found = (_runs_in(case.runs.where(world=world, **cell)) for cell in main_cells(case))
         yield world, number(lengths.get(world), 2), *found
 
 
-def _runs_in(runs: Runs) -> str:
-    rows = runs.rows("outcome", TIME, "impacts")
+def _runs_in(runs: Rows) -> str:
+    rows = runs.dicts("outcome", TIME, "impacts")
     return "\n".join("{}, {:.1f} s, {:.0f} impacts".format(*row.values()) for row in rows)

@@ -1,4 +1,4 @@
-"""The figures of a study of bounces: what is saved world by world, and under each change."""
+"""Figures of a study of bounces: time saved world by world, and in each variant."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,16 +11,16 @@ from matplotlib.figure import Figure
 from collplan_study.analysis.bounce_results import GroupResults, VariantResults
 from collplan_study.analysis.statistics import Estimate
 from collplan_study.report.bounce_tables import MAIN
-from collplan_study.report.figures import STYLE, new_figure
+from collplan_study.report.figures import STYLE, add_caption, new_figure
 
 OURS_COLOUR, WORLD_COLOUR, ZERO = "#0072b2", "#9aa5b1", "#b03a00"
 WIDEST = 40.0
-"""Savings beyond this are drawn at the edge [%]: a run that never arrives would hide all others."""
+"""Larger savings and losses are drawn at this value [%]: a run that never arrives would dwarf all others."""
 
 
 @rc_context(STYLE)
 def draw_worlds(groups: Sequence[GroupResults], ours: str, against: str) -> Figure:
-    """A dot for each world, beside the mean over the worlds with its interval."""
+    """Time saved in each world, beside the mean over the worlds with its interval."""
     figure = new_figure(7.6, 3.6)
     axes = figure.add_subplot(ylabel=f"time saved against {against} [%]")
     for place, each in enumerate(groups):
@@ -31,13 +31,13 @@ def draw_worlds(groups: Sequence[GroupResults], ours: str, against: str) -> Figu
         _draw_estimate(axes, place + 0.3, gain.saved)
     axes.axhline(0.0, color=ZERO, linewidth=0.9)
     axes.set_xticks(range(len(groups)), [each.group.name.replace(" ", "\n") for each in groups])
-    _caption(figure, f"{ours}; a dot a world (beyond {WIDEST:g} % at the edge); bars: 95 % intervals of the mean")
+    add_caption(figure, f"{ours}; a dot a world (beyond {WIDEST:g} % at the edge); bars: 95 % intervals of the mean")
     return figure
 
 
 @rc_context(STYLE)
 def draw_variants(variants: Sequence[VariantResults], ours: str, against: str) -> Figure:
-    """The mean saving with its interval under each change: a panel a group."""
+    """Mean saving with its interval in each variant, a panel for each group."""
     names = list(dict.fromkeys(each.group.name for each in variants))
     changes = list(dict.fromkeys(each.ablation for each in variants))
     figure = new_figure(7.6, 0.9 + 0.26 * len(changes))
@@ -53,16 +53,12 @@ def draw_variants(variants: Sequence[VariantResults], ours: str, against: str) -
     assert first is not None
     first.set_yticks(range(len(changes)), [change or MAIN for change in changes])
     first.invert_yaxis()
-    _caption(figure, f"time that {ours} saves against {against} [%]; bars: 95 % intervals of the mean")
+    add_caption(figure, f"time that {ours} saves against {against} [%]; bars: 95 % intervals of the mean")
     return figure
 
 
-def _caption(figure: Figure, text: str) -> None:
-    figure.supxlabel(f"simulated; {text}", fontsize=8, color="#5b6472")
-
-
 def _draw_estimate(axes: Axes, place: float, estimate: Estimate, across: bool = False) -> None:
-    # what is missing becomes NaN, which is not drawn
+    # None becomes NaN, which is not drawn
     value, low, high = np.array([estimate.value, estimate.low, estimate.high], dtype=float)
     bar = [[value - low], [high - value]]
     look: dict[str, Any] = {"fmt": "s", "markersize": 4.5, "color": OURS_COLOUR, "capsize": 2.5, "linewidth": 1.3}

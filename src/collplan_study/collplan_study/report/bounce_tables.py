@@ -1,36 +1,24 @@
-"""The tables of a study of bounces, for its page and for a document."""
+"""The tables of a study of bounces, for its page and its document."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 from collplan_study.analysis.bounce_results import BounceResults, GroupResults, KnownMapResults, VariantResults
 from collplan_study.analysis.cells import Cell
 from collplan_study.analysis.gains import Gain, WorldGain
 from collplan_study.analysis.groups import Group
-from collplan_study.analysis.rebounds import Rebounds
-from collplan_study.report.markup import number, with_interval
-from collplan_study.tables.rows import ERROR
+from collplan_study.analysis.rebound_errors import ReboundErrors
+from collplan_study.report.content import Row, Table, number, with_interval
+from collplan_study.tables.trial_record import ERROR
 from omnipuck_sim.trial import REACHED, STUCK, TIMEOUT
 
 WORST = 6
-"""Worlds named of each headline: those where most is lost."""
+"""Worlds listed of each headline group, those where most is lost."""
 MAIN = "as in the main comparison"
-
-Row = tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table under its title, and what must be known to read it."""
-
-    title: str
-    note: str
-    head: Row
-    rows: Sequence[Row]
+"""Name of the variant that changes nothing."""
 
 
-def tables_of(results: BounceResults) -> Iterator[Table]:
-    """Every table that the study has rows for."""
+def bounce_tables(results: BounceResults) -> Iterator[Table]:
+    """Every table of which the study has rows."""
     yield _saved(results)
     yield _lost(results)
     yield _strategies(results)
@@ -77,26 +65,48 @@ def _strategies(results: BounceResults) -> Table:
         "Wilson's interval of the share that arrives; a run that does not arrive counts with the time limit and the "
         "length it drove; impacts are means over the runs. Deliberate: more than 0.2 m/s into the wall and foreseen. "
         "Planning times are wall times of this machine at work: the mean of the runs' medians, the slowest p99.",
-        ("worlds", "strategy", "runs", "arrive [%]", "time-outs", "stuck", "errors", "time [s]", "path [m]", "impacts",
-         "deliberate", "unforeseen", "speed into the wall [m/s]", "hardest [m/s]", "planning p50 [ms]", "p99 [ms]"),
+        (
+            "worlds",
+            "strategy",
+            "runs",
+            "arrive [%]",
+            "time-outs",
+            "stuck",
+            "errors",
+            "time [s]",
+            "path [m]",
+            "impacts",
+            "deliberate",
+            "unforeseen",
+            "speed into the wall [m/s]",
+            "hardest [m/s]",
+            "planning p50 [ms]",
+            "p99 [ms]",
+        ),
         [
             _strategy(each.group, cell, rebounds)
             for each in results.groups
             for cell, rebounds in zip(each.cells, each.rebounds, strict=True)
         ],
-    )  # fmt: skip
+    )
 
 
-def _strategy(group: Group, cell: Cell, rebounds: Rebounds) -> Row:
+def _strategy(group: Group, cell: Cell, rebounds: ReboundErrors) -> Row:
     means, (time, _, length, _) = cell.means, cell.levels
     return (
-        group.name, cell.strategy, str(cell.runs), with_interval(cell.success, 1),
+        group.name,
+        cell.strategy,
+        str(cell.runs),
+        with_interval(cell.success, 1),
         *(str(cell.outcomes[outcome]) for outcome in (TIMEOUT, STUCK, ERROR)),
-        number(time.value, 3), number(length.value, 3),
+        number(time.value, 3),
+        number(length.value, 3),
         *(number(means[name], 2) for name in ("impacts", "deliberate_impacts", "unforeseen_impacts")),
-        number(rebounds.speed_into, 2), number(cell.largest["max_impact_speed"], 2),
-        number(means["plan_time_ms_p50"], 1), number(cell.largest["plan_time_ms_p99"], 1),
-    )  # fmt: skip
+        number(rebounds.speed_into, 2),
+        number(cell.largest["max_impact_speed"], 2),
+        number(means["plan_time_ms_p50"], 1),
+        number(cell.largest["plan_time_ms_p99"], 1),
+    )
 
 
 def _rebounds(results: BounceResults) -> Table:
@@ -104,18 +114,32 @@ def _rebounds(results: BounceResults) -> Table:
         "Rebounds, foreseen and true",
         "Of the impacts that the last plan before them foresaw: angle between the foreseen velocity after the impact "
         "and the true one, and true speed less foreseen speed.",
-        ("worlds", "strategy", "impacts", "foreseen", "direction off, median [deg]", "90 % [deg]",
-         "speed off, median [m/s]", "deliberate", "direction off, median [deg]"),
+        (
+            "worlds",
+            "strategy",
+            "impacts",
+            "foreseen",
+            "direction off, median [deg]",
+            "90 % [deg]",
+            "speed off, median [m/s]",
+            "deliberate",
+            "direction off, median [deg]",
+        ),
         [(each.group.name, *_rebound(rebounds)) for each in _headlines(results) for rebounds in each.rebounds],
-    )  # fmt: skip
+    )
 
 
-def _rebound(each: Rebounds) -> Row:
+def _rebound(each: ReboundErrors) -> Row:
     return (
-        each.strategy, str(each.impacts), str(each.foreseen), number(each.direction_error, 1),
-        number(each.direction_error_p90, 1), number(each.speed_error, 2), str(each.deliberate),
+        each.strategy,
+        str(each.impacts),
+        str(each.foreseen),
+        number(each.direction_error, 1),
+        number(each.direction_error_p90, 1),
+        number(each.speed_error, 2),
+        str(each.deliberate),
         number(each.deliberate_direction_error, 1),
-    )  # fmt: skip
+    )
 
 
 def _worst(results: BounceResults) -> Table:
@@ -171,10 +195,17 @@ def _details(results: BounceResults) -> Iterator[Table]:
         yield Table(
             f"One thing changed at a time: {group.name}",
             f"{results.ours} / {results.against}.",
-            ("change", "arrive", "time [s]", "deliberate impacts", "saved [%]", "arrives later [% of pairs]",
-             "path longer [%]"),
+            (
+                "change",
+                "arrive",
+                "time [s]",
+                "deliberate impacts",
+                "saved [%]",
+                "arrives later [% of pairs]",
+                "path longer [%]",
+            ),
             [_detail(each, results) for each in results.variants if each.group == group],
-        )  # fmt: skip
+        )
 
 
 def _detail(each: VariantResults, results: BounceResults) -> Row:
@@ -185,8 +216,9 @@ def _detail(each: VariantResults, results: BounceResults) -> Row:
         " / ".join(f"{cell.outcomes[REACHED]} of {cell.runs}" for cell in both),
         " / ".join(number(cell.levels[0].value, 2) for cell in both),
         " / ".join(number(cell.means["deliberate_impacts"], 2) for cell in both),
-        with_interval(each.gain.saved, 1), *_losses(each.gain),
-    )  # fmt: skip
+        with_interval(each.gain.saved, 1),
+        *_losses(each.gain),
+    )
 
 
 def _headlines(results: BounceResults) -> list[GroupResults]:

@@ -1,62 +1,70 @@
-"""The end of the report: runs that did not arrive, what was assumed, where the numbers come from."""
+"""The last sections of every report: runs that did not arrive, assumptions, origin of the numbers."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from typing import Any
 
 from collplan_core.parameters import all_specs
 from collplan_core.parameters.spec import Spec
-from collplan_study.analysis.runs import Runs, axes_of
-from collplan_study.report.markup import folded, heading, paragraph, preformatted, table
+from collplan_study.analysis.cases import axes_of
+from collplan_study.analysis.rows import Rows
+from collplan_study.report.content import Row, Table
+from collplan_study.report.markup import folded, heading, paragraph, preformatted, section, table
 from omnipuck_sim.trial import REACHED
 
 SHOWN = 100
+"""Failed runs listed at most."""
 PHYSICAL = ("robot", "rebound", "mocap", "simulator")
-"""Groups that hold constants of the robot and its surroundings which a simulated run depends on."""
+"""Groups of parameters that hold physical constants which a simulated run depends on."""
+PARAMETER_HEAD = ("parameter", "value", "meaning")
 
 
-def failure_section(runs: Runs) -> Iterator[str]:
+def failure_section(runs: Rows) -> Iterator[str]:
     """The runs that did not arrive."""
-    yield heading(2, "Runs that did not arrive")
-    failed = runs.kept(runs.columns["outcome"] != REACHED)
+    title = "Runs that did not arrive"
+    failed = runs.masked(runs.columns["outcome"] != REACHED)
     if not len(failed):
-        yield paragraph("None.")
+        yield from section(2, Table(title, "None."))
         return
-    yield paragraph(f"{len(failed)} of {len(runs)}" + (f", the first {SHOWN}:" if len(failed) > SHOWN else ":"))
-    names = ["world", "ablation", "strategy", "map_period_s", *axes_of(runs), "trial", "seed", "outcome",
-             "path_length_m", "impacts", "share_stopped", "error"]  # fmt: skip
-    rows = islice(failed.rows(*names), SHOWN)
-    yield table(names, (tuple(map(_text, row.values())) for row in rows))
+    note = f"{len(failed)} of {len(runs)}" + (f", the first {SHOWN}:" if len(failed) > SHOWN else ":")
+    labels = ("world", "ablation", "strategy", "map_period_s", *axes_of(runs), "trial", "seed")
+    names = (*labels, "outcome", "path_length_m", "impacts", "share_stopped", "error")
+    rows = [tuple(map(_text, row.values())) for row in islice(failed.dicts(*names), SHOWN)]
+    yield from section(2, Table(title, note, names, rows))
 
 
 def assumed_section(provenance: Mapping[str, Any]) -> Iterator[str]:
-    """The constants that nobody measured, then every parameter."""
-    yield heading(2, "What was assumed")
-    yield paragraph(
-        "The paper prints neither the robot's constants nor most of the planner's. These are assumed; what a world, an "
-        "axis or an ablation sets otherwise is said where its numbers stand."
-    )
+    """The assumed constants, then every parameter."""
     known, values = all_specs(), provenance["parameters"]
-    yield table(("parameter", "value", "meaning"), _parameters(filter(_is_assumed, known.values()), values), "text")
+    yield from section(
+        2,
+        Table(
+            "What was assumed",
+            "The paper prints neither the robot's constants nor most of the planner's. These are assumed; what a "
+            "world, an axis or an ablation sets otherwise is said where its numbers stand.",
+            PARAMETER_HEAD,
+            _parameter_rows(filter(_is_assumed, known.values()), values),
+            text=True,
+        ),
+    )
     changed = [(entry["world"], _listed(entry["values"])) for entry in provenance["sources"] if entry["values"]]
     if changed:
-        yield heading(3, "Set by the rules of a world")
-        yield table(("world", "parameters"), changed, "text")
-    everything = table(("parameter", "value", "meaning"), _parameters(known.values(), values), "text")
-    yield folded("Every parameter", everything)
+        rules = Table("Set by the rules of a world", head=("world", "parameters"), rows=changed, text=True)
+        yield from section(3, rules)
+    yield folded("Every parameter", table(PARAMETER_HEAD, _parameter_rows(known.values(), values), "text"))
 
 
 def origin_section(provenance: Mapping[str, Any]) -> Iterator[str]:
-    """Command, code, versions, machine."""
+    """Commands, code, versions and machine that the numbers come from."""
+    sessions = provenance["sessions"]
     yield heading(2, "Where the numbers come from")
-    yield preformatted("\n".join(session["command"] for session in provenance["sessions"]))
-    code, versions = provenance["code"], provenance["versions"]
+    yield preformatted("\n".join(session["command"] for session in sessions))
     rows = [
         ("asked", _listed(provenance["question"])),
-        ("code", _listed(code)),
-        ("versions", _listed(versions)),
+        ("code", _listed(provenance["code"])),
+        ("versions", _listed(provenance["versions"])),
         ("machine", _listed(provenance["platform"])),
-        ("begun", provenance["sessions"][0]["begun"] if provenance["sessions"] else ""),
+        ("begun", sessions[0]["begun"] if sessions else ""),
     ]
     yield table(("", ""), rows, "text")
     beside = (
@@ -68,14 +76,14 @@ def origin_section(provenance: Mapping[str, Any]) -> Iterator[str]:
 
 def _is_assumed(spec: Spec) -> bool:
     group, _, name = spec.key.partition(".")
-    all_of_it = group == "simulator" and name not in ("world", "seed", "speed_factor")
-    return all_of_it or (group in PHYSICAL and "(assumed" in spec.doc)
+    simulated = group == "simulator" and name not in ("world", "seed", "speed_factor")
+    return simulated or (group in PHYSICAL and "(assumed" in spec.doc)
 
 
-def _parameters(specs: Any, values: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    for spec in specs:
-        if spec.key in values:
-            yield spec.key, f"{_text(values[spec.key])} {spec.unit}".strip(), spec.doc
+def _parameter_rows(specs: Iterable[Spec], values: Mapping[str, Any]) -> list[Row]:
+    return [
+        (spec.key, f"{_text(values[spec.key])} {spec.unit}".strip(), spec.doc) for spec in specs if spec.key in values
+    ]
 
 
 def _listed(values: Mapping[str, Any]) -> str:

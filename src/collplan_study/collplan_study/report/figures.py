@@ -1,4 +1,4 @@
-"""The figures of a study: the paper's panels over T_map, and overlaid paths on the map of grown obstacles."""
+"""Figures: the style of all, the paper's panels over T_map, and overlaid paths on maps of grown obstacles."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ from shapely.geometry.base import BaseGeometry
 from collplan_core.worlds import World
 from collplan_study.analysis.cells import Cell
 from collplan_study.analysis.comparisons import LENGTH, PANELS, TIME
-from collplan_study.analysis.paths import Run, grown_obstacles, obstacles
+from collplan_study.analysis.paths import RunPath, grown_obstacles, obstacles
 from collplan_study.analysis.statistics import MEAN, SPREAD, Estimate
 from omnipuck_sim.trial import REACHED
 
 COLOURS = {"harness": "#0072b2", "high_risk": "#d55e00", "low_risk": "#009e73"}
-"""Told apart by the colour-blind too (Okabe and Ito)."""
-MORE_COLOURS = ("#cc79a7", "#e69f00", "#56b4e9", "#555555")
+"""Colours of Okabe and Ito, which the colour-blind can distinguish."""
+OTHER_COLOURS = ("#cc79a7", "#e69f00", "#56b4e9", "#555555")
 MARKS = "os^Dv*P"
 SOLID, GROWN, FAILED, GROUND = "#5b6472", "#d5d9df", "#000000", "#ffffff"
 AXIS_LABELS = {
@@ -48,14 +48,22 @@ STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True, eq=False)
 class PathPanel:
-    """One map with the paths of a strategy's runs in a world; the robot's radius and the goal's tolerance in [m]."""
+    """A map of a world with the paths of a strategy's runs.
+
+    Attributes:
+        world: drawn.
+        radius: of the robot [m].
+        tolerance: of the goal [m].
+        strategy, map_period: of the runs; T_map in [s].
+        paths: of the runs.
+    """
 
     world: World
     radius: float
     tolerance: float
     strategy: str
     map_period: float
-    runs: Sequence[Run]
+    paths: Sequence[RunPath]
 
 
 @rc_context(STYLE)
@@ -64,7 +72,7 @@ def draw_panels(cells: Sequence[Cell], spread: str) -> Figure:
 
     Args:
         cells: of a case.
-        spread: between what the standard deviations are.
+        spread: name of the units that the standard deviations are taken over.
     """
     figure = new_figure(7.6, 5.6)
     strategies = list(dict.fromkeys(cell.strategy for cell in cells))
@@ -79,13 +87,13 @@ def draw_panels(cells: Sequence[Cell], spread: str) -> Figure:
         axes.set_ylim(bottom=0.0)
     handles, names = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside upper center", ncols=len(names))
-    figure.supxlabel(f"simulated; bars: 95 % intervals; STD between {spread}", fontsize=8, color="#5b6472")
+    add_caption(figure, f"bars: 95 % intervals; STD between {spread}")
     return figure
 
 
 @rc_context(STYLE)
 def draw_paths(rows: Sequence[Sequence[PathPanel]]) -> Figure:
-    """Overlaid paths: a row a world, a column a strategy."""
+    """Overlaid paths: a row for each world, a column for each strategy."""
     columns = max(map(len, rows))
     x0, y0, x1, y1 = rows[0][0].world.bounds
     width = 9.0 / columns
@@ -100,7 +108,7 @@ def draw_paths(rows: Sequence[Sequence[PathPanel]]) -> Figure:
 
 @rc_context(STYLE)
 def save_figure(figure: Figure, stem: Path) -> str:
-    """Writes stem.png and stem.svg; returns the latter's text."""
+    """Writes stem.png and stem.svg; returns the text of the SVG."""
     figure.savefig(stem.with_name(stem.name + ".png"), dpi=150)
     buffer = BytesIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None})
@@ -109,18 +117,23 @@ def save_figure(figure: Figure, stem: Path) -> str:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty one [inch]."""
+    """An empty figure of a size in inches."""
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
+def add_caption(figure: Figure, text: str) -> None:
+    """Adds a line below the figure that marks it as simulated."""
+    figure.supxlabel(f"simulated; {text}", fontsize=8, color=SOLID)
+
+
 def _look(strategy: str, strategies: Sequence[str]) -> tuple[str, str]:
-    """Colour and mark of a strategy among those that are drawn."""
+    """Colour and marker of a strategy among those that are drawn."""
     others = [name for name in strategies if name not in COLOURS]
-    more = dict(zip(others, MORE_COLOURS * len(others), strict=False))
+    colours = COLOURS | dict(zip(others, OTHER_COLOURS * len(others), strict=False))
     place = strategies.index(strategy)
-    return {**COLOURS, **more}[strategy], MARKS[place % len(MARKS)]
+    return colours[strategy], MARKS[place % len(MARKS)]
 
 
 def _draw_levels(
@@ -128,7 +141,7 @@ def _draw_levels(
 ) -> None:
     colour, mark = _look(strategy, strategies)
     x = np.array([period for period, _ in found]) + shift
-    # what is missing becomes NaN, which leaves a gap
+    # None becomes NaN, which leaves a gap
     value, low, high = np.array([[level.value, level.low, level.high] for _, level in found], dtype=float).T
     axes.plot(x, value, color=colour, marker=mark, markersize=5, linewidth=1.4, label=strategy)
     axes.vlines(x, low, high, color=colour, linewidth=1.2, alpha=0.8)
@@ -139,7 +152,7 @@ def _draw_map(axes: Axes, panel: PathPanel, strategies: Sequence[str]) -> None:
     _fill(axes, grown_obstacles(world, panel.radius), GROWN)
     _fill(axes, obstacles(world), SOLID)
     colour, _ = _look(panel.strategy, strategies)
-    _draw_runs(axes, panel.runs, colour)
+    _draw_runs(axes, panel.paths, colour)
     for point, mark in ((world.start, "o"), (world.goal, "*")):
         if point is not None:
             axes.plot(*point, marker=mark, color="#000000", markersize=6 if mark == "o" else 9, zorder=4)
@@ -148,13 +161,13 @@ def _draw_map(axes: Axes, panel: PathPanel, strategies: Sequence[str]) -> None:
     if world.goal is not None:
         axes.add_patch(Circle(tuple(world.goal), panel.tolerance, fill=False, linewidth=0.8, linestyle="--", zorder=4))
     _frame(axes, world)
-    reached = sum(run.outcome == REACHED for run in panel.runs)
-    counts = f"{reached} of {len(panel.runs)} arrive"
+    reached = sum(run.outcome == REACHED for run in panel.paths)
+    counts = f"{reached} of {len(panel.paths)} arrive"
     axes.set_title(f"{panel.strategy}, {world.name}, T_map {panel.map_period:g} s: {counts}", fontsize=8)
 
 
-def _draw_runs(axes: Axes, runs: Sequence[Run], colour: str) -> None:
-    for run in runs:
+def _draw_runs(axes: Axes, paths: Sequence[RunPath], colour: str) -> None:
+    for run in paths:
         if run.outcome == REACHED:
             axes.plot(*run.points.T, color=colour, linewidth=1.0, alpha=0.6, zorder=3)
         else:

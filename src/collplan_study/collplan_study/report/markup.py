@@ -1,14 +1,14 @@
-"""Pieces of a page: tables, figures, numbers as text."""
+"""HTML elements of the report's page."""
 
 import base64
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
 from collplan_study.analysis.comparisons import HOLDS, REVERSED
-from collplan_study.analysis.statistics import Estimate
+from collplan_study.report.content import Picture, Table
 
 CLASSES = {HOLDS: "holds", REVERSED: "reversed"}
-"""Verdicts that stand out."""
+"""CSS class of the verdicts that are highlighted."""
 
 
 def heading(level: int, text: str) -> str:
@@ -27,6 +27,18 @@ def bullets(texts: Iterable[str]) -> str:
     return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in texts) + "</ul>"
 
 
+def section(level: int, each: Table) -> Iterator[str]:
+    """A table with its title, note and picture."""
+    yield heading(level, each.title)
+    if each.note:
+        yield paragraph(each.note)
+    if each.picture is not None:
+        yield figure(each.picture)
+        yield paragraph(f"{each.picture.file}.png, {each.picture.file}.svg", "quiet")
+    if each.head:
+        yield table(each.head, each.rows, "text" if each.text else "")
+
+
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
     """A table whose first column is text; the others are numbers unless its kind is "text"."""
     cells = "".join(f"<th>{escape(name)}</th>" for name in head)
@@ -40,25 +52,10 @@ def folded(summary: str, content: str) -> str:
     return f"<details><summary>{escape(summary)}</summary>{content}</details>"
 
 
-def figure(svg: str, words: str) -> str:
-    """A picture that the page itself holds; as an image, so that names inside it do not meet those of another."""
-    data = base64.b64encode(svg.encode()).decode()
-    return f'<figure><img alt="{escape(words)}" src="data:image/svg+xml;base64,{data}"></figure>'
-
-
-def with_interval(estimate: Estimate, digits: int, unit: str = "") -> str:
-    """Value and interval, or why there is none."""
-    if estimate.value is None:
-        return f"none ({estimate.note})"
-    value = f"{number(estimate.value, digits)}{unit}"
-    if estimate.low is None or estimate.high is None:
-        return f"{value} ({estimate.note})"
-    return f"{value} [{number(estimate.low, digits)}, {number(estimate.high, digits)}]"
-
-
-def number(value: float | None, digits: int) -> str:
-    # + 0.0: no minus before a zero
-    return "none" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
+def figure(picture: Picture) -> str:
+    """A picture embedded in the page, as an image so that the ids in its SVG do not clash with those of another."""
+    data = base64.b64encode(picture.svg.encode()).decode()
+    return f'<figure><img alt="{escape(picture.words)}" src="data:image/svg+xml;base64,{data}"></figure>'
 
 
 def _cell(text: str) -> str:

@@ -1,1 +1,1 @@
-"""Running the trials of a study, and keeping what they give."""
+"""Runs the trials of a study and keeps their rows."""

@@ -1,4 +1,4 @@
-"""Which code makes the rows."""
+"""Identifies the code that makes a study's rows: a hash, the commit, and the versions of packages."""
 
 import subprocess
 from hashlib import sha256
@@ -14,21 +14,21 @@ PROJECT = ("collplan-core", "omnipuck-sim", "collplan-study")
 
 
 def trial_code() -> str:
-    """Hash over all that decides a trial's result: planner, simulator, and the libraries that calculate for them."""
-    digest = sha256(sources_digest().encode())
-    for path in sorted(SIMULATOR.rglob("*.py")):
-        digest.update(path.relative_to(SIMULATOR).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    digest.update("".join(version(name) for name in ("numpy", "numba", "pymunk")).encode())
-    return digest.hexdigest()[:16]
+    """Hash over all that decides a trial's result: collplan_core, the simulator, and the libraries they calculate with.
+
+    It covers every Python file of the two packages, in subfolders too.
+    """
+    libraries = [version(name) for name in ("numpy", "numba", "pymunk")]
+    return sha256("".join([sources_digest(), sources_digest(SIMULATOR), *libraries]).encode()).hexdigest()[:16]
 
 
 def versions() -> dict[str, str]:
-    """Of the project's packages and of the libraries that are installed."""
+    """Version by name of the project's packages and of the libraries that are installed."""
     return {name: found for name in PROJECT + LIBRARIES if (found := _version(name))}
 
 
 def git_state() -> str | None:
-    """What git says of the sources' commit and changes to it; None where they are in no repository."""
+    """Commit of the sources as `git describe` prints it, with -dirty for changes; None outside a repository."""
     command = ["git", "-C", str(SIMULATOR), "describe", "--always", "--dirty", "--abbrev=12"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=10.0, check=True)

@@ -1,4 +1,4 @@
-"""Where the trials run: in this process, in several, or on a Dask cluster."""
+"""Pools of workers for the trials: this process, several processes, or a Dask cluster."""
 
 import multiprocessing
 from collections.abc import Callable, Iterator
@@ -9,11 +9,11 @@ from typing import Any
 from collplan_study.run.worker import enter_worker
 
 Pool = tuple[Executor, int]
-"""An executor and the number of its workers."""
+"""An executor and its number of workers."""
 
 
 def open_pool(jobs: int, dask: str | None) -> AbstractContextManager[Pool]:
-    """The Dask cluster at an address if one is given, else `jobs` processes.
+    """Context of the pool that trials run in: the Dask cluster at address `dask` if given, else `jobs` processes.
 
     Raises:
         StudyError: on entering, when the cluster cannot be used.
@@ -26,10 +26,10 @@ def open_pool(jobs: int, dask: str | None) -> AbstractContextManager[Pool]:
 
 
 class InThisProcess(Executor):
-    """Runs what is submitted at once."""
+    """Executor that runs a call at once, in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """A future that has its result; what the call raises is raised here."""
+        """A future that is already done. What the call raises is raised here."""
         future: Future[Any] = Future()
         future.set_result(fn(*args, **kwargs))
         return future
@@ -42,7 +42,7 @@ def _in_this_process() -> Iterator[Pool]:
 
 @contextmanager
 def _in_processes(jobs: int) -> Iterator[Pool]:
-    # one server imports everything once; the workers are forked from it, before it has any thread
+    # the fork server imports everything once; workers are forked from it before it has any thread
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["collplan_study.run.worker"])
     executor = ProcessPoolExecutor(jobs, mp_context=context, initializer=enter_worker)

@@ -1,4 +1,4 @@
-"""Everything that must hold before the first trial."""
+"""Checks a study and loads what it needs, before the first trial."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from collplan_study.run.study_folder import check_new, read_provenance, read_sou
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """What to run and what is known of it; `folder` is None where none was made yet."""
+    """A study that is ready to run; `folder` is None where it has none yet."""
 
     grid: Grid
     sources: tuple[Source, ...]
@@ -29,13 +29,13 @@ class Study:
 
 
 def prepare(options: Options) -> Study:
-    """The study asked for, or the one to go on with. Writes nothing.
+    """The study that the options describe, new or resumed. Writes nothing.
 
     Raises:
-        StudyError: it cannot be run; the message says why in one line.
+        StudyError: the study cannot be run; the message gives the reason in one line.
     """
     try:
-        return _new(options) if options.resume is None else _begun(options, options.resume)
+        return _new(options) if options.resume is None else _resumed(options, options.resume)
     except (WorldError, ParameterError) as error:
         raise StudyError(str(error)) from None
 
@@ -49,7 +49,7 @@ def _new(options: Options) -> Study:
     return Study(grid, sources, new_provenance(question, sources, ablations, len(grid)), None)
 
 
-def _begun(options: Options, folder: Path) -> Study:
+def _resumed(options: Options, folder: Path) -> Study:
     provenance = read_provenance(folder)
     try:
         question = options.question(question_from(provenance["question"]))

@@ -1,4 +1,8 @@
-"""Where the numbers of a study come from."""
+"""The provenance of a study: what was asked, with which code, on which machine, and when it was run.
+
+A study may take several invocations of the command, one that starts it and others that resume it. Each invocation is
+recorded as one session.
+"""
 
 import os
 import platform
@@ -23,7 +27,7 @@ Provenance = dict[str, Any]
 def new_provenance(
     question: Question, sources: Sequence[Source], ablations: Mapping[str, Mapping[str, Any]], trials: int
 ) -> Provenance:
-    """All that is known before the first of `trials` trials; sessions come as they are run.
+    """Provenance of a study of `trials` trials, before the first of them; its list of sessions is empty.
 
     `parameters` are the defaults; what the cells of the grid change is in `question`, `sources` and `ablations`.
     """
@@ -42,26 +46,33 @@ def new_provenance(
 
 
 def new_session(options: Options, done: int) -> dict[str, Any]:
-    """A session that begins now with so many trials done by earlier ones."""
+    """Record of an invocation that starts now.
+
+    Args:
+        options: of its command line.
+        done: trials that earlier sessions completed.
+    """
     where = {"jobs": options.jobs} if options.dask is None else {"dask": options.dask}
     command = shlex.join([os.path.basename(sys.argv[0]), *sys.argv[1:]])
     return {"command": command, **where, "begun": _now(), "done_before": done}
 
 
-def ended(session: Mapping[str, Any], trials: int, wall_time: float) -> dict[str, Any]:
-    """The session once it has run so many trials in `wall_time` [s]."""
+def finished_session(session: Mapping[str, Any], trials: int, wall_time: float) -> dict[str, Any]:
+    """Record of a session that ends now and has run `trials` trials in `wall_time` [s]."""
     return {**session, "ended": _now(), "trials": trials, "wall_time_s": round(wall_time, 3)}
 
 
 def check_code(provenance: Provenance, folder: Path) -> None:
-    """Refuses to go on with other code: its rows would not belong to the same table.
+    """Refuses to resume a study with other code: its rows would not belong to the same table.
 
     Raises:
-        StudyError: the code here is not what the study in `folder` was begun with.
+        StudyError: the installed code is not the code that the study in `folder` was started with.
     """
-    begun, here = provenance["code"].get("trial"), trial_code()
-    if begun != here:
-        raise StudyError(f"{folder}: begun with other code or libraries ({begun}), here is {here}: begin a new study")
+    recorded, installed = provenance["code"].get("trial"), trial_code()
+    if recorded != installed:
+        raise StudyError(
+            f"{folder}: begun with other code or libraries ({recorded}), here is {installed}: begin a new study"
+        )
 
 
 def _now() -> str:

@@ -1,4 +1,4 @@
-"""Hands the trials to an executor, a bounded number at a time."""
+"""Submits the trials to an executor in batches, a bounded number at a time."""
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
@@ -6,22 +6,23 @@ from itertools import islice
 
 from collplan_study.errors import WorkersLost
 from collplan_study.question.grid import Task
-from collplan_study.run.worker import Record, run_batch
+from collplan_study.run.worker import run_batch
+from collplan_study.tables.trial_record import TrialRecord
 
 BATCH = 4
-"""Trials sent at once: some tenths of a second of work, and what one write to the disk keeps."""
+"""Trials in a batch: some tenths of a second of work, and one write to the disk."""
 QUEUED = 2
-"""Batches that wait for each worker."""
+"""Batches submitted for each worker."""
 
 
-def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterator[list[Record]]:
-    """The records of each batch as it comes, in no order. Memory does not grow with the number of tasks.
+def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterator[list[TrialRecord]]:
+    """The records of each batch as it is completed, in no order. Memory does not grow with the number of tasks.
 
     Raises:
         WorkersLost: the executor broke.
     """
-    left = iter(tasks)
-    batches = iter(lambda: tuple(islice(left, BATCH)), ())
+    remaining = iter(tasks)
+    batches = iter(lambda: tuple(islice(remaining, BATCH)), ())
     pending = _submitted(executor, islice(batches, QUEUED * workers))
     while pending:
         done, pending = wait(pending, return_when=FIRST_COMPLETED)
@@ -30,18 +31,18 @@ def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterat
         pending |= _submitted(executor, islice(batches, len(done)))
 
 
-def _submitted(executor: Executor, batches: Iterable[tuple[Task, ...]]) -> set[Future[list[Record]]]:
+def _submitted(executor: Executor, batches: Iterable[tuple[Task, ...]]) -> set[Future[list[TrialRecord]]]:
     try:
         return {executor.submit(run_batch, batch) for batch in batches}
     except BrokenExecutor as error:
         raise _lost(error) from error
 
 
-def _result(future: Future[list[Record]]) -> list[Record]:
+def _result(future: Future[list[TrialRecord]]) -> list[TrialRecord]:
     try:
         return future.result()
     except Exception as error:
-        # no trial raises: whatever it is, it is the executor's
+        # run_batch catches what a trial raises: any error left is the executor's
         raise _lost(error) from error
 
 

@@ -1,4 +1,4 @@
-"""The folder of a study: what was asked, the worlds it was asked of, and what came out."""
+"""The folder of a study: its provenance, its worlds, its trials."""
 
 import json
 import os
@@ -18,15 +18,15 @@ from collplan_study.question.sources import Source
 
 PROVENANCE, WORLDS, ROWS = "provenance.json", "worlds", "trials.jsonl"
 RUNS = Path("runs")
-PARTS = {"question", "sources", "ablations", "code", "sessions"}
-"""Of a provenance, what going on with a study needs."""
+REQUIRED = frozenset({"question", "sources", "ablations", "code", "sessions"})
+"""Keys of a provenance that resuming a study needs."""
 
 
 def check_new(out: Path | None) -> None:
-    """Refuses a folder that is there and not empty.
+    """Refuses a folder for a new study that exists and is not empty.
 
     Raises:
-        StudyError: nothing in it was touched.
+        StudyError: it does; it is left as it is.
     """
     if out is None or not out.exists():
         return
@@ -37,10 +37,15 @@ def check_new(out: Path | None) -> None:
 
 
 def make_folder(out: Path | None, provenance: Mapping[str, Any], sources: Sequence[Source]) -> Path:
-    """Makes a study's folder, whole at once: at no moment is there one that could not be resumed.
+    """Makes a study's folder in one atomic step, so that any folder there is can be resumed.
+
+    Args:
+        out: path of the folder; None is runs/study-<time>.
+        provenance: of the study.
+        sources: the worlds of the study.
 
     Raises:
-        StudyError: it cannot be written or is not empty.
+        StudyError: the folder cannot be written or is not empty.
     """
     parent = RUNS if out is None else out.parent
     with _writing(out or RUNS):
@@ -57,17 +62,17 @@ def make_folder(out: Path | None, provenance: Mapping[str, Any], sources: Sequen
 
 
 def write_provenance(folder: Path, provenance: Mapping[str, Any]) -> None:
-    """Puts provenance.json in the place of an earlier one."""
+    """Replaces provenance.json in one atomic step."""
     part = folder / f".{PROVENANCE}.part"
     part.write_text(json.dumps(provenance, indent=2) + "\n", encoding="utf-8")
     os.replace(part, folder / PROVENANCE)
 
 
 def read_provenance(folder: Path) -> dict[str, Any]:
-    """What provenance.json of a study's folder holds.
+    """The provenance of the study in a folder.
 
     Raises:
-        StudyError: there is none, or it is none.
+        StudyError: provenance.json is missing or is not that of a study.
     """
     path = folder / PROVENANCE
     try:
@@ -76,18 +81,16 @@ def read_provenance(folder: Path) -> dict[str, Any]:
         raise StudyError(f"{path}: cannot be read ({error.strerror}), expected the folder of a study") from None
     except ValueError as error:
         raise StudyError(f"{path}: not JSON ({error}), expected what a study wrote") from None
-    if not isinstance(provenance, dict) or not {"question", "sources", "ablations", "code", "sessions"} <= set(
-        provenance
-    ):
+    if not isinstance(provenance, dict) or not provenance.keys() >= REQUIRED:
         raise StudyError(f"{path}: not of a study, expected what one wrote")
     return provenance
 
 
 def read_sources(folder: Path, provenance: Mapping[str, Any]) -> tuple[Source, ...]:
-    """The worlds of a study as they were when it began.
+    """The worlds of a study as they were when it was started.
 
     Raises:
-        WorldError: one cannot be read.
+        WorldError: a world file cannot be read.
     """
     return tuple(
         Source(read_world(folder / each["file"]), each["family"], each["values"], each["optimal_length_m"])
@@ -96,7 +99,7 @@ def read_sources(folder: Path, provenance: Mapping[str, Any]) -> tuple[Source, .
 
 
 def source_records(sources: Sequence[Source]) -> list[dict[str, Any]]:
-    """As JSON holds them; the worlds are in files of their own."""
+    """The sources as JSON holds them; each world is in a file of its own."""
     return [
         {
             "world": source.world.name,
@@ -116,7 +119,7 @@ def _write_sources(folder: Path, sources: Sequence[Source]) -> None:
 
 
 def _file(number: int) -> str:
-    # a name can hold what a file's must not
+    # numbered, as a world's name may hold characters that a file's must not
     return f"{WORLDS}/{number:04d}.yaml"
 
 

@@ -1,1 +1,1 @@
-"""One row a run, and tables of rows."""
+"""Records of trials, and the tables made of them."""

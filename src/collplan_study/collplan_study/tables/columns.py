@@ -1,4 +1,4 @@
-"""The columns of the table."""
+"""The columns of a study's tables: their names, types and order."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +13,7 @@ LABELS: dict[str, type] = {
     "strategy": str,
     "map_period_s": float,
 }
-"""Of a cell; then come the axes, then the trial."""
+"""First columns of every table: the cell of the grid that a trial belongs to. The --set axes follow, then TRIAL."""
 TRIAL: dict[str, type] = {"trial": int, "seed": int}
 SHARES = tuple(f"share_{maneuver}" for maneuver in MANEUVERS)
 MEASURES: dict[str, type] = {
@@ -34,26 +34,31 @@ MEASURES: dict[str, type] = {
     "wall_time_s": float,
     "error": str,
 }
+"""Columns measured in a trial. Speeds in m/s; shares of the control periods, 0 to 1."""
 REBOUND = ("direction_error_rad", "foreseen_speed", "measured_speed")
-"""Of a rebound that a plan foresaw."""
+"""Columns of an impact's rebound, present where the last plan before the impact foresaw it; speeds in m/s."""
 IMPACT: dict[str, type] = {
     "x": float,
     "y": float,
     "speed_into": float,
     "foreseen": bool,
+    "deliberate": bool,
     **dict.fromkeys(REBOUND, float),
 }
-"""Of each impact: contact point [m], speed into the wall [m/s], whether a plan in force foresaw it."""
-WALL_TIMES = ("plan_time_ms_p50", "plan_time_ms_p99", "wall_time_s")
-"""The columns in which two runs of one study differ."""
+"""Columns of an impact: contact point [m], speed into the wall [m/s], whether a plan in force foresaw it, and whether
+it was foreseen and fast enough to be deliberate."""
 
 
 def columns(axes: Sequence[str]) -> dict[str, type]:
-    """Name and type of every column, in order."""
+    """Name and type of every column of the trials' table, in order.
+
+    Args:
+        axes: keys of the --set axes.
+    """
     known = all_specs()
     return {**LABELS, **{key: type(known[key].default) for key in axes}, **TRIAL, **MEASURES}
 
 
 def blank() -> dict[str, Any]:
-    """The measures of a trial that has none."""
+    """Measures of a trial that has none: every column None."""
     return dict.fromkeys(MEASURES)

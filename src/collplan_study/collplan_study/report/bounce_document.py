@@ -1,15 +1,15 @@
-"""tables.md: the tables of a study of bounces as a document takes them."""
+"""The tables of a study of bounces as a Markdown document."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from collplan_study.analysis.bounce_results import BounceResults
-from collplan_study.report.bounce_sections import METHOD, conditions, summary
-from collplan_study.report.bounce_tables import tables_of
+from collplan_study.report.bounce_page import METHOD, conditions, summary
+from collplan_study.report.bounce_tables import bounce_tables
 
 
-def bounce_summary(results: BounceResults, provenance: Mapping[str, Any]) -> str:
-    """The document's text, with the commands that made the numbers."""
+def bounce_document(results: BounceResults, provenance: Mapping[str, Any]) -> str:
+    """Text of tables.md: the commands that made the numbers, then every table."""
     return "\n".join(_lines(results, provenance))
 
 
@@ -21,7 +21,7 @@ def _lines(results: BounceResults, provenance: Mapping[str, Any]) -> Iterator[st
         return
     yield from (f"- {line}" for line in summary(results))
     yield from ("", conditions(provenance), "", METHOD, "")
-    for each in tables_of(results):
+    for each in bounce_tables(results):
         yield from (f"### {each.title}", "", each.note, "")
         yield from map(_row, (each.head, ["---"] * len(each.head), *each.rows))
         yield ""

@@ -1,4 +1,4 @@
-"""The tables of a study in the order of the grid: trials.parquet and .csv, trajectories.parquet, impacts.parquet."""
+"""Writes the tables of a study in the order of the grid: trials.parquet, trials.csv, trajectories, impacts."""
 
 import csv
 import os
@@ -12,18 +12,17 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from collplan_study.question.grid import Grid
-from collplan_study.run.worker import Record
 from collplan_study.tables.columns import IMPACT, LABELS, TRIAL, columns
-from collplan_study.tables.rows import PATH_UNIT
+from collplan_study.tables.trial_record import PATH_UNIT, TrialRecord
 
 TABLE, TEXT, PATHS, IMPACTS = "trials.parquet", "trials.csv", "trajectories.parquet", "impacts.parquet"
-GROUP = 1000
-"""Rows held in memory at once."""
+CHUNK = 1000
+"""Trials held in memory at once."""
 ARROW = {str: pa.string(), float: pa.float64(), int: pa.int64(), bool: pa.bool_()}
 PATH_FIELDS = [pa.field(name, pa.list_(pa.float32())) for name in ("t", "x", "y")]
 
 
-def write_tables(folder: Path, grid: Grid, records: Iterable[Record]) -> None:
+def write_tables(folder: Path, grid: Grid, records: Iterable[TrialRecord]) -> None:
     """Writes the tables of a study from its records in the order of the grid."""
     kinds = columns(grid.axes)
     rows = _schema(kinds)
@@ -38,11 +37,11 @@ def write_tables(folder: Path, grid: Grid, records: Iterable[Record]) -> None:
     ):
         writer = csv.DictWriter(text, kinds)
         writer.writeheader()
-        for group in _groups(records):
-            writer.writerows(_as_text(record["row"]) for record in group)
-            table.write_table(pa.Table.from_pylist([record["row"] for record in group], schema=rows))
-            path_table.write_table(pa.Table.from_pylist([_path_row(record) for record in group], schema=paths))
-            impact_table.write_table(pa.Table.from_pylist(list(_impact_rows(group)), schema=impacts))
+        for chunk in _chunks(records):
+            writer.writerows(_as_text(record["row"]) for record in chunk)
+            table.write_table(pa.Table.from_pylist([record["row"] for record in chunk], schema=rows))
+            path_table.write_table(pa.Table.from_pylist([_path_row(record) for record in chunk], schema=paths))
+            impact_table.write_table(pa.Table.from_pylist(list(_impact_rows(chunk)), schema=impacts))
     for name, part in parts.items():
         os.replace(part, folder / name)
 
@@ -51,23 +50,23 @@ def _schema(kinds: Mapping[str, type]) -> pa.Schema:
     return pa.schema([pa.field(name, ARROW[kind]) for name, kind in kinds.items()])
 
 
-def _groups(records: Iterable[Record]) -> Iterator[list[Record]]:
-    left = iter(records)
-    return iter(lambda: list(islice(left, GROUP)), [])
+def _chunks(records: Iterable[TrialRecord]) -> Iterator[list[TrialRecord]]:
+    remaining = iter(records)
+    return iter(lambda: list(islice(remaining, CHUNK)), [])
 
 
 def _as_text(row: Mapping[str, Any]) -> dict[str, Any]:
-    # as parameter files write them
+    # booleans as parameter files spell them
     return {key: str(value).lower() if isinstance(value, bool) else value for key, value in row.items()}
 
 
-def _path_row(record: Record) -> dict[str, Any]:
+def _path_row(record: TrialRecord) -> dict[str, Any]:
     path = record["path"]
     units = {"t": ("t_ms", 1e-3), "x": ("x", PATH_UNIT), "y": ("y", PATH_UNIT)}
     return {**record["row"], **{name: np.array(path[key]) * unit for name, (key, unit) in units.items()}}
 
 
-def _impact_rows(group: Iterable[Record]) -> Iterator[dict[str, Any]]:
-    for record in group:
+def _impact_rows(chunk: Iterable[TrialRecord]) -> Iterator[dict[str, Any]]:
+    for record in chunk:
         for impact in record["impacts"]:
             yield {**record["row"], **impact}

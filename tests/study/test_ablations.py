@@ -1,4 +1,4 @@
-"""The ablations: one change each, all that were promised, and their table."""
+"""The ablations: one change each, every reading with a printed form, and their table."""
 
 import json
 
@@ -6,11 +6,11 @@ import pytest
 
 from collplan_core.parameters import Settings
 from collplan_study.analysis import statistics
-from collplan_study.question.ablations import ABLATIONS, QUESTION
+from collplan_study.question.ablations import ABLATIONS, DEFAULTS
 from collplan_study.question.grid import make_grid
 from collplan_study.question.question import Question
 from collplan_study.question.sources import load_sources
-from collplan_study.report.report import write_report
+from collplan_study.report.write_report import write_report
 from fake_studies import fake_study, reached
 
 SOME = {name: ABLATIONS[name] for name in ("", "without R_ref", "a_max 3 m/s^2")}
@@ -25,17 +25,25 @@ def test_each_changes_something_of_the_defaults(name):
 
 def test_every_reading_that_has_a_printed_form_is_among_them():
     changed = {key: value for changes in ABLATIONS.values() for key, value in changes.items()}
-    printed = {"planner.position_cost", "planner.turn_angle", "planner.gap_risk", "planner.approach_risk",
-               "planner.frontiers", "planner.speeds", "planner.time_law", "controller.maneuver_rule"}  # fmt: skip
+    printed = {
+        "planner.position_cost",
+        "planner.turn_angle",
+        "planner.gap_risk",
+        "planner.approach_risk",
+        "planner.frontiers",
+        "planner.speeds",
+        "planner.time_law",
+        "controller.maneuver_rule",
+    }
     assert {key for key, value in changed.items() if value == "printed"} == printed
     accelerations = {changes.get("robot.max_acceleration", 1.5) for changes in ABLATIONS.values()}
     assert accelerations == {1.0, 1.5, 2.0, 3.0}
 
 
 def test_what_is_asked_by_default_is_a_grid_with_all_of_them():
-    question = Question(**{**QUESTION, "worlds": ("random:0-1",), "ablations": True})
+    question = Question(**{**DEFAULTS, "worlds": ("random:0-1",), "ablations": True})
     grid = make_grid(question, load_sources(question.worlds, None, None), ABLATIONS)
-    assert len(grid) == len(ABLATIONS) * 2 * 3 * QUESTION["trials"]
+    assert len(grid) == len(ABLATIONS) * 2 * 3 * DEFAULTS["trials"]
     assert {task.labels["ablation"] for task in grid} == set(ABLATIONS)
 
 

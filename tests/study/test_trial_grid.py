@@ -1,4 +1,4 @@
-"""What the grid holds, in which order, and with which seeds."""
+"""The grid: its trials, their order, and their seeds."""
 
 import subprocess
 import sys
@@ -74,8 +74,8 @@ def test_seeds_fit_the_simulator_and_differ(study, world, trial):
 
 def test_seeds_are_those_of_every_process():
     code = "from collplan_study.question.seeds import trial_seed; print(trial_seed(0, 'random:7', 3))"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert int(told) == trial_seed(0, "random:7", 3) == 957142123
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert int(printed) == trial_seed(0, "random:7", 3) == 957142123
 
 
 def test_other_strategies_have_one_period_of_their_own():

@@ -1,28 +1,29 @@
-"""The rows of a study as they come: an append-only file that outlives any stop."""
+"""An append-only file of the trials done, which can be read again after a stop at any moment."""
 
 import fcntl
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import Grid
-from collplan_study.run.worker import Record
+from collplan_study.tables.trial_record import TrialRecord
 
 
 class RowFile:
-    """One line of JSON for each trial done, in the order they ended. For `with`: one process at a time has it.
+    """File with one line of JSON for each trial done, in the order they ended.
 
-    A last line that was cut off is taken away; its trial counts as not done.
+    It is a context manager that holds a lock: only one process at a time can open the file. An incomplete last line is
+    removed; its trial counts as not done.
 
     Raises:
-        StudyError: another process has the file, or a line is not a row of this grid.
+        StudyError: another process has the file open, or a line is not a trial of this grid.
     """
 
     def __init__(self, path: Path, grid: Grid) -> None:
-        """Opens the file, or makes it, and reads which trials it holds."""
+        """Opens or creates the file and reads which trials it holds."""
         self._path, self._grid = path, grid
         self._offsets: dict[int, int] = {}
         try:
@@ -48,14 +49,14 @@ class RowFile:
     def __contains__(self, index: int) -> bool:
         return index in self._offsets
 
-    def __iter__(self) -> Iterator[Record]:
-        """The records in the order of the table."""
+    def __iter__(self) -> Iterator[TrialRecord]:
+        """The records in the order of the grid."""
         for _, offset in sorted(self._offsets.items()):
             self._file.seek(offset)
             yield json.loads(self._file.readline())
 
-    def append(self, records: Sequence[Record]) -> None:
-        """Adds trials; they are on the disk when this returns."""
+    def append(self, records: Sequence[TrialRecord]) -> None:
+        """Appends trials; they are on the disk when this returns."""
         end = self._file.seek(0, os.SEEK_END)
         lines = [json.dumps(record, allow_nan=False, separators=(",", ":")).encode() + b"\n" for record in records]
         self._file.write(b"".join(lines))
@@ -86,7 +87,7 @@ class RowFile:
             record = json.loads(line)
             index, row = record["index"], record["row"]
             known = isinstance(index, int) and 0 <= index < len(self._grid) and index not in self._offsets
-            if known and _starts_with(row, self._grid.task(index).labels) and "path" in record:
+            if known and _has_labels(row, self._grid.task(index).labels) and "path" in record:
                 return index
         except (ValueError, KeyError, TypeError, AttributeError):
             pass
@@ -94,5 +95,5 @@ class RowFile:
         raise StudyError(f"{self._path}:{number}: got {line[:60].decode(errors='replace')!r}, {expected}")
 
 
-def _starts_with(row: dict[str, Any], labels: Any) -> bool:
+def _has_labels(row: dict[str, Any], labels: Mapping[str, Any]) -> bool:
     return all(row[key] == value for key, value in labels.items())

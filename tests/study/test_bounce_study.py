@@ -1,4 +1,4 @@
-"""The study of bounces: what it runs, and that its tables say what is in its rows."""
+"""The study of bounces: the runs of its grid, and the numbers of its tables."""
 
 import json
 from collections import Counter
@@ -13,22 +13,22 @@ from collplan_core.strategies import TIME_TO_GOAL
 from collplan_study.analysis import statistics
 from collplan_study.analysis.bounce_results import bounce_results_of
 from collplan_study.analysis.gains import gain_of
-from collplan_study.analysis.runs import Runs, read_runs
+from collplan_study.analysis.rows import Rows, read_rows
 from collplan_study.errors import StudyError
 from collplan_study.main import main
-from collplan_study.question.bounces import KNOWN_MAP, QUESTION, VARIANTS
+from collplan_study.question.bounces import DEFAULTS, KNOWN_MAP, VARIANTS
 from collplan_study.question.grid import make_grid
 from collplan_study.question.held_out import FAMILIES, FIRST_SEED, FURTHER_FAMILIES, LAST_SEED, STUDY_SEED
 from collplan_study.question.options import parse
 from collplan_study.question.question import question_from
 from collplan_study.question.sources import load_sources
-from collplan_study.report import bounce_illustrations
-from collplan_study.report.report import write_report
-from collplan_study.tables.tables import IMPACTS, TABLE, write_tables
-from fake_studies import fake_study, hit, reached, timed_out
+from collplan_study.report import pictures
+from collplan_study.report.write_report import write_report
+from collplan_study.tables.table_files import IMPACTS, TABLE, write_tables
+from fake_studies import fake_study, impact, reached, timed_out
 
 WORLDS = ("l:0-5", "random:0-5", "pillars:0-5")
-ASKED = question_from({**QUESTION, "bounces": True, "worlds": WORLDS, "seed": 5})
+ASKED = question_from({**DEFAULTS, "bounces": True, "worlds": WORLDS, "seed": 5})
 LOST, SAVED = "random:3", "pillars:2"
 FACTORS = {"bounce": 0.9, "tolerate": 0.95, "avoid": 1.0, "stop_guarantee": 1.2}
 SOME = {name: VARIANTS[name] for name in ("", KNOWN_MAP, "a_max 3 m/s^2")}
@@ -43,7 +43,7 @@ def sources():
 def quick(monkeypatch):
     """Fewer resamples; figures are made and not rendered, which takes the time."""
     monkeypatch.setattr(statistics, "RESAMPLES", 199)
-    monkeypatch.setattr(bounce_illustrations, "save_figure", lambda figure, stem: "<svg/>")
+    monkeypatch.setattr(pictures, "save_figure", lambda figure, stem: "<svg/>")
 
 
 def by_strategy(task):
@@ -61,7 +61,7 @@ def by_strategy(task):
 
 def impacts(task):
     bounces = task.labels["strategy"] == "bounce" and task.labels["ablation"] == ""
-    return [hit(0.5, radians(6.0)), hit(0.1, radians(20.0)), hit(0.3)] if bounces else []
+    return [impact(0.5, radians(6.0)), impact(0.1, radians(20.0)), impact(0.3)] if bounces else []
 
 
 def report_of(folder):
@@ -80,7 +80,7 @@ def found(tmp_path_factory, sources):
 
 
 def results_in(folder):
-    return bounce_results_of(ASKED.strategies, read_runs(folder / TABLE), read_runs(folder / IMPACTS))
+    return bounce_results_of(ASKED.strategies, read_rows(folder / TABLE), read_rows(folder / IMPACTS))
 
 
 def group(found, name):
@@ -92,8 +92,8 @@ def gain(found, name, other):
 
 
 def test_the_question_is_of_held_out_worlds_alone():
-    assert QUESTION["worlds"] == tuple(f"{each}:{FIRST_SEED}-{LAST_SEED}" for each in (*FAMILIES, *FURTHER_FAMILIES))
-    assert (QUESTION["seed"], QUESTION["trials"], QUESTION["strategies"]) == (STUDY_SEED, 2, tuple(TIME_TO_GOAL))
+    assert DEFAULTS["worlds"] == tuple(f"{each}:{FIRST_SEED}-{LAST_SEED}" for each in (*FAMILIES, *FURTHER_FAMILIES))
+    assert (DEFAULTS["seed"], DEFAULTS["trials"], DEFAULTS["strategies"]) == (STUDY_SEED, 2, tuple(TIME_TO_GOAL))
 
 
 def test_the_main_comparison_comes_first_and_world_by_world(sources):
@@ -151,7 +151,7 @@ def test_savings_are_means_of_paired_ratios(found):
 def test_the_interval_is_that_of_independent_worlds_not_of_runs():
     rng = np.random.default_rng(0)
     of_world, times = rng.normal(0.9, 0.05, 100).repeat(4), rng.normal(3.0, 0.2, 400)
-    runs = Runs(
+    runs = Rows(
         {
             "world": np.repeat([f"w:{n}" for n in range(100)], 8),
             "trial": np.tile(np.repeat(range(4), 2), 100),
@@ -261,7 +261,7 @@ def test_one_world_is_run_with_every_change(tmp_path):
     folder = tmp_path / "study"
     asked = ["--bounces", "--worlds", "l:0", "--seed", "1", "--trials", "1", "--jobs", "1", "--out", str(folder)]
     assert main(asked) == 0
-    runs, impacts = read_runs(folder / TABLE), read_runs(folder / IMPACTS)
+    runs, impacts = read_rows(folder / TABLE), read_rows(folder / IMPACTS)
     assert len(runs) == 4 + 2 * (len(VARIANTS) - 1)
     assert set(runs.columns["outcome"]) == {"reached"}
     times = runs.where(strategy="bounce").columns["arrival_time_s"]
@@ -275,7 +275,7 @@ def test_one_world_is_run_with_every_change(tmp_path):
 def test_a_smaller_one_is_asked_by_option():
     asked = parse(["--bounces", "--worlds", "u:0-3", "--trials", "1", "--no-ablations", "--seed", "1"]).question()
     assert (asked.worlds, asked.trials, asked.ablations, asked.seed) == (("u:0-3",), 1, False, 1)
-    assert (asked.strategies, asked.values) == (QUESTION["strategies"], QUESTION["values"])
+    assert (asked.strategies, asked.values) == (DEFAULTS["strategies"], DEFAULTS["values"])
 
 
 def test_a_parameter_that_is_set_replaces_no_other():

@@ -1,13 +1,13 @@
-"""What is kept of a trial: its row of the table, its path and its impacts."""
+"""The record of a trial: its row of the table, its path and its impacts."""
 
 from math import isfinite
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
 from collplan_core.command import MANEUVERS
 from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
-from collplan_study.tables.columns import IMPACT, blank
+from collplan_study.tables.columns import REBOUND, blank
 from omnipuck_sim.trial import TrialResult
 
 ERROR = "error"
@@ -20,6 +20,15 @@ Path = dict[str, list[int]]
 NO_PATH: Path = {"t_ms": [], "x": [], "y": []}
 
 
+class TrialRecord(TypedDict):
+    """One trial as JSON holds it: its place in the grid, every column by name, its sampled path, a row per impact."""
+
+    index: int
+    row: dict[str, Any]
+    path: Path
+    impacts: list[dict[str, Any]]
+
+
 def measures(result: TrialResult, wall_time: float) -> dict[str, Any]:
     """The measured columns of a trial that took `wall_time` [s]; None where there is nothing to measure."""
     times = 1e3 * result.plan_times
@@ -27,7 +36,7 @@ def measures(result: TrialResult, wall_time: float) -> dict[str, Any]:
         "outcome": result.outcome,
         "arrival_time_s": result.arrival_time,
         "path_length_m": result.path_length,
-        **_impacts(result),
+        **_impact_measures(result),
         "mean_speed": _mean_speed(result),
         "plans": len(result.plans),
         "candidates_mean": _mean(result.candidates),
@@ -47,7 +56,7 @@ def error_measures(error: Exception) -> dict[str, Any]:
 
 
 def sampled_path(trajectory: np.ndarray) -> Path:
-    """Time [ms] and place [PATH_UNIT] at PATH_RATE, and at the end, of a trajectory (m, 5) t, x, y, vx, vy."""
+    """Time [ms] and position [PATH_UNIT] at PATH_RATE, and at the end, of a trajectory (m, 5) t, x, y, vx, vy."""
     if len(trajectory) == 0:
         return NO_PATH
     times = trajectory[:, 0]
@@ -61,25 +70,34 @@ def sampled_path(trajectory: np.ndarray) -> Path:
 
 def impact_rows(result: TrialResult) -> list[dict[str, Any]]:
     """The columns of each impact of a trial, in their order; None where there is nothing to compare."""
-    points = np.array([impact.point for impact in result.impacts]).reshape(-1, 2)
-    numbers = np.column_stack([points, _into(result), result.foreseen, result.rebounds])
-    rows = [[value if isfinite(value) else None for value in row] for row in numbers.tolist()]
-    return [{**dict(zip(IMPACT, row, strict=True)), "foreseen": bool(row[3])} for row in rows]
+    points = [impact.point.tolist() for impact in result.impacts]
+    flags = zip(_normal_speeds(result).tolist(), result.foreseen.tolist(), _deliberate(result).tolist(), strict=True)
+    return [
+        {"x": x, "y": y, "speed_into": speed, "foreseen": foreseen, "deliberate": deliberate, **_rebound(rebound)}
+        for (x, y), (speed, foreseen, deliberate), rebound in zip(points, flags, result.rebounds.tolist(), strict=True)
+    ]
 
 
-def _into(result: TrialResult) -> np.ndarray:
+def _rebound(numbers: list[float]) -> dict[str, float | None]:
+    return {name: value if isfinite(value) else None for name, value in zip(REBOUND, numbers, strict=True)}
+
+
+def _normal_speeds(result: TrialResult) -> np.ndarray:
     """Speed into the wall (k,) of each impact [m/s]."""
     return np.array([-(impact.velocity_before @ impact.normal) for impact in result.impacts])
 
 
-def _impacts(result: TrialResult) -> dict[str, Any]:
-    into = _into(result)
-    foreseen = result.foreseen
+def _deliberate(result: TrialResult) -> np.ndarray:
+    """Whether each impact (k,) was foreseen and fast."""
+    return result.foreseen & (_normal_speeds(result) > DELIBERATE_SPEED)
+
+
+def _impact_measures(result: TrialResult) -> dict[str, Any]:
     return {
-        "impacts": len(into),
-        "deliberate_impacts": int((foreseen & (into > DELIBERATE_SPEED)).sum()),
-        "unforeseen_impacts": int((~foreseen).sum()),
-        "max_impact_speed": float(into.max(initial=0.0)),
+        "impacts": len(result.impacts),
+        "deliberate_impacts": int(_deliberate(result).sum()),
+        "unforeseen_impacts": int((~result.foreseen).sum()),
+        "max_impact_speed": float(_normal_speeds(result).max(initial=0.0)),
     }
 
 

@@ -1,4 +1,4 @@
-"""table.json and report.html of made-up studies: right numbers, whatever is missing, a page that asks for nothing."""
+"""table.json and report.html of made-up studies: right numbers, incomplete studies, a page without external files."""
 
 import json
 import re
@@ -12,11 +12,11 @@ import pytest
 from collplan_core.worlds import load_world
 from collplan_study.analysis import statistics
 from collplan_study.analysis.paths import grown_obstacles, obstacles
-from collplan_study.barn.barn import TIMEOUT, optimal_time, score
+from collplan_study.barn.data_set import TIMEOUT, optimal_time, score
 from collplan_study.question.question import Question
 from collplan_study.question.sources import BARN, Source
-from collplan_study.report import illustrations
-from collplan_study.report.report import write_report
+from collplan_study.report import pictures
+from collplan_study.report.write_report import write_report
 from fake_studies import failed, fake_study, reached, timed_out
 
 SMALL = Question(trials=6, map_periods=(0.2,))
@@ -31,7 +31,7 @@ def fewer_resamples(monkeypatch):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Figures are made and not rendered, which takes the time."""
-    monkeypatch.setattr(illustrations, "save_figure", lambda figure, stem: "<svg/>")
+    monkeypatch.setattr(pictures, "save_figure", lambda figure, stem: "<svg/>")
 
 
 def by_strategy(task):
@@ -161,8 +161,9 @@ def test_worlds_of_a_family_are_resampled_and_points_of_an_axis_kept_apart(tmp_p
     question = Question(("random:0-5",), trials=1, map_periods=(0.2,), values=("robot.max_acceleration=1.5,3",))
     found, page = report_of(fake_study(tmp_path / "study", by_strategy, question))
     assert [case["name"] for case in found["cases"]] == [
-        "random, robot.max_acceleration = 1.5", "random, robot.max_acceleration = 3.0",
-    ]  # fmt: skip
+        "random, robot.max_acceleration = 1.5",
+        "random, robot.max_acceleration = 3.0",
+    ]
     assert found["cases"][0]["spread"] == "worlds"
     assert found["cases"][0]["table_one"][0]["pairs"] == 6
     assert "in 3 of 6 worlds, those where the fewest arrive" in page

@@ -1,9 +1,10 @@
-"""table.json: what a study found, in numbers."""
+"""Results of a study of the paper's question, as table.json holds them."""
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from collplan_study.analysis.cases import Case, cases_of
 from collplan_study.analysis.cells import Cell, cell_of, cells_of
 from collplan_study.analysis.comparisons import (
     TIME,
@@ -16,20 +17,23 @@ from collplan_study.analysis.comparisons import (
     reference_of,
     table_one,
 )
-from collplan_study.analysis.runs import Case, Runs, cases_of
+from collplan_study.analysis.rows import Rows
 from collplan_study.analysis.statistics import LEVEL, MEAN, RESAMPLES, SEED, Estimate, improvement, paired, spread_over
 from collplan_study.question.ablations import SHIPPED
 
 
 @dataclass(frozen=True)
 class CaseResults:
-    """Of a case without ablation.
+    """Results of a case without ablation.
 
     Attributes:
+        name, family, point: of the case.
         worlds: their names.
         main_periods: T_map [s] of each strategy in Table I.
-        spread: between what the standard deviations of its Table I are.
-        table_one: at the paper's T_map; by_map_period: at every one.
+        spread: name of the units that the standard deviations of its Table I are taken over.
+        table_one: comparisons at the paper's T_map.
+        by_map_period: comparisons at every T_map.
+        cells: of every strategy and T_map.
     """
 
     name: str
@@ -45,12 +49,13 @@ class CaseResults:
 
 @dataclass(frozen=True)
 class AblationResults:
-    """Of an ablation, at the T_map of Table I.
+    """Results of an ablation, at the T_map of Table I.
 
     Attributes:
-        case: name of the case that it changes.
-        cells: by strategy.
-        longer: mean arrival time beyond that of the same runs as shipped [%], by strategy.
+        case: name of the case without ablation.
+        ablation: its name.
+        cells: of every strategy.
+        longer: mean arrival time in excess of that of the same runs without ablation [%], by strategy.
         gains: improvements of mean arrival time against the other strategies.
     """
 
@@ -62,15 +67,15 @@ class AblationResults:
 
 
 @dataclass(frozen=True)
-class Results:
-    """Of a study."""
+class PaperResults:
+    """Results of a study of the paper's question."""
 
     cases: list[CaseResults]
     ablations: list[AblationResults]
 
     @property
     def comparisons(self) -> dict[str, int]:
-        """How many improvements were compared, each where it stands first."""
+        """Numbers of improvements compared, by where each stands first."""
         return {
             "table_one": sum(len(case.table_one) for case in self.cases),
             "other_map_periods": sum(len(set(case.by_map_period) - set(case.table_one)) for case in self.cases),
@@ -78,7 +83,7 @@ class Results:
         }
 
     def record(self) -> dict[str, Any]:
-        """As table.json holds it."""
+        """The results as table.json holds them."""
         return {
             "results": "simulated",
             "improvement": "100 (1 - ours / other) [%]",
@@ -90,34 +95,39 @@ class Results:
         }
 
 
-def results_of(runs: Runs) -> Results:
-    """All that is found in the rows of a study."""
+def paper_results_of(runs: Rows) -> PaperResults:
+    """The results of a study from the rows of its runs."""
     cases = list(cases_of(runs))
     shipped = [case for case in cases if not case.ablation]
-    return Results([_of_case(case) for case in shipped], list(_ablations(cases)))
+    return PaperResults([_case_results(case) for case in shipped], list(_all_ablations(cases)))
 
 
-def _of_case(case: Case) -> CaseResults:
+def _case_results(case: Case) -> CaseResults:
     mains = main_cells(case)
     return CaseResults(
-        case.name, case.family, dict(case.point), case.runs.distinct("world"),
-        {cell["strategy"]: cell["map_period_s"] for cell in mains},
-        spread_over(case.runs.where(**mains[0]).sample(TIME)),
-        table_one(case), by_map_period(case), list(cells_of(case)),
-    )  # fmt: skip
+        name=case.name,
+        family=case.family,
+        point=dict(case.point),
+        worlds=case.runs.distinct("world"),
+        main_periods={cell["strategy"]: cell["map_period_s"] for cell in mains},
+        spread=spread_over(case.runs.where(**mains[0]).sample(TIME)),
+        table_one=table_one(case),
+        by_map_period=by_map_period(case),
+        cells=list(cells_of(case)),
+    )
 
 
-def _ablations(cases: list[Case]) -> Iterator[AblationResults]:
+def _all_ablations(cases: list[Case]) -> Iterator[AblationResults]:
     if not any(case.ablation for case in cases):
         return
     for shipped in cases:
         if not shipped.ablation:
             for case in cases:
                 if (case.family, case.point) == (shipped.family, shipped.point):
-                    yield _ablation(case, shipped)
+                    yield _ablation_results(case, shipped)
 
 
-def _ablation(case: Case, shipped: Case) -> AblationResults:
+def _ablation_results(case: Case, shipped: Case) -> AblationResults:
     ours = reference_of(case)
     gains = [
         compared(case.runs, ours, other, main_period(case, ours), main_period(case, other), TIME, MEAN)

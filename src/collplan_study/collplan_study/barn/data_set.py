@@ -1,8 +1,8 @@
-"""BARN, 300 cluttered worlds that others made for another robot: its files, its rules and its published score.
+"""BARN, a data set of 300 cluttered worlds for navigation: its files, the rules and the score of its challenge.
 
 Perille, Truong, Xiao, Stone: Benchmarking Metric Ground Navigation (2020); rules and score as in the code of the BARN
-challenge. Its robot is a Jackal, 0.51 m by 0.43 m, at 2 m/s. As they are, the worlds are wide for a smaller robot;
-scaled by its diameter over the Jackal's width they are as narrow for it as for a Jackal, and shorter too.
+challenge. Its robot is a Jackal, 0.51 m by 0.43 m, at 2 m/s. Unscaled, the worlds are
+wide for a smaller robot; scaled by its diameter over the Jackal's width they are as narrow for it as for a Jackal.
 """
 
 import json
@@ -17,27 +17,28 @@ from collplan_core.worlds import World, WorldError
 from collplan_study.barn.sdf import load_sdf
 
 START, GOAL = (-2.25, 3.0), (-2.25, 13.0)
+"""Position of start and goal in every world [m]."""
 TOLERANCE = 1.0
 """Distance to the goal that counts as arrived [m]."""
 TIMEOUT = 100.0
-"""[s]"""
+"""Time limit of a run [s]."""
 
 OPTIMAL_SPEED = 2.0
-"""Speed that the shortest path is thought to be driven at; that of the Jackal [m/s]."""
+"""Speed at which the optimal time takes the shortest path to be driven, the Jackal's [m/s]."""
 
 LENGTHS_FILE = "path_length_m.json"
 PATHS_FOLDER = "path_files"
 
-# the shipped paths count cells of the grid that the cylinders stand on; where its first cell lies, from their code
+# shipped paths are in cells of the grid that the cylinders stand on: size and first cell [m], from the data set's code
 _CELL = 0.15
 _FIRST_CELL = (-4.575, 5.075)
 
 
 def barn_files(folder: Path) -> dict[int, Path]:
-    """The worlds in a folder, world_N.world or world_N.world.gz, by their number, in its order.
+    """Files world_N.world and world_N.world.gz of a folder by their number N, ascending.
 
     Raises:
-        WorldError: no such folder, none in it, or one of them twice.
+        WorldError: the folder does not exist, holds no world, or holds one twice.
     """
     if not folder.is_dir():
         raise WorldError(f"barn:{folder}: no such folder")
@@ -54,43 +55,53 @@ def barn_files(folder: Path) -> dict[int, Path]:
 
 
 def load_barn(path: Path, scale: float = 1.0) -> World:
-    """A world of the data set from its start to its goal, all of it `scale` times as large; called barn:N.
+    """A world of the data set, named barn:N, with the start and goal of the challenge.
+
+    Args:
+        path: world_N.world or world_N.world.gz.
+        scale: factor on all coordinates and sizes.
 
     Raises:
-        WorldError: as `load_sdf`.
+        WorldError: the file cannot be used, as in `load_sdf`.
     """
     world = load_sdf(path, np.array(START), np.array(GOAL), scale)
     return replace(world, name=world.name.replace("world_", "barn:"))
 
 
 def barn_rules(scale: float = 1.0) -> dict[str, float]:
-    """Parameters by key that the benchmark sets: when a run has arrived and when it is over."""
+    """Parameters that the challenge sets, by key: goal tolerance [m] in a world scaled by `scale`, time limit [s]."""
     return {"planner.goal_tolerance": scale * TOLERANCE, "trial.timeout": TIMEOUT}
 
 
 def optimal_lengths(folder: Path, scale: float = 1.0) -> dict[str, float]:
-    """Length [m] of the data set's own shortest path, from start to goal, by the world's name.
+    """Length of the data set's shortest path from start to goal [m], by the world's name.
 
-    Found in path_length_m.json, else in the paths that the data set ships; worlds without either are left out.
+    Taken from path_length_m.json, else from the paths that the data set ships; worlds without either are left out.
 
     Raises:
-        WorldError: such a file does not hold what it should.
+        WorldError: one of these files cannot be read.
     """
-    lengths = _listed(folder / LENGTHS_FILE) if (folder / LENGTHS_FILE).is_file() else _measured(folder)
+    lengths = _read_lengths(folder / LENGTHS_FILE) if (folder / LENGTHS_FILE).is_file() else _lengths_of_paths(folder)
     return {f"barn:{n}": scale * lengths[n] for n in barn_files(folder) if n in lengths}
 
 
 def optimal_time(length: float) -> float:
-    """Of a shortest path's length [m], in [s]."""
+    """Time [s] in which the challenge's robot drives a shortest path of this length [m] at OPTIMAL_SPEED."""
     return length / OPTIMAL_SPEED
 
 
 def score(success: bool, time: float, optimal: float) -> float:
-    """Of one run, its time and the optimal one [s]: 0 to 0.5, as the challenge publishes it."""
+    """Score of one run, 0 to 0.5, as the challenge publishes it.
+
+    Args:
+        success: whether the run arrived.
+        time: of the run [s].
+        optimal: `optimal_time` of the world [s].
+    """
     return success * optimal / min(max(time, 2.0 * optimal), 8.0 * optimal)
 
 
-def _listed(path: Path) -> dict[int, float]:
+def _read_lengths(path: Path) -> dict[int, float]:
     form = 'expected {"N": length of the path [m], ...}'
     try:
         lengths = {int(n): float(length) for n, length in json.loads(path.read_bytes()).items()}
@@ -102,7 +113,7 @@ def _listed(path: Path) -> dict[int, float]:
     return lengths
 
 
-def _measured(folder: Path) -> dict[int, float]:
+def _lengths_of_paths(folder: Path) -> dict[int, float]:
     paths = {n: folder / PATHS_FOLDER / f"path_{n}.npy" for n in barn_files(folder)}
     return {n: _path_length(path) for n, path in paths.items() if path.is_file()}
 

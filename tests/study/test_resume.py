@@ -12,7 +12,7 @@ from collplan_study.main import main
 from collplan_study.question.ablations import ABLATIONS
 from collplan_study.question.options import Options
 from collplan_study.run import preparation, worker
-from collplan_study.run.store import RowFile
+from collplan_study.run.row_file import RowFile
 from collplan_study.run.study_folder import ROWS
 from collplan_study.tables.columns import MEASURES
 from study_runs import GRID, N_TRIALS, n_rows, paths, resume, run, same, start, table, wait_for_rows
@@ -40,13 +40,21 @@ def test_two_jobs_give_the_same_table_in_the_order_of_the_grid(whole, tmp_path):
 
 
 def test_every_impact_has_its_row(whole):
-    of_trial: dict[tuple, list[float]] = {}
+    of_trial: dict[tuple, list[dict]] = {}
     for impact in pq.read_table(whole / "impacts.parquet").to_pylist():
-        of_trial.setdefault(trial_of(impact), []).append(impact["speed_into"])
+        of_trial.setdefault(trial_of(impact), []).append(impact)
     assert len(of_trial) > 3
     for row in table(whole).to_pylist():
-        speeds = of_trial.get(trial_of(row), [])
+        impacts = of_trial.get(trial_of(row), [])
+        speeds = [impact["speed_into"] for impact in impacts]
         assert (len(speeds), max(speeds, default=0.0)) == (row["impacts"], row["max_impact_speed"])
+        assert sum(impact["deliberate"] for impact in impacts) == row["deliberate_impacts"]
+        assert sum(not impact["foreseen"] for impact in impacts) == row["unforeseen_impacts"]
+
+
+def test_a_deliberate_impact_is_foreseen_and_fast(whole):
+    for impact in pq.read_table(whole / "impacts.parquet").to_pylist():
+        assert impact["deliberate"] == (impact["foreseen"] and impact["speed_into"] > 0.2)
 
 
 def trial_of(row):

@@ -1,4 +1,4 @@
-"""The same trials on a Dask cluster."""
+"""Trials on a Dask cluster, compared with those of one process."""
 
 import pytest
 from distributed import LocalCluster

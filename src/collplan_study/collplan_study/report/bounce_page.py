@@ -1,4 +1,4 @@
-"""The page of a study of bounces."""
+"""The page of a study of bounces: do deliberate bounces pay?"""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -6,9 +6,9 @@ from typing import Any
 from collplan_core.parameters import Settings
 from collplan_study.analysis.bounce_results import BounceResults
 from collplan_study.question.axes import parse_axes
-from collplan_study.report.bounce_illustrations import Picture
-from collplan_study.report.bounce_tables import Table, tables_of
-from collplan_study.report.markup import bullets, figure, heading, paragraph, table, with_interval
+from collplan_study.report.bounce_tables import bounce_tables
+from collplan_study.report.content import Picture, with_interval
+from collplan_study.report.markup import bullets, figure, heading, paragraph, section
 
 METHOD = (
     "Each pair of runs has the same world, the same noise and the same limits; t is the arrival time, and a run that "
@@ -19,10 +19,17 @@ METHOD = (
 )
 
 
-def bounce_sections(
+def bounce_page(
     results: BounceResults, provenance: Mapping[str, Any], pictures: Iterable[Picture], rows: int
 ) -> Iterator[str]:
-    """Everything of the page that is of bounces, made of so many rows."""
+    """HTML of the page but its closing sections.
+
+    Args:
+        results: of the study.
+        provenance: of the study.
+        pictures: drawn as they are taken.
+        rows: number of runs done so far.
+    """
     yield heading(1, "Do deliberate bounces pay?")
     yield paragraph(f"{rows} simulated runs of {provenance['trials']}. Nothing here was measured on a robot.")
     if not results.groups:
@@ -35,16 +42,16 @@ def bounce_sections(
         f"{0.05 * results.comparisons:.1f} of their intervals would leave zero out. Intervals from fewer than some 15 "
         "worlds are too narrow."
     )
-    for each in tables_of(results):
-        yield from _section(each)
+    for each in bounce_tables(results):
+        yield from section(2, each)
     yield heading(2, "Figures")
     for picture in pictures:
-        yield figure(picture.svg, picture.words)
+        yield figure(picture)
         yield paragraph(f"{picture.words} ({picture.file}.png, .svg)", "quiet")
 
 
 def summary(results: BounceResults) -> Iterator[str]:
-    """A line for each headline."""
+    """The savings of each headline group, a line for each."""
     for each in results.groups:
         if each.group.headline:
             gains = ", ".join(f"{with_interval(gain.saved, 1, ' %')} against {gain.other}" for gain in each.gains)
@@ -53,7 +60,7 @@ def summary(results: BounceResults) -> Iterator[str]:
 
 
 def conditions(provenance: Mapping[str, Any]) -> str:
-    """The robot of the main comparison: no saving means anything without it."""
+    """The assumed robot of the main comparison, without which no saving can be judged."""
     axes = parse_axes(provenance["question"]["values"])
     values = {**Settings().values(), **provenance["parameters"], **{key: value for key, (value,) in axes.items()}}
     return (
@@ -62,9 +69,3 @@ def conditions(provenance: Mapping[str, Any]) -> str:
         f"{values['simulator.restitution_spread']:g} and {values['simulator.direction_spread']:g} rad from hit to hit, "
         f"noise {values['simulator.noise']:g}, all assumed."
     )
-
-
-def _section(found: Table) -> Iterator[str]:
-    yield heading(2, found.title)
-    yield paragraph(found.note)
-    yield table(found.head, found.rows)

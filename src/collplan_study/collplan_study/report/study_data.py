@@ -1,0 +1,41 @@
+"""Everything that a report is made from, read from the folder of a study."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from collplan_study.analysis.rows import Rows, read_rows
+from collplan_study.question.sources import Source
+from collplan_study.run.study_folder import read_provenance, read_sources
+from collplan_study.tables.table_files import IMPACTS, TABLE
+
+
+@dataclass(frozen=True, eq=False)
+class StudyData:
+    """A study whose tables were written.
+
+    Attributes:
+        folder: of the study.
+        provenance: as provenance.json holds it.
+        sources: the worlds.
+        runs, impacts: rows of the runs done so far and of their impacts.
+    """
+
+    folder: Path
+    provenance: Mapping[str, Any]
+    sources: tuple[Source, ...]
+    runs: Rows
+    impacts: Rows
+
+
+def read_study(folder: Path) -> StudyData:
+    """The study in a folder.
+
+    Raises:
+        StudyError: the folder does not hold a study.
+        WorldError: one of its world files cannot be read.
+    """
+    provenance = read_provenance(folder)
+    sources = read_sources(folder, provenance)
+    return StudyData(folder, provenance, sources, read_rows(folder / TABLE), read_rows(folder / IMPACTS))
