@@ -35,9 +35,12 @@ class SerialRobot:
         world.write_text(HALL)
         self.path = folder / "serial"
         self.parameters = {
-            "simulator.world": str(world), "simulator.noise": 0.0,
-            "driver.port": str(self.path), "emulator.link": str(self.path), **parameters,
-        }  # fmt: skip
+            "simulator.world": str(world),
+            "simulator.noise": 0.0,
+            "driver.port": str(self.path),
+            "emulator.link": str(self.path),
+            **parameters,
+        }
         self.reports: dict[str, DiagnosticStatus] = {}
         self.history: list[DiagnosticStatus] = []
         self.odometry = ros.listen(Odometry, "ground_truth/odom", EVENT)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings, all_specs
 from collplan_core.parameters.file import NODES, read_parameters, write_parameters
+from collplan_core.parameters.groups import SHORTEST_MAP_PERIOD
 from collplan_core.parameters.spec import ParameterError, Spec
 
 
@@ -17,6 +18,8 @@ def values_of(spec: Spec) -> st.SearchStrategy:
     kind = type(spec.default)
     if spec.key == "local_map.n_rays":
         return st.integers(int(spec.low) // 4, int(spec.high) // 4).map(lambda quarter: 4 * quarter)
+    if spec.key == "planner.map_period":
+        return st.just(0.0) | st.floats(SHORTEST_MAP_PERIOD, spec.high)
     if spec.choices:
         return st.sampled_from(spec.choices)
     if kind is bool:

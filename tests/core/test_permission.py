@@ -15,13 +15,13 @@ from collplan_core.control.permission import (
     why_refuse_plan,
     why_stale,
 )
-from collplan_core.parameters import Limits, LocalMapping, Robot, Settings
+from collplan_core.parameters import Limits, LocalMapping, Mocap, Robot, Settings
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.strategies import map_period_of
 
-LIMITS = Limits()
+LIMITS, LEAP_MARGIN = Limits(), Mocap().leap_margin
 T_MAP = map_period_of(Settings())
 FRESH = {"goal_active": True, "pose_age": 0.1, "scan_age": 0.2, "plan_age": 0.5, "map_period": T_MAP, "limits": LIMITS}
 
@@ -91,12 +91,18 @@ def test_plan_is_refused_with_its_reason(goal_stamp, now, expected):
 def test_whatever_the_robot_can_do_joins(direction, speed, dt):
     step = speed * dt
     after = at(5.0 + dt, step * math.cos(direction), step * math.sin(direction))
-    assert not is_relocated(at(5.0), after, Robot(), LIMITS)
+    assert not is_relocated(at(5.0), after, Robot(), LIMITS, LEAP_MARGIN)
 
 
 @pytest.mark.parametrize("after", [at(5.01, 0.5), at(5.01, 0.0, -0.1), at(5.2), at(4.99), at(5.0, 0.3)])
 def test_leap_silence_and_clock_set_back_do_not_join(after):
-    assert is_relocated(at(5.0), after, Robot(), LIMITS)
+    assert is_relocated(at(5.0), after, Robot(), LIMITS, LEAP_MARGIN)
+
+
+def test_a_larger_margin_lets_a_leap_join():
+    leap = at(5.01, 0.15)
+    assert is_relocated(at(5.0), leap, Robot(), LIMITS, LEAP_MARGIN)
+    assert not is_relocated(at(5.0), leap, Robot(), LIMITS, 0.15)
 
 
 def wall_ahead(distance: float) -> Scan:

@@ -10,7 +10,8 @@ from shapely import LineString, Point
 
 from collplan_core.plane import nearest_on_segment, rotate, rotate_rows
 
-numbers = st.floats(-10.0, 10.0)
+# shapely cannot measure segments shorter than 1e-300
+numbers = st.floats(-10.0, 10.0).map(lambda number: round(number, 9))
 
 
 @settings(deadline=None)

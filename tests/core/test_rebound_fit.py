@@ -84,7 +84,7 @@ def test_two_hits_in_one_window_are_not_taken_for_one():
     path, known = rebounding_path(0.9, 0.0, 0.9, 1.0)
     since = np.maximum(path.times - known.time - 0.07, 0.0)[:, np.newaxis]
     kicked = RecordedPath(path.times, path.points - 1.2 * since * known.normal, path.wanted)
-    with pytest.raises(UnusableImpact, match="not those of one hit"):
+    with pytest.raises(UnusableImpact, match="not those of one impact"):
         fit_impact(kicked, known.time, ROBOT, NOISE)
 
 
@@ -192,9 +192,9 @@ def test_intervals_hold_the_truth_from_poses_on():
 @pytest.mark.parametrize(
     ("hits", "said"),
     [
-        ({"n": 0}, "restitution: 0 hits are faster than 0.2 m/s into a wall, expected at least 8.*; tangential"),
-        ({"n": 7}, "restitution: 7 hits .*expected at least 8"),
-        ({"n": 20, "along": (0.0, 0.1)}, r"^tangential retention: 0 hits .* 0\.3 m/s along a wall.*at an angle"),
+        ({"n": 0}, "restitution: 0 impacts are faster than 0.2 m/s into a wall, expected at least 8.*; tangential"),
+        ({"n": 7}, "restitution: 7 impacts .*expected at least 8"),
+        ({"n": 20, "along": (0.0, 0.1)}, r"^tangential retention: 0 impacts .* 0\.3 m/s along a wall.*at an angle"),
         (
             {"n": 20, "into": (0.5, 0.55)},
             r"^restitution: .* within 0\.\d+ m/s, expected at least 0.2: .*slowly and",

@@ -24,6 +24,8 @@ from omnipuck_driver.framing import VERSION
 
 LONGEST = Settings().limits.command_age + 1.0 / Settings().controller.rate
 STANDING = 1e-3
+ATTEMPTS = 10
+"""Stops tried for one whose age is known: the emulator may stall itself."""
 STEP = 1.0 / Settings().simulator.physics_rate
 DRIVER = [sys.executable, "-c", "import sys; from omnipuck_driver.driver_node import main; sys.exit(main())"]
 CONTROLLER = """
@@ -71,33 +73,49 @@ def test_silence_stops_the_wheels_in_time_a_thousand_times(serial_robot):
 
 def test_a_cable_pulled_stops_the_wheels_in_time(serial_robot):
     robot = serial_robot()
-    for _ in range(3):
+    ages = []
+    for _ in range(ATTEMPTS):
         robot.drive_until(lambda: robot.speed > 0.1, x=0.4)
         age = stop_age(robot, lambda: robot.ask(unplugged=True))
-        assert age is None or age <= LONGEST + STEP
         assert robot.stop_cause == "life"
         robot.ask(unplugged=False)
         robot.ready()
         robot.until(lambda: robot.speed < STANDING)
+        ages += [] if age is None else [age]
+        if len(ages) == 3:
+            break
+    assert len(ages) == 3, "the emulator stalled nearly each time"
+    assert max(ages) <= LONGEST + STEP
 
 
-@pytest.mark.parametrize("victim", ["controller", "driver"])
-def test_a_killed_process_stops_the_wheels_in_time(ros, tmp_path, victim):
-    robot = SerialRobot(ros, tmp_path, with_driver=victim == "controller")
-    command = [sys.executable, "-c", CONTROLLER]
-    if victim == "driver":
-        command = [*DRIVER, "--ros-args", "-p", f"driver.port:={robot.path}"]
+def stop_age_after_kill(robot, command, victim) -> float | None:
+    """As `stop_age`, the end being that of the process started by `command`."""
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
         try:
             if victim == "controller":
                 robot.until(lambda: robot.speed > 0.1)
             else:
                 robot.drive_until(lambda: robot.speed > 0.1, x=0.4)
-            age = stop_age(robot, lambda: process.send_signal(signal.SIGKILL))
+            return stop_age(robot, lambda: process.send_signal(signal.SIGKILL))
         finally:
             process.kill()
-    assert age is None or age <= LONGEST + STEP
-    assert robot.stop_cause == ("life" if victim == "driver" else robot.stop_cause)
+
+
+@pytest.mark.parametrize(
+    # while the driver lives, its own zero command races with the end of the last command's life
+    ("victim", "causes"),
+    [("controller", {"life", "command"}), ("driver", {"life"})],
+)
+def test_a_killed_process_stops_the_wheels_in_time(ros, tmp_path, victim, causes):
+    robot = SerialRobot(ros, tmp_path, with_driver=victim == "controller")
+    command = [sys.executable, "-c", CONTROLLER]
+    if victim == "driver":
+        command = [*DRIVER, "--ros-args", "-p", f"driver.port:={robot.path}"]
+    ages = (stop_age_after_kill(robot, command, victim) for _ in range(ATTEMPTS))
+    age = next((age for age in ages if age is not None), None)
+    assert age is not None, "the emulator stalled each time"
+    assert age <= LONGEST + STEP
+    assert robot.stop_cause in causes
 
 
 def replug(robot) -> float:
@@ -128,7 +146,7 @@ def test_after_a_replug_it_greets_sends_zero_and_then_what_is_fresh(serial_robot
         begin = next(n for n, m in enumerate(sent) if type(m).__name__ == "Hello" and m.session == sent[-1].session)
         kinds = [(type(m).__name__, any(getattr(m, "wheels", ()))) for m in sent[begin:]]
         order = [kind for n, kind in enumerate(kinds) if n == 0 or kind != kinds[n - 1]]
-        assert order[:3] == [("Hello", False), ("Command", False), ("Command", True)]
+        assert order[:3] == [("Hello", False), ("CommandMessage", False), ("CommandMessage", True)]
         assert len(last) >= 2
     assert robot.emulator._firmware.refused == 0
 

@@ -8,19 +8,33 @@ from hypothesis import strategies as st
 
 from omnipuck_driver.codec import REASONS, Decoder, Encoder
 from omnipuck_driver.framing import DELIMITER, LARGEST_BODY, LARGEST_ENCODED, Frame, pack_frame, unpack_frame
-from omnipuck_driver.messages import NO_TEMPERATURE, Announce, Command, Hello, Telemetry
+from omnipuck_driver.messages import NO_TEMPERATURE, Announce, CommandMessage, Hello, Telemetry
 
 U8, U16, U32 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32))
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 WHEELS = st.lists(FLOATS, max_size=8).map(tuple)
 NAMES = st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=12)
 HELLOS = st.builds(Hello, U32)
-COMMANDS = st.builds(Command, U32, U32, U16, U16, U8, WHEELS)
+COMMANDS = st.builds(CommandMessage, U32, U32, U16, U16, U8, WHEELS)
 ANNOUNCEMENTS = st.builds(Announce, U32, U32, U8, U8, U16, NAMES)
 TELEMETRY = st.builds(
-    Telemetry, U32, U32, U32, U16, U16, st.integers(-(2**15), 2**15 - 1), U32, U16, U16, U16, U16, U16, U16,
-    st.tuples(FLOATS, FLOATS), WHEELS,
-)  # fmt: skip
+    Telemetry,
+    U32,
+    U32,
+    U32,
+    U16,
+    U16,
+    st.integers(-(2**15), 2**15 - 1),
+    U32,
+    U16,
+    U16,
+    U16,
+    U16,
+    U16,
+    U16,
+    st.tuples(FLOATS, FLOATS),
+    WHEELS,
+)
 MESSAGES = st.one_of(HELLOS, COMMANDS, ANNOUNCEMENTS, TELEMETRY)
 QUICK = settings(derandomize=True, deadline=None, max_examples=150)
 
@@ -80,7 +94,7 @@ def test_what_is_dropped_is_counted_by_its_reason():
     assert dropped_by(pack_frame(Frame(2, 0x01, 0, hello))) == {"version": 1}
     assert dropped_by(pack_frame(Frame(1, 0x33, 0, hello))) == {"type": 1}
     assert dropped_by(pack_frame(Frame(1, 0x01, 0, hello + b"\x00"))) == {"content": 1}
-    nan = Command(1, 0, 0, 0, 0, (float("nan"),)).pack()
+    nan = CommandMessage(1, 0, 0, 0, 0, (float("nan"),)).pack()
     assert dropped_by(pack_frame(Frame(1, 0x02, 0, nan))) == {"content": 1}
 
 
@@ -88,7 +102,7 @@ def test_repetitions_are_dropped_and_gaps_counted():
     decoder = Decoder()
 
     def arrives(sequence: int) -> bool:
-        return bool(decoder.feed(pack_frame(Frame(1, 0x02, sequence, Command(1, 0, 0, 0, 0, ()).pack()))))
+        return bool(decoder.feed(pack_frame(Frame(1, 0x02, sequence, CommandMessage(1, 0, 0, 0, 0, ()).pack()))))
 
     assert [arrives(n) for n in (65534, 65534, 65535, 0, 65535, 3, 2)] == [True, False, True, True, False, True, False]
     assert (decoder.lost, decoder.dropped["repeated"]) == (2, 3)
@@ -128,7 +142,7 @@ def accepted_damage(frames: int) -> int:
     decoder, encoder = Decoder(), Encoder()
     for n in range(frames):
         wheels = tuple(random_.randrange(-1280, 1280) / 16 for _ in range(3))  # whole in four bytes
-        command = Command(7, n, 20, 180, 0, wheels)
+        command = CommandMessage(7, n, 20, 180, 0, wheels)
         telemetry = Telemetry(7, 8, n, 1, 7400, NO_TEMPERATURE, n, 3, 20, n % 9, 0, 0, 0, (0.0, 0.0), wheels)
         message = command if n % 2 else telemetry
         sent = encoder.encode(message)

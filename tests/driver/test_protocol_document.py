@@ -5,14 +5,14 @@ from pathlib import Path
 
 from omnipuck_driver.codec import Decoder
 from omnipuck_driver.framing import Frame, pack_frame, unpack_frame
-from omnipuck_driver.messages import NO_TEMPERATURE, Announce, Command, Hello, Telemetry
+from omnipuck_driver.messages import NO_TEMPERATURE, Announce, CommandMessage, Hello, Telemetry
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
 EXAMPLES = [bytes.fromhex(row) for row in re.findall(r"^\| .* \| `(00(?: [0-9a-f]{2})+)` \|$", DOCUMENT, re.MULTILINE)]
 MEANT = [
     (7, Hello(42)),
-    (8, Command(42, 1000, 20, 180, 0, (-25.0, 0.0, 25.0))),
-    (9, Command(42, 1020, 0, 200, 1, (0.0, 0.0, 0.0))),
+    (8, CommandMessage(42, 1000, 20, 180, 0, (-25.0, 0.0, 25.0))),
+    (9, CommandMessage(42, 1020, 0, 200, 1, (0.0, 0.0, 0.0))),
     (0, Announce(42, 7, 1, 3, 500, "puck 1.0")),
     (1, Telemetry(42, 7, 5000, 1, 7400, NO_TEMPERATURE, 1000, 5, 25, 3, 1, 2, 300, (-0.5, 0.25), (-24.0, 0.0, 24.0))),
 ]

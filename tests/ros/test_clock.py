@@ -1,16 +1,26 @@
 """The two times: steady or simulated local time, and the poses' clock."""
 
 import math
+import time
 
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.clock import ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from collplan_ros.messages.conversions import stamp_from_seconds
-from collplan_ros.messages.qos import NEWEST
+from collplan_ros.messages.conversions import seconds_from_stamp, stamp_from_seconds
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, NEWEST
 from collplan_ros.node_kit.clock import PosesClock, local_clock, seconds
+from collplan_ros.nodes.controller_node import ControllerNode
+from collplan_ros.nodes.lidar_node import LidarNode
+from collplan_ros.nodes.mocap_node import MocapNode
+from collplan_ros.nodes.planner_node import PlannerNode
+from omnipuck_driver.driver_node import DriverNode
+from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
+from omnipuck_sim.node.simulator_node import SimulatorNode
 
 
 @given(st.floats(0.0, 2e9), st.floats(0.0, 1e6), st.floats(0.0, 10.0))
@@ -40,8 +50,23 @@ def test_local_clock_follows_simulated_time(ros):
     clock = local_clock(node)
     node.create_timer(1.0, lambda: ticks.append(seconds(clock)), clock=clock)
     publisher = ros.publisher(Clock, "/clock", NEWEST)
-    for time in (100.0, 100.5, 101.5):
-        publisher.publish(Clock(clock=stamp_from_seconds(time)))
-        assert ros.wait_until(lambda time=time: seconds(clock) == time)
+    for stamp in (100.0, 100.5, 101.5):
+        publisher.publish(Clock(clock=stamp_from_seconds(stamp)))
+        assert ros.wait_until(lambda stamp=stamp: seconds(clock) == stamp)
     assert ros.wait_until(lambda: 101.5 in ticks)
     assert 100.5 not in ticks
+
+
+NODES = [MocapNode, LidarNode, PlannerNode, ControllerNode, SimulatorNode, DriverNode, FirmwareEmulator]
+
+
+@pytest.mark.parametrize("kind", NODES, ids=lambda kind: kind.__name__)
+def test_a_node_and_its_diagnostics_keep_ros_time(ros, tmp_path, kind):
+    """Uptime, which the local clock shows, would be far off."""
+    line = str(tmp_path / "line")
+    node = ros.make(kind, {"emulator.link": line, "driver.port": line})
+    assert node.get_clock().clock_type == ClockType.ROS_TIME
+    reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
+    assert ros.wait_until(lambda: reports)
+    assert reports[0].status[0].name == node.get_fully_qualified_name()
+    assert seconds_from_stamp(reports[0].header.stamp) == pytest.approx(time.time(), abs=60.0)

@@ -64,7 +64,7 @@ def hit_of(*plans, at=10.0):
     rebounds = ReboundTracker()
     for each in plans:
         rebounds.planned(each)
-    rebounds.hit(at, np.array([-1.2, 0.0]), state(at, WALL - RADIUS), RADIUS)
+    rebounds.impact(at, np.array([-1.2, 0.0]), state(at, WALL - RADIUS), RADIUS)
     assert rebounds.moved(state(at + SETTLED - 0.001), SETTLED) is None
     measured = rebounds.moved(state(at + SETTLED, velocity=(-0.4, -0.3)), SETTLED)
     assert rebounds.moved(state(at + 1.0), SETTLED) is None
@@ -91,6 +91,6 @@ def test_a_hit_that_no_plan_expected_lately_has_none_foreseen(plans):
 def test_hits_and_plans_of_before_a_break_do_not_count():
     rebounds = ReboundTracker()
     rebounds.planned(plan(9.9, hit_at=10.0))
-    rebounds.hit(10.0, np.array([-1.2, 0.0]), state(10.0, WALL - RADIUS), RADIUS)
+    rebounds.impact(10.0, np.array([-1.2, 0.0]), state(10.0, WALL - RADIUS), RADIUS)
     rebounds.forget()
     assert rebounds.moved(state(11.0), SETTLED) is None

@@ -116,3 +116,12 @@ def test_choice_that_does_not_exist_is_rejected(ros):
 def test_groups_that_check_more_than_one_value(ros):
     with pytest.raises(ParameterError, match="multiple of 4"):
         ros.make(lambda **kwargs: Declaring((LocalMapping, Lidar), **kwargs), {"local_map.n_rays": 361})
+
+
+def test_one_parameter_of_another_nodes_group(ros):
+    groups = (Robot, "mocap.leap_margin")
+    node = ros.make(lambda **kwargs: Declaring(groups, **kwargs), {"mocap.leap_margin": 0.2})
+    assert read_settings(node, *groups).mocap.leap_margin == 0.2
+    assert not node.has_parameter("mocap.topic")
+    assert set_on(ros, "mocap.leap_margin", 0.3).successful
+    assert not set_on(ros, "mocap.leap_margin", 99.0).successful

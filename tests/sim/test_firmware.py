@@ -16,7 +16,7 @@ from omnipuck_driver.messages import (
     NEVER,
     SENSES_IMPACTS,
     Announce,
-    Command,
+    CommandMessage,
     Hello,
     Telemetry,
 )
@@ -44,14 +44,14 @@ class Device:
 
     def command(self, wheels, life=0.2, session=42, flags=0, late=0.0, age=0) -> None:
         sent = round((self.simulator.time - late) * 1e3) + 5000
-        self.say(Command(session, sent, age, round(life * 1e3), flags, wheels))
+        self.say(CommandMessage(session, sent, age, round(life * 1e3), flags, wheels))
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * 400)):
             self.firmware.advance()
             self.simulator.step()
             for impact in self.simulator.take_impacts():
-                self.firmware.feel(impact)
+                self.firmware.sense(impact)
 
     def armed(self) -> "Device":
         self.say(Hello(42))

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Simulation
+from collplan_core.plane import rotate
 from omnipuck_sim.robot.rebound import IMPACT_SPEED, Ring, closing_speed, rebound, slide
-from omnipuck_sim.robot.vector import rotated
 from physics_scenes import QUIET, RADIUS, RESTITUTION, RETENTION, flight, launched, make_world, quiet, unit
 
 PENTAGON = np.array([[0.30, 0.05], [0.10, 0.35], [-0.28, 0.20], [-0.25, -0.22], [0.12, -0.30]])
@@ -31,7 +31,7 @@ def between(times, positions, start, end) -> np.ndarray:
 
 def assert_rebound(geometry, radius, world, touch, normal, speed, incidence):
     """Flies at a disc centre `touch` on contact and compares both sides of the hit with the closed form."""
-    velocity = speed * np.array(rotated(tuple(-normal), incidence))
+    velocity = speed * np.array(rotate(*-normal, incidence))
     hit = 0.07
     sim = launched(world, touch - hit * velocity, velocity)
     times, positions, _ = flight(sim, 2 * hit)
@@ -119,7 +119,7 @@ def test_sliding_takes_off_only_what_leads_into_the_wall(velocity, angle):
 def test_a_wide_spread_never_throws_into_the_wall():
     ring = Ring(Simulation(direction_spread=0.5), np.random.default_rng(0))
     velocity, normal = (1.2, -0.1), (0.0, 1.0)
-    thrown = np.array([ring.thrown_back(velocity, normal) for _ in range(100)])
+    thrown = np.array([ring.velocity_after(velocity, normal) for _ in range(100)])
     assert (thrown[:, 1] >= 0.0).all()
     assert (thrown[:, 1] == 0.0).any()
     assert (np.hypot(*thrown.T) <= np.hypot(*velocity)).all()

@@ -95,7 +95,7 @@ def test_too_few_hits_are_refused_with_what_is_missing(tmp_path, capsys):
 
 def test_a_robot_that_never_hits_is_refused(tmp_path, capsys):
     assert fitted(bumping_run(tmp_path, 2.0, speeds=(0.0, 0.05)), out=tmp_path / "o.yaml") == REFUSED
-    assert "0 hits are faster" in capsys.readouterr().err
+    assert "0 impacts are faster" in capsys.readouterr().err
 
 
 @pytest.mark.soak

@@ -36,8 +36,13 @@ class Robot:
         self.ros, self.name = ros, name
         (folder / "hall.yaml").write_text(HALL)
         line = str(folder / "serial")
-        self.parameters = {"simulator.world": str(folder / "hall.yaml"), "simulator.noise": 0.0,
-                           "emulator.link": line, "driver.port": line, **parameters}  # fmt: skip
+        self.parameters = {
+            "simulator.world": str(folder / "hall.yaml"),
+            "simulator.noise": 0.0,
+            "emulator.link": line,
+            "driver.port": line,
+            **parameters,
+        }
         self.kind = TwistStamped if parameters.get("controller.stamped_cmd_vel") else Twist
         self.health = {}
         self.truth = ros.listen(Odometry, "ground_truth/odom", EVENT)
@@ -81,7 +86,7 @@ class Robot:
     def counted(self, key: str) -> int:
         return int(next(item.value for item in self.health[f"/{self.name}"].values if item.key == key))
 
-    def is_represented_by(self, poses: int, **velocity) -> bool:
+    def stays_still(self, poses: int, **velocity) -> bool:
         """Whether it stands still for so many poses, commanded or not."""
         n = len(self.truth)
         self.drive_until(lambda: len(self.truth) > n + poses, **velocity) if velocity else self.until(
@@ -172,7 +177,7 @@ def test_the_emergency_stop_is_latched(robot):
     robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
     assert robot.call("estop")
     robot.drive_until(lambda: robot.speed < STANDING, x=0.4)
-    assert robot.is_represented_by(30, x=0.4)
+    assert robot.stays_still(30, x=0.4)
     robot.until(lambda: "emergency stop" in robot.health[f"/{robot.name}"].message)
     assert robot.health[f"/{robot.name}"].level == b"\x01"
     assert robot.counted("ignored") > 0
@@ -188,21 +193,21 @@ def stopped_while_driving(robot) -> None:
 def test_whoever_commands_on_after_the_emergency_stop_must_first_command_zero(make_robot):
     robot = make_robot(**{"limits.command_age": 2.0})  # a stall of the test must not pass for silence
     stopped_while_driving(robot)
-    assert robot.is_represented_by(60, x=0.4)
+    assert robot.stays_still(60, x=0.4)
     ignored = robot.counted("ignored")
     robot.drive_until(lambda: robot.health[f"/{robot.name}"].message == WAITING, x=0.4)
     robot.drive_until(lambda: robot.counted("ignored") > ignored, x=0.4)
     assert robot.call("clear_estop"), "once more is no zero command"
-    assert robot.is_represented_by(20, x=0.4)
-    assert robot.is_represented_by(20, x=math.nan)
-    assert robot.is_represented_by(20, x=0.0)
+    assert robot.stays_still(20, x=0.4)
+    assert robot.stays_still(20, x=math.nan)
+    assert robot.stays_still(20, x=0.0)
     robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
 
 
 def test_after_the_emergency_stop_silence_serves_as_a_zero_command(robot):
     stopped_while_driving(robot)
     # by the robot's own time, which its stalls do not run on
-    assert robot.is_represented_by(round((SETTINGS.limits.command_age + 0.1) / POSE_PERIOD))
+    assert robot.stays_still(round((SETTINGS.limits.command_age + 0.1) / POSE_PERIOD))
     robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
 
 
@@ -243,7 +248,7 @@ def test_a_robot_restarted_stands_until_a_fresh_command_comes(robot):
         robot.nodes[kind] = robot.start(kind)
         robot.ready()
         robot.until(lambda: robot.truth and robot.speed < STANDING)
-        assert robot.is_represented_by(10)
+        assert robot.stays_still(10)
         robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
 
 

@@ -1,4 +1,4 @@
-"""What the controller tells the robot."""
+"""The velocity command that the controller sends to the robot."""
 
 from dataclasses import dataclass
 
@@ -31,5 +31,5 @@ class Command:
 
 
 def stopped(reason: str) -> Command:
-    """The zero command."""
+    """The zero command, with the reason for it."""
     return Command(np.zeros(2), 0.0, STOPPED, np.full(2, np.nan), reason)

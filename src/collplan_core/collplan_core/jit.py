@@ -35,6 +35,7 @@ def _cache_dir() -> str:
 os.environ["NUMBA_CACHE_DIR"] = _cache_dir()
 
 import numba  # noqa: E402  (reads NUMBA_CACHE_DIR when imported)
+from numba.extending import register_jitable  # noqa: E402
 
 # another import of numba may have come first and read the variable before it was set
 numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]
@@ -43,3 +44,8 @@ numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]
 def njit(function: Any) -> Any:
     """numba's nopython compiler, cached, without reordering of floating point (runs must be bit-reproducible)."""
     return numba.njit(cache=True)(function)
+
+
+def jitable(function: Any) -> Any:
+    """A function that compiled code may call too; Python calls it as it is, without compiling it first."""
+    return register_jitable(function)

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from collplan_core.jit import njit
+from collplan_core.jit import jitable, njit
 
 
-@njit
+@jitable
 def rotate(x: float, y: float, angle: float) -> tuple[float, float]:
     """The vector (x, y) turned by an angle [rad], counter-clockwise."""
     c, s = math.cos(angle), math.sin(angle)

@@ -1,4 +1,4 @@
-"""Where the robot is and how it moves."""
+"""The robot's position, velocity and heading at one instant."""
 
 from dataclasses import dataclass
 

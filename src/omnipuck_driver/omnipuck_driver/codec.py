@@ -15,7 +15,7 @@ from omnipuck_driver.framing import (
 from omnipuck_driver.messages import Announce, Hello, Message, unpack_message
 
 REASONS = ("oversized", "cobs", "short", "crc", "version", "type", "content", "repeated")
-"""Why something between two delimiters was dropped."""
+"""Reasons for which something between two delimiters is dropped."""
 
 
 class Encoder:
@@ -33,7 +33,7 @@ class Encoder:
 
 
 class Decoder:
-    """Keeps at most one frame; drops what is none, and counts why.
+    """Finds the messages in a stream of bytes; keeps at most one frame, drops what is none, and counts why.
 
     A frame whose number is that of the frame before, or an earlier one, is a repetition and dropped. Hello and Announce
     begin the numbering anew.

@@ -1,24 +1,19 @@
 """The real Omnipuck as a robot on the graph: takes cmd_vel, speaks to the firmware over a serial device."""
 
 import time
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from geometry_msgs.msg import Twist, TwistStamped
+import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from std_srvs.srv import Trigger
 
-from collplan_core.control.arming import ARMED, WAITING, Arming
 from collplan_core.parameters import Control, Driver, Frames, Kinematics, Limits, Robot
-from collplan_ros.messages.conversions import asks_for_rest
-from collplan_ros.messages.qos import NEWEST
 from collplan_ros.node_kit.clock import seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.nodes.command_check import REFUSED, CommandCheck
+from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_driver.held_command import HeldCommand
 from omnipuck_driver.kinematics import OmniWheels
 from omnipuck_driver.link_report import LinkReport
@@ -28,10 +23,10 @@ from omnipuck_driver.serial_link import SerialLink
 from omnipuck_driver.session import WheelCommand
 
 GROUPS = (Robot, Limits, Control, Frames, Driver, Kinematics)
-FAREWELLS = 3
-"""Zero commands at the end; one might be lost."""
-FAREWELL_PATIENCE = 0.2
-"""For the last of them to leave [s]."""
+FINAL_ZEROS = 3
+"""Zero commands sent at the end; one might be lost."""
+FINAL_WAIT = 0.2
+"""Longest wait for the last zero command to leave the device [s]."""
 FAULTS = {BATTERY_LOW: "the battery is low", MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
 
 
@@ -50,116 +45,88 @@ class DriverNode(Node):
         self._report = LinkReport(self._link)
         self._impacts: SensedImpacts | None = None
         self._command: HeldCommand | None = None
-        self._estopped = ""
-        self._arming = ARMED
-        self._said = ""
-        self._check = CommandCheck(self._settings.robot, self._settings.limits)
-        self._counts = Counter({"commands": 0, "ignored": 0, "expired": 0})
-        self._make_inputs(stamped=self._settings.controller.stamped_cmd_vel)
+        self._expired = 0
+        self._reported_trouble = ""
+        self._contract = RobotContract(self, self, self._settings)
         self.create_timer(1.0 / self._settings.driver.rate, self._tick, clock=self._local_clock)
         self._diagnostics = Diagnostics(self, self._health)
 
-    def _make_inputs(self, stamped: bool) -> None:
-        if stamped:
-            self.create_subscription(TwistStamped, "cmd_vel", lambda m: self._take_command(m.twist), NEWEST)
-        else:
-            self.create_subscription(Twist, "cmd_vel", self._take_command, NEWEST)
-        self._serve("estop", self._stop_latched)
-        self._serve("clear_estop", self._clear_stop)
+    # ---- what the contract needs
 
-    def _serve(self, name: str, act: Callable[[], tuple[bool, str]]) -> None:
-        def answer(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            response.success, response.message = act()
-            return response
+    def now(self) -> float:
+        """The local time [s]."""
+        return seconds(self._local_clock)
 
-        self.create_service(Trigger, name, answer)
+    def is_ready(self) -> bool:
+        """Whether the firmware follows commands."""
+        return self._link.armed
 
-    # ---- commands
-
-    def _take_command(self, twist: Twist) -> None:
-        if self._estopped or self._waits_after(twist) or not self._link.armed:
-            self._counts["ignored"] += 1
-            return
-        self._counts["commands"] += 1
-        velocity, yaw_rate = self._check.followed(twist)
+    def follow(self, velocity: np.ndarray, yaw_rate: float) -> None:
+        """Holds the wheel speeds for a velocity (2,) [m/s, robot frame] and a yaw rate [rad/s] for the next frames."""
         wheels = self._wheels.saturated(self._wheels.speeds(velocity, yaw_rate))
-        self._command = HeldCommand(tuple(wheels.tolist()), seconds(self._local_clock))
+        self._command = HeldCommand(tuple(wheels.tolist()), self.now())
 
-    def _waits_after(self, twist: Twist) -> bool:
-        silence = self._settings.limits.command_age
-        self._arming = self._arming.after_command(asks_for_rest(twist), seconds(self._local_clock), silence)
-        return self._waits()
-
-    def _waits(self) -> bool:
-        return self._arming.is_waiting(seconds(self._local_clock), self._settings.limits.command_age)
-
-    def _stop_latched(self) -> tuple[bool, str]:
-        self._stop_for("by its service")
-        return True, "stopped; commands are ignored until clear_estop"
-
-    def _clear_stop(self) -> tuple[bool, str]:
-        if self._link.session.button_pressed:
-            return False, "the emergency stop on the robot is still pressed: release it first"
-        if self._estopped:
-            self._estopped, self._arming = "", Arming(seconds(self._local_clock))
-        return True, "commands are taken again after a zero command"
-
-    def _stop_for(self, reason: str) -> None:
-        self._estopped = reason
+    def halt(self) -> None:
+        """Sends the emergency stop at once."""
         self._tick()
+
+    def why_stay_stopped(self) -> str:
+        """Why the emergency stop cannot be cleared, empty where it can."""
+        pressed = self._link.session.button_pressed
+        return "the emergency stop on the robot is still pressed: release it first" if pressed else ""
 
     # ---- the link
 
     def _tick(self) -> None:
-        now = seconds(self._local_clock)
+        now = self.now()
         for telemetry in self._link.receive(now):
             self._take_telemetry(telemetry)
         self._link.send(self._wheel_command(now), now)
-        self._say_what_changed()
+        self._report_changes()
 
     def _wheel_command(self, now: float) -> WheelCommand:
-        if self._estopped or not self._link.armed:
-            # whatever comes afterwards must be told anew
+        if self._contract.stopped_by or not self._link.armed:
+            # only a command that comes afterwards is followed
             self._command = None
         if self._command is not None:
             wheel_command = self._command.wheel_command(now, self._settings.limits.command_age)
             if wheel_command is not None:
                 return wheel_command
-            self._counts["expired"] += 1
+            self._expired += 1
             self._command = None
         rest = (0.0,) * len(self._wheels)
-        return WheelCommand(rest, 0.0, self._settings.limits.command_age, emergency_stop=bool(self._estopped))
+        stop = bool(self._contract.stopped_by)
+        return WheelCommand(rest, 0.0, self._settings.limits.command_age, emergency_stop=stop)
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
         if self._link.session.button_pressed:
-            self._estopped = "by the button on the robot"
+            self._contract.stopped_by = "by the button on the robot"
         announced = self._link.session.announced
         if self._impacts is None and announced is not None and announced.capabilities & SENSES_IMPACTS:
             self._impacts = SensedImpacts(self, self._settings, self._local_clock)
         if self._impacts is not None:
             self._impacts.take(telemetry)
 
-    def _say_what_changed(self) -> None:
+    def _report_changes(self) -> None:
         trouble = self._link.trouble()
-        if trouble != self._said:
-            self._said = trouble
+        if trouble != self._reported_trouble:
+            self._reported_trouble = trouble
             self.get_logger().info(trouble or "connected, the robot follows commands")
             self._diagnostics.publish()
 
     # ---- how it is
 
     def _health(self) -> Health:
-        values = {**self._counts, **self._check.counts, **self._report.values()}
+        contract = self._contract
+        values: dict[str, object] = {**contract.counts, "expired": self._expired, **self._report.values()}
         if self._impacts is not None:
             values |= {"impacts": self._impacts.published, "impacts_missed": self._impacts.missed}
-        if self._estopped:
-            return Health(WARN, f"emergency stop {self._estopped}: commands are ignored", values)
+        if contract.stopped_by:
+            return Health(WARN, f"emergency stop {contract.stopped_by}: commands are ignored", values)
         if self._link.trouble():
             return Health(ERROR, self._link.trouble(), values)
-        if self._waits():
-            return Health(WARN, WAITING, values)
-        if self._check.last_refused:
-            return Health(WARN, REFUSED, values)
+        if contract.trouble:
+            return Health(WARN, contract.trouble, values)
         telemetry = self._link.session.telemetry
         faults = [words for bit, words in FAULTS.items() if telemetry is not None and telemetry.status & bit]
         return Health(WARN, ", ".join(faults), values) if faults else Health(OK, "connected", values)
@@ -167,10 +134,10 @@ class DriverNode(Node):
     def stop(self) -> None:
         """Sends zero and waits until it has left."""
         self._command = None
-        for _ in range(FAREWELLS):
-            now = seconds(self._local_clock)
+        for _ in range(FINAL_ZEROS):
+            now = self.now()
             self._link.send(self._wheel_command(now), now)
-        deadline = time.monotonic() + FAREWELL_PATIENCE
+        deadline = time.monotonic() + FINAL_WAIT
         while not self._link.drained() and time.monotonic() < deadline:
             time.sleep(0.005)
 

@@ -1,6 +1,6 @@
 """Frames on the wire: delimiter, COBS(version, type, sequence, payload, CRC-32), delimiter. See docs/protocol.md.
 
-This much is the same in every version of the protocol, so that two that differ can at least say so.
+This much is the same in every version of the protocol, so that two ends with different versions can still report it.
 """
 
 import struct
@@ -12,7 +12,7 @@ from cobs import cobs
 VERSION = 1
 DELIMITER = b"\0"
 LARGEST_BODY = 128
-"""Bytes of a frame before COBS, CRC included."""
+"""Most bytes of a frame before COBS, CRC included."""
 LARGEST_ENCODED = LARGEST_BODY + 1
 SEQUENCES = 1 << 16
 
@@ -24,17 +24,16 @@ class FrameError(ValueError):
     """A frame that cannot be used; `reason` names the kind, for counting."""
 
     def __init__(self, reason: str, message: str) -> None:
-        """Remembers the `reason`."""
         super().__init__(message)
         self.reason = reason
 
 
 @dataclass(frozen=True)
 class Frame:
-    """What is inside a frame whose checksum is right.
+    """The content of a frame whose checksum is right.
 
     Attributes:
-        version: of the protocol that the sender speaks.
+        version: version of the sender's protocol.
         kind: type of the message.
         sequence: goes up by one from frame to frame, 0 after 65535.
         payload: depends on the kind.

@@ -13,6 +13,6 @@ class HeldCommand:
     received: float
 
     def wheel_command(self, now: float, longest_age: float) -> WheelCommand | None:
-        """What to ask of the wheels at `now` [s]; None once the command is older than `longest_age` [s]."""
+        """The wheel command to send at `now` [s]; None once the command is older than `longest_age` [s]."""
         age = now - self.received
         return WheelCommand(self.wheels, age, longest_age - age) if age < longest_age else None

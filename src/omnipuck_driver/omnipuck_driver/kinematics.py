@@ -12,7 +12,7 @@ from omnipuck_driver.messages import MOST_WHEELS
 
 FEWEST_WHEELS = 3
 SMALLEST_RATIO = 0.05
-"""Of the weakest to the strongest direction of the wheels, turning measured at the mount radius."""
+"""Smallest strength of the weakest direction of motion over the strongest, turning measured at the mount radius."""
 
 
 class OmniWheels:

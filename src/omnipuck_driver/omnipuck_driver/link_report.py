@@ -8,14 +8,14 @@ COUNTS = 1 << 16
 
 
 class LinkReport:
-    """Tells of a link what changed since it was asked last, and what is counted since the start."""
+    """Counts of a link since the start, and the quality of its input since the last call."""
 
     def __init__(self, link: SerialLink) -> None:
         self._link = link
         self._before = (0, 0)
 
     def values(self) -> dict[str, object]:
-        """By name; `quality_in` is the share of frames that came whole since the last call, -1 where none was due."""
+        """Figures by name; `quality_in` is the share of frames that came whole since the last call, -1 without any."""
         decoder = self._link.session.decoder
         dropped = {f"dropped_{reason}": decoder.dropped[reason] for reason in REASONS}
         return {
@@ -26,7 +26,7 @@ class LinkReport:
             "frames_out": self._link.sent,
             "frames_unsent": self._link.unsent,
             "sessions": self._link.session.begun,
-            **self._of_the_firmware(),
+            **self._firmware_values(),
         }
 
     def _quality(self) -> float:
@@ -36,7 +36,7 @@ class LinkReport:
         self._before = newest
         return came / (came + lost) if came + lost else -1.0
 
-    def _of_the_firmware(self) -> dict[str, object]:
+    def _firmware_values(self) -> dict[str, object]:
         session = self._link.session
         announced, telemetry = session.announced, session.telemetry
         if announced is None or telemetry is None:

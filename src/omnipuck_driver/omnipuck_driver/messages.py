@@ -1,15 +1,15 @@
-"""What the two sides say to each other, and its bytes. See docs/protocol.md."""
+"""The messages of the protocol and their bytes. See docs/protocol.md."""
 
 import math
 import struct
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import ClassVar
 
 from omnipuck_driver.framing import FrameError
 
 MOST_WHEELS = 8
 NEVER = 0xFFFF
-"""An age in milliseconds: there is none, or it is longer than the field can tell."""
+"""An age [ms] that does not exist, or is longer than its field can hold."""
 NO_TEMPERATURE = 0x7FFF
 
 # status bits of telemetry
@@ -27,7 +27,7 @@ _TELEMETRY = struct.Struct("<IIIHHhIHHHHHHffB")
 
 @dataclass(frozen=True)
 class Hello:
-    """Driver: begin a session. The device forgets the one before and stands still."""
+    """Driver to device: begin a session. The device ends the one before and stands still."""
 
     KIND: ClassVar[int] = 0x01
     session: int
@@ -43,13 +43,13 @@ class Hello:
 
 
 @dataclass(frozen=True)
-class Command:
-    """Driver: turn the wheels.
+class CommandMessage:
+    """Driver to device: turn the wheels. `Command` in docs/protocol.md.
 
     Attributes:
-        session: which it belongs to.
+        session: token of the session.
         sent: driver's clock [ms, modulo 2^32].
-        age: of the command behind it when it was sent [ms].
+        age: age of the command behind it when it was sent [ms].
         life: how much longer it may be followed [ms].
         flags: EMERGENCY_STOP.
         wheels: speeds [rad/s].
@@ -69,7 +69,7 @@ class Command:
         return head + _pack_wheels(self.wheels)
 
     @classmethod
-    def unpack(cls, payload: bytes) -> "Command":
+    def unpack(cls, payload: bytes) -> "CommandMessage":
         """The message of a payload; raises `struct.error` or `FrameError` where it is none."""
         *head, count = _COMMAND.unpack_from(payload)
         return cls(*(*head, _unpack_wheels(payload[_COMMAND.size :], count)))
@@ -77,13 +77,13 @@ class Command:
 
 @dataclass(frozen=True)
 class Announce:
-    """Device: what it is; the answer to Hello, and sent unasked with session 0 when it has started.
+    """Device to driver: what it is; the answer to Hello, and sent unasked with session 0 when it has started.
 
     Attributes:
-        session: of the Hello it answers, else 0.
+        session: token of the Hello it answers, else 0.
         boot: another number after each start.
         capabilities: SENSES_IMPACTS, GIVES_TEMPERATURE.
-        n_wheels: wheels it has.
+        n_wheels: number of wheels.
         longest_life: it shortens longer lives of commands to this [ms].
         firmware: name and version, up to 12 ASCII characters.
     """
@@ -110,22 +110,22 @@ class Announce:
 
 @dataclass(frozen=True)
 class Telemetry:
-    """Device: how it is, at a steady rate.
+    """Device to driver: its state, at a steady rate.
 
     Attributes:
-        session, boot: it is in; session 0 before the first Hello.
+        session, boot: the present ones; session 0 before the first Hello.
         time: device's clock [ms, modulo 2^32].
         status: ARMED, ESTOP_PRESSED, BATTERY_LOW, EXPIRED (the last command outlived its life), STALLED (it was itself
             held up since the last telemetry), MOTOR_FAULT, TOO_HOT.
-        battery: [mV].
-        temperature: [0.1 deg C], NO_TEMPERATURE where it measures none.
+        battery: voltage [mV].
+        temperature: temperature [0.1 deg C], NO_TEMPERATURE where it measures none.
         echo: `sent` of the newest command accepted, 0 before the first.
         echo_delay: time since it came [ms].
         command_age: age of the command behind the wheels' motion [ms], NEVER while they stand still.
         accepted, dropped: frames that came, modulo 2^16.
-        impacts: hits sensed so far, modulo 2^16; the fields below are of the newest.
-        impact_age: time since it [ms], NEVER where there is none.
-        impact: change of velocity, body frame then, x forward, y left [m/s].
+        impacts: impacts sensed so far, modulo 2^16.
+        impact_age: time since the newest impact [ms], NEVER where there is none.
+        impact: its change of velocity in the body frame of then, x forward, y left [m/s].
         wheels: measured speeds [rad/s].
     """
 
@@ -148,12 +148,8 @@ class Telemetry:
 
     def pack(self) -> bytes:
         """The payload."""
-        head = _TELEMETRY.pack(
-            self.session, self.boot, self.time, self.status, self.battery, self.temperature, self.echo,
-            self.echo_delay, self.command_age, self.accepted, self.dropped, self.impacts, self.impact_age,
-            *self.impact, len(self.wheels),
-        )  # fmt: skip
-        return head + _pack_wheels(self.wheels)
+        *fields, impact, wheels = astuple(self)
+        return _TELEMETRY.pack(*fields, *impact, len(wheels)) + _pack_wheels(wheels)
 
     @classmethod
     def unpack(cls, payload: bytes) -> "Telemetry":
@@ -163,9 +159,9 @@ class Telemetry:
         return cls(*(*head, (x, y), _unpack_wheels(payload[_TELEMETRY.size :], count)))
 
 
-Message = Hello | Command | Announce | Telemetry
-_KINDS: dict[int, type[Hello] | type[Command] | type[Announce] | type[Telemetry]] = {
-    kind.KIND: kind for kind in (Hello, Command, Announce, Telemetry)
+Message = Hello | CommandMessage | Announce | Telemetry
+_KINDS: dict[int, type[Hello] | type[CommandMessage] | type[Announce] | type[Telemetry]] = {
+    kind.KIND: kind for kind in (Hello, CommandMessage, Announce, Telemetry)
 }
 
 

@@ -1,4 +1,4 @@
-"""Opening a serial device, and why it cannot be opened in words that say what to do."""
+"""Opening a serial device, with an error message that names the remedy where it cannot be opened."""
 
 import errno
 from pathlib import Path
@@ -11,7 +11,7 @@ class PortError(OSError):
 
 
 def open_port(path: str, baud: int) -> serial.Serial:
-    """The device, for this process alone; reading and writing never wait.
+    """Opens the device for this process alone; reading and writing never block.
 
     Raises:
         PortError: missing, not permitted, in use, no serial device, or a rate it cannot do.
@@ -23,7 +23,7 @@ def open_port(path: str, baud: int) -> serial.Serial:
 
 
 def described(path: str, baud: int, error: Exception) -> str:
-    """What is wrong with a device, and what to do."""
+    """The error message: what is wrong with a device, and what to do."""
     number = getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
         return f"{path}: no such device: is the cable plugged in, the robot switched on? (driver.port)"

@@ -12,16 +12,16 @@ from omnipuck_driver.session import Session, WheelCommand
 FIRST_WAIT = 0.05
 """Pause after the first attempt in vain; each further one takes twice as long, up to driver.longest_wait [s]."""
 MOST_READ = 4096
-"""Bytes taken at once."""
+"""Most bytes read at once."""
 MOST_WAITING = 256
-"""Bytes that may wait in the device; more would be old when they arrive."""
+"""Most bytes that may wait in the device; more would be old when they arrive."""
 
 
 class SerialLink:
-    """Never waits: whoever owns it calls `receive` and `send` at the driver's rate.
+    """A serial device that never blocks; `receive` and `send` are to be called at the driver's rate.
 
     Attributes:
-        session: the conversation.
+        session: the conversation with the firmware.
         waits_for: why the device is not open, in words; empty while it is.
         sent, unsent: frames written, and those given up because the device was full.
     """
@@ -60,7 +60,7 @@ class SerialLink:
         return self.session.receive(data, now)
 
     def send(self, wheel_command: WheelCommand, now: float) -> None:
-        """Sends what the session allows of a wish at the local time `now` [s]."""
+        """Sends what the session allows of a wheel command at the local time `now` [s]."""
         if self._port is None:
             return
         frame = self.session.outgoing(wheel_command, now)

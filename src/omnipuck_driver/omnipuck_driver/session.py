@@ -1,4 +1,4 @@
-"""The driver's end of the protocol, without a port: when to greet, what to believe, what to send."""
+"""The driver's end of the protocol, without a port: when to greet, what to accept, what to send."""
 
 import secrets
 from collections.abc import Callable
@@ -6,22 +6,22 @@ from dataclasses import dataclass
 
 from omnipuck_driver.codec import Decoder, Encoder
 from omnipuck_driver.framing import VERSION
-from omnipuck_driver.messages import ARMED, EMERGENCY_STOP, ESTOP_PRESSED, Announce, Command, Hello, Telemetry
+from omnipuck_driver.messages import ARMED, EMERGENCY_STOP, ESTOP_PRESSED, Announce, CommandMessage, Hello, Telemetry
 
 HELLO_PERIOD = 0.1
-"""Between two greetings [s]."""
+"""Time between two greetings [s]."""
 MILLISECONDS = 1 << 32
 
 
 @dataclass(frozen=True)
 class WheelCommand:
-    """What the wheels should do.
+    """The wheel speeds to be sent.
 
     Attributes:
         wheels: speeds [rad/s].
-        age: of the command behind it [s].
-        life: how much longer it may be followed [s].
-        emergency_stop: stand still whatever comes, until a wish says otherwise.
+        age: age of the velocity command behind them [s].
+        life: how much longer they may be followed [s].
+        emergency_stop: stand still whatever comes, until a wheel command without it.
     """
 
     wheels: tuple[float, ...]
@@ -30,7 +30,7 @@ class WheelCommand:
     emergency_stop: bool = False
 
     def standing_still(self) -> "WheelCommand":
-        """The same with wheels at rest."""
+        """This command with the wheels at rest."""
         return WheelCommand((0.0,) * len(self.wheels), self.age, self.life, self.emergency_stop)
 
 
@@ -41,18 +41,18 @@ def _new_token() -> int:
 class Session:
     """One conversation with the firmware at a time.
 
-    It begins with a Hello and a token that the firmware repeats in all it says; what carries another token is of an
-    earlier conversation. Only after the firmware has taken a zero command in this session are others sent.
+    It begins with a Hello and a token that the firmware repeats in each message; a message with another token belongs
+    to an earlier conversation. Only after the firmware has taken a zero command in this session are others sent.
 
     Args:
-        n_wheels: that the robot should have.
+        n_wheels: number of wheels that the robot should have.
         timeout: silence after which a new session begins [s].
         new_token: draws tokens, never 0.
 
     Attributes:
         announced: the firmware's answer, None before.
         telemetry: its newest in this session, None before.
-        latency: from sending a command to the telemetry that tells of it, the firmware's own time left out [s].
+        latency: from sending a command to the telemetry that echoes it, without the firmware's own time [s].
         begun: sessions so far.
     """
 
@@ -69,7 +69,7 @@ class Session:
         self.begin()
 
     def begin(self) -> None:
-        """Forgets the firmware and greets anew, as after a reconnect."""
+        """Begins a new session with a greeting, as after a reconnect."""
         self.begun += 1
         self.announced = self.telemetry = self.latency = None
         self.decoder.forget()
@@ -108,14 +108,14 @@ class Session:
         return news
 
     def outgoing(self, wheel_command: WheelCommand, now: float) -> bytes:
-        """The bytes to send at the local time `now` [s]: a greeting, zero, or the wish."""
+        """The bytes to send at the local time `now` [s]: a greeting, zero, or the wheel command."""
         if self.announced is not None and now - self._heard > self._timeout:
             self.begin()
         if not self.connected:
             return self._greeting(now)
         allowed = wheel_command if self.armed else wheel_command.standing_still()
         return self._encoder.encode(
-            Command(
+            CommandMessage(
                 session=self._token,
                 sent=_milliseconds(now) % MILLISECONDS,
                 age=min(_milliseconds(allowed.age), 0xFFFF),

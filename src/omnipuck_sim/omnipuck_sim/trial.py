@@ -39,18 +39,18 @@ REACHED, TIMEOUT, STUCK = "reached", "timeout", "stuck"
 
 @dataclass(frozen=True, eq=False)
 class TrialResult:
-    """What happened in one run (simulated).
+    """The record of one run (simulated).
 
     Attributes:
         outcome: reached, timeout or stuck.
         arrival_time: from the first non-zero command to the first pose within goal_tolerance, else the limit [s].
-        path_length: of the true path from the first non-zero command to the end [m].
-        impacts: all hits of the run; foreseen: (k,) which of them a plan in force foresaw.
-        rebounds: (k, 3) of each hit that the last plan before it foresaw, else NaN: by how much its rebound left in
-            another direction than foreseen [rad], the speed foreseen and the true one [m/s].
+        path_length: length of the true path from the first non-zero command to the end [m].
+        impacts: all k impacts of the run; foreseen: (k,) whether a plan in force foresaw each.
+        rebounds: (k, 3) for each impact that the last plan before it foresaw, else NaN: angle between the foreseen
+            direction of its rebound and the true one [rad], the speed foreseen and the true one [m/s].
         plan_times: (n,) wall time of each cycle from scan to plan [s].
-        candidates, candidates_before_pruning: (n,) compared in each cycle.
-        maneuvers: control periods spent in each.
+        candidates, candidates_before_pruning: (n,) numbers of candidates in each cycle.
+        maneuvers: control periods spent in each maneuver.
         trajectory: (m, 5) t, x, y, vx, vy of the truth at the mocap rate, t from the first non-zero command.
         plans: the reference positions (n, 2) of every plan.
     """
@@ -153,7 +153,7 @@ class _Loop:
 
 
 class _Timer:
-    """Ticks at a rate [Hz], the first one after `phase` [s], told in physics steps; `next` is that of the next tick."""
+    """Ticks at a rate [Hz], the first one after `phase` [s], counted in physics steps; `next` is the next one."""
 
     def __init__(self, rate: float, physics_rate: float, phase: float = 0.0) -> None:
         self._rate, self._physics_rate, self._phase = rate, physics_rate, phase
@@ -164,7 +164,7 @@ class _Timer:
         return round((tick / self._rate + self._phase) * self._physics_rate)
 
     def due(self, step: int) -> bool:
-        """Whether a tick falls on this step; each is told once."""
+        """Whether a tick falls on this step; true once for each."""
         if step < self.next:
             return False
         self._ticks += 1
@@ -244,11 +244,19 @@ def _result(loop: _Loop, seed: int, outcome: str, begun: float, trajectory: np.n
     counts = np.array(loop.counts, dtype=int).reshape(-1, 2)
     elapsed = trajectory[-1, 0] if len(trajectory) else 0.0
     return TrialResult(
-        world=loop.world.name, strategy=loop.settings.planner.strategy, seed=seed, outcome=outcome,
+        world=loop.world.name,
+        strategy=loop.settings.planner.strategy,
+        seed=seed,
+        outcome=outcome,
         arrival_time=float(elapsed) if outcome == REACHED else loop.settings.trial.timeout,
         path_length=path_length(trajectory[:, 1:3]) if len(trajectory) else 0.0,
-        impacts=tuple(loop.impacts), foreseen=foreseen_impacts(times, points, loop.predictions),
+        impacts=tuple(loop.impacts),
+        foreseen=foreseen_impacts(times, points, loop.predictions),
         rebounds=foreseen_rebounds(times, points, after, loop.predictions),
-        plan_times=np.array(loop.plan_times), candidates=counts[:, 0], candidates_before_pruning=counts[:, 1],
-        maneuvers=dict(loop.maneuvers), trajectory=trajectory, plans=tuple(loop.plans),
-    )  # fmt: skip
+        plan_times=np.array(loop.plan_times),
+        candidates=counts[:, 0],
+        candidates_before_pruning=counts[:, 1],
+        maneuvers=dict(loop.maneuvers),
+        trajectory=trajectory,
+        plans=tuple(loop.plans),
+    )

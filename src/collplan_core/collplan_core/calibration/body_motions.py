@@ -1,4 +1,4 @@
-"""The motions that show where the measured body sits on the robot, and what they show."""
+"""The motions from which the place of the measured body on the robot is estimated."""
 
 from typing import Protocol
 
@@ -8,43 +8,52 @@ from collplan_core.calibration.mocap_offset import AxesFit, displacement, fit_ax
 from collplan_core.sensing.pose_filter import PoseSample
 
 DISTANCE, SPEED = 0.1, 0.1
-"""Of a motion along an axis [m, m/s]."""
+"""Distance and speed of a motion along an axis [m, m/s]."""
 DIRECTIONS = np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
-"""Each way and back, so that the robot ends where it began."""
+"""Directions of the motions: each way and back, so that the robot ends where it began."""
 MOST_ROUNDS = 3
+"""Times the four motions are driven at most."""
 ENOUGH_CERTAINTY = np.radians(0.5)
-"""Of the body's heading; beyond it the motions are repeated [rad]."""
+"""Standard deviation of the body's heading above which the motions are repeated [rad]."""
 REVOLUTION = 2.1 * np.pi
-"""A little more than one [rad]."""
+"""Commanded turn in place: a little more than one revolution [rad]."""
 
 
-class Driver(Protocol):
-    """Something that moves a robot and sees a body on it."""
+class MeasuredRobot(Protocol):
+    """A robot that can be driven open loop while the body on it is measured."""
 
     def drive(self, velocity: tuple[float, float], yaw_rate: float, duration: float) -> list[PoseSample]:
-        """The body's poses while a velocity [m/s, robot frame] and a yaw rate [rad/s] are commanded; ends at rest."""
+        """The body's poses while a velocity [m/s, robot frame] and a yaw rate [rad/s] are commanded for `duration` [s].
+
+        The robot is at rest afterwards.
+        """
 
     def rest(self) -> list[PoseSample]:
         """Some poses of the body at rest."""
 
 
-def turn_in_place(driver: Driver, yaw_rate: float) -> tuple[np.ndarray, float]:
-    """The lever of `fit_lever` (2,) [m], and the share of the commanded turn that was measured."""
-    poses = driver.drive((0.0, 0.0), yaw_rate, REVOLUTION / yaw_rate)
+def turn_in_place(robot: MeasuredRobot, yaw_rate: float) -> tuple[np.ndarray, float]:
+    """One turn at `yaw_rate` [rad/s]: lever of `fit_lever` (2,) [m], and the share of the turn that was measured."""
+    poses = robot.drive((0.0, 0.0), yaw_rate, REVOLUTION / yaw_rate)
     yaws = np.unwrap([pose.yaw for pose in poses])
     return fit_lever(poses), float(yaws[-1] - yaws[0]) / REVOLUTION
 
 
-def drive_each_way(driver: Driver, lever: np.ndarray, max_speed: float) -> AxesFit:
-    """Forward, back, left and back, again while the result is uncertain."""
+def drive_each_way(robot: MeasuredRobot, lever: np.ndarray, max_speed: float) -> AxesFit:
+    """Drives forward, back, left and right, again while the result is uncertain.
+
+    Args:
+        lever: (2,) of `turn_in_place` [m].
+        max_speed: upper limit of the speed [m/s].
+    """
     speed = min(SPEED, max_speed)
     commanded: list[np.ndarray] = []
     measured: list[np.ndarray] = []
-    before = mean_pose(driver.rest())
+    before = mean_pose(robot.rest())
     for _ in range(MOST_ROUNDS):
         for x, y in DIRECTIONS.tolist():
-            driver.drive((speed * x, speed * y), 0.0, DISTANCE / speed)
-            after = mean_pose(driver.rest())
+            robot.drive((speed * x, speed * y), 0.0, DISTANCE / speed)
+            after = mean_pose(robot.rest())
             commanded.append(DISTANCE * np.array([x, y]))
             measured.append(displacement(before, after, lever))
             before = after

@@ -1,7 +1,7 @@
-"""How fast the robot was right before and right after a hit, from the poses around it.
+"""Velocities right before and right after an impact, from the poses around it.
 
-No pose of the hit itself is used: a ring gives way for some milliseconds. The poses from 120 to 20 ms before and from
-20 to 120 ms after are met, by least squares, with one path that the wheels drive as commanded,
+No pose of the impact itself is used: a ring gives way for some milliseconds. The poses from 120 to 20 ms before and
+from 20 to 120 ms after are fitted, by least squares, with one path that the wheels drive as commanded,
 
     dv/dt = (u - v) / lag, at most max_acceleration,
 
@@ -11,6 +11,7 @@ and whose velocity alone leaps, once, at an unknown time. At 100 Hz and 2 mm of 
 
 from dataclasses import dataclass
 from math import exp, hypot
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,27 +19,28 @@ from collplan_core.jit import njit
 from collplan_core.parameters import Robot
 
 NEAR, FAR = 0.02, 0.12
-"""Poses so long before and after a hit are met [s]."""
+"""Shortest and longest time between an impact and the poses that are fitted, before and after it [s]."""
 FEWEST_POSES = 5
-"""On either side."""
+"""Poses needed before an impact, and as many after it."""
 UNEXPLAINED = 0.02
 """Standard deviation of a velocity by what wheels and floor do beyond the commands, by axis [m/s] (assumed)."""
 LARGEST_MISFIT = 1.6
-"""Of the poses, in standard deviations; beyond it something else happened as well."""
+"""Largest misfit of the poses, in standard deviations; beyond it something else happened as well."""
 
 _MOST_ROUNDS = 4
 _STEPS = 4
-"""Of the path between two poses."""
+"""Integration steps between two poses."""
 _SCALES = np.array([0.01, 0.01, 0.1, 0.1, 0.1, 0.1, 0.01])
+"""Typical sizes of the seven unknowns: first position and velocity, velocity after, time [m, m/s, m/s, s]."""
 
 
 class UnusableImpact(ValueError):
-    """A hit from which no velocities can be had; the message says why."""
+    """An impact whose velocities cannot be determined; the message says why."""
 
 
 @dataclass(frozen=True, eq=False)
 class RecordedPath:
-    """Poses and what was commanded at each.
+    """Measured poses, and the velocity commanded at each.
 
     Attributes:
         times: (n,) strictly rising [s].
@@ -51,7 +53,7 @@ class RecordedPath:
     wanted: np.ndarray
 
     def between(self, begin: float, end: float) -> "RecordedPath":
-        """The poses from `begin` to `end` [s]; times count from now on from the middle."""
+        """The poses from `begin` to `end` [s], their times relative to the middle of the two."""
         first, last = np.searchsorted(self.times, (begin, end))
         part = slice(int(first), int(last))
         return RecordedPath(self.times[part] - 0.5 * (begin + end), self.points[part], self.wanted[part])
@@ -59,13 +61,13 @@ class RecordedPath:
 
 @dataclass(frozen=True, eq=False)
 class ImpactFit:
-    """A hit, world frame.
+    """A fitted impact, world frame.
 
     Attributes:
         time: when [s].
         position: (2,) centre of the robot then [m].
         before, after: (2,) velocity [m/s].
-        covariance: (4, 4) of before and after [m^2/s^2].
+        covariance: (4, 4) covariance of (before, after) [m^2/s^2].
     """
 
     time: float
@@ -76,36 +78,48 @@ class ImpactFit:
 
 
 def fit_impact(path: RecordedPath, time: float, robot: Robot, noise: float) -> ImpactFit:
-    """The hit at about `time` [s]; `noise` is the standard deviation of a measured position by axis [m].
+    """The impact at about `time` [s]; `noise` is the standard deviation of a measured position by axis [m].
 
     Raises:
-        UnusableHit: too few poses around it, no single moment that explains them, or a path that misses them.
+        UnusableImpact: too few poses around it, no single moment that explains them, or a path that misses them.
     """
     for _ in range(_MOST_ROUNDS):
         around = path.between(time - FAR, time + FAR)
-        unknowns, jacobian, misfit = _met(around, robot)
-        time += float(unknowns[6])
-        if abs(unknowns[6]) <= 0.5 * NEAR:
-            return _checked(around, time, unknowns, jacobian, misfit, robot, noise)
+        fitted = _fit_path(around, robot)
+        time += float(fitted.unknowns[6])
+        if abs(fitted.unknowns[6]) <= 0.5 * NEAR:
+            return _checked(fitted, around, time, robot, noise)
     raise UnusableImpact("no single moment explains the poses around it")
 
 
-def _checked(
-    around: RecordedPath, time: float, unknowns: np.ndarray, jacobian: np.ndarray, misfit: float, robot: Robot,
-    noise: float,
-) -> ImpactFit:  # fmt: skip
+class _FittedPath(NamedTuple):
+    """The path nearest to the poses around an impact.
+
+    Attributes:
+        unknowns: (7,) position and velocity at the first pose, velocity after the impact, its time.
+        jacobian: (m, 7) of the distances from the poses by the unknowns.
+        misfit: root mean square distance from the poses by axis [m].
+    """
+
+    unknowns: np.ndarray
+    jacobian: np.ndarray
+    misfit: float
+
+
+def _checked(fitted: _FittedPath, around: RecordedPath, time: float, robot: Robot, noise: float) -> ImpactFit:
+    """The impact at `time` [s] on a fitted path; raises UnusableImpact where the path misses the poses."""
+    unknowns, jacobian, misfit = fitted
     deviation = hypot(noise, UNEXPLAINED * 0.5 * (FAR - NEAR))
     if misfit > LARGEST_MISFIT * deviation:
-        raise UnusableImpact("the poses around it are not those of one hit")
+        raise UnusableImpact("the poses around it are not those of one impact")
     variances = max(deviation, misfit) ** 2 * np.linalg.pinv(jacobian.T @ jacobian)
     slopes = _slopes(unknowns, around, robot)
-    contact = _contact(unknowns, around, robot)
+    before = _right_before(unknowns, around, robot)
     covariance = slopes @ variances @ slopes.T + UNEXPLAINED**2 * np.eye(4)
-    return ImpactFit(time, contact[:2], contact[2:], unknowns[4:6], covariance)
+    return ImpactFit(time, before[:2], before[2:], unknowns[4:6], covariance)
 
 
-def _met(around: RecordedPath, robot: Robot) -> tuple[np.ndarray, np.ndarray, float]:
-    """Position and velocity at the first pose, velocity after the hit, its time; the Jacobian; the misfit by axis."""
+def _fit_path(around: RecordedPath, robot: Robot) -> _FittedPath:
     # costs more than all the rest to load
     from scipy.optimize import least_squares
 
@@ -121,53 +135,64 @@ def _met(around: RecordedPath, robot: Robot) -> tuple[np.ndarray, np.ndarray, fl
     begin = [*around.points[0], *_slope(around, before), *_slope(around, after), 0.0]
     found = least_squares(off, begin, method="lm", x_scale=_SCALES)
     freedom = 2 * used.sum() - len(_SCALES)
-    return found.x, found.jac, float(np.sqrt(2.0 * found.cost / freedom))
+    return _FittedPath(found.x, found.jac, float(np.sqrt(2.0 * found.cost / freedom)))
 
 
 def _slope(around: RecordedPath, side: np.ndarray) -> np.ndarray:
     return np.asarray(np.polyfit(around.times[side], around.points[side], 1)[0])
 
 
-def _contact(unknowns: np.ndarray, around: RecordedPath, robot: Robot) -> np.ndarray:
-    """Position and velocity right before the hit (4,)."""
+def _right_before(unknowns: np.ndarray, around: RecordedPath, robot: Robot) -> np.ndarray:
+    """Position and velocity right before the impact (4,)."""
     driven = _driven(unknowns, around.times, around.wanted, robot.velocity_lag, robot.max_acceleration)
     return np.asarray(driven[-2:].ravel())
 
 
 def _slopes(unknowns: np.ndarray, around: RecordedPath, robot: Robot) -> np.ndarray:
-    """(4, 7) of the velocities before and after by the unknowns."""
+    """(4, 7) derivatives of the velocities before and after by the unknowns."""
     slopes = np.zeros((4, len(unknowns)))
     slopes[2:, 4:6] = np.eye(2)
     for i, step in enumerate(1e-3 * _SCALES):
         shift = step * np.eye(len(unknowns))[i]
-        ahead, behind = _contact(unknowns + shift, around, robot), _contact(unknowns - shift, around, robot)
+        ahead, behind = (_right_before(unknowns + s, around, robot) for s in (shift, -shift))
         slopes[:2, i] = (ahead - behind)[2:] / (2.0 * step)
     return slopes
 
 
+class _Motion(NamedTuple):
+    """Position [m] and velocity [m/s] of the robot, world frame."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+
+
 @njit
-def _driven(unknowns, times, wanted, lag, limit):  # type: ignore[no-untyped-def]
-    """(n + 2, 2): the path at the times, then position and velocity right before the hit."""
+def _driven(unknowns: np.ndarray, times: np.ndarray, wanted: np.ndarray, lag: float, limit: float) -> np.ndarray:
+    """(n + 2, 2): the path at the times, then position and velocity right before the impact."""
     last = len(times) - 1
     rows = np.zeros((last + 3, 2))
-    x, y, vx, vy = unknowns[0], unknowns[1], unknowns[2], unknowns[3]
-    hit = min(max(unknowns[6], times[0]), times[last])
+    motion = _Motion(unknowns[0], unknowns[1], unknowns[2], unknowns[3])
+    impact = min(max(unknowns[6], times[0]), times[last])
     due = True
-    rows[0, 0], rows[0, 1] = x, y
+    rows[0, 0], rows[0, 1] = motion.x, motion.y
     for k in range(last):
         now = times[k]
-        if due and hit <= times[k + 1]:
-            x, y, vx, vy = _drive(x, y, vx, vy, wanted[k], hit - now, lag, limit)
-            rows[last + 1, 0], rows[last + 1, 1], rows[last + 2, 0], rows[last + 2, 1] = x, y, vx, vy
-            now, vx, vy, due = hit, unknowns[4], unknowns[5], False
-        x, y, vx, vy = _drive(x, y, vx, vy, wanted[k], times[k + 1] - now, lag, limit)
-        rows[k + 1, 0], rows[k + 1, 1] = x, y
+        if due and impact <= times[k + 1]:
+            motion = _drive(motion, wanted[k], impact - now, lag, limit)
+            rows[last + 1, 0], rows[last + 1, 1] = motion.x, motion.y
+            rows[last + 2, 0], rows[last + 2, 1] = motion.vx, motion.vy
+            motion, now, due = _Motion(motion.x, motion.y, unknowns[4], unknowns[5]), impact, False
+        motion = _drive(motion, wanted[k], times[k + 1] - now, lag, limit)
+        rows[k + 1, 0], rows[k + 1, 1] = motion.x, motion.y
     return rows
 
 
 @njit
-def _drive(x, y, vx, vy, wanted, duration, lag, limit):  # type: ignore[no-untyped-def]
-    """Position and velocity after a duration under one command."""
+def _drive(motion: _Motion, wanted: np.ndarray, duration: float, lag: float, limit: float) -> _Motion:
+    """The motion after `duration` [s] under one command `wanted` (2,) [m/s]."""
+    x, y, vx, vy = motion.x, motion.y, motion.vx, motion.vy
     step = duration / _STEPS
     # the exact share of a first-order lag, so that a lag shorter than the step stays stable
     share = 1.0 - exp(-step / lag) if lag > 0.0 else 1.0
@@ -181,4 +206,4 @@ def _drive(x, y, vx, vy, wanted, duration, lag, limit):  # type: ignore[no-untyp
         y += (vy + 0.5 * change_y) * step
         vx += change_x
         vy += change_y
-    return x, y, vx, vy
+    return _Motion(x, y, vx, vy)

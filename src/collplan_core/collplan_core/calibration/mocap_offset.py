@@ -1,20 +1,21 @@
-"""Where the measured body sits on the robot, from how it moves: along known commands, and while the robot turns."""
+"""The place of the measured body on the robot, from its motion under known commands and while the robot turns."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from collplan_core.plane import rotate
 from collplan_core.sensing.pose_filter import PoseSample
 
 
 @dataclass(frozen=True)
 class AxesFit:
-    """How measured displacements come out of commanded ones.
+    """The map from commanded displacements to measured ones.
 
     Attributes:
         turn: from a commanded direction to the measured one [rad]; uncertainty: its standard deviation [rad].
         scale: measured length over commanded length.
-        mirrored: left is right.
+        mirrored: whether left and right are exchanged.
     """
 
     turn: float
@@ -25,7 +26,7 @@ class AxesFit:
 
 @dataclass(frozen=True)
 class BodyOffset:
-    """The measured body seen from the robot's centre: forward, left [m], heading [rad]."""
+    """Pose of the measured body on the robot: x forward and y left of its centre [m], heading [rad]."""
 
     x: float
     y: float
@@ -69,16 +70,18 @@ def fit_lever(poses: list[PoseSample]) -> np.ndarray:
 
 
 def displacement(before: PoseSample, after: PoseSample, lever: np.ndarray) -> np.ndarray:
-    """How far the robot's centre went (2,) [m], in the body's frame as it was before."""
-    moved = after.position - _rotation(after.yaw) @ lever - before.position + _rotation(before.yaw) @ lever
-    return np.asarray(_rotation(-before.yaw) @ moved)
+    """Displacement of the robot's centre (2,) [m], in the frame of the body before it."""
+    lever_x, lever_y = lever.tolist()
+    moved = after.position - rotate(lever_x, lever_y, after.yaw) - before.position
+    moved_x, moved_y = (moved + rotate(lever_x, lever_y, before.yaw)).tolist()
+    return np.array(rotate(moved_x, moved_y, -before.yaw))
 
 
 def body_offset(axes: AxesFit, lever: np.ndarray) -> BodyOffset:
-    """What `mocap.body_offset_x`, `_y` and `_yaw` must be: axes fitted to displacements in the body's frame."""
+    """The values of `mocap.body_offset_x`, `_y` and `_yaw`, from axes fitted to displacements in the body's frame."""
     # a direction of the robot is seen turned back by the body's own heading on it
     yaw = -axes.turn
-    x, y = (_rotation(yaw) @ lever).tolist()
+    x, y = rotate(*lever.tolist(), yaw)
     return BodyOffset(x, y, yaw)
 
 
@@ -86,8 +89,3 @@ def mean_pose(poses: list[PoseSample]) -> PoseSample:
     """Mean position and heading of a body at rest, with the last stamp."""
     yaw = float(np.angle(np.mean(np.exp(1j * np.array([pose.yaw for pose in poses])))))
     return PoseSample(poses[-1].stamp, np.mean([pose.position for pose in poses], axis=0), yaw)
-
-
-def _rotation(angle: float) -> np.ndarray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s], [s, c]])

@@ -1,4 +1,4 @@
-"""How good a stream of poses is, from a body at rest."""
+"""Quality of a stream of poses, measured on a body at rest."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,13 @@ import numpy as np
 
 @dataclass(frozen=True)
 class StreamQuality:
-    """Figures of a stream.
+    """Figures of a stream of poses.
 
     Attributes:
         rate: poses per second, by their stamps [Hz].
         jitter: 99 of 100 poses come at most so much sooner or later after the last one than usual [s].
-        longest_gap: between two receipts [s].
-        noise: standard deviation of the position by axis, the larger one [m].
+        longest_gap: longest time between two receipts [s].
+        noise: standard deviation of the position, of the axis where it is larger [m].
     """
 
     rate: float
@@ -23,7 +23,7 @@ class StreamQuality:
 
 
 def stream_quality(stamps: np.ndarray, received: np.ndarray, positions: np.ndarray) -> StreamQuality:
-    """Of n >= 3 poses: stamps (n,) and local times of receipt (n,) [s], positions (n, 2) [m]."""
+    """Figures of n >= 3 poses: stamps (n,) and local times of receipt (n,) [s], positions (n, 2) [m]."""
     gaps = np.diff(received)
     return StreamQuality(
         rate=float((len(stamps) - 1) / (stamps[-1] - stamps[0])),

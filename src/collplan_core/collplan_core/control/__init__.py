@@ -1,1 +1,1 @@
-"""Tracking a reference, and the rules by which the robot stands still."""
+"""Tracking of a reference, and the rules that let the robot move."""

@@ -1,6 +1,6 @@
-"""After an emergency stop a robot follows commands again only once it was told to stand, or was told nothing.
+"""After an emergency stop a robot follows commands again only after a zero command, or after none for a while.
 
-Whoever went on commanding through the stop does not set it moving the moment the stop is cleared.
+A commander that went on through the stop does not set the robot moving the moment the stop is cleared.
 """
 
 from dataclasses import dataclass
@@ -21,10 +21,10 @@ class Arming:
         return self.quiet_since is not None and now - self.quiet_since < silence
 
     def after_command(self, zero: bool, now: float, silence: float) -> "Arming":
-        """A command came, `zero` or not; ask `waits` of what is returned whether it may be followed."""
+        """The arming after a command, `zero` or not; the command may be followed where that `is_waiting` no longer."""
         return Arming(now) if self.is_waiting(now, silence) and not zero else ARMED
 
 
 ARMED = Arming()
 WAITING = "after the emergency stop: waiting for a zero command, or for none"
-"""What a robot says of itself meanwhile."""
+"""The robot's diagnostic message while it is waiting."""

@@ -1,4 +1,4 @@
-"""What the controller keeps between two periods."""
+"""The controller's memory between two periods."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -8,12 +8,12 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class ControllerMemory:
-    """What one control period leaves to the next.
+    """The memory that one control period hands to the next.
 
     Attributes:
         integral: (2,) of the position error, as a velocity [m/s, world frame].
         heading: yaw that is held [rad]; None until the first pose is seen.
-        follower: what the planner's own way of following keeps; None at first.
+        follower: what the planner's own way to follow its plans keeps; None at first.
     """
 
     integral: np.ndarray = field(default_factory=lambda: np.zeros(2))

@@ -1,4 +1,4 @@
-"""Whether to act: each decision gives the reason not to, or "" to go ahead. A robot that is unsure stops.
+"""Whether to act: each decision gives the reason not to, or "" to go ahead. In doubt the robot stops.
 
 Ages are local time since receipt [s], infinite before the first; stamps are times on the poses' clock [s].
 """
@@ -12,14 +12,12 @@ from collplan_core.plan import Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
 
-LEAP_MARGIN = 0.05
-"""Distance between two poses beyond what the robot could travel that is still taken for motion [m]."""
 TOUCH_MARGIN = 0.01
 """How far a seen surface may reach into the robot standing at its goal: noise of poses and ranges [m]."""
 
 
 def why_stale(name: str, age: float, limit: float) -> str:
-    """Something received too long ago, never, or (its clock was set back) in the future."""
+    """Why an input of this age is not to be used: too old, never received, or (its clock was set back) negative."""
     if math.isinf(age):
         return f"no {name} yet"
     return "" if 0.0 <= age <= limit else f"{name} {age:.2f} s old, limit {limit:.2f} s"
@@ -58,16 +56,17 @@ def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None) -> 
     return "" if plan.times[-1] > now else f"ended at {plan.times[-1]:.3f}, it is {now:.3f}"
 
 
-def is_relocated(before: State, after: State, robot: Robot, limits: Limits) -> bool:
+def is_relocated(before: State, after: State, robot: Robot, limits: Limits, leap_margin: float) -> bool:
     """Whether two successive poses do not join: a leap, a silence beyond pose_age, or a clock set back.
 
-    What was planned and mapped before then holds no longer.
+    What was planned and mapped before then holds no longer. A leap is a distance of more than `leap_margin` [m]
+    (mocap.leap_margin) beyond what excess_speed times max_speed explains.
     """
     silence = after.stamp - before.stamp
     if not 0.0 <= silence <= limits.pose_age:
         return True
     distance = math.hypot(*(after.position - before.position))
-    return distance > limits.excess_speed * robot.max_speed * silence + LEAP_MARGIN
+    return distance > limits.excess_speed * robot.max_speed * silence + leap_margin
 
 
 def is_blocked(goal: np.ndarray, scan: Scan, state: State, robot: Robot, mapping: LocalMapping) -> bool:

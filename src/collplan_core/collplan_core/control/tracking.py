@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.parameters import Control, Limits, Robot
+from collplan_core.plane import rotate
 
 
 def sample_reference(
@@ -30,8 +31,15 @@ def saturate(velocity: np.ndarray, max_speed: float) -> np.ndarray:
     return velocity if speed <= max_speed else velocity * (max_speed / speed)
 
 
-def pid(error: np.ndarray, feed_forward: np.ndarray, velocity_error: np.ndarray, integral: np.ndarray, period: float,
-        control: Control, max_speed: float) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def pid(
+    error: np.ndarray,
+    feed_forward: np.ndarray,
+    velocity_error: np.ndarray,
+    integral: np.ndarray,
+    period: float,
+    control: Control,
+    max_speed: float,
+) -> tuple[np.ndarray, np.ndarray]:
     """World-frame velocity command (2,) [m/s] and the next integral (2,) [m/s].
 
     Anti-windup: the integral is limited, and does not grow while the command is saturated.
@@ -44,8 +52,7 @@ def pid(error: np.ndarray, feed_forward: np.ndarray, velocity_error: np.ndarray,
 
 def to_body(velocity: np.ndarray, yaw: float) -> np.ndarray:
     """A world-frame velocity (2,) in the body frame of a robot with that yaw."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([c * velocity[0] + s * velocity[1], -s * velocity[0] + c * velocity[1]])
+    return np.array(rotate(velocity[0], velocity[1], -yaw))
 
 
 def hold_heading(yaw: float, held: float, control: Control) -> float:
@@ -57,7 +64,7 @@ def hold_heading(yaw: float, held: float, control: Control) -> float:
 def clip_command(
     velocity: np.ndarray, yaw_rate: float, robot: Robot, limits: Limits
 ) -> tuple[np.ndarray, float] | None:
-    """What a robot makes of a command: cut to its limits; None (refused) beyond excess_speed times them; NaN too."""
+    """A command cut to the robot's limits; None (refused) where it is not finite or beyond excess_speed times them."""
     if not (np.isfinite(velocity).all() and math.isfinite(yaw_rate)):
         return None
     too_fast = math.hypot(velocity[0], velocity[1]) > limits.excess_speed * robot.max_speed

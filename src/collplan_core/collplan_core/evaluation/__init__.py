@@ -1,1 +1,1 @@
-"""How a run went: matched impacts, path length, and its end."""
+"""Figures of a run: foreseen impacts, path length, and how it ended."""

@@ -1,4 +1,4 @@
-"""Which impacts were foreseen by the plans of a run."""
+"""Matching of a run's impacts with the contacts that its plans foresaw."""
 
 import math
 from collections.abc import Sequence
@@ -43,14 +43,14 @@ def foreseen_impacts(times: np.ndarray, points: np.ndarray, predictions: Sequenc
 def foreseen_rebounds(
     times: np.ndarray, points: np.ndarray, velocities_after: np.ndarray, predictions: Sequence[Prediction]
 ) -> np.ndarray:
-    """What the last plan before each impact foresaw of its rebound, against what came.
+    """The rebound that the last plan before each impact foresaw, beside the true one.
 
     Args:
         times: (k,) [s], points: (k, 2) [m], velocities_after: (k, 2) [m/s] of the impacts.
 
     Returns:
-        (k, 3): angle between the two velocities in [0, pi] [rad], speed foreseen, speed that came [m/s]; NaN where that
-        plan foresaw no such impact.
+        (k, 3): angle between the two velocities in [0, pi] [rad], speed foreseen, true speed [m/s]; NaN where that plan
+        foresaw no such impact.
     """
     result = np.full((len(times), 3), np.nan)
     made = np.array([p.made for p in predictions])
@@ -77,7 +77,7 @@ def _announced(time: float, made: np.ndarray, matched: np.ndarray) -> bool:
 
 
 def match_contacts(times: np.ndarray, points: np.ndarray, contacts: Contacts) -> np.ndarray:
-    """(k,) place of the contact that stands for each impact, UNMATCHED where there is none; the nearest pairs first."""
+    """(k,) index of the contact that stands for each impact, UNMATCHED without one; the nearest pairs first."""
     if len(times) == 0 or len(contacts.times) == 0:
         return np.full(len(times), UNMATCHED)
     late = np.abs(times[:, None] - contacts.times[None, :]) / TIME_TOLERANCE

@@ -1,4 +1,4 @@
-"""How far the robot went."""
+"""Length of the robot's path."""
 
 import numpy as np
 

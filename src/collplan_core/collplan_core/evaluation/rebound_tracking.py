@@ -1,4 +1,4 @@
-"""Hits as a plan foresaw them and as they came, for whoever watches; nothing is decided by it."""
+"""Rebounds as a plan foresaw them and as they were measured, for display; nothing is decided by it."""
 
 import math
 from collections import deque
@@ -11,16 +11,16 @@ from collplan_core.plan import Plan
 from collplan_core.state import State
 
 KEPT = 0.3
-"""Plans made so long before a hit was found are asked whether they foresaw it [s]."""
+"""Longest time before an impact was found at which a plan may have foreseen it [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredImpact:
-    """One hit, world frame.
+    """One impact, world frame.
 
     Attributes:
         stamp: when it was found [s].
-        point: (2,) where the ring touched, as the change of velocity tells [m].
+        point: (2,) where the ring touched, from the direction of the change of velocity [m].
         foreseen: (2,) velocity after it in the last plan that expected it [m/s]; NaN where none did.
         measured: (2,) velocity that the poses show after it [m/s].
     """
@@ -38,37 +38,37 @@ class MeasuredImpact:
 
 
 class ReboundTracker:
-    """Compares each hit with the plans of before."""
+    """Compares each measured impact with the plans made before it."""
 
     def __init__(self) -> None:
-        """No hit yet."""
+        """Starts without plans and impacts."""
         self._predictions: deque[Prediction] = deque()
-        self._hit: MeasuredImpact | None = None
+        self._impact: MeasuredImpact | None = None
 
     def planned(self, plan: Plan) -> None:
-        """One more plan is in force."""
+        """Takes a plan that is in force from now on."""
         self._predictions.append(Prediction(plan.stamp, plan.contacts))
         while self._predictions[0].made < plan.stamp - KEPT:
             self._predictions.popleft()
 
-    def hit(self, stamp: float, change: np.ndarray, state: State, radius: float) -> None:
-        """A hit was found at `stamp` [s] that changed the velocity by (2,) [m/s]; the disc's radius is in [m]."""
+    def impact(self, stamp: float, change: np.ndarray, state: State, radius: float) -> None:
+        """An impact was found at `stamp` [s]: change of velocity (2,) [m/s], newest state, radius of the disc [m]."""
         # the ring touches where the change comes from, but for what the boundary brakes along itself
         point = state.position - radius * change / max(math.hypot(*change), 1e-9)
-        self._hit = MeasuredImpact(stamp, point, self._foreseen(stamp, point), np.full(2, math.nan))
+        self._impact = MeasuredImpact(stamp, point, self._foreseen(stamp, point), np.full(2, math.nan))
 
     def moved(self, state: State, settled: float) -> MeasuredImpact | None:
-        """The hit, once: from the first pose so long [s] after it, when its velocity no longer holds that of before."""
-        hit = self._hit
-        if hit is None or state.stamp < hit.stamp + settled:
+        """The impact, once: at the first state `settled` [s] after it, when the velocity is the one after alone."""
+        impact = self._impact
+        if impact is None or state.stamp < impact.stamp + settled:
             return None
-        self._hit = None
-        return MeasuredImpact(hit.stamp, hit.point, hit.foreseen, state.velocity)
+        self._impact = None
+        return MeasuredImpact(impact.stamp, impact.point, impact.foreseen, state.velocity)
 
     def forget(self) -> None:
-        """The poses broke: what was planned and hit before is of another place."""
+        """Drops plans and impacts, as after a break in the poses: they belong to another place."""
         self._predictions.clear()
-        self._hit = None
+        self._impact = None
 
     def _foreseen(self, stamp: float, point: np.ndarray) -> np.ndarray:
         for prediction in reversed(self._predictions):

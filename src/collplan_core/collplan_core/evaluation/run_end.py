@@ -1,4 +1,4 @@
-"""When a run is over, told from its poses."""
+"""The end of a run, seen in its poses."""
 
 import numpy as np
 

@@ -21,8 +21,14 @@ ROS_KEYS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
 """Beginnings of the keys that every ROS node declares itself."""
 
 NODES = (
-    "mocap_node", "lidar_node", "planner_node", "controller_node", "simulator_node", "driver_node", "firmware_emulator",
-)  # fmt: skip
+    "mocap_node",
+    "lidar_node",
+    "planner_node",
+    "controller_node",
+    "simulator_node",
+    "driver_node",
+    "firmware_emulator",
+)
 """Names of the nodes that have parameters."""
 
 _PARAMETERS = "ros__parameters"
@@ -58,12 +64,12 @@ def read_parameters(path: str | Path) -> dict[str, Any]:
 
 
 def write_parameters(settings: Settings, path: str | Path) -> None:
-    """Every parameter and its value, for every node."""
+    """Writes every parameter and its value, for every node."""
     write_values(settings.values(), path)
 
 
 def write_values(values: Mapping[str, Any], path: str | Path, comment: str = "") -> None:
-    """These `group.field` keys and their values, for every node, below a comment."""
+    """Writes `group.field` keys and their values for every node, below a comment."""
     groups: dict[str, dict[str, Any]] = {}
     for key, value in values.items():
         group, name = key.split(".")

@@ -26,7 +26,7 @@ class Robot(Parameters):
 
 @dataclass(frozen=True)
 class Rebound(Parameters):
-    """What the planner believes of a rebound. The simulator holds its own values."""
+    """The planner's model of a rebound. The simulator has values of its own."""
 
     group = "rebound"
     restitution: float = parameter(0.7, "Share of the speed into the wall that comes back (assumed)", low=0.0, high=1.0, live=True)
@@ -35,7 +35,7 @@ class Rebound(Parameters):
 
 @dataclass(frozen=True)
 class LocalMapping(Parameters):
-    """How a scan becomes the sliding local map."""
+    """The sliding local map that is made of a scan."""
 
     group = "local_map"
     half_side: float = parameter(0.6, "Half the side of the square map around the robot", unit="m", low=0.2, high=5.0, live=True)
@@ -82,7 +82,7 @@ class Planning(Parameters):
     gap_weight: float = parameter(1.0, "f_theta, weight of the opening's width", unit="1/m", low=0.0, high=10.0, live=True)
     widest_gap: float = parameter(0.6, "Openings wider than this count as this wide: they are not narrow", unit="m", low=0.0, high=100.0, live=True)
     speed_floor: float = parameter(0.05, "delta v, closing speed assumed for a candidate at rest", unit="m/s", low=0.001, high=1.0, live=True)
-    time_floor: float = parameter(0.05, "Smallest time to collision told apart", unit="s", low=0.001, high=1.0, live=True)
+    time_floor: float = parameter(0.05, "Smallest time to collision; shorter ones count as this long", unit="s", low=0.001, high=1.0, live=True)
     rebound_horizon: float = parameter(0.3, "Time after the rebound at which p_ref is taken", unit="s", low=0.01, high=3.0, live=True)
     rebound_penalty: float = parameter(-1.0, "Reward of a rebound that ends in known free space", unit="m/s", low=-100.0, high=0.0, live=True)
     prune_distance: float = parameter(0.35, "d_prune, distance within which a frontier stands for another", unit="m", low=0.0, high=5.0, live=True)
@@ -119,8 +119,8 @@ class Remembered(Parameters):
     spacing: float = parameter(0.02, "Spacing of the nodes at which the clearance is known, and length of a remembered piece", unit="m", low=0.005, high=0.1)
     max_pieces: int = parameter(6000, "Pieces kept; beyond, those seen longest ago are forgotten", low=100, high=100000)
     inferred_depth: float = parameter(0.30, "Solid assumed behind an observed boundary, seen from the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0)
-    inferred_inset: float = parameter(0.08, "The same begins so far from the ends of what was observed", unit="m", low=0.0, high=0.5)
-    contradiction: float = parameter(0.05, "What a scan sees through by this distance is forgotten", unit="m", low=0.005, high=0.5)
+    inferred_inset: float = parameter(0.08, "Distance from the ends of what was observed at which the inferred solid begins", unit="m", low=0.0, high=0.5)
+    contradiction: float = parameter(0.05, "Boundaries that a scan sees through by this distance are forgotten", unit="m", low=0.005, high=0.5)
 
 
 @dataclass(frozen=True)
@@ -131,21 +131,21 @@ class TimeToGoal(Parameters):
     horizon: float = parameter(1.3, "Length of a coarse rollout", unit="s", low=0.2, high=5.0)
     grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2)
     n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)
-    start_proposals: int = parameter(100, "Changes tried on each of them", low=0, high=10000)
-    proposals: int = parameter(1200, "Changes tried on the best", low=0, high=100000)
+    start_proposals: int = parameter(100, "Changes tried on each coarse plan that is refined", low=0, high=10000)
+    proposals: int = parameter(1200, "Changes tried on the best refined plan", low=0, high=100000)
     time_budget: float = parameter(0.0, "Refinement ends so long after a cycle began, with the best so far; 0 never: equal runs stay equal (planner_node: half of map_period)", unit="s", low=0.0, high=1.0)
     arrival_share: float = parameter(0.7, "Rollouts end within this share of goal_tolerance: one that grazes its edge misses it", low=0.05, high=1.0, live=True)
     graze_cost: float = parameter(0.5, "Cost of an arrival that passes the goal at goal_tolerance, by the square of the distance: it may miss", unit="s", low=0.0, high=10.0, live=True)
-    longest_plan: float = parameter(8.0, "A plan that is not there by then is charged the time to go from its end", unit="s", low=1.0, high=60.0)
+    longest_plan: float = parameter(8.0, "Longest plan; one that has not arrived by then is charged the time to go from its end", unit="s", low=1.0, high=60.0)
     hit_cost: float = parameter(0.03, "bounce: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=100.0)
     speed_limit: float = parameter(1.3, "Impact speed above which the ring may break (assumed)", unit="m/s", low=0.0, high=10.0)
-    limit_cost: float = parameter(5.0, "bounce: cost of a contact above it", unit="s", low=0.0, high=1000.0)
+    limit_cost: float = parameter(5.0, "bounce: cost of a contact faster than speed_limit", unit="s", low=0.0, high=1000.0)
     averse_cost: float = parameter(0.5, "avoid, stop_guarantee: cost of any contact", unit="s", low=0.0, high=1000.0)
-    averse_speed_cost: float = parameter(2.0, "The same by its speed into the boundary", unit="s per m/s", low=0.0, high=1000.0)
+    averse_speed_cost: float = parameter(2.0, "avoid, stop_guarantee: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=1000.0)
     inferred_cost: float = parameter(0.3, "bounce, tolerate: cost of running into inferred solid, by the speed into it", unit="s per m/s", low=0.0, high=100.0)
     clearance_cost: float = parameter(0.3, "Cost of grazing a boundary ahead, by speed and squareness", unit="s per m/s", low=0.0, high=100.0)
     tolerant_distance: float = parameter(0.02, "bounce, tolerate: sideways error within which a grazed boundary is ahead", unit="m", low=0.0, high=0.5)
-    averse_distance: float = parameter(0.03, "avoid, stop_guarantee: the same", unit="m", low=0.0, high=0.5)
+    averse_distance: float = parameter(0.03, "avoid, stop_guarantee: sideways error within which a grazed boundary is ahead", unit="m", low=0.0, high=0.5)
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ class Limits(Parameters):
     pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=5.0, live=True)
     scan_age: float = parameter(0.3, "Oldest scan acted on", unit="s", low=0.02, high=5.0, live=True)
     command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=5.0)
-    pose_history: float = parameter(0.5, "How long poses are kept to meet a scan's stamp", unit="s", low=0.1, high=10.0)
+    pose_history: float = parameter(0.5, "Time for which poses are kept, to find the one at a scan's stamp", unit="s", low=0.1, high=10.0)
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=10.0)
 
 
@@ -185,23 +185,23 @@ class Mocap(Parameters):
 
     group = "mocap"
     velocity_window: float = parameter(0.06, "Poses of this span are fitted for the velocity; the delay is half of it", unit="s", low=0.01, high=0.5, live=True)
-    detect_impacts: bool = parameter(True, "Detect hits in the poses; false where the ring itself senses them", live=True)
+    detect_impacts: bool = parameter(True, "Detect impacts in the poses; false where the ring itself senses them", live=True)
     position_noise: float = parameter(0.002, "Noise of a measured position, standard deviation by axis (assumed)", unit="m", low=1e-5, high=0.1, live=True)
-    impact_window: float = parameter(0.05, "A change of velocity within this time that max_acceleration cannot make is a hit", unit="s", low=0.02, high=0.2, live=True)
-    impact_speed: float = parameter(0.15, "Smallest such change reported", unit="m/s", low=0.01, high=5.0, live=True)
+    impact_window: float = parameter(0.05, "A change of velocity within this time that max_acceleration cannot make is an impact", unit="s", low=0.02, high=0.2, live=True)
+    impact_speed: float = parameter(0.15, "Smallest change of velocity reported as an impact", unit="m/s", low=0.01, high=5.0, live=True)
     leap_margin: float = parameter(0.05, "Distance beyond max_speed times the silence that still counts as motion", unit="m", low=0.0, high=1.0, live=True)
     relocation_time: float = parameter(0.5, "Poses that agree for so long after a leap are accepted as a relocation", unit="s", low=0.1, high=10.0, live=True)
     quaternion_tolerance: float = parameter(0.01, "Largest deviation of a quaternion's norm from 1", low=1e-6, high=0.5, live=True)
     publish_tf: bool = parameter(False, "Broadcast map to base_link, where tf2_ros is installed")
     format: str = parameter("pose", "Messages of the motion capture's receiver", choices=("pose", "pose_with_covariance", "odometry", "transform", "tf", "named_poses", "rigid_bodies", "vicon"))
-    topic: str = parameter("mocap/pose", "Topic of these messages")
-    reliability: str = parameter("best_effort", "How they are listened to; best_effort hears reliable ones too", choices=("best_effort", "reliable"))
+    topic: str = parameter("mocap/pose", "Topic of the motion capture's messages")
+    reliability: str = parameter("best_effort", "Reliability of the subscription to the motion capture; best_effort receives reliable messages too", choices=("best_effort", "reliable"))
     subject: str = parameter("", "Name of the robot's body where a message holds several; empty takes any where it holds one")
     frame: str = parameter("", "header.frame_id of the messages; empty for frames.map. Its axes become those of frames.map")
     units: str = parameter("m", "Unit of measured positions", choices=("m", "mm"))
     axes: str = parameter("z_up", "Which axis points up; y-up coordinates x, y, z become x, -z, y", choices=("z_up", "y_up"))
     body_offset_x: float = parameter(0.0, "The measured body's origin seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0, live=True)
-    body_offset_y: float = parameter(0.0, "The same: to the left", unit="m", low=-1.0, high=1.0, live=True)
+    body_offset_y: float = parameter(0.0, "The measured body's origin seen from the robot's centre: to the left", unit="m", low=-1.0, high=1.0, live=True)
     body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi, live=True)
     accept_frozen: bool = parameter(False, "Take a pose that repeats the last one to the last bit; true for a simulation without noise", live=True)
 
@@ -222,7 +222,7 @@ class Lidar(Parameters):
 
 @dataclass(frozen=True)
 class Simulation(Parameters):
-    """The simulated Omnipuck: the truth that the planner does not know. Restitution, friction, noise are assumed."""
+    """The simulated Omnipuck: the truth, which the planner is not given. Restitution, friction, noise are assumed."""
 
     group = "simulator"
     world: str = parameter("corridor", "World simulated: NAME, FILE or FAMILY:SEED")
@@ -231,7 +231,7 @@ class Simulation(Parameters):
     speed_factor: float = parameter(1.0, "Simulated seconds per second; other than 1 needs use_sim_time everywhere", low=0.05, high=50.0)
     restitution: float = parameter(0.7, "True restitution (assumed)", low=0.0, high=1.0)
     tangential_retention: float = parameter(0.8, "True tangential retention (assumed)", low=0.0, high=1.0)
-    restitution_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution from hit to hit", low=0.0, high=0.5)
+    restitution_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution from impact to impact", low=0.0, high=0.5)
     direction_spread: float = parameter(0.0, "Half width of the uniform spread of the rebound's direction", unit="rad", low=0.0, high=0.5)
     noise: float = parameter(1.0, "Level of all noise; 0 is none", low=0.0, high=10.0)
     actuation_noise: float = parameter(0.06, "Velocity noise per command period, standard deviation by axis, at level 1", unit="m/s", low=0.0, high=1.0)
@@ -240,8 +240,8 @@ class Simulation(Parameters):
     start_noise: float = parameter(0.01, "Spread of the start, standard deviation by axis, at level 1", unit="m", low=0.0, high=0.1)
     mocap_rate: float = parameter(100.0, "Mocap poses per second", unit="Hz", low=10.0, high=400.0)
     marker_offset_x: float = parameter(0.0, "Where the measured body's origin is on the robot: forward", unit="m", low=-1.0, high=1.0)
-    marker_offset_y: float = parameter(0.0, "The same: to the left", unit="m", low=-1.0, high=1.0)
-    marker_offset_yaw: float = parameter(0.0, "How the measured body is turned on the robot", unit="rad", low=-pi, high=pi)
+    marker_offset_y: float = parameter(0.0, "Where the measured body's origin is on the robot: to the left", unit="m", low=-1.0, high=1.0)
+    marker_offset_yaw: float = parameter(0.0, "Heading of the measured body on the robot", unit="rad", low=-pi, high=pi)
 
 
 @dataclass(frozen=True)
@@ -261,7 +261,7 @@ class Driver(Parameters):
 
     group = "driver"
     port: str = parameter("/dev/ttyUSB0", "Serial device")
-    baud: int = parameter(115200, "Its rate; that of the firmware", unit="bit/s", low=9600, high=4000000)
+    baud: int = parameter(115200, "Rate of the serial device; that of the firmware", unit="bit/s", low=9600, high=4000000)
     rate: float = parameter(50.0, "Commands sent per second", unit="Hz", low=5.0, high=200.0)
     link_timeout: float = parameter(0.3, "Silence of the firmware after which the session begins anew, standing still", unit="s", low=0.05, high=5.0)
     longest_wait: float = parameter(1.0, "Longest pause between two attempts to open the device", unit="s", low=0.05, high=60.0)
@@ -273,18 +273,18 @@ class Emulator(Parameters):
 
     group = "emulator"
     link: str = parameter("/tmp/omnipuck", "Path made to lead to the pseudo-terminal, the driver's driver.port")
-    baud: int = parameter(115200, "Rate it understands; at another one it gives and gets garbage", unit="bit/s", low=9600, high=4000000)
+    baud: int = parameter(115200, "Rate that the firmware understands; at another one both ends read garbage", unit="bit/s", low=9600, high=4000000)
     telemetry_rate: float = parameter(50.0, "Telemetry frames per second", unit="Hz", low=1.0, high=100.0)
-    senses_impacts: bool = parameter(False, "The ring senses hits and the firmware tells of them")
-    protocol_version: int = parameter(1, "Version of the protocol it speaks", low=0, high=255)
-    n_wheels: int = parameter(0, "Wheels it announces; 0 for as many as kinematics.wheel_angles has", low=0, high=8)
+    senses_impacts: bool = parameter(False, "The ring senses impacts and the firmware reports them")
+    protocol_version: int = parameter(1, "Version of the protocol that the firmware speaks", low=0, high=255)
+    n_wheels: int = parameter(0, "Wheels that the firmware announces; 0 for as many as kinematics.wheel_angles has", low=0, high=8)
     flipped: float = parameter(0.0, "Share of bytes with one bit flipped", low=0.0, high=1.0, live=True)
     lost: float = parameter(0.0, "Share of frames that vanish", low=0.0, high=1.0, live=True)
     doubled: float = parameter(0.0, "Share of frames that come twice", low=0.0, high=1.0, live=True)
     cut: float = parameter(0.0, "Share of frames that end too early", low=0.0, high=1.0, live=True)
     split: float = parameter(0.0, "Share of frames whose second part comes later", low=0.0, high=1.0, live=True)
     noise: float = parameter(0.0, "Share of frames with noise before them", low=0.0, high=1.0, live=True)
-    stall: float = parameter(0.0, "Stands still for so long as soon as this is set", unit="s", low=0.0, high=10.0, live=True)
+    stall: float = parameter(0.0, "Time for which the firmware hangs, as soon as this is set", unit="s", low=0.0, high=10.0, live=True)
     restarts: int = parameter(0, "The firmware restarts whenever this is changed", low=0, high=2**31 - 1, live=True)
     unplugged: bool = parameter(False, "The cable is pulled", live=True)
     estop_pressed: bool = parameter(False, "The button on the robot is pressed", live=True)
@@ -314,7 +314,7 @@ class Trial(Parameters):
 GROUPS: tuple[type[Parameters], ...] = (
     Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Limits, Mocap, Lidar, Simulation, Kinematics, Driver,
     Emulator, Frames, Trial,
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)

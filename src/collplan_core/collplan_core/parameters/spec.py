@@ -1,4 +1,4 @@
-"""How one parameter is written down once: default, doc, unit, range, live or not.
+"""The definition of one parameter, written once: default, doc, unit, range, live or not.
 
 A parameter group is a frozen dataclass that derives from `Parameters` and whose fields are made by `parameter()`.
 The same field feeds validation, the ROS declaration and the documentation.
@@ -7,7 +7,7 @@ The same field feeds validation, the ROS declaration and the documentation.
 import math
 from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, field, fields, replace
-from typing import Any
+from typing import Any, ClassVar
 
 _IN_WORDS = {
     bool: "true or false",
@@ -24,7 +24,7 @@ class ParameterError(ValueError):
 
 @dataclass(frozen=True)
 class Spec:
-    """What is known of one parameter. `key` is its ROS name, `group.field`."""
+    """One parameter; `key` is its ROS name, `group.field`."""
 
     key: str
     default: Any
@@ -94,6 +94,7 @@ def parameter(
     )
 
 
+@dataclass(frozen=True)
 class Parameters:
     """Base of every parameter group. Subclasses are frozen dataclasses and set `group`, the prefix of their keys.
 
@@ -101,7 +102,7 @@ class Parameters:
         ParameterError: at construction, when a value does not fit its parameter.
     """
 
-    group: str
+    group: ClassVar[str]
 
     def __post_init__(self) -> None:
         for name, spec in named_specs(type(self)):
@@ -110,7 +111,7 @@ class Parameters:
 
 def named_specs(group: type[Parameters]) -> Iterator[tuple[str, Spec]]:
     """Field name and `Spec` of each parameter of a group, in the order they are written."""
-    for f in fields(group):  # type: ignore[arg-type]
+    for f in fields(group):
         if f.default is MISSING:
             raise TypeError(f"{group.__name__}.{f.name} has no default")
         yield f.name, Spec(key=f"{group.group}.{f.name}", default=f.default, **f.metadata)

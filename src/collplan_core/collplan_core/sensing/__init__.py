@@ -1,1 +1,1 @@
-"""From measured poses to the robot's state and the impacts it met."""
+"""From measured poses to the robot's state and its impacts."""

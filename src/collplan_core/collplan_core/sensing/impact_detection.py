@@ -1,12 +1,12 @@
-"""Hits found in poses alone: a kink in the path that the wheels cannot make.
+"""Impacts found in poses alone: a kink in the path that the wheels cannot make.
 
-The reflection ring is passive. A hit changes the velocity at once while the position stays continuous, so the poses of
-the last moments are fitted with two parabolas that meet at the time of the hit:
+The reflection ring is passive. An impact changes the velocity at once while the position stays continuous, so the poses
+of the last moments are fitted with two parabolas that meet at the time of the impact:
 
-    p(t) = p_0 + v_0 t + a_0 t^2 / 2   before,      p(t) = p_0 + (v_0 + c) t + a_1 t^2 / 2   after (t = 0 at the hit)
+    p(t) = p_0 + v_0 t + a_0 t^2 / 2   before,      p(t) = p_0 + (v_0 + c) t + a_1 t^2 / 2   after (t = 0 at the impact)
 
 by least squares, with the accelerations a_0 and a_1 held near zero as the wheels' limit demands. The change of velocity
-c is compared with its own standard deviation, for each pair of neighbouring poses between which the hit may lie.
+c is compared with its own standard deviation, for each pair of neighbouring poses between which the impact may lie.
 
 At 100 Hz and 2 mm of noise, driven hard (simulated): changes of 0.6 m/s and more are all found, half of them within
 35 ms (0.6 m/s) and 25 ms (1 m/s); of 0.4 m/s two thirds, of 0.3 m/s one third, within 50 to 80 ms. With 0.2 mm of noise
@@ -15,6 +15,7 @@ At 100 Hz and 2 mm of noise, driven hard (simulated): changes of 0.6 m/s and mor
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,34 +23,37 @@ from collplan_core.jit import njit
 from collplan_core.parameters import Mocap, Robot
 
 IMPACT_SPAN = 3.6
-"""Poses of so many impact_windows are fitted."""
+"""Span of the poses that are fitted, in impact_windows."""
 IMPACT_REACH = 1.6
-"""A hit is looked for so many impact_windows back."""
+"""How far back an impact is looked for, in impact_windows."""
 CERTAINTY = 5.8
-"""Standard deviations; two hours of driving at max_acceleration, 2 mm of noise, gave no false hit; at 5.5, one."""
+"""Change of velocity from which an impact is certain, in standard deviations.
+
+Two hours of driving at max_acceleration with 2 mm of noise gave no false impact; at 5.5 they gave one.
+"""
 ACCELERATION_SHARE = 0.5
-"""Standard deviation of an acceleration by axis, in max_acceleration."""
+"""Standard deviation of an acceleration by axis, as a share of max_acceleration."""
 SLACK = 1e-4
-"""Stamps are not evenly spaced to the last digit [s]."""
+"""Tolerance on stamps, which are not evenly spaced to the last digit [s]."""
 FEWEST_BEFORE = 2
-"""Poses that a velocity before the hit needs."""
+"""Poses that a velocity before the impact needs."""
 FEWEST_AFTER = 2
-"""Poses waited for after a hit: from one alone its time cannot be told from its strength."""
+"""Poses waited for after an impact: one alone cannot separate its time from its strength."""
 FINE = 8
-"""Times tried between two poses once a hit is certain."""
+"""Times tried between two poses once an impact is certain."""
 
 _UNKNOWNS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class DetectedImpact:
-    """A hit.
+    """An impact found in measured poses, world frame.
 
     Attributes:
-        first_after: index of the first pose after it.
-        time: when [s].
-        point: (2,) where it happened [m].
-        change: (2,) of velocity [m/s].
+        first_after: index of the first pose after the impact.
+        time: when it was [s].
+        point: (2,) centre of the robot then [m].
+        change: (2,) change of the velocity [m/s].
     """
 
     first_after: int
@@ -59,49 +63,79 @@ class DetectedImpact:
 
 
 def find_impact(times: np.ndarray, points: np.ndarray, robot: Robot, mocap: Mocap) -> DetectedImpact | None:
-    """The hit in these poses: times (n,) strictly rising [s], points (n, 2) [m]; None if there is none."""
+    """The impact in these poses: times (n,) strictly rising [s], points (n, 2) [m]; None if there is none."""
     first = max(int(np.searchsorted(times, times[0] + mocap.impact_window - SLACK)), FEWEST_BEFORE)
     last = len(times) - 1
-    earliest = times[-1] - IMPACT_REACH * mocap.impact_window
-    deviation = ACCELERATION_SHARE * robot.max_acceleration
     # accelerations that swing within the window are no parabola
     noise = math.hypot(mocap.position_noise, robot.max_acceleration * mocap.impact_window**2 / 4)
-    score, after = _likeliest_impact(times, points, first, last, 1, earliest, noise, deviation)[:2]
-    if score < CERTAINTY or len(times) - after < FEWEST_AFTER:
+    deviations = _Deviations(noise, ACCELERATION_SHARE * robot.max_acceleration)
+    coarse = _Search(first, last, 1, float(times[-1]) - IMPACT_REACH * mocap.impact_window)
+    found = _likeliest_impact(times, points, coarse, deviations)
+    if found.score < CERTAINTY or len(times) - found.first_after < FEWEST_AFTER:
         return None
-    near = (max(after - 1, first), min(after + 1, last))
-    _, after, time, x, y, *change = _likeliest_impact(times, points, *near, FINE, -math.inf, noise, deviation)
+    fine = _Search(max(found.first_after - 1, first), min(found.first_after + 1, last), FINE, -math.inf)
+    found = _likeliest_impact(times, points, fine, deviations)
     # what the wheels can make by swinging from one extreme to the other
     least = max(mocap.impact_speed, 2.0 * robot.max_acceleration * mocap.impact_window)
-    if math.hypot(*change) < least:
+    if math.hypot(found.change_x, found.change_y) < least:
         return None
-    return DetectedImpact(int(after), float(time), np.array([x, y]), np.array(change))
+    point, change = np.array([found.x, found.y]), np.array([found.change_x, found.change_y])
+    return DetectedImpact(found.first_after, found.time, point, change)
+
+
+class _Deviations(NamedTuple):
+    """Standard deviations by axis: of a measured position [m] and of an acceleration [m/s^2]."""
+
+    position: float
+    acceleration: float
+
+
+class _Search(NamedTuple):
+    """Times at which an impact is tried: `parts` of them before each pose first to last, none before `earliest` [s]."""
+
+    first: int
+    last: int
+    parts: int
+    earliest: float
+
+
+class _FittedImpact(NamedTuple):
+    """One time that was tried: `score` is the change of velocity in standard deviations; else as in DetectedImpact."""
+
+    score: float
+    first_after: int
+    time: float
+    x: float
+    y: float
+    change_x: float
+    change_y: float
 
 
 @njit
-def _likeliest_impact(times, points, first, last, parts, earliest, noise, deviation):  # type: ignore[no-untyped-def]
-    """Score, first pose after, time, point, change of velocity: tries `parts` times before each pose first to last."""
-    best = (0.0, first, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for after in range(last, first - 1, -1):
-        for part in range(parts):
-            time = times[after] - (part + 0.5) / parts * (times[after] - times[after - 1])
-            if time < earliest:
+def _likeliest_impact(times: np.ndarray, points: np.ndarray, search: _Search, deviations: _Deviations) -> _FittedImpact:
+    """The time with the largest score; score 0 where none was tried."""
+    stiffness = deviations.position / deviations.acceleration
+    best = _FittedImpact(0.0, search.first, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for after in range(search.last, search.first - 1, -1):
+        for part in range(search.parts):
+            time = times[after] - (part + 0.5) / search.parts * (times[after] - times[after - 1])
+            if time < search.earliest:
                 return best
-            solved = _solved(_normal_equations(times, points, time, noise / deviation))
-            x, y, change_x, change_y = solved[0, 5], solved[0, 6], solved[2, 5], solved[2, 6]
-            score = math.sqrt((change_x**2 + change_y**2) / solved[2, 7]) / noise
-            if score > best[0]:
-                best = (score, after, time, x, y, change_x, change_y)
+            solved = _solved(_normal_equations(times, points, time, stiffness))
+            change_x, change_y = solved[2, 5], solved[2, 6]
+            score = math.sqrt((change_x**2 + change_y**2) / solved[2, 7]) / deviations.position
+            if score > best.score:
+                best = _FittedImpact(score, after, time, solved[0, 5], solved[0, 6], change_x, change_y)
     return best
 
 
 @njit
-def _normal_equations(times, points, kink, stiffness):  # type: ignore[no-untyped-def]
-    """Unknowns p_0, v_0, c, a_0, a_1; right-hand sides x, y and the unit vector of c, for its variance."""
+def _normal_equations(times: np.ndarray, points: np.ndarray, impact_time: float, stiffness: float) -> np.ndarray:
+    """(5, 8): unknowns p_0, v_0, c, a_0, a_1; right-hand sides x, y and the unit vector of c, for its variance."""
     m = np.zeros((_UNKNOWNS, _UNKNOWNS + 3))
     row = np.zeros(_UNKNOWNS + 2)
     for k in range(len(times)):
-        t = times[k] - kink
+        t = times[k] - impact_time
         row[0], row[1], row[2] = 1.0, t, max(t, 0.0)
         row[3], row[4] = 0.5 * min(t, 0.0) ** 2, 0.5 * max(t, 0.0) ** 2
         row[5], row[6] = points[k, 0], points[k, 1]
@@ -118,8 +152,9 @@ def _normal_equations(times, points, kink, stiffness):  # type: ignore[no-untype
 
 
 @njit
-def _solved(m):  # type: ignore[no-untyped-def]
-    """Gauss-Jordan without pivoting: the matrix is symmetric and positive definite."""
+def _solved(m: np.ndarray) -> np.ndarray:
+    """`m` with the solutions in its last columns, by Gauss-Jordan; positive definite, so without pivoting."""
+    # np.linalg.solve takes half as long again and rounds otherwise, so that runs would no longer repeat
     for i in range(_UNKNOWNS):
         for k in range(_UNKNOWNS + 2, i - 1, -1):
             m[i, k] /= m[i, i]

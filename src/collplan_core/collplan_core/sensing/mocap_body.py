@@ -1,4 +1,4 @@
-"""From what a motion capture measures, a body of markers in its own units and axes, to the robot's pose."""
+"""The robot's pose from that of a body of markers, as a motion capture measures it in its own units and axes."""
 
 import math
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collplan_core.parameters import Mocap
+from collplan_core.plane import rotate
 from collplan_core.sensing.pose_filter import PoseSample, check_pose_fields
 
 METRES = {"m": 1.0, "mm": 0.001}
@@ -55,18 +56,13 @@ def _z_up(vector: tuple[float, ...]) -> tuple[float, float, float]:
 
 def with_offset(robot: PoseSample, x: float, y: float, yaw: float) -> PoseSample:
     """The pose of a body that sits at x, y [m], turned by `yaw` [rad], on a robot with this pose."""
-    return PoseSample(robot.stamp, robot.position + _turned(x, y, robot.yaw), _wrapped(robot.yaw + yaw))
+    return PoseSample(robot.stamp, robot.position + np.array(rotate(x, y, robot.yaw)), _wrapped(robot.yaw + yaw))
 
 
 def without_offset(body: PoseSample, x: float, y: float, yaw: float) -> PoseSample:
     """The pose of the robot on which a body with this pose sits at x, y [m], turned by `yaw` [rad]."""
     heading = _wrapped(body.yaw - yaw)
-    return PoseSample(body.stamp, body.position - _turned(x, y, heading), heading)
-
-
-def _turned(x: float, y: float, angle: float) -> np.ndarray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([c * x - s * y, s * x + c * y])
+    return PoseSample(body.stamp, body.position - np.array(rotate(x, y, heading)), heading)
 
 
 def _wrapped(angle: float) -> float:

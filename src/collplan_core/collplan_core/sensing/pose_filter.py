@@ -1,9 +1,9 @@
-"""Motion-capture poses become states; hits are found, and what cannot be a pose of the robot is refused.
+"""Motion-capture poses become states; impacts are found, and what cannot be a pose of the robot is refused.
 
 The velocity is the slope of the least-squares line through the poses of the last `mocap.velocity_window`. It is the
 velocity half a window ago: at the default 60 ms it lags by 30 ms (0.045 m/s at 1.5 m/s^2), and 2 mm of noise at 100 Hz
-leave 0.04 m/s. The position is the newest one, as measured, without delay. After a hit the line begins at the hit: it
-goes through the point of the hit and the poses since, so the velocity before it is forgotten at once.
+leave 0.04 m/s. The position is the newest one, as measured, without delay. After an impact the line begins at the
+impact: it goes through its point and the poses since, so the velocity before it is forgotten at once.
 
 A pose that `robot.max_speed` cannot explain, or whose stamp does not rise, is refused, until `mocap.relocation_time` of
 such poses agree with each other: then the robot was carried, or the motion capture restarted.
@@ -20,9 +20,9 @@ from collplan_core.sensing.impact_detection import IMPACT_SPAN, DetectedImpact, 
 from collplan_core.state import State
 
 SPEED_ALLOWANCE = 1.2
-"""How far beyond max_speed the robot may seem to move."""
+"""Largest speed that poses may show, as a multiple of max_speed."""
 FEWEST = 3
-"""Poses a first velocity needs."""
+"""Poses that a first velocity needs."""
 
 NOT_FINITE, ZEROS, QUATERNION, STAMP, LEAP = "not_finite", "zeros", "quaternion", "stamp", "leap"
 
@@ -71,7 +71,7 @@ class Track:
     Attributes:
         times: (n,) strictly rising [s]; points: (n, 2) [m].
         begun: stamp of the first pose, also where that is no longer kept [s].
-        received: local time of the newest [s].
+        received: local time at which the newest pose was received [s].
     """
 
     times: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -82,7 +82,7 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class FilterMemory:
-    """What the filter keeps: the robot's track, and the refused poses that may turn out to be a relocation."""
+    """The filter's memory: the robot's track, and a track of refused poses that may turn out to be a relocation."""
 
     track: Track = field(default_factory=Track)
     suspects: Track = field(default_factory=Track)
@@ -93,11 +93,11 @@ FRESH = FilterMemory()
 
 @dataclass(frozen=True, eq=False)
 class FilterResult:
-    """What one pose led to.
+    """The result of filtering one pose.
 
     Attributes:
         state: None when the pose was refused, or while the first window fills.
-        impact: (2,) change of velocity [m/s, world frame] of a hit, once, when it is found; else None.
+        impact: (2,) change of velocity [m/s, world frame] of an impact, once, when it is found; else None.
         refused: why, empty when accepted: not_finite, stamp or leap.
         relocated: the robot is somewhere else now; what was planned is void.
     """
@@ -111,7 +111,7 @@ class FilterResult:
 def filter_pose(
     memory: FilterMemory, sample: PoseSample, received: float, settings: Settings
 ) -> tuple[FilterResult, FilterMemory]:
-    """One pose, received at a local time [s], through the filter. Uses settings.robot, .mocap and .limits.pose_age."""
+    """Filters one pose that was received at a local time [s]; uses settings.robot, .mocap and .limits.pose_age."""
     refused = _disagreement(memory.track, sample, received, settings)
     if not refused:
         return _accepted(_extended(memory.track, sample, received, settings), sample, settings)
@@ -127,21 +127,21 @@ def filter_pose(
 
 
 def warm_up() -> None:
-    """Compiles the filter, so that no pose has to wait for it: a short straight drive."""
+    """Compiles the filter by a short straight drive, so that no pose has to wait for it."""
     memory = FRESH
     for k in range(25):
         memory = filter_pose(memory, PoseSample(0.01 * k, np.array([0.005 * k, 0.0]), 0.0), 0.01 * k, Settings())[1]
 
 
 def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[FilterResult, FilterMemory]:
-    kink = None
+    impact = None
     if settings.mocap.detect_impacts:
-        kink = find_impact(track.times, track.points, settings.robot, settings.mocap)
-    if kink is not None:
-        track = _since(track, kink)
+        impact = find_impact(track.times, track.points, settings.robot, settings.mocap)
+    if impact is not None:
+        track = _since(track, impact)
     velocity = _velocity(track, settings.mocap)
     state = None if velocity is None else State(sample.stamp, sample.position, velocity, sample.yaw)
-    return FilterResult(state, None if kink is None else kink.change), FilterMemory(track)
+    return FilterResult(state, None if impact is None else impact.change), FilterMemory(track)
 
 
 def _disagreement(track: Track, sample: PoseSample, received: float, settings: Settings) -> str:
@@ -175,10 +175,10 @@ def _extended(track: Track, sample: PoseSample, received: float, settings: Setti
     return Track(times, points, track.begun, received)
 
 
-def _since(track: Track, kink: DetectedImpact) -> Track:
-    """The point of a hit and the poses after it."""
-    times = np.append(kink.time, track.times[kink.first_after :])
-    points = np.concatenate([kink.point[np.newaxis], track.points[kink.first_after :]])
+def _since(track: Track, impact: DetectedImpact) -> Track:
+    """The track from an impact on: its point and the poses after it."""
+    times = np.append(impact.time, track.times[impact.first_after :])
+    points = np.concatenate([impact.point[np.newaxis], track.points[impact.first_after :]])
     return Track(times, points, track.begun, track.received)
 
 
@@ -198,7 +198,7 @@ def _slack(mocap: Mocap) -> float:
 
 
 @njit
-def _slope(times, points):  # type: ignore[no-untyped-def]
+def _slope(times: np.ndarray, points: np.ndarray) -> np.ndarray:
     """(2,) slope of the least-squares line through times (n,) and points (n, 2)."""
     middle = times.mean()
     total, x, y = 0.0, 0.0, 0.0

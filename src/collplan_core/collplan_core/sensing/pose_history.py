@@ -1,4 +1,4 @@
-"""The last poses, to know where the robot was at a scan's stamp."""
+"""The last poses, for the state of the robot at a scan's stamp."""
 
 from bisect import bisect_left
 from collections import deque
@@ -23,7 +23,7 @@ class PoseHistory:
             self._states.popleft()
 
     def clear(self) -> None:
-        """Forget everything, as after a relocation."""
+        """Drops every state, as after a relocation."""
         self._states.clear()
 
     def at(self, stamp: float) -> State | None:

@@ -3,7 +3,6 @@
 import time
 
 import numpy as np
-from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 
 from collplan_core.command import FREE_SPACE, Command, stopped
@@ -12,7 +11,8 @@ from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
-from collplan_ros.messages.conversions import command_to_twist, command_to_twist_stamped, state_from_odometry
+from collplan_ros.messages.cmd_vel import command_to_message, command_type
+from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import NEWEST
 from collplan_ros.runs.recorder import EVERY_ONE
 
@@ -35,9 +35,7 @@ class OpenLoop:
         self.received: list[float] = []
         self._graph = graph
         self._settings = settings
-        self._stamped = settings.controller.stamped_cmd_vel
-        kind = TwistStamped if self._stamped else Twist
-        self._publisher = graph.node.create_publisher(kind, "cmd_vel", NEWEST)
+        self._publisher = graph.node.create_publisher(command_type(settings), "cmd_vel", NEWEST)
         graph.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE)
 
     def refuse_company(self) -> None:
@@ -83,10 +81,7 @@ class OpenLoop:
             self._publish(stopped("check"), begun)
 
     def _publish(self, command: Command, now: float) -> None:
-        if self._stamped:
-            self._publisher.publish(command_to_twist_stamped(command, now, self._settings.frames.base))
-        else:
-            self._publisher.publish(command_to_twist(command))
+        self._publisher.publish(command_to_message(command, now, self._settings))
 
     def _take(self, message: Odometry) -> None:
         frames, mocap = self._settings.frames, self._settings.mocap

@@ -10,8 +10,11 @@ from collplan_core.parameters import Settings, all_specs, unknown_key
 from collplan_core.parameters.file import is_ros_key
 from collplan_core.parameters.spec import ParameterError, Parameters, Spec, specs
 
+Group = type[Parameters] | str
+"""A parameter group, or the key of the one parameter that a node reads of another node's group."""
 
-def declare(node: Node, *groups: type[Parameters]) -> None:
+
+def declare(node: Node, *groups: Group) -> None:
     """Declare every parameter of these groups, with description, range and the overrides the node was given.
 
     From then on a value that does not fit is refused with the reason, and what is not live is read-only.
@@ -31,12 +34,12 @@ def declare(node: Node, *groups: type[Parameters]) -> None:
     node.add_on_set_parameters_callback(lambda parameters: _verdict(node, groups, parameters))
 
 
-def read_settings(node: Node, *groups: type[Parameters]) -> Settings:
+def read_settings(node: Node, *groups: Group) -> Settings:
     """The present values of these declared groups; the other groups are at their defaults."""
     return Settings().with_values({spec.key: node.get_parameter(spec.key).value for spec in _specs(groups)})
 
 
-def on_change(node: Node, callback: Callable[[Settings], None], *groups: type[Parameters]) -> None:
+def on_change(node: Node, callback: Callable[[Settings], None], *groups: Group) -> None:
     """Call `callback(settings)` after each accepted `ros2 param set` that touches one of these groups."""
     keys = {spec.key for spec in _specs(groups)}
 
@@ -47,8 +50,9 @@ def on_change(node: Node, callback: Callable[[Settings], None], *groups: type[Pa
     node.add_post_set_parameters_callback(changed)
 
 
-def _specs(groups: tuple[type[Parameters], ...]) -> list[Spec]:
-    return [spec for group in groups for spec in specs(group)]
+def _specs(groups: tuple[Group, ...]) -> list[Spec]:
+    known = all_specs()
+    return [spec for group in groups for spec in ((known[group],) if isinstance(group, str) else specs(group))]
 
 
 def _overrides(node: Node) -> dict[str, object]:
@@ -56,7 +60,7 @@ def _overrides(node: Node) -> dict[str, object]:
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
 
 
-def _verdict(node: Node, groups: tuple[type[Parameters], ...], parameters: list[Parameter]) -> SetParametersResult:
+def _verdict(node: Node, groups: tuple[Group, ...], parameters: list[Parameter]) -> SetParametersResult:
     ours = {spec.key for spec in _specs(groups)}
     try:
         read_settings(node, *groups).with_values({p.name: p.value for p in parameters if p.name in ours})

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import Point, PointStamped, Twist, TwistStamped
+from geometry_msgs.msg import Point, PointStamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
@@ -27,13 +27,8 @@ from collplan_core.planners import FollowFunction, planner_for
 from collplan_core.strategies import map_period_of, rolls_out
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
-from collplan_ros.messages.conversions import (
-    PathError,
-    command_to_twist,
-    command_to_twist_stamped,
-    header,
-    plan_from_path,
-)
+from collplan_ros.messages.cmd_vel import command_to_message, command_type
+from collplan_ros.messages.conversions import PathError, header, plan_from_path
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
@@ -43,7 +38,7 @@ from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.goal_status import Goal, goal_from_status
 from collplan_ros.nodes.sensor_buffer import BEGINS_ANEW, SensorBuffer
 
-GROUPS = (Robot, Rebound, LocalMapping, Control, Planning, Limits, Frames)
+GROUPS = (Robot, Rebound, LocalMapping, Control, Planning, Limits, Frames, "mocap.leap_margin")
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +75,7 @@ class ControllerNode(Node):
         self._diagnostics = Diagnostics(self, self._health)
 
     def _make_outputs(self) -> None:
-        twist = TwistStamped if self._settings.controller.stamped_cmd_vel else Twist
-        self._command_out = self.create_publisher(twist, "cmd_vel", qos.NEWEST)
+        self._command_out = self.create_publisher(command_type(self._settings), "cmd_vel", qos.NEWEST)
         self._maneuver_out = self.create_publisher(String, "maneuver", qos.LATCHED)
         self._reference_out = self.create_publisher(PointStamped, "controller/reference", qos.EVENT)
         self._maneuver_out.publish(String(data=self._command.maneuver))
@@ -193,7 +187,7 @@ class ControllerNode(Node):
         )
 
     def _send(self, command: Command, now: float) -> None:
-        self._command_out.publish(self._twist(command, now))
+        self._command_out.publish(command_to_message(command, now, self._settings))
         if not command.reason:
             x, y = command.reference.tolist()
             head = header(now, self._settings.frames.map)
@@ -202,11 +196,6 @@ class ControllerNode(Node):
             self._maneuver_out.publish(String(data=command.maneuver))
             self.get_logger().info(f"{command.maneuver} {command.reason}".rstrip())
         self._command = command
-
-    def _twist(self, command: Command, now: float) -> Twist | TwistStamped:
-        if self._settings.controller.stamped_cmd_vel:
-            return command_to_twist_stamped(command, now, self._settings.frames.base)
-        return command_to_twist(command)
 
     # ---- how it is
 
@@ -228,7 +217,7 @@ class ControllerNode(Node):
         if self._command.maneuver != command.maneuver:
             self._maneuver_out.publish(String(data=command.maneuver))
         now = self._sensors.now(seconds(self._local_clock)) or 0.0
-        publish_acknowledged(self._command_out, self._twist(command, now))
+        publish_acknowledged(self._command_out, command_to_message(command, now, self._settings))
 
 
 def main(args: Sequence[str] | None = None) -> int:

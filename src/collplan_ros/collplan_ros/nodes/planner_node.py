@@ -148,7 +148,7 @@ class PlannerNode(Node):
         state = self._sensors.state
         reason = why_not_now(stamp, self._sensors.now(local), settings.limits.pose_age)
         if not reason and state is not None:
-            self._rebounds.hit(stamp, change, state, settings.robot.radius)
+            self._rebounds.impact(stamp, change, state, settings.robot.radius)
             reason = self._alarm.raised(stamp, local, ALARM_PERIODS * map_period_of(settings))
         if reason:
             self._refusals.add("impact", reason)

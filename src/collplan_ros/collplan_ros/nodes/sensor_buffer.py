@@ -43,7 +43,8 @@ class SensorBuffer:
         except MessageError as error:
             self._refusals.add("pose", str(error))
             return REFUSED
-        relocated = self.state is not None and is_relocated(self.state, state, settings.robot, settings.limits)
+        margin = settings.mocap.leap_margin
+        relocated = self.state is not None and is_relocated(self.state, state, settings.robot, settings.limits, margin)
         if relocated:
             self._refusals.add("pose_break", f"the poses begin anew at {state.stamp:.3f}")
             self._poses.clear()

@@ -9,7 +9,7 @@ from pathlib import Path
 from collplan_core.calibration.impact_fit import FAR
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.parameters.file import read_parameters, write_values
-from collplan_core.calibration.rebound_fit import FEWEST, Estimate, ReboundFit, TooLittle, fit_rebound
+from collplan_core.calibration.rebound_fit import FEWEST, FittedConstant, ReboundFit, TooLittle, fit_rebound
 from collplan_core.calibration.wall_impacts import ALONG, INTO, SLOWEST
 from collplan_ros.runs.recorded_impacts import measured_impacts
 from collplan_ros.runs.recorded_run import RecordedRun, RunError, read_run
@@ -95,8 +95,9 @@ def _say_impacts(runs: Sequence[RecordedRun], usable: int, left_out: Counter[str
 
 
 def _table(fit: ReboundFit) -> str:
-    def row(name: str, e: Estimate) -> str:
-        return f"{name:<22}{e.value:.3f}   {e.low:.3f} to {e.high:.3f}{e.hits:7}   {e.slowest:.2f} to {e.fastest:.2f}"
+    def row(name: str, e: FittedConstant) -> str:
+        interval = f"{e.low:.3f} to {e.high:.3f}"
+        return f"{name:<22}{e.value:.3f}   {interval}{e.impacts:7}   {e.slowest:.2f} to {e.fastest:.2f}"
 
     return "\n".join(
         (

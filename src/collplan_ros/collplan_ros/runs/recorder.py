@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PointStamped, Twist, TwistStamped, Vector3Stamped
+from geometry_msgs.msg import PointStamped, Twist, Vector3Stamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -16,7 +16,7 @@ from std_msgs.msg import String
 
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
-from collplan_ros.node_kit.clock import PosesClock
+from collplan_ros.messages.cmd_vel import command_type, twist_of
 from collplan_ros.messages.conversions import (
     MessageError,
     contacts_from_path,
@@ -27,6 +27,7 @@ from collplan_ros.messages.conversions import (
     state_from_odometry,
 )
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
+from collplan_ros.node_kit.clock import PosesClock
 from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 
 # every message counts here, so the queue bridges a stall of some seconds
@@ -65,7 +66,7 @@ class Recorder:
         self._clock = PosesClock()
         self._asked = 0.0
         self._recording = False
-        self._subscribe(node, settings.controller.stamped_cmd_vel)
+        self._subscribe(node, settings)
 
     @property
     def silence(self) -> float:
@@ -85,7 +86,7 @@ class Recorder:
         self.goal = None
         self._asked = time.time()
 
-    def _subscribe(self, node: Node, stamped: bool) -> None:
+    def _subscribe(self, node: Node, settings: Settings) -> None:
         def listen(kind: type, topic: str, take: Callable[..., None], qos: QoSProfile = EVERY_ONE) -> None:
             node.create_subscription(kind, topic, take, qos)
 
@@ -94,7 +95,9 @@ class Recorder:
         listen(Odometry, "mocap/odom", self._take_pose)
         log = self._while_recording
         listen(Odometry, "ground_truth/odom", log(lambda m: self.log.truth.append(self._pose_row(m))))
-        listen(Vector3Stamped, "ground_truth/impact", log(lambda m: self.log.impact_records.append(self._record_impact(m))))
+        listen(
+            Vector3Stamped, "ground_truth/impact", log(lambda m: self.log.impact_records.append(self._record_impact(m)))
+        )
         listen(Vector3Stamped, "impact", log(lambda m: self.log.detected.append(self._record_impact(m))))
         listen(Path, "plan", log(self._take_plan))
         listen(Path, "planner/foreseen_impacts", log(self._take_contacts))
@@ -103,10 +106,7 @@ class Recorder:
         sent = self._sent_while_recording
         listen(PointStamped, "controller/reference", sent(self._take_reference))
         listen(String, "maneuver", sent(self._take_maneuver), LATCHED)
-        if stamped:
-            listen(TwistStamped, "cmd_vel", sent(lambda m, at: self._take_command(m.twist, at)))
-        else:
-            listen(Twist, "cmd_vel", sent(self._take_command))
+        listen(command_type(settings), "cmd_vel", sent(lambda m, at: self._take_command(twist_of(m), at)))
 
     def _while_recording(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
         def guarded(message: Any) -> None:

@@ -1,11 +1,11 @@
-"""What a bad line does to bytes, on request."""
+"""Faults of a serial line, on request."""
 
 import numpy as np
 
 from collplan_core.parameters import Emulator
 
 LARGEST_NOISE = 12
-"""Bytes."""
+"""Longest burst of noise before a frame [bytes]."""
 
 
 class BadLine:
@@ -16,7 +16,7 @@ class BadLine:
         self._held = b""
 
     def passed(self, data: bytes, faults: Emulator) -> bytes:
-        """What comes out when `data` goes in. Frames are what lies between two delimiters."""
+        """The bytes that come out when `data` goes in; a frame is the bytes between two delimiters."""
         sent, self._held = self._held, b""
         pieces = data.split(b"\0")
         for i, piece in enumerate(pieces):
@@ -42,8 +42,8 @@ class BadLine:
         if not share or not data:
             return data
         values = np.frombuffer(data, np.uint8).copy()
-        hit = self._random.random(len(values)) < share
-        values[hit] ^= (1 << self._random.integers(0, 8, int(hit.sum()))).astype(np.uint8)
+        struck = self._random.random(len(values)) < share
+        values[struck] ^= (1 << self._random.integers(0, 8, int(struck.sum()))).astype(np.uint8)
         return values.tobytes()
 
     def _happens(self, share: float) -> bool:

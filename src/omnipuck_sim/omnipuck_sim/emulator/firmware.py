@@ -6,6 +6,7 @@ from math import isfinite
 import numpy as np
 
 from collplan_core.parameters import Settings
+from collplan_core.plane import rotate
 from omnipuck_driver.codec import Decoder, Encoder
 from omnipuck_driver.kinematics import OmniWheels
 from omnipuck_driver.messages import (
@@ -19,21 +20,21 @@ from omnipuck_driver.messages import (
     SENSES_IMPACTS,
     STALLED,
     Announce,
-    Command,
+    CommandMessage,
     Hello,
     Telemetry,
 )
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.robot.rebound import Impact
-from omnipuck_sim.robot.vector import rotated
 
 LONGEST_LIFE = 0.5
-"""Of a command, whatever it asks for [s]."""
+"""Longest life of a command, whatever it asks for [s]."""
 SESSION_TIMEOUT = 1.0
 """Silence after which a session is over [s]."""
 LOW_BATTERY = 6.6
+"""Voltage below which the battery is reported as low [V]."""
 DRIFT = 1e-3
-"""By which the driver's clock may be slow, seconds per second."""
+"""Rate by which the driver's clock may be slow [s/s]."""
 COUNTS = 1 << 16
 CLOCK = 1 << 32
 
@@ -43,8 +44,8 @@ class Stop:
     """The wheels were set to zero after they had turned.
 
     Attributes:
-        time: when [s].
-        age: of the last command followed, since the driver took it [s].
+        time: when it was [s].
+        age: age of the last command followed, since the driver took it [s].
         cause: command, life, emergency stop, session or restart.
     """
 
@@ -54,14 +55,14 @@ class Stop:
 
 
 class Firmware:
-    """Bytes in, bytes out; in between it drives the wheels of `simulator`.
+    """The firmware: takes and gives bytes, and drives the wheels of `simulator`.
 
     Attributes:
-        estop_pressed: the button on the robot.
+        estop_pressed: whether the button on the robot is pressed.
         battery: its voltage [V].
-        stalled: it was held up since the last telemetry.
+        stalled: whether the firmware was held up since the last telemetry.
         refused: commands that came whole and were not followed.
-        late: of these, those that had outlived their life on the way.
+        late: refused commands that had outlived their life on the way.
     """
 
     def __init__(self, simulator: Simulator, settings: Settings, boot: int) -> None:
@@ -92,7 +93,7 @@ class Firmware:
         self._stops: list[Stop] = []
 
     def booted(self) -> bytes:
-        """What it says first."""
+        """The announcement after a start."""
         return self._announcement(0)
 
     def receive(self, data: bytes) -> bytes:
@@ -101,16 +102,16 @@ class Firmware:
         for message in self._decoder.feed(data):
             if isinstance(message, Hello):
                 answers += self._greet(message)
-            elif isinstance(message, Command):
+            elif isinstance(message, CommandMessage):
                 self._take(message)
         if self._decoder.other_version is not None:
-            # in its own version, so that the other side can tell what is wrong
+            # in its own version, so that the other side can report what is wrong
             self._decoder.other_version = None
             answers += self._announcement(0)
         return answers
 
     def advance(self) -> None:
-        """Before each step of the simulator: ends what has outlived its time."""
+        """Ends commands and sessions that have outlived their time; to be called before each step of the simulator."""
         now = self._simulator.time
         if self.estop_pressed:
             self._disarm("emergency stop")
@@ -125,24 +126,24 @@ class Firmware:
         """Power off."""
         self._disarm("restart")
 
-    def feel(self, impact: Impact) -> None:
-        """The ring was hit."""
+    def sense(self, impact: Impact) -> None:
+        """Measures an impact, for the telemetry, where the ring has a sensor."""
         if self._senses:
-            change = impact.velocity_after - impact.velocity_before
+            change_x, change_y = (impact.velocity_after - impact.velocity_before).tolist()
             self._impacts += 1
-            self._impact = impact.time, rotated((change[0], change[1]), -self._simulator.state.yaw)
+            self._impact = impact.time, rotate(change_x, change_y, -self._simulator.state.yaw)
 
     def take_stops(self) -> list[Stop]:
-        """Since the last call, in order."""
+        """The stops since the last call, in order."""
         taken, self._stops = self._stops, []
         return taken
 
     def telemetry(self) -> bytes:
-        """One frame that tells how it is."""
+        """One frame of telemetry."""
         now, decoder, state = self._simulator.time, self._decoder, self._simulator.state
         echo, echo_time = self._echo or (0, now)
         impact_time, impact = self._impact or (-1e9, (0.0, 0.0))
-        body = rotated((state.velocity[0], state.velocity[1]), -state.yaw)
+        body = rotate(*state.velocity.tolist(), -state.yaw)
         wheels = self._wheels.speeds(np.array(body), 0.0)
         frame = self._encoder.encode(
             Telemetry(
@@ -195,7 +196,7 @@ class Firmware:
             self._disarm("session")
         return self._announcement(hello.session)
 
-    def _take(self, command: Command) -> None:
+    def _take(self, command: CommandMessage) -> None:
         now = self._simulator.time
         if not self._session or command.session != self._session or len(command.wheels) != self._n_wheels:
             self.refused += 1
@@ -226,7 +227,7 @@ class Firmware:
         self._simulator.command(velocity, yaw_rate)
 
     def _time_on_the_way(self, sent: int, now: float) -> float:
-        """How much longer than the fastest frame of this session this one took [s]."""
+        """Time that this frame took beyond the fastest one of this session [s]."""
         delay = now - sent * 1e-3
         if isfinite(self._delay):
             self._delay += DRIFT * max(now - self._heard, 0.0)

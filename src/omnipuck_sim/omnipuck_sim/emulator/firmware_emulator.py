@@ -23,14 +23,14 @@ from omnipuck_sim.node.mocap_room import MocapRoom
 
 GROUPS = (Robot, Simulation, Limits, Control, Frames, Kinematics, Emulator)
 GARBLED = Emulator(flipped=0.5)
-"""What a line makes of bytes at another rate."""
+"""Faults of a line whose ends use different rates."""
 
 
 class FirmwareEmulator(Node):
-    """Between poses it takes what the driver has sent, moves the robot, and answers.
+    """Once per pose it reads what the driver has sent, moves the robot, and answers.
 
-    Each time the wheels are set to zero after they had turned it reports at once: `stops`, `stop_age` (of the command
-    then), `stop_cause`, and `time_lost_in_stalls`, all on the simulation's clock.
+    Each time the wheels are set to zero after they had turned, its diagnostics report at once: `stops`, `stop_age` (of
+    the command then), `stop_cause`, and `time_lost_in_stalls`, all on the simulation's clock.
     """
 
     def __init__(self, **kwargs: Any) -> None:
@@ -43,7 +43,7 @@ class FirmwareEmulator(Node):
         self._room = MocapRoom(self, self._settings)
         self._line_in, self._line_out = (BadLine(2 * self._settings.simulator.seed + way) for way in (0, 1))
         self._terminal: PseudoTerminal | None = None
-        self._told = 0
+        self._telemetry_sent = 0
         self._stops: Counter[str] = Counter()
         self._last_stop: Stop | None = None
         self._firmware = self._started()
@@ -105,15 +105,15 @@ class FirmwareEmulator(Node):
         impacts = self._room.advance(self._firmware.advance)
         self._firmware.stalled |= self._room.lost > lost
         for impact in impacts:
-            self._firmware.feel(impact)
+            self._firmware.sense(impact)
         self._write(self._firmware.receive(self._read()))
         self._send_telemetry()
         self._take_stops()
 
     def _send_telemetry(self) -> None:
         due = floor(self._room.simulator.time * self._settings.emulator.telemetry_rate + 1e-6)
-        if due > self._told:
-            self._told = due
+        if due > self._telemetry_sent:
+            self._telemetry_sent = due
             self._write(self._firmware.telemetry())
 
     def _take_stops(self) -> None:

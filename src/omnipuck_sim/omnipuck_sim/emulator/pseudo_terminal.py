@@ -28,7 +28,7 @@ class PseudoTerminal:
             raise
 
     def read(self) -> bytes:
-        """What has come."""
+        """The bytes that have come."""
         try:
             return os.read(self._master, MOST_READ)
         except BlockingIOError:

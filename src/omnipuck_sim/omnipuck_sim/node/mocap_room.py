@@ -28,11 +28,11 @@ class MocapRoom:
 
     Attributes:
         simulator: the robot.
-        impacts: hits so far.
+        impacts: impacts so far.
     """
 
     def __init__(self, node: Node, settings: Settings) -> None:
-        """Publishes in `node`, whenever `advance` is called."""
+        """Publishes through `node`, whenever `advance` is called."""
         simulation = settings.simulator
         self.simulator = Simulator(load_world(simulation.world), settings, simulation.seed)
         self.impacts = 0
@@ -60,7 +60,7 @@ class MocapRoom:
         return self._pacing.lost
 
     def advance(self, before_step: Callable[[], None] | None = None) -> list[Impact]:
-        """Brings the simulation to the present, publishes what it met on the way, and returns the hits."""
+        """Brings the simulation to the present, publishes poses and impacts on the way, and returns the impacts."""
         steps = self._pacing.due(seconds(self._steady))
         if self._clock_publisher is None:
             # only after a stall or a step of the system's clock this changes by more than the clocks' reading time

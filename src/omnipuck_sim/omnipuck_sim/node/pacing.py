@@ -5,7 +5,7 @@ LONGEST_CATCH_UP = 0.05
 
 
 class Pacing:
-    """How far a simulation has to be at a local time.
+    """The steps that keep a simulation in step with local time.
 
     Args:
         rate: steps per simulated second [Hz].

@@ -1,4 +1,4 @@
-"""The world as pymunk holds it, and the contacts it finds.
+"""The world as pymunk shapes, and the contacts of a path with them.
 
 The robot is a disc, so every obstacle is grown by its radius and the robot becomes a point: a contact is where the
 point's path meets a grown obstacle. pymunk answers that for a whole step at once, at the exact instant of the touch,
@@ -21,9 +21,9 @@ ANYTHING = pymunk.ShapeFilter()
 
 
 class Contact(NamedTuple):
-    """Where a path first touches.
+    """The first contact of a path.
 
-    share: of the path up to there, 0 when it begins in touch.
+    share: share of the path up to the contact, 0 when it begins in touch.
     normal: unit normal out of the obstacle.
     surface: id of what is touched.
     depth: how deep the path's start lies inside, 0 but for rounding [m].
@@ -81,7 +81,7 @@ def _grown(world: World, radius: float, body: pymunk.Body) -> Iterator[tuple[int
 
 
 def _room(world: World, radius: float) -> tuple[float, float, float, float]:
-    """Where the walls let the disc's centre be: x_min, y_min, x_max, y_max [m]."""
+    """Bounds of the disc's centre within the walls: x_min, y_min, x_max, y_max [m]."""
     if not world.walled:
         return -np.inf, -np.inf, np.inf, np.inf
     x_min, y_min, x_max, y_max = map(float, world.bounds)

@@ -1,10 +1,11 @@
-"""The simulated Omnipuck: a disc among solid obstacles, driven by wheels that lag, thrown back where it hits."""
+"""The simulated Omnipuck: a disc among solid obstacles, driven by wheels that lag, rebounding off what it meets."""
 
 from math import floor, isfinite, pi, remainder
 
 import numpy as np
 
 from collplan_core.parameters import Settings
+from collplan_core.plane import rotate
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
@@ -13,7 +14,7 @@ from omnipuck_sim.robot.actuation import Wheels
 from omnipuck_sim.robot.noise import ACTUATION_RATE, Noise
 from omnipuck_sim.robot.obstacles import Contact, Obstacles
 from omnipuck_sim.robot.rebound import IMPACT_SPEED, Impact, Ring, closing_speed, slide
-from omnipuck_sim.robot.vector import Vector, rotated
+from omnipuck_sim.robot.vector import Vector
 
 GAP = 1e-6
 """Left between robot and wall at a contact, so that the next step starts from free space [m]."""
@@ -22,18 +23,19 @@ SAME_CONTACT = 0.05
 """Impacts on one surface within this time count once [s]."""
 
 MOST_CONTACTS = 16
-"""In one step; a robot wedged deeper into a corner rests for the remainder of the step."""
+"""Contacts in one step; a robot wedged deeper into a corner rests for the remainder of the step."""
 
 MOST_STARTS = 1000
+"""Noisy starts that are drawn until one is free."""
 
 
 class Simulator:
-    """The body in its world; time passes only in `step`.
+    """The simulated robot in its world; time passes only in `step`.
 
     Args:
         world: what is solid; the bounds are too where it is walled.
         settings: uses robot, simulator, limits.command_age and controller.rate.
-        seed: of every random number; equal seeds give equal runs, bit by bit.
+        seed: seed of every random number; equal seeds give equal runs, bit by bit.
         start: (2,) [m], else the world's own; the start noise comes on top.
 
     Raises:
@@ -49,13 +51,13 @@ class Simulator:
         self._marker_offset = markers.marker_offset_x, markers.marker_offset_y, markers.marker_offset_yaw
         self._ring = Ring(settings.simulator, self._noise.rebound)
         self._wheels = Wheels(settings.robot, 1.0 / self._rate)
-        self._patience = settings.limits.command_age + 1.0 / settings.controller.rate
+        self._command_life = settings.limits.command_age + 1.0 / settings.controller.rate
         self._steps = 0
         self._drawn = -1
         self._error: Vector = (0.0, 0.0)
         self._impacts: list[Impact] = []
         self.drive = True
-        """The wheels; switched off, nothing but hits changes the velocity."""
+        """Whether the wheels drive; without them nothing but impacts changes the velocity."""
         self._start = self._drawn_start(world, start)
         self.reset()
 
@@ -66,7 +68,7 @@ class Simulator:
 
     @property
     def state(self) -> State:
-        """The truth now, world frame."""
+        """The true state now, world frame."""
         return State(self.time, np.array(self._position), np.array(self._velocity), self._yaw)
 
     def reset(self) -> None:
@@ -101,14 +103,14 @@ class Simulator:
             raise ValueError(f"command: got {x}, {y}, {yaw_rate}, expected finite numbers")
         self._command: Vector = (x, y)
         self._yaw_rate = float(yaw_rate)
-        self._expires = self.time + self._patience
+        self._expires = self.time + self._command_life
 
     def step(self) -> None:
         """One physics step, 1 / simulator.physics_rate."""
-        self._watch_command()
+        self._expire_command()
         self._draw_error()
         if self.drive:
-            self._velocity = self._wheels.driven(self._velocity, self._wanted())
+            self._velocity = self._wheels.next_velocity(self._velocity, self._wanted())
         if self._velocity != (0.0, 0.0):
             self._move()
         if self._yaw_rate:
@@ -121,7 +123,7 @@ class Simulator:
         return taken
 
     def measured_pose(self) -> PoseSample:
-        """What the motion capture sees now: the body of markers on the robot, and noise."""
+        """The pose that the motion capture measures now: that of the body of markers on the robot, with noise."""
         x, y = self._position
         noise_x, noise_y = self._noise.mocap()
         robot = PoseSample(self.time, np.array([x + noise_x, y + noise_y]), self._yaw)
@@ -132,7 +134,7 @@ class Simulator:
         self._yaw_rate = 0.0
         self._expires = float("inf")
 
-    def _watch_command(self) -> None:
+    def _expire_command(self) -> None:
         # half a step of tolerance: sums of decimal times must not decide
         if self.time > self._expires - 0.5 / self._rate:
             self._halt()
@@ -144,10 +146,10 @@ class Simulator:
             self._drawn += 1
 
     def _wanted(self) -> Vector:
-        """What the wheels aim at, world frame; a robot told to stand still stands still."""
+        """Velocity that the wheels aim at [m/s, world frame]; without noise where the command is zero."""
         if self._command == (0.0, 0.0):
             return 0.0, 0.0
-        x, y = rotated(self._command, self._yaw)
+        x, y = rotate(*self._command, self._yaw)
         return x + self._error[0], y + self._error[1]
 
     def _move(self) -> None:
@@ -183,7 +185,7 @@ class Simulator:
         if closing_speed(before, contact.normal) <= IMPACT_SPEED:
             self._velocity = slide(before, contact.normal)
             return
-        self._velocity = self._ring.thrown_back(before, contact.normal)
+        self._velocity = self._ring.velocity_after(before, contact.normal)
         if time - self._last_impact.get(contact.surface, -np.inf) > SAME_CONTACT:
             self._last_impact[contact.surface] = time
             self._impacts.append(self._impact(contact, time, before))

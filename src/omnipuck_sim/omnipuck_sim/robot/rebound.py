@@ -1,11 +1,15 @@
-"""The rebound off an obstacle: v' = -e v_n n + k_t v_t, spin unchanged."""
+"""The rebound off an obstacle: v' = -e v_n n + k_t v_t, spin unchanged.
+
+Written apart from the planner's model of the same law: this is the truth that the model is tested against.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from collplan_core.parameters import Simulation
-from omnipuck_sim.robot.vector import Vector, rotated
+from collplan_core.plane import rotate
+from omnipuck_sim.robot.vector import Vector
 
 IMPACT_SPEED = 0.08
 """A contact begun faster than this into the wall is an impact; a slower one slides [m/s]."""
@@ -13,10 +17,10 @@ IMPACT_SPEED = 0.08
 
 @dataclass(frozen=True, eq=False)
 class Impact:
-    """One hit, world frame.
+    """One impact, world frame.
 
     Attributes:
-        time: when [s, simulated].
+        time: when it was [s, simulated].
         point: (2,) contact point on the obstacle [m].
         normal: (2,) unit normal out of the obstacle.
         velocity_before, velocity_after: (2,) of the robot [m/s].
@@ -35,7 +39,7 @@ def closing_speed(velocity: Vector, normal: Vector) -> float:
 
 
 def rebound(velocity: Vector, normal: Vector, restitution: float, tangential_retention: float) -> Vector:
-    """Velocity after a hit at `velocity` [m/s] on a wall with this unit normal.
+    """Velocity after an impact at `velocity` [m/s] on a wall with this unit normal.
 
     >>> rebound((3.0, -1.0), (0.0, 1.0), 0.5, 1.0)
     (3.0, 0.5)
@@ -55,13 +59,13 @@ def slide(velocity: Vector, normal: Vector) -> Vector:
 
 
 class Ring:
-    """The reflection ring in truth: restitution and direction may spread from hit to hit."""
+    """The reflection ring in truth: restitution and direction may spread from impact to impact."""
 
     def __init__(self, settings: Simulation, random: np.random.Generator) -> None:
         self._settings = settings
         self._random = random
 
-    def thrown_back(self, velocity: Vector, normal: Vector) -> Vector:
+    def velocity_after(self, velocity: Vector, normal: Vector) -> Vector:
         """Velocity after an impact [m/s]; never into the wall, never faster than before."""
         s = self._settings
         spread, turn = self._random.uniform(-1.0, 1.0, 2).tolist()
@@ -69,4 +73,4 @@ class Ring:
         after = rebound(velocity, normal, restitution, s.tangential_retention)
         if s.direction_spread == 0.0:
             return after
-        return slide(rotated(after, turn * s.direction_spread), normal)
+        return slide(rotate(*after, turn * s.direction_spread), normal)

@@ -1,0 +1,24 @@
+"""The type of cmd_vel: Twist, or TwistStamped where controller.stamped_cmd_vel says so."""
+
+from geometry_msgs.msg import Twist, TwistStamped
+
+from collplan_core.command import Command
+from collplan_core.parameters import Settings
+from collplan_ros.messages.conversions import command_to_twist, command_to_twist_stamped
+
+
+def command_type(settings: Settings) -> type[Twist] | type[TwistStamped]:
+    """The message type of cmd_vel."""
+    return TwistStamped if settings.controller.stamped_cmd_vel else Twist
+
+
+def command_to_message(command: Command, stamp: float, settings: Settings) -> Twist | TwistStamped:
+    """A command as a message for cmd_vel; a TwistStamped carries the stamp [s, poses' clock]."""
+    if settings.controller.stamped_cmd_vel:
+        return command_to_twist_stamped(command, stamp, settings.frames.base)
+    return command_to_twist(command)
+
+
+def twist_of(message: Twist | TwistStamped) -> Twist:
+    """The twist in a message of cmd_vel."""
+    return message.twist if isinstance(message, TwistStamped) else message
