@@ -67,6 +67,16 @@ def foreseen_rebounds(
     return result
 
 
+def deliberate_impacts(foreseen: np.ndarray, speeds_into: np.ndarray) -> np.ndarray:
+    """(k,) whether each impact was deliberate: a plan foresaw it, and it was faster into the wall than a graze.
+
+    Args:
+        foreseen: (k,) whether a plan in force foresaw it.
+        speeds_into: (k,) speed into the wall before it [m/s]; a graze has at most DELIBERATE_SPEED.
+    """
+    return foreseen & (speeds_into > DELIBERATE_SPEED)
+
+
 def _announced(time: float, made: np.ndarray, matched: np.ndarray) -> bool:
     for k in range(int(np.searchsorted(made, time)) - 1, -1, -1):
         if not matched[k]:

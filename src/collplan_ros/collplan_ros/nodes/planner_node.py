@@ -22,6 +22,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
+from collplan_core.control.impact_alarm import ImpactAlarm, why_not_now
 from collplan_core.control.permission import is_blocked, why_stale
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
 from collplan_core.local_map import LocalMap, build_local_map
@@ -51,7 +52,6 @@ from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Heal
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.refusals import Refusals
 from collplan_ros.node_kit.run_node import run_node
-from collplan_ros.nodes.impact_alarm import ImpactAlarm, why_not_now
 from collplan_ros.nodes.plan_outputs import Cycle, PlanOutputs
 from collplan_ros.nodes.pursued_goal import PursuedGoal
 from collplan_ros.nodes.sensor_buffer import BEGINS_ANEW, REFUSED, SensorBuffer

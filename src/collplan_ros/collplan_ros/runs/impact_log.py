@@ -7,7 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED, Prediction, foreseen_impacts, foreseen_rebounds
+from collplan_core.evaluation.impact_matching import (
+    Prediction,
+    deliberate_impacts,
+    foreseen_impacts,
+    foreseen_rebounds,
+)
 from collplan_core.worlds import World, world_segments
 from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
 
@@ -47,8 +52,8 @@ class Impacts:
 
     @property
     def deliberate(self) -> np.ndarray:
-        """(k,) whether it was foreseen and faster into the wall than a graze."""
-        return self.foreseen & (-(self.before * self.normals).sum(axis=1) > DELIBERATE_SPEED)
+        """(k,) whether it was foreseen, and faster into the wall than a graze."""
+        return deliberate_impacts(self.foreseen, -(self.before * self.normals).sum(axis=1))
 
 
 def impacts_of(log: RunLog, world: World) -> Impacts:

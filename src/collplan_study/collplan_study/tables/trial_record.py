@@ -6,7 +6,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from collplan_core.command import MANEUVERS
-from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
+from collplan_core.evaluation.impact_matching import deliberate_impacts
 from collplan_study.tables.columns import REBOUND, blank
 from omnipuck_sim.trial import TrialResult
 
@@ -89,7 +89,7 @@ def _normal_speeds(result: TrialResult) -> np.ndarray:
 
 def _deliberate(result: TrialResult) -> np.ndarray:
     """Whether each impact (k,) was foreseen and fast."""
-    return result.foreseen & (_normal_speeds(result) > DELIBERATE_SPEED)
+    return deliberate_impacts(result.foreseen, _normal_speeds(result))
 
 
 def _impact_measures(result: TrialResult) -> dict[str, Any]:
