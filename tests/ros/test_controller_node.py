@@ -18,7 +18,7 @@ from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages.conversions import plan_to_path, stamp_from_seconds
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
 from collplan_ros.nodes.controller_node import ControllerNode
-from collplan_ros.nodes.goal_status import Goal, goal_to_status
+from collplan_ros.nodes.goal_status import StampedGoal, goal_to_status
 from fake_robot import PERIOD, SCAN_EVERY, FakeRobot, hall
 
 YAW = 0.7
@@ -49,11 +49,11 @@ class ControllerBench:
         self.node = ros.make(ControllerNode, overrides)
         self.plans = ros.publisher(Path, "plan", NEWEST)
         self.statuses = ros.publisher(GoalStatus, "goal_status", LATCHED)
-        self.goal = Goal(self.robot.stamp, np.full(2, math.nan))
+        self.goal = StampedGoal(self.robot.stamp, np.full(2, math.nan))
         assert ros.wait_until(lambda: self.node._sensors.scan_stamp is not None and self.commands)
 
     def send_status(self, status=GoalStatus.STATUS_EXECUTING, stamp=None):
-        self.goal = Goal(self.robot.stamp if stamp is None else stamp, self.goal.position, status)
+        self.goal = StampedGoal(self.robot.stamp if stamp is None else stamp, self.goal.position, status)
         self.statuses.publish(goal_to_status(self.goal))
         assert self.ros.wait_until(lambda: self.node._goal is not None and self.node._goal.id == self.goal.id)
 
@@ -117,7 +117,7 @@ def test_follows_a_plan_in_the_robot_frame(ros, bench):
 
 
 def test_commands_zero_from_the_start_and_says_why(ros, bench):
-    ros.wait_until(lambda: len(bench.commands) > 3)
+    assert ros.wait_until(lambda: len(bench.commands) > 3)
     bench.wait_until_still("no active goal")
     bench.send_status()
     bench.wait_until_still("no plan yet")

@@ -54,7 +54,7 @@ class Graph:
 def test_the_robot_reaches_its_goal_and_stops(ros):
     graph = Graph(ros, "l_corridor")
     goal = load_world("l_corridor").goal
-    ros.wait_until(lambda: len(graph.commands) > 3)
+    assert ros.wait_until(lambda: len(graph.commands) > 3)
     assert not any(c.linear.x or c.linear.y for c in graph.commands)
     graph.send_goal(goal)
     assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, timeout=30.0)

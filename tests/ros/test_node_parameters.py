@@ -46,8 +46,10 @@ def test_overrides_are_read(ros):
     assert (settings.robot.radius, settings.mocap.detect_impacts, settings.robot.max_speed) == (0.2, False, 1.0)
 
 
-def test_parameters_of_other_nodes_do_not_matter(ros):
-    ros.make(Declaring, {"planner.map_period": 0.3, "use_sim_time": False})
+def test_parameters_of_other_nodes_are_ignored(ros):
+    node = ros.make(Declaring, {"planner.map_period": 0.3, "use_sim_time": False, "robot.radius": 0.2})
+    assert not node.has_parameter("planner.map_period")
+    assert read_settings(node, Robot, Mocap) == Settings().with_values({"robot.radius": 0.2})
 
 
 @pytest.mark.parametrize(

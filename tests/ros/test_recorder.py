@@ -108,7 +108,7 @@ def test_no_order_of_taking_changes_the_log(random):
 
 def test_where_poses_were_lost_the_planner_tells_the_arrival():
     log = recorded(in_time())
-    log.told_reached = WALL_CLOCK + ARRIVAL + SENT_LATE + 0.001
+    log.reached_sent = WALL_CLOCK + ARRIVAL + SENT_LATE + 0.001
     assert log.arrival == log.poses[-1].stamp
     lost = 20
     log.poses[-lost:] = [log.poses[-1]._replace(stamp=STAMP + ARRIVAL + 3.0, sent=WALL_CLOCK + ARRIVAL + 3.0)]
@@ -122,7 +122,7 @@ def test_a_report_of_an_earlier_goal_is_not_about_the_new_one(monkeypatch):
     recorder.ask()
     done = GoalStatus(status=GoalStatus.STATUS_SUCCEEDED)
     ears.take["goal_status"](done, {"source_timestamp": round((WALL_CLOCK - 0.1) * 1e9)})
-    assert recorder.goal is recorder.log.told_reached is None
+    assert recorder.goal is recorder.log.reached_sent is None
     ears.take["goal_status"](done, {"source_timestamp": round((WALL_CLOCK + 0.1) * 1e9)})
     assert recorder.goal.status == GoalStatus.STATUS_SUCCEEDED
-    assert recorder.log.told_reached == recorder.goal.sent
+    assert recorder.log.reached_sent == recorder.goal.sent

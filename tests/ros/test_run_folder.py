@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
+from collplan_core.sensing.pose_filter import FRESH, PoseSample, filter_pose
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
@@ -30,6 +31,7 @@ from collplan_ros.runs.trajectory_file import COLUMNS, write_trajectory
 EPOCH = 1.7e9
 WALL = 1.0
 RADIUS = Settings().robot.radius
+WINDOW = Settings().mocap.velocity_window
 HIT_AT = 1.0
 SPEED = 0.5
 
@@ -59,12 +61,12 @@ def bouncing_run() -> RunLog:
             touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), np.array([[WALL, 0.12]]), np.array([[-0.6, 0.8]]))
             log.contacts[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
-    log.impact_records.append(ImpactRecord(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
+    log.true_impacts.append(ImpactRecord(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
     return log
 
 
 def test_an_impact_is_placed_on_the_world():
-    impacts = impacts_of(bouncing_run(), room())
+    impacts = impacts_of(bouncing_run(), room(), WINDOW)
     assert impacts.points[0] == pytest.approx([WALL, 0.1], abs=1e-9)
     assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
     assert impacts.before[0] == pytest.approx([SPEED, 0.0])
@@ -75,13 +77,25 @@ def test_an_impact_is_placed_on_the_world():
 def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
     log = bouncing_run()
     log.truth = [row._replace(vx=0.15 if row.vx > 0.0 else -0.1) for row in log.truth]
-    log.impact_records = [ImpactRecord(EPOCH + HIT_AT - 0.003, -0.25, 0.0)]
-    assert impacts_of(log, room()).deliberate.tolist() == [False]
+    log.true_impacts = [ImpactRecord(EPOCH + HIT_AT - 0.003, -0.25, 0.0)]
+    assert impacts_of(log, room(), WINDOW).deliberate.tolist() == [False]
     log = bouncing_run()
     log.contacts = {stamp: Contacts.none() for stamp in log.contacts}
-    impacts = impacts_of(log, room())
+    impacts = impacts_of(log, room(), WINDOW)
     assert impacts.deliberate.tolist() == [False]
     assert np.isnan(impacts.direction_errors).all()
+
+
+def test_an_impact_that_the_ring_sensed_between_two_poses_has_the_velocities_of_the_poses_around():
+    log = bouncing_run()
+    log.truth, log.detected_impacts = [], [ImpactRecord(EPOCH + HIT_AT - 0.003, -0.7, 0.0)]
+    # the velocities that the poses show are fitted over the last moments: they lag
+    lagging = [max(-0.5 * SPEED, SPEED - 0.25 * (k - 99)) if k > 99 else SPEED for k in range(len(log.poses))]
+    log.poses = [row._replace(vx=vx) for row, vx in zip(log.poses, lagging, strict=True)]
+    impacts = impacts_of(log, room(), WINDOW)
+    assert impacts.points[0] == pytest.approx([WALL, 0.1], abs=1e-9)
+    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
+    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
 
 
 def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
@@ -89,19 +103,19 @@ def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
     touch = log.contacts[EPOCH]
     log.contacts = {EPOCH + 0.01 * k + 0.003: touch for k in range(95)}
     log.plans = []
-    assert impacts_of(log, room()).foreseen.tolist() == [True]
+    assert impacts_of(log, room(), WINDOW).foreseen.tolist() == [True]
     # the last one before the hit no longer expects it
     log.contacts[EPOCH + 0.98] = Contacts.none()
-    assert impacts_of(log, room()).foreseen.tolist() == [False]
+    assert impacts_of(log, room(), WINDOW).foreseen.tolist() == [False]
 
 
-def test_two_hits_between_two_samples_are_told_apart():
+def test_two_impacts_between_two_samples_are_kept_apart():
     log = bouncing_run()
-    log.impact_records = [
+    log.true_impacts = [
         ImpactRecord(EPOCH + HIT_AT - 0.006, -SPEED, 0.0),
         ImpactRecord(EPOCH + HIT_AT - 0.003, -0.5 * SPEED, 0.0),
     ]
-    impacts = impacts_of(log, room())
+    impacts = impacts_of(log, room(), WINDOW)
     assert impacts.before[:, 0] == pytest.approx([SPEED, 0.0], abs=1e-9)
     assert impacts.after[:, 0] == pytest.approx([0.0, -0.5 * SPEED], abs=1e-9)
     assert impacts.foreseen.sum() == 1
@@ -124,7 +138,7 @@ def test_the_nearest_surface_is_shapelys(x, y):
 
 def test_the_summary_of_a_run_worked_by_hand():
     log = bouncing_run()
-    summary = summarize(log, impacts_of(log, room()), "reached", np.array([0.0, 0.1]), Settings())
+    summary = summarize(log, impacts_of(log, room(), WINDOW), "reached", np.array([0.0, 0.1]), Settings())
     assert summary["reached"] is True
     assert summary["arrival_time_s"] == pytest.approx(1.99 - 0.15, abs=1e-6)
     assert summary["path_length_m"] == pytest.approx(SPEED * 0.85 + 0.5 * SPEED * 0.99, abs=1e-6)
@@ -137,14 +151,48 @@ def test_the_summary_of_a_run_worked_by_hand():
     assert summary["maneuvers"] == {"free_space": summary["control_period_ms"]["n"] + 1}
 
 
-def test_without_a_truth_the_poses_and_the_detected_hits_count():
+def test_without_a_truth_the_poses_and_the_detected_impacts_count():
     log = bouncing_run()
-    log.truth, log.detected = [], [ImpactRecord(EPOCH + HIT_AT, -0.7, 0.0)]
-    summary = summarize(log, impacts_of(log, room()), "timeout", np.array([0.0, 0.1]), Settings())
-    assert summary["impacts"] == 1
+    log.truth, log.detected_impacts = [], [ImpactRecord(EPOCH + HIT_AT, -0.7, 0.0)]
+    impacts = impacts_of(log, room(), WINDOW)
+    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
+    assert impacts.before[0] == pytest.approx([0.7 - 0.5 * SPEED, 0.0])
+    summary = summarize(log, impacts, "timeout", np.array([0.0, 0.1]), Settings())
+    assert (summary["impacts"], summary["impacts_foreseen"], summary["impacts_deliberate"]) == (1, 1, 1)
     assert summary["arrival_time_s"] is None
     assert "5 Hz" in summary["path_length_source"]
     assert summary["path_length_m"] == pytest.approx(SPEED * 0.85 + 0.5 * SPEED * 0.99, rel=0.05)
+
+
+def detected_run(before: np.ndarray, after: np.ndarray, noise: float) -> RunLog:
+    """A robot without ground truth that meets the wall at HIT_AT + 4 ms, as the pose filter sees it."""
+    log, memory, random = RunLog(), FRESH, np.random.default_rng(5)
+    met, place = HIT_AT + 0.004, np.array([WALL - RADIUS, 0.1])
+    for k in range(150):
+        t = 0.01 * k
+        point = place + (before if t < met else after) * (t - met) + random.normal(0.0, noise, 2)
+        result, memory = filter_pose(memory, PoseSample(EPOCH + t, point, 0.0), t, Settings())
+        if result.impact is not None:
+            log.detected_impacts.append(ImpactRecord(EPOCH + t, *result.impact.tolist()))
+        if result.state is not None:
+            log.poses.append(PoseRow(EPOCH + t, *point.tolist(), 0.0, *result.state.velocity.tolist(), 77.0 + t))
+        if k % 20 == 10:
+            touch = Contacts(np.array([EPOCH + met]), np.array([[WALL, 0.1]]), after[None])
+            log.contacts[EPOCH + t] = touch if t < met else Contacts.none()
+    return log
+
+
+@pytest.mark.parametrize("noise", [2e-4, 2e-3])
+@pytest.mark.parametrize(("before", "after"), [((0.9, 0.3), (-0.63, 0.24)), ((0.6, -0.5), (-0.45, -0.4))])
+def test_an_impact_detected_in_the_poses_has_its_velocities_before_and_after(before, after, noise):
+    log = detected_run(np.array(before), np.array(after), noise)
+    impacts = impacts_of(log, room(), WINDOW)
+    assert len(impacts) == 1
+    assert impacts.before[0] == pytest.approx(before, abs=0.04 + 60.0 * noise)
+    assert impacts.after[0] == pytest.approx(after, abs=0.02 + 60.0 * noise)
+    assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
+    assert impacts.deliberate.tolist() == [True]
+    assert impacts.direction_errors[0] < 0.3
 
 
 def prepared() -> Preparation:
@@ -159,10 +207,12 @@ def test_all_files_are_written(tmp_path):
     summary = json.loads((latest / "summary.json").read_text())
     assert summary["simulated"] is True
     assert summary["assumed"]["robot.radius"] == RADIUS
-    hits = list(csv.DictReader((latest / "impacts.csv").open()))
-    assert [(row["foreseen"], row["deliberate"]) for row in hits] == [("true", "true")]
-    assert float(hits[0]["t"]) == pytest.approx(HIT_AT - 0.153, abs=1e-5)
-    assert float(hits[0]["direction_error"]) == pytest.approx(np.arctan2(0.8, 0.6), abs=1e-5)
+    impacts = list(csv.DictReader((latest / "impacts.csv").open()))
+    assert [(row["foreseen"], row["deliberate"]) for row in impacts] == [("true", "true")]
+    assert float(impacts[0]["t"]) == pytest.approx(HIT_AT - 0.153, abs=1e-5)
+    vectors = [[float(impacts[0][f"{name}_v{axis}"]) for axis in "xy"] for name in ("before", "after")]
+    np.testing.assert_allclose(vectors, [[SPEED, 0.0], [-0.5 * SPEED, 0.0]], atol=1e-5)
+    assert float(impacts[0]["direction_error"]) == pytest.approx(np.arctan2(0.8, 0.6), abs=1e-5)
     last = list(csv.DictReader((latest / "trajectory.csv").open()))[-1]
     assert float(last["t"]) == pytest.approx(summary["arrival_time_s"], abs=1e-6)
     from PIL import Image
@@ -191,7 +241,7 @@ def test_legend_and_axis_label_lie_apart(tmp_path, monkeypatch, height):
     monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: drawn.append(figure))
     world = World("arena", (), np.zeros((0, 3)), (-2.0, -0.5 * height, 2.5, 0.5 * height), True, None, None)
     log = bouncing_run()
-    draw_trajectory(tmp_path / "a.png", log, impacts_of(log, room()), world, np.zeros(2), RADIUS, 0.1, "title")
+    draw_trajectory(tmp_path / "a.png", log, impacts_of(log, room(), WINDOW), world, np.zeros(2), Settings(), "title")
     (figure,) = drawn
     figure.draw_without_rendering()
     (legend,) = figure.legends

@@ -53,7 +53,7 @@ def _driven(settings: Settings, duration: float, seed: int, speeds: tuple[float,
             log.sent_commands.append(SentCommand(sent, *velocity.tolist(), 0.0))
         simulator.step()
     for hit in simulator.take_impacts():
-        log.impact_records.append(ImpactRecord(EPOCH + hit.time, *(hit.velocity_after - hit.velocity_before).tolist()))
+        log.true_impacts.append(ImpactRecord(EPOCH + hit.time, *(hit.velocity_after - hit.velocity_before).tolist()))
     return log
 
 

@@ -15,7 +15,16 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.warm_up import warm_up
 from collplan_ros.bringup import check, graph, open_loop
-from collplan_ros.bringup.check_findings import DOUBTFUL, GOOD, WRONG, of_axes, of_nodes, of_offset, of_stream, of_turn
+from collplan_ros.bringup.check_findings import (
+    DOUBTFUL,
+    GOOD,
+    WRONG,
+    axes_finding,
+    node_findings,
+    offset_finding,
+    stream_findings,
+    turn_finding,
+)
 from collplan_ros.bringup.main import main
 from collplan_ros.bringup.progress import Progress
 
@@ -107,14 +116,14 @@ FINE = AxesFit(turn=0.1, uncertainty=0.005, scale=1.02, mirrored=False)
     ],
 )
 def test_axes(fit, verdict, text):
-    finding = of_axes(fit)
+    finding = axes_finding(fit)
     assert finding.verdict == verdict
     assert text in finding.text
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.99, GOOD), (-1.0, WRONG), (0.01, WRONG), (2.0, WRONG)])
 def test_turn(share, verdict):
-    assert of_turn(share).verdict == verdict
+    assert turn_finding(share).verdict == verdict
 
 
 @pytest.mark.parametrize(
@@ -126,13 +135,13 @@ def test_turn(share, verdict):
     ],
 )
 def test_stream(quality, verdicts):
-    assert [finding.verdict for finding in of_stream(quality, Settings())] == verdicts
+    assert [finding.verdict for finding in stream_findings(quality, Settings())] == verdicts
 
 
 def test_nodes():
     levels = {"/a": DiagnosticStatus.OK, "/b": DiagnosticStatus.WARN, "/c": DiagnosticStatus.ERROR}
     statuses = {name: DiagnosticStatus(level=level, name=name, message="so") for name, level in levels.items()}
-    assert [(f.verdict, f.text) for f in of_nodes(statuses)] == [
+    assert [(f.verdict, f.text) for f in node_findings(statuses)] == [
         (GOOD, "/a: so"),
         (DOUBTFUL, "/b: so"),
         (WRONG, "/c: so"),
@@ -141,6 +150,6 @@ def test_nodes():
 
 def test_an_uncertain_heading_is_doubtful():
     offset = BodyOffset(0.03, -0.02, 0.17)
-    assert of_offset(offset, FINE).verdict == GOOD
-    assert of_offset(offset, AxesFit(0.1, 0.02, 1.0, False)).verdict == DOUBTFUL
-    assert "+30.0 mm ahead and -20.0 mm left" in of_offset(offset, FINE).text
+    assert offset_finding(offset, FINE).verdict == GOOD
+    assert offset_finding(offset, AxesFit(0.1, 0.02, 1.0, False)).verdict == DOUBTFUL
+    assert "+30.0 mm ahead and -20.0 mm left" in offset_finding(offset, FINE).text

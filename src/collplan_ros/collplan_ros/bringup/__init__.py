@@ -1,1 +1,1 @@
-"""Starts the graph, gives the goal, watches, records, and ends everything."""
+"""The program bringup: starts the nodes, gives the goal, monitors and records the run, and stops everything."""

@@ -20,11 +20,11 @@ from collplan_ros.bringup.check_findings import (
     GOOD,
     WRONG,
     Finding,
-    of_axes,
-    of_nodes,
-    of_offset,
-    of_stream,
-    of_turn,
+    axes_finding,
+    node_findings,
+    offset_finding,
+    stream_findings,
+    turn_finding,
 )
 from collplan_ros.bringup.failures import FOUND_WRONG, GRAPH_LOST, GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import Graph
@@ -37,17 +37,17 @@ from collplan_ros.runs.recorder import EVERY_ONE
 
 NOT_NEEDED = ("lidar_node", "planner_node", "controller_node")
 REPORT_PATIENCE = 3.0
-"""Every node reports once a second [s]."""
-WATCHING_TIME = 2.0
-"""The robot is watched at rest for so long [s]."""
+"""Longest wait for a report of every node, which each sends once a second [s]."""
+RECORDING_TIME = 2.0
+"""Time for which poses of the robot at rest are recorded [s]."""
 
 
 class Declined(RuntimeError):
-    """The question was not answered with a yes."""
+    """The user did not agree to a motion of the robot."""
 
 
 def check(options: Options, progress: Progress) -> int:
-    """The whole check; returns an exit code, 0 where nothing is wrong.
+    """Runs the whole check; returns an exit code, 0 where nothing is wrong.
 
     Raises:
         StartError: what is asked for cannot be done; nothing was started.
@@ -88,14 +88,14 @@ def _prepared(options: Options) -> Preparation:
 
 
 def _checked_values(options: Options, offset: BodyOffset) -> dict[str, object]:
-    """The parameter file given, with the offset found: it can take that file's place."""
+    """Values of the given parameter file with the offset found, to be used in that file's place."""
     given = read_parameters(options.params) if options.params else {}
     found = {f"mocap.body_offset_{key}": round(getattr(offset, key), 5) for key in ("x", "y", "yaw")}
     return {**given, **found}
 
 
 class _Check:
-    """One check of a running graph."""
+    """One check of a robot and mocap_node that run already."""
 
     def __init__(self, graph: Graph, preparation: Preparation, progress: Progress, yes: bool) -> None:
         self._graph = graph
@@ -106,13 +106,13 @@ class _Check:
         self._statuses: dict[str, DiagnosticStatus] = {}
 
     def run(self) -> BodyOffset | None:
-        """The offset found; None where something is wrong or the offset too uncertain."""
+        """The offset found; None where something is wrong or the offset is too uncertain."""
         self._progress.say(f"checking {', '.join(self._graph.pids)}")
         self._graph.wait_until_poses_come()
         self._loop = OpenLoop(self._graph, self._settings)
         if not self._passes([*self._nodes(), *self._stream()]):
             return None
-        self._loop.refuse_company()
+        self._loop.refuse_other_publishers()
         return self._motions()
 
     def _nodes(self) -> list[Finding]:
@@ -123,44 +123,44 @@ class _Check:
             return [name for name in self._names if name not in reported]
 
         self._graph.wait(lambda: not silent(), REPORT_PATIENCE, lambda: f"no diagnostics of {', '.join(silent())}")
-        return of_nodes(self._statuses)
+        return node_findings(self._statuses)
 
     def _take_statuses(self, message: DiagnosticArray) -> None:
         self._statuses.update({s.name: s for s in message.status if s.name.rpartition("/")[2] in self._names})
 
     def _stream(self) -> list[Finding]:
-        poses = self._loop.rest(WATCHING_TIME)
+        poses = self._loop.rest(RECORDING_TIME)
         received = np.array(self._loop.received[-len(poses) :])
         stamps, positions = np.array([p.stamp for p in poses]), np.array([p.position for p in poses])
-        return of_stream(stream_quality(stamps, received, positions), self._settings)
+        return stream_findings(stream_quality(stamps, received, positions), self._settings)
 
     def _motions(self) -> BodyOffset | None:
         rate = min(self._settings.controller.max_yaw_rate, self._settings.robot.max_yaw_rate)
         self._ask(f"turn in place, once round at {rate:g} rad/s")
         lever, share = turn_in_place(self._loop, rate)
-        if not self._passes([of_turn(share)]):
+        if not self._passes([turn_finding(share)]):
             return None
         ways = f"drive {100 * DISTANCE:g} cm forward, back, left and back, at {SPEED:g} m/s"
         self._ask(f"{ways}, up to {MOST_ROUNDS} times")
         axes = drive_each_way(self._loop, lever, self._settings.robot.max_speed)
         offset = body_offset(axes, lever)
-        found = of_offset(offset, axes)
-        passes = self._passes([of_axes(axes), found])
+        found = offset_finding(offset, axes)
+        passes = self._passes([axes_finding(axes), found])
         if found.verdict == DOUBTFUL:  # a heading off by degrees turns every command
             self._progress.say("  too uncertain to drive with: the floor, the wheels or the poses are too rough for it")
         return offset if passes and found.verdict == GOOD else None
 
     def _passes(self, findings: Sequence[Finding]) -> bool:
-        """Says what was found; whether nothing of it is wrong."""
+        """Prints the findings; whether none of them is wrong."""
         for finding in findings:
             self._progress.say(f"  {finding.verdict:<8}  {finding.text}")
         return all(finding.verdict != WRONG for finding in findings)
 
     def _ask(self, motion: str) -> None:
-        """Waits for a yes.
+        """Asks the user for consent to a motion, and waits for the answer.
 
         Raises:
-            Declined: anything else was answered.
+            Declined: the answer is not yes.
         """
         if self._yes:
             self._progress.say(f"the robot is going to {motion}")

@@ -1,4 +1,4 @@
-"""What `bringup --check` makes of what it measured, in words."""
+"""Verdicts of `bringup --check` on its measurements."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,30 +13,31 @@ from collplan_ros.node_kit.diagnostics import OK, WARN
 
 GOOD, DOUBTFUL, WRONG = "ok", "doubtful", "WRONG"
 ENOUGH_RATE = 50.0
-"""Below it the velocity's window holds fewer poses than a line is fitted well through [Hz]."""
+"""Pose rate below which the velocity window holds too few poses for a good line fit [Hz]."""
 LARGEST_ERROR = 0.3
-"""By which a measured motion may miss a commanded one, as a share; beyond it wheels, units or axes are not as said."""
+"""Largest relative error of a measured motion; beyond it wheel radius, units or axes are set wrongly."""
 NO_MOTION = 0.2
+"""Ratio of measured to commanded motion below which the robot counts as not moving."""
 ENOUGH_CERTAINTY = 0.5
-"""Of the body's heading [deg]."""
+"""Largest acceptable standard deviation of the body's heading [deg]."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One line of the check: a verdict and what it is about."""
+    """One line of the check: a verdict and its explanation."""
 
     verdict: str
     text: str
 
 
-def of_nodes(statuses: Mapping[str, DiagnosticStatus]) -> list[Finding]:
-    """Of what each node says of itself."""
+def node_findings(statuses: Mapping[str, DiagnosticStatus]) -> list[Finding]:
+    """One finding per node, from its own diagnostics."""
     verdicts = {OK: GOOD, WARN: DOUBTFUL}
     return [Finding(verdicts.get(s.level, WRONG), f"{name}: {s.message}") for name, s in sorted(statuses.items())]
 
 
-def of_stream(quality: StreamQuality, settings: Settings) -> list[Finding]:
-    """Of the poses of a robot at rest."""
+def stream_findings(quality: StreamQuality, settings: Settings) -> list[Finding]:
+    """Findings on rate, gaps and noise of the poses of a robot at rest."""
     limit, assumed = settings.limits.pose_age, settings.mocap.position_noise
     rate = GOOD if quality.rate >= ENOUGH_RATE else DOUBTFUL
     gap = GOOD if quality.longest_gap < limit else WRONG
@@ -52,8 +53,8 @@ def of_stream(quality: StreamQuality, settings: Settings) -> list[Finding]:
     ]
 
 
-def of_axes(fit: AxesFit) -> Finding:
-    """Of the motions along the axes."""
+def axes_finding(fit: AxesFit) -> Finding:
+    """Finding on the motions along the axes: scale, direction, handedness."""
     if fit.scale < NO_MOTION:
         return Finding(WRONG, "the robot did not move: motors off, emergency stop, or cmd_vel does not get there?")
     if fit.mirrored:
@@ -65,8 +66,8 @@ def of_axes(fit: AxesFit) -> Finding:
     return Finding(GOOD, f"moves {fit.scale:.3f} times as far as told, to the side it was told")
 
 
-def of_turn(share: float) -> Finding:
-    """Of the turn in place: measured over commanded."""
+def turn_finding(share: float) -> Finding:
+    """Finding on the turn in place; `share` is the measured angle over the commanded one."""
     if abs(share) < NO_MOTION:
         return Finding(WRONG, "the robot did not turn, or its heading is not measured")
     if share < 0.0:
@@ -75,8 +76,8 @@ def of_turn(share: float) -> Finding:
     return Finding(verdict, f"turns {share:.3f} times as far as told")
 
 
-def of_offset(offset: BodyOffset, fit: AxesFit) -> Finding:
-    """Of the body's place on the robot."""
+def offset_finding(offset: BodyOffset, fit: AxesFit) -> Finding:
+    """Finding on the place of the measured body on the robot."""
     uncertainty = degrees(fit.uncertainty)
     verdict = GOOD if uncertainty <= ENOUGH_CERTAINTY else DOUBTFUL
     return Finding(

@@ -1,4 +1,4 @@
-"""The running graph: a process per node, and bringup's own node that listens and gives the goal."""
+"""The running graph: one process per node, and bringup's own node, which records and publishes the goal."""
 
 import os
 import time
@@ -30,26 +30,27 @@ from collplan_ros.runs.run_log import PoseRow
 
 NAME = "bringup"
 FIRST_STOPPED = "controller_node"
-"""Its last command is zero, and the robot must still be there to take it."""
+"""The node stopped first: its last command is zero, and the robot must still run to receive it."""
 LISTENING_TIME = 0.5
-"""Whoever else is in the domain is heard within this [s]."""
+"""Time within which other nodes in the domain are discovered [s]."""
 READY_PATIENCE = 300.0
-"""Nodes may have to compile first [s]."""
+"""Longest wait for the nodes to report; they may have to compile first [s]."""
 NOTICE_TIME = 5.0
-"""After this it is said whom the start waits for [s]."""
+"""Time after which the nodes still waited for are printed [s]."""
 LINK_PATIENCE = 3.0
-"""For the robot to follow commands, once every node has reported [s]."""
+"""Longest wait for the robot's link, once every node has reported [s]."""
 INPUT_PATIENCE = 3.0
-"""For poses, scans and the answer to a goal, once every node is ready [s]."""
+"""Longest wait for poses, scans and the answer to a goal, once every node is ready [s]."""
 GOAL_PERIOD = 1.0
-"""A goal that is not answered is given again [s]."""
+"""Period at which a goal without answer is published again [s]."""
 SPIN_TIME = 0.02
+"""Longest wait for one message [s]."""
 
 
 class Graph:
-    """For `with`: entering starts every node, leaving stops them.
+    """A context manager: entering starts every node, leaving stops them.
 
-    The nodes die with the thread that entered, whatever ends it.
+    The nodes are killed when the thread that entered ends, whatever the reason.
 
     Raises:
         StartError: on entering, when a node of the same name is in the domain already.
@@ -57,7 +58,7 @@ class Graph:
     """
 
     def __init__(self, preparation: Preparation, folder: RunFolder, progress: Progress) -> None:
-        """Starts nothing yet."""
+        """Prepares the graph; no process is started before entering."""
         self._preparation = preparation
         self._folder = folder
         self._progress = progress
@@ -70,7 +71,7 @@ class Graph:
             stack.enter_context(environment_set(graph_environment(self._preparation.network, os.environ)))
             stack.enter_context(self._stop_request.listening())
             self._open_node(stack)
-            self._refuse_company()
+            self._refuse_running_nodes()
             self._folder.become_latest()
             stack.callback(self._stop_processes)
             for name, program in self._preparation.programs.items():
@@ -99,7 +100,7 @@ class Graph:
         return self.recorder.newest
 
     def step(self) -> None:
-        """Takes one message, or waits a moment for one; notices signals and the end of a node."""
+        """Handles one message, waiting up to SPIN_TIME for it; raises on a signal or the end of a node."""
         self._stop_request.check()
         for process in self._processes:
             process.check()
@@ -118,15 +119,15 @@ class Graph:
             self.step()
 
     def wait_until_poses_come(self) -> None:
-        """Waits until every node has reported, and poses are there."""
+        """Waits until every node has reported and poses come."""
         self.wait(self._all_reported(), READY_PATIENCE, self._unready)
-        self._refuse_doubles()
-        self.wait(lambda: self._robot_status.level != ERROR, LINK_PATIENCE, self._robot_trouble)
-        self._let_the_ring_tell()
+        self._refuse_duplicates()
+        self.wait(lambda: self._robot_status.level != ERROR, LINK_PATIENCE, self._robot_problem)
+        self._turn_off_impact_detection()
         self.wait(lambda: self.recorder.newest is not None, INPUT_PATIENCE, self._no_pose)
 
     def wait_until_ready(self) -> None:
-        """Waits until every node has reported, and poses, scans and the planner are there."""
+        """Waits until every node has reported, poses and scans come, and the planner listens for a goal."""
         recorder = self.recorder
         self.wait_until_poses_come()
         self.wait(lambda: recorder.scan_came, INPUT_PATIENCE, lambda: self._missing("scan", "best effort"))
@@ -146,8 +147,8 @@ class Graph:
 
         self.wait(answered, INPUT_PATIENCE, self._no_planner)
 
-    def word_of(self, node: str) -> str:
-        """What a node said last of how it is; "" where it has not reported."""
+    def last_message(self, node: str) -> str:
+        """Message of a node's newest health report; "" before the first."""
         status = self.recorder.reported.get(self._full_name(node))
         return "" if status is None else status.message
 
@@ -177,12 +178,12 @@ class Graph:
             self._progress.say(f"{name} did not stop when asked to and was killed")
 
     def _names(self) -> Counter[str]:
-        """How often each name of this graph is seen in its namespace."""
+        """Number of visible nodes for each name of this graph, in its namespace."""
         ours = {NAME, *self._preparation.programs}
         seen = self.node.get_node_names_and_namespaces()
         return Counter(name for name, space in seen if space == self.node.get_namespace() and name in ours)
 
-    def _refuse_company(self) -> None:
+    def _refuse_running_nodes(self) -> None:
         end = time.monotonic() + LISTENING_TIME
         while time.monotonic() < end:
             self.step()
@@ -190,10 +191,10 @@ class Graph:
             if others:
                 raise StartError(f"{_in_words(others)} already in {described()}; end it, or set another ROS_DOMAIN_ID")
 
-    def _refuse_doubles(self) -> None:
-        doubles = sorted(name for name, count in self._names().items() if count > 1)
-        if doubles:
-            raise GraphError(f"another {_in_words(doubles)} in {described()}; end it, or set another ROS_DOMAIN_ID")
+    def _refuse_duplicates(self) -> None:
+        duplicates = sorted(name for name, count in self._names().items() if count > 1)
+        if duplicates:
+            raise GraphError(f"another {_in_words(duplicates)} in {described()}; end it, or set another ROS_DOMAIN_ID")
 
     def _all_reported(self) -> Callable[[], bool]:
         notice = time.monotonic() + NOTICE_TIME
@@ -212,11 +213,11 @@ class Graph:
     def _robot_status(self) -> DiagnosticStatus:
         return self.recorder.reported[self._full_name(self._preparation.robot.nodes[0])]
 
-    def _robot_trouble(self) -> str:
+    def _robot_problem(self) -> str:
         return f"{self._preparation.robot.nodes[0]}: {self._robot_status.message}"
 
-    def _let_the_ring_tell(self) -> None:
-        """Where the firmware senses hits, mocap_node is not to find them in the poses as well."""
+    def _turn_off_impact_detection(self) -> None:
+        """Sets mocap.detect_impacts to false if the firmware senses impacts, lest each be published twice."""
         if ("impact_sensing", "yes") not in [(item.key, item.value) for item in self._robot_status.values]:
             return
         client = self.node.create_client(SetParameters, f"{self._full_name('mocap_node')}/set_parameters")

@@ -1,4 +1,4 @@
-"""Starts a robot and its nodes, gives the goal, watches the run, and leaves nothing behind but the run folder."""
+"""Entry point of bringup: starts a robot and its nodes, gives the goal, monitors the run, and writes the run folder."""
 
 import sys
 import time
@@ -31,8 +31,9 @@ from collplan_ros.runs.recorder import GoalReport
 from collplan_ros.runs.run_log import RunLog
 
 REST_PATIENCE = 2.0
-"""The robot may take so long to stop [s]."""
+"""Longest wait for the robot to stop after a run [s]."""
 REST_SPEED = 0.03
+"""Speed below which the robot counts as at rest [m/s]."""
 PLANNER = "planner_node"
 ABORTED = "aborted"
 OUTCOMES = {
@@ -40,19 +41,19 @@ OUTCOMES = {
     GoalStatus.STATUS_ABORTED: ABORTED,
     GoalStatus.STATUS_CANCELED: "canceled",
 }
-"""How a run ends by what the planner says of the goal."""
+"""Outcome of a run by the final status of its goal."""
 
 
 @dataclass(frozen=True)
 class RunResult:
-    """How a run ended.
+    """Result of a run.
 
     Attributes:
         outcome: reached, timeout, stuck, aborted, canceled, node_died, graph_lost or interrupted.
         exit_code: 0 only when the goal was reached.
-        message: why, where the run was broken off or the goal given up.
+        message: reason, where the run was broken off or the goal given up; else empty.
         folder: the run folder.
-        summary: what summary.json holds.
+        summary: content of summary.json.
     """
 
     outcome: str
@@ -63,10 +64,10 @@ class RunResult:
 
 
 class Bringup:
-    """One run, for `with`: entering starts the graph, leaving stops it.
+    """One run, a context manager: entering starts the graph, leaving stops it.
 
-    `run()` is all most scripts need; this is for one that wants to act during the run. Use it in a thread that lives as
-    long as the graph: the nodes die with the thread that started them.
+    Most scripts need only `run()`; this class is for those that act during the run. Use it in a thread that lives as
+    long as the graph: the nodes are killed when the thread that started them ends.
 
     Raises:
         StartError: what is asked for cannot be done; nothing was started.
@@ -94,25 +95,25 @@ class Bringup:
 
     @property
     def log(self) -> RunLog:
-        """What was received so far."""
+        """Log of everything received so far."""
         return self.graph.recorder.log
 
     def drive(self, goal: np.ndarray | None = None) -> str:
-        """Gives the goal (2,) [m], the prepared one by default, and watches; returns the outcome."""
+        """Gives the goal (2,) [m], the prepared one by default, and monitors the run; returns the outcome."""
         target = self.preparation.goal if goal is None else goal
         settings, graph = self.preparation.settings, self.graph
         graph.recorder.begin()
         graph.give_goal(target)
-        begun = graph.pose.stamp
-        watch = RunMonitor(target, settings.planner.goal_tolerance, settings.trial, begun)
+        started_at = graph.pose.stamp
+        monitor = RunMonitor(target, settings.planner.goal_tolerance, settings.trial, started_at)
         while True:
             pose = graph.pose
             position = np.array([pose.x, pose.y])
-            outcome = watch.outcome(pose.stamp, position) or outcome_from_status(graph.recorder.goal, pose.sent)
+            outcome = monitor.outcome(pose.stamp, position) or outcome_from_status(graph.recorder.goal, pose.sent)
             if outcome:
                 return outcome
             distance = float(np.linalg.norm(position - target))
-            self.progress.show(self._elapsed, distance, self.log.maneuver_at(pose.sent), len(self.log.hits))
+            self.progress.show(self._elapsed, distance, self.log.maneuver_at(pose.sent), len(self.log.impacts))
             graph.step()
 
     @property
@@ -121,7 +122,7 @@ class Bringup:
         return 0.0 if begin is None else max(0.0, self.graph.pose.stamp - begin)
 
     def come_to_rest(self) -> None:
-        """Ends the record and gives the robot time to stop, and the planner to say what became of the goal."""
+        """Ends the recording, and waits until the robot rests and the planner has reported the goal's final status."""
         graph = self.graph
         graph.recorder.finish()
         deadline = time.monotonic() + REST_PATIENCE
@@ -136,15 +137,16 @@ class Bringup:
 
 
 def outcome_from_status(goal: GoalReport | None, sent: float) -> str | None:
-    """The outcome by the planner's report, once the poses up to the one of `sent` were taken; None while it goes on.
+    """Outcome of a run by the goal's status, None while the goal is active.
 
-    The poses that the planner may have seen come first: they tell when the goal was reached.
+    A status is used only once the poses sent before it were handled, `sent` [s] being when the newest was sent: the
+    time of arrival is taken from those poses.
     """
     return OUTCOMES.get(goal.status) if goal is not None and goal.sent <= sent else None
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:
-    """One whole run: start, goal, end, results.
+    """Performs one whole run: start, goal, end, results.
 
     Raises:
         StartError: what is asked for cannot be done; nothing was started.
@@ -158,21 +160,21 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
 
 
 def _driven(bringup: Bringup) -> tuple[str, int, str]:
-    """Outcome, exit code and message."""
+    """Drives a prepared run; returns outcome, exit code and message."""
     try:
         with bringup:
             bringup.progress.say(_announcement(bringup))
             bringup.graph.wait_until_ready()
             outcome = bringup.drive()
             bringup.come_to_rest()
-            word = bringup.graph.word_of(PLANNER) if outcome == ABORTED else ""
+            reason = bringup.graph.last_message(PLANNER) if outcome == ABORTED else ""
     except NodeDied as error:
         return "node_died", GRAPH_LOST, str(error)
     except GraphError as error:
         return "graph_lost", GRAPH_LOST, str(error)
     except Interrupted as error:
         return "interrupted", 128 + error.number, str(error)
-    return outcome, 0 if outcome == REACHED else NOT_REACHED, word
+    return outcome, 0 if outcome == REACHED else NOT_REACHED, reason
 
 
 def _announcement(bringup: Bringup) -> str:

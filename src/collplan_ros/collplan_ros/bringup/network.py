@@ -1,4 +1,4 @@
-"""Who takes part in the graph: discovery range and Fast DDS profile, handed over in the environment."""
+"""Extent of the graph: discovery range and Fast DDS profile, passed to the nodes in the environment."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -10,7 +10,7 @@ PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 
 
 def graph_environment(network: str, environment: Mapping[str, str]) -> dict[str, str]:
-    """Variables to set for a graph that is `local` or `subnet`; a profile of the user's own stays."""
+    """Environment variables of a graph that is `local` or `subnet`; a Fast DDS profile set by the user is kept."""
     chosen = {"ROS_AUTOMATIC_DISCOVERY_RANGE": RANGES[network]}
     if not environment.get(PROFILE):
         chosen[PROFILE] = str(files("collplan_ros") / "config" / "fastdds_local.xml")
@@ -19,7 +19,7 @@ def graph_environment(network: str, environment: Mapping[str, str]) -> dict[str,
 
 @contextmanager
 def environment_set(values: Mapping[str, str]) -> Iterator[None]:
-    """Sets variables of this process and of those it starts, and puts the old ones back."""
+    """Sets environment variables of this process and its children, and restores the old values on leaving."""
     before = {key: os.environ.get(key) for key in values}
     os.environ.update(values)
     try:

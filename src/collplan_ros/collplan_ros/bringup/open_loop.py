@@ -1,4 +1,4 @@
-"""Drives a robot without planner and controller, and keeps where the motion capture saw it."""
+"""Open-loop driving of a robot, without planner and controller, and recording of its measured poses."""
 
 import time
 
@@ -17,20 +17,21 @@ from collplan_ros.messages.qos import NEWEST
 from collplan_ros.runs.recorder import EVERY_ONE
 
 HALTING_TIME = 0.6
-"""Within it the robot stands still [s]."""
+"""Time within which the robot comes to rest [s]."""
 RESTING_TIME = 0.4
-"""Poses of so long give one mean pose [s]."""
+"""Time over which poses are averaged to one [s]."""
 
 
 class OpenLoop:
-    """Commands by the poses' clock: where poses cease, commands cease, and the robot stops by itself.
+    """Commands a robot by the poses' clock: without poses there are no commands, and the robot stops by itself.
 
     Attributes:
-        poses: of the measured body, as they came; received: when, on the local clock [s].
+        poses: poses of the measured body, in order of receipt.
+        received: time of receipt of each pose, on the local clock [s].
     """
 
     def __init__(self, graph: Graph, settings: Settings) -> None:
-        """Listens and publishes through the graph's node."""
+        """Subscribes and publishes through the graph's node."""
         self.poses: list[PoseSample] = []
         self.received: list[float] = []
         self._graph = graph
@@ -38,22 +39,23 @@ class OpenLoop:
         self._publisher = graph.node.create_publisher(command_type(settings), "cmd_vel", NEWEST)
         graph.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE)
 
-    def refuse_company(self) -> None:
-        """Notices others that command the robot.
+    def refuse_other_publishers(self) -> None:
+        """Checks that no other node commands the robot.
 
         Raises:
-            GraphError: there are some.
+            GraphError: another node publishes commands.
         """
         if self._graph.node.count_publishers("cmd_vel") > 1:
             raise GraphError(f"somebody else publishes on {self._publisher.topic_name}; end it first")
 
     def drive(self, velocity: tuple[float, float], yaw_rate: float, duration: float) -> list[PoseSample]:
-        """Commands a velocity [m/s, robot frame] and a yaw rate [rad/s] for so long [s], then zero until at rest.
+        """Commands a velocity [m/s, robot frame] and a yaw rate [rad/s] for `duration` [s], then zero until at rest.
 
-        Returns the poses of the whole motion.
+        Returns:
+            The poses received while the velocity was commanded.
 
         Raises:
-            GraphError: no poses any more.
+            GraphError: poses have ceased.
         """
         begun = len(self.poses)
         self._command(Command(np.array(velocity), yaw_rate, FREE_SPACE, np.full(2, np.nan)), duration)
@@ -62,7 +64,7 @@ class OpenLoop:
         return self.poses[begun:driven]
 
     def rest(self, duration: float = RESTING_TIME) -> list[PoseSample]:
-        """The poses of so long a time [s] without commands."""
+        """The poses received within `duration` [s] without commands."""
         begun, count = self._graph.pose.stamp, len(self.poses)
         while self._graph.pose.stamp - begun < duration:
             self._graph.step()
@@ -77,7 +79,7 @@ class OpenLoop:
                     sent = now
                 self._graph.step()
         finally:
-            # also where poses cease or somebody presses Ctrl-C
+            # also after an exception: poses ceased, or Ctrl-C
             self._publish(stopped("check"), begun)
 
     def _publish(self, command: Command, now: float) -> None:

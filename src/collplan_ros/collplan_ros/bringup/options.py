@@ -1,4 +1,4 @@
-"""What a user asks of bringup."""
+"""Command line of bringup."""
 
 import argparse
 import shlex
@@ -17,16 +17,16 @@ from collplan_ros.bringup.robots import EXPECTED, robot_kind
 
 @dataclass(frozen=True)
 class Options:
-    """One run. None leaves a value to the parameter file and, where that is silent, to the parameter's default.
+    """Options of one run. None leaves a value to the parameter file, or else to the parameter's default.
 
     Attributes:
         robot: sim, emulator, serial:PATH or serial:PATH@BAUD.
         world: NAME, FILE or FAMILY:SEED.
-        strategy: named weight set.
+        strategy: name of a strategy.
         goal: x, y [m]; None is the world's own.
-        seed: of every random number of the simulator.
+        seed: seed of every random number of the simulator.
         params: ROS parameter file.
-        out: folder of run folders.
+        out: parent of the run folder.
         timeout: longest run [s].
         network: local or subnet; None is the robot's own.
         max_speed: robot.max_speed [m/s].
@@ -62,7 +62,7 @@ class Options:
         return {key: value for key, value in chosen.items() if value is not None}
 
     def repeat(self, goal: np.ndarray, parameters: Path) -> str:
-        """The command line of the same run once more: goal (2,) [m] and robot are in no parameter file."""
+        """The command line that repeats the run; it gives goal (2,) [m] and robot, which no parameter file holds."""
         # argparse takes -1e-05 for an option
         x, y = (np.format_float_positional(value, trim="0") for value in goal)
         network = ["--network", self.network] if self.network else []

@@ -1,4 +1,4 @@
-"""Everything that can be checked before a node starts."""
+"""Checks of a run before any node starts."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,16 @@ from collplan_ros.bringup.robots import NODES, RobotKind, robot_kind
 
 @dataclass(frozen=True, eq=False)
 class Preparation:
-    """A run that can be started: what is asked for, resolved. `programs` holds each node's executable by node name."""
+    """A run that can be started.
+
+    Attributes:
+        robot: kind of the robot.
+        network: discovery range, local or subnet.
+        settings: parameters of all nodes.
+        world: the simulated world.
+        goal: (2,) [m].
+        programs: path of each node's executable, by node name.
+    """
 
     robot: RobotKind
     network: str
@@ -28,7 +37,7 @@ class Preparation:
 
 
 def prepare(options: Options) -> Preparation:
-    """Resolves and checks what is asked for.
+    """Checks the options of a run and resolves robot, parameters, world, goal and executables.
 
     Raises:
         StartError: an unknown robot, world, strategy or parameter, a value that does not fit, a goal that cannot be
@@ -62,14 +71,14 @@ def _settings(options: Options, robot: RobotKind) -> Settings:
     values.update(robot.values)
     values.update(options.values())
     for key in ("lidar.world", "simulator.world"):
-        # the parameters used serve another run from another folder too
+        # absolute, so that the parameter file written can be used from any folder
         if key in values and Path(str(values[key])).is_file():
             values[key] = str(Path(str(values[key])).resolve())
     settings = Settings().with_values(values)
     if settings.trial.known_map:
         raise ParameterError("trial.known_map: got True, expected False: planner_node is never given a map")
     if robot.simulated and settings.simulator.noise * settings.simulator.mocap_noise == 0.0:
-        # poses of a simulated robot at rest are equal to the last bit then
+        # without noise the poses of a robot at rest repeat exactly
         settings = settings.with_values({"mocap.accept_frozen": values.get("mocap.accept_frozen", True)})
     return settings
 
@@ -79,7 +88,7 @@ def _checked_goal(options: Options, world: World, settings: Settings, robot: Rob
     if goal is None:
         raise WorldError(f"world {world.name}: has no goal of its own, expected one given")
     if world.start is None:
-        if not robot.simulated:  # it stands where it stands
+        if not robot.simulated:  # its true start is measured, not given by the world
             return goal
         raise WorldError(f"world {world.name}: has no start, expected one [x, y] [m] in it")
     check_route(world, world.start, goal, settings.robot.radius)

@@ -1,4 +1,4 @@
-"""A process per node: found by name, started so that it cannot outlive bringup, stopped in order."""
+"""Processes of nodes: found by name, started such that they cannot outlive bringup, stopped in order."""
 
 import ctypes
 import os
@@ -15,16 +15,16 @@ from collplan_ros.bringup.failures import NodeDied, StartError
 
 PR_SET_PDEATHSIG = 1
 PATIENCE = 5.0
-"""A node that has not ended so long after SIGTERM is killed [s]."""
+"""Time after SIGTERM at which a node that still runs is killed [s]."""
 POLL_PERIOD = 0.01
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
 def find_executable(name: str) -> str:
-    """Path of a node's program: beside this Python, in the sourced ROS workspaces, or on the PATH.
+    """Path of a node's executable: beside this Python, in the sourced ROS workspaces, or on the PATH.
 
     Raises:
-        StartError: nowhere.
+        StartError: it is in none of these.
     """
     folders = [Path(sys.executable).parent]
     for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
@@ -41,25 +41,25 @@ def find_executable(name: str) -> str:
     return found
 
 
-def _tied_to(parent: int) -> Callable[[], None]:
+def _die_with(parent: int) -> Callable[[], None]:
     def in_child() -> None:
-        # SIGKILL, because a node that hangs would ignore anything milder; it is kept across exec
+        # SIGKILL, because a node that hangs would ignore SIGTERM; the setting survives exec
         _libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it died before prctl took effect
+        if os.getppid() != parent:  # the parent died before prctl took effect
             os._exit(1)
 
     return in_child
 
 
 class NodeProcess:
-    """One running node, with its output in a file.
+    """Process of one node, with its output in a file.
 
-    The kernel kills it when the thread that started it ends, whatever the reason. It has a session of its own: a
-    terminal's Ctrl-C reaches bringup alone, which then stops the nodes in order.
+    The kernel kills it when the thread that started it ends, whatever the reason. It runs in a session of its own:
+    Ctrl-C in a terminal reaches only bringup, which then stops the nodes in order.
     """
 
     def __init__(self, name: str, command: Sequence[str], log: Path) -> None:
-        """Starts `command`; `log` takes its output."""
+        """Starts `command` with its output written to the file `log`."""
         self.name = name
         self._log = log
         with log.open("wb") as output:
@@ -70,7 +70,7 @@ class NodeProcess:
                 stderr=subprocess.STDOUT,
                 env={**os.environ, "PYTHONUNBUFFERED": "1"},
                 start_new_session=True,
-                preexec_fn=_tied_to(os.getpid()),
+                preexec_fn=_die_with(os.getpid()),
             )
 
     @property
@@ -80,11 +80,11 @@ class NodeProcess:
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended yet."""
+        """Whether the process has not ended yet."""
         return self._process.poll() is None
 
     def check(self) -> None:
-        """Notices the end of the process.
+        """Checks that the process still runs.
 
         Raises:
             NodeDied: it has ended.
@@ -94,17 +94,17 @@ class NodeProcess:
             raise NodeDied(f"{self.name} {_how_it_ended(code)}; {self.last_lines()}")
 
     def last_lines(self, count: int = 10) -> str:
-        """The end of its output, as a message."""
+        """The last lines of the process's output, as a message."""
         lines = self._log.read_text(errors="replace").splitlines()[-count:]
         return "its last lines:\n" + "\n".join(f"  {line}" for line in lines) if lines else "it printed nothing"
 
     def ask_to_stop(self) -> None:
-        """Sends SIGTERM."""
+        """Sends SIGTERM if the process still runs."""
         if self.running:
             self._process.terminate()
 
     def kill(self) -> None:
-        """Sends SIGKILL to it and whatever it started, and reaps it."""
+        """Sends SIGKILL to the process and its children, and reaps it."""
         with suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGKILL)
         self._process.wait()

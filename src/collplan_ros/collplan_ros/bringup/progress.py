@@ -1,4 +1,4 @@
-"""The live line of a run."""
+"""Progress output of a run."""
 
 import sys
 import time
@@ -9,17 +9,24 @@ PLAIN_PERIOD = 1.0
 
 
 class Progress:
-    """Rewrites one line of a terminal; elsewhere prints a plain line a second."""
+    """Prints progress: one line rewritten in place on a terminal, else a plain line a second."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
-        """Writes to standard output unless told otherwise."""
+        """Writes to `stream`, by default to standard output."""
         self._stream = stream or sys.stdout
         self._live = self._stream.isatty()
         self._last = 0.0
         self._open = False
 
     def show(self, elapsed: float, distance: float, maneuver: str, impacts: int) -> None:
-        """How the run stands: seconds since the first command to move, metres to the goal."""
+        """Prints the state of a run.
+
+        Args:
+            elapsed: time since the first non-zero command [s].
+            distance: distance to the goal [m].
+            maneuver: the controller's present maneuver.
+            impacts: number of impacts so far.
+        """
         if time.monotonic() - self._last < (TERMINAL_PERIOD if self._live else PLAIN_PERIOD):
             return
         self._last = time.monotonic()
@@ -29,7 +36,7 @@ class Progress:
         self._open = self._live
 
     def say(self, text: str) -> None:
-        """A line that stays."""
+        """Prints a line that later progress does not overwrite."""
         self._stream.write(("\n" if self._open else "") + text + "\n")
         self._stream.flush()
         self._open = False

@@ -1,4 +1,4 @@
-"""What a run leaves in its folder."""
+"""Result files of a run."""
 
 from typing import Any
 
@@ -14,9 +14,9 @@ from collplan_ros.runs.trajectory_file import write_trajectory
 def write_results(
     folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, options: Options
 ) -> dict[str, Any]:
-    """Writes trajectory, impacts, summary and, if asked for, the pictures of a run; returns the summary."""
+    """Writes trajectory, impacts, summary and, unless turned off, the pictures of a run; returns the summary."""
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    impacts = impacts_of(log, world)
+    impacts = impacts_of(log, world, settings.mocap.velocity_window)
     write_trajectory(folder.trajectory, log)
     write_impacts(folder.impacts, impacts, log.begin)
     simulated = preparation.robot.simulated
@@ -35,21 +35,12 @@ def write_results(
 
 
 def _draw(folder: RunFolder, log: RunLog, impacts: Any, preparation: Preparation, summary: dict[str, Any]) -> None:
-    # both load much and are needed only now
+    # imported late: both are slow to load
     from collplan_ros.pictures.animation import draw_animation
     from collplan_ros.pictures.trajectory_png import draw_trajectory
 
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    draw_trajectory(
-        folder.picture,
-        log,
-        impacts,
-        world,
-        goal,
-        settings.robot.radius,
-        settings.planner.goal_tolerance,
-        _title(summary),
-    )
+    draw_trajectory(folder.picture, log, impacts, world, goal, settings, _title(summary))
     draw_animation(folder.animation, log, impacts, world, goal, settings)
 
 

@@ -10,14 +10,14 @@ SERIAL = "serial"
 
 @dataclass(frozen=True)
 class RobotKind:
-    """A robot's nodes, started by the names of their executables so that no package depends on them.
+    """A kind of robot; its nodes are started by executable name, so that this package does not depend on theirs.
 
     Attributes:
-        nodes: the one that takes commands comes first; each executable is named like its node.
-        simulated: whether its results are a simulation's.
-        network: discovery range used unless another one is asked for.
-        emulated: whether a pseudo-terminal stands for the serial device.
-        values: parameters that it sets, by key.
+        nodes: its nodes, first the one that receives commands; each executable is named like its node.
+        simulated: whether the motion of the robot is simulated.
+        network: default discovery range, local or subnet.
+        emulated: whether a pseudo-terminal replaces the serial device.
+        values: parameters set for this robot, by key.
     """
 
     nodes: tuple[str, ...]
@@ -33,14 +33,14 @@ ROBOTS = {
 }
 EXPECTED = f"{', '.join(ROBOTS)}, {SERIAL}:PATH or {SERIAL}:PATH@BAUD"
 NODES = ("mocap_node", "lidar_node", "planner_node", "controller_node")
-"""What runs beside the robot; each executable is named like its node."""
+"""Nodes that run beside every robot; each executable is named like its node."""
 
 
 def robot_kind(spec: str) -> RobotKind:
-    """The robot of a name, or the real one at a serial device.
+    """The robot kind for sim, emulator, serial:PATH or serial:PATH@BAUD.
 
     Raises:
-        StartError: neither.
+        StartError: another specification.
     """
     if spec in ROBOTS:
         return ROBOTS[spec]

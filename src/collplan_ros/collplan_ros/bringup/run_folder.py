@@ -1,4 +1,4 @@
-"""The folder that holds everything of one run, and the link to the newest."""
+"""The folder with the files of one run, and the link to the newest."""
 
 import os
 import shutil
@@ -12,10 +12,10 @@ from collplan_ros.bringup.failures import StartError
 
 
 class RunFolder:
-    """`parent/<time>/`, made at once.
+    """The folder `parent/<time>/` of one run and the paths of the files in it.
 
     Raises:
-        StartError: it cannot be written.
+        StartError: on construction, when it cannot be written.
     """
 
     def __init__(self, parent: Path) -> None:
@@ -27,60 +27,60 @@ class RunFolder:
             self.logs.mkdir()
 
     def become_latest(self) -> None:
-        """Points `latest`, beside the folder, at it.
+        """Makes the link `latest`, beside the folder, point to it.
 
         Raises:
             StartError: the link cannot be made.
         """
         with _writing(self.path.parent / "latest"):
-            # made aside and moved over the old one: there is no moment without a link
+            # replaced atomically: there is no moment without a link
             fresh = self.path.parent / f".latest_{os.getpid()}"
             fresh.unlink(missing_ok=True)
             fresh.symlink_to(self.path.name)
             os.replace(fresh, self.path.parent / "latest")
 
     def discard(self) -> None:
-        """Removes the folder of a run that did not begin."""
+        """Removes the folder, for a run that did not start."""
         shutil.rmtree(self.path)
 
     @property
     def logs(self) -> Path:
-        """Output of the nodes."""
+        """Folder of the nodes' output."""
         return self.path / "log"
 
     @property
     def parameters(self) -> Path:
-        """The parameters used, a ROS parameter file."""
+        """ROS parameter file of all parameters used."""
         return self.path / "parameters.yaml"
 
     @property
     def serial(self) -> Path:
-        """Where an emulated firmware has its pseudo-terminal, while it runs."""
+        """Link to the pseudo-terminal of an emulated firmware while it runs."""
         return self.path / "serial"
 
     @property
     def trajectory(self) -> Path:
-        """One row per pose."""
+        """CSV file with one row per pose."""
         return self.path / "trajectory.csv"
 
     @property
     def impacts(self) -> Path:
-        """One row per impact."""
+        """CSV file with one row per impact."""
         return self.path / "impacts.csv"
 
     @property
     def summary(self) -> Path:
-        """What came out."""
+        """JSON file with the figures of the run."""
         return self.path / "summary.json"
 
     @property
     def picture(self) -> Path:
-        """World and path."""
+        """Picture of world and path."""
         return self.path / "trajectory.png"
 
     @property
     def animation(self) -> Path:
-        """The run as the robot saw it."""
+        """Animation of the run."""
         return self.path / "run.gif"
 
 

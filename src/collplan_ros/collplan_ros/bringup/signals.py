@@ -1,4 +1,4 @@
-"""Signals that ask bringup to stop, noticed where it is safe to."""
+"""Signals that ask bringup to stop, handled at safe points of its loop."""
 
 import signal
 import threading
@@ -12,13 +12,13 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class StopRequest:
-    """The first signal that came; `check()` turns it into an exception."""
+    """Holds the first signal received, until `check()` raises it as an exception."""
 
     def __init__(self) -> None:
         self._number: int | None = None
 
     def check(self) -> None:
-        """Raises Interrupted once a signal came."""
+        """Raises Interrupted if a signal was received."""
         if self._number is not None:
             raise Interrupted(self._number)
 
@@ -27,7 +27,7 @@ class StopRequest:
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """Takes the signals over, and gives them back. Python allows this in the main thread alone."""
+        """Handles the signals until left, and restores the old handlers. Without effect outside the main thread."""
         if threading.current_thread() is not threading.main_thread():
             yield
             return

@@ -1,1 +1,1 @@
-"""What the planner saw and chose, as RViz markers."""
+"""RViz markers of local map, candidates and plan."""

@@ -1,7 +1,7 @@
-"""What RViz and Foxglove show of a plan, in the map frame: one marker a namespace, each replacing the one before.
+"""Markers of a planning cycle for RViz and Foxglove, in the map frame: one per namespace, replaced in each cycle.
 
-Of every strategy: free space, frontiers, predicted boundaries, the cheapest candidates coloured by cost, the choice,
-the plan, its foreseen contacts and rebounds, the last hit. Of the time-to-goal strategies also rollouts and memory.
+Every strategy shows free space, frontiers, predicted boundaries, the cheapest candidates coloured by cost, the choice,
+the plan, its foreseen contacts and rebounds, and the last impact; time-to-goal strategies also rollouts and memory.
 """
 
 from collections.abc import Iterable
@@ -35,11 +35,11 @@ ARROW_LENGTH = 0.15
 BARB = 0.04
 """Drawn length of an arrow's barb [m]."""
 VELOCITY_SCALE = 0.1
-"""Drawn length of a candidate's velocity per speed [s]."""
+"""Drawn length of a candidate's velocity, per speed [s]."""
 REBOUND_SCALE = 0.25
-"""The same of a rebound [s]."""
+"""Drawn length of a velocity after a contact or impact, per speed [s]."""
 MOST_CANDIDATES = 500
-"""The dearer ones of more are not drawn: each costs time."""
+"""Only so many of the cheapest candidates are drawn: each takes time."""
 
 FREE_SPACE = color(0.4, 0.7, 1.0, 0.15)
 BORDER = color(0.2, 0.45, 0.8, 0.8)
@@ -52,13 +52,16 @@ MEASURED = color(0.85, 0.1, 0.2)
 
 
 def plan_markers(
-    local_map: LocalMap, plan: Plan, memory: Any, hit: MeasuredImpact | None, settings: Settings
+    local_map: LocalMap, plan: Plan, memory: Any, impact: MeasuredImpact | None, settings: Settings
 ) -> MarkerArray:
     """All markers of one cycle, in the map frame at the plan's stamp.
 
     Args:
-        memory: what the objective keeps.
-        hit: the last one that was measured.
+        local_map: local map that the plan was made in.
+        plan: the plan chosen.
+        memory: memory of the planner; one of another planner is ignored.
+        impact: the last impact measured; None before the first.
+        settings: their frames, robot and remembered boundaries are used.
     """
     head = header(plan.stamp, settings.frames.map)
     markers = [
@@ -70,20 +73,20 @@ def plan_markers(
         *_choice(head, plan, settings.robot.radius),
         line_strip(head, "plan", plan.positions, PLAN, LINE_WIDTH),
         *_contacts(head, plan.contacts),
-        _rebound(head, hit),
+        _rebound(head, impact),
         *rollout_markers(head, memory, settings),
     ]
     return MarkerArray(markers=markers)
 
 
 def cost_colors(costs: np.ndarray) -> list[ColorRGBA]:
-    """From green, the cheapest, over yellow to red, the dearest; by rank, because penalised costs lie far apart."""
+    """Colours by rank of the costs (n,), green over yellow to red; by rank, because penalised costs lie far apart."""
     share = np.argsort(np.argsort(costs, kind="stable"), kind="stable") / max(len(costs) - 1, 1)
     return [color(min(1.0, 2 * s), min(1.0, 2 - 2 * s), 0.0, 0.9) for s in share.tolist()]
 
 
 def _free_space(head: Header, local_map: LocalMap) -> Marker:
-    """F as the triangles of its star: the centre and two neighbouring ends each."""
+    """F as a fan of triangles: the centre and two neighbouring ends each."""
     ends = local_map.points
     center = np.broadcast_to(local_map.position, ends.shape)
     corners = np.stack([center, ends, np.roll(ends, -1, axis=0)], axis=1).reshape(-1, 2)
@@ -91,7 +94,7 @@ def _free_space(head: Header, local_map: LocalMap) -> Marker:
 
 
 def _predicted(head: Header, local_map: LocalMap) -> Marker:
-    """E as arrows into unseen space."""
+    """The predicted boundaries E, as arrows into unseen space."""
     origins, tangents = local_map.predicted[:, :2], local_map.predicted[:, 2:]
     arrows = arrow_lines(origins, origins + ARROW_LENGTH * tangents, BARB)
     return lines_of_one_color(head, "predicted", arrows, PREDICTED)
@@ -120,19 +123,19 @@ def _choice(head: Header, plan: Plan, radius: float) -> Iterable[Marker]:
 
 
 def _contacts(head: Header, contacts: Contacts) -> Iterable[Marker]:
-    """Where the plan will touch, and how it leaves."""
+    """Foreseen contacts of the plan and the velocities after them."""
     yield dots(head, "foreseen_contacts", contacts.points, 3 * LINE_WIDTH, FORESEEN)
     tips = contacts.points + REBOUND_SCALE * contacts.velocities_after
     yield lines_of_one_color(head, "foreseen_rebounds", arrow_lines(contacts.points, tips, BARB), FORESEEN)
 
 
-def _rebound(head: Header, hit: MeasuredImpact | None) -> Marker:
-    """The last hit: its rebound as foreseen, if it was, and as measured."""
-    if hit is None:
+def _rebound(head: Header, impact: MeasuredImpact | None) -> Marker:
+    """The rebound at the last impact: as measured, and as foreseen where a plan foresaw it."""
+    if impact is None:
         return line_list(head, "rebound", np.zeros((0, 2)), [])
-    velocities = np.stack([hit.foreseen, hit.measured])
+    velocities = np.stack([impact.foreseen, impact.measured])
     known = np.flatnonzero(np.isfinite(velocities).all(axis=1))
-    origins = np.tile(hit.point, (len(known), 1))
+    origins = np.tile(impact.point, (len(known), 1))
     points = arrow_lines(origins, origins + REBOUND_SCALE * velocities[known], BARB)
     colors = [each for k in known for each in [(FORESEEN, MEASURED)[k]] * ARROW_ENDS]
     return line_list(head, "rebound", points, colors, 1.5 * LINE_WIDTH)

@@ -1,4 +1,4 @@
-"""What only the time-to-goal strategies show: rollouts, remembered boundaries, the solid inferred behind them."""
+"""Markers of the time-to-goal strategies alone: rollouts, remembered boundaries, the solid inferred behind them."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -18,14 +18,14 @@ INFERRED = color(0.25, 0.25, 0.3, 0.25)
 
 
 def rollout_markers(head: Header, memory: Any, settings: Settings) -> Iterable[Marker]:
-    """Three markers; without a memory of this kind they clear what was there."""
+    """Markers of rollouts, remembered and inferred boundaries; empty ones, which clear the old, for another memory."""
     mine = memory if isinstance(memory, RolloutMemory) else RolloutMemory()
     yield lines_of_one_color(head, "rollouts", _strips_as_lines(mine.rollouts), ROLLOUT, LINE_WIDTH / 4)
     yield from _boundaries(head, mine.remembered, settings)
 
 
 def _strips_as_lines(strips: Sequence[np.ndarray]) -> np.ndarray:
-    """(2n, 2) the ends of every line of the strips (k, 2)."""
+    """(2n, 2) ends of all line segments of the strips, each a polyline (k, 2)."""
     return np.concatenate([np.zeros((0, 2)), *(np.repeat(strip, 2, axis=0)[1:-1] for strip in strips)])
 
 
@@ -38,7 +38,7 @@ def _boundaries(head: Header, remembered: RememberedBoundaries | None, settings:
 
 
 def _inferred(remembered: RememberedBoundaries, settings: Settings) -> np.ndarray:
-    """(2n, 2) a line into the solid behind each piece that has some; its depth is told from the disc's centre."""
+    """(2n, 2) ends of a line into the inferred solid behind each piece; boundaries are those of the robot's centre."""
     here = remembered.backed & ~remembered.refuted
     middles = remembered.pieces[here].reshape(-1, 2, 2).mean(axis=1)
     depth = max(settings.remembered.inferred_depth - 2.0 * settings.robot.radius, 0.0)

@@ -1,4 +1,4 @@
-"""Markers of points and lines: one a namespace, each replacing the one before."""
+"""Markers of points and lines: one per namespace, each replacing the one before."""
 
 import numpy as np
 from geometry_msgs.msg import Point, Pose, Vector3
@@ -6,25 +6,25 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker
 
 LINE_WIDTH = 0.008
-"""[m]."""
+"""Default width of lines [m]."""
 ARROW_ENDS = 6
-"""Points that an arrow is made of."""
+"""Number of points that one arrow of `arrow_lines` is made of."""
 
 
 def color(red: float, green: float, blue: float, alpha: float = 1.0) -> ColorRGBA:
-    """Each from 0 to 1."""
+    """Colour of components from 0 to 1."""
     return ColorRGBA(r=red, g=green, b=blue, a=alpha)
 
 
 def line_strip(head: Header, namespace: str, points: np.ndarray, line_color: ColorRGBA, width: float) -> Marker:
-    """A line through points (n, 2) [m]."""
+    """Marker of a polyline through points (n, 2) [m]."""
     return marker(head, namespace, Marker.LINE_STRIP, Vector3(x=width), points, line_color)
 
 
 def line_list(
     head: Header, namespace: str, points: np.ndarray, colors: list[ColorRGBA], width: float = LINE_WIDTH
 ) -> Marker:
-    """Lines between each two of points (2n, 2) [m], with a colour for each point."""
+    """Marker of n line segments with ends (2n, 2) [m] and a colour for each end."""
     lines = marker(head, namespace, Marker.LINE_LIST, Vector3(x=width), points)
     lines.colors = colors
     return lines
@@ -33,19 +33,19 @@ def line_list(
 def lines_of_one_color(
     head: Header, namespace: str, points: np.ndarray, line_color: ColorRGBA, width: float = LINE_WIDTH
 ) -> Marker:
-    """The same in one colour."""
+    """Marker of n line segments with ends (2n, 2) [m] in one colour."""
     return marker(head, namespace, Marker.LINE_LIST, Vector3(x=width), points, line_color)
 
 
 def dots(head: Header, namespace: str, points: np.ndarray, size: float, dot_color: ColorRGBA) -> Marker:
-    """Squares of this size at points (n, 2) [m]."""
+    """Marker of squares of this size [m] at points (n, 2) [m]."""
     return marker(head, namespace, Marker.POINTS, Vector3(x=size, y=size), points, dot_color)
 
 
 def arrow_lines(origins: np.ndarray, tips: np.ndarray, barb: float) -> np.ndarray:
-    """(n * ARROW_ENDS, 2) arrows from origins (n, 2) to tips (n, 2) as lines: a shaft and two barbs `barb` long.
+    """(n * ARROW_ENDS, 2) ends of line segments that draw arrows from origins (n, 2) to tips (n, 2), barbs `barb` long.
 
-    In a list of lines none is left behind when there are fewer the next time, as it would be with arrow markers.
+    One marker of lines replaces all arrows of the cycle before; markers of type ARROW would have to be deleted singly.
     """
     along = tips - origins
     length = np.hypot(along[:, 0], along[:, 1])[:, None]
@@ -58,7 +58,7 @@ def arrow_lines(origins: np.ndarray, tips: np.ndarray, barb: float) -> np.ndarra
 def marker(
     head: Header, namespace: str, kind: int, scale: Vector3, points: np.ndarray, one_color: ColorRGBA | None = None
 ) -> Marker:
-    """A marker of points (n, 2) [m]; without any it clears what was there, as RViz refuses empty lists."""
+    """Marker of points (n, 2) [m]; without points it deletes the old marker, because RViz refuses empty lists."""
     return Marker(
         header=head,
         ns=namespace,

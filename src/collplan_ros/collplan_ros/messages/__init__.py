@@ -1,1 +1,1 @@
-"""Records of collplan_core as ROS messages and back, foreign mocap formats, QoS profiles."""
+"""Conversion between records of collplan_core and ROS messages, motion-capture formats, QoS profiles."""

@@ -1,9 +1,9 @@
-"""The project's records as ROS messages and back: the only place where message fields are filled and read.
+"""Conversion between the project's records and ROS messages: the only place where message fields are filled and read.
 
-But for the poses of a motion capture, which `mocap_formats` reads.
+The exception are the poses of a motion-capture system, which `mocap_formats` reads.
 
-Every field is cast to Python's own float, int or str: rclpy does not check fields by default, and then sends stray
-numbers for an int or a numpy scalar in a float field.
+Every field is cast to Python's own float, int or str: rclpy does not check fields by default, and then sends garbage
+for an int or a numpy scalar in a float field.
 """
 
 import math
@@ -18,35 +18,36 @@ from std_msgs.msg import Header
 
 from collplan_core.command import Command
 from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 
 NANOSECONDS = 1_000_000_000
 QUATERNION_TOLERANCE = 0.01
-"""Largest deviation of a quaternion's norm from 1, where no parameter says otherwise."""
+"""Largest deviation of a quaternion's norm from 1 in the project's own messages."""
 
 
 class MessageError(ValueError):
-    """A message that cannot be used; it names the field, the value and what was expected."""
+    """A message that cannot be used; the text names the field, the value and what was expected."""
 
 
 class PathError(MessageError):
-    """A plan, or foreseen impacts, that cannot be followed."""
+    """A path that holds no usable plan or foreseen contacts."""
 
 
 # ---- stamps, headers, angles
 
 
 def stamp_from_seconds(seconds: float) -> Time:
-    """The stamp nearest to a time [s]; reading it gives the same float again (to 1 ns below 10 days)."""
+    """The stamp nearest to a time [s]; `seconds_from_stamp` gives that time back, to 1 ns below 10 days."""
     whole = math.floor(seconds)
     nanoseconds = round((seconds - whole) * NANOSECONDS)
     return Time(sec=whole + nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)
 
 
 def seconds_from_stamp(stamp: Time) -> float:
-    """A stamp as a time [s]: exact to the nanosecond below 100 days, to 0.2 us in Unix time."""
+    """The time of a stamp [s]: exact to the nanosecond below 100 days, to 0.2 us in Unix time."""
     return int(stamp.sec) + int(stamp.nanosec) / NANOSECONDS
 
 
@@ -56,12 +57,12 @@ def header(stamp: float, frame: str) -> Header:
 
 
 def quaternion_from_yaw(yaw: float) -> Quaternion:
-    """A rotation about z [rad]."""
+    """The quaternion of a rotation about z by `yaw` [rad]."""
     return Quaternion(x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2))
 
 
 def yaw_from_quaternion(quaternion: Quaternion) -> float:
-    """The heading of a rotation in [-pi, pi] [rad].
+    """The yaw of a quaternion, in [-pi, pi] [rad].
 
     Raises:
         MessageError: not finite, or not a unit quaternion.
@@ -87,7 +88,7 @@ def _check_finite(field: str, *values: float) -> None:
 
 
 def pose_to_message(sample: PoseSample, frame: str) -> PoseStamped:
-    """A measured pose in `frame`."""
+    """Message of a measured pose in `frame`."""
     message = PoseStamped(header=header(sample.stamp, frame))
     message.pose.position.x, message.pose.position.y = (float(v) for v in sample.position)
     message.pose.orientation = quaternion_from_yaw(float(sample.yaw))
@@ -95,12 +96,12 @@ def pose_to_message(sample: PoseSample, frame: str) -> PoseStamped:
 
 
 def goal_to_message(goal: np.ndarray, frame: str, stamp: float = 0.0) -> PoseStamped:
-    """A goal (2,) [m] in `frame`; its orientation means nothing."""
+    """Message of a goal (2,) [m] in `frame`; its orientation has no meaning."""
     return pose_to_message(PoseSample(stamp, np.asarray(goal), 0.0), frame)
 
 
 def goal_from_message(message: PoseStamped, frame: str) -> np.ndarray:
-    """A goal (2,) [m, `frame`].
+    """The goal (2,) [m, `frame`] in a message.
 
     Raises:
         MessageError: another frame, or not finite.
@@ -112,16 +113,16 @@ def goal_from_message(message: PoseStamped, frame: str) -> np.ndarray:
 
 
 def state_to_odometry(state: State, map_frame: str, base_frame: str) -> Odometry:
-    """A state: pose in the map frame, twist in the base frame."""
+    """Message of a state: pose in the map frame, twist in the base frame."""
     message = Odometry(header=header(state.stamp, map_frame), child_frame_id=str(base_frame))
     message.pose.pose.position.x, message.pose.pose.position.y = (float(v) for v in state.position)
     message.pose.pose.orientation = quaternion_from_yaw(float(state.yaw))
-    message.twist.twist.linear = _vector(_rotated(state.velocity, -float(state.yaw)))
+    message.twist.twist.linear = _vector(rotate_rows(state.velocity[None], -float(state.yaw))[0])
     return message
 
 
 def state_from_odometry(message: Odometry, map_frame: str, base_frame: str) -> State:
-    """A state in the map frame.
+    """The state in a message, in the map frame.
 
     Raises:
         MessageError: other frames, not finite, or not a unit quaternion.
@@ -133,16 +134,16 @@ def state_from_odometry(message: Odometry, map_frame: str, base_frame: str) -> S
     _check_finite("pose.position", *position)
     _check_finite("twist.linear", *velocity)
     yaw = yaw_from_quaternion(message.pose.pose.orientation)
-    return State(seconds_from_stamp(message.header.stamp), position, _rotated(velocity, yaw), yaw)
+    return State(seconds_from_stamp(message.header.stamp), position, rotate_rows(velocity[None], yaw)[0], yaw)
 
 
 def impact_to_message(stamp: float, change: np.ndarray, frame: str) -> Vector3Stamped:
-    """An impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s, `frame`]."""
+    """Message of an impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s, `frame`]."""
     return Vector3Stamped(header=header(stamp, frame), vector=_vector(change))
 
 
 def impact_from_message(message: Vector3Stamped, frame: str) -> tuple[float, np.ndarray]:
-    """Stamp [s] and change of velocity (2,) [m/s, `frame`] of an impact.
+    """The stamp [s] and the change of velocity (2,) [m/s, `frame`] of an impact in a message.
 
     Raises:
         MessageError: another frame, or not finite.
@@ -153,11 +154,6 @@ def impact_from_message(message: Vector3Stamped, frame: str) -> tuple[float, np.
     return seconds_from_stamp(message.header.stamp), np.array([x, y])
 
 
-def _rotated(vector: np.ndarray, angle: float) -> np.ndarray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
-
-
 def _vector(xy: np.ndarray) -> Vector3:
     return Vector3(x=float(xy[0]), y=float(xy[1]), z=0.0)
 
@@ -166,7 +162,7 @@ def _vector(xy: np.ndarray) -> Vector3:
 
 
 def scan_to_message(scan: Scan, frame: str) -> LaserScan:
-    """A scan in the robot's frame; all beams are of one instant."""
+    """Message of a scan in the robot's frame `frame`; all beams are of one instant."""
     return LaserScan(
         header=header(scan.stamp, frame),
         angle_min=float(scan.angle_min),
@@ -179,10 +175,10 @@ def scan_to_message(scan: Scan, frame: str) -> LaserScan:
 
 
 def scan_from_message(message: LaserScan, frame: str) -> Scan:
-    """A scan in the robot's frame.
+    """The scan in a message, in the robot's frame `frame`.
 
     Raises:
-        ScanError: another frame, angles that do not fit the number of ranges, or what `Scan` itself refuses.
+        ScanError: another frame, angles that do not fit the number of ranges, or values that `Scan` refuses.
     """
     if message.header.frame_id != frame:
         raise ScanError(f"header.frame_id: got {message.header.frame_id!r}, expected {frame!r}")
@@ -201,16 +197,16 @@ def scan_from_message(message: LaserScan, frame: str) -> Scan:
     )
 
 
-# ---- plans and foreseen impacts
+# ---- plans and foreseen contacts
 
 
 def plan_to_path(plan: Plan, frame: str) -> Path:
-    """A plan's timed positions: the path's stamp is the scan's, each pose's stamp is when to be there."""
+    """Path of a plan's timed positions: its stamp is the plan's, the stamp of each pose the time to be there."""
     return _path(plan.stamp, plan.times, plan.positions, np.zeros(len(plan.times)), frame)
 
 
 def plan_from_path(path: Path, frame: str, contacts: Contacts | None = None) -> Plan:
-    """A plan with what a path holds: times and positions, the velocities differentiated from them.
+    """The plan in a path: times and positions as sent, velocities differentiated from them.
 
     Raises:
         PathError: another frame, fewer than 2 poses, not finite, or times that do not rise.
@@ -235,13 +231,13 @@ def plan_from_path(path: Path, frame: str, contacts: Contacts | None = None) -> 
 
 
 def contacts_to_path(contacts: Contacts, stamp: float, frame: str) -> Path:
-    """Foreseen contacts of the plan made at `stamp` [s]: when, where, and the direction after as orientation."""
+    """Path of the contacts foreseen by the plan with this stamp [s]; each orientation is the direction afterwards."""
     directions = np.arctan2(contacts.velocities_after[:, 1], contacts.velocities_after[:, 0])
     return _path(stamp, contacts.times, contacts.points, directions, frame)
 
 
 def contacts_from_path(path: Path, frame: str) -> Contacts:
-    """Foreseen contacts; of the velocities after only the direction is known: they have length 1. None is no error.
+    """The foreseen contacts in a path, possibly none; the velocities after them have length 1, for want of speeds.
 
     Raises:
         PathError: another frame, not finite, times that do not rise, or a quaternion without length 1.
@@ -281,22 +277,22 @@ def _timed_positions(path: Path, frame: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def command_to_twist(command: Command) -> Twist:
-    """A command in the robot's frame."""
+    """Message of a command in the robot's frame."""
     return Twist(linear=_vector(command.velocity), angular=Vector3(x=0.0, y=0.0, z=float(command.yaw_rate)))
 
 
 def command_to_twist_stamped(command: Command, stamp: float, frame: str) -> TwistStamped:
-    """A command in the robot's frame, with a stamp [s]."""
+    """Message of a command in the robot's frame `frame`, with a stamp [s]."""
     return TwistStamped(header=header(stamp, frame), twist=command_to_twist(command))
 
 
 def asks_for_rest(twist: Twist) -> bool:
-    """Whether a command is zero."""
+    """Whether a twist commands zero velocity and yaw rate."""
     return bool(twist.linear.x == twist.linear.y == twist.angular.z == 0.0)
 
 
 def velocity_from_twist(twist: Twist) -> tuple[np.ndarray, float]:
-    """Velocity (2,) [m/s, robot frame] and yaw rate [rad/s] of a command.
+    """The velocity (2,) [m/s, robot frame] and the yaw rate [rad/s] that a twist commands.
 
     Raises:
         MessageError: not finite.

@@ -1,12 +1,12 @@
-"""The messages that receivers of motion captures publish, read by their fields; their packages are imported on demand.
+"""The message formats in which motion-capture receivers publish poses; their packages are imported on demand.
 
-Known to come in these shapes:
+Formats, by `mocap.format`, and known publishers:
 
 pose                  vrpn_mocap, natnet_ros2, newer vicon_receiver, the simulator
 pose_with_covariance  localisation packages
 odometry              mocap_optitrack, localisation packages
 transform             ports of vicon_bridge
-tf                    whatever broadcasts transforms
+tf                    any broadcaster of transforms
 named_poses           motion_capture_tracking
 rigid_bodies          the drivers of MOCAP4ROS2
 vicon                 older vicon_receiver, in millimetres
@@ -28,12 +28,12 @@ ABSENT = "absent"
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of message.
+    """A message format.
 
     Attributes:
-        packages: where it is defined, the newest name first.
-        message: its name there.
-        read: the pose of a subject in a message; None where the message is about others.
+        packages: packages that define the message, the newest name first.
+        message: name of the message.
+        read: returns the pose of a subject in a message, None where the message is about another body.
         several: whether a message holds several bodies.
     """
 
@@ -44,10 +44,10 @@ class Format:
 
 
 def message_type(mocap: Mocap) -> type:
-    """The class of the messages of `mocap.format`.
+    """The message class of `mocap.format`.
 
     Raises:
-        ParameterError: none of its packages is installed, or there is no `mocap.subject` though it needs one.
+        ParameterError: none of its packages is installed, or `mocap.subject` is empty and the format needs one.
     """
     chosen = FORMATS[mocap.format]
     if chosen.several and not mocap.subject:
@@ -136,4 +136,4 @@ FORMATS = {
     "rigid_bodies": Format(("mocap4r2_msgs", "mocap_msgs"), "RigidBodies", _from_rigid_bodies, True),
     "vicon": Format(("vicon_receiver", "vicon_msgs"), "Position", _from_vicon),
 }
-"""By `mocap.format`."""
+"""Formats by the value of `mocap.format`."""

@@ -1,4 +1,4 @@
-"""How each kind of topic is delivered."""
+"""QoS profiles of the project's topics."""
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
@@ -12,11 +12,11 @@ def _profile(depth: int, reliable: bool = True, latched: bool = False) -> QoSPro
     )
 
 
-# mocap/pose, mocap/odom: published reliable so that any listener matches, listened to best effort so that none is late
+# mocap/pose, mocap/odom: published reliable so that any listener matches, subscribed best effort so that none is late
 POSE_PUBLISHED = _profile(10)
 POSE_SUBSCRIBED = _profile(10, reliable=False)
 POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": POSE_PUBLISHED}
-"""To a receiver of a motion capture, by mocap.reliability."""
+"""Profile of the subscription to a motion-capture receiver, by the value of mocap.reliability."""
 
 # scan
 SENSOR_DATA = _profile(5, reliable=False)

@@ -1,4 +1,4 @@
-"""How a node says how it is: one status on /diagnostics, once a second."""
+"""Health reports of a node: one status on /diagnostics, once a second."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ ERROR = DiagnosticStatus.ERROR
 
 @dataclass(frozen=True)
 class Health:
-    """Level (OK, WARN, ERROR), one line of text, and figures by name."""
+    """Health of a node: level (OK, WARN, ERROR), one line of text, and figures by name."""
 
     level: bytes
     message: str
@@ -24,9 +24,9 @@ class Health:
 
 
 class Diagnostics:
-    """Publishes what `report()` returns at 1 Hz, for the first time when constructed.
+    """Publishes the health that `report()` returns at 1 Hz, for the first time when constructed.
 
-    Make it last in a node's constructor: the first message says that the node is ready.
+    Construct it last in a node: the first message means that the node is ready.
     """
 
     def __init__(self, node: Node, report: Callable[[], Health]) -> None:
@@ -38,14 +38,14 @@ class Diagnostics:
         self.publish()
 
     def publish(self) -> None:
-        """Publish the present health now."""
+        """Publishes the present health at once."""
         message = DiagnosticArray(status=[status_message(self._node.get_fully_qualified_name(), self._report())])
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
 
 
 def status_message(name: str, health: Health) -> DiagnosticStatus:
-    """One health as a message; numbers are printed short."""
+    """The status message of a node's health, with floats printed to six digits."""
     values = [KeyValue(key=str(key), value=_printed(value)) for key, value in health.values.items()]
     return DiagnosticStatus(level=health.level, name=name, message=health.message, values=values)
 

@@ -1,4 +1,4 @@
-"""Parameter groups as ROS parameters: declared, checked, read."""
+"""Parameter groups as ROS parameters of a node: declared, checked, read."""
 
 from collections.abc import Callable
 
@@ -15,9 +15,9 @@ Group = type[Parameters] | str
 
 
 def declare(node: Node, *groups: Group) -> None:
-    """Declare every parameter of these groups, with description, range and the overrides the node was given.
+    """Declares every parameter of these groups, with description, range and the node's overrides.
 
-    From then on a value that does not fit is refused with the reason, and what is not live is read-only.
+    From then on a value that does not fit is refused with the reason, and parameters that are not live are read-only.
 
     Raises:
         ParameterError: an override that does not fit its parameter, or whose key no group of the project has.
@@ -35,12 +35,12 @@ def declare(node: Node, *groups: Group) -> None:
 
 
 def read_settings(node: Node, *groups: Group) -> Settings:
-    """The present values of these declared groups; the other groups are at their defaults."""
+    """Settings with the present values of these declared groups; all other groups are at their defaults."""
     return Settings().with_values({spec.key: node.get_parameter(spec.key).value for spec in _specs(groups)})
 
 
 def on_change(node: Node, callback: Callable[[Settings], None], *groups: Group) -> None:
-    """Call `callback(settings)` after each accepted `ros2 param set` that touches one of these groups."""
+    """Calls `callback(settings)` after each accepted `ros2 param set` that touches one of these groups."""
     keys = {spec.key for spec in _specs(groups)}
 
     def changed(parameters: list[Parameter]) -> None:
@@ -56,7 +56,7 @@ def _specs(groups: tuple[Group, ...]) -> list[Spec]:
 
 
 def _overrides(node: Node) -> dict[str, object]:
-    """What the command line, parameter files and the constructor set; rclpy has no public list of it."""
+    """Parameters set by command line, parameter files and constructor; rclpy has no public list of them."""
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
 
 

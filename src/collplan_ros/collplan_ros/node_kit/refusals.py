@@ -1,17 +1,21 @@
-"""What a node refused, for its diagnostics."""
+"""Counts of refused inputs, for a node's diagnostics."""
 
 from collections import Counter
 
 
 class Refusals:
-    """Counts by kind, and the newest reason in words."""
+    """Refused inputs: counts by kind, and the newest reason.
+
+    Attributes:
+        newest: reason of the newest refusal; empty before the first.
+    """
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
         self.newest = ""
 
     def add(self, kind: str, reason: str) -> None:
-        """Something of this kind was refused for that reason."""
+        """Counts an input of this kind that was refused for this reason."""
         self._counts[kind] += 1
         self.newest = reason
 
@@ -20,6 +24,6 @@ class Refusals:
 
     @property
     def values(self) -> dict[str, object]:
-        """Ready for a `Health`: `refused_<kind>` and `last_refusal`."""
+        """Values of a `Health`: `refused_<kind>` and `last_refusal`; empty before the first refusal."""
         counts: dict[str, object] = {f"refused_{kind}": count for kind, count in sorted(self._counts.items())}
         return {**counts, "last_refusal": self.newest} if counts else {}

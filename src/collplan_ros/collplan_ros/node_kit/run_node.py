@@ -1,4 +1,4 @@
-"""The one way a node is started, run and ended."""
+"""Start, run and shutdown of a node, the same for every executable."""
 
 import argparse
 import signal
@@ -17,12 +17,13 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 STARTUP_ERROR = 2
+"""Exit code of a node that could not be made."""
 # RuntimeError: rcl's own errors, among them ROS arguments and parameter files that cannot be read
 _STARTUP_ERRORS = (ValueError, OSError, RuntimeError, ParameterException, NameValidationException)
 
 
 class _StopFlag:
-    """Set by SIGINT and SIGTERM. rclpy's own handlers end the context before a last message can be sent."""
+    """A flag set by SIGINT and SIGTERM; rclpy's own handlers end the context before a last message can be sent."""
 
     def __init__(self) -> None:
         self.raised = False
@@ -34,9 +35,9 @@ class _StopFlag:
 
 
 def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
-    """Run one node until SIGINT, SIGTERM or the end of its context.
+    """Runs one node until SIGINT, SIGTERM or the end of its context.
 
-    At the end `node.stop()` is called, where the node has one, while messages can still be sent.
+    At the end `node.stop()` is called, if the node has it, while messages can still be sent.
 
     Args:
         make_node: makes the node in rclpy's default context.
@@ -64,7 +65,7 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
 
 
 def _refuse_other_arguments(program: str, argv: list[str]) -> None:
-    """What stands outside --ros-args would be ignored, a forgotten --ros-args among it."""
+    """Exits with usage on arguments outside --ros-args, which ROS would ignore without a word."""
     usage = "%(prog)s [--ros-args -p KEY:=VALUE --params-file FILE -r FROM:=TO ...]"
     argparse.ArgumentParser(prog=program, usage=usage).parse_args(remove_ros_args(argv)[1:])
 
@@ -90,6 +91,6 @@ def _end(node: Node, executor: SingleThreadedExecutor) -> None:
 
 
 def publish_acknowledged(publisher: Publisher, message: object, timeout: float = 1.0) -> bool:
-    """Publish and wait until every reliable listener has it, at most `timeout` [s]; whether they have."""
+    """Publishes and waits until every reliable listener has received it, at most `timeout` [s]; whether all have."""
     publisher.publish(message)
     return publisher.wait_for_all_acked(Duration(seconds=timeout))

@@ -1,1 +1,1 @@
-"""The ROS nodes of the loop, and what each is composed of."""
+"""The ROS nodes of the control loop, and the parts they are composed of."""

@@ -1,4 +1,4 @@
-"""What a robot makes of the commands it is sent, the simulated one and the real one alike."""
+"""Checks of received velocity commands, shared by the simulated and the real robot."""
 
 import numpy as np
 from geometry_msgs.msg import Twist
@@ -8,25 +8,25 @@ from collplan_core.parameters import Limits, Robot
 from collplan_ros.messages.conversions import MessageError, velocity_from_twist
 
 REFUSED = "last command refused: not finite or too fast"
-"""What the robot's health says after one."""
+"""Health message of a robot whose last command was refused."""
 
 
 class CommandCheck:
-    """Cuts commands to a robot's limits, refuses what is not finite or far beyond them, and counts both.
+    """Clips commands to the robot's limits, refuses those not finite or far beyond the limits, and counts both.
 
     Attributes:
-        last_refused: whether the last command was.
+        last_refused: whether the last command was refused.
     """
 
     def __init__(self, robot: Robot, limits: Limits) -> None:
-        """Nothing was commanded yet."""
+        """Starts with both counts at zero."""
         self._robot = robot
         self._limits = limits
         self._clipped = self._refused = 0
         self.last_refused = False
 
     def followed(self, twist: Twist) -> tuple[np.ndarray, float]:
-        """Velocity (2,) [m/s, robot frame] and yaw rate [rad/s] that the robot follows; zero where it refuses."""
+        """Velocity (2,) [m/s, robot frame] and yaw rate [rad/s] to follow: the command clipped, or zero if refused."""
         try:
             velocity, yaw_rate = velocity_from_twist(twist)
             accepted = clip_command(velocity, yaw_rate, self._robot, self._limits)
@@ -41,5 +41,5 @@ class CommandCheck:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Ready for a `Health`."""
+        """Clipped and refused commands so far, as values of a `Health`."""
         return {"clipped": self._clipped, "refused": self._refused}

@@ -1,4 +1,4 @@
-"""How regular the controller's period is."""
+"""Statistics of the controller's period, for its diagnostics."""
 
 from collections import deque
 
@@ -6,22 +6,22 @@ import numpy as np
 
 
 class ControlPeriod:
-    """The times between the last commands, as percentiles."""
+    """Percentiles of the time between successive commands."""
 
     def __init__(self, kept: int = 1200) -> None:
-        """Over so many periods, a minute at 20 Hz."""
+        """Keeps the last `kept` periods; the default is a minute at 20 Hz."""
         self._periods: deque[float] = deque(maxlen=kept)
         self._last: float | None = None
 
     def tick(self, local: float) -> None:
-        """A command goes out at `local` [s]."""
+        """Registers a command sent at `local` [s, local clock]."""
         if self._last is not None:
             self._periods.append(local - self._last)
         self._last = local
 
     @property
     def values(self) -> dict[str, object]:
-        """Ready for a `Health`: p50, p99 [ms] and n."""
+        """Values of a `Health`: p50 and p99 [ms], and the number of periods n."""
         if not self._periods:
             return {"control_period_ms.n": 0}
         p50, p99 = np.percentile(self._periods, [50, 99])

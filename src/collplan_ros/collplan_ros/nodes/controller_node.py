@@ -1,8 +1,9 @@
-"""The controller: from plans and poses to velocity commands, one each period whatever happens.
+"""The controller: turns plans and poses into velocity commands, one each period, without exception.
 
-It commands zero unless a goal is active and pose, scan and plan are fresh, and says why. A spline is followed with the
-map of its own scan; a rollout as it is, once the pose that it begins at is there. `controller/reference` (PointStamped,
-map frame) is the point tracked now, at the controller's rate while it moves the robot: ref_x, ref_y of a recorded run.
+It commands zero unless a goal is active and pose, scan and plan are fresh, and reports the reason. A spline is followed
+with the local map of the scan it was planned from; a rollout without a map, once the pose it starts at has come.
+`controller/reference` (PointStamped, map frame) is the point tracked at present, published at the controller's rate
+while it moves the robot: ref_x, ref_y of a recorded run.
 """
 
 from collections.abc import Sequence
@@ -35,15 +36,22 @@ from collplan_ros.node_kit.node_parameters import declare, on_change, read_setti
 from collplan_ros.node_kit.refusals import Refusals
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.nodes.control_period import ControlPeriod
-from collplan_ros.nodes.goal_status import Goal, goal_from_status
-from collplan_ros.nodes.sensor_buffer import BEGINS_ANEW, SensorBuffer
+from collplan_ros.nodes.goal_status import StampedGoal, goal_from_status
+from collplan_ros.nodes.sensor_buffer import RELOCATED, SensorBuffer
 
 GROUPS = (Robot, Rebound, LocalMapping, Control, Planning, Limits, Frames, "mocap.leap_margin")
 
 
 @dataclass(frozen=True, eq=False)
 class FollowedPlan:
-    """A plan in force: when it was received [s, local clock], how it is followed, its scan's map if that is needed."""
+    """The plan being followed.
+
+    Attributes:
+        plan: the plan.
+        received: time of receipt [s, local clock].
+        follow: control law of the strategy that made the plan.
+        local_map: local map of the scan that the plan was made from; None where the control law needs none.
+    """
 
     plan: Plan
     received: float
@@ -63,7 +71,7 @@ class ControllerNode(Node):
         self._refusals = Refusals()
         self._sensors = SensorBuffer(self._settings.limits.pose_history, self._refusals)
         self._period = ControlPeriod()
-        self._goal: Goal | None = None
+        self._goal: StampedGoal | None = None
         self._waiting: tuple[Plan, float] | None = None
         self._followed: FollowedPlan | None = None
         self._memory = ControllerMemory()
@@ -93,7 +101,7 @@ class ControllerNode(Node):
     # ---- inputs
 
     def _on_pose(self, message: Odometry) -> None:
-        if self._sensors.take_pose(message, seconds(self._local_clock), self._settings) == BEGINS_ANEW:
+        if self._sensors.take_pose(message, seconds(self._local_clock), self._settings) == RELOCATED:
             self._forget_plans()
 
     def _on_scan(self, message: LaserScan) -> None:
@@ -134,13 +142,13 @@ class ControllerNode(Node):
         self.get_logger().warning(f"plan refused: {reason}", throttle_duration_sec=1.0)
 
     def _adopt(self) -> None:
-        """Follows the waiting plan once its scan, and the pose for it, are there: topics keep no common order."""
+        """Starts to follow the waiting plan once its scan and pose have come: topics have no common order."""
         if self._waiting is None:
             return
         plan, received = self._waiting
         follow = planner_for(self._settings.planner.strategy).follow
         if rolls_out(self._settings):
-            # a plan of before the poses broke has no pose here
+            # no pose is kept for a plan made before a break in the poses
             if self._sensors.pose_at(plan.stamp) is not None:
                 self._waiting, self._followed = None, FollowedPlan(plan, received, follow, None)
             return
@@ -197,7 +205,7 @@ class ControllerNode(Node):
             self.get_logger().info(f"{command.maneuver} {command.reason}".rstrip())
         self._command = command
 
-    # ---- how it is
+    # ---- diagnostics
 
     def _health(self) -> Health:
         active = self._goal is not None and self._goal.active
@@ -212,7 +220,7 @@ class ControllerNode(Node):
         return Health(WARN if active else OK, f"standing still: {self._command.reason}", values)
 
     def stop(self) -> None:
-        """Commands zero and waits until the robot has it."""
+        """Commands zero and waits until the robot has received it."""
         command = stopped("the controller ends")
         if self._command.maneuver != command.maneuver:
             self._maneuver_out.publish(String(data=command.maneuver))
@@ -221,5 +229,5 @@ class ControllerNode(Node):
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Runs the node."""
+    """Entry point of the executable; returns its exit code."""
     return run_node(ControllerNode, args)

@@ -1,4 +1,4 @@
-"""The transform from map to base_link, where tf2 is installed; it is not among the wheels."""
+"""Broadcast of the transform from map to base_link; tf2_ros is needed, which is not on the package index."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from collplan_core.parameters.spec import ParameterError
 
 
 def frame_broadcast(node: Node) -> Callable[[Odometry], None]:
-    """A function that broadcasts the pose of an odometry as a transform.
+    """Makes a function that broadcasts the pose of an odometry message as a transform.
 
     Raises:
         ParameterError: tf2_ros is not installed.

@@ -1,4 +1,4 @@
-"""What becomes of a goal, as planner and controller exchange it."""
+"""Identity and status of a goal, as planner and controller exchange them on the topic goal_status."""
 
 import uuid
 from dataclasses import dataclass, field
@@ -13,12 +13,12 @@ ACTIVE = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 
 
 @dataclass(frozen=True, eq=False)
-class Goal:
-    """A goal as the planner took it.
+class StampedGoal:
+    """A goal with the stamp from which on plans are made for it.
 
     Attributes:
-        stamp: stamp of the newest scan then, on the poses' clock [s]; only plans from later scans are for this goal.
-        position: (2,) [m], NaN for one that was refused.
+        stamp: stamp of the newest pose when the goal was accepted [s]; only plans with a later stamp are for it.
+        position: (2,) [m], NaN where it was refused or is not known.
         status: one of GoalStatus.STATUS_*.
         id: 16 bytes, different for every goal.
     """
@@ -39,24 +39,24 @@ class Goal:
 
     @property
     def active(self) -> bool:
-        """Whether the robot is to go there."""
+        """Whether the robot is to go to it: accepted or executing."""
         return self.status in ACTIVE
 
     @property
     def status_name(self) -> str:
-        """The status in a word."""
+        """Name of the status."""
         return self.NAMES.get(self.status, "unknown")
 
 
-def goal_to_status(goal: Goal) -> GoalStatus:
-    """A goal's identity and status; where it lies stays with the planner."""
+def goal_to_status(goal: StampedGoal) -> GoalStatus:
+    """Message with a goal's identity, stamp and status; it does not carry the position."""
     message = GoalStatus(status=goal.status)
     message.goal_info.goal_id.uuid = np.frombuffer(goal.id, dtype=np.uint8)
     message.goal_info.stamp = stamp_from_seconds(goal.stamp)
     return message
 
 
-def goal_from_status(message: GoalStatus) -> Goal:
-    """A goal as others see it; its position is not known."""
+def goal_from_status(message: GoalStatus) -> StampedGoal:
+    """The goal that a message is about, with position NaN."""
     identity = bytes(bytearray(message.goal_info.goal_id.uuid))
-    return Goal(seconds_from_stamp(message.goal_info.stamp), np.full(2, np.nan), int(message.status), identity)
+    return StampedGoal(seconds_from_stamp(message.goal_info.stamp), np.full(2, np.nan), int(message.status), identity)

@@ -1,4 +1,4 @@
-"""The LIDAR as the paper has it: rays cast from the measured pose against a known world file."""
+"""The simulated LIDAR, as in the paper (IV-A): rays cast from the measured pose against a known world."""
 
 from collections import Counter
 from typing import Any
@@ -24,7 +24,7 @@ GROUPS = (Lidar, Limits, Frames)
 
 
 class LidarNode(Node):
-    """Scans at lidar.rate, each stamped with the pose it was cast from; none while the pose is too old."""
+    """Subscribes mocap/odom; publishes scan at lidar.rate, cast from and stamped with the newest pose, if fresh."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("lidar_node", **kwargs)
@@ -96,5 +96,5 @@ class LidarNode(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Entry point."""
+    """Entry point of the executable; returns its exit code."""
     return run_node(LidarNode, args)

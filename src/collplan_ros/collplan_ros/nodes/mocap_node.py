@@ -1,4 +1,4 @@
-"""Motion-capture poses in, odometry and impacts out; what cannot be a pose of the robot is dropped and counted."""
+"""Motion-capture poses in, odometry and impacts out; implausible poses are dropped and counted."""
 
 from collections import Counter
 from typing import Any
@@ -24,7 +24,7 @@ GROUPS = (Robot, Mocap, Limits, Frames)
 
 
 class MocapNode(Node):
-    """One pose in, at most one odometry out."""
+    """Subscribes mocap.topic; publishes at most one mocap/odom per pose, and impact when one is detected."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("mocap_node", **kwargs)
@@ -65,7 +65,7 @@ class MocapNode(Node):
         if measured.frame not in (None, expected):
             raise PoseError("frame", f"header.frame_id: got {measured.frame!r}, expected {expected!r}")
         sample = robot_pose(measured, seconds(self.get_clock()), mocap)
-        # not one in a million by noise: the body is lost and its last pose held, or a receiver faster than its cameras
+        # noise repeats no pose exactly: the body is lost and its last pose held, or the receiver outruns its cameras
         self._repeats = self._repeats + 1 if measured.repeats(self._newest) else 0
         self._newest = measured
         if self._repeats and not mocap.accept_frozen:
@@ -122,5 +122,5 @@ class MocapNode(Node):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Entry point."""
+    """Entry point of the executable; returns its exit code."""
     return run_node(MocapNode, args)

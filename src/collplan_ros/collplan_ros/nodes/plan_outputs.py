@@ -1,4 +1,4 @@
-"""What planner_node tells of a plan."""
+"""What planner_node publishes about each plan."""
 
 import math
 from dataclasses import dataclass
@@ -19,49 +19,49 @@ from collplan_ros.messages.conversions import contacts_to_path, plan_to_path
 from collplan_ros.nodes.cost_report import costs_message
 
 MARKERS_PERIOD = 0.2
-"""Markers take as long to make as a plan: they are not made more often [s]."""
+"""Shortest time between two sets of markers, which take as long to make as a plan [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """What one cycle of the planner led to.
+    """Result of one planning cycle.
 
     Attributes:
-        plan: the choice.
-        local_map: it was made in.
-        memory: what the objective keeps.
-        planning_time: [s].
-        hit: measured since the last cycle, if there was one.
+        plan: the plan chosen.
+        local_map: local map that it was made in.
+        memory: memory of the planner after the cycle.
+        planning_time: duration of the cycle [s].
+        impact: impact measured since the previous cycle; None where there was none.
     """
 
     plan: Plan
     local_map: LocalMap
     memory: Any
     planning_time: float
-    hit: MeasuredImpact | None
+    impact: MeasuredImpact | None
 
 
 class PlanOutputs:
-    """Publishes plan, planner/foreseen_impacts and planner/costs of each cycle, and planner/markers for who looks."""
+    """Publishes plan, planner/foreseen_impacts and planner/costs of each cycle, and planner/markers if subscribed."""
 
     def __init__(self, node: Node) -> None:
-        """Publishes by `node`."""
+        """Publishes through `node`."""
         self._name = node.get_fully_qualified_name()
         self._plan = node.create_publisher(Path, "plan", qos.NEWEST)
         self._contacts = node.create_publisher(Path, "planner/foreseen_impacts", qos.EVENT)
         self._costs = node.create_publisher(DiagnosticArray, "planner/costs", qos.EVENT)
         self._markers = node.create_publisher(MarkerArray, "planner/markers", qos.LATCHED)
-        self._marked = -math.inf
-        self._hit: MeasuredImpact | None = None
+        self._markers_sent = -math.inf
+        self._impact: MeasuredImpact | None = None
 
     def publish(self, cycle: Cycle, local: float, settings: Settings) -> None:
-        """The plan first: the robot waits for it. `local` [s, local clock]."""
+        """Publishes a cycle that ended at `local` [s, local clock]; the plan first, because the robot waits for it."""
         plan, frame = cycle.plan, settings.frames.map
         self._plan.publish(plan_to_path(plan, frame))
         self._contacts.publish(contacts_to_path(plan.contacts, plan.stamp, frame))
         strategy = settings.planner.strategy
-        self._costs.publish(costs_message(self._name, plan, cycle.planning_time, strategy, cycle.hit))
-        self._hit = cycle.hit or self._hit
-        if self._markers.get_subscription_count() and not 0.0 <= local - self._marked < MARKERS_PERIOD:
-            self._marked = local
-            self._markers.publish(plan_markers(cycle.local_map, plan, cycle.memory, self._hit, settings))
+        self._costs.publish(costs_message(self._name, plan, cycle.planning_time, strategy, cycle.impact))
+        self._impact = cycle.impact or self._impact
+        if self._markers.get_subscription_count() and not 0.0 <= local - self._markers_sent < MARKERS_PERIOD:
+            self._markers_sent = local
+            self._markers.publish(plan_markers(cycle.local_map, plan, cycle.memory, self._impact, settings))

@@ -1,12 +1,12 @@
 """The planner: from scans, poses and a goal to plans.
 
-Every map_period it publishes a plan if it can make one: the paper's from the newest scan and the pose at that scan's
-stamp, the time-to-goal ones from the newest pose and all scans so far, and also at once when a hit is reported. If it
-cannot it publishes nothing and says why on /diagnostics; the controller stops the robot when plans fail to come.
-A new goal replaces the old. A goal in another frame, not finite, or inside an obstacle that the scan shows is aborted.
-So is one not reached within planner.goal_timeout, by the poses' clock, and one that stays closed off by what was seen.
-When the poses leap, fall silent or start over, memory is dropped and the goal taken anew: its new stamp refuses every
-earlier plan.
+Every map_period it publishes a plan if it can make one: the paper planner from the newest scan and the pose at that
+scan's stamp; the time-to-goal planner from the newest pose and all scans so far, and also at once when an impact is
+reported. Without a plan it publishes nothing and reports the reason on /diagnostics; the controller stops the robot
+when plans fail to come. A new goal replaces the old one. A goal is aborted if it is in another frame, not finite, or
+inside an obstacle that the scan shows; if it is not reached within planner.goal_timeout, by the poses' clock; or if it
+stays closed off by the boundaries seen. When the poses leap, fall silent or start over, memory is dropped and the goal
+is given a new stamp, which refuses every earlier plan.
 """
 
 import math
@@ -52,20 +52,20 @@ from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Heal
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.refusals import Refusals
 from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.nodes.current_goal import CurrentGoal
 from collplan_ros.nodes.plan_outputs import Cycle, PlanOutputs
-from collplan_ros.nodes.pursued_goal import PursuedGoal
-from collplan_ros.nodes.sensor_buffer import BEGINS_ANEW, REFUSED, SensorBuffer
+from collplan_ros.nodes.sensor_buffer import REFUSED, RELOCATED, SensorBuffer
 
 GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Mocap, Limits, Frames)
 BUDGET_SHARE = 0.5
-"""Of map_period, for refinement where time_to_goal.time_budget leaves it open: here a plan must not be late."""
+"""Time budget of refinement where time_to_goal.time_budget is 0, as a share of map_period: plans must not be late."""
 ALARM_PERIODS = 2.0
-"""Of map_period, between two plans made at once for hits."""
+"""Shortest time between two plans made at once after impacts, in map_periods."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedScan:
-    """The newest scan that could be placed, the pose at its stamp, and their local map."""
+    """The newest scan whose pose is known, the state at its stamp, and the local map made from both."""
 
     scan: Scan
     state: State
@@ -79,13 +79,13 @@ class PlannerNode(Node):
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("planner_node", **kwargs)
         declare(self, *GROUPS)
-        self._settings = in_time(read_settings(self, *GROUPS))
+        self._settings = with_time_budget(read_settings(self, *GROUPS))
         self._local_clock = local_clock(self)
         self._refusals = Refusals()
         self._sensors = SensorBuffer(self._settings.limits.pose_history, self._refusals)
         self._alarm = ImpactAlarm()
         self._rebounds = ReboundTracker()
-        self._hit: MeasuredImpact | None = None
+        self._impact: MeasuredImpact | None = None
         self._memory: Any = None
         self._placed: PlacedScan | None = None
         self._planned_until = 0.0
@@ -94,7 +94,7 @@ class PlannerNode(Node):
         self._planning_time = 0.0
         warm_up()
         self._outputs = PlanOutputs(self)
-        self._goal = PursuedGoal(self)
+        self._goal = CurrentGoal(self)
         self._make_inputs()
         on_change(self, self._take_settings, *GROUPS)
         self._diagnostics = Diagnostics(self, self._health)
@@ -111,7 +111,7 @@ class PlannerNode(Node):
         if settings.planner.strategy != self._settings.planner.strategy:
             self._memory = None
         self._timer.timer_period_ns = round(map_period_of(settings) * 1e9)
-        self._settings = in_time(settings)
+        self._settings = with_time_budget(settings)
 
     # ---- inputs
 
@@ -120,19 +120,20 @@ class PlannerNode(Node):
         taken, state = self._sensors.take_pose(message, seconds(self._local_clock), settings), self._sensors.state
         if taken == REFUSED or state is None:
             return
-        if taken == BEGINS_ANEW:
-            self._begin_anew(state.stamp)
+        if taken == RELOCATED:
+            self._forget_before(state.stamp)
         if self._goal.is_reached(state, settings.planner.goal_tolerance):
             self._end_goal(GoalStatus.STATUS_SUCCEEDED)
-        self._hit = self._rebounds.moved(state, settings.mocap.velocity_window) or self._hit
+        self._impact = self._rebounds.moved(state, settings.mocap.velocity_window) or self._impact
         self._plan_after_impact()
 
-    def _begin_anew(self, stamp: float) -> None:
+    def _forget_before(self, stamp: float) -> None:
+        """Drops memory and plans of before a break in the poses at `stamp` [s]; an active goal is kept."""
         self._memory, self._placed, self._planned_until = None, None, stamp
         self._alarm.forget()
         self._rebounds.forget()
         self._trouble = ""
-        self._goal.begin_anew(stamp)
+        self._goal.restamp(stamp)
 
     def _on_scan(self, message: LaserScan) -> None:
         self._sensors.take_scan(message, seconds(self._local_clock), self._settings)
@@ -168,7 +169,7 @@ class PlannerNode(Node):
             self._goal.refuse(self._planned_until)
             self._refuse_goal(str(error))
             return
-        self._goal.take(position, self._planned_until, self._sensors.now(seconds(self._local_clock)))
+        self._goal.accept(position, self._planned_until, self._sensors.now(seconds(self._local_clock)))
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
@@ -178,7 +179,7 @@ class PlannerNode(Node):
             response.message = "goal canceled"
         return response
 
-    # ---- the goal's fate
+    # ---- end of the goal
 
     def _end_goal(self, status: int) -> None:
         self._trouble = ""
@@ -207,19 +208,19 @@ class PlannerNode(Node):
             return
         stale = self._why_stale(local)
         if stale:
-            self._hold("stale", stale)
+            self._report_no_plan("stale", stale)
             return
-        begun = perf_counter()
+        started = perf_counter()
         try:
-            self._look()
+            self._update_local_map()
         except ScanError as error:
-            self._hold("no_plan", str(error))
+            self._report_no_plan("no_plan", str(error))
             return
-        begin, newest = self._begin(), self._sensors.scan_stamp or 0.0
-        if begin is not None and begin.stamp > self._planned_until:
-            self._plan(begin, begun, local)
-        elif begin is None or newest > self._planned_until:
-            self._hold("no_pose", f"no pose for the scan's stamp {newest:.3f}")
+        initial, newest = self._initial_state(), self._sensors.scan_stamp or 0.0
+        if initial is not None and initial.stamp > self._planned_until:
+            self._plan(initial, started, local)
+        elif initial is None or newest > self._planned_until:
+            self._report_no_plan("no_pose", f"no pose for the scan's stamp {newest:.3f}")
 
     def _why_stale(self, local: float) -> str:
         limits = self._settings.limits
@@ -227,56 +228,56 @@ class PlannerNode(Node):
             "scan", self._sensors.scan_age(local), limits.scan_age
         )
 
-    def _look(self) -> None:
-        """Makes the local map of the newest scan that can be placed, once."""
+    def _update_local_map(self) -> None:
+        """Makes the local map of the newest scan whose pose is known, once per scan."""
         settings = self._settings
         placed = self._sensors.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
         if placed is not None:
             self._placed = PlacedScan(*placed, build_local_map(*placed, settings.robot, settings.local_map))
 
-    def _begin(self) -> State | None:
-        """Where a plan begins: for a rollout at the newest pose, else at that of the newest scan."""
-        seen, state, settings = self._placed, self._sensors.state, self._settings
-        if seen is None or state is None or not rolls_out(settings):
-            return None if seen is None else seen.state
-        # scans may well come in, but none that a pose belongs to
-        return state if state.stamp - seen.scan.stamp <= settings.limits.scan_age else None
+    def _initial_state(self) -> State | None:
+        """Where a plan starts: at the newest pose for a rollout, else at the pose of the newest scan."""
+        placed, state, settings = self._placed, self._sensors.state, self._settings
+        if placed is None or state is None or not rolls_out(settings):
+            return None if placed is None else placed.state
+        # scans may still come in, but none with a known pose
+        return state if state.stamp - placed.scan.stamp <= settings.limits.scan_age else None
 
-    def _plan(self, begin: State, begun: float, local: float) -> None:
-        settings, seen, goal = self._settings, self._placed, self._goal
-        assert seen is not None, "there is no beginning without it"
-        if is_blocked(goal.position, seen.scan, seen.state, settings.robot, settings.local_map):
+    def _plan(self, initial: State, started: float, local: float) -> None:
+        settings, placed, goal = self._settings, self._placed, self._goal
+        assert placed is not None, "there is no initial state without it"
+        if is_blocked(goal.position, placed.scan, placed.state, settings.robot, settings.local_map):
             self._end_goal(GoalStatus.STATUS_ABORTED)
             x, y = goal.position
             self._refuse_goal(f"{x:.3f}, {y:.3f} lies inside an obstacle that the scan shows")
             return
         planner = planner_for(settings.planner.strategy)
         try:
-            plan, self._memory = planner.plan(self._memory, seen.local_map, begin, goal.position, settings)
+            plan, self._memory = planner.plan(self._memory, placed.local_map, initial, goal.position, settings)
         except NoPlan as error:
             self._memory = error.memory or self._memory
-            self._hold("no_plan", str(error))
+            self._report_no_plan("no_plan", str(error))
             if rolls_out(settings) and goal.is_closed_off(local):
                 self._give_up(str(error))
             return
-        self._planning_time = perf_counter() - begun
-        self._publish(Cycle(plan, seen.local_map, self._memory, self._planning_time, self._hit), local)
+        self._planning_time = perf_counter() - started
+        self._publish(Cycle(plan, placed.local_map, self._memory, self._planning_time, self._impact), local)
 
     def _publish(self, cycle: Cycle, local: float) -> None:
-        self._goal.planned()
+        self._goal.mark_planned()
         self._outputs.publish(cycle, local, self._settings)
         self._rebounds.planned(cycle.plan)
-        self._hit = None
+        self._impact = None
         self._planned_until = cycle.plan.stamp
         self._trouble = ""
         self._n_plans += 1
 
-    def _hold(self, kind: str, reason: str) -> None:
+    def _report_no_plan(self, kind: str, reason: str) -> None:
         self._trouble = reason
         self._refusals.add(kind, reason)
         self.get_logger().warning(f"no plan: {reason}", throttle_duration_sec=1.0)
 
-    # ---- how it is
+    # ---- diagnostics
 
     def _health(self) -> Health:
         active = self._goal.active
@@ -296,16 +297,16 @@ class PlannerNode(Node):
         return Health(OK, "planning" if active else "no active goal", values)
 
     def stop(self) -> None:
-        """Cancels the goal and waits until listeners know."""
+        """Cancels the goal and waits until listeners have received that."""
         self._goal.end()
 
 
-def in_time(settings: Settings) -> Settings:
-    """The settings with an end to refinement: a plan must not be late here."""
+def with_time_budget(settings: Settings) -> Settings:
+    """The settings with a time budget of refinement in any case: through the graph a plan must not be late."""
     budget = settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings)
     return settings.with_values({"time_to_goal.time_budget": budget})
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Runs the node."""
+    """Entry point of the executable; returns its exit code."""
     return run_node(PlannerNode, args)

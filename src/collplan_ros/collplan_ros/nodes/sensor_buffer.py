@@ -1,4 +1,4 @@
-"""The poses and scans that a node receives, as planner and controller take and keep them."""
+"""The recent poses and scans that a node received, decoded and checked; shared by planner and controller."""
 
 import math
 from collections import deque
@@ -15,19 +15,19 @@ from collplan_ros.messages.conversions import MessageError, scan_from_message, s
 from collplan_ros.node_kit.clock import PosesClock
 from collplan_ros.node_kit.refusals import Refusals
 
-REFUSED, JOINS, BEGINS_ANEW = "refused", "joins", "begins_anew"
-"""What a pose is: no use, one more, or one that does not join those before."""
+REFUSED, ACCEPTED, RELOCATED = "refused", "accepted", "relocated"
+"""Verdicts on a pose: invalid; continues the earlier ones; valid, but too far from them in space or time."""
 
 
 class SensorBuffer:
-    """The last poses and scans, and how old they are by local receipt [s]. Both are forgotten where the poses break.
+    """The recent poses and scans, and their age since local receipt [s]. A relocated pose clears both.
 
     Attributes:
-        state: newest pose, None before the first.
+        state: newest pose; None before the first.
     """
 
     def __init__(self, span: float, refusals: Refusals) -> None:
-        """Keeps `span` [s] of both, by their stamps; what is refused goes to `refusals`."""
+        """Keeps poses and scans for `span` [s] by their stamps, and counts refused ones in `refusals`."""
         self._span = span
         self._refusals = refusals
         self._poses = PoseHistory(span)
@@ -37,7 +37,7 @@ class SensorBuffer:
         self.state: State | None = None
 
     def take_pose(self, message: Odometry, local: float, settings: Settings) -> str:
-        """Takes a pose received at `local` [s, local clock]: REFUSED, JOINS or BEGINS_ANEW."""
+        """Adds a pose received at `local` [s, local clock]; returns REFUSED, ACCEPTED or RELOCATED."""
         try:
             state = state_from_odometry(message, settings.frames.map, settings.frames.base)
         except MessageError as error:
@@ -52,10 +52,10 @@ class SensorBuffer:
         self._poses.add(state)
         self._clock.received(state.stamp, local)
         self.state = state
-        return BEGINS_ANEW if relocated else JOINS
+        return RELOCATED if relocated else ACCEPTED
 
     def take_scan(self, message: LaserScan, local: float, settings: Settings) -> bool:
-        """Takes a scan received at `local` [s, local clock]; whether it was not refused."""
+        """Adds a scan received at `local` [s, local clock]; returns whether it was accepted."""
         try:
             scan = scan_from_message(message, settings.frames.base)
         except ScanError as error:
@@ -83,12 +83,12 @@ class SensorBuffer:
 
     @property
     def scan_stamp(self) -> float | None:
-        """Stamp of the newest scan [s]."""
+        """Stamp of the newest scan [s]; None before the first."""
         return self._scans[-1].stamp if self._scans else None
 
     @property
     def newest_stamp(self) -> float:
-        """Stamp of the newest pose [s], 0 before the first: no plan made so far is later."""
+        """Stamp of the newest pose [s], 0 before the first; no plan made so far has a later one."""
         return 0.0 if self.state is None else self.state.stamp
 
     def newest_placed(self, after: float) -> tuple[Scan, State] | None:
@@ -100,11 +100,11 @@ class SensorBuffer:
         return None
 
     def pose_at(self, stamp: float) -> State | None:
-        """The pose at this stamp [s]; None where it is not known, or of before the poses broke."""
+        """The pose at this stamp [s]; None where it is not known, as before a relocation."""
         return self._poses.at(stamp)
 
     def placed_at(self, stamp: float) -> tuple[Scan, State] | None:
-        """The scan with exactly this stamp [s], and the pose there."""
+        """The scan with exactly this stamp [s] and the pose at it; None where either is missing."""
         scan = next((scan for scan in self._scans if scan.stamp == stamp), None)
         state = self._poses.at(stamp) if scan is not None else None
         return None if scan is None or state is None else (scan, state)

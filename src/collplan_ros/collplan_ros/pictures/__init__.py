@@ -1,1 +1,1 @@
-"""Pictures and animations of recorded runs."""
+"""Pictures and animations of recorded runs, made without ROS."""

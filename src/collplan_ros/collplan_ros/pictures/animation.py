@@ -1,5 +1,6 @@
-"""run.gif: the run as it went: scan, free space, plan and robot, in the world that the robot does not know."""
+"""run.gif: animation of a run with scan, free space, plan and robot, in the world that the robot does not know."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -30,32 +31,55 @@ from collplan_ros.runs.impact_log import Impacts
 from collplan_ros.runs.run_log import PlanRow, RunLog
 
 FRAME_PERIOD = 0.1
-"""Between two frames of a short run [s]."""
+"""Time between two frames of a short run [s]."""
 MOST_FRAMES = 110
-"""A longer run is shown in fewer frames per second, at the same speed."""
+"""Longer runs are shown with fewer frames per second, at the same speed."""
 LONG_SIDE = 460
-"""Of the picture, caption apart [pixel]."""
+"""Longer side of the picture, without the caption [pixel]."""
 CAPTION = 22
+"""Height of the caption [pixel]."""
 LAST_FRAME = 1.5
 """How long the last frame stays [s]."""
 
-FREE, HIT, PLAN = "#cfe8d5", "#27408b", "#d9480f"
+FREE, BEAM_END, PLAN = "#cfe8d5", "#27408b", "#d9480f"
+
+
+@dataclass(frozen=True, eq=False)
+class _Animated:
+    """What every frame of a run is drawn from.
+
+    Attributes:
+        log: the run.
+        background: picture of the world.
+        canvas: its scale.
+        trail: where the robot went.
+        marks: its impacts.
+        goal: (2,) [m].
+        settings: parameters of the run.
+    """
+
+    log: RunLog
+    background: Image.Image
+    canvas: Canvas
+    trail: Trail
+    marks: Marks
+    goal: np.ndarray
+    settings: Settings
 
 
 def draw_animation(
     path: Path, log: RunLog, impacts: Impacts, world: World, goal: np.ndarray, settings: Settings
 ) -> None:
-    """Writes the animation at the run's own speed; nothing where no scan was received."""
+    """Writes the animation of a run in real time; nothing if no scan was received. The goal is (2,) [m]."""
     stamps, period = _frame_stamps(log)
     if len(stamps) == 0:
         return
     canvas = canvas_of(world.bounds, LONG_SIDE)
-    empty = background(canvas, world, CAPTION)
     rows = np.array([row[:3] for row in log.track])
     trail = trail_of(rows[:, 0], rows[:, 1:], settings.robot.max_speed)
     marks = Marks(impacts.times, impacts.points, impacts.deliberate)
-    frames = [_frame(stamp, empty, canvas, log, trail, marks, goal, settings) for stamp in stamps]
-    save_gif(path, frames, period, LAST_FRAME)
+    run = _Animated(log, background(canvas, world, CAPTION), canvas, trail, marks, goal, settings)
+    save_gif(path, [_frame(run, stamp) for stamp in stamps], period, LAST_FRAME)
 
 
 def _frame_stamps(log: RunLog) -> tuple[np.ndarray, float]:
@@ -67,27 +91,18 @@ def _frame_stamps(log: RunLog) -> tuple[np.ndarray, float]:
     return begin + period * np.arange(int(span / period) + 1), period
 
 
-def _frame(
-    stamp: float,
-    empty: Image.Image,
-    canvas: Canvas,
-    log: RunLog,
-    trail: Trail,
-    marks: Marks,
-    goal: np.ndarray,
-    settings: Settings,
-) -> Image.Image:
-    image = empty.copy()
+def _frame(run: _Animated, stamp: float) -> Image.Image:
+    image = run.background.copy()
     draw = ImageDraw.Draw(image)
-    scan = log.scans[_newest(stamp, [s.stamp for s in log.scans])]
-    _draw_scan(draw, canvas, scan, _state_at(scan.stamp, log), settings)
-    draw_goal(draw, canvas, goal, settings.planner.goal_tolerance)
-    draw_trail(draw, canvas, trail, stamp)
-    _draw_plan(draw, canvas, _plan_at(stamp, log.plans))
-    draw_marks(draw, canvas, marks, stamp)
-    _draw_robot(draw, canvas, _state_at(stamp, log), settings.robot.radius)
+    scan = run.log.scans[_newest(stamp, [s.stamp for s in run.log.scans])]
+    _draw_scan(draw, run.canvas, scan, _state_at(scan.stamp, run.log), run.settings)
+    draw_goal(draw, run.canvas, run.goal, run.settings.planner.goal_tolerance)
+    draw_trail(draw, run.canvas, run.trail, stamp)
+    _draw_plan(draw, run.canvas, _plan_at(stamp, run.log.plans))
+    draw_marks(draw, run.canvas, run.marks, stamp)
+    _draw_robot(draw, run.canvas, _state_at(stamp, run.log), run.settings.robot.radius)
     small = image.reduce(SMOOTHING)
-    _write_caption(small, stamp, log, int((marks.times <= stamp).sum()))
+    _write_caption(small, stamp, run.log, int((run.marks.times <= stamp).sum()))
     return small
 
 
@@ -96,7 +111,7 @@ def _draw_scan(draw: ImageDraw.ImageDraw, canvas: Canvas, scan: Scan, state: Sta
     hit = np.isfinite(scan.ranges)
     angles = scan.angles[hit] + state.yaw
     for x, y in canvas.at(state.position + scan.ranges[hit, None] * np.column_stack([np.cos(angles), np.sin(angles)])):
-        draw.rectangle([x - 1, y - 1, x + 1, y + 1], fill=HIT)
+        draw.rectangle([x - 1, y - 1, x + 1, y + 1], fill=BEAM_END)
 
 
 def _draw_plan(draw: ImageDraw.ImageDraw, canvas: Canvas, plan: PlanRow | None) -> None:

@@ -1,4 +1,4 @@
-"""An animation of recorded runs beside each other."""
+"""The program beside: animates recorded runs beside each other."""
 
 import argparse
 import sys
@@ -10,8 +10,9 @@ from collplan_ros.pictures.side_by_side import draw_side_by_side
 from collplan_ros.runs.recorded_run import RunError
 
 REFUSED = 2
-"""Exit code."""
+"""Exit code of a request that cannot be fulfilled."""
 SLOWEST, FASTEST = 0.05, 20.0
+"""Limits of --speed."""
 
 DESCRIPTION = """\
 Animates runs that bringup recorded in one world beside each other, at the same time scale: each begins with its first

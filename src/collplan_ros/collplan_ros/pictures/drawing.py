@@ -1,4 +1,4 @@
-"""How a run is drawn in the frames of an animation: world, trail, robot, goal and impacts."""
+"""Drawing of world, trail, robot, goal and impacts in the frames of an animation."""
 
 import math
 from dataclasses import dataclass
@@ -10,17 +10,19 @@ from PIL import Image, ImageDraw
 from collplan_core.worlds import World
 
 SMOOTHING = 2
-"""Frames are drawn so much larger and reduced: edges become smooth."""
+"""Factor by which frames are drawn larger and then reduced, for smooth edges."""
 N_COLORS = 128
+"""Colours of a GIF."""
 FLASH_TIME = 0.3
-"""How long an impact is drawn larger than the mark that it leaves [s]."""
+"""Time for which a new impact is drawn larger [s]."""
 MARK, FLASH = 0.028, 0.06
-"""Radius of that mark, and of a fresh one [m]."""
+"""Radius of an impact's mark, and of a new one [m]."""
 SPEED_SPAN = 3
-"""A speed is taken from so many points before to so many after."""
+"""A speed is computed from the points so many before and after."""
 SPEED_COLORS = 12
+"""Number of colours that speeds are shown in."""
 TRAIL_WIDTH = 2.5
-"""[pixel]"""
+"""Width of a trail [pixel]."""
 
 FLOOR, OBSTACLE, WALL, ROBOT, GOAL, TEXT = "#f4f5f7", "#c9ced6", "#8a919c", "#2b2d33", "#1a8f4c", "#2b2d33"
 DELIBERATE, OTHER = "#f2a900", "#d7263d"
@@ -31,7 +33,14 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Canvas:
-    """Where a point of the world lies in the picture; drawn at SMOOTHING times its size."""
+    """Transform from the world to pixels of a picture drawn at SMOOTHING times its size.
+
+    Attributes:
+        x0: world coordinate of the left edge [m].
+        y1: world coordinate of the upper edge [m].
+        scale: [pixel/m].
+        size: width and height [pixel].
+    """
 
     x0: float
     y1: float
@@ -39,31 +48,31 @@ class Canvas:
     size: tuple[int, int]
 
     def at(self, points: np.ndarray) -> list[Point]:
-        """Pixels of points (k, 2)."""
+        """Pixel coordinates of points (k, 2) [m]."""
         return [((x - self.x0) * self.scale, (self.y1 - y) * self.scale) for x, y in np.atleast_2d(points).tolist()]
 
     def disc(self, center: np.ndarray, radius: float) -> list[float]:
-        """Box of a disc, for Pillow."""
+        """Bounding box of a disc [pixel], for Pillow, from centre (2,) and radius [m]."""
         ((x, y),) = self.at(center)
         return box(x, y, radius * self.scale)
 
 
 @dataclass(frozen=True, eq=False)
 class Trail:
-    """Where a robot was: times (n,) [s], points (n, 2) [m], and how fast: the index (n,) of a color."""
+    """Path of a robot: times (n,) [s], points (n, 2) [m], and the index (n,) of the colour of its speed."""
 
     times: np.ndarray
     points: np.ndarray
     color: np.ndarray
 
     def at(self, time: float) -> np.ndarray:
-        """(2,) the point at a time."""
+        """The point (2,) at a time [s]."""
         return np.array([np.interp(time, self.times, each) for each in self.points.T])
 
 
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """Impacts: times (k,) [s], points (k, 2) [m], and which (k,) were deliberate."""
+    """Impacts to draw: times (k,) [s], points (k, 2) [m], and whether each was deliberate (k,)."""
 
     times: np.ndarray
     points: np.ndarray
@@ -71,7 +80,7 @@ class Marks:
 
 
 def canvas_of(view: tuple[float, float, float, float], long_side: int) -> Canvas:
-    """A canvas on which the view (x0, y0, x1, y1) [m] and a margin fill `long_side` pixels."""
+    """The canvas on which the view (x0, y0, x1, y1) [m] with a margin has a longer side of `long_side` pixels."""
     x0, y0, x1, y1 = view
     margin = 0.02 * max(x1 - x0, y1 - y0)
     width, height = x1 - x0 + 2 * margin, y1 - y0 + 2 * margin
@@ -80,7 +89,7 @@ def canvas_of(view: tuple[float, float, float, float], long_side: int) -> Canvas
 
 
 def trail_of(times: np.ndarray, points: np.ndarray, top_speed: float) -> Trail:
-    """The trail through points (n, 2) at times (n,); `top_speed` has the last color [m/s]."""
+    """The trail through points (n, 2) [m] at times (n,) [s]; `top_speed` [m/s] and more have the last colour."""
     at = np.arange(len(times))
     before, after = np.maximum(at - SPEED_SPAN, 0), np.minimum(at + SPEED_SPAN, len(times) - 1)
     elapsed = np.maximum(times[after] - times[before], 1e-6)
@@ -89,14 +98,14 @@ def trail_of(times: np.ndarray, points: np.ndarray, top_speed: float) -> Trail:
 
 
 def speed_color(index: int) -> tuple[int, int, int]:
-    """The color of a speed, 0 the slowest, SPEED_COLORS - 1 the fastest."""
+    """Colour of a speed by its index, from 0 for the slowest to SPEED_COLORS - 1 for the fastest."""
     where = (len(SLOW_TO_FAST) - 1) * index / (SPEED_COLORS - 1)
     red, green, blue = (round(np.interp(where, range(len(SLOW_TO_FAST)), each)) for each in SLOW_TO_FAST.T)
     return red, green, blue
 
 
 def background(canvas: Canvas, world: World, below: int) -> Image.Image:
-    """The world, and room for `below` pixels of text below it."""
+    """Picture of the world, with space for `below` pixels of text under it."""
     image = Image.new("RGB", (canvas.size[0], canvas.size[1] + SMOOTHING * below), FLOOR)
     draw = ImageDraw.Draw(image)
     for corners in world.polygons:
@@ -109,13 +118,13 @@ def background(canvas: Canvas, world: World, below: int) -> Image.Image:
 
 
 def draw_goal(draw: ImageDraw.ImageDraw, canvas: Canvas, goal: np.ndarray, tolerance: float) -> None:
-    """The goal (2,) [m] and what counts as there [m]."""
+    """Draws the goal (2,) [m] and the disc of its tolerance [m]."""
     draw.ellipse(canvas.disc(goal, tolerance), outline=GOAL, width=2 * SMOOTHING)
     draw.ellipse(canvas.disc(goal, 0.2 * tolerance), fill=GOAL)
 
 
 def draw_trail(draw: ImageDraw.ImageDraw, canvas: Canvas, trail: Trail, until: float) -> None:
-    """The trail so far, by speed."""
+    """Draws the trail up to the time `until` [s], coloured by speed."""
     passed = int(np.searchsorted(trail.times, until, side="right"))
     points = canvas.at(trail.points[:passed:2])
     width = round(TRAIL_WIDTH * SMOOTHING)
@@ -125,12 +134,12 @@ def draw_trail(draw: ImageDraw.ImageDraw, canvas: Canvas, trail: Trail, until: f
 
 
 def draw_robot(draw: ImageDraw.ImageDraw, canvas: Canvas, position: np.ndarray, radius: float) -> None:
-    """The robot's disc."""
+    """Draws the robot's disc at a position (2,) [m]."""
     draw.ellipse(canvas.disc(position, radius), fill="white", outline=ROBOT, width=2 * SMOOTHING)
 
 
 def draw_marks(draw: ImageDraw.ImageDraw, canvas: Canvas, marks: Marks, now: float) -> None:
-    """The impacts so far, those of this moment larger."""
+    """Draws the impacts up to the time `now` [s], new ones larger."""
     for time, point, deliberate in zip(marks.times, marks.points, marks.deliberate, strict=True):
         if time <= now:
             fresh = max(0.0, 1.0 - (now - time) / FLASH_TIME)
@@ -139,7 +148,7 @@ def draw_marks(draw: ImageDraw.ImageDraw, canvas: Canvas, marks: Marks, now: flo
 
 
 def draw_mark(draw: ImageDraw.ImageDraw, x: float, y: float, radius: float, deliberate: bool) -> None:
-    """An impact at a pixel: a filled disc where it was deliberate, else a cross."""
+    """Draws the mark of an impact at a pixel: a filled disc if it was deliberate, else a cross."""
     if deliberate:
         draw.ellipse(box(x, y, radius), fill=DELIBERATE, outline=ROBOT, width=SMOOTHING)
         return
@@ -149,12 +158,12 @@ def draw_mark(draw: ImageDraw.ImageDraw, x: float, y: float, radius: float, deli
 
 
 def box(x: float, y: float, radius: float) -> list[float]:
-    """Box of a disc in pixels, for Pillow."""
+    """Bounding box of a disc in pixels, for Pillow."""
     return [x - radius, y - radius, x + radius, y + radius]
 
 
 def save_gif(path: Path, frames: list[Image.Image], period: float, last: float) -> None:
-    """Writes frames that each stay for `period`, the last one for `last`, for ever again [s]."""
+    """Writes an endless GIF of frames shown for `period` [s] each, the last one for `last` [s]."""
     palette = frames[-1].quantize(N_COLORS)
     reduced = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     durations = [round(1e3 * period)] * (len(frames) - 1) + [round(1e3 * last)]

@@ -1,4 +1,4 @@
-"""A run read back from its folder, as far as it is shown beside others."""
+"""Reading a run folder for the animation beside other runs."""
 
 import csv
 import json
@@ -17,14 +17,14 @@ IMPACT = ("t", "x", "y", "deliberate")
 
 @dataclass(frozen=True, eq=False)
 class ShownRun:
-    """One run; times count from its first command to move [s].
+    """A run as it is shown; times count from the first non-zero command [s].
 
     Attributes:
-        recorded: its folder, settings and world.
-        trail: where the robot was measured.
-        marks: its impacts.
+        recorded: folder, settings and world of the run.
+        trail: measured path of the robot.
+        marks: impacts of the run.
         goal: (2,) [m].
-        outcome: reached, or why not.
+        outcome: outcome of the run, with spaces for underscores.
     """
 
     recorded: RecordedRun
@@ -35,15 +35,15 @@ class ShownRun:
 
     @property
     def end(self) -> float:
-        """When it ended, in the goal where that was reached [s]."""
+        """Time of the last pose [s], at the goal if that was reached."""
         return float(self.trail.times[-1])
 
 
 def read_shown_run(folder: Path) -> ShownRun:
-    """The run in a folder that bringup left.
+    """Reads the run in a folder of bringup.
 
     Raises:
-        RunError: a file is missing or does not hold what bringup writes into it.
+        RunError: a file is missing or has another form than bringup writes.
     """
     run = read_run(folder)
     if len(run.path.times) == 0:
@@ -54,7 +54,7 @@ def read_shown_run(folder: Path) -> ShownRun:
 
 
 def _end(file: Path) -> tuple[np.ndarray, str]:
-    """Goal and outcome."""
+    """Goal (2,) [m] and outcome in a summary."""
     try:
         summary = json.loads(file.read_text())
         goal = np.array(summary["goal"], dtype=float).reshape(2)

@@ -1,4 +1,4 @@
-"""Runs in the same world beside each other, at the same time scale."""
+"""Animation of runs in the same world beside each other, at the same time scale."""
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
@@ -30,22 +30,23 @@ from collplan_ros.pictures.drawing import (
 from collplan_ros.pictures.shown_run import ShownRun
 
 FRAME_PERIOD = 0.05
-"""Between two frames [s]."""
+"""Time between two frames [s]."""
 LAST_FRAME = 3.0
 """How long the last frame stays [s]."""
 LONG_SIDE = 420
-"""Of each run's picture [pixel]."""
+"""Longer side of each run's picture [pixel]."""
 AROUND = 0.3
-"""Shown beyond where the robots went [m]."""
+"""Margin shown around the paths of the robots [m]."""
 HEAD, FOOT = 50, 46
-"""Of the text above each run, and below all of them [pixel]."""
+"""Height of the text above each run, and below all of them [pixel]."""
 GAP, MARGIN = 10, 8
+"""Distance between runs, and of text from the edge [pixel]."""
 LARGE, SMALL = 18, 13
-"""Of letters [pixel]."""
+"""Sizes of the font [pixel]."""
 
 
 def draw_side_by_side(path: Path, runs: Sequence[ShownRun], speed: float) -> None:
-    """Writes a GIF of runs in one world, `speed` times as fast as they were. Each begins with its first command."""
+    """Writes a GIF of runs in one world at `speed` times real time; each starts at its first non-zero command."""
     canvas = canvas_of(_view(runs), LONG_SIDE)
     step = speed * FRAME_PERIOD
     count = int(max(run.end for run in runs) / step) + 2
@@ -56,7 +57,7 @@ def draw_side_by_side(path: Path, runs: Sequence[ShownRun], speed: float) -> Non
 
 
 def _view(runs: Sequence[ShownRun]) -> tuple[float, float, float, float]:
-    """The part of the world, x0, y0, x1, y1 [m], where the robots went."""
+    """Bounds x0, y0, x1, y1 [m] of the part of the world to show: the paths of the robots and a margin."""
     points = np.vstack([np.vstack([run.trail.points, run.goal]) for run in runs])
     bounds = np.array(runs[0].recorded.world.bounds)
     x0, y0 = np.maximum(points.min(axis=0) - AROUND, bounds[:2]).tolist()
@@ -84,7 +85,7 @@ def _panel(run: ShownRun, canvas: Canvas, empty: Image.Image, time: float) -> Im
 
 
 def _write_head(draw: ImageDraw.ImageDraw, run: ShownRun, time: float, width: int) -> None:
-    """Strategy, contacts so far, and the clock, which stops where the run ends."""
+    """Writes strategy, impacts so far, and the clock, which stops at the end of the run."""
     deliberate = run.marks.deliberate[run.marks.times <= time]
     contacts = f"contacts: {deliberate.sum()} deliberate, {(~deliberate).sum()} other"
     ended, reached = time >= run.end, run.outcome == REACHED
@@ -96,7 +97,7 @@ def _write_head(draw: ImageDraw.ImageDraw, run: ShownRun, time: float, width: in
 
 
 def _foot(runs: Sequence[ShownRun], width: int, speed: float) -> Image.Image:
-    """What the marks and colors mean, and of what kind the runs are."""
+    """Picture of the legend and of the properties of the runs."""
     drawn = Image.new("RGB", (SMOOTHING * width, SMOOTHING * FOOT), FLOOR)
     draw = ImageDraw.Draw(drawn)
     y, right = SMOOTHING * 13, SMOOTHING * width
@@ -117,7 +118,7 @@ def _foot(runs: Sequence[ShownRun], width: int, speed: float) -> Image.Image:
 
 
 def _about(runs: Sequence[ShownRun], speed: float) -> str:
-    """Kind, world, what they have in common, and the pace."""
+    """Kind, world, seed and a_max of the runs, and the pace of the animation."""
     pace = "real time" if speed == 1.0 else f"{speed:g} times real time"
     return ";  ".join(
         (
@@ -131,7 +132,7 @@ def _about(runs: Sequence[ShownRun], speed: float) -> str:
 
 
 def _each(runs: Sequence[ShownRun], word: Callable[[ShownRun], str]) -> str:
-    """The word of each run, once where it is the same."""
+    """The word of each run, only once if all are equal."""
     words = [word(run) for run in runs]
     return words[0] if len(set(words)) == 1 else ", ".join(words)
 

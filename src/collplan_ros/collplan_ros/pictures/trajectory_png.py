@@ -1,10 +1,11 @@
-"""trajectory.png: the world and the path through it."""
+"""trajectory.png: picture of the world and the robot's path through it."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from collplan_core.parameters import Settings
 from collplan_core.worlds import World
 from collplan_ros.runs.impact_log import Impacts
 from collplan_ros.runs.run_log import PlanRow, RunLog
@@ -14,10 +15,10 @@ if TYPE_CHECKING:
     from matplotlib.collections import LineCollection
 
 PLAN_PERIOD = 0.6
-"""A plan is drawn so often [s]; all of them would hide the path."""
-OBSTACLE, WALL, PLAN, START, GOAL, FORESEEN, UNFORESEEN = (
-    "#5b6472", "#2f353d", "#7aa6d8", "#4a4a4a", "#1a8f4c", "#f2a900", "#d7263d",
-)  # fmt: skip
+"""Shortest time between two plans drawn [s]; all of them would hide the path."""
+OBSTACLE, WALL = "#5b6472", "#2f353d"
+PLAN, START, GOAL = "#7aa6d8", "#4a4a4a", "#1a8f4c"
+FORESEEN, UNFORESEEN = "#f2a900", "#d7263d"
 
 
 def draw_trajectory(
@@ -26,11 +27,10 @@ def draw_trajectory(
     impacts: Impacts,
     world: World,
     goal: np.ndarray,
-    radius: float,
-    tolerance: float,
+    settings: Settings,
     title: str,
 ) -> None:
-    """Writes the picture: world, path coloured by speed, impacts, some plans, start and goal."""
+    """Writes a picture of world, path coloured by speed, impacts, some plans, start and goal (2,) [m]."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -41,7 +41,7 @@ def draw_trajectory(
     axes = figure.add_subplot()
     _draw_world(axes, world)
     _draw_plans(axes, log.plans)
-    _draw_ends(axes, log, goal, radius, tolerance)
+    _draw_ends(axes, log, goal, settings)
     speeds = _draw_path(axes, log)
     if speeds is not None:
         figure.colorbar(speeds, ax=axes, label="speed [m/s]", shrink=0.85, pad=0.02)
@@ -75,9 +75,10 @@ def _draw_plans(axes: "Axes", plans: list[PlanRow]) -> None:
             last = plan.stamp
 
 
-def _draw_ends(axes: "Axes", log: RunLog, goal: np.ndarray, radius: float, tolerance: float) -> None:
+def _draw_ends(axes: "Axes", log: RunLog, goal: np.ndarray, settings: Settings) -> None:
     from matplotlib.patches import Circle
 
+    radius, tolerance = settings.robot.radius, settings.planner.goal_tolerance
     axes.add_patch(Circle((goal[0], goal[1]), tolerance, facecolor=GOAL, alpha=0.2, edgecolor="none"))
     axes.plot(*goal, marker="*", color=GOAL, markersize=11, linestyle="none", label="goal", zorder=5)
     if log.track:

@@ -1,4 +1,4 @@
-"""Restitution and tangential retention from recorded runs, into a parameter file."""
+"""The program fit_rebound: restitution and tangential retention from recorded runs, written to a parameter file."""
 
 import argparse
 import sys
@@ -15,7 +15,7 @@ from collplan_ros.runs.recorded_impacts import measured_impacts
 from collplan_ros.runs.recorded_run import RecordedRun, RunError, read_run
 
 REFUSED = 2
-"""Exit code."""
+"""Exit code of a fit that is not possible."""
 
 DESCRIPTION = f"""\
 Estimates how the robot rebounds, from the poses and commands that bringup recorded: restitution, the share of the
@@ -66,16 +66,16 @@ def _fit(options: argparse.Namespace) -> None:
     if options.out.exists() and not options.force:
         raise RunError(f"--out {options.out}: exists, expected a new file; --force replaces it")
     runs = _read(options.runs)
-    hits, left_out = measured_impacts(runs)
-    _say_impacts(runs, len(hits), left_out)
-    fit = fit_rebound(hits)
+    impacts, left_out = measured_impacts(runs)
+    _print_impacts(runs, len(impacts), left_out)
+    fit = fit_rebound(impacts)
     print(_table(fit))
     _write(options.out, given, fit, runs)
     print(f"written to {options.out}: drive with --params {options.out}")
 
 
 def _read(folders: Sequence[Path]) -> list[RecordedRun]:
-    """Each run once: `latest` leads to another one's folder."""
+    """Reads each run once, also where the link `latest` names a folder again."""
     runs = [read_run(folder) for folder in dict.fromkeys(folder.resolve() for folder in folders)]
     kinds = {run.simulated: run.folder for run in runs}
     if len(kinds) > 1:
@@ -87,7 +87,7 @@ def _kind(runs: Sequence[RecordedRun]) -> str:
     return "simulated" if runs[0].simulated else "real"
 
 
-def _say_impacts(runs: Sequence[RecordedRun], usable: int, left_out: Counter[str]) -> None:
+def _print_impacts(runs: Sequence[RecordedRun], usable: int, left_out: Counter[str]) -> None:
     of_runs = f"{len(runs)} {_kind(runs)} run{'s' if len(runs) > 1 else ''}"
     print(f"hits found in {of_runs}: {usable + left_out.total()}, usable: {usable}")
     for reason, count in left_out.most_common():

@@ -1,4 +1,4 @@
-"""A run read back from the folder that bringup left: what was measured and what was commanded."""
+"""Reading a run folder of bringup: measured poses and commands."""
 
 import csv
 import json
@@ -12,6 +12,7 @@ from collplan_core.calibration.impact_fit import RecordedPath
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.parameters.file import read_parameters
 from collplan_core.parameters import Settings
+from collplan_core.plane import rotate_rows
 from collplan_core.worlds import World, WorldError, load_world
 
 MEASURED = ("t", "x", "y", "yaw")
@@ -19,19 +20,19 @@ COMMANDED = ("cmd_vx", "cmd_vy")
 
 
 class RunError(ValueError):
-    """A folder that holds no run that can be read; names the file, the line and column, and what was expected."""
+    """A folder without a readable run; the text names file, line and column, and what was expected."""
 
 
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """One run.
+    """A run read from its folder.
 
     Attributes:
-        folder: where it is.
-        simulated: whether its robot was.
+        folder: the run folder.
+        simulated: whether the robot was simulated.
         settings: the parameters used.
-        world: in which the LIDAR was simulated, and that the robot was in.
-        path: poses and commands; t counts from the first command to move.
+        world: the world that the robot was in.
+        path: poses and commands; t counts from the first non-zero command.
     """
 
     folder: Path
@@ -42,10 +43,10 @@ class RecordedRun:
 
 
 def read_run(folder: Path) -> RecordedRun:
-    """The run in a folder.
+    """Reads the run in a folder.
 
     Raises:
-        RunError: a file is missing or does not hold what bringup writes into it.
+        RunError: a file is missing or has another form than bringup writes.
     """
     if not folder.is_dir():
         raise RunError(f"{folder}: not a folder, expected one that bringup left")
@@ -89,12 +90,12 @@ def _path(file: Path) -> RecordedPath:
     if len(falls):
         line, (before, after) = falls[0] + 3, numbers[falls[0] : falls[0] + 2, 0]
         raise RunError(f"{file}, line {line}, t: got {after:g} after {before:g}, expected times that rise")
-    return RecordedPath(numbers[:, 0], numbers[:, 1:3], _in_world(numbers[:, 4:6], numbers[:, 3]))
+    return RecordedPath(numbers[:, 0], numbers[:, 1:3], rotate_rows(numbers[:, 4:6], numbers[:, 3]))
 
 
 def _numbers(where: str, row: dict[str, str]) -> list[float]:
     measured = [_number(f"{where}, {column}", row[column]) for column in MEASURED]
-    # nothing was commanded before the first command
+    # before the first command the columns are nan
     return measured + [0.0 if row[c] == "nan" else _number(f"{where}, {c}", row[c]) for c in COMMANDED]
 
 
@@ -107,8 +108,3 @@ def _number(where: str, text: str | None) -> float:
         raise RunError(f"{where}: got {text!r}, expected a finite number")
     return number
 
-
-def _in_world(commands: np.ndarray, yaws: np.ndarray) -> np.ndarray:
-    c, s = np.cos(yaws), np.sin(yaws)
-    x, y = commands.T
-    return np.stack([c * x - s * y, s * x + c * y], axis=1)

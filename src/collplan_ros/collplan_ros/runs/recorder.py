@@ -1,4 +1,4 @@
-"""Listens to the whole graph and remembers the run; it never waits for anything."""
+"""Recording of a run: subscribes to every topic of the graph and fills a log, without ever waiting."""
 
 import time
 from collections.abc import Callable
@@ -30,15 +30,15 @@ from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DA
 from collplan_ros.node_kit.clock import PosesClock
 from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 
-# every message counts here, so the queue bridges a stall of some seconds
+# no message may be lost, so the queue bridges a stall of some seconds
 EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning")
-"""Of planner/costs, kept."""
+"""Figures of planner/costs that are recorded."""
 
 
 class GoalReport(NamedTuple):
-    """What the planner says of a goal: GoalStatus.STATUS_*, and when it sent that [s, wall clock]."""
+    """The planner's report of a goal: GoalStatus.STATUS_*, and when it was sent [s, wall clock]."""
 
     status: int
     sent: float
@@ -48,15 +48,15 @@ class Recorder:
     """Fills `log` from `begin()` to `finish()`.
 
     Attributes:
-        log: what was received.
-        reported: newest diagnostics by the node's full name.
-        goal: newest report of the goal asked for last, None before the first.
-        newest: newest pose, whether recording or not.
-        scan_came: whether there was a usable scan.
+        log: everything recorded.
+        reported: newest diagnostics, by the node's full name.
+        goal: newest report of the goal given last; None before the first.
+        newest: newest pose, also while not recording; None before the first.
+        scan_came: whether a valid scan was received.
     """
 
     def __init__(self, node: Node, settings: Settings) -> None:
-        """Subscribes in `node`."""
+        """Subscribes through `node`."""
         self.log = RunLog()
         self.reported: dict[str, DiagnosticStatus] = {}
         self.goal: GoalReport | None = None
@@ -70,19 +70,19 @@ class Recorder:
 
     @property
     def silence(self) -> float:
-        """Time since the newest pose came [s]; infinite before the first."""
+        """Time since the newest pose was received [s]; infinite before the first."""
         return self._clock.age(time.monotonic())
 
     def begin(self) -> None:
-        """Begins the log."""
+        """Starts recording."""
         self._recording = True
 
     def finish(self) -> None:
-        """Ends the log."""
+        """Stops recording."""
         self._recording = False
 
     def ask(self) -> None:
-        """A new goal is about to be given: earlier reports are not about it."""
+        """Discards reports of earlier goals; to be called before a new goal is given."""
         self.goal = None
         self._asked = time.time()
 
@@ -95,10 +95,8 @@ class Recorder:
         listen(Odometry, "mocap/odom", self._take_pose)
         log = self._while_recording
         listen(Odometry, "ground_truth/odom", log(lambda m: self.log.truth.append(self._pose_row(m))))
-        listen(
-            Vector3Stamped, "ground_truth/impact", log(lambda m: self.log.impact_records.append(self._record_impact(m)))
-        )
-        listen(Vector3Stamped, "impact", log(lambda m: self.log.detected.append(self._record_impact(m))))
+        listen(Vector3Stamped, "ground_truth/impact", log(lambda m: self.log.true_impacts.append(self._impact_record(m))))
+        listen(Vector3Stamped, "impact", log(lambda m: self.log.detected_impacts.append(self._impact_record(m))))
         listen(Path, "plan", log(self._take_plan))
         listen(Path, "planner/foreseen_impacts", log(self._take_contacts))
         listen(DiagnosticArray, "planner/costs", log(self._take_costs))
@@ -110,7 +108,7 @@ class Recorder:
 
     def _while_recording(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
         def guarded(message: Any) -> None:
-            # what no node can use is no part of the run; the node that drops it counts it
+            # a message that no node can use is not recorded; the node that drops it counts it
             with suppress(MessageError):
                 if self._recording:
                     take(message)
@@ -118,7 +116,7 @@ class Recorder:
         return guarded
 
     def _sent_while_recording(self, take: Callable[[Any, float], None]) -> Callable[[Any, dict[str, Any]], None]:
-        # two arguments: rclpy then hands over when it was sent
+        # with a second argument rclpy passes the message's info, which holds the time of sending
         def guarded(message: Any, info: dict[str, Any]) -> None:
             if self._recording:
                 take(message, _when_sent(info))
@@ -132,7 +130,7 @@ class Recorder:
         report = GoalReport(message.status, _when_sent(info))
         if report.sent >= self._asked:
             self.goal = report
-            self.log.told_reached = report.sent if report.status == GoalStatus.STATUS_SUCCEEDED else None
+            self.log.reached_sent = report.sent if report.status == GoalStatus.STATUS_SUCCEEDED else None
 
     def _take_pose(self, message: Odometry, info: dict[str, Any]) -> None:
         try:
@@ -175,11 +173,11 @@ class Recorder:
         (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
         return PoseRow(state.stamp, x, y, state.yaw, vx, vy)
 
-    def _record_impact(self, message: Vector3Stamped) -> ImpactRecord:
+    def _impact_record(self, message: Vector3Stamped) -> ImpactRecord:
         stamp, change = impact_from_message(message, self._frames.map)
         return ImpactRecord(stamp, *change.tolist())
 
 
 def _when_sent(info: dict[str, Any]) -> float:
-    """When the sender handed a message to its middleware [s, wall clock]: whatever waits here does not count."""
+    """When the sender passed a message to its middleware [s, wall clock]; delays of the receiver are not in it."""
     return float(1e-9 * info["source_timestamp"])

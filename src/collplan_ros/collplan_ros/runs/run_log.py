@@ -1,7 +1,7 @@
-"""What is remembered of a run, in plain records; times are stamps on the poses' clock [s], vectors world frame.
+"""Records of a run; times are stamps on the poses' clock [s], vectors are in the world frame.
 
-`sent` is when a node handed a message to its middleware [s, wall clock]. What carries no stamp is ordered by it: a
-listener that is kept waiting takes the topics' backlogs in no common order.
+`sent` is when a node passed a message to its middleware [s, wall clock]. Messages without a stamp are ordered by it: a
+subscriber that falls behind receives the backlogs of its topics in no common order.
 """
 
 import math
@@ -18,7 +18,7 @@ from collplan_core.scan import Scan
 
 
 class PoseRow(NamedTuple):
-    """Where the robot is [m, rad] and how fast it moves [m/s, world frame]; `sent` is NaN where it is not needed."""
+    """Pose [m, rad] and velocity [m/s, world frame] of the robot; `sent` is NaN where it is not needed."""
 
     stamp: float
     x: float
@@ -30,7 +30,7 @@ class PoseRow(NamedTuple):
 
 
 class SentCommand(NamedTuple):
-    """A body-frame command [m/s, rad/s]."""
+    """A command in the robot's frame [m/s, rad/s], with the time it was sent."""
 
     sent: float
     vx: float
@@ -39,14 +39,14 @@ class SentCommand(NamedTuple):
 
 
 class SentManeuver(NamedTuple):
-    """The controller has begun a maneuver."""
+    """The maneuver that the controller began, with the time it was sent."""
 
     sent: float
     name: str
 
 
 class SentReference(NamedTuple):
-    """The point that the controller tracks [m]."""
+    """The point that the controller tracked [m], with the time it was sent."""
 
     sent: float
     x: float
@@ -54,7 +54,7 @@ class SentReference(NamedTuple):
 
 
 class CommandRow(NamedTuple):
-    """A body-frame command [m/s, rad/s], placed on the poses' clock, and the maneuver that it belongs to."""
+    """A command in the robot's frame [m/s, rad/s], with its time on the poses' clock and its maneuver."""
 
     stamp: float
     sent: float
@@ -65,7 +65,7 @@ class CommandRow(NamedTuple):
 
 
 class ImpactRecord(NamedTuple):
-    """A change of velocity by a hit [m/s, world frame]."""
+    """The change of velocity at an impact [m/s, world frame]."""
 
     stamp: float
     dvx: float
@@ -74,7 +74,7 @@ class ImpactRecord(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlanRow:
-    """A plan: stamp of what it was made from, times (n,) and positions (n, 2)."""
+    """A plan: stamp of the scan or pose it was made from [s], times (n,) [s] and positions (n, 2) [m]."""
 
     stamp: float
     times: np.ndarray
@@ -83,10 +83,22 @@ class PlanRow:
 
 @dataclass
 class RunLog:
-    """Everything received, each list in order.
+    """Everything recorded of a run, each list in order of receipt.
 
-    `detected` holds the hits seen in the poses, `kicks` the simulator's true ones; `told_reached` is when the planner
-    sent that the goal is reached.
+    Attributes:
+        poses: measured poses.
+        truth: true poses, of a simulated robot only.
+        sent_commands: commands of the controller.
+        sent_maneuvers: maneuvers begun.
+        sent_references: points tracked.
+        plans: plans received.
+        contacts: contacts that each plan foresaw, by its stamp [s].
+        scans: scans received.
+        true_impacts: true impacts, of a simulated robot only.
+        detected_impacts: impacts as published on the topic impact; one found in the poses has the stamp of the pose at
+            which it was found, and that pose's velocity is already the one after it.
+        costs: figures of each planning cycle.
+        reached_sent: when the planner sent that the goal is reached; None before.
     """
 
     poses: list[PoseRow] = field(default_factory=list)
@@ -97,42 +109,42 @@ class RunLog:
     plans: list[PlanRow] = field(default_factory=list)
     contacts: dict[float, Contacts] = field(default_factory=dict)
     scans: list[Scan] = field(default_factory=list)
-    impact_records: list[ImpactRecord] = field(default_factory=list)
-    detected: list[ImpactRecord] = field(default_factory=list)
+    true_impacts: list[ImpactRecord] = field(default_factory=list)
+    detected_impacts: list[ImpactRecord] = field(default_factory=list)
     costs: list[dict[str, float]] = field(default_factory=list)
-    told_reached: float | None = None
+    reached_sent: float | None = None
 
     @property
-    def hits(self) -> list[ImpactRecord]:
-        """The true hits where a simulator tells them, else the detected ones."""
-        return self.impact_records if self.truth else self.detected
+    def impacts(self) -> list[ImpactRecord]:
+        """The true impacts of a simulated robot, else the detected ones."""
+        return self.true_impacts if self.truth else self.detected_impacts
 
     @property
     def track(self) -> list[PoseRow]:
-        """The true path where a simulator tells it, else the measured one."""
+        """The true poses of a simulated robot, else the measured ones."""
         return self.truth or self.poses
 
     @property
     def time_zero(self) -> float | None:
-        """Stamp of the first non-zero command."""
+        """Time of the first non-zero command [s]; None where there was none, or no pose."""
         moving = next((c for c in self.sent_commands if c.vx or c.vy or c.wz), None)
         return None if moving is None or not self.poses else self.stamp_at(moving.sent)
 
     @property
     def begin(self) -> float:
-        """Where t = 0 in the files of a run: time zero, or the first pose where the robot was never commanded."""
+        """Time of t = 0 in the files of a run [s]: `time_zero`, or the first pose if the robot was never commanded."""
         first = self.poses[0].stamp if self.poses else 0.0
         return first if self.time_zero is None else self.time_zero
 
     @property
     def arrival(self) -> float:
-        """Stamp of a reached goal: of the last pose, or of the planner's word where poses before that one were lost."""
+        """Time at which the goal was reached [s]: of the last pose, or of the planner's report where that was earlier."""
         last = self.poses[-1].stamp
-        return last if self.told_reached is None else min(last, self.stamp_at(self.told_reached))
+        return last if self.reached_sent is None else min(last, self.stamp_at(self.reached_sent))
 
     @property
     def commands(self) -> list[CommandRow]:
-        """Every command on the poses' clock; none before the first pose is there."""
+        """Every command with its time on the poses' clock; empty without poses."""
         if not self.poses:
             return []
         # the controller names a new maneuver just after the command that begins it
@@ -141,24 +153,24 @@ class RunLog:
         return [CommandRow(self.stamp_at(c.sent), *c, self.maneuver_at(end)) for c, end in pairs]
 
     def stamp_at(self, sent: float) -> float:
-        """The poses' clock when something was sent [s]: the stamp of the newest pose sent by then, and the time since.
+        """Time on the poses' clock at a time of sending [s]: stamp of the newest pose sent by then, and the time since.
 
-        It takes at least one pose.
+        The log must hold a pose.
         """
         pose = _newest(self.poses, sent) or self.poses[0]
         return pose.stamp + sent - pose.sent
 
     def maneuver_at(self, sent: float) -> str:
-        """The maneuver told last by then."""
-        told = _newest(self.sent_maneuvers, sent)
-        return told.name if told else STOPPED
+        """Name of the last maneuver sent by then; STOPPED before the first."""
+        maneuver = _newest(self.sent_maneuvers, sent)
+        return maneuver.name if maneuver else STOPPED
 
     def command_at(self, sent: float) -> SentCommand | None:
-        """The command sent last by then."""
+        """The last command sent by then; None before the first."""
         return _newest(self.sent_commands, sent)
 
     def reference_at(self, sent: float) -> SentReference | None:
-        """The point tracked then; none while the robot is stopped."""
+        """The point tracked at that time; None while the robot is stopped, or before the first."""
         return None if self.maneuver_at(sent) == STOPPED else _newest(self.sent_references, sent)
 
 

@@ -15,16 +15,16 @@ from collplan_ros.runs.run_log import RunLog
 from collplan_core.evaluation.run_end import REACHED
 
 CHOSEN = ("simulator.world", "simulator.seed")
-"""Parameters of the simulator that are no assumption about the robot."""
+"""Parameters of the simulator that are no assumptions about the robot."""
 
 
 def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, settings: Settings) -> dict[str, Any]:
     """The figures of a run, ready for JSON.
 
-    They cover the time from the first non-zero command to the log's end, where the goal was reached: the first pose
-    within goal_tolerance. The rebounds' error is the median over the impacts that the last plan before each foresaw. A
-    maneuver's count is the control periods spent in it. The control period, like the first command, is told by the
-    stamps that the controller's own middleware puts on its commands, so bringup's own load is not in it.
+    They cover the time from the first non-zero command to the end of the log; a run that reached its goal ends with the
+    first pose within goal_tolerance. The rebound error is the median over the impacts that the last plan before each
+    foresaw. Maneuvers are counted in control periods. The control period and the time of the first command come from
+    the controller's middleware, which stamps its messages, so that the load of bringup does not affect them.
     """
     begin = log.time_zero
     commands = [c for c in log.commands if begin is not None and begin <= c.stamp]
@@ -51,7 +51,7 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
 
 
 def assumed_constants(settings: Settings, simulated: bool) -> dict[str, Any]:
-    """Parameters that are assumed, by key, and those of the simulated robot where it is one."""
+    """Values, by key, of all parameters documented as assumed, and of the simulator where the robot is simulated."""
     values = settings.values()
 
     def is_assumed(key: str, doc: str) -> bool:
@@ -77,7 +77,7 @@ def _percentiles(values: Sequence[float] | np.ndarray) -> dict[str, Any]:
 
 
 def _median(values: np.ndarray) -> float | None:
-    """Of those that are known."""
+    """Median of the finite values; None where there are none."""
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else None
 
@@ -88,5 +88,5 @@ def _mean(log: RunLog, key: str) -> float | None:
 
 
 def write_summary(path: Path, summary: dict[str, Any]) -> None:
-    """Writes summary.json; what is not known is null."""
+    """Writes summary.json; unknown figures are null."""
     path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")

@@ -1,4 +1,4 @@
-"""trajectory.csv: the poses of a run, and what the robot was told at each."""
+"""trajectory.csv: the poses of a run, with command, tracked point and maneuver at each."""
 
 import csv
 import math
@@ -11,21 +11,21 @@ UNKNOWN = math.nan
 
 
 def write_trajectory(path: Path, log: RunLog) -> None:
-    """One row per pose: pose and velocity in the world frame, the last command in the body frame, the point tracked.
+    """Writes one row per pose: pose and velocity in the world frame, last command in the robot's frame, tracked point.
 
-    t counts from the first non-zero command, so arrival_time_s is the last t of a run that reached its goal and
-    lost no pose. What was told counts from when it was sent, whenever it was received: the rows can be made only once
-    everything is there.
+    t counts from the first non-zero command, so arrival_time_s is the last t of a run that reached its goal and lost no
+    pose. Commands, points and maneuvers hold from the time they were sent, not received; the rows are therefore written
+    after the run.
     """
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         begin = log.begin
         for pose in log.poses:
-            numbers = (pose.stamp - begin, *pose[1:6], *_told(pose, log))
+            numbers = (pose.stamp - begin, *pose[1:6], *_commanded(pose, log))
             writer.writerow([*(f"{number:.6f}" for number in numbers), log.maneuver_at(pose.sent)])
 
 
-def _told(pose: PoseRow, log: RunLog) -> tuple[float, ...]:
+def _commanded(pose: PoseRow, log: RunLog) -> tuple[float, ...]:
     command, reference = log.command_at(pose.sent), log.reference_at(pose.sent)
     return (*(command[1:] if command else (UNKNOWN,) * 3), *(reference[1:] if reference else (UNKNOWN,) * 2))
