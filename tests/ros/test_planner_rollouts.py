@@ -19,6 +19,8 @@ from planner_bench import AHEAD, PlannerBench
 
 CHANGE = np.array([-0.5, 0.0])
 QUICK = {"time_to_goal__start_proposals": 10, "time_to_goal__proposals": 10}
+SCATTER = 0.15
+"""Largest difference in duration of two plans from rest that were refined by few proposals each [s]."""
 SELDOM = 2.0
 """A map_period in which no plan is due while a test looks on [s]."""
 
@@ -156,8 +158,7 @@ def test_false_hits_leave_the_plans_as_they_are(ros, idle):
     after = plan_from_path(idle.plans[-1], "map")
     assert after.stamp > before.stamp
     np.testing.assert_allclose(after.positions[0], before.positions[0], atol=1e-9)
-    print(before.times[-1] - before.stamp, after.times[-1] - after.stamp)
-    assert after.times[-1] - after.stamp == pytest.approx(before.times[-1] - before.stamp, abs=0.3)
+    assert after.times[-1] - after.stamp == pytest.approx(before.times[-1] - before.stamp, abs=SCATTER)
 
 
 def test_the_papers_strategies_do_not_wait_on_hits(ros):

@@ -12,22 +12,8 @@ import pyarrow.parquet as pq
 from collplan_study.main import main
 from collplan_study.run.study_folder import ROWS
 
-GRID = [
-    "--worlds",
-    "corridor",
-    "random:3",
-    "--strategies",
-    "harness",
-    "low_risk",
-    "--map-periods",
-    "0.2",
-    "--trials",
-    "5",
-    "--seed",
-    "7",
-    "--set",
-    "simulator.noise=0.5,1",
-]
+QUESTION = ["--worlds", "corridor,random:3", "--strategies", "harness,low_risk", "--map-periods", "0.2"]
+GRID = [*QUESTION, "--trials", "5", "--seed", "7", "--set", "simulator.noise=0.5,1"]
 N_TRIALS = 2 * 2 * 5 * 2
 WALL_TIMES = ["plan_time_ms_p50", "plan_time_ms_p99", "wall_time_s"]
 """Columns in which two runs of one trial differ."""

@@ -279,10 +279,14 @@ def test_a_smaller_one_is_asked_by_option():
 
 
 def test_a_parameter_that_is_set_replaces_no_other():
-    asked = parse(["--bounces", "--set", "simulator.direction_spread=0", "robot.max_acceleration=2"]).question()
+    asked = parse(
+        ["--bounces", "--set", "simulator.direction_spread=0", "--set", "robot.max_acceleration=2"]
+    ).question()
     expected = ("simulator.restitution_spread=0.08", "simulator.direction_spread=0", "robot.max_acceleration=2")
     assert asked.values == expected
-    again = parse(["--resume", "x", "--bounces", "--set", "simulator.direction_spread=0", "robot.max_acceleration=2"])
+    again = parse(
+        ["--resume", "x", "--bounces", "--set", "simulator.direction_spread=0", "--set", "robot.max_acceleration=2"]
+    )
     assert again.question(asked) == asked
     with pytest.raises(StudyError, match="another study, its values"):
         parse(["--resume", "x", "--set", "simulator.direction_spread=1"]).question(asked)

@@ -18,21 +18,11 @@ def test_nothing_given_is_the_papers_question():
 
 
 def test_a_question_outlives_json():
-    given = [
-        "--worlds",
-        "corridor",
-        "random:0-3",
-        "--map-periods",
-        "0.2",
-        "1",
-        "--set",
-        "a.b=1",
-        "--set",
-        "c.d=2",
-        "e.f=x",
-    ]
+    given = ["--worlds", "corridor,random:0-3", "--map-periods", "0.2,1", "--set", "a.b=1", "--set", "e.f=x,y"]
     question = parse([*given, "--start", "1", "2", "--seed", "5"]).question()
-    assert question.values == ("a.b=1", "c.d=2", "e.f=x")
+    assert question.worlds == ("corridor", "random:0-3")
+    assert question.map_periods == (0.2, 1.0)
+    assert question.values == ("a.b=1", "e.f=x,y")
     assert question.start == (1.0, 2.0)
     assert question_from(json.loads(json.dumps(question.record()))) == question
 
@@ -67,7 +57,17 @@ def test_a_bad_option_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys,
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("arguments", [["--trials", "x"], ["--worlds"], ["--goal", "1"], ["--speed", "3"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--trials", "x"],
+        ["--worlds"],
+        ["--worlds", "corridor,,slalom"],
+        ["--map-periods", "0.2,x"],
+        ["--goal", "1"],
+        ["--speed", "3"],
+    ],
+)
 def test_what_no_option_can_be_is_refused_by_the_parser(capsys, arguments):
     with pytest.raises(SystemExit, match="2"):
         main(arguments)
@@ -96,7 +96,7 @@ def test_a_folder_in_use_is_left_alone(tmp_path, capsys):
 
 def test_what_a_study_leaves(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main([*ONE, "--set", "planner.position_pruning=true,false", "robot.max_acceleration=2"]) == 0
+    assert main([*ONE, "--set", "planner.position_pruning=true,false", "--set", "robot.max_acceleration=2"]) == 0
     (folder,) = (tmp_path / "runs").iterdir()
     assert folder.name.startswith("study-")
     first, second = table(folder).to_pylist()

@@ -108,6 +108,22 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _names(text: str) -> tuple[str, ...]:
+    """The items of a list on the command line, A,B,C."""
+    items = tuple(text.split(","))
+    if not all(items):
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a list A,B,C without gaps")
+    return items
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    """The numbers of a list on the command line, A,B,C."""
+    try:
+        return tuple(float(item) for item in _names(text))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected numbers A,B,C") from None
+
+
 def _add_question(group: argparse._ArgumentGroup) -> None:
     default = Question()
 
@@ -115,14 +131,16 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
         group.add_argument(*names, help=help, default=argparse.SUPPRESS, **kwargs)
 
     worlds = "NAME, FILE (YAML or SDF), FAMILY:SEED, FAMILY:A-B, both inclusive, or barn:DIR, the files of BARN"
-    add("--worlds", nargs="+", metavar="W", help=f"{worlds} (default {' '.join(default.worlds)})")
-    add("--strategies", nargs="+", metavar="S", help=f"named weight sets (default {' '.join(default.strategies)})")
-    periods = "default 0.2 0.4 0.6 0.8 1.0 for the paper's strategies, their own for others"
-    add("--map-periods", nargs="+", type=float, metavar="T", help=f"T_map [s] ({periods})")
+    add("--worlds", type=_names, metavar="W,...", help=f"{worlds} (default {','.join(default.worlds)})")
+    add(
+        "--strategies", type=_names, metavar="S,...", help=f"named weight sets (default {','.join(default.strategies)})"
+    )
+    periods = "default 0.2,0.4,0.6,0.8,1.0 for the paper's strategies, their own for others"
+    add("--map-periods", type=_numbers, metavar="T,...", help=f"T_map [s] ({periods})")
     add("--trials", type=int, metavar="N", help=f"trials in each cell of the grid (default {default.trials})")
     add("--seed", type=int, metavar="N", help=f"seed of the study (default {default.seed})")
-    changes = "change a parameter; several values A,B,C make an axis"
-    add("--set", dest="values", nargs="+", action="extend", metavar="KEY=VALUE", help=changes)
+    changes = "change a parameter; several values make an axis; may be given several times"
+    add("--set", dest="values", action="append", metavar="KEY=VALUE,...", help=changes)
     add("--start", type=float, nargs=2, metavar=("X", "Y"), help="where to begin [m] (default each world's own)")
     add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default each world's own)")
     scale = "BARN's worlds so many times as large (default 1, as they are; 0.42 makes them as narrow for this robot as"
@@ -130,7 +148,12 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
 
     add("--ablations", action="store_true", help=f"run each named ablation too ({_defaults_text(ABLATION_DEFAULTS)})")
     add("--no-ablations", dest="ablations", action="store_false", help="leave them out beside --bounces")
-    add("--ablation-strategies", nargs="+", metavar="S", help="those that the ablations are run with (default all)")
+    add(
+        "--ablation-strategies",
+        type=_names,
+        metavar="S,...",
+        help="those that the ablations are run with (default all)",
+    )
     add("--ablation-trials", type=int, metavar="N", help="trials in each cell of an ablation (default as without)")
     held_out = "in worlds that nothing was tuned on, what deliberate bounces bring"
     add("--bounces", action="store_true", help=f"{held_out} ({_defaults_text(BOUNCE_DEFAULTS)})")
@@ -146,7 +169,7 @@ def _defaults_text(question: Mapping[str, Any]) -> str:
 
 
 def _shown(value: Any) -> str:
-    return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+    return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def parse(args: Sequence[str] | None = None) -> Options:

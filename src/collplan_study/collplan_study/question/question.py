@@ -67,7 +67,7 @@ class Question:
     def _check_ablation_strategies(self) -> None:
         for strategy in self.ablation_strategies or ():
             if strategy not in self.strategies:
-                expected = f"expected some of --strategies {' '.join(self.strategies)}"
+                expected = f"expected some of --strategies {','.join(self.strategies)}"
                 raise StudyError(f"--ablation-strategies: got {strategy}, {expected}")
 
     def record(self) -> dict[str, Any]:
