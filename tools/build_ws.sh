@@ -8,7 +8,7 @@ if [ -n "${ROS_DISTRO:-}" ]; then
     constraints=constraints-oldest.txt
 else
     constraints=constraints.txt
-    # what make set for the wheels, which are no workspace that colcon could stand on
+    # set by make for the ROS packages from pip, which are no workspace that colcon can build upon
     unset AMENT_PREFIX_PATH
 fi
 .venv/bin/python -m pip --disable-pip-version-check -qq install --constraint "$constraints" -r requirements-ws.txt
@@ -22,10 +22,10 @@ set +u
 . install/setup.sh
 set -u
 
-# a node says no to a parameter that nobody has, once it has loaded all it needs
+# a node refuses an unknown parameter once it has imported all it needs
 starts() {
     case $1 in
-    */bringup | */fit_rebound | */beside) timeout 60 "$1" --help >/dev/null ;;
+    */bringup | */fit_rebound | */beside | */study) timeout 60 "$1" --help >/dev/null ;;
     *) timeout 60 "$1" --ros-args -p no_such.parameter:=1 2>&1 | grep -q '^[^ ].*no_such\.parameter' ;;
     esac
 }

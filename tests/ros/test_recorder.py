@@ -74,7 +74,9 @@ def in_time() -> list[str]:
 
 
 def arrival(log: RunLog) -> float:
-    return summarize(log, impacts_of(log, WORLD), "reached", np.zeros(2), Settings())["arrival_time_s"]
+    return summarize(log, impacts_of(log, WORLD, Settings().mocap.velocity_window), "reached", np.zeros(2), Settings())[
+        "arrival_time_s"
+    ]
 
 
 def trajectory(log: RunLog, folder: Path) -> str:

@@ -16,10 +16,9 @@ from collplan_core.warm_up import warm_up
 
 PATIENCE = 100.0
 NODES = {"simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node"}
-KEYS = {
-    "reached", "arrival_time_s", "path_length_m", "path_length_source", "impacts", "world", "strategy", "seed",
-    "plan_time_ms", "control_period_ms", "candidates", "maneuvers", "simulated", "outcome", "repeat", "assumed",
-}  # fmt: skip
+QUESTION = {"world", "strategy", "seed", "simulated", "repeat", "assumed"}
+FIGURES = {"reached", "outcome", "arrival_time_s", "path_length_m", "path_length_source", "impacts"}
+KEYS = QUESTION | FIGURES | {"plan_time_ms", "control_period_ms", "candidates", "maneuvers"}
 FILES = {"summary.json", "trajectory.csv", "impacts.csv", "trajectory.png", "run.gif", "parameters.yaml", "log"}
 
 
