@@ -38,7 +38,7 @@ from collplan_ros.runs.recorder import EVERY_ONE
 NOT_NEEDED = ("lidar_node", "planner_node", "controller_node")
 REPORT_PATIENCE = 3.0
 """Longest wait for a report of every node, which each sends once a second [s]."""
-RECORDING_TIME = 2.0
+WATCHING_TIME = 2.0
 """Time for which poses of the robot at rest are recorded [s]."""
 
 
@@ -129,7 +129,7 @@ class _Check:
         self._statuses.update({s.name: s for s in message.status if s.name.rpartition("/")[2] in self._names})
 
     def _stream(self) -> list[Finding]:
-        poses = self._loop.rest(RECORDING_TIME)
+        poses = self._loop.rest(WATCHING_TIME)
         received = np.array(self._loop.received[-len(poses) :])
         stamps, positions = np.array([p.stamp for p in poses]), np.array([p.position for p in poses])
         return stream_findings(stream_quality(stamps, received, positions), self._settings)

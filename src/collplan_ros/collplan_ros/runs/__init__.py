@@ -1,1 +1,1 @@
-"""What is kept of a run, and reading it back."""
+"""Recording of runs, their result files, and reading them back; only the recorder needs ROS."""

@@ -1,0 +1,115 @@
+"""Impacts of a run: placed on the world, with velocities, foreseen and deliberate."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.parameters import Settings
+from collplan_core.plan import Contacts
+from collplan_core.sensing.pose_filter import FRESH, PoseSample, filter_pose
+from collplan_ros.runs.impact_log import impacts_of, nearest_surface
+from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
+from made_runs import EPOCH, HIT_AT, RADIUS, SPEED, WALL, WINDOW, bouncing_run, room
+
+
+def test_an_impact_is_placed_on_the_world():
+    impacts = impacts_of(bouncing_run(), room(), WINDOW)
+    assert impacts.points[0] == pytest.approx([WALL, 0.1], abs=1e-9)
+    assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
+    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
+    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
+    assert impacts.foreseen.tolist() == impacts.deliberate.tolist() == [True]
+
+
+def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
+    log = bouncing_run()
+    log.truth = [row._replace(vx=0.15 if row.vx > 0.0 else -0.1) for row in log.truth]
+    log.true_impacts = [ImpactRecord(EPOCH + HIT_AT - 0.003, -0.25, 0.0)]
+    assert impacts_of(log, room(), WINDOW).deliberate.tolist() == [False]
+    log = bouncing_run()
+    log.contacts = {stamp: Contacts.none() for stamp in log.contacts}
+    impacts = impacts_of(log, room(), WINDOW)
+    assert impacts.deliberate.tolist() == [False]
+    assert np.isnan(impacts.direction_errors).all()
+
+
+def test_an_impact_that_the_ring_sensed_between_two_poses_has_the_velocities_of_the_poses_around():
+    log = bouncing_run()
+    log.truth, log.detected_impacts = [], [ImpactRecord(EPOCH + HIT_AT - 0.003, -0.7, 0.0)]
+    # the velocities that the poses show are fitted over the last moments: they lag
+    lagging = [max(-0.5 * SPEED, SPEED - 0.25 * (k - 99)) if k > 99 else SPEED for k in range(len(log.poses))]
+    log.poses = [row._replace(vx=vx) for row, vx in zip(log.poses, lagging, strict=True)]
+    impacts = impacts_of(log, room(), WINDOW)
+    assert impacts.points[0] == pytest.approx([WALL, 0.1], abs=1e-9)
+    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
+    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
+
+
+def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
+    log = bouncing_run()
+    touch = log.contacts[EPOCH]
+    log.contacts = {EPOCH + 0.01 * k + 0.003: touch for k in range(95)}
+    log.plans = []
+    assert impacts_of(log, room(), WINDOW).foreseen.tolist() == [True]
+    # the last one before the hit no longer expects it
+    log.contacts[EPOCH + 0.98] = Contacts.none()
+    assert impacts_of(log, room(), WINDOW).foreseen.tolist() == [False]
+
+
+def test_two_impacts_between_two_samples_are_kept_apart():
+    log = bouncing_run()
+    log.true_impacts = [
+        ImpactRecord(EPOCH + HIT_AT - 0.006, -SPEED, 0.0),
+        ImpactRecord(EPOCH + HIT_AT - 0.003, -0.5 * SPEED, 0.0),
+    ]
+    impacts = impacts_of(log, room(), WINDOW)
+    assert impacts.before[:, 0] == pytest.approx([SPEED, 0.0], abs=1e-9)
+    assert impacts.after[:, 0] == pytest.approx([0.0, -0.5 * SPEED], abs=1e-9)
+    assert impacts.foreseen.sum() == 1
+
+
+@given(st.floats(-1.99, 2.49), st.floats(-1.49, 1.49))
+@settings(derandomize=True, deadline=None, max_examples=60)
+def test_the_nearest_surface_is_shapelys(x, y):
+    import shapely
+
+    block, circle = shapely.Polygon(room().polygons[0]), shapely.Point(-1.0, 0.5).buffer(0.2, quad_segs=512)
+    here = shapely.Point(x, y)
+    if block.distance(here) < 1e-6 or circle.distance(here) < 1e-6:
+        return
+    point, normal = nearest_surface(room(), np.array([x, y]))
+    distance = min(shape.distance(here) for shape in (block, circle, shapely.box(*room().bounds).exterior))
+    assert np.hypot(*(point - [x, y])) == pytest.approx(distance, abs=1e-5)
+    assert point + distance * normal == pytest.approx([x, y], abs=1e-5)
+
+
+def detected_run(before: np.ndarray, after: np.ndarray, noise: float) -> RunLog:
+    """A robot without ground truth that meets the wall at HIT_AT + 4 ms, as the pose filter sees it."""
+    log, memory, random = RunLog(), FRESH, np.random.default_rng(5)
+    met, place = HIT_AT + 0.004, np.array([WALL - RADIUS, 0.1])
+    for k in range(150):
+        t = 0.01 * k
+        point = place + (before if t < met else after) * (t - met) + random.normal(0.0, noise, 2)
+        result, memory = filter_pose(memory, PoseSample(EPOCH + t, point, 0.0), t, Settings())
+        if result.impact is not None:
+            log.detected_impacts.append(ImpactRecord(EPOCH + t, *result.impact.tolist()))
+        if result.state is not None:
+            log.poses.append(PoseRow(EPOCH + t, *point.tolist(), 0.0, *result.state.velocity.tolist(), 77.0 + t))
+        if k % 20 == 10:
+            touch = Contacts(np.array([EPOCH + met]), np.array([[WALL, 0.1]]), after[None])
+            log.contacts[EPOCH + t] = touch if t < met else Contacts.none()
+    return log
+
+
+@pytest.mark.parametrize("noise", [2e-4, 2e-3])
+@pytest.mark.parametrize(("before", "after"), [((0.9, 0.3), (-0.63, 0.24)), ((0.6, -0.5), (-0.45, -0.4))])
+def test_an_impact_detected_in_the_poses_has_its_velocities_before_and_after(before, after, noise):
+    log = detected_run(np.array(before), np.array(after), noise)
+    impacts = impacts_of(log, room(), WINDOW)
+    assert len(impacts) == 1
+    assert impacts.before[0] == pytest.approx(before, abs=0.04 + 60.0 * noise)
+    assert impacts.after[0] == pytest.approx(after, abs=0.02 + 60.0 * noise)
+    assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
+    assert impacts.deliberate.tolist() == [True]
+    assert impacts.direction_errors[0] < 0.3

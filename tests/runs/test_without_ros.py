@@ -1,0 +1,79 @@
+"""Run folders are read, compared, fitted and drawn where ROS cannot be imported."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from test_compare_runs import run_folder
+
+NO_ROS = """
+import sys
+missing = ("rclpy", "action_msgs", "builtin_interfaces", "diagnostic_msgs", "geometry_msgs", "nav_msgs",
+           "rcl_interfaces", "sensor_msgs", "std_msgs", "std_srvs", "visualization_msgs")
+sys.modules.update(dict.fromkeys(missing))
+"""
+"""None in sys.modules makes an import fail."""
+COMPARE = """
+from collplan_ros.pictures.compare_runs import main
+sys.exit(main(sys.argv[1:]))
+"""
+FIT = """
+from collplan_ros.runs.fit_rebound import main
+sys.exit(main(sys.argv[1:]))
+"""
+DRAW = """
+from pathlib import Path
+import numpy as np
+from collplan_ros.pictures.trajectory_png import draw_trajectory
+from collplan_ros.runs.impact_log import impacts_of
+from collplan_ros.runs.recorded_run import read_run
+from collplan_ros.runs.run_log import PoseRow, RunLog
+run = read_run(Path(sys.argv[1]))
+rows = np.column_stack([run.path.times, run.path.points])
+log = RunLog(poses=[PoseRow(t, x, y, 0.0, 0.0, 0.0) for t, x, y in rows.tolist()])
+impacts = impacts_of(log, run.world, run.settings.mocap.velocity_window)
+draw_trajectory(Path(sys.argv[2]), log, impacts, run.world, rows[-1, 1:], run.settings, "a run")
+"""
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    parent = tmp_path_factory.mktemp("runs")
+    return run_folder(parent, "slow", 0.4, strategy="avoid"), run_folder(parent, "fast", 0.3)
+
+
+def run_without_ros(program: str, *arguments: Path | str) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-c", NO_ROS + program, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=100.0)
+
+
+def test_ros_is_really_missing():
+    done = run_without_ros("import collplan_ros.runs.recorder")
+    assert done.returncode != 0
+    assert "ModuleNotFoundError" in done.stderr
+
+
+def test_runs_are_compared(folders, tmp_path):
+    out = tmp_path / "beside.gif"
+    done = run_without_ros(COMPARE, *folders, "--out", out)
+    assert done.returncode == 0, done.stderr
+    with Image.open(out) as image:
+        assert image.n_frames > 2
+
+
+def test_a_run_folder_is_read_and_its_trajectory_drawn(folders, tmp_path):
+    out = tmp_path / "trajectory.png"
+    done = run_without_ros(DRAW, folders[0], out)
+    assert done.returncode == 0, done.stderr
+    with Image.open(out) as image:
+        assert min(image.size) > 300
+        assert len(image.convert("RGB").getcolors(1 << 20)) > 50
+
+
+def test_a_rebound_is_asked_for(folders, tmp_path):
+    done = run_without_ros(FIT, *folders, "--out", tmp_path / "rebound.yaml")
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith("fit_rebound: ")
