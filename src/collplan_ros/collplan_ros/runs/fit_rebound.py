@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from collplan_core.calibration.impact_fit import FAR
-from collplan_core.parameters.spec import ParameterError
-from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.calibration.rebound_fit import FEWEST, FittedConstant, ReboundFit, TooLittle, fit_rebound
 from collplan_core.calibration.wall_impacts import ALONG, INTO, SLOWEST
+from collplan_core.parameters.file import read_parameters, write_values
+from collplan_core.parameters.spec import ParameterError
 from collplan_ros.runs.recorded_impacts import measured_impacts
 from collplan_ros.runs.recorded_run import RecordedRun, RunError, read_run
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from collplan_core.calibration.impact_fit import RecordedPath
-from collplan_core.parameters.spec import ParameterError
-from collplan_core.parameters.file import read_parameters
 from collplan_core.parameters import Settings
+from collplan_core.parameters.file import read_parameters
+from collplan_core.parameters.spec import ParameterError
 from collplan_core.plane import rotate_rows
 from collplan_core.worlds import World, WorldError, load_world
 
@@ -107,4 +107,3 @@ def _number(where: str, text: str | None) -> float:
     if not math.isfinite(number):
         raise RunError(f"{where}: got {text!r}, expected a finite number")
     return number
-

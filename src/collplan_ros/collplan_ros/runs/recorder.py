@@ -95,8 +95,9 @@ class Recorder:
         listen(Odometry, "mocap/odom", self._take_pose)
         log = self._while_recording
         listen(Odometry, "ground_truth/odom", log(lambda m: self.log.truth.append(self._pose_row(m))))
-        listen(Vector3Stamped, "ground_truth/impact", log(lambda m: self.log.true_impacts.append(self._impact_record(m))))
-        listen(Vector3Stamped, "impact", log(lambda m: self.log.detected_impacts.append(self._impact_record(m))))
+        true, detected = self.log.true_impacts, self.log.detected_impacts
+        listen(Vector3Stamped, "ground_truth/impact", log(lambda m: true.append(self._impact_record(m))))
+        listen(Vector3Stamped, "impact", log(lambda m: detected.append(self._impact_record(m))))
         listen(Path, "plan", log(self._take_plan))
         listen(Path, "planner/foreseen_impacts", log(self._take_contacts))
         listen(DiagnosticArray, "planner/costs", log(self._take_costs))

@@ -138,7 +138,7 @@ class RunLog:
 
     @property
     def arrival(self) -> float:
-        """Time at which the goal was reached [s]: of the last pose, or of the planner's report where that was earlier."""
+        """Time at which the goal was reached [s]: of the last pose, or of the planner's report if that is earlier."""
         last = self.poses[-1].stamp
         return last if self.reached_sent is None else min(last, self.stamp_at(self.reached_sent))
 

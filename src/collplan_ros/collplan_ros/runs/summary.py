@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core.parameters import Settings, all_specs
 from collplan_core.evaluation.path_length import measured_path_length, path_length
+from collplan_core.evaluation.run_end import REACHED
+from collplan_core.parameters import Settings, all_specs
 from collplan_ros.runs.impact_log import Impacts
 from collplan_ros.runs.run_log import RunLog
-from collplan_core.evaluation.run_end import REACHED
 
 CHOSEN = ("simulator.world", "simulator.seed")
 """Parameters of the simulator that are no assumptions about the robot."""
