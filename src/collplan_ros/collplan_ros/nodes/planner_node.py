@@ -128,7 +128,7 @@ class PlannerNode(Node):
         self._plan_after_impact()
 
     def _forget_before(self, stamp: float) -> None:
-        """Drops memory and plans of before a break in the poses at `stamp` [s]; an active goal is kept."""
+        """Drops memory and plans from before a break in the poses at `stamp` [s]; an active goal is kept."""
         self._memory, self._placed, self._planned_until = None, None, stamp
         self._alarm.forget()
         self._rebounds.forget()
