@@ -50,16 +50,14 @@ def headings(text: str) -> set[str]:
 
 
 def wrong_links(text: str, folder: Path) -> list[str]:
-    wrong = []
-    for link in re.findall(r"\]\(([^)\s]+)\)", prose(text)):
-        path, _, part = link.partition("#")
-        if "://" in link:
-            continue
-        if not (folder / path).exists():
-            wrong.append(link)
-        elif part and part not in headings((folder / path).read_text() if path else text):
-            wrong.append(link)
-    return wrong
+    links = [link for link in re.findall(r"\]\(([^)\s]+)\)", prose(text)) if "://" not in link]
+    return [link for link in links if not leads_somewhere(link, text, folder)]
+
+
+def leads_somewhere(link: str, text: str, folder: Path) -> bool:
+    path, _, part = link.partition("#")
+    page = folder / path
+    return page.exists() and (not part or part in headings(page.read_text() if path else text))
 
 
 def wrong_paths(text: str) -> list[str]:
