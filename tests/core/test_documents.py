@@ -31,7 +31,7 @@ def test_every_topic_and_service_is_listed():
         "```\nmake study-bounce ARGS='--run main \\\n  --out there'\n.venv/bin/python -m pytest tests/core\n```",
         "```\nros2 run collplan_ros lidar_node --ros-args -p lidar.world:=slalom\nros2 topic echo planner/costs\n```",
         "```\nros2 param set /planner_node planner.map_period 0.4\nros2 service call /cancel std_srvs/srv/Trigger\n```",
-        "```\n00 | a picture of bytes -> no command\n```",
+        "```\n00 | a picture of bytes -> no command; build.py -> frontiers.py\n```",
         "```python\nfrom collplan_core.parameters import Settings\nfrom omnipuck_sim.trial import run_trial\n```",
     ],
 )
@@ -49,6 +49,7 @@ def test_what_is_true_passes(text):
         "`no_such_folder/`",
         "`src/collplan_core/gone`",
         "`no_such_output.csv`",
+        "```\nscan -> no_such_stage.py -> plan\n```",
         "`local_map/build.py: no_such_function`",
         "`plan_cycle.py: plan_cycle`",  # which of the two?
         "`planner.no_such_key`",
@@ -63,7 +64,7 @@ def test_what_is_true_passes(text):
         '```\nmake study ARGS="--trials many"\n```',
         "```\n.venv/bin/no_such_program\n```",
         "```\n.venv/bin/beside\n```",
-        "```\n.venv/bin/python tests/core/gone.py\n```",
+        "```\n.venv/bin/python -m pytest tests/gone\n```",
         "```\nros2 run omnipuck_sim planner_node\n```",
         "```\nros2 run collplan_ros lidar_node --ros-args -p planner.map_period:=0.4\n```",
         "```\nros2 param set /lidar_node lidar.rate 0\n```",
