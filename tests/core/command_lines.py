@@ -59,16 +59,14 @@ def wrong_options(name: str, args: list[str]) -> list[str]:
 
 
 def wrong_ros2(words: list[str]) -> list[str]:
-    if words[0] == "run" and not words[1].isupper():
-        return (
-            wrong_options(words[2], words[3:])
-            if MODULES.get(words[2], ("",))[0] == words[1]
-            else [" ".join(words[1:3])]
-        )
+    if words[0] == "run":
+        package, name, *args = words[1:]
+        known = MODULES.get(name, ("",))[0] == package
+        return [] if name.isupper() else wrong_options(name, args) if known else [f"{package} {name}"]
     if words[0] == "param":
         return wrong_value(words[3], words[4] if len(words) > 4 else None, declared_by(words[2].lstrip("/")))
     names = {*TOPICS, *(f"/{name}" for name in SERVICES)}
-    return [] if words[0] in ("run", "pkg") or names & set(words) else [" ".join(words)]
+    return [] if words[0] == "pkg" or names & set(words) else [" ".join(words)]
 
 
 def wrong_command(line: str) -> list[str]:

@@ -9,7 +9,7 @@ import yaml
 from collplan_core.parameters import ParameterError, all_specs
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("src", "docs", "tests", "tools", "benchmarks", "ros_ws", ".ci")
+FOLDERS = ("src", "docs", "tests", "tools", "benchmarks", ".ci")
 FILES = {
     path.relative_to(ROOT).as_posix()
     for path in (*ROOT.glob("*"), *(path for folder in FOLDERS for path in (ROOT / folder).rglob("*")))
