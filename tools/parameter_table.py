@@ -1,8 +1,8 @@
-"""Writes the parameter tables into README.md, between its two markers, from params.py.
+"""Writes the tables of docs/parameters.md, between its two markers, from the parameter groups.
 
     .venv/bin/python tools/parameter_table.py
 
-Each parameter is written down once, in code; a test holds the README against it.
+Each parameter is written down once, in code; a test holds the page against it.
 """
 
 from pathlib import Path
@@ -10,8 +10,8 @@ from pathlib import Path
 from collplan_core.parameters import GROUPS
 from collplan_core.parameters.spec import Parameters, Spec, specs
 
-README = Path(__file__).parents[1] / "README.md"
-BEGIN, END = "<!-- parameters: written by tools/parameter_table.py -->", "<!-- end of parameters -->"
+PAGE = Path(__file__).parents[1] / "docs" / "parameters.md"
+BEGIN, END = "<!-- tables: written by tools/parameter_table.py -->", "<!-- end of tables -->"
 
 
 def _value(value: object) -> str:
@@ -36,16 +36,16 @@ def _row(spec: Spec) -> str:
 def _table(group: type[Parameters]) -> str:
     head = "| key | default | unit | range | live | what |\n|---|---|---|---|---|---|"
     rows = "\n".join(_row(spec) for spec in specs(group))
-    return f"<details><summary><b>{group.group}</b>: {group.__doc__}</summary>\n\n{head}\n{rows}\n\n</details>"
+    return f"## {group.group}\n\n{group.__doc__}\n\n{head}\n{rows}"
 
 
-def with_tables(readme: str) -> str:
-    """The text of a README with the tables between its markers as the code has them now."""
-    before, rest = readme.split(BEGIN)
+def with_tables(page: str) -> str:
+    """The text of the page with the tables between its markers as the code has them now."""
+    before, rest = page.split(BEGIN)
     _, after = rest.split(END)
     tables = "\n\n".join(_table(group) for group in GROUPS)
     return f"{before}{BEGIN}\n\n{tables}\n\n{END}{after}"
 
 
 if __name__ == "__main__":
-    README.write_text(with_tables(README.read_text(encoding="utf-8")), encoding="utf-8")
+    PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

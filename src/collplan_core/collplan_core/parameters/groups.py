@@ -17,7 +17,7 @@ class Robot(Parameters):
 
     group = "robot"
     radius: float = parameter(0.09, "Radius of the body with its reflection ring (assumed)", unit="m", low=0.01, high=1.0)
-    mass: float = parameter(0.7, "Mass (assumed)", unit="kg", low=0.05, high=100.0)
+    mass: float = parameter(0.7, "Mass (assumed); nothing reads it: contacts are computed from velocities alone", unit="kg", low=0.05, high=100.0)
     max_speed: float = parameter(1.2, "Largest speed commanded or planned, v_max (paper)", unit="m/s", low=0.05, high=5.0, live=True)
     max_yaw_rate: float = parameter(3.0, "Largest yaw rate the robot takes (assumed)", unit="rad/s", low=0.1, high=20.0)
     max_acceleration: float = parameter(1.5, "Largest acceleration the wheels can make (assumed)", unit="m/s^2", low=0.1, high=20.0)
