@@ -15,10 +15,10 @@ from collplan_core.state import State
 from collplan_core.strategies import TIME_TO_GOAL, map_period_of
 from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
 from collplan_core.time_to_goal_planner.known_map import given_map
-from collplan_core.time_to_goal_planner.model import law_of, price_of
-from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory, plan_cycle
-from rollout_scenes import RADIUS, SETTINGS, with_strategy
+from collplan_core.time_to_goal_planner.model import contact_costs, robot_model
+from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory, plan_cycle
 from scenes import box, map_of, unit, world_of
+from time_to_goal_scenes import RADIUS, SETTINGS, with_strategy
 
 FEW = settings(derandomize=True, deadline=None, max_examples=6, print_blob=True)
 STRATEGIES = sorted(TIME_TO_GOAL)
@@ -120,8 +120,8 @@ EVEN = {
 
 def test_bounce_and_avoid_differ_in_nothing_but_what_contacts_do_and_cost():
     bounce, avoid = cheap("bounce", **EVEN), cheap("avoid", **EVEN)
-    assert law_of(bounce) == law_of(avoid)
-    assert price_of(bounce) == price_of(avoid)
+    assert robot_model(bounce) == robot_model(avoid)
+    assert contact_costs(bounce) == contact_costs(avoid)
     for one, other in zip(*(driven_on(TURN, each, cycles=4)[0] for each in (bounce, avoid)), strict=True):
         assert_equal(one, other)
         np.testing.assert_array_equal(one.candidates.costs, other.candidates.costs)
@@ -130,15 +130,15 @@ def test_bounce_and_avoid_differ_in_nothing_but_what_contacts_do_and_cost():
 def test_tolerate_is_bounce_without_a_rebound_and_a_price():
     values = {**EVEN, "time_to_goal__hit_cost": 0.0, "time_to_goal__limit_cost": 0.0}
     bounce, tolerate = cheap("bounce", **values), cheap("tolerate", **values)
-    assert law_of(bounce) == law_of(tolerate)
+    assert robot_model(bounce) == robot_model(tolerate)
     for one, other in zip(*(driven_on(TURN, each, cycles=3)[0] for each in (bounce, tolerate)), strict=True):
         assert_equal(one, other)
 
 
 def test_stop_guarantee_is_avoid_with_a_test():
     avoid, guaranteed = cheap("avoid"), cheap("stop_guarantee")
-    assert law_of(avoid) == law_of(guaranteed)
-    assert price_of(avoid) == price_of(guaranteed)
+    assert robot_model(avoid) == robot_model(guaranteed)
+    assert contact_costs(avoid) == contact_costs(guaranteed)
 
 
 def test_where_there_is_nothing_to_touch_all_plan_alike():
@@ -353,7 +353,7 @@ def test_a_given_map_is_known_from_the_start_and_never_added_to():
     assert later.known
     assert plan.positions[np.argmin(np.abs(plan.positions[:, 0] - 0.55)), 1] > 0.1
     assert memory.remembered.field.clearance.min() < 0.0
-    assert isinstance(memory, RolloutMemory)
+    assert isinstance(memory, PlannerMemory)
 
 
 def test_objectives_by_name():

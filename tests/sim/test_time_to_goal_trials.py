@@ -107,7 +107,7 @@ def test_equal_runs_are_equal_bit_by_bit(known_map):
 AGAIN = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from test_rollouts_in_trials import digest, trial
+from test_time_to_goal_trials import digest, trial
 print(digest(trial("stop_guarantee", seed=3, timeout=1.0)))
 """
 

@@ -116,7 +116,7 @@ def test_in_a_hundred_worlds_that_stand_still_nothing_seen_is_forgotten(family: 
 def assert_is_of_the_pieces(memory: RememberedBoundaries, rng: np.random.Generator) -> None:
     """The field is the exact distance to the pieces and to what is inferred behind them, whatever came and went."""
     field = memory.field
-    behind = memory.pieces[memory.backed] - 0.12 * np.tile(memory.normals[memory.backed], 2)
+    behind = memory.pieces[memory.solid_behind] - 0.12 * np.tile(memory.normals[memory.solid_behind], 2)
     nodes = rng.integers(0, len(field.clearance), (1500, 2))
     near = np.argwhere(field.clearance < FAR)
     nodes = np.vstack([nodes, near[rng.integers(0, len(near), 1500)]])
