@@ -21,7 +21,7 @@ from collplan_core.time_to_goal_planner.initial_plans import (
 )
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem
 from collplan_core.time_to_goal_planner.refinement import refine
-from collplan_core.time_to_goal_planner.sampling import sample_trajectory
+from collplan_core.time_to_goal_planner.sampling import SHORTEST, sample_trajectory
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading
 from scenes import rotation, unit
 from time_to_goal_scenes import (
@@ -260,7 +260,7 @@ def test_a_trajectory_goes_through_the_states_of_its_plan_and_touches_obstacles(
     problem, state = of_strategy(scene(), strategy), state_in(scene, v)
     plan = carried_on(problem, state, np.random.default_rng(seed).uniform(-0.8, 0.8, (20, 2)))
     rows, contacts = sample_trajectory(problem, motion_in(problem, state), plan.commands[: plan.n], RADIUS)
-    assert (np.diff(rows[:, 0]) > 1e-3).all()
+    assert (np.diff(rows[:, 0]) > 0.99 * SHORTEST * STEP).all()
     np.testing.assert_array_equal(rows[0], (0.0, *state))
     for k in range(1, plan.n):
         at = int(np.argmin(np.abs(rows[:, 0] - k * CONTROL_INTERVAL)))

@@ -48,8 +48,8 @@ BEHIND_WALL, SEEN = problem_over(WALL, (0.5, 0.5)), seen_up_to(1.0)
 @QUICK
 @given(x=st.floats(-1.5, 1.5), y=st.floats(-1.5, 1.5))
 def test_at_rest_it_stops_where_it_stands_if_that_was_seen(x, y):
-    assert stops(BEHIND_WALL, (x, y), (0.0, 0.0)) == (x < 1.0)
     if abs(x - 1.0) > FLOOR.spacing:
+        assert stops(BEHIND_WALL, (x, y), (0.0, 0.0)) == (x < 1.0)
         assert stops(SEEN, (x, y), (0.0, 0.0)) == (x < 1.0)
 
 

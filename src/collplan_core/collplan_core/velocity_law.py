@@ -36,11 +36,26 @@ def velocity_after(
     law: VelocityLaw, vx: float, vy: float, ux: float, uy: float, duration: float
 ) -> tuple[float, float]:
     """Velocity after `duration` [s] under command u, from velocity v [m/s]."""
+    decay = law.step_decay if duration == law.step else math.exp(-duration / law.lag)
+    return _velocity(law, vx, vy, ux, uy, duration, decay)
+
+
+@njit
+def velocity_after_step(law: VelocityLaw, vx: float, vy: float, ux: float, uy: float) -> tuple[float, float]:
+    """Velocity after the law's step under command u, from velocity v [m/s]."""
+    return _velocity(law, vx, vy, ux, uy, law.step, law.step_decay)
+
+
+@njit
+def _velocity(
+    law: VelocityLaw, vx: float, vy: float, ux: float, uy: float, duration: float, decay: float
+) -> tuple[float, float]:
+    """Velocity after a duration that leaves `decay` of a small difference to the command."""
     dx, dy = ux - vx, uy - vy
     gap2 = dx * dx + dy * dy
     linear = law.max_acceleration * law.lag
     if gap2 <= linear * linear:
-        share = 1.0 - (law.step_decay if duration == law.step else math.exp(-duration / law.lag))
+        share = 1.0 - decay
     else:
         gap = math.sqrt(gap2)
         saturated = (gap - linear) / law.max_acceleration

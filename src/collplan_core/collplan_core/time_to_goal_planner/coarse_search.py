@@ -70,27 +70,22 @@ def _roll_on(
 
 
 @njit
-def _enter(plans: CoarsePlans, a: int, b: int, c: int, motion: Motion, cost: float) -> None:
-    plans.costs[a, b, c] = cost
-    end = plans.ends[a, b, c]
-    end[0], end[1], end[2], end[3] = motion.x, motion.y, motion.vx, motion.vy
-
-
-@njit
 def coarse_plans(problem: Problem, initial: Motion, n_steps: int) -> CoarsePlans:
     """Rolls all coarse plans up to the horizon of n_steps; those with an equal beginning share its rollout."""
     clearance, source, constants = problem.clearance, problem.source, problem.constants
     ux, uy, _ = heading(problem.paths, initial.x, initial.y)
     velocities = targets(math.atan2(uy, ux), constants.model.max_speed)
     n, m = len(velocities), len(SWITCH_STEPS)
-    plans = CoarsePlans(velocities, np.full((n, m, n), np.inf), np.zeros((n, m, n, 4)))
+    costs, ends = np.full((n, m, n), np.inf), np.zeros((n, m, n, 4))
     for a in range(n):
         trunk, unstoppable = _Rollout(initial, 0.0, 0), 0.0
         for b in range(m):
             begun, switch = trunk.steps, min(SWITCH_STEPS[b], n_steps)
             trunk, arrival = _roll_on(clearance, source, constants, trunk, velocities[a, 0], velocities[a, 1], switch)
             if arrival != ON_THE_WAY:
-                _enter(plans, a, b, a, trunk.motion, arrival + trunk.cost + unstoppable)
+                costs[a, b, a] = arrival + trunk.cost + unstoppable
+                end = trunk.motion
+                ends[a, b, a, 0], ends[a, b, a, 1], ends[a, b, a, 2], ends[a, b, a, 3] = end.x, end.y, end.vx, end.vy
                 break
             if problem.stop_test and begun < STOP_TEST_STEPS <= switch:
                 unstoppable = stop_cost(problem, trunk.motion)
@@ -102,5 +97,7 @@ def coarse_plans(problem: Problem, initial: Motion, n_steps: int) -> CoarsePlans
                 )
                 if arrival == ON_THE_WAY:
                     arrival = n_steps * STEP + to_go(problem, branch.motion)
-                _enter(plans, a, b, c, branch.motion, arrival + branch.cost + unstoppable)
-    return plans
+                costs[a, b, c] = arrival + branch.cost + unstoppable
+                end = branch.motion
+                ends[a, b, c, 0], ends[a, b, c, 1], ends[a, b, c, 2], ends[a, b, c, 3] = end.x, end.y, end.vx, end.vy
+    return CoarsePlans(velocities, costs, ends)

@@ -16,7 +16,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     source_at,
 )
 from collplan_core.time_to_goal_planner.model import IMPACT_SPEED, STEP, ContactCosts, RobotModel
-from collplan_core.velocity_law import VelocityLaw, velocity_after
+from collplan_core.velocity_law import VelocityLaw, velocity_after, velocity_after_step
 
 NO_CONTACT, SLIDES = 0, 3
 """Kinds of contact beside OBSERVED and INFERRED."""
@@ -62,7 +62,7 @@ def motion_at(clearance: np.ndarray, grid: Grid, x: float, y: float, vx: float, 
 def free_step(wheels: VelocityLaw, motion: Motion, ux: float, uy: float) -> Motion:
     """The motion after STEP under command u where nothing is in the way; a bound below 0 means it was not looked."""
     x, y, vx, vy, bound = motion
-    wx, wy = velocity_after(wheels, vx, vy, ux, uy, STEP)
+    wx, wy = velocity_after_step(wheels, vx, vy, ux, uy)
     px, py = x + 0.5 * (vx + wx) * STEP, y + 0.5 * (vy + wy) * STEP
     # no component of a step is longer than the step
     return Motion(px, py, wx, wy, bound - abs(px - x) - abs(py - y))

@@ -41,21 +41,16 @@ def clip(ux: float, uy: float, max_speed: float) -> tuple[float, float]:
 
 
 @njit
-def put_state(states: np.ndarray, k: int, motion: Motion) -> None:
-    """Writes a motion into row k of states (m, 4)."""
-    states[k, 0], states[k, 1], states[k, 2], states[k, 3] = motion.x, motion.y, motion.vx, motion.vy
-
-
-@njit
 def roll(problem: Problem, initial: Motion, commands: np.ndarray, n: int) -> FullPlan:
     """The plan that commands (m, 2) up to number n make, or as many of them as lead to the goal."""
     clearance, source, constants = problem.clearance, problem.source, problem.constants
     states, costs = np.zeros((len(commands) + 1, 4)), np.zeros(len(commands) + 1)
     motion = initial
-    put_state(states, 0, motion)
+    states[0, 0], states[0, 1], states[0, 2], states[0, 3] = motion.x, motion.y, motion.vx, motion.vy
     for k in range(n):
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, commands[k, 0], commands[k, 1])
-        put_state(states, k + 1, motion)
+        states[k + 1, 0], states[k + 1, 1] = motion.x, motion.y
+        states[k + 1, 2], states[k + 1, 3] = motion.vx, motion.vy
         costs[k + 1] = costs[k] + cost
         if problem.stop_test and k + 1 == STOP_TEST_INTERVAL:
             costs[k + 1] += stop_cost(problem, motion)

@@ -9,7 +9,7 @@ from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, end_cost
 from collplan_core.time_to_goal_planner.control_interval import roll_interval
 from collplan_core.time_to_goal_planner.dynamics import motion_at
-from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan, clip, put_state
+from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan, clip
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading
 from collplan_core.time_to_goal_planner.stopping import stop_cost
@@ -52,20 +52,20 @@ class Change(NamedTuple):
 @njit
 def refine(problem: Problem, plan: FullPlan, count: int, random: np.random.Generator) -> FullPlan:
     """The plan after `count` changes tried, each kept where it lowers the cost; the arrays are changed in place."""
-    n, cost = plan.n, plan.cost
-    new = FullPlan(np.empty_like(plan.commands), np.empty_like(plan.states), np.empty_like(plan.costs), 0, 0.0)
+    commands, states, costs = plan.commands, plan.states, plan.costs
+    new = FullPlan(np.empty_like(commands), np.empty_like(states), np.empty_like(costs), 0, 0.0)
     for _ in range(count):
-        if n < 1:
+        if plan.n < 1:
             break
-        change = _draw_change(random, n)
-        old = FullPlan(plan.commands, plan.states, plan.costs, n, cost)
-        new_n, new_cost = _roll_changed(problem, old, change, new)
-        if new_cost < cost - 1e-9:
-            first, n, cost = change.first, new_n, new_cost
-            plan.commands[first:n] = new.commands[first:n]
-            plan.states[first : n + 1] = new.states[first : n + 1]
-            plan.costs[first : n + 1] = new.costs[first : n + 1]
-    return FullPlan(plan.commands, plan.states, plan.costs, n, cost)
+        change = _draw_change(random, plan.n)
+        n, cost = _roll_changed(problem, plan, change, new)
+        if cost < plan.cost - 1e-9:
+            first = change.first
+            commands[first:n] = new.commands[first:n]
+            states[first + 1 : n + 1] = new.states[first + 1 : n + 1]
+            costs[first + 1 : n + 1] = new.costs[first + 1 : n + 1]
+            plan = FullPlan(commands, states, costs, n, cost)
+    return plan
 
 
 @njit
@@ -97,12 +97,10 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
     clearance, source, constants = problem.clearance, problem.source, problem.constants
     goal, max_speed = constants.goal, constants.model.max_speed
     commands, states = plan.commands, plan.states
+    new_commands, new_states, new_costs = new.commands, new.states, new.costs
     kind, first, window, deleted, where, bump_x, bump_y, position_gain, velocity_gain = change
-    x, y, vx, vy = states[first]
-    motion = motion_at(clearance, constants.grid, x, y, vx, vy)
-    put_state(new.states, first, motion)
-    total = plan.costs[first]
-    new.costs[first] = total
+    x, y, vx, vy = states[first, 0], states[first, 1], states[first, 2], states[first, 3]
+    motion, total = motion_at(clearance, constants.grid, x, y, vx, vy), plan.costs[first]
     stop, last = first + window - deleted, min(plan.n - deleted + RUN_ON, len(commands))
     end_x, end_y = states[first + window, 0], states[first + window, 1]
     for k in range(first, last):
@@ -127,11 +125,12 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
         ux, uy = clip(ux, uy, max_speed)
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, ux, uy)
         total += cost
-        new.commands[k, 0], new.commands[k, 1] = ux, uy
-        put_state(new.states, k + 1, motion)
+        new_commands[k, 0], new_commands[k, 1] = ux, uy
+        new_states[k + 1, 0], new_states[k + 1, 1] = motion.x, motion.y
+        new_states[k + 1, 2], new_states[k + 1, 3] = motion.vx, motion.vy
         if problem.stop_test and k + 1 == STOP_TEST_INTERVAL:
             total += stop_cost(problem, motion)
-        new.costs[k + 1] = total
+        new_costs[k + 1] = total
         if arrival != ON_THE_WAY:
             return k + 1, k * CONTROL_INTERVAL + arrival + total
         left = math.sqrt((motion.x - goal.x) ** 2 + (motion.y - goal.y) ** 2) - goal.tolerance

@@ -29,9 +29,10 @@ class _WayPoint(NamedTuple):
 
 
 @njit
-def _way_point(paths: PathLookup, k: int) -> _WayPoint:
-    (x, y), (onward_x, onward_y) = paths.waypoints[k], paths.onward[k]
-    return _WayPoint(x, y, onward_x, onward_y, paths.remaining[k], paths.turning[k], k == 0)
+def _way_point(
+    waypoints: np.ndarray, onward: np.ndarray, remaining: np.ndarray, turning: np.ndarray, k: int
+) -> _WayPoint:
+    return _WayPoint(waypoints[k, 0], waypoints[k, 1], onward[k, 0], onward[k, 1], remaining[k], turning[k], k == 0)
 
 
 @njit
@@ -109,14 +110,18 @@ def time_to_go(
     """
     if (x - paths.goal_x) ** 2 + (y - paths.goal_y) ** 2 <= paths.tolerance * paths.tolerance:
         return 0.0
-    i0, i1, j0, j1 = _cells_near(paths.waypoint, paths.cells, x, y)
+    # arrays one by one: taking them out of the tuple at every cell counts their references
+    waypoint, waypoints, onward = paths.waypoint, paths.waypoints, paths.onward
+    remaining, turning = paths.remaining, paths.turning
+    i0, i1, j0, j1 = _cells_near(waypoint, paths.cells, x, y)
     best, last = np.inf, -1
     for i in range(i0, i1):
         for j in range(j0, j1):
-            k = paths.waypoint[i, j]
+            k = waypoint[i, j]
             if k >= 0 and k != last:
                 last = k
-                best = min(best, _time_by(_way_point(paths, k), max_speed, max_acceleration, x, y, vx, vy))
+                point = _way_point(waypoints, onward, remaining, turning, k)
+                best = min(best, _time_by(point, max_speed, max_acceleration, x, y, vx, vy))
     return best
 
 
@@ -126,18 +131,19 @@ def heading(paths: PathLookup, x: float, y: float) -> tuple[float, float, float]
 
     (0, 0) and inf where no path leads to the goal.
     """
-    i0, i1, j0, j1 = _cells_near(paths.waypoint, paths.cells, x, y)
+    waypoint, waypoints, remaining = paths.waypoint, paths.waypoints, paths.remaining
+    i0, i1, j0, j1 = _cells_near(waypoint, paths.cells, x, y)
     best, chosen = np.inf, -1
     for i in range(i0, i1):
         for j in range(j0, j1):
-            k = paths.waypoint[i, j]
+            k = waypoint[i, j]
             if k >= 0:
-                total = math.hypot(paths.waypoints[k, 0] - x, paths.waypoints[k, 1] - y) + paths.remaining[k]
+                total = math.hypot(waypoints[k, 0] - x, waypoints[k, 1] - y) + remaining[k]
                 if total < best:
                     best, chosen = total, k
     if chosen < 0:
         return 0.0, 0.0, np.inf
-    return _ahead(_way_point(paths, chosen), x, y)
+    return _ahead(_way_point(waypoints, paths.onward, remaining, paths.turning, chosen), x, y)
 
 
 def is_reachable(paths: ShortestPaths, position: np.ndarray) -> bool:
