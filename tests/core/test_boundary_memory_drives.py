@@ -191,7 +191,7 @@ def test_the_same_scans_leave_the_same_memory_to_the_last_bit():
     world = load_world("random:5")
     positions = wander(world, np.array(world.start), 25, np.random.default_rng(2))
     one, two = (remembered(maps_along(world, positions, 0.005)) for _ in range(2))
-    for name in ("pieces", "normals", "backed", "seen", "free", "refuted", "doubted"):
+    for name in ("pieces", "normals", "solid_behind", "seen", "free", "seen_free_behind", "times_contradicted"):
         assert np.array_equal(getattr(one, name), getattr(two, name))
     assert np.array_equal(one.field.clearance, two.field.clearance)
     assert np.array_equal(one.field.source, two.field.source)

@@ -1,4 +1,4 @@
-"""Whole cycles: strategies and their terms, time cut short, what is bad about maps, states and hits."""
+"""Whole cycles: strategies and their terms, time cut short, what is bad about maps, states and impacts."""
 
 from dataclasses import replace
 
@@ -14,8 +14,9 @@ from collplan_core.planners import planner_for
 from collplan_core.state import State
 from collplan_core.strategies import TIME_TO_GOAL, map_period_of
 from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
+from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS
 from collplan_core.time_to_goal_planner.known_map import given_map
-from collplan_core.time_to_goal_planner.model import contact_costs, robot_model
+from collplan_core.time_to_goal_planner.model import STEP, contact_costs, robot_model
 from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory, plan_cycle
 from scenes import box, map_of, unit, world_of
 from time_to_goal_scenes import RADIUS, SETTINGS, with_strategy
@@ -30,6 +31,13 @@ OPEN = world_of()
 TURN = world_of([box(-1.0, 0.2, 0.35, 0.25), box(0.65, -0.5, 0.75, 0.8)])
 """A septum above the robot, and a wall behind its tip."""
 AROUND = np.array([-0.2, 0.55])
+N_COARSE = 25 * len(SWITCH_STEPS) * 25
+"""First velocity, time of the switch, second velocity."""
+LATER = 0.06
+"""By how much a plan may promise to be there later than the one before [s]: a control interval, and what refinement at
+random may miss."""
+STEP_CHANGE = SETTINGS.robot.max_acceleration * STEP
+"""Change of velocity within a step [m/s]."""
 
 
 def cheap(strategy: str = "bounce", **values) -> Settings:
@@ -90,7 +98,7 @@ def test_plans_lead_to_the_goal_and_say_what_they_cost(strategy):
         assert_sound(plan, state_at(plan.positions[0], stamp=0.05 * k))
         assert np.hypot(*(plan.positions[-1] - AROUND)) <= SETTINGS.planner.goal_tolerance
         assert plan.terms["arrival_time"] <= plan.times[-1] - plan.stamp + 1e-9
-        assert len(plan.candidates.costs) == plan.n_before_pruning >= 3000
+        assert len(plan.candidates.costs) == plan.n_before_pruning == N_COARSE
         assert plan.terms["total"] <= plan.candidates.costs.min() + 1.0
     assert memory.cycle == 3
     assert len(memory.rollouts) >= 2
@@ -99,7 +107,7 @@ def test_plans_lead_to_the_goal_and_say_what_they_cost(strategy):
 def test_a_robot_that_does_as_planned_is_there_as_soon_as_planned():
     plans, _ = driven_on(TURN, cheap("bounce"), cycles=12)
     promised = [plan.stamp + plan.terms["total"] for plan in plans]
-    assert max(np.diff(promised)) < 0.06
+    assert max(np.diff(promised)) < LATER
     assert promised[-1] < promised[0] + 0.02
 
 
@@ -161,7 +169,7 @@ def test_at_full_speed_toward_a_wall_each_strategy_does_its_own():
         into = plan.velocities[np.searchsorted(plan.times, plan.contacts.times[0]) - 1, 0]
         share = SETTINGS.rebound.restitution if strategy == "bounce" else 0.0
         # driven back for what is left of the step
-        assert back == pytest.approx(-share * into, abs=0.06)
+        assert back == pytest.approx(-share * into, abs=STEP_CHANGE)
     assert plans["bounce"].terms["total"] < min(plans[s].terms["total"] for s in ("avoid", "tolerate")) - 0.2
     # the averse ones brake up to it
     assert np.hypot(*plans["avoid"].velocities[3]) < np.hypot(*plans["bounce"].velocities[3]) - 0.02
@@ -291,7 +299,7 @@ hostile = st.lists(
 
 @FEW
 @given(events=hostile, strategy=st.sampled_from(STRATEGIES))
-def test_worlds_that_change_hits_out_of_nothing_and_time_that_stands_or_runs_back(events, strategy):
+def test_worlds_that_change_impacts_out_of_nothing_and_time_that_stands_or_runs_back(events, strategy):
     memory, state = None, state_at()
     for passed, world, velocity, moved in events:
         state = state_at(state.position + moved * unit(passed), velocity, state.stamp + passed)

@@ -85,9 +85,15 @@ def step(
 
 @njit
 def _touch(
-    clearance: np.ndarray, source: np.ndarray, grid: Grid, model: RobotModel, motion: Motion, end: Motion, ux: float,
+    clearance: np.ndarray,
+    source: np.ndarray,
+    grid: Grid,
+    model: RobotModel,
+    motion: Motion,
+    end: Motion,
+    ux: float,
     uy: float,
-) -> tuple[Motion, Contact]:  # fmt: skip
+) -> tuple[Motion, Contact]:
     """The step that would end inside a boundary: up to the contact, off it, and on."""
     share = _contact_share(clearance, grid, motion, end)
     cx, cy = motion.x + share * (end.x - motion.x), motion.y + share * (end.y - motion.y)

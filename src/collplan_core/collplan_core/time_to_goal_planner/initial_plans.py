@@ -31,8 +31,12 @@ def best_coarse(costs: np.ndarray, count: int) -> list[tuple[int, int, int]]:
     return [(int(a), int(b), int(c)) for a, (b, c) in zip(order, places, strict=True)]
 
 
-def coarse_commands(coarse: CoarsePlans, place: tuple[int, int, int], n_steps: int, size: int,
-                    ) -> tuple[np.ndarray, int]:  # fmt: skip
+def coarse_commands(
+    coarse: CoarsePlans,
+    place: tuple[int, int, int],
+    n_steps: int,
+    size: int,
+) -> tuple[np.ndarray, int]:
     """Commands (size, 2) of the coarse plan at a place (first target, switch, second target); intervals in use."""
     a, b, c = place
     commands, switch = np.zeros((size, 2)), SWITCH_STEPS[b] // INTERVAL_STEPS

@@ -101,7 +101,8 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
     kind, first, window, deleted, where, bump_x, bump_y, position_gain, velocity_gain = change
     x, y, vx, vy = states[first, 0], states[first, 1], states[first, 2], states[first, 3]
     motion, total = motion_at(clearance, constants.grid, x, y, vx, vy), plan.costs[first]
-    stop, last = first + window - deleted, min(plan.n - deleted + RUN_ON, len(commands))
+    n, best = plan.n, plan.cost
+    stop, last = first + window - deleted, min(n - deleted + RUN_ON, len(commands))
     end_x, end_y = states[first + window, 0], states[first + window, 1]
     for k in range(first, last):
         old = k + deleted if k >= first + where else k
@@ -115,7 +116,7 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
             if kind == BUMP:
                 weight = math.sin(math.pi * (k - first + 0.5) / window)
                 ux, uy = ux + weight * bump_x, uy + weight * bump_y
-        elif old < plan.n:
+        elif old < n:
             off_x, off_y = states[old, 0] - motion.x, states[old, 1] - motion.y
             ux = commands[old, 0] + position_gain * off_x + velocity_gain * (states[old, 2] - motion.vx)
             uy = commands[old, 1] + position_gain * off_y + velocity_gain * (states[old, 3] - motion.vy)
@@ -134,6 +135,6 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
         if arrival != ON_THE_WAY:
             return k + 1, k * CONTROL_INTERVAL + arrival + total
         left = math.sqrt((motion.x - goal.x) ** 2 + (motion.y - goal.y) ** 2) - goal.tolerance
-        if total + (k + 1) * CONTROL_INTERVAL + left / max_speed >= plan.cost:
+        if total + (k + 1) * CONTROL_INTERVAL + left / max_speed >= best:
             return k + 1, np.inf
     return last, last * CONTROL_INTERVAL + total + end_cost(problem, motion)

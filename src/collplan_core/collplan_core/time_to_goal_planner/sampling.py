@@ -13,8 +13,12 @@ SHORTEST = 0.01
 
 
 @njit
-def sample_trajectory(problem: Problem, initial: Motion, commands: np.ndarray, radius: float,
-                      ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def sample_trajectory(
+    problem: Problem,
+    initial: Motion,
+    commands: np.ndarray,
+    radius: float,
+) -> tuple[np.ndarray, np.ndarray]:
     """The rollout of commands (n, 2), one a control interval, to the goal where it gets there.
 
     Returns:

@@ -16,7 +16,7 @@ SCANS = 2
 
 @njit
 def seen_beyond(sight: Sight, x: float, y: float) -> float:
-    """By how much both beams beside a point see farther than it [m]; below 0 where one does not, or there is none."""
+    """How much farther than a point both beams beside it see [m]; below 0 where one does not, or there is none."""
     n = len(sight.ranges)
     dx, dy = x - sight.x, y - sight.y
     if n < 2 or max(abs(dx), abs(dy)) > sight.half_side:

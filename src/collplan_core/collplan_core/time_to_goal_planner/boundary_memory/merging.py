@@ -87,9 +87,8 @@ def _beside(
                     begin, end, front, other_front = _span(piece, normal, pool.pieces[q])
                     if end >= 0.0 and begin <= length:
                         numbers[count] = q
-                        spans[count, 0], spans[count, 1], spans[count, 2], spans[count, 3] = (
-                            begin, end, front, other_front,
-                        )  # fmt: skip
+                        spans[count, 0], spans[count, 1] = begin, end
+                        spans[count, 2], spans[count, 3] = front, other_front
                         count += 1
                 q = buckets.following[q]
     return numbers[:count], spans[:count]

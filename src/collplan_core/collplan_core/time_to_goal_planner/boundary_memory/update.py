@@ -91,6 +91,12 @@ def _record(pool: Pool, nodes: Nodes) -> RememberedBoundaries:
     kept = pool.kept
     field = ClearanceField(np.array([nodes.grid.x, nodes.grid.y]), nodes.grid.spacing, nodes.clearance, nodes.source)
     return RememberedBoundaries(
-        pool.pieces[kept], pool.normals[kept], pool.solid_behind[kept], pool.seen[kept], nodes.free, field,
-        pool.seen_free_behind[kept], pool.times_contradicted[kept],
-    )  # fmt: skip
+        pool.pieces[kept],
+        pool.normals[kept],
+        pool.solid_behind[kept],
+        pool.seen[kept],
+        nodes.free,
+        field,
+        pool.seen_free_behind[kept],
+        pool.times_contradicted[kept],
+    )

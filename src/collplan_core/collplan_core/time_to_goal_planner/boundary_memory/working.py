@@ -87,9 +87,15 @@ def pool_of(memory: RememberedBoundaries, more: int) -> Pool:
 
     n = len(memory.pieces) + more
     return Pool(
-        longer(memory.pieces), longer(memory.normals), longer(memory.solid_behind), longer(memory.seen_free_behind),
-        longer(memory.seen), longer(memory.times_contradicted), np.arange(n) < len(memory.pieces), np.zeros(n, bool),
-    )  # fmt: skip
+        longer(memory.pieces),
+        longer(memory.normals),
+        longer(memory.solid_behind),
+        longer(memory.seen_free_behind),
+        longer(memory.seen),
+        longer(memory.times_contradicted),
+        np.arange(n) < len(memory.pieces),
+        np.zeros(n, bool),
+    )
 
 
 def sight_of(local_map: LocalMap) -> Sight:

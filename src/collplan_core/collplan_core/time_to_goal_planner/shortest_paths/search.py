@@ -36,9 +36,18 @@ def shortest_paths(
     onward, remaining, turning = turns(points, before)
     shape = cells.blocked.shape
     return ShortestPaths(
-        np.array([cells.x, cells.y]), cells.spacing, cells.blocked, cells.spacing * front.length.reshape(shape),
-        waypoint.reshape(shape), points, onward, remaining, turning, goal, tolerance,
-    )  # fmt: skip
+        np.array([cells.x, cells.y]),
+        cells.spacing,
+        cells.blocked,
+        cells.spacing * front.length.reshape(shape),
+        waypoint.reshape(shape),
+        points,
+        onward,
+        remaining,
+        turning,
+        goal,
+        tolerance,
+    )
 
 
 def _same(earlier: ShortestPaths, goal: np.ndarray, tolerance: float, cells: Cells) -> bool:

@@ -45,10 +45,15 @@ def front_over(n: int) -> Front:
     """A search over n cells that has not begun."""
     entries = MOST_ENTRIES * n
     return Front(
-        np.full(n, np.inf), np.full(n, -1, dtype=np.int32), np.zeros(n, dtype=np.uint8), np.empty(n, dtype=np.int32),
-        np.full(RING, EMPTY, dtype=np.int32), np.empty(entries, dtype=np.int32), np.empty(entries),
+        np.full(n, np.inf),
+        np.full(n, -1, dtype=np.int32),
+        np.zeros(n, dtype=np.uint8),
+        np.empty(n, dtype=np.int32),
+        np.full(RING, EMPTY, dtype=np.int32),
         np.empty(entries, dtype=np.int32),
-    )  # fmt: skip
+        np.empty(entries),
+        np.empty(entries, dtype=np.int32),
+    )
 
 
 @njit
