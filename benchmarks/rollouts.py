@@ -19,7 +19,9 @@ from collplan_core.plan import Plan
 from collplan_core.planners import planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner import initial_plans
 from collplan_core.time_to_goal_planner import plan_cycle as cycle
+from collplan_core.time_to_goal_planner.coarse_search import CoarsePlans
 from collplan_core.worlds import load_world
 from omnipuck_sim import trial
 
@@ -36,7 +38,7 @@ STAGES: Stages = {
     "remember": [(cycle, "remember")],
     "shortest_paths": [(cycle, "shortest_paths")],
     "coarse": [(cycle, "coarse_plans")],
-    "extension": [(cycle, name) for name in ("tracked", "roll", "extend")],
+    "extension": [(cycle, "tracked"), (cycle, "roll"), (initial_plans, "roll"), (initial_plans, "extend_to_goal")],
     "refinement": [(cycle, "refine")],
 }
 
@@ -57,9 +59,7 @@ class Work:
     """What one plan takes: arguments and results of the coarse rollouts, and how many changes were tried."""
 
     arguments: tuple[Any, ...]
-    velocities: np.ndarray
-    costs: np.ndarray
-    ends: np.ndarray
+    coarse: CoarsePlans
     proposals: int
 
 
@@ -124,7 +124,7 @@ def _work(call: Call) -> Work:
 
     def coarse_plans(*arguments: Any) -> Any:
         result = coarse(*arguments)
-        rolled.append((arguments, *result))
+        rolled.append((arguments, result))
         return result
 
     def refine_counted(*arguments: Any) -> Any:
@@ -133,21 +133,20 @@ def _work(call: Call) -> Work:
 
     with patch.object(cycle, "coarse_plans", coarse_plans), patch.object(cycle, "refine", refine_counted):
         _plan(call)
-    ((arguments, velocities, costs, ends),) = rolled
-    return Work(arguments, velocities, costs, ends, sum(tried))
+    ((arguments, coarse_result),) = rolled
+    return Work(arguments, coarse_result, sum(tried))
 
 
 def _vectorised(work: Work) -> tuple[np.ndarray, np.ndarray]:
-    scene, law, price, begin, n_steps, _ = work.arguments
-    return vectorised_plans(scene, law, price, begin, n_steps, work.velocities)
+    return vectorised_plans(*work.arguments, work.coarse.targets)
 
 
 def _counts(works: list[Work]) -> dict[str, float]:
     """Per plan, in the median: rollouts that differ, and changes tried on whole plans."""
-    rolled = [np.isfinite(work.costs).sum() for work in works]
+    rolled = [np.isfinite(work.coarse.costs).sum() for work in works]
     return {
         "rollouts": float(np.median(rolled)),
-        "rollouts_vectorised": float(np.median([work.costs.size for work in works])),
+        "rollouts_vectorised": float(np.median([work.coarse.costs.size for work in works])),
         "proposals": float(np.median([work.proposals for work in works])),
     }
 
@@ -167,5 +166,5 @@ def _same_ends(works: list[Work]) -> dict[str, float | int]:
 def _differences(work: Work) -> np.ndarray:
     ends, _ = _vectorised(work)
     # of equal rollouts the compiled one makes one
-    made = np.isfinite(work.costs)
-    return np.abs(ends - work.ends)[made].max(axis=1)
+    made = np.isfinite(work.coarse.costs)
+    return np.abs(ends - work.coarse.ends)[made].max(axis=1)

@@ -1,4 +1,4 @@
-"""The strategies by name: the paper's are weight sets (IV-B), the time-to-goal ones terms for contacts."""
+"""The strategies by name: the paper's are weight sets (IV-B), the time-to-goal ones say what contacts do and cost."""
 
 from dataclasses import dataclass
 
@@ -11,14 +11,14 @@ PAPER_WEIGHTS: dict[str, Weights] = {
 }
 
 REFLECTS, STOPS = "reflects", "stops"
-"""What a boundary does to the speed into it."""
+"""What a boundary does to the normal speed of a contact."""
 FREE, BY_SPEED, AVERSE = "free", "by_speed", "averse"
 """What a contact costs."""
 
 
 @dataclass(frozen=True)
 class ContactTerms:
-    """All that one time-to-goal strategy differs by from another.
+    """What one time-to-goal strategy differs in from another.
 
     Attributes:
         contact_law: REFLECTS or STOPS.
@@ -39,7 +39,7 @@ TIME_TO_GOAL: dict[str, ContactTerms] = {
 }
 
 PAPER_MAP_PERIOD, TIME_TO_GOAL_MAP_PERIOD = 0.2, 0.05
-"""T_map that a strategy takes by itself [s]."""
+"""T_map of the paper's strategies and of the time-to-goal ones, where none is set [s]."""
 
 
 def weights_of(settings: Settings) -> Weights:
@@ -48,16 +48,16 @@ def weights_of(settings: Settings) -> Weights:
 
 
 def contact_terms(settings: Settings) -> ContactTerms:
-    """Those of the chosen strategy, a time-to-goal one."""
+    """What contacts do and cost under the chosen strategy, a time-to-goal one."""
     return TIME_TO_GOAL[settings.planner.strategy]
 
 
 def rolls_out(settings: Settings) -> bool:
-    """Whether the chosen strategy plans rollouts to the goal."""
+    """Whether the chosen strategy is one of the time-to-goal planner."""
     return settings.planner.strategy in TIME_TO_GOAL
 
 
 def map_period_of(settings: Settings) -> float:
-    """T_map [s]: the parameter, or where that is 0 the strategy's own."""
+    """T_map [s]: the parameter, or the strategy's own value where that is 0."""
     own = TIME_TO_GOAL_MAP_PERIOD if rolls_out(settings) else PAPER_MAP_PERIOD
     return settings.planner.map_period or own

@@ -38,11 +38,11 @@ def warm_up() -> None:
     toward = replace(plan, positions=into_wall)
     for each in (plan, toward):
         planner.follow(ControllerMemory(), each, local_map, state, plan.stamp, settings)
-    _warm_up_rollouts(local_map, state, world.goal)
+    _warm_up_time_to_goal(local_map, state, world.goal)
 
 
-def _warm_up_rollouts(local_map: LocalMap, state: State, goal: np.ndarray) -> None:
-    """Two cycles each: the second one begins from the plan of the first."""
+def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -> None:
+    """Two cycles of each strategy with kernels of its own: the second one begins from the plan of the first."""
     for strategy in ("stop_guarantee", "bounce"):
         settings = Settings().with_values({"planner.strategy": strategy})
         planner = planner_for(strategy)

@@ -10,13 +10,14 @@ and whose velocity alone leaps, once, at an unknown time. At 100 Hz and 2 mm of 
 """
 
 from dataclasses import dataclass
-from math import exp, hypot
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.parameters import Robot
+from collplan_core.velocity_law import VelocityLaw, velocity_after, velocity_law
 
 NEAR, FAR = 0.02, 0.12
 """Shortest and longest time between an impact and the poses that are fitted, before and after it [s]."""
@@ -28,8 +29,6 @@ LARGEST_MISFIT = 1.6
 """Largest misfit of the poses, in standard deviations; beyond it something else happened as well."""
 
 _MOST_ROUNDS = 4
-_STEPS = 4
-"""Integration steps between two poses."""
 _SCALES = np.array([0.01, 0.01, 0.1, 0.1, 0.1, 0.1, 0.01])
 """Typical sizes of the seven unknowns: first position and velocity, velocity after, time [m, m/s, m/s, s]."""
 
@@ -129,7 +128,7 @@ def _fit_path(around: RecordedPath, robot: Robot) -> _FittedPath:
     used = before | after
 
     def off(unknowns: np.ndarray) -> np.ndarray:
-        driven = _driven(unknowns, around.times, around.wanted, robot.velocity_lag, robot.max_acceleration)
+        driven = _driven(unknowns, around.times, around.wanted, velocity_law(robot))
         return np.asarray((driven[:-2] - around.points)[used].ravel())
 
     begin = [*around.points[0], *_slope(around, before), *_slope(around, after), 0.0]
@@ -144,7 +143,7 @@ def _slope(around: RecordedPath, side: np.ndarray) -> np.ndarray:
 
 def _right_before(unknowns: np.ndarray, around: RecordedPath, robot: Robot) -> np.ndarray:
     """Position and velocity right before the impact (4,)."""
-    driven = _driven(unknowns, around.times, around.wanted, robot.velocity_lag, robot.max_acceleration)
+    driven = _driven(unknowns, around.times, around.wanted, velocity_law(robot))
     return np.asarray(driven[-2:].ravel())
 
 
@@ -169,7 +168,7 @@ class _Motion(NamedTuple):
 
 
 @njit
-def _driven(unknowns: np.ndarray, times: np.ndarray, wanted: np.ndarray, lag: float, limit: float) -> np.ndarray:
+def _driven(unknowns: np.ndarray, times: np.ndarray, wanted: np.ndarray, wheels: VelocityLaw) -> np.ndarray:
     """(n + 2, 2): the path at the times, then position and velocity right before the impact."""
     last = len(times) - 1
     rows = np.zeros((last + 3, 2))
@@ -180,30 +179,18 @@ def _driven(unknowns: np.ndarray, times: np.ndarray, wanted: np.ndarray, lag: fl
     for k in range(last):
         now = times[k]
         if due and impact <= times[k + 1]:
-            motion = _drive(motion, wanted[k], impact - now, lag, limit)
+            motion = _drive(motion, wanted[k], impact - now, wheels)
             rows[last + 1, 0], rows[last + 1, 1] = motion.x, motion.y
             rows[last + 2, 0], rows[last + 2, 1] = motion.vx, motion.vy
             motion, now, due = _Motion(motion.x, motion.y, unknowns[4], unknowns[5]), impact, False
-        motion = _drive(motion, wanted[k], times[k + 1] - now, lag, limit)
+        motion = _drive(motion, wanted[k], times[k + 1] - now, wheels)
         rows[k + 1, 0], rows[k + 1, 1] = motion.x, motion.y
     return rows
 
 
 @njit
-def _drive(motion: _Motion, wanted: np.ndarray, duration: float, lag: float, limit: float) -> _Motion:
+def _drive(motion: _Motion, wanted: np.ndarray, duration: float, wheels: VelocityLaw) -> _Motion:
     """The motion after `duration` [s] under one command `wanted` (2,) [m/s]."""
-    x, y, vx, vy = motion.x, motion.y, motion.vx, motion.vy
-    step = duration / _STEPS
-    # the exact share of a first-order lag, so that a lag shorter than the step stays stable
-    share = 1.0 - exp(-step / lag) if lag > 0.0 else 1.0
-    for _ in range(_STEPS):
-        change_x, change_y = share * (wanted[0] - vx), share * (wanted[1] - vy)
-        change = hypot(change_x, change_y)
-        if change > limit * step:
-            change_x *= limit * step / change
-            change_y *= limit * step / change
-        x += (vx + 0.5 * change_x) * step
-        y += (vy + 0.5 * change_y) * step
-        vx += change_x
-        vy += change_y
+    vx, vy = velocity_after(wheels, motion.vx, motion.vy, wanted[0], wanted[1], duration)
+    x, y = motion.x + 0.5 * (motion.vx + vx) * duration, motion.y + 0.5 * (motion.vy + vy) * duration
     return _Motion(x, y, vx, vy)

@@ -1,20 +1,41 @@
 """Coarse plans: one velocity for a while, then another, up to the horizon."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.control_interval import arrival_share, graze_cost, is_there
-from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, contact_cost, step
-from collplan_core.time_to_goal_planner.model import STEP, Goal, Grid, Law, Price, Scene
-from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading, time_to_go
-from collplan_core.time_to_goal_planner.stopping import UNSTOPPABLE, admits_stop
+from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, arrival_share, goal_offset_cost, is_there, to_go
+from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, contact_cost, step
+from collplan_core.time_to_goal_planner.model import STEP, Constants, Problem
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading
+from collplan_core.time_to_goal_planner.stopping import STOP_TEST_STEPS, stop_cost
 
 SWITCH_STEPS = np.array([4, 10, 18, 28, 40])
 """Steps after which the first velocity is exchanged for the second."""
-STOP_TEST_STEPS = 4
-"""Steps after which the robot must be able to brake within what was seen, where that is asked for."""
+
+
+class CoarsePlans(NamedTuple):
+    """Every pair of targets with every time of the switch.
+
+    Attributes:
+        targets: (25, 2) velocities [m/s].
+        costs: (25, 5, 25) cost [s] by first target, switch and second target; inf where another one is the same.
+        ends: (25, 5, 25, 4) x, y, vx, vy at the horizon or the goal.
+    """
+
+    targets: np.ndarray
+    costs: np.ndarray
+    ends: np.ndarray
+
+
+class _Rollout(NamedTuple):
+    """A rollout so far: what was charged [s], and how many steps it took."""
+
+    motion: Motion
+    cost: float
+    steps: int
 
 
 @njit
@@ -31,98 +52,52 @@ def targets(bearing: float, max_speed: float) -> np.ndarray:
 
 
 @njit
-def to_go(scene: Scene, law: Law, x: float, y: float, vx: float, vy: float) -> float:
-    """Time to go from here over what is known [s]."""
-    return time_to_go(
-        scene.waypoint, scene.waypoints, scene.onward, scene.remaining, scene.turning, scene.gx, scene.gy,
-        scene.cell, scene.goal.x, scene.goal.y, scene.goal.tolerance, law.max_speed, law.max_acceleration, x, y, vx, vy,
-    )  # fmt: skip
-
-
-@njit
-def toward(scene: Scene, x: float, y: float) -> tuple[float, float, float]:
-    """Unit direction to the first way point from here, and the distance to it [m]."""
-    return heading(
-        scene.waypoint, scene.waypoints, scene.onward, scene.remaining, scene.gx, scene.gy, scene.cell, x, y,
-    )  # fmt: skip
-
-
-@njit
-def _roll(clearance: np.ndarray, source: np.ndarray, grid: Grid, goal: Goal, law: Law, price: Price, state: np.ndarray,
-          ux: float, uy: float, first: int, last: int) -> tuple[bool, float]:  # fmt: skip
-    """Steps first to last under u, in place on state (x, y, vx, vy, near, cost); whether the goal is reached, when."""
-    x, y, vx, vy, near, cost = state[0], state[1], state[2], state[3], state[4], state[5]
-    arrived, time = False, 0.0
+def _roll_on(
+    clearance: np.ndarray, source: np.ndarray, constants: Constants, rollout: _Rollout, ux: float, uy: float, last: int
+) -> tuple[_Rollout, float]:
+    """A rollout under command u until step `last` or the goal; time of arrival there [s] or ON_THE_WAY."""
+    grid, goal, model, costs = constants
+    motion, cost, first = rollout
     for k in range(first, last):
-        px, py = x, y
-        x, y, vx, vy, near, kind, into, _, _, _ = step(clearance, source, grid, law, x, y, vx, vy, near, ux, uy)
-        if kind != NO_CONTACT:
-            cost += contact_cost(price, kind, into)
-        if is_there(goal, x, y):
-            arrived, time = True, (k + arrival_share(goal, px, py, x, y)) * STEP
-            cost += graze_cost(goal, x, y, vx, vy)
-            break
-    state[0], state[1], state[2], state[3], state[4], state[5] = x, y, vx, vy, near, cost
-    return arrived, time
+        before = motion
+        motion, contact = step(clearance, source, grid, model, before, ux, uy)
+        if contact.kind != NO_CONTACT:
+            cost += contact_cost(costs, contact)
+        if is_there(goal, motion):
+            arrival = (k + arrival_share(goal, before, motion)) * STEP
+            return _Rollout(motion, cost + goal_offset_cost(goal, motion), k + 1), arrival
+    return _Rollout(motion, cost, last), ON_THE_WAY
 
 
 @njit
-def coarse_plans(scene: Scene, law: Law, price: Price, begin: np.ndarray, n_steps: int, stop_test: bool,
-                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Every pair of targets with every time of the switch.
-
-    Args:
-        begin: (6,) x, y, vx, vy, clearance there at least, cost so far.
-        n_steps: the horizon.
-
-    Returns:
-        targets (25, 2); J (25, 5, 25) [s] by first target, switch and second target; ends (25, 5, 25, 4).
-    """
-    clearance, source, grid, goal = scene.clearance, scene.source, scene.grid, scene.goal
-    ux, uy, _ = toward(scene, begin[0], begin[1])
-    velocities = targets(math.atan2(uy, ux), law.max_speed)
+def coarse_plans(problem: Problem, initial: Motion, n_steps: int) -> CoarsePlans:
+    """Rolls all coarse plans up to the horizon of n_steps; those with an equal beginning share its rollout."""
+    clearance, source, constants = problem.clearance, problem.source, problem.constants
+    ux, uy, _ = heading(problem.paths, initial.x, initial.y)
+    velocities = targets(math.atan2(uy, ux), constants.model.max_speed)
     n, m = len(velocities), len(SWITCH_STEPS)
-    j = np.full((n, m, n), np.inf)
-    ends = np.zeros((n, m, n, 4))
-    state, branch = np.empty(6), np.empty(6)
+    costs, ends = np.full((n, m, n), np.inf), np.zeros((n, m, n, 4))
     for a in range(n):
-        state[:] = begin
-        begun, extra = 0, 0.0
+        trunk, unstoppable = _Rollout(initial, 0.0, 0), 0.0
         for b in range(m):
-            switch = min(SWITCH_STEPS[b], n_steps)
-            arrived, time = _roll(
-                clearance, source, grid, goal, law, price, state, velocities[a, 0], velocities[a, 1], begun, switch
-            )
-            if arrived:
-                j[a, b, a] = time + state[5] + extra
-                ends[a, b, a] = state[:4]
+            begun, switch = trunk.steps, min(SWITCH_STEPS[b], n_steps)
+            trunk, arrival = _roll_on(clearance, source, constants, trunk, velocities[a, 0], velocities[a, 1], switch)
+            if arrival != ON_THE_WAY:
+                costs[a, b, a] = arrival + trunk.cost + unstoppable
+                end = trunk.motion
+                ends[a, b, a, 0], ends[a, b, a, 1], ends[a, b, a, 2], ends[a, b, a, 3] = end.x, end.y, end.vx, end.vy
                 break
-            if (
-                begun < STOP_TEST_STEPS <= switch
-                and stop_test
-                and not admits_stop(scene, law, state[0], state[1], state[2], state[3])
-            ):
-                extra = UNSTOPPABLE
-            begun = switch
+            if problem.stop_test and begun < STOP_TEST_STEPS <= switch:
+                unstoppable = stop_cost(problem, trunk.motion)
             for c in range(n):
                 if c == a and b < m - 1:  # the same rollout comes with the last switch
                     continue
-                branch[:] = state
-                arrived, time = _roll(
-                    clearance,
-                    source,
-                    grid,
-                    goal,
-                    law,
-                    price,
-                    branch,
-                    velocities[c, 0],
-                    velocities[c, 1],
-                    begun,
-                    n_steps,
+                branch, arrival = _roll_on(
+                    clearance, source, constants, trunk, velocities[c, 0], velocities[c, 1], n_steps
                 )
-                if not arrived:
-                    time = n_steps * STEP + to_go(scene, law, branch[0], branch[1], branch[2], branch[3])
-                j[a, b, c] = time + branch[5] + extra
-                ends[a, b, c] = branch[:4]
-    return velocities, j, ends
+                if arrival == ON_THE_WAY:
+                    arrival = n_steps * STEP + to_go(problem, branch.motion)
+                costs[a, b, c] = arrival + branch.cost + unstoppable
+                end = branch.motion
+                ends[a, b, c, 0], ends[a, b, c, 1], ends[a, b, c, 2], ends[a, b, c, 3] = end.x, end.y, end.vx, end.vy
+    return CoarsePlans(velocities, costs, ends)

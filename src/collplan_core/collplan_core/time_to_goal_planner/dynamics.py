@@ -1,6 +1,7 @@
-"""One step of the robot's law, with the first contact in it."""
+"""One step of the robot's dynamics, with the first contact in it."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,131 +10,159 @@ from collplan_core.reflection import reflect
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     INFERRED,
     OBSERVED,
+    Grid,
     clearance_at,
     normal_at,
     source_at,
 )
-from collplan_core.time_to_goal_planner.model import IMPACT_SPEED, STEP, Grid, Law, Price
+from collplan_core.time_to_goal_planner.model import IMPACT_SPEED, STEP, ContactCosts, RobotModel
+from collplan_core.velocity_law import VelocityLaw, velocity_after, velocity_after_step
 
 NO_CONTACT, SLIDES = 0, 3
 """Kinds of contact beside OBSERVED and INFERRED."""
 
 
-@njit
-def driven(vx: float, vy: float, ux: float, uy: float, duration: float, law: Law) -> tuple[float, float]:
-    """Velocity after `duration` [s] of dv/dt = sat((u - v) / lag): at full acceleration, then as a first-order lag."""
-    dx, dy = ux - vx, uy - vy
-    gap2 = dx * dx + dy * dy
-    linear = law.max_acceleration * law.lag
-    if gap2 <= linear * linear:
-        share = 1.0 - (law.decay if duration == STEP else math.exp(-duration / law.lag))
-    else:
-        gap = math.sqrt(gap2)
-        saturated = (gap - linear) / law.max_acceleration
-        if saturated >= duration:
-            share = law.max_acceleration * duration / gap
-        else:
-            share = 1.0 - linear * math.exp(-(duration - saturated) / law.lag) / gap
-    return vx + share * dx, vy + share * dy
+class Motion(NamedTuple):
+    """Where the disc's centre is [m] and how fast [m/s], world frame; the clearance there is at least the bound [m]."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    clearance_bound: float
 
 
-@njit
-def glided(x: float, y: float, vx: float, vy: float, ux: float, uy: float, law: Law,
-           ) -> tuple[float, float, float, float]:  # fmt: skip
-    """x, y, vx, vy after a STEP under command u where nothing is in the way."""
-    wx, wy = driven(vx, vy, ux, uy, STEP, law)
-    return x + 0.5 * (vx + wx) * STEP, y + 0.5 * (vy + wy) * STEP, wx, wy
+class Contact(NamedTuple):
+    """The first contact within a step.
 
-
-@njit
-def step(clearance: np.ndarray, source: np.ndarray, grid: Grid, law: Law, x: float, y: float, vx: float, vy: float,
-         near: float, ux: float, uy: float,
-         ) -> tuple[float, float, float, float, float, int, float, float, float, float]:  # fmt: skip
-    """STEP under command u, from a place whose clearance is at least `near`.
-
-    Returns:
-        x, y, vx, vy, what the clearance there is at least, kind of contact, speed into it, its share of the step, its
-        normal x, y.
+    Attributes:
+        kind: NO_CONTACT, SLIDES, OBSERVED or INFERRED.
+        normal_speed: speed into the boundary [m/s].
+        share: part of the step that lies before it.
+        nx, ny: unit normal out of the boundary.
     """
-    px, py, wx, wy = glided(x, y, vx, vy, ux, uy, law)
-    # no component of a step is longer than the step
-    bound = near - abs(px - x) - abs(py - y)
-    if bound > 0.0:
-        return px, py, wx, wy, bound, NO_CONTACT, 0.0, 0.0, 0.0, 0.0
-    after = clearance_at(clearance, grid.ox, grid.oy, grid.spacing, px, py)
-    if after >= 0.0:
-        return px, py, wx, wy, after, NO_CONTACT, 0.0, 0.0, 0.0, 0.0
-    return _touch(clearance, source, grid, law, x, y, vx, vy, px, py, wx, wy, after, ux, uy)
+
+    kind: int
+    normal_speed: float
+    share: float
+    nx: float
+    ny: float
+
+
+NOTHING_TOUCHED = Contact(NO_CONTACT, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit
-def _touch(clearance: np.ndarray, source: np.ndarray, grid: Grid, law: Law, x: float, y: float, vx: float, vy: float,
-           px: float, py: float, wx: float, wy: float, after: float, ux: float, uy: float,
-           ) -> tuple[float, float, float, float, float, int, float, float, float, float]:  # fmt: skip
-    """The rest of a step that ends inside a boundary: up to the contact, off it, and on."""
-    before = clearance_at(clearance, grid.ox, grid.oy, grid.spacing, x, y)
-    share = 0.0
-    if before > 1e-4:
-        share = before / (before - after)
-        # one step of false position: the clearance bends at corners
-        middle = clearance_at(clearance, grid.ox, grid.oy, grid.spacing, x + share * (px - x), y + share * (py - y))
-        if middle > 0.0:
-            share += (1.0 - share) * middle / (middle - after)
-        else:
-            share *= before / (before - middle)
-    cx, cy = x + share * (px - x), y + share * (py - y)
-    nx, ny = normal_at(clearance, grid.ox, grid.oy, grid.spacing, cx, cy)
-    sx, sy = vx + share * (wx - vx), vy + share * (wy - vy)
-    into = -(sx * nx + sy * ny)
+def motion_at(clearance: np.ndarray, grid: Grid, x: float, y: float, vx: float, vy: float) -> Motion:
+    """The motion through (x, y) at (vx, vy), its clearance read from the field."""
+    return Motion(x, y, vx, vy, clearance_at(clearance, grid, x, y))
+
+
+@njit
+def free_step(wheels: VelocityLaw, motion: Motion, ux: float, uy: float) -> Motion:
+    """The motion after STEP under command u where nothing is in the way; a bound below 0 means it was not looked."""
+    x, y, vx, vy, bound = motion
+    wx, wy = velocity_after_step(wheels, vx, vy, ux, uy)
+    px, py = x + 0.5 * (vx + wx) * STEP, y + 0.5 * (vy + wy) * STEP
+    # no component of a step is longer than the step
+    return Motion(px, py, wx, wy, bound - abs(px - x) - abs(py - y))
+
+
+@njit
+def step(
+    clearance: np.ndarray, source: np.ndarray, grid: Grid, model: RobotModel, motion: Motion, ux: float, uy: float
+) -> tuple[Motion, Contact]:
+    """The motion after STEP under command u, and the first contact on the way."""
+    end = free_step(model.wheels, motion, ux, uy)
+    if end.clearance_bound > 0.0:
+        return end, NOTHING_TOUCHED
+    after = clearance_at(clearance, grid, end.x, end.y)
+    end = Motion(end.x, end.y, end.vx, end.vy, after)
+    if after >= 0.0:
+        return end, NOTHING_TOUCHED
+    return _touch(clearance, source, grid, model, motion, end, ux, uy)
+
+
+@njit
+def _touch(
+    clearance: np.ndarray,
+    source: np.ndarray,
+    grid: Grid,
+    model: RobotModel,
+    motion: Motion,
+    end: Motion,
+    ux: float,
+    uy: float,
+) -> tuple[Motion, Contact]:
+    """The step that would end inside a boundary: up to the contact, off it, and on."""
+    share = _contact_share(clearance, grid, motion, end)
+    cx, cy = motion.x + share * (end.x - motion.x), motion.y + share * (end.y - motion.y)
+    nx, ny = normal_at(clearance, grid, cx, cy)
+    sx, sy = motion.vx + share * (end.vx - motion.vx), motion.vy + share * (end.vy - motion.vy)
+    normal_speed = -(sx * nx + sy * ny)
     kind = SLIDES
-    if into > IMPACT_SPEED:
-        kind = OBSERVED if source_at(source, grid.ox, grid.oy, grid.spacing, cx, cy) != INFERRED else INFERRED
-        restitution = law.restitution if kind == OBSERVED else 0.0
-        sx, sy = reflect(sx, sy, nx, ny, restitution, law.retention)
-    elif into > 0.0:
-        sx, sy = sx + into * nx, sy + into * ny
+    if normal_speed > IMPACT_SPEED:
+        kind = OBSERVED if source_at(source, grid, cx, cy) != INFERRED else INFERRED
+        restitution = model.restitution if kind == OBSERVED else 0.0
+        sx, sy = reflect(sx, sy, nx, ny, restitution, model.retention)
+    elif normal_speed > 0.0:
+        sx, sy = sx + normal_speed * nx, sy + normal_speed * ny
     rest = (1.0 - share) * STEP
-    wx, wy = driven(sx, sy, ux, uy, rest, law)
+    wx, wy = velocity_after(model.wheels, sx, sy, ux, uy, rest)
     pressed = -(wx * nx + wy * ny)
     if kind == SLIDES and pressed > 0.0:
         wx, wy = wx + pressed * nx, wy + pressed * ny
     px, py = cx + 0.5 * (sx + wx) * rest, cy + 0.5 * (sy + wy) * rest
-    after = clearance_at(clearance, grid.ox, grid.oy, grid.spacing, px, py)
+    after = clearance_at(clearance, grid, px, py)
     if after < 0.0:
         px, py = px - after * nx, py - after * ny
         after = 0.0
-    return px, py, wx, wy, after, kind, into, share, nx, ny
+    return Motion(px, py, wx, wy, after), Contact(kind, normal_speed, share, nx, ny)
 
 
 @njit
-def contact_cost(price: Price, kind: int, into: float) -> float:
+def _contact_share(clearance: np.ndarray, grid: Grid, motion: Motion, end: Motion) -> float:
+    """Share of a step into a boundary after which it touches that, by one step of false position."""
+    before, after = clearance_at(clearance, grid, motion.x, motion.y), end.clearance_bound
+    if before <= 1e-4:
+        return 0.0
+    share = before / (before - after)
+    # the clearance bends at corners
+    middle = clearance_at(clearance, grid, motion.x + share * (end.x - motion.x), motion.y + share * (end.y - motion.y))
+    if middle > 0.0:
+        return share + (1.0 - share) * middle / (middle - after)
+    return share * (before / (before - middle))
+
+
+@njit
+def contact_cost(costs: ContactCosts, contact: Contact) -> float:
     """What a contact costs [s]."""
-    if kind == OBSERVED:
-        return price.fixed + price.by_speed * into + (price.over if into > price.limit else 0.0)
-    if kind == INFERRED:
-        return price.inferred_fixed + price.inferred_by_speed * into
+    speed = contact.normal_speed
+    if contact.kind == OBSERVED:
+        return costs.fixed + costs.by_speed * speed + (costs.over if speed > costs.limit else 0.0)
+    if contact.kind == INFERRED:
+        return costs.inferred_fixed + costs.inferred_by_speed * speed
     return 0.0
 
 
 @njit
-def clearance_cost(clearance: np.ndarray, grid: Grid, price: Price, x: float, y: float, px: float, py: float,
-                   speed: float) -> float:  # fmt: skip
-    """What a chord from (x, y) to (px, py) costs for being grazed when it is driven a little beside [s]."""
-    d = price.distance
+def clearance_cost(clearance: np.ndarray, grid: Grid, costs: ContactCosts, begin: Motion, end: Motion) -> float:
+    """What the chord between two motions costs for touching if it were driven a little to one side [s]."""
+    d = costs.distance
+    x, y, px, py = begin.x, begin.y, end.x, end.y
     length = math.sqrt((px - x) * (px - x) + (py - y) * (py - y))
     if length < 1e-9:
         return 0.0
     dx, dy = (px - x) / length, (py - y) / length
+    speed = math.sqrt(end.vx * end.vx + end.vy * end.vy)
     cost = 0.0
     for side in (-1.0, 1.0):
         ex, ey = -side * d * dy, side * d * dx
         qx, qy = px + ex, py + ey
-        if clearance_at(clearance, grid.ox, grid.oy, grid.spacing, qx, qy) >= 0.0:
+        if clearance_at(clearance, grid, qx, qy) >= 0.0 or clearance_at(clearance, grid, x + ex, y + ey) < 0.0:
             continue
-        if clearance_at(clearance, grid.ox, grid.oy, grid.spacing, x + ex, y + ey) < 0.0:
-            continue
-        nx, ny = normal_at(clearance, grid.ox, grid.oy, grid.spacing, qx, qy)
+        nx, ny = normal_at(clearance, grid, qx, qy)
         square = -(dx * nx + dy * ny)
         if square > 0.3:
-            cost += price.clearance * square * speed
+            cost += costs.clearance * square * speed
     return cost

@@ -10,11 +10,12 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.feed_forward import feed_forward
-from collplan_core.time_to_goal_planner.model import SHORTEST_LAG
+from collplan_core.velocity_law import velocity_law
 
 
-def follow(memory: ControllerMemory, plan: Plan, plan_map: LocalMap | None, state: State, now: float,
-           settings: Settings) -> tuple[Command, ControllerMemory]:  # fmt: skip
+def follow(
+    memory: ControllerMemory, plan: Plan, plan_map: LocalMap | None, state: State, now: float, settings: Settings
+) -> tuple[Command, ControllerMemory]:
     """One control period: the command that drives the path, and tracking of what is left.
 
     Args:
@@ -27,8 +28,7 @@ def follow(memory: ControllerMemory, plan: Plan, plan_map: LocalMap | None, stat
     reference, _ = sample_reference(plan.times, plan.positions, now, 0.0)
     forward = np.zeros(2)
     if now < plan.times[-1]:
-        lag = max(robot.velocity_lag, SHORTEST_LAG)
-        forward = np.array(feed_forward(plan.times, plan.positions, now, period, lag, robot.max_acceleration))
+        forward = np.array(feed_forward(plan.times, plan.positions, now, period, velocity_law(robot)))
     velocity, integral = pid(
         reference - state.position, forward, np.zeros(2), memory.integral, period, params, robot.max_speed
     )

@@ -1,41 +1,42 @@
-"""What a rollout is computed with, as plain tuples that compiled code takes."""
+"""What one cycle's rollouts are computed with, as plain tuples that compiled code takes."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.strategies import BY_SPEED, FREE, REFLECTS, contact_terms
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import ClearanceField
-from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import ClearanceField, Grid
+from collplan_core.time_to_goal_planner.shortest_paths.record import PathLookup, ShortestPaths
+from collplan_core.velocity_law import VelocityLaw, velocity_law
 
 STEP = 0.025
-"""Of a rollout [s]."""
-KNOT_STEPS = 2
+"""Length of a rollout's step [s]."""
+INTERVAL_STEPS = 2
 """Steps for which one command holds."""
-KNOT = KNOT_STEPS * STEP
+CONTROL_INTERVAL = INTERVAL_STEPS * STEP
 """Time for which one command holds [s]."""
-SHORTEST_LAG = 1e-3
-"""A velocity loop without any lag is taken for this one [s]."""
 IMPACT_SPEED = 0.08
 """A contact slower than this slides and costs nothing [m/s]."""
 
 
-class Law(NamedTuple):
-    """The robot's law: dv/dt = sat((u - v) / lag), and what a boundary makes of its velocity."""
+class RobotModel(NamedTuple):
+    """How the robot moves: its top speed [m/s], its wheels, and the shares of its velocity that a contact leaves."""
 
     max_speed: float
-    max_acceleration: float
-    lag: float
+    wheels: VelocityLaw
     restitution: float
     retention: float
-    decay: float
-    """Share of a small difference to the command that is left after a STEP."""
 
 
-class Price(NamedTuple):
-    """What a contact costs [s]: fixed + by_speed * speed into it, + over where that is above the limit."""
+class ContactCosts(NamedTuple):
+    """What contacts and near misses cost [s].
+
+    Attributes:
+        fixed, by_speed: of a contact, and by its normal speed [s per m/s]; over: in addition above the limit [m/s].
+        inferred_fixed, inferred_by_speed: of a contact with inferred solid.
+        clearance: by the speed of a chord that would touch if it were driven `distance` [m] to one side.
+    """
 
     fixed: float
     by_speed: float
@@ -47,80 +48,76 @@ class Price(NamedTuple):
     distance: float
 
 
-class Grid(NamedTuple):
-    """Where the nodes of the clearance field are."""
-
-    ox: float
-    oy: float
-    spacing: float
-
-
 class Goal(NamedTuple):
-    """Where the rollouts end."""
+    """The disc in which rollouts end.
+
+    Attributes:
+        x, y, tolerance: centre and radius [m].
+        offset_cost: of an arrival, by the square of the distance at which its line passes the centre [s/m^2].
+    """
 
     x: float
     y: float
     tolerance: float
-    graze: float
-    """Cost of an arrival by the square of the distance at which its line passes the goal [s/m^2]."""
+    offset_cost: float
 
 
-class Scene(NamedTuple):
-    """Clearance field, where the disc was seen to be free, shortest paths and goal.
+class Constants(NamedTuple):
+    """The scalars of a problem, which every step of a rollout needs."""
 
-    What runs for every step takes the arrays one by one: counting the references of a tuple of arrays costs more there
-    than the step.
+    grid: Grid
+    goal: Goal
+    model: RobotModel
+    costs: ContactCosts
+
+
+class Problem(NamedTuple):
+    """All that a cycle's rollouts have in common.
+
+    What runs for every step takes arrays and constants one by one: counting the references of a tuple of arrays costs
+    more there than the step. A tuple of scalars costs nothing.
+
+    Attributes:
+        clearance, source: (nx, ny) as in ClearanceField, on the nodes of `constants.grid`.
+        free: (nx, ny) where the disc's centre was seen to be free.
+        paths: shortest paths to the goal.
+        stop_test: whether the robot must be able to brake within what it has seen.
     """
 
     clearance: np.ndarray
     source: np.ndarray
     free: np.ndarray
-    grid: Grid
-    goal: Goal
-    waypoint: np.ndarray
-    waypoints: np.ndarray
-    onward: np.ndarray
-    remaining: np.ndarray
-    turning: np.ndarray
-    gx: float
-    gy: float
-    cell: float
+    paths: PathLookup
+    constants: Constants
+    stop_test: bool
 
 
-def law_of(settings: Settings) -> Law:
-    """The robot's law as the chosen strategy believes it."""
+def robot_model(settings: Settings) -> RobotModel:
+    """The robot as the chosen strategy takes it to be."""
     reflects = contact_terms(settings).contact_law == REFLECTS
-    robot = settings.robot
-    lag = max(robot.velocity_lag, SHORTEST_LAG)
-    return Law(
-        robot.max_speed, robot.max_acceleration, lag,
-        settings.rebound.restitution if reflects else 0.0, settings.rebound.tangential_retention,
-        math.exp(-STEP / lag),
-    )  # fmt: skip
+    restitution = settings.rebound.restitution if reflects else 0.0
+    wheels = velocity_law(settings.robot, STEP)
+    return RobotModel(settings.robot.max_speed, wheels, restitution, settings.rebound.tangential_retention)
 
 
-def price_of(settings: Settings) -> Price:
-    """The prices of the chosen strategy."""
+def contact_costs(settings: Settings) -> ContactCosts:
+    """What contacts cost under the chosen strategy."""
     p, tolerance = settings.time_to_goal, contact_terms(settings).contact_tolerance
     if tolerance == BY_SPEED:
-        return Price(0.0, p.hit_cost, p.limit_cost, p.speed_limit, 0.0, p.inferred_cost, p.clearance_cost,
-                     p.tolerant_distance)  # fmt: skip
-    if tolerance == FREE:
-        return Price(0.0, 0.0, 0.0, p.speed_limit, 0.0, p.inferred_cost, p.clearance_cost, p.tolerant_distance)
-    return Price(p.averse_cost, p.averse_speed_cost, 0.0, p.speed_limit, p.averse_cost, p.averse_speed_cost,
-                 p.clearance_cost, p.averse_distance)  # fmt: skip
+        observed, inferred, distance = (0.0, p.hit_cost, p.limit_cost), (0.0, p.inferred_cost), p.tolerant_distance
+    elif tolerance == FREE:
+        observed, inferred, distance = (0.0, 0.0, 0.0), (0.0, p.inferred_cost), p.tolerant_distance
+    else:
+        averse = p.averse_cost, p.averse_speed_cost
+        observed, inferred, distance = (*averse, 0.0), averse, p.averse_distance
+    return ContactCosts(*observed, p.speed_limit, *inferred, p.clearance_cost, distance)
 
 
-def scene_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, settings: Settings) -> Scene:
-    """Field, where the disc was seen to be free (nx, ny), and paths in one tuple."""
-    grid = Grid(float(field.origin[0]), float(field.origin[1]), field.spacing)
+def problem_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, settings: Settings) -> Problem:
+    """The problem of a cycle: boundaries, where the disc was seen to be free (nx, ny), paths, robot and strategy."""
     p = settings.time_to_goal
-    goal = Goal(
-        float(paths.goal[0]), float(paths.goal[1]), p.arrival_share * paths.tolerance,
-        p.graze_cost / paths.tolerance**2,
-    )  # fmt: skip
-    return Scene(
-        field.clearance, field.source, free, grid, goal,
-        paths.waypoint, paths.waypoints, paths.onward, paths.remaining, paths.turning,
-        float(paths.origin[0]), float(paths.origin[1]), paths.spacing,
-    )  # fmt: skip
+    tolerance = p.arrival_share * paths.tolerance
+    goal = Goal(float(paths.goal[0]), float(paths.goal[1]), tolerance, p.graze_cost / paths.tolerance**2)
+    constants = Constants(field.grid, goal, robot_model(settings), contact_costs(settings))
+    stop_test = contact_terms(settings).stop_test
+    return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test)

@@ -13,38 +13,43 @@ from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, NoPlan, Plan
 from collplan_core.state import State
-from collplan_core.strategies import contact_terms
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
-from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS, coarse_plans
-from collplan_core.time_to_goal_planner.full_plan import extend, near_at, roll
-from collplan_core.time_to_goal_planner.initial_plans import best_coarse, coarse_commands, padded, shifted, tracked
-from collplan_core.time_to_goal_planner.initial_state import Expected, begin_velocity
-from collplan_core.time_to_goal_planner.model import KNOT, STEP, Law, Price, Scene, law_of, price_of, scene_of
+from collplan_core.time_to_goal_planner.coarse_search import CoarsePlans, coarse_plans
+from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
+from collplan_core.time_to_goal_planner.full_plan import FullPlan, braking, roll
+from collplan_core.time_to_goal_planner.initial_plans import (
+    best_coarse,
+    coarse_commands,
+    extended,
+    padded,
+    shifted,
+    tracked,
+)
+from collplan_core.time_to_goal_planner.initial_state import Expected, initial_velocity
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem, problem_of
 from collplan_core.time_to_goal_planner.refinement import refine
-from collplan_core.time_to_goal_planner.sampling import in_full
+from collplan_core.time_to_goal_planner.sampling import sample_trajectory
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.time_to_goal_planner.stopping import UNSTOPPABLE
 
-TRACKING = 2.5
-"""Gain with which the plan in force is tracked, where its own commands led beside it [1/s]."""
 CHUNK = 100
 """Changes tried between two looks at the clock."""
 
 
 @dataclass(frozen=True, eq=False)
-class RolloutMemory:
+class PlannerMemory:
     """What one cycle leaves to the next.
 
     Attributes:
-        remembered: boundaries; map_stamp: of the last scan in them [s].
+        remembered: boundaries seen so far; map_stamp: of the last scan in them [s].
         known: whether the whole map was given: nothing is added.
-        paths: shortest paths.
-        begun: when the plan in force begins [s]; commands: (n, 2) its commands, one a knot [m/s].
+        paths: shortest paths to the goal.
+        plan_stamp: when the plan in force begins [s]; commands: (n, 2) its commands, one a control interval [m/s].
         expected: what it foresees.
-        rollouts: the best coarse plans (k, 2) [m], for display.
+        rollouts: the plans that refinement began with (k, 2) [m], for display.
         cycle: how many there were: the seed of the refinement.
     """
 
@@ -52,26 +57,16 @@ class RolloutMemory:
     map_stamp: float = -np.inf
     known: bool = False
     paths: ShortestPaths | None = None
-    begun: float = 0.0
+    plan_stamp: float = 0.0
     commands: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     expected: Expected | None = None
     rollouts: tuple[np.ndarray, ...] = ()
     cycle: int = 0
 
 
-@dataclass(frozen=True, eq=False)
-class _Whole:
-    """A whole plan while it is worked on; the arrays are longer than n."""
-
-    commands: np.ndarray
-    states: np.ndarray
-    costs: np.ndarray
-    n: int
-    j: float
-
-
-def plan_cycle(memory: RolloutMemory | None, local_map: LocalMap, state: State, goal: np.ndarray,
-                 settings: Settings) -> tuple[Plan, RolloutMemory]:  # fmt: skip
+def plan_cycle(
+    memory: PlannerMemory | None, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
+) -> tuple[Plan, PlannerMemory]:
     """One cycle: from a local map to a timed reference to the goal, with the contacts it foresees.
 
     Args:
@@ -82,26 +77,32 @@ def plan_cycle(memory: RolloutMemory | None, local_map: LocalMap, state: State, 
     Raises:
         NoPlan: what is remembered closes off the goal.
     """
-    begun = perf_counter()
-    memory = _updated(memory or RolloutMemory(), local_map, state, np.array(goal, dtype=float), settings)
-    assert memory.remembered is not None
-    assert memory.paths is not None
-    if not is_reachable(memory.paths, state.position):
+    started_at = perf_counter()
+    memory = _updated(memory or PlannerMemory(), local_map, state, np.array(goal, dtype=float), settings)
+    remembered, paths = memory.remembered, memory.paths
+    assert remembered is not None
+    assert paths is not None
+    if not is_reachable(paths, state.position):
         raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
-    scene = scene_of(memory.remembered.field, memory.remembered.free, memory.paths, settings)
-    law, price = law_of(settings), price_of(settings)
-    begin = np.array([*state.position, *begin_velocity(state, memory.expected, settings)])
-    coarse, starts = _starts(memory, scene, law, price, begin, state.stamp, settings)
-    rollouts = tuple(start.states[: start.n + 1, :2].copy() for start in starts)
-    whole = _refined(starts, scene, law, price, memory.cycle, begun, settings)
-    if whole.costs[whole.n] >= UNSTOPPABLE and contact_terms(settings).stop_test:
-        whole = _braking(scene, law, price, begin, settings)
-    return _finished(replace(memory, rollouts=rollouts), coarse, whole, scene, law, begin, state, settings)
+    problem = problem_of(remembered.field, remembered.free, paths, settings)
+    initial = _initial_motion(problem, state, memory.expected, settings)
+    coarse = coarse_plans(problem, initial, round(settings.time_to_goal.horizon / STEP))
+    plans = _initial_plans(problem, initial, coarse, memory, state.stamp, settings)
+    rollouts = tuple(each.states[: each.n + 1, :2].copy() for each in plans)
+    best = _refined(problem, plans, np.random.default_rng(memory.cycle), started_at, settings)
+    if problem.stop_test and best.costs[best.n] >= UNSTOPPABLE:
+        best = braking(problem, initial)
+    rows, contacts = sample_trajectory(problem, initial, best.commands[: max(best.n, 1)], settings.robot.radius)
+    plan = _plan(state.stamp, rows, contacts, best, coarse)
+    expected = Expected(plan.times, plan.positions, plan.velocities, plan.contacts.times)
+    commands = best.commands[: best.n].copy()
+    return plan, replace(memory, plan_stamp=state.stamp, commands=commands, expected=expected, rollouts=rollouts)
 
 
-def _updated(memory: RolloutMemory, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings,
-             ) -> RolloutMemory:  # fmt: skip
-    """With the newest scan and the shortest paths over it."""
+def _updated(
+    memory: PlannerMemory, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
+) -> PlannerMemory:
+    """The memory with the newest scan and the shortest paths over it."""
     remembered = memory.remembered
     if remembered is None or (local_map.stamp > memory.map_stamp and not memory.known):
         remembered = remember(remembered, local_map, settings.robot, settings.remembered)
@@ -109,81 +110,59 @@ def _updated(memory: RolloutMemory, local_map: LocalMap, state: State, goal: np.
     return replace(memory, remembered=remembered, paths=paths, map_stamp=local_map.stamp, cycle=memory.cycle + 1)
 
 
-def _starts(memory: RolloutMemory, scene: Scene, law: Law, price: Price, begin: np.ndarray, stamp: float,
-            settings: Settings) -> tuple[Candidates, list[_Whole]]:  # fmt: skip
-    """The coarse plans, and the whole plans to refine: the last one carried on, and the best coarse ones extended."""
-    p, test = settings.time_to_goal, contact_terms(settings).stop_test
-    most = round(p.longest_plan / KNOT)
-    first = np.array([*begin, near_at(scene, begin[0], begin[1]), 0.0])
-    velocities, j, ends = coarse_plans(scene, law, price, first, round(p.horizon / STEP), test)
-    starts = []
-    last = shifted(memory.commands, stamp - memory.begun)
-    if len(last) and memory.expected is not None:
-        back = tracked(
-            scene, law, price, begin, last, memory.expected.positions_at(stamp + KNOT * np.arange(len(last))), TRACKING
-        )
-        starts += [
-            _rolled(scene, law, price, test, begin, padded(each, most), len(last), most) for each in (last, back)
-        ]
-    for a, b, c in best_coarse(j, p.n_starts):
-        commands = np.zeros((most, 2))
-        n = coarse_commands(commands, velocities[a], velocities[c], SWITCH_STEPS[b], round(p.horizon / STEP))
-        rolled = _rolled(scene, law, price, test, begin, commands, n, most)
-        if rolled.n == n:
-            n = extend(scene, law, price, commands, n, rolled.states[n])
-            rolled = _rolled(scene, law, price, test, begin, commands, n, most)
-        starts.append(rolled)
-    return Candidates(ends[..., :2].reshape(-1, 2), ends[..., 2:].reshape(-1, 2), j.reshape(-1)), starts
+def _initial_motion(problem: Problem, state: State, expected: Expected | None, settings: Settings) -> Motion:
+    x, y, vx, vy = (float(value) for value in (*state.position, *initial_velocity(state, expected, settings)))
+    return motion_at(problem.clearance, problem.constants.grid, x, y, vx, vy)
 
 
-def _rolled(scene: Scene, law: Law, price: Price, test: bool, begin: np.ndarray, commands: np.ndarray, n: int,
-            most: int) -> _Whole:  # fmt: skip
-    states, costs = np.zeros((most + 1, 4)), np.zeros(most + 1)
-    states[0] = begin
-    used, j, _ = roll(scene, law, price, test, commands, n, states, costs)
-    return _Whole(commands, states, costs, used, j)
+def _initial_plans(
+    problem: Problem, initial: Motion, coarse: CoarsePlans, memory: PlannerMemory, stamp: float, settings: Settings
+) -> list[FullPlan]:
+    """What refinement starts from: the last plan carried on and led back to its path, and the best coarse ones."""
+    p = settings.time_to_goal
+    size, n_steps = round(p.longest_plan / CONTROL_INTERVAL), round(p.horizon / STEP)
+    plans = []
+    left = shifted(memory.commands, stamp - memory.plan_stamp)[:size]
+    if len(left) and memory.expected is not None:
+        path = memory.expected.positions_at(stamp + CONTROL_INTERVAL * np.arange(len(left)))
+        led_back = tracked(problem, initial, left, path)
+        plans += [roll(problem, initial, padded(each, size), len(left)) for each in (left, led_back)]
+    for place in best_coarse(coarse.costs, p.n_starts):
+        plans.append(extended(problem, initial, *coarse_commands(coarse, place, n_steps, size)))
+    return plans
 
 
-def _refined(starts: list[_Whole], scene: Scene, law: Law, price: Price, seed: int, begun: float,
-             settings: Settings) -> _Whole:  # fmt: skip
-    """The best of the starts, refined: some changes on each, more on the best."""
-    p, test = settings.time_to_goal, contact_terms(settings).stop_test
-    until = begun + p.time_budget if p.time_budget > 0.0 else np.inf
+def _refined(
+    problem: Problem, plans: list[FullPlan], random: np.random.Generator, started_at: float, settings: Settings
+) -> FullPlan:
+    """The best of the plans, refined: some changes on each, more on the best."""
+    p = settings.time_to_goal
+    until = started_at + p.time_budget if p.time_budget > 0.0 else np.inf
 
-    def refined(whole: _Whole, count: int) -> _Whole:
+    def refined(plan: FullPlan, count: int) -> FullPlan:
         while count > 0 and perf_counter() < until:
-            n, j, _ = refine(
-                scene, law, price, test, random, min(count, CHUNK), whole.commands, whole.states, whole.costs, whole.n,
-                whole.j,
-            )  # fmt: skip
-            whole, count = replace(whole, n=n, j=j), count - CHUNK
-        return whole
+            plan, count = refine(problem, plan, min(count, CHUNK), random), count - CHUNK
+        return plan
 
-    random = np.random.default_rng(seed)
-    starts = sorted(starts, key=lambda whole: whole.j)
-    return refined(min((refined(whole, p.start_proposals) for whole in starts), key=lambda whole: whole.j), p.proposals)
+    plans = sorted(plans, key=lambda plan: plan.cost)
+    return refined(min((refined(plan, p.start_proposals) for plan in plans), key=lambda plan: plan.cost), p.proposals)
 
 
-def _braking(scene: Scene, law: Law, price: Price, begin: np.ndarray, settings: Settings) -> _Whole:
-    """Rest is commanded: no plan passed the stop test."""
-    n = round(2.0 * law.max_speed / law.max_acceleration / KNOT) + 1
-    return _rolled(scene, law, price, False, begin, np.zeros((n, 2)), n, n)
-
-
-def _finished(memory: RolloutMemory, coarse: Candidates, whole: _Whole, scene: Scene, law: Law, begin: np.ndarray,
-              state: State, settings: Settings) -> tuple[Plan, RolloutMemory]:  # fmt: skip
-    rows, hits = in_full(scene, law, begin, whole.commands, max(whole.n, 1), settings.robot.radius)
+def _plan(stamp: float, rows: np.ndarray, contacts: np.ndarray, best: FullPlan, coarse: CoarsePlans) -> Plan:
+    """The plan as a record, from a trajectory's rows and contacts; its times count from `stamp` [s]."""
     times, positions, velocities = (
-        np.ascontiguousarray(columns) for columns in (state.stamp + rows[:, 0], rows[:, 1:3], rows[:, 3:])
+        np.ascontiguousarray(columns) for columns in (stamp + rows[:, 0], rows[:, 1:3], rows[:, 3:])
     )
-    contacts = Contacts(state.stamp + hits[:, 0], hits[:, 1:3], hits[:, 3:])
-    paid = float(whole.costs[whole.n])
-    plan = Plan(
-        stamp=state.stamp, times=times, positions=positions, velocities=velocities, contacts=contacts,
-        aim=positions[-1], aim_velocity=velocities[-1],
-        terms={"total": whole.j, "arrival_time": whole.j - paid, "contact_and_clearance": paid},
-        candidates=coarse, n_before_pruning=len(coarse.costs),
-    )  # fmt: skip
-    expected = Expected(times, positions, velocities, contacts.times)
-    commands = whole.commands[: whole.n].copy()
-    return plan, replace(memory, begun=state.stamp, commands=commands, expected=expected)
+    paid, costs, ends = float(best.costs[best.n]), coarse.costs.reshape(-1), coarse.ends.reshape(-1, 4)
+    return Plan(
+        stamp=stamp,
+        times=times,
+        positions=positions,
+        velocities=velocities,
+        contacts=Contacts(stamp + contacts[:, 0], contacts[:, 1:3], contacts[:, 3:]),
+        aim=positions[-1],
+        aim_velocity=velocities[-1],
+        terms={"total": best.cost, "arrival_time": best.cost - paid, "contact_and_clearance": paid},
+        candidates=Candidates(ends[:, :2], ends[:, 2:], costs),
+        n_before_pruning=len(costs),
+    )

@@ -1,118 +1,140 @@
-"""Whole plans made better by changes at random, each kept only where J falls."""
+"""Full plans made better by changes at random, each kept only where the cost falls."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.coarse_search import toward
-from collplan_core.time_to_goal_planner.control_interval import ON_THE_WAY, roll_knot
-from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_KNOT, clip, end_cost, near_at, stop_cost
-from collplan_core.time_to_goal_planner.model import KNOT, Law, Price, Scene
+from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, end_cost
+from collplan_core.time_to_goal_planner.control_interval import roll_interval
+from collplan_core.time_to_goal_planner.dynamics import motion_at
+from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan, clip
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading
+from collplan_core.time_to_goal_planner.stopping import stop_cost
 
 LONGEST_WINDOW = 20
-"""Knots changed at once."""
+"""Control intervals changed at once."""
 MOST_DELETED = 4
-"""Knots taken out at once."""
+"""Control intervals taken out at once."""
 BUMPS = (0.12, 0.5)
 """Standard deviations of a bump of velocity [m/s]."""
-TRACKING_GAIN, VELOCITY_GAIN = 4.0, 0.5
+POSITION_GAIN, VELOCITY_GAIN = 4.0, 0.5
 """Gains with which the old plan is tracked after the window: up to [1/s], and [1]."""
 RUN_ON = 4
-"""Knots for which a plan that is not there goes on straight for the goal."""
+"""Control intervals for which a plan that is not there goes on straight for the goal."""
 DELETE, BUMP, STRAIGHT = 0, 1, 2
 
 
-@njit
-def refine(scene: Scene, law: Law, price: Price, stop_test: bool, random: np.random.Generator, count: int,
-           commands: np.ndarray, states: np.ndarray, costs: np.ndarray, n: int, j: float,
-           ) -> tuple[int, float, int]:  # fmt: skip
-    """Tries `count` changes on a plan of n knots and J = j, in place.
+class Change(NamedTuple):
+    """A change of a window of a plan.
 
-    Args:
-        commands: (m, 2) [m/s], states: (m + 1, 4), costs: (m + 1,) as `whole.roll` fills them.
+    Attributes:
+        kind: DELETE, BUMP or STRAIGHT.
+        first, window: first control interval changed, and how many are.
+        deleted, where: intervals taken out of the window, and from which one on.
+        bump_x, bump_y: height of the bump [m/s].
+        position_gain, velocity_gain: with which the old plan is tracked after the window [1/s], [1].
+    """
+
+    kind: int
+    first: int
+    window: int
+    deleted: int
+    where: int
+    bump_x: float
+    bump_y: float
+    position_gain: float
+    velocity_gain: float
+
+
+@njit
+def refine(problem: Problem, plan: FullPlan, count: int, random: np.random.Generator) -> FullPlan:
+    """The plan after `count` changes tried, each kept where it lowers the cost; the arrays are changed in place."""
+    commands, states, costs = plan.commands, plan.states, plan.costs
+    new = FullPlan(np.empty_like(commands), np.empty_like(states), np.empty_like(costs), 0, 0.0)
+    for _ in range(count):
+        if plan.n < 1:
+            break
+        change = _draw_change(random, plan.n)
+        n, cost = _roll_changed(problem, plan, change, new)
+        if cost < plan.cost - 1e-9:
+            first = change.first
+            commands[first:n] = new.commands[first:n]
+            states[first + 1 : n + 1] = new.states[first + 1 : n + 1]
+            costs[first + 1 : n + 1] = new.costs[first + 1 : n + 1]
+            plan = FullPlan(commands, states, costs, n, cost)
+    return plan
+
+
+@njit
+def _draw_change(random: np.random.Generator, n: int) -> Change:
+    """A change of a plan of n control intervals."""
+    first = int(random.random() * n)
+    window = min(1 + int(random.random() * LONGEST_WINDOW), n - first)
+    kind = int(3.0 * random.random())
+    deleted = 0
+    if kind == DELETE or (kind == STRAIGHT and random.random() < 0.5):
+        deleted = 1 + int(random.random() * min(MOST_DELETED, window))
+    where = int(random.random() * (window - deleted + 1))
+    bump_x = bump_y = 0.0
+    if kind == BUMP:
+        sigma = BUMPS[int(2.0 * random.random())]
+        bump_x, bump_y = sigma * random.standard_normal(), sigma * random.standard_normal()
+    position_gain = POSITION_GAIN * random.random() if random.random() < 0.7 else 0.0
+    velocity_gain = VELOCITY_GAIN if random.random() < 0.5 else 0.0
+    return Change(kind, first, window, deleted, where, bump_x, bump_y, position_gain, velocity_gain)
+
+
+@njit
+def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPlan) -> tuple[int, float]:
+    """Rolls a changed plan from its window on, into the arrays of `new`.
 
     Returns:
-        knots, J, changes kept.
+        control intervals and cost; inf as soon as that cannot be lower than before.
     """
-    most, kept = len(commands), 0
-    new_commands, new_states, new_costs = np.empty_like(commands), np.empty_like(states), np.empty_like(costs)
-    for _ in range(count):
-        if n < 1:
-            break
-        first = int(random.random() * n)
-        window = min(1 + int(random.random() * LONGEST_WINDOW), n - first)
-        kind = int(3.0 * random.random())
-        deleted = 0
-        if kind == DELETE or (kind == STRAIGHT and random.random() < 0.5):
-            deleted = 1 + int(random.random() * min(MOST_DELETED, window))
-        where = int(random.random() * (window - deleted + 1))
-        bump_x = bump_y = 0.0
-        if kind == BUMP:
-            sigma = BUMPS[int(2.0 * random.random())]
-            bump_x, bump_y = sigma * random.standard_normal(), sigma * random.standard_normal()
-        gain = TRACKING_GAIN * random.random() if random.random() < 0.7 else 0.0
-        velocity_gain = VELOCITY_GAIN if random.random() < 0.5 else 0.0
-        m, total = _changed(
-            scene, law, price, stop_test, commands, states, costs, n, j, first, window, kind, deleted, where, bump_x,
-            bump_y, gain, velocity_gain, most, new_commands, new_states, new_costs,
-        )  # fmt: skip
-        if total < j - 1e-9:
-            commands[first:m], states[first : m + 1], costs[first : m + 1] = (
-                new_commands[first:m], new_states[first : m + 1], new_costs[first : m + 1],
-            )  # fmt: skip
-            n, j, kept = m, total, kept + 1
-    return n, j, kept
-
-
-@njit
-def _changed(scene: Scene, law: Law, price: Price, stop_test: bool, commands: np.ndarray, states: np.ndarray,
-             costs: np.ndarray, n: int, best: float, first: int, window: int, kind: int, deleted: int, where: int,
-             bump_x: float, bump_y: float, gain: float, velocity_gain: float, most: int, new_commands: np.ndarray,
-             new_states: np.ndarray, new_costs: np.ndarray) -> tuple[int, float]:  # fmt: skip
-    """Rolls one change from its window on: knots and J, inf as soon as it cannot be better than `best`."""
-    clearance, source, grid, goal = scene.clearance, scene.source, scene.grid, scene.goal
-    x, y, vx, vy = states[first]
-    near = near_at(scene, x, y)
-    new_states[first] = states[first]
-    new_costs[first] = costs[first]
-    total = costs[first]
-    stop = first + window - deleted
+    clearance, source, constants = problem.clearance, problem.source, problem.constants
+    goal, max_speed = constants.goal, constants.model.max_speed
+    commands, states = plan.commands, plan.states
+    new_commands, new_states, new_costs = new.commands, new.states, new.costs
+    kind, first, window, deleted, where, bump_x, bump_y, position_gain, velocity_gain = change
+    x, y, vx, vy = states[first, 0], states[first, 1], states[first, 2], states[first, 3]
+    motion, total = motion_at(clearance, constants.grid, x, y, vx, vy), plan.costs[first]
+    n, best = plan.n, plan.cost
+    stop, last = first + window - deleted, min(n - deleted + RUN_ON, len(commands))
     end_x, end_y = states[first + window, 0], states[first + window, 1]
-    k = first
-    while k < min(n - deleted + RUN_ON, most):
+    for k in range(first, last):
         old = k + deleted if k >= first + where else k
-        if k < stop:
-            if kind == STRAIGHT:
-                dx, dy = end_x - x, end_y - y
-                length = math.sqrt(dx * dx + dy * dy)
-                share = law.max_speed / length if length > 1e-6 else 0.0
-                ux, uy = share * dx, share * dy
-            else:
-                ux, uy = commands[old, 0], commands[old, 1]
-                if kind == BUMP:
-                    weight = math.sin(math.pi * (k - first + 0.5) / window)
-                    ux, uy = ux + weight * bump_x, uy + weight * bump_y
+        if k < stop and kind == STRAIGHT:
+            dx, dy = end_x - motion.x, end_y - motion.y
+            length = math.sqrt(dx * dx + dy * dy)
+            share = max_speed / length if length > 1e-6 else 0.0
+            ux, uy = share * dx, share * dy
+        elif k < stop:
+            ux, uy = commands[old, 0], commands[old, 1]
+            if kind == BUMP:
+                weight = math.sin(math.pi * (k - first + 0.5) / window)
+                ux, uy = ux + weight * bump_x, uy + weight * bump_y
         elif old < n:
-            ux = commands[old, 0] + gain * (states[old, 0] - x) + velocity_gain * (states[old, 2] - vx)
-            uy = commands[old, 1] + gain * (states[old, 1] - y) + velocity_gain * (states[old, 3] - vy)
+            off_x, off_y = states[old, 0] - motion.x, states[old, 1] - motion.y
+            ux = commands[old, 0] + position_gain * off_x + velocity_gain * (states[old, 2] - motion.vx)
+            uy = commands[old, 1] + position_gain * off_y + velocity_gain * (states[old, 3] - motion.vy)
         else:
-            ux, uy, _ = toward(scene, x, y)
-            ux, uy = law.max_speed * ux, law.max_speed * uy
-        ux, uy = clip(ux, uy, law.max_speed)
-        x, y, vx, vy, near, cost, arrival = roll_knot(
-            clearance, source, grid, goal, law, price, x, y, vx, vy, near, ux, uy
-        )
+            ux, uy, _ = heading(problem.paths, motion.x, motion.y)
+            ux, uy = max_speed * ux, max_speed * uy
+        ux, uy = clip(ux, uy, max_speed)
+        motion, cost, arrival = roll_interval(clearance, source, constants, motion, ux, uy)
         total += cost
         new_commands[k, 0], new_commands[k, 1] = ux, uy
-        k += 1
-        new_states[k, 0], new_states[k, 1], new_states[k, 2], new_states[k, 3] = x, y, vx, vy
-        if stop_test and k == STOP_TEST_KNOT:
-            total += stop_cost(scene, law, new_states[k])
-        new_costs[k] = total
+        new_states[k + 1, 0], new_states[k + 1, 1] = motion.x, motion.y
+        new_states[k + 1, 2], new_states[k + 1, 3] = motion.vx, motion.vy
+        if problem.stop_test and k + 1 == STOP_TEST_INTERVAL:
+            total += stop_cost(problem, motion)
+        new_costs[k + 1] = total
         if arrival != ON_THE_WAY:
-            return k, (k - 1) * KNOT + arrival + total
-        left = math.sqrt((x - scene.goal.x) ** 2 + (y - scene.goal.y) ** 2) - scene.goal.tolerance
-        if total + k * KNOT + left / law.max_speed >= best:
-            return k, np.inf
-    return k, k * KNOT + total + end_cost(scene, law, new_states[k])
+            return k + 1, k * CONTROL_INTERVAL + arrival + total
+        left = math.sqrt((motion.x - goal.x) ** 2 + (motion.y - goal.y) ** 2) - goal.tolerance
+        if total + (k + 1) * CONTROL_INTERVAL + left / max_speed >= best:
+            return k + 1, np.inf
+    return last, last * CONTROL_INTERVAL + total + end_cost(problem, motion)

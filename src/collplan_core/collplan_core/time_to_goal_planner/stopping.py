@@ -4,10 +4,13 @@ import math
 
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at
-from collplan_core.time_to_goal_planner.model import STEP, Law, Scene
+from collplan_core.time_to_goal_planner.dynamics import Motion
+from collplan_core.time_to_goal_planner.model import STEP, Problem
 
+STOP_TEST_STEPS = 4
+"""Steps after which the robot must be able to brake within what was seen, where that is asked for."""
 UNSTOPPABLE = 100.0
-"""Added to J of a plan that fails the stop test [s]."""
+"""Added to the cost of a plan that fails the stop test [s]."""
 BRAKING_SHARE = 0.9
 """Share of the largest acceleration that braking counts on."""
 SWERVES = (0.0, 0.4, -0.4, 0.8, -0.8, 1.2, -1.2)
@@ -15,19 +18,18 @@ SWERVES = (0.0, 0.4, -0.4, 0.8, -0.8, 1.2, -1.2)
 
 
 @njit
-def _is_free(scene: Scene, x: float, y: float) -> bool:
-    nx, ny = scene.free.shape
-    i, j = (
-        int(math.floor((x - scene.grid.ox) / scene.grid.spacing + 0.5)),
-        int(math.floor((y - scene.grid.oy) / scene.grid.spacing + 0.5)),
-    )
-    return 0 <= i < nx and 0 <= j < ny and scene.free[i, j]
+def _is_free(problem: Problem, x: float, y: float) -> bool:
+    nx, ny = problem.free.shape
+    grid = problem.constants.grid
+    i, j = int(math.floor((x - grid.x) / grid.spacing + 0.5)), int(math.floor((y - grid.y) / grid.spacing + 0.5))
+    return 0 <= i < nx and 0 <= j < ny and problem.free[i, j]
 
 
 @njit
-def _stops(scene: Scene, law: Law, x: float, y: float, vx: float, vy: float, swerve: float) -> bool:
+def _stops(problem: Problem, motion: Motion, swerve: float) -> bool:
+    grid, brake = problem.constants.grid, BRAKING_SHARE * problem.constants.model.wheels.max_acceleration
+    x, y, vx, vy, _ = motion
     speed = math.hypot(vx, vy)
-    brake = BRAKING_SHARE * law.max_acceleration
     if speed > 1e-9:
         c, s = -math.cos(swerve) / speed, -math.sin(swerve) / speed
         ax, ay = brake * (c * vx - s * vy), brake * (s * vx + c * vy)
@@ -40,15 +42,21 @@ def _stops(scene: Scene, law: Law, x: float, y: float, vx: float, vy: float, swe
                 ax, ay = -brake * vx / speed, -brake * vy / speed
             x, y = x + vx * STEP + 0.5 * ax * STEP * STEP, y + vy * STEP + 0.5 * ay * STEP * STEP
             vx, vy = vx + ax * STEP, vy + ay * STEP
-            if clearance_at(scene.clearance, scene.grid.ox, scene.grid.oy, scene.grid.spacing, x, y) < 0.0:
+            if clearance_at(problem.clearance, grid, x, y) < 0.0:
                 return False
-    return _is_free(scene, x, y)
+    return _is_free(problem, x, y)
 
 
 @njit
-def admits_stop(scene: Scene, law: Law, x: float, y: float, vx: float, vy: float) -> bool:
-    """Whether some two-phase braking from here touches nothing and ends where the disc was seen to be free."""
+def admits_stop(problem: Problem, motion: Motion) -> bool:
+    """Whether some two-phase braking from a motion touches nothing and ends where the disc was seen to be free."""
     for swerve in SWERVES:  # noqa: SIM110 (numba has no generators)
-        if _stops(scene, law, x, y, vx, vy, swerve):
+        if _stops(problem, motion, swerve):
             return True
     return False
+
+
+@njit
+def stop_cost(problem: Problem, motion: Motion) -> float:
+    """Charged where the robot cannot brake from a motion within what it has seen [s]."""
+    return 0.0 if admits_stop(problem, motion) else UNSTOPPABLE

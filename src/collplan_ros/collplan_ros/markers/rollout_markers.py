@@ -9,7 +9,7 @@ from visualization_msgs.msg import Marker
 
 from collplan_core.parameters import Settings
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory
+from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory
 from collplan_ros.markers.shapes import LINE_WIDTH, color, lines_of_one_color
 
 ROLLOUT = color(0.2, 0.5, 0.9, 0.5)
@@ -19,7 +19,7 @@ INFERRED = color(0.25, 0.25, 0.3, 0.25)
 
 def rollout_markers(head: Header, memory: Any, settings: Settings) -> Iterable[Marker]:
     """Markers of rollouts, remembered and inferred boundaries; empty ones, which clear the old, for another memory."""
-    mine = memory if isinstance(memory, RolloutMemory) else RolloutMemory()
+    mine = memory if isinstance(memory, PlannerMemory) else PlannerMemory()
     yield lines_of_one_color(head, "rollouts", _strips_as_lines(mine.rollouts), ROLLOUT, LINE_WIDTH / 4)
     yield from _boundaries(head, mine.remembered, settings)
 
@@ -39,7 +39,7 @@ def _boundaries(head: Header, remembered: RememberedBoundaries | None, settings:
 
 def _inferred(remembered: RememberedBoundaries, settings: Settings) -> np.ndarray:
     """(2n, 2) ends of a line into the inferred solid behind each piece; boundaries are those of the robot's centre."""
-    here = remembered.backed & ~remembered.refuted
+    here = remembered.solid_behind & ~remembered.seen_free_behind
     middles = remembered.pieces[here].reshape(-1, 2, 2).mean(axis=1)
     depth = max(settings.remembered.inferred_depth - 2.0 * settings.robot.radius, 0.0)
     return np.stack([middles, middles - depth * remembered.normals[here]], axis=1).reshape(-1, 2)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,13 +14,21 @@ NOTHING, OBSERVED, INFERRED = 0, 1, 2
 """What the nearest boundary of a node is."""
 
 
+class Grid(NamedTuple):
+    """Square nodes in the world frame: [i, j] lies at (x, y) + spacing * (i, j) [m]."""
+
+    x: float
+    y: float
+    spacing: float
+
+
 @dataclass(frozen=True, eq=False)
 class ClearanceField:
     """Clearance of the disc's centre from boundaries, world frame. Outside of the grid nothing is known: FAR.
 
     Attributes:
         origin: (2,) where node [0, 0] is [m].
-        spacing: of the nodes [m].
+        spacing: distance between neighbouring nodes [m].
         clearance: (nx, ny) distance to the nearest boundary less the disc's radius, below 0 inside, at most FAR [m].
         source: (nx, ny) int8, NOTHING, OBSERVED or INFERRED: what that boundary is.
     """
@@ -29,13 +38,18 @@ class ClearanceField:
     clearance: np.ndarray
     source: np.ndarray
 
+    @property
+    def grid(self) -> Grid:
+        """Where the nodes are, for compiled code."""
+        return Grid(float(self.origin[0]), float(self.origin[1]), self.spacing)
+
 
 @njit
-def clearance_at(clearance: np.ndarray, ox: float, oy: float, spacing: float, x: float, y: float) -> float:
+def clearance_at(clearance: np.ndarray, grid: Grid, x: float, y: float) -> float:
     """Clearance at (x, y), linear between the nodes [m]."""
     # the same for every call in a loop: taken out of it
-    scale = 1.0 / spacing
-    fx, fy = (x - ox) * scale, (y - oy) * scale
+    scale = 1.0 / grid.spacing
+    fx, fy = (x - grid.x) * scale, (y - grid.y) * scale
     nx, ny = clearance.shape
     if not (0.0 <= fx < nx - 1 and 0.0 <= fy < ny - 1):
         return FAR
@@ -47,21 +61,21 @@ def clearance_at(clearance: np.ndarray, ox: float, oy: float, spacing: float, x:
 
 
 @njit
-def normal_at(clearance: np.ndarray, ox: float, oy: float, spacing: float, x: float, y: float) -> tuple[float, float]:
+def normal_at(clearance: np.ndarray, grid: Grid, x: float, y: float) -> tuple[float, float]:
     """Unit direction in which the clearance at (x, y) grows: out of the boundary; (0, 0) where it is level.
 
     Over half a spacing to each side: the slope within a cell is that of its middle, wherever in it the place is.
     """
-    h = 0.5 * spacing
-    gx = clearance_at(clearance, ox, oy, spacing, x + h, y) - clearance_at(clearance, ox, oy, spacing, x - h, y)
-    gy = clearance_at(clearance, ox, oy, spacing, x, y + h) - clearance_at(clearance, ox, oy, spacing, x, y - h)
-    length = math.hypot(gx, gy)
-    return (gx / length, gy / length) if length > 1e-12 else (0.0, 0.0)
+    h = 0.5 * grid.spacing
+    rise_x = clearance_at(clearance, grid, x + h, y) - clearance_at(clearance, grid, x - h, y)
+    rise_y = clearance_at(clearance, grid, x, y + h) - clearance_at(clearance, grid, x, y - h)
+    length = math.hypot(rise_x, rise_y)
+    return (rise_x / length, rise_y / length) if length > 1e-12 else (0.0, 0.0)
 
 
 @njit
-def source_at(source: np.ndarray, ox: float, oy: float, spacing: float, x: float, y: float) -> int:
+def source_at(source: np.ndarray, grid: Grid, x: float, y: float) -> int:
     """What the boundary nearest to (x, y) is: that of the nearest node."""
-    i, j = int(math.floor((x - ox) / spacing + 0.5)), int(math.floor((y - oy) / spacing + 0.5))
+    i, j = int(math.floor((x - grid.x) / grid.spacing + 0.5)), int(math.floor((y - grid.y) / grid.spacing + 0.5))
     nx, ny = source.shape
     return int(source[i, j]) if 0 <= i < nx and 0 <= j < ny else NOTHING

@@ -8,15 +8,15 @@ from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.boundary_memory.working import Pool, Sight, middle
 
 EDGE_ON = 0.1
-"""A piece that a beam meets at a smaller sine is neither believed nor doubted: all that lies in that direction is near
-its line, whatever it is."""
+"""A piece that a beam meets at a smaller sine is neither confirmed nor contradicted: all that lies in that direction is
+near its line, whatever it is."""
 SCANS = 2
 """So many scans running must see through a piece: a single beam may slip past a thin end."""
 
 
 @njit
 def seen_beyond(sight: Sight, x: float, y: float) -> float:
-    """By how much both beams beside a point see farther than it [m]; below 0 where one does not, or there is none."""
+    """How much farther than a point both beams beside it see [m]; below 0 where one does not, or there is none."""
     n = len(sight.ranges)
     dx, dy = x - sight.x, y - sight.y
     if n < 2 or max(abs(dx), abs(dy)) > sight.half_side:
@@ -40,7 +40,7 @@ def _ahead(piece: np.ndarray, normal: np.ndarray, sight: Sight) -> tuple[float, 
 
 @njit
 def is_edge_on(piece: np.ndarray, normal: np.ndarray, sight: Sight) -> bool:
-    """Whether the scan sees a piece too flatly to tell it from what is beyond its end."""
+    """Whether the scan sees a piece too flatly to part it from what is beyond its end."""
     far, square = _ahead(piece, normal, sight)
     return square <= EDGE_ON * far
 
@@ -54,11 +54,11 @@ def _sees_through(piece: np.ndarray, normal: np.ndarray, sight: Sight, margin: f
 
 
 @njit
-def doubt(pool: Pool, count: int, sight: Sight, margin: float) -> None:
-    """Let go of the pieces that SCANS scans running have seen through by `margin`."""
+def count_contradictions(pool: Pool, count: int, sight: Sight, margin: float) -> None:
+    """Counts the scans running that saw through each piece by `margin`, and drops it after SCANS of them."""
     for k in range(count):
         if _sees_through(pool.pieces[k], pool.normals[k], sight, margin):
-            pool.doubted[k] += 1
-            pool.kept[k] = pool.doubted[k] < SCANS
+            pool.times_contradicted[k] += 1
+            pool.kept[k] = pool.times_contradicted[k] < SCANS
         else:
-            pool.doubted[k] = 0
+            pool.times_contradicted[k] = 0

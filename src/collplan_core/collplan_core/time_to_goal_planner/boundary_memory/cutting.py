@@ -1,11 +1,26 @@
 """Walls cut into short pieces, at the same places in every scan."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.boundary_memory.working import Cuts, Sight
+
+
+class _Stretch(NamedTuple):
+    """What is seen of a wall.
+
+    Attributes:
+        low, high: shares of the wall between which it is seen.
+        before, beyond: how far its surface is seen before and beyond the wall, along it [m].
+    """
+
+    low: float
+    high: float
+    before: float
+    beyond: float
 
 
 @njit
@@ -57,7 +72,7 @@ def _seen_beside(linked: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, n
 
 @njit
 def _is_single_gap(wall: np.ndarray, sight: Sight) -> bool:
-    """Whether no beam fell between the ends of a wall: no third hit says that it is one."""
+    """Whether no beam fell between the ends of a wall: no third beam shows that it is one."""
     ax, ay, bx, by = wall[0] - sight.x, wall[1] - sight.y, wall[2] - sight.x, wall[3] - sight.y
     return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by)) < 1.5 * sight.step
 
@@ -109,13 +124,15 @@ def _normal(wall: np.ndarray, length: float, sight: Sight) -> tuple[float, float
 
 
 @njit
-def _cut_wall(wall: np.ndarray, low: float, high: float, before: float, beyond: float, spacing: float, inset: float,
-              sight: Sight, cuts: Cuts, k: int) -> int:  # fmt: skip
-    """Cut one wall, seen between two shares of it; the count of pieces after it.
+def _cut_wall(
+    wall: np.ndarray, stretch: _Stretch, spacing: float, inset: float, sight: Sight, cuts: Cuts, k: int
+) -> int:
+    """Cuts what is seen of a wall into pieces number k and on; the count of pieces after it.
 
     Pieces reach over their neighbours by half a spacing. Those that this takes out of the square are left to a later
     scan: the end of what is seen would else move along with the robot.
     """
+    low, high, before, beyond = stretch
     length = math.sqrt((wall[2] - wall[0]) ** 2 + (wall[3] - wall[1]) ** 2)
     nx, ny = _normal(wall, length, sight)
     for a, b in _cores(wall, low, high, length, spacing):
@@ -140,7 +157,7 @@ def _on(wall: np.ndarray, share: float) -> tuple[float, float]:
 
 @njit
 def cut(walls: np.ndarray, owner: np.ndarray, sight: Sight, spacing: float, inset: float, widest: float) -> Cuts:
-    """Cut the walls (w, 4) of surfaces `owner` (w,) that are seen in the square around the robot.
+    """Cuts the walls (w, 4) of surfaces `owner` (w,) that are seen in the square around the robot.
 
     Args:
         spacing: length of a piece [m].
@@ -162,5 +179,6 @@ def cut(walls: np.ndarray, owner: np.ndarray, sight: Sight, spacing: float, inse
     k = 0
     for i in range(n):
         if shares[i, 0] <= shares[i, 1] and not left_out[i]:
-            k = _cut_wall(walls[i], shares[i, 0], shares[i, 1], before[i], beyond[i], spacing, inset, sight, cuts, k)
+            stretch = _Stretch(shares[i, 0], shares[i, 1], before[i], beyond[i])
+            k = _cut_wall(walls[i], stretch, spacing, inset, sight, cuts, k)
     return Cuts(cuts.pieces[:k], cuts.normals[:k], cuts.inner[:k])

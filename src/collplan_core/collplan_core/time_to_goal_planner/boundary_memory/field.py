@@ -10,23 +10,23 @@ from collplan_core.time_to_goal_planner.boundary_memory.grid import window
 from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool
 
 GUARD = 1.0 + 1e-12
-"""Squares of distances this near to each other are told apart by their roots."""
+"""Squares of distances this near to each other are compared by their roots."""
 
 
 @njit
 def _lower(nodes: Nodes, only_stale: bool, x0: float, y0: float, x1: float, y1: float, what: int) -> None:
     """Lower the clearance to that from one piece, at stale nodes alone or everywhere."""
-    clearance, source, stale, radius, spacing = nodes.clearance, nodes.source, nodes.stale, nodes.radius, nodes.spacing
+    clearance, source, stale, grid, radius = nodes.clearance, nodes.source, nodes.stale, nodes.grid, nodes.radius
     i0, i1, j0, j1 = window(nodes, x0, y0, x1, y1, radius + FAR)
     dx, dy = x1 - x0, y1 - y0
     length2 = dx * dx + dy * dy
     inverse = 1.0 / length2 if length2 > 1e-24 else 0.0
     for i in range(i0, i1):
-        ax = nodes.ox + i * spacing - x0
+        ax = grid.x + i * grid.spacing - x0
         for j in range(j0, j1):
             if only_stale and not stale[i, j]:
                 continue
-            ay = nodes.oy + j * spacing - y0
+            ay = grid.y + j * grid.spacing - y0
             along = min(1.0, max(0.0, (ax * dx + ay * dy) * inverse))
             ex, ey = ax - along * dx, ay - along * dy
             square, known = ex * ex + ey * ey, clearance[i, j] + radius
@@ -41,7 +41,7 @@ def _lower(nodes: Nodes, only_stale: bool, x0: float, y0: float, x1: float, y1: 
 
 @njit
 def _lower_behind(nodes: Nodes, only_stale: bool, pool: Pool, k: int, rows: np.ndarray) -> None:
-    """The same to that from the solid inferred behind a piece."""
+    """Lower the clearance to that from the solid inferred behind a piece."""
     x0, y0, x1, y1 = pool.pieces[k]
     nx, ny = pool.normals[k]
     for row in rows:
@@ -58,15 +58,15 @@ def _clear(nodes: Nodes, piece: np.ndarray, sx: float, sy: float) -> None:
 
 
 @njit
-def _clear_gone(nodes: Nodes, pool: Pool, was_backed: np.ndarray, rows: np.ndarray, box: np.ndarray) -> None:
+def _clear_gone(nodes: Nodes, pool: Pool, had_solid_behind: np.ndarray, rows: np.ndarray, box: np.ndarray) -> None:
     """Forget the clearance from what is no more; the box (4,) x0, y0, x1, y1 grows to contain its pieces."""
-    for k in range(len(was_backed)):
+    for k in range(len(had_solid_behind)):
         if not pool.kept[k]:
             _clear(nodes, pool.pieces[k], 0.0, 0.0)
-        if was_backed[k] and not (pool.kept[k] and pool.backed[k]):
+        if had_solid_behind[k] and not (pool.kept[k] and pool.solid_behind[k]):
             for row in rows:
                 _clear(nodes, pool.pieces[k], -row * pool.normals[k, 0], -row * pool.normals[k, 1])
-        if not pool.kept[k] or (was_backed[k] and not pool.backed[k]):
+        if not pool.kept[k] or (had_solid_behind[k] and not pool.solid_behind[k]):
             x0, y0, x1, y1 = pool.pieces[k]
             box[0], box[1] = min(box[0], x0, x1), min(box[1], y0, y1)
             box[2], box[3] = max(box[2], x0, x1), max(box[3], y0, y1)
@@ -83,25 +83,25 @@ def _is_near(pieces: np.ndarray, k: int, box: np.ndarray, reach: float) -> bool:
 
 
 @njit
-def renew(nodes: Nodes, pool: Pool, count: int, was_backed: np.ndarray, rows: np.ndarray) -> None:
+def renew(nodes: Nodes, pool: Pool, count: int, had_solid_behind: np.ndarray, rows: np.ndarray) -> None:
     """Bring the clearance up to date; where a piece has gone it is computed anew, elsewhere lowered by the new ones.
 
     Args:
-        count: of pieces in the pool; the first len(was_backed) of them are in the clearance already.
-        was_backed: which of those had inferred solid behind them there.
+        count: of pieces in the pool; the first len(had_solid_behind) of them are in the clearance already.
+        had_solid_behind: which of those had inferred solid behind them there.
         rows: how far behind a piece that is [m].
     """
     box = np.array([math.inf, math.inf, -math.inf, -math.inf])
     if nodes.stale[0, 0] or nodes.stale[-1, -1]:  # the grid has moved
         box[:] = -box
-    _clear_gone(nodes, pool, was_backed, rows, box)
+    _clear_gone(nodes, pool, had_solid_behind, rows, box)
     reach = 2.0 * (nodes.radius + FAR + (rows.max() if len(rows) > 0 else 0.0))
     for k in range(count):
-        old = k < len(was_backed)
-        newly_backed = pool.backed[k] and not (old and was_backed[k])
-        if not pool.kept[k] or (old and not newly_backed and not _is_near(pool.pieces, k, box, reach)):
+        old = k < len(had_solid_behind)
+        gained = pool.solid_behind[k] and not (old and had_solid_behind[k])
+        if not pool.kept[k] or (old and not gained and not _is_near(pool.pieces, k, box, reach)):
             continue
         x0, y0, x1, y1 = pool.pieces[k]
         _lower(nodes, old, x0, y0, x1, y1, OBSERVED)
-        if pool.backed[k]:
-            _lower_behind(nodes, not newly_backed, pool, k, rows)
+        if pool.solid_behind[k]:
+            _lower_behind(nodes, not gained, pool, k, rows)

@@ -43,23 +43,23 @@ def _was_free(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, nodes: No
         x, y = mx - row * normal[0], my - row * normal[1]
         i0, i1, j0, j1 = window(nodes, x, y, x, y, reach)
         for i in range(i0, i1):
-            dx = nodes.ox + i * nodes.spacing - x
+            dx = nodes.grid.x + i * nodes.grid.spacing - x
             for j in range(j0, j1):
-                dy = nodes.oy + j * nodes.spacing - y
+                dy = nodes.grid.y + j * nodes.grid.spacing - y
                 if nodes.free[i, j] and dx * dx + dy * dy < reach * reach:
                     return True
     return False
 
 
 @njit
-def is_refuted(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight: Sight, nodes: Nodes) -> bool:
+def is_seen_free_behind(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight: Sight, nodes: Nodes) -> bool:
     """Whether what would be inferred behind a piece is known to be free."""
     return _is_seen_free(piece, normal, rows, sight) or _was_free(piece, normal, rows, nodes)
 
 
 @njit
-def refute(pool: Pool, count: int, rows: np.ndarray, sight: Sight) -> None:
-    """Drop for good what is inferred where the scan sees that it is free."""
+def drop_seen_free(pool: Pool, count: int, rows: np.ndarray, sight: Sight) -> None:
+    """Drops for good what is inferred where the scan sees that it is free."""
     for k in range(count):
-        if pool.backed[k] and _is_seen_free(pool.pieces[k], pool.normals[k], rows, sight):
-            pool.backed[k], pool.refuted[k] = False, True
+        if pool.solid_behind[k] and _is_seen_free(pool.pieces[k], pool.normals[k], rows, sight):
+            pool.solid_behind[k], pool.seen_free_behind[k] = False, True

@@ -1,4 +1,4 @@
-"""Pieces of the newest scan taken up among the remembered ones."""
+"""Pieces of the newest scan merged with the remembered ones."""
 
 import math
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.boundary_memory.contradiction import is_edge_on
-from collplan_core.time_to_goal_planner.boundary_memory.inferred import is_refuted
+from collplan_core.time_to_goal_planner.boundary_memory.inferred import is_seen_free_behind
 from collplan_core.time_to_goal_planner.boundary_memory.working import Cuts, Nodes, Pool, Sight, middle
 
 SAME = 0.002
@@ -15,9 +15,9 @@ SAME = 0.002
 BEHIND = 0.03
 """Older pieces so little behind a new one are the same boundary from a pose that was off [m]."""
 FACING = 0.5
-"""Cosine of the angle between the normals from which two pieces may be of the same boundary."""
+"""Cosine of the angle between two pieces' normals from which on they may be of the same boundary."""
 GROWTH = 0.003
-"""A piece is taken up where so much of it is new [m]."""
+"""A piece is added where so much of it is new [m]."""
 SMALLEST_BUCKET = 0.1
 """Side of the squares in which pieces are looked up [m]; five spacings where that is more."""
 MOST = 64
@@ -72,8 +72,9 @@ def _span(piece: np.ndarray, normal: np.ndarray, other: np.ndarray) -> tuple[flo
 
 
 @njit
-def _beside(pool: Pool, buckets: Buckets, piece: np.ndarray, normal: np.ndarray, length: float,
-            ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def _beside(
+    pool: Pool, buckets: Buckets, piece: np.ndarray, normal: np.ndarray, length: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Pieces that face the same way and overlap along: their numbers (k,) and spans (k, 4)."""
     numbers, spans, count = np.empty(MOST, np.int64), np.empty((MOST, 4)), 0
     ci, cj = _bucket(buckets, piece)
@@ -86,9 +87,8 @@ def _beside(pool: Pool, buckets: Buckets, piece: np.ndarray, normal: np.ndarray,
                     begin, end, front, other_front = _span(piece, normal, pool.pieces[q])
                     if end >= 0.0 and begin <= length:
                         numbers[count] = q
-                        spans[count, 0], spans[count, 1], spans[count, 2], spans[count, 3] = (
-                            begin, end, front, other_front,
-                        )  # fmt: skip
+                        spans[count, 0], spans[count, 1] = begin, end
+                        spans[count, 2], spans[count, 3] = front, other_front
                         count += 1
                 q = buckets.following[q]
     return numbers[:count], spans[:count]
@@ -116,46 +116,48 @@ def _gives_way(span: np.ndarray, length: float, shown: bool, fresh: bool, margin
 
 @njit
 def _refresh(pool: Pool, q: int, stamp: float) -> None:
-    pool.seen[q], pool.doubted[q], pool.fresh[q] = stamp, 0, True
+    pool.seen[q], pool.times_contradicted[q], pool.fresh[q] = stamp, 0, True
 
 
 @njit
-def _add(pool: Pool, k: int, cuts: Cuts, m: int, stamp: float, backed: bool, refuted: bool) -> None:
+def _add(pool: Pool, k: int, cuts: Cuts, m: int, stamp: float, solid_behind: bool, seen_free: bool) -> None:
     pool.pieces[k], pool.normals[k] = cuts.pieces[m], cuts.normals[m]
-    pool.backed[k], pool.refuted[k] = backed and not refuted, refuted
+    pool.solid_behind[k], pool.seen_free_behind[k] = solid_behind and not seen_free, seen_free
     pool.kept[k] = True
     _refresh(pool, k, stamp)
 
 
 @njit
-def _take_up_one(pool: Pool, k: int, buckets: Buckets, cuts: Cuts, m: int, stamp: float, refuted: bool,
-                 margin: float) -> int:  # fmt: skip
-    """Take up one piece: refresh the one that shows it already, else add it in place of those that give way."""
-    piece, backed, shown = cuts.pieces[m], cuts.inner[m], False
+def _merge_piece(
+    pool: Pool, k: int, buckets: Buckets, cuts: Cuts, m: int, stamp: float, seen_free: bool, margin: float
+) -> int:
+    """Refreshes the piece that shows number m of the scan already, else adds that in place of those that give way."""
+    piece, solid, shown = cuts.pieces[m], cuts.inner[m], False
     length = math.sqrt((piece[2] - piece[0]) ** 2 + (piece[3] - piece[1]) ** 2)
     numbers, spans = _beside(pool, buckets, piece, cuts.normals[m], length)
     for i, q in enumerate(numbers):
         if _shows_all(spans[i], length):
-            pool.backed[q] = pool.backed[q] or (backed and not refuted and not pool.refuted[q])
+            pool.solid_behind[q] = pool.solid_behind[q] or (solid and not seen_free and not pool.seen_free_behind[q])
             _refresh(pool, q, stamp)
             shown = True
     for i, q in enumerate(numbers):
         if _gives_way(spans[i], length, shown, pool.fresh[q], margin):
             pool.kept[q] = False
-            backed, refuted = backed or pool.backed[q], refuted or pool.refuted[q]
+            solid, seen_free = solid or pool.solid_behind[q], seen_free or pool.seen_free_behind[q]
         elif _is_same(spans[i]):
             _refresh(pool, q, stamp)
     if shown:
         return k
-    _add(pool, k, cuts, m, stamp, backed, refuted)
+    _add(pool, k, cuts, m, stamp, solid, seen_free)
     _put(buckets, piece, k)
     return k + 1
 
 
 @njit
-def take_up(pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, rows: np.ndarray, margin: float,
-            half: float) -> int:  # fmt: skip
-    """Take up the pieces of a scan.
+def merge_scan(
+    pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, rows: np.ndarray, margin: float, half: float
+) -> int:
+    """Merges the pieces of a scan with the remembered ones.
 
     Args:
         count: of pieces in the pool.
@@ -166,10 +168,10 @@ def take_up(pool: Pool, count: int, cuts: Cuts, sight: Sight, nodes: Nodes, rows
     Returns:
         How many pieces there are now.
     """
-    buckets = _filled(pool, count, sight.x, sight.y, half, nodes.spacing)
+    buckets = _filled(pool, count, sight.x, sight.y, half, nodes.grid.spacing)
     for m in range(len(cuts.pieces)):
         if is_edge_on(cuts.pieces[m], cuts.normals[m], sight):
             continue
-        refuted = cuts.inner[m] and is_refuted(cuts.pieces[m], cuts.normals[m], rows, sight, nodes)
-        count = _take_up_one(pool, count, buckets, cuts, m, sight.stamp, refuted, margin)
+        seen_free = cuts.inner[m] and is_seen_free_behind(cuts.pieces[m], cuts.normals[m], rows, sight, nodes)
+        count = _merge_piece(pool, count, buckets, cuts, m, sight.stamp, seen_free, margin)
     return count

@@ -12,24 +12,24 @@ class RememberedBoundaries:
     """What is remembered of the boundaries around the robot, world frame.
 
     The obstacle of the disc's centre is the union of the discs around the pieces and around the solid inferred behind
-    the backed ones.
+    some of them.
 
     Attributes:
         pieces: (k, 4) short straight pieces x0, y0, x1, y1 of the boundaries themselves, not grown [m].
         normals: (k, 2) unit normals toward where they were seen from.
-        backed: (k,) whether solid is inferred behind them.
+        solid_behind: (k,) whether solid is inferred behind them.
         seen: (k,) stamp of the last scan that showed them [s].
         free: (nx, ny) on the field's nodes: whether the disc's centre was seen to be free there.
         field: clearance of the disc's centre from all of it.
-        refuted: (k,) whether what could be inferred behind them was seen to be free.
-        doubted: (k,) int8, number of scans running that saw through them.
+        seen_free_behind: (k,) whether what could be inferred behind them was seen to be free.
+        times_contradicted: (k,) int8, number of scans running that saw through them.
     """
 
     pieces: np.ndarray
     normals: np.ndarray
-    backed: np.ndarray
+    solid_behind: np.ndarray
     seen: np.ndarray
     free: np.ndarray
     field: ClearanceField
-    refuted: np.ndarray
-    doubted: np.ndarray
+    seen_free_behind: np.ndarray
+    times_contradicted: np.ndarray

@@ -8,12 +8,12 @@ from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Remembered, Robot
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField
-from collplan_core.time_to_goal_planner.boundary_memory.contradiction import doubt
+from collplan_core.time_to_goal_planner.boundary_memory.contradiction import count_contradictions
 from collplan_core.time_to_goal_planner.boundary_memory.cutting import cut
 from collplan_core.time_to_goal_planner.boundary_memory.field import renew
 from collplan_core.time_to_goal_planner.boundary_memory.grid import empty_nodes, nodes_around, see_free
-from collplan_core.time_to_goal_planner.boundary_memory.inferred import inferred_rows, refute
-from collplan_core.time_to_goal_planner.boundary_memory.merging import take_up
+from collplan_core.time_to_goal_planner.boundary_memory.inferred import drop_seen_free, inferred_rows
+from collplan_core.time_to_goal_planner.boundary_memory.merging import merge_scan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Pool, Sight, middle, pool_of, sight_of
 
@@ -23,7 +23,7 @@ NO_ROWS = np.zeros(0)
 def remember(
     memory: RememberedBoundaries | None, local_map: LocalMap, robot: Robot, settings: Remembered
 ) -> RememberedBoundaries:
-    """The memory with one more scan: what it shows is taken up, what it contradicts forgotten. The old one stays valid.
+    """The memory with one more scan: what it shows is merged, what it contradicts forgotten. The old one stays valid.
 
     Args:
         memory: of the scans before, None at the first one.
@@ -37,12 +37,12 @@ def remember(
     cuts = cut(local_map.walls, local_map.wall_surface, sight, settings.spacing, inset, robot.radius)
     nodes, pool = nodes_around(memory, local_map.position, robot.radius, settings), pool_of(memory, len(cuts.pieces))
     count = len(memory.pieces)
-    doubt(pool, count, sight, settings.contradiction)
-    refute(pool, count, rows, sight)
+    count_contradictions(pool, count, sight, settings.contradiction)
+    drop_seen_free(pool, count, rows, sight)
     _forget_far(pool, count, *local_map.position, half)
-    count = take_up(pool, count, cuts, sight, nodes, rows, settings.contradiction, half)
+    count = merge_scan(pool, count, cuts, sight, nodes, rows, settings.contradiction, half)
     _forget_oldest(pool, settings.max_pieces)
-    renew(nodes, pool, count, memory.backed, rows)
+    renew(nodes, pool, count, memory.solid_behind, rows)
     see_free(nodes, local_map.ends, *local_map.position, local_map.half_side)
     return _record(pool, nodes)
 
@@ -89,8 +89,14 @@ def _forget_oldest(pool: Pool, most: int) -> None:
 
 def _record(pool: Pool, nodes: Nodes) -> RememberedBoundaries:
     kept = pool.kept
-    field = ClearanceField(np.array([nodes.ox, nodes.oy]), nodes.spacing, nodes.clearance, nodes.source)
+    field = ClearanceField(np.array([nodes.grid.x, nodes.grid.y]), nodes.grid.spacing, nodes.clearance, nodes.source)
     return RememberedBoundaries(
-        pool.pieces[kept], pool.normals[kept], pool.backed[kept], pool.seen[kept], nodes.free, field,
-        pool.refuted[kept], pool.doubted[kept],
-    )  # fmt: skip
+        pool.pieces[kept],
+        pool.normals[kept],
+        pool.solid_behind[kept],
+        pool.seen[kept],
+        nodes.free,
+        field,
+        pool.seen_free_behind[kept],
+        pool.times_contradicted[kept],
+    )

@@ -1,4 +1,4 @@
-"""What is worked on while a scan is taken up, as plain tuples that compiled code takes."""
+"""What is worked on while a scan is merged, as plain tuples that compiled code takes."""
 
 from typing import NamedTuple
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.record import LocalMap
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 
 
@@ -19,10 +20,10 @@ class Pool(NamedTuple):
 
     pieces: np.ndarray
     normals: np.ndarray
-    backed: np.ndarray
-    refuted: np.ndarray
+    solid_behind: np.ndarray
+    seen_free_behind: np.ndarray
     seen: np.ndarray
-    doubted: np.ndarray
+    times_contradicted: np.ndarray
     kept: np.ndarray
     fresh: np.ndarray
 
@@ -42,7 +43,7 @@ class Cuts(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """The newest scan.
+    """The newest scan as beams from a place.
 
     Attributes:
         ranges: (b,) how far each beam saw [m].
@@ -61,12 +62,12 @@ class Sight(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """The grid; written to.
+    """The clearance field while it is renewed; written to.
 
     Attributes:
         clearance, source: (nx, ny) as in the field; free: (nx, ny) as in the record.
         stale: (nx, ny) whether the clearance has to be computed anew.
-        ox, oy: where node [0, 0] is [m]; spacing [m].
+        grid: where the nodes are.
         radius: of the disc [m].
     """
 
@@ -74,9 +75,7 @@ class Nodes(NamedTuple):
     source: np.ndarray
     free: np.ndarray
     stale: np.ndarray
-    ox: float
-    oy: float
-    spacing: float
+    grid: Grid
     radius: float
 
 
@@ -88,9 +87,15 @@ def pool_of(memory: RememberedBoundaries, more: int) -> Pool:
 
     n = len(memory.pieces) + more
     return Pool(
-        longer(memory.pieces), longer(memory.normals), longer(memory.backed), longer(memory.refuted),
-        longer(memory.seen), longer(memory.doubted), np.arange(n) < len(memory.pieces), np.zeros(n, bool),
-    )  # fmt: skip
+        longer(memory.pieces),
+        longer(memory.normals),
+        longer(memory.solid_behind),
+        longer(memory.seen_free_behind),
+        longer(memory.seen),
+        longer(memory.times_contradicted),
+        np.arange(n) < len(memory.pieces),
+        np.zeros(n, bool),
+    )
 
 
 def sight_of(local_map: LocalMap) -> Sight:
@@ -101,5 +106,5 @@ def sight_of(local_map: LocalMap) -> Sight:
 
 @njit
 def middle(piece: np.ndarray) -> tuple[float, float]:
-    """Of a piece [m]."""
+    """The point halfway along a piece [m]."""
     return 0.5 * (piece[0] + piece[2]), 0.5 * (piece[1] + piece[3])

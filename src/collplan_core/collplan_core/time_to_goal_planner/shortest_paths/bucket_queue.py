@@ -15,8 +15,16 @@ EMPTY = -1
 
 
 @njit
-def push(heads: np.ndarray, below: np.ndarray, keys: np.ndarray, items: np.ndarray, count: int, now: int,
-         key: float, item: int) -> int:  # fmt: skip
+def push(
+    heads: np.ndarray,
+    below: np.ndarray,
+    keys: np.ndarray,
+    items: np.ndarray,
+    count: int,
+    now: int,
+    key: float,
+    item: int,
+) -> int:
     """Adds entry number count, an item by its key.
 
     Args:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField, clearance_at
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField, Grid, clearance_at
 
 PADDING = 0.15
 """Free space around everything known [m]."""
@@ -14,16 +14,19 @@ MOST_CELLS = 60_000
 
 
 class Cells(NamedTuple):
-    """The cells and the clearance field under them. Cell [i, j] has its centre at (x, y) + spacing * (i, j)."""
+    """The cells and the clearance field under them. Cell [i, j] has its centre at (x, y) + spacing * (i, j).
+
+    Attributes:
+        blocked: (mx, my) bool; x, y, spacing: [m].
+        clearance: (nx, ny) on the nodes of `grid` [m].
+    """
 
     blocked: np.ndarray
     x: float
     y: float
     spacing: float
     clearance: np.ndarray
-    field_x: float
-    field_y: float
-    field_spacing: float
+    grid: Grid
 
 
 @njit
@@ -48,8 +51,7 @@ def _covered(field: ClearanceField, goal: np.ndarray, around: np.ndarray) -> tup
     return np.min(points, axis=0) - PADDING - goal, np.max(points, axis=0) + PADDING - goal
 
 
-def cells_around(field: ClearanceField, goal: np.ndarray, around: np.ndarray, spacing: float,
-                 ) -> tuple[Cells, int]:  # fmt: skip
+def cells_around(field: ClearanceField, goal: np.ndarray, around: np.ndarray, spacing: float) -> tuple[Cells, int]:
     """Cells that cover everything known, the goal and around.
 
     The goal is a cell's centre: where all is turned about the goal by a right angle, cells turn into cells.
@@ -62,9 +64,7 @@ def cells_around(field: ClearanceField, goal: np.ndarray, around: np.ndarray, sp
     first, last = np.floor(low / spacing).astype(int), np.ceil(high / spacing).astype(int)
     x, y = (float(v) for v in goal + spacing * first)
     blocked = np.empty(last - first + 1, dtype=np.bool_)
-    cells = Cells(
-        blocked, x, y, spacing, field.clearance, float(field.origin[0]), float(field.origin[1]), field.spacing
-    )
+    cells = Cells(blocked, x, y, spacing, field.clearance, field.grid)
     _block(cells)
     return cells, int(-first[0] * blocked.shape[1] - first[1])
 
@@ -76,9 +76,8 @@ def _block(cells: Cells) -> None:
     A free strip as wide as a cell always holds a chain of neighbouring centres, however it is turned; a blocked band
     of 1.5 cells always parts them.
     """
-    blocked, x, y, spacing, clearance, field_x, field_y, field_spacing = cells
+    blocked, x, y, spacing, clearance, grid = cells
     mx, my = blocked.shape
     for i in range(mx):
         for j in range(my):
-            near = clearance_at(clearance, field_x, field_y, field_spacing, x + i * spacing, y + j * spacing)
-            blocked[i, j] = near < 0.0
+            blocked[i, j] = clearance_at(clearance, grid, x + i * spacing, y + j * spacing) < 0.0

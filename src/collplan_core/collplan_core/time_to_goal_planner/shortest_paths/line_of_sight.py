@@ -6,7 +6,7 @@ from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at
 from collplan_core.time_to_goal_planner.shortest_paths.grid import Cells
 
-GRAZE = 0.0025
+CORNER_CUT = 0.0025
 """A line may cut a rounded corner by so much: what the line between two neighbouring free cells can cut [m]."""
 SHORTEST_STEP = 0.02
 """Along a boundary the line is looked at in steps of this length [m]."""
@@ -25,10 +25,8 @@ def sees(cells: Cells, a: int, b: int) -> bool:
     along = 0.0
     while along < distance:
         share = along / distance
-        near = clearance_at(
-            cells.clearance, cells.field_x, cells.field_y, cells.field_spacing, x + share * dx, y + share * dy
-        )
-        if near < -GRAZE:
+        clearance = clearance_at(cells.clearance, cells.grid, x + share * dx, y + share * dy)
+        if clearance < -CORNER_CUT:
             return False
-        along += max(near, SHORTEST_STEP)
+        along += max(clearance, SHORTEST_STEP)
     return True

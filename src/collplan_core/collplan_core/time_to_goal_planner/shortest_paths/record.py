@@ -1,8 +1,25 @@
-"""The shortest paths to a goal, as a record."""
+"""The shortest paths to a goal, as records."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
+
+
+class PathLookup(NamedTuple):
+    """What the time to go is looked up in: a part of ShortestPaths, with the tolerance that counts there."""
+
+    waypoint: np.ndarray
+    waypoints: np.ndarray
+    onward: np.ndarray
+    remaining: np.ndarray
+    turning: np.ndarray
+    cells: Grid
+    goal_x: float
+    goal_y: float
+    tolerance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,3 +54,12 @@ class ShortestPaths:
     turning: np.ndarray
     goal: np.ndarray
     tolerance: float
+
+    def lookup(self, tolerance: float) -> PathLookup:
+        """The paths for compiled code, with the distance to the goal that counts as arrived there [m]."""
+        x, y = (float(value) for value in self.origin)
+        goal_x, goal_y = (float(value) for value in self.goal)
+        cells = Grid(x, y, self.spacing)
+        return PathLookup(
+            self.waypoint, self.waypoints, self.onward, self.remaining, self.turning, cells, goal_x, goal_y, tolerance
+        )

@@ -10,8 +10,13 @@ from collplan_core.time_to_goal_planner.shortest_paths.wavefront import front_ov
 from collplan_core.time_to_goal_planner.shortest_paths.waypoints import turns, way_points
 
 
-def shortest_paths(field: ClearanceField, goal: np.ndarray, around: np.ndarray, settings: Settings,
-                   earlier: ShortestPaths | None = None) -> ShortestPaths:  # fmt: skip
+def shortest_paths(
+    field: ClearanceField,
+    goal: np.ndarray,
+    around: np.ndarray,
+    settings: Settings,
+    earlier: ShortestPaths | None = None,
+) -> ShortestPaths:
     """Any-angle shortest paths of the disc's centre to the goal; what the field does not know is free.
 
     Args:
@@ -31,9 +36,18 @@ def shortest_paths(field: ClearanceField, goal: np.ndarray, around: np.ndarray, 
     onward, remaining, turning = turns(points, before)
     shape = cells.blocked.shape
     return ShortestPaths(
-        np.array([cells.x, cells.y]), cells.spacing, cells.blocked, cells.spacing * front.length.reshape(shape),
-        waypoint.reshape(shape), points, onward, remaining, turning, goal, tolerance,
-    )  # fmt: skip
+        np.array([cells.x, cells.y]),
+        cells.spacing,
+        cells.blocked,
+        cells.spacing * front.length.reshape(shape),
+        waypoint.reshape(shape),
+        points,
+        onward,
+        remaining,
+        turning,
+        goal,
+        tolerance,
+    )
 
 
 def _same(earlier: ShortestPaths, goal: np.ndarray, tolerance: float, cells: Cells) -> bool:

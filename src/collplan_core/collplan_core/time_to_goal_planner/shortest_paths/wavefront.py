@@ -45,10 +45,15 @@ def front_over(n: int) -> Front:
     """A search over n cells that has not begun."""
     entries = MOST_ENTRIES * n
     return Front(
-        np.full(n, np.inf), np.full(n, -1, dtype=np.int32), np.zeros(n, dtype=np.uint8), np.empty(n, dtype=np.int32),
-        np.full(RING, EMPTY, dtype=np.int32), np.empty(entries, dtype=np.int32), np.empty(entries),
+        np.full(n, np.inf),
+        np.full(n, -1, dtype=np.int32),
+        np.zeros(n, dtype=np.uint8),
+        np.empty(n, dtype=np.int32),
+        np.full(RING, EMPTY, dtype=np.int32),
         np.empty(entries, dtype=np.int32),
-    )  # fmt: skip
+        np.empty(entries),
+        np.empty(entries, dtype=np.int32),
+    )
 
 
 @njit
@@ -81,22 +86,22 @@ def _total(front: Front, my: int, i: int, j: int, w: int) -> float:
 
 @njit
 def _reparent(cells: Cells, front: Front, cell: int) -> None:
-    """A parent that the cell sees: that of a neighbour or a neighbour itself."""
+    """Gives a cell a parent that it sees: that of a neighbour or a neighbour itself."""
     mx, my = cells.blocked.shape
     i, j, w = cell // my, cell % my, front.parent[cell]
     best, chosen = np.inf, -1
     for a in range(max(i - 1, 0), min(i + 2, mx)):
         for b in range(max(j - 1, 0), min(j + 2, my)):
-            near = a * my + b
-            if front.state[near] == DONE:
-                total = _total(front, my, i, j, near) + WORTH_A_TURN
+            neighbour = a * my + b
+            if front.state[neighbour] == DONE:
+                total = _total(front, my, i, j, neighbour) + WORTH_A_TURN
                 if total < best:
-                    best, chosen = total, near
+                    best, chosen = total, neighbour
     for a in range(max(i - 1, 0), min(i + 2, mx)):
         for b in range(max(j - 1, 0), min(j + 2, my)):
-            near = a * my + b
-            other = front.parent[near]
-            if front.state[near] == DONE and other != w and other != chosen:
+            neighbour = a * my + b
+            other = front.parent[neighbour]
+            if front.state[neighbour] == DONE and other != w and other != chosen:
                 total = _total(front, my, i, j, other)
                 if total < best and sees(cells, cell, other):
                     best, chosen = total, other
@@ -153,13 +158,13 @@ def spread(cells: Cells, front: Front, goal: int, reach: float) -> int:
         state[cell] = DONE
         order[done] = cell
         done += 1
-        i, j, wi, wj, begun = cell // my, cell % my, w // my, w % my, length[w]
+        i, j, wi, wj, behind = cell // my, cell % my, w // my, w % my, length[w]
         for a in range(max(i - 1, 0), min(i + 2, mx)):
             for b in range(max(j - 1, 0), min(j + 2, my)):
-                near = a * my + b
-                if state[near] != DONE and not blocked[a, b] and parent[near] != w:
-                    total = begun + math.sqrt((wi - a) ** 2 + (wj - b) ** 2)
-                    if total < length[near]:
-                        length[near], parent[near], state[near] = total, w, UNSEEN
-                        count = push(heads, below, keys, items, count, now, total * PER_CELL, near)
+                neighbour = a * my + b
+                if state[neighbour] != DONE and not blocked[a, b] and parent[neighbour] != w:
+                    total = behind + math.sqrt((wi - a) ** 2 + (wj - b) ** 2)
+                    if total < length[neighbour]:
+                        length[neighbour], parent[neighbour], state[neighbour] = total, w, UNSEEN
+                        count = push(heads, below, keys, items, count, now, total * PER_CELL, neighbour)
     return done

@@ -30,8 +30,9 @@ def turn(cosine: float) -> float:
 
 
 @njit
-def way_points(parent: np.ndarray, order: np.ndarray, cells: Cells, goal: int,
-               ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+def way_points(
+    parent: np.ndarray, order: np.ndarray, cells: Cells, goal: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The cells that paths lead to.
 
     Args:
@@ -77,20 +78,20 @@ def turns(points: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, np.ndarra
     onward, remaining, turning = np.zeros((n, 2)), np.zeros(n), np.zeros(n)
     legs, left = np.zeros((n, 2)), np.zeros(n)
     for k in range(1, n):
-        near = before[k]
-        dx, dy = points[near, 0] - points[k, 0], points[near, 1] - points[k, 1]
+        toward = before[k]
+        dx, dy = points[toward, 0] - points[k, 0], points[toward, 1] - points[k, 1]
         leg = math.hypot(dx, dy)
         ux, uy = dx / leg, dy / leg
-        ex, ey = onward[near]
+        ex, ey = onward[toward]
         legs[k, 0], legs[k, 1] = ux, uy
-        remaining[k] = remaining[near] + leg
-        turning[k] = turning[near]
-        if near == 0 or leg >= NEAREST:
-            turning[k] += turn(ux * ex + uy * ey) if near > 0 else 0.0
+        remaining[k] = remaining[toward] + leg
+        turning[k] = turning[toward]
+        if toward == 0 or leg >= NEAREST:
+            turning[k] += turn(ux * ex + uy * ey) if toward > 0 else 0.0
             onward[k, 0], onward[k, 1] = ux, uy
             continue
-        wx, wy = legs[near]
-        left[k] = left[near] + math.atan2(ux * wy - uy * wx, ux * wx + uy * wy)
+        wx, wy = legs[toward]
+        left[k] = left[toward] + math.atan2(ux * wy - uy * wx, ux * wx + uy * wy)
         while abs(left[k]) > ONE_TURN:
             ex, ey = _earlier(ex, ey, left[k])
             left[k] -= math.copysign(ONE_TURN, left[k])

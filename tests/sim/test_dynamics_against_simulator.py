@@ -1,4 +1,4 @@
-"""Rollouts against the simulated robot without noise: the same commands from the same state, and a rollout followed."""
+"""The dynamics against the simulated robot without noise: the same commands from a state, and a trajectory followed."""
 
 from functools import cache
 
@@ -6,20 +6,21 @@ import numpy as np
 import pytest
 
 from collplan_core.control.tracking import saturate
+from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.feed_forward import feed_forward
 from collplan_core.time_to_goal_planner.known_map import given_map
-from collplan_core.time_to_goal_planner.model import KNOT, Scene, law_of, scene_of
-from collplan_core.time_to_goal_planner.sampling import in_full
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem, problem_of, robot_model
+from collplan_core.time_to_goal_planner.sampling import sample_trajectory
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.worlds import World
 from omnipuck_sim.robot.physics import Simulator
 from physics_scenes import QUIET, RADIUS, make_world, unit
 
 SETTINGS = QUIET.with_values({"planner.strategy": "bounce", "remembered.side": 4.0})
-LAW = law_of(SETTINGS)
+MODEL = robot_model(SETTINGS)
 SPEED = SETTINGS.robot.max_speed
 PERIOD = 1.0 / SETTINGS.controller.rate
-KNOTS = round(1.0 / KNOT)
+INTERVALS = round(1.0 / CONTROL_INTERVAL)
 ORIGIN = np.zeros(2)
 FAR_AWAY = np.array([-1.7, -1.7])
 
@@ -38,17 +39,18 @@ CORNER = make_world(walled=True, bounds=(-2.0, -2.0, 0.3 + RADIUS, 0.25 + RADIUS
 
 
 @cache
-def scene_of_world(world: World) -> Scene:
+def problem_in(world: World) -> Problem:
     remembered = given_map(world, SETTINGS).remembered
     assert remembered is not None
     paths = shortest_paths(remembered.field, FAR_AWAY, ORIGIN, SETTINGS)
-    return scene_of(remembered.field, remembered.free, paths, SETTINGS)
+    return problem_of(remembered.field, remembered.free, paths, SETTINGS)
 
 
 def rollout(world: World, velocity, commands) -> tuple[np.ndarray, np.ndarray]:
-    """Rows t, x, y, vx, vy and contacts of a second from the origin, under commands (n, 2), one a knot."""
-    begin = np.array([0.0, 0.0, *velocity], dtype=float)
-    return in_full(scene_of_world(world), LAW, begin, np.array(commands, dtype=float), len(commands), RADIUS)
+    """Rows t, x, y, vx, vy and contacts of a second from the origin, under commands (n, 2), one a control interval."""
+    problem = problem_in(world)
+    initial = motion_at(problem.clearance, problem.constants.grid, 0.0, 0.0, *map(float, velocity))
+    return sample_trajectory(problem, initial, np.array(commands, dtype=float), RADIUS)
 
 
 def simulated(world: World, velocity, command_at, period: float) -> tuple[np.ndarray, list]:
@@ -74,7 +76,7 @@ def apart(rows: np.ndarray, truth: np.ndarray) -> float:
 def compared(world: World, velocity, commands) -> tuple[float, np.ndarray, list]:
     """How far rollout and truth come apart under the same commands, the contacts foreseen and the impacts."""
     rows, contacts = rollout(world, velocity, commands)
-    truth, impacts = simulated(world, velocity, lambda time: commands[round(time / KNOT)], KNOT)
+    truth, impacts = simulated(world, velocity, lambda time: commands[round(time / CONTROL_INTERVAL)], CONTROL_INTERVAL)
     return apart(rows, truth), contacts, impacts
 
 
@@ -92,7 +94,7 @@ def assert_foreseen(contacts: np.ndarray, impacts: list, place: float, direction
 def test_without_a_contact_a_second_ends_within_3_mm(seed):
     random = np.random.default_rng(seed)
     targets = [random.uniform(0.0, SPEED) * unit(random.uniform(-np.pi, np.pi)) for _ in range(3)]
-    commands = np.array(targets)[np.arange(KNOTS) * 3 // KNOTS]
+    commands = np.array(targets)[np.arange(INTERVALS) * 3 // INTERVALS]
     distance, contacts, impacts = compared(OPEN, random.uniform(0.0, 0.8, 2), commands)
     assert distance < 0.003
     assert len(contacts) == len(impacts) == 0
@@ -105,7 +107,10 @@ def test_a_second_with_a_bounce_off_a_flat_wall_ends_within_1_cm(bearing, incide
     toward = speed * unit(bearing + incidence)
     hit = 0.3 / (speed * np.cos(incidence))
     # onward under other commands once it is back from the wall
-    commands = [toward if k * KNOT < hit else 0.9 * unit(bearing + np.pi + 0.5 * incidence) for k in range(KNOTS)]
+    commands = [
+        toward if k * CONTROL_INTERVAL < hit else 0.9 * unit(bearing + np.pi + 0.5 * incidence)
+        for k in range(INTERVALS)
+    ]
     distance, contacts, impacts = compared(tilted_wall(bearing), toward, commands)
     assert distance < 0.01
     assert len(contacts) == (1 if hit < 0.99 else 0)
@@ -115,7 +120,7 @@ def test_a_second_with_a_bounce_off_a_flat_wall_ends_within_1_cm(bearing, incide
 @pytest.mark.parametrize("bearing", np.radians([25.0, 30.0, 50.0, 60.0]))
 def test_a_second_with_two_bounces_in_a_corner_ends_within_1_cm(bearing):
     velocity = SPEED * unit(bearing)
-    commands = [velocity if k < 9 else (-0.4, -0.9) for k in range(KNOTS)]
+    commands = [velocity if k < 9 else (-0.4, -0.9) for k in range(INTERVALS)]
     distance, contacts, impacts = compared(CORNER, velocity, commands)
     assert distance < 0.01
     assert len(contacts) == 2
@@ -125,7 +130,7 @@ def test_a_second_with_two_bounces_in_a_corner_ends_within_1_cm(bearing):
 @pytest.mark.parametrize("command", [(1.0, 0.5), (0.4, 1.1), (1.2, 0.3)])
 def test_pressed_into_a_corner_it_comes_to_rest_where_the_robot_does(command):
     """Bounce after bounce, each lower: down to contacts that slide."""
-    distance, contacts, impacts = compared(CORNER, (1.0, 0.6), np.tile(command, (KNOTS, 1)))
+    distance, contacts, impacts = compared(CORNER, (1.0, 0.6), np.tile(command, (INTERVALS, 1)))
     assert distance < 0.015
     assert len(contacts) >= 2
     assert len(impacts) >= 2
@@ -135,7 +140,7 @@ def test_pressed_into_a_corner_it_comes_to_rest_where_the_robot_does(command):
 def test_where_two_walls_are_met_within_a_step_one_contact_may_stand_for_both(bearing):
     """Within 2 cm of an inner corner the normal is one between those of its walls: out of it all the same."""
     velocity = SPEED * unit(bearing)
-    _, contacts, impacts = compared(CORNER, velocity, [velocity if k < 7 else (-0.6, -0.6) for k in range(KNOTS)])
+    _, contacts, impacts = compared(CORNER, velocity, [velocity if k < 7 else (-0.6, -0.6) for k in range(INTERVALS)])
     assert 1 <= len(contacts) <= len(impacts) == 2
     for after in (contacts[-1, 3:], impacts[-1].velocity_after):
         assert (after < 0.0).all()
@@ -157,7 +162,7 @@ ROUND = [*((post, aside) for aside in (-0.2, -0.1, 0.05, 0.2)), *((tip, aside) f
 
 def off_round(shape, aside: float) -> tuple[float, np.ndarray, list]:
     """Full speed ahead up to a round post or corner, and at rest after a while."""
-    commands = [(SPEED, 0.0) if k < 6 else (0.0, 0.0) for k in range(KNOTS)]
+    commands = [(SPEED, 0.0) if k < 6 else (0.0, 0.0) for k in range(INTERVALS)]
     return compared(shape(aside), (SPEED, 0.0), commands)
 
 
@@ -186,7 +191,7 @@ def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
     times, path = np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1:3])
 
     def command(time: float) -> np.ndarray:
-        forward = feed_forward(times, path, time, PERIOD, LAW.lag, LAW.max_acceleration)
+        forward = feed_forward(times, path, time, PERIOD, MODEL.wheels)
         return saturate(np.array(forward), SPEED)
 
     return simulated(world, rows[0, 3:], command, PERIOD)
@@ -196,7 +201,9 @@ def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
 def test_a_robot_driven_along_a_rollout_open_loop_stays_within_1_cm(seed):
     random = np.random.default_rng(seed)
     targets = [random.uniform(0.2, 0.95 * SPEED) * unit(random.uniform(-np.pi, np.pi)) for _ in range(2)]
-    rows, _ = rollout(OPEN, random.uniform(0.0, 0.8, 2), np.array(targets)[np.arange(KNOTS + 2) * 2 // (KNOTS + 2)])
+    rows, _ = rollout(
+        OPEN, random.uniform(0.0, 0.8, 2), np.array(targets)[np.arange(INTERVALS + 2) * 2 // (INTERVALS + 2)]
+    )
     truth, _ = followed(OPEN, rows)
     assert apart(rows, truth) < 0.01
 
@@ -207,7 +214,7 @@ def test_a_robot_driven_into_an_intended_contact_does_not_brake_before_it(incide
     toward, bearing = speed * unit(0.3 + incidence), 0.3
     hit = 0.3 / (speed * np.cos(incidence))
     after = 0.8 * unit(bearing + np.pi + 0.5 * incidence)
-    commands = [toward if (k + 1) * KNOT < hit + KNOT else after for k in range(KNOTS + 2)]
+    commands = [toward if (k + 1) * CONTROL_INTERVAL < hit + CONTROL_INTERVAL else after for k in range(INTERVALS + 2)]
     world = tilted_wall(0.3)
     rows, contacts = rollout(world, toward, commands)
     truth, impacts = followed(world, rows)
@@ -216,4 +223,4 @@ def test_a_robot_driven_into_an_intended_contact_does_not_brake_before_it(incide
     assert into == pytest.approx(speed * np.cos(incidence), rel=0.05)
     assert apart(rows, truth[truth[:, 0] < contacts[0, 0] - 0.01]) < 0.003
     # a command holds on for up to half a period too long or ends as much too early, at full acceleration
-    assert apart(rows, truth) < 0.5 * PERIOD * LAW.max_acceleration * (1.0 - contacts[0, 0]) + 0.005
+    assert apart(rows, truth) < 0.5 * PERIOD * MODEL.wheels.max_acceleration * (1.0 - contacts[0, 0]) + 0.005

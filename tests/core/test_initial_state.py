@@ -6,95 +6,99 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.state import State
-from collplan_core.time_to_goal_planner.initial_state import SURPRISE, UNDETECTED, Expected, begin_velocity
-from rollout_scenes import SETTINGS
+from collplan_core.time_to_goal_planner.initial_state import SURPRISE, UNDETECTED, Expected, initial_velocity
 from scenes import unit
+from time_to_goal_scenes import SETTINGS
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
-HIT = 1.5
+CONTACT = 1.5
 BEFORE, AFTER = np.array([1.0, 0.2]), np.array([-0.7, 0.16])
 LAG = 0.5 * SETTINGS.mocap.velocity_window
 STEADY = np.array([0.8, -0.3])
 
 
-def expecting(velocity_at, times, hits=()) -> Expected:
+def expecting(velocity_at, times, contact_times=()) -> Expected:
     times = np.asarray(times, dtype=float)
     velocities = np.array([velocity_at(t) for t in times])
     steps = 0.5 * (velocities[1:] + velocities[:-1]) * np.diff(times)[:, None]
-    return Expected(times, np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]), velocities, np.array(hits, dtype=float))
+    return Expected(
+        times, np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]), velocities, np.array(contact_times, dtype=float)
+    )
 
 
 DRIVING = expecting(lambda t: STEADY, np.arange(1.0, 2.01, 0.025))
 ACCELERATING = expecting(lambda t: np.array([1.5 * (t - 1.0), 0.0]), np.arange(1.0, 1.8, 0.025))
-HITTING = expecting(lambda t: AFTER if t >= HIT else BEFORE, np.sort([*np.arange(1.0, 2.01, 0.025), HIT + 1e-9]), [HIT])
+BOUNCING = expecting(
+    lambda t: AFTER if t >= CONTACT else BEFORE, np.sort([*np.arange(1.0, 2.01, 0.025), CONTACT + 1e-9]), [CONTACT]
+)
 
 
-def begun(stamp: float, velocity, expected: Expected | None) -> np.ndarray:
-    return begin_velocity(State(stamp, np.zeros(2), np.array(velocity, dtype=float), 0.0), expected, SETTINGS)
+def initial(stamp: float, velocity, expected: Expected | None) -> np.ndarray:
+    return initial_velocity(State(stamp, np.zeros(2), np.array(velocity, dtype=float), 0.0), expected, SETTINGS)
 
 
 @pytest.mark.parametrize("stamp", [0.9, 2.1, -5.0])
 def test_without_an_expectation_the_measurement_counts(stamp):
-    np.testing.assert_array_equal(begun(1.5, (0.3, 0.1), None), (0.3, 0.1))
-    np.testing.assert_array_equal(begun(stamp, (0.3, 0.1), DRIVING), (0.3, 0.1))
+    np.testing.assert_array_equal(initial(1.5, (0.3, 0.1), None), (0.3, 0.1))
+    np.testing.assert_array_equal(initial(stamp, (0.3, 0.1), DRIVING), (0.3, 0.1))
 
 
 @QUICK
 @given(stamp=st.floats(1.05, 1.95), off=st.floats(0.0, 0.99 * SURPRISE), bearing=st.floats(-np.pi, np.pi))
 def test_as_expected_it_is_between_the_foreseen_and_the_measured_one(stamp, off, bearing):
-    begin = begun(stamp, STEADY + off * unit(bearing), DRIVING)
-    away = (begin - STEADY) @ unit(bearing)
+    begun = initial(stamp, STEADY + off * unit(bearing), DRIVING)
+    away = (begun - STEADY) @ unit(bearing)
     assert 0.0 <= away <= off + 1e-12
     assert away == pytest.approx(0.5 * off, abs=1e-9)
-    np.testing.assert_allclose(begin, STEADY + away * unit(bearing), atol=1e-9)
+    np.testing.assert_allclose(begun, STEADY + away * unit(bearing), atol=1e-9)
 
 
 @QUICK
 @given(stamp=st.floats(1.05, 1.95), off=st.floats(1.01 * SURPRISE, 2.0), bearing=st.floats(-np.pi, np.pi))
 def test_a_surprise_counts_as_measured(stamp, off, bearing):
     measured = STEADY + off * unit(bearing)
-    np.testing.assert_array_equal(begun(stamp, measured, DRIVING), measured)
+    np.testing.assert_array_equal(initial(stamp, measured, DRIVING), measured)
 
 
 def test_the_filter_s_delay_is_made_up_for():
     """What is measured is the velocity of half a window ago."""
     late = 1.5 * (0.4 - LAG)
-    assert begun(1.4, (late, 0.0), ACCELERATING) == pytest.approx((1.5 * 0.4, 0.0), abs=1e-9)
+    assert initial(1.4, (late, 0.0), ACCELERATING) == pytest.approx((1.5 * 0.4, 0.0), abs=1e-9)
 
 
 @pytest.mark.parametrize("age", [0.001, 0.02, 0.99 * UNDETECTED])
-def test_after_a_foreseen_hit_the_rebound_is_believed_before_it_is_measured(age):
-    np.testing.assert_allclose(begun(HIT + age, BEFORE, HITTING), AFTER, atol=1e-9)
+def test_after_a_foreseen_contact_the_rebound_is_believed_before_it_is_measured(age):
+    np.testing.assert_allclose(initial(CONTACT + age, BEFORE, BOUNCING), AFTER, atol=1e-9)
 
 
-def test_a_foreseen_hit_that_leaves_no_trace_did_not_happen():
-    np.testing.assert_array_equal(begun(HIT + 1.01 * UNDETECTED, BEFORE, HITTING), BEFORE)
+def test_a_foreseen_contact_that_leaves_no_trace_did_not_happen():
+    np.testing.assert_array_equal(initial(CONTACT + 1.01 * UNDETECTED, BEFORE, BOUNCING), BEFORE)
 
 
 @QUICK
 @given(age=st.floats(0.001, 2 * LAG + UNDETECTED - 0.001), off=st.floats(0.0, 0.5), bearing=st.floats(-np.pi, np.pi))
 def test_a_rebound_once_seen_is_believed_more_and_more(age, off, bearing):
     measured = AFTER + off * unit(bearing)
-    away = (begun(HIT + age, measured, HITTING) - AFTER) @ unit(bearing)
+    away = (initial(CONTACT + age, measured, BOUNCING) - AFTER) @ unit(bearing)
     assert 0.0 <= away <= 0.5 * off + 1e-9
-    assert away <= (begun(HIT + age + 0.001, measured, HITTING) - AFTER) @ unit(bearing) + 1e-9
+    assert away <= (initial(CONTACT + age + 0.001, measured, BOUNCING) - AFTER) @ unit(bearing) + 1e-9
 
 
 @pytest.mark.parametrize("measured", [BEFORE, AFTER, (0.0, 0.0), (-1.2, 1.2)])
-def test_before_the_hit_it_does_not_count(measured):
-    begin = begun(HIT - 0.03, measured, HITTING)
+def test_before_the_contact_it_does_not_count(measured):
+    begun = initial(CONTACT - 0.03, measured, BOUNCING)
     off = np.hypot(*(np.array(measured) - BEFORE))
-    np.testing.assert_allclose(begin, BEFORE if off < SURPRISE else measured, atol=1e-9)
+    np.testing.assert_allclose(begun, BEFORE if off < SURPRISE else measured, atol=1e-9)
 
 
 @QUICK
 @given(stamp=st.floats(0.8, 2.2), v=st.tuples(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2)))
-@pytest.mark.parametrize("expected", [DRIVING, HITTING, ACCELERATING])
+@pytest.mark.parametrize("expected", [DRIVING, BOUNCING, ACCELERATING])
 def test_it_never_lies_beyond_the_measured_and_the_foreseen_ones(expected, stamp, v):
-    begin = begun(stamp, v, expected)
-    assert np.isfinite(begin).all()
+    begun = initial(stamp, v, expected)
+    assert np.isfinite(begun).all()
     fastest = np.hypot(*expected.velocities.T).max()
-    assert np.hypot(*begin) <= max(fastest, np.hypot(*v)) + 0.5 * SURPRISE
+    assert np.hypot(*begun) <= max(fastest, np.hypot(*v)) + 0.5 * SURPRISE
 
 
 def test_where_the_robot_should_be():
@@ -105,4 +109,4 @@ def test_where_the_robot_should_be():
 def test_a_plan_of_two_samples_is_enough():
     short = expecting(lambda t: STEADY, (1.0, 1.025))
     for stamp in (1.0, 1.01, 1.025):
-        np.testing.assert_allclose(begun(stamp, STEADY, short), STEADY, atol=1e-9)
+        np.testing.assert_allclose(initial(stamp, STEADY, short), STEADY, atol=1e-9)

@@ -40,11 +40,11 @@ def seen_from(world: World, positions, settings=REMEMBERED, memory=None, first: 
 
 def clearance(memory: RememberedBoundaries, x: float, y: float) -> float:
     f = memory.field
-    return clearance_at(f.clearance, f.origin[0], f.origin[1], f.spacing, x, y)
+    return clearance_at(f.clearance, f.grid, x, y)
 
 
 def source(memory: RememberedBoundaries, x: float, y: float) -> int:
-    return source_at(memory.field.source, *memory.field.origin, memory.field.spacing, x, y)
+    return source_at(memory.field.source, memory.field.grid, x, y)
 
 
 def is_free(memory: RememberedBoundaries, x: float, y: float) -> bool:
@@ -65,7 +65,7 @@ def test_a_wall_is_as_far_as_it_is_and_faces_the_robot():
         for y in (0.22, 0.25, 0.303, 0.31):
             assert clearance(memory, x, y) == pytest.approx(0.4 - y - RADIUS, abs=1e-9)
             assert source(memory, x, y) == OBSERVED
-            assert normal_at(f.clearance, *f.origin, f.spacing, x, y) == pytest.approx((0.0, -1.0), abs=1e-9)
+            assert normal_at(f.clearance, f.grid, x, y) == pytest.approx((0.0, -1.0), abs=1e-9)
     assert clearance(memory, 0.0, 0.1) == FAR
     assert source(memory, 0.0, 0.0) == NOTHING
     assert np.allclose(memory.normals, (0.0, -1.0))
@@ -92,7 +92,7 @@ def test_solid_is_inferred_behind_a_wall_but_not_at_the_ends_of_what_was_seen():
         assert clearance(memory, x, face + 0.31) > 0.0
         assert source(memory, x, face + 0.25) == INFERRED
         assert source(memory, x, face + 0.02) == OBSERVED
-    beside = memory.pieces[memory.backed][:, [0, 2]]
+    beside = memory.pieces[memory.solid_behind][:, [0, 2]]
     assert np.abs(beside).max() <= 0.3 - REMEMBERED.inferred_inset + 0.5 * REMEMBERED.spacing + 1e-9
     assert np.abs(beside).max() >= 0.3 - REMEMBERED.inferred_inset - 2.0 * REMEMBERED.spacing
     assert clearance(memory, 0.29, 0.53) > clearance(memory, 0.1, 0.53)
@@ -101,7 +101,7 @@ def test_solid_is_inferred_behind_a_wall_but_not_at_the_ends_of_what_was_seen():
 @pytest.mark.parametrize("depth", [0.0, 0.10, 0.18])
 def test_no_more_solid_is_inferred_than_asked_for(depth: float):
     memory = seen_from(world_of([WALL]), [(0.0, 0.0)], replace(REMEMBERED, inferred_depth=depth))
-    assert not memory.backed.any()
+    assert not memory.solid_behind.any()
     assert INFERRED not in memory.field.source
 
 
@@ -121,7 +121,7 @@ def test_solid_inferred_within_a_thin_wall_goes_once_both_sides_were_seen(there_
     before = seen_from(thin, around[:1])
     assert source(before, 0.0, 0.2) == INFERRED
     memory = seen_from(thin, around[::-1] if there_first else around)
-    assert not memory.backed[np.abs(memory.pieces[:, [0, 2]]).max(axis=1) < 0.2].any()
+    assert not memory.solid_behind[np.abs(memory.pieces[:, [0, 2]]).max(axis=1) < 0.2].any()
     for x in (-0.2, 0.0, 0.2):
         assert clearance(memory, x, 0.05 + RADIUS + 0.03) == pytest.approx(0.03, abs=1e-6)
         assert source(memory, x, 0.05 + RADIUS) == OBSERVED
@@ -130,7 +130,7 @@ def test_solid_inferred_within_a_thin_wall_goes_once_both_sides_were_seen(there_
 
 def test_around_a_corner_inferred_solid_hides_neither_side():
     memory = seen_from(world_of([box(0.0, 0.0, 1.0, 1.0)]), [(-0.3, 0.2), (-0.3, -0.3), (0.2, -0.3)])
-    assert memory.backed.any()
+    assert memory.solid_behind.any()
     for along in np.linspace(0.02, 0.4, 20):
         assert source(memory, along, -RADIUS) == OBSERVED
         assert source(memory, -RADIUS, along) == OBSERVED
@@ -256,7 +256,7 @@ def test_a_known_map_is_exact_and_free_where_nothing_is_touched():
     np.testing.assert_allclose(f.clearance[tuple(nodes.T)], np.minimum(true, FAR), atol=1e-9)
     assert ((f.source == OBSERVED) == (f.clearance < FAR)).all()
     assert (memory.free == (f.clearance >= 0.0)).all()
-    assert not memory.backed.any()
+    assert not memory.solid_behind.any()
     assert np.isinf(memory.seen).all()
 
 

@@ -116,7 +116,7 @@ def test_in_a_hundred_worlds_that_stand_still_nothing_seen_is_forgotten(family: 
 def assert_is_of_the_pieces(memory: RememberedBoundaries, rng: np.random.Generator) -> None:
     """The field is the exact distance to the pieces and to what is inferred behind them, whatever came and went."""
     field = memory.field
-    behind = memory.pieces[memory.backed] - 0.12 * np.tile(memory.normals[memory.backed], 2)
+    behind = memory.pieces[memory.solid_behind] - 0.12 * np.tile(memory.normals[memory.solid_behind], 2)
     nodes = rng.integers(0, len(field.clearance), (1500, 2))
     near = np.argwhere(field.clearance < FAR)
     nodes = np.vstack([nodes, near[rng.integers(0, len(near), 1500)]])
@@ -191,7 +191,7 @@ def test_the_same_scans_leave_the_same_memory_to_the_last_bit():
     world = load_world("random:5")
     positions = wander(world, np.array(world.start), 25, np.random.default_rng(2))
     one, two = (remembered(maps_along(world, positions, 0.005)) for _ in range(2))
-    for name in ("pieces", "normals", "backed", "seen", "free", "refuted", "doubted"):
+    for name in ("pieces", "normals", "solid_behind", "seen", "free", "seen_free_behind", "times_contradicted"):
         assert np.array_equal(getattr(one, name), getattr(two, name))
     assert np.array_equal(one.field.clearance, two.field.clearance)
     assert np.array_equal(one.field.source, two.field.source)

@@ -5,23 +5,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearance_scenes import (
-    ACCELERATION,
-    SETTINGS,
-    SPEED,
-    TOLERANCE,
-    field_of,
-    path_length,
-    to_go,
-    toward,
-    turned,
-    walls,
-)
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.time_to_goal_planner.shortest_paths.waypoints import turn
 from scenes import rotation, unit
+from time_to_goal_scenes import (
+    ACCELERATION,
+    SETTINGS,
+    SPEED,
+    TOLERANCE,
+    path_length,
+    to_go,
+    toward,
+    turned,
+    walls,
+    walls_field,
+)
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
 GOAL = np.zeros(2)
@@ -37,7 +37,7 @@ CLUTTER = np.vstack([SEPTUM, walls((0.3, 0.4), (0.9, 0.7)), walls((-0.8, 0.2), (
 
 
 def paths_to(goal, segments=CLUTTER) -> ShortestPaths:
-    return shortest_paths(field_of(segments), np.array(goal, dtype=float), np.array([1.0, 1.0]), SETTINGS)
+    return shortest_paths(walls_field(segments), np.array(goal, dtype=float), np.array([1.0, 1.0]), SETTINGS)
 
 
 AMONG_CLUTTER, IN_THE_OPEN = paths_to(GOAL), paths_to(GOAL, np.zeros((0, 4)))
@@ -72,7 +72,7 @@ def test_it_turns_and_mirrors_with_the_scene(seed, quarters, mirrored):
     random = np.random.default_rng(seed)
     scene, move = random.uniform(-1.0, 1.0, (4, 4)), np.round(rotation(quarters * np.pi / 2))
     move = move @ np.diag([1.0, -1.0 if mirrored else 1.0])
-    here, there = (shortest_paths(field_of(walls), GOAL, GOAL, SETTINGS) for walls in (scene, turned(scene, move)))
+    here, there = (shortest_paths(walls_field(walls), GOAL, GOAL, SETTINGS) for walls in (scene, turned(scene, move)))
     for place, velocity in random.uniform(-1.0, 1.0, (100, 2, 2)):
         expected = to_go(here, place, velocity)
         assert to_go(there, move @ place, move @ velocity) == pytest.approx(expected, abs=1e-6)

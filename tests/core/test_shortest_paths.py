@@ -5,11 +5,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearance_scenes import SETTINGS, SPEED, TOLERANCE, exact_lengths, field_of, path_length, to_go, turned, walls
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from scenes import rotation
+from time_to_goal_scenes import (
+    SETTINGS,
+    SPEED,
+    TOLERANCE,
+    exact_lengths,
+    path_length,
+    to_go,
+    turned,
+    walls,
+    walls_field,
+)
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=8, print_blob=True)
 FEW = settings(derandomize=True, deadline=None, max_examples=5, print_blob=True)
@@ -26,7 +36,7 @@ angles = st.floats(-np.pi, np.pi)
 def free_places(field, rng, n: int, at_least: float = 0.03) -> np.ndarray:
     """Up to n places of the arena that are clear."""
     places = rng.uniform(-1.3, 1.3, (8 * n, 2))
-    clearance = [clearance_at(field.clearance, *field.origin, field.spacing, *place) for place in places]
+    clearance = [clearance_at(field.clearance, field.grid, *place) for place in places]
     return places[np.array(clearance) > at_least][:n]
 
 
@@ -52,7 +62,7 @@ def passes(scene: np.ndarray, angle: float, shift: tuple[float, float]) -> bool:
     def moved(place):
         return rotation(angle) @ place + shift
 
-    field = field_of(turned(scene, rotation(angle)) + np.tile(shift, 2))
+    field = walls_field(turned(scene, rotation(angle)) + np.tile(shift, 2))
     paths = shortest_paths(field, moved([-0.45, 0.1]), moved([0.8, 0.2]), SETTINGS)
     return is_reachable(paths, moved([0.8, 0.2]))
 
@@ -72,7 +82,7 @@ def test_a_passage_a_little_wider_than_the_disc_is_open_and_a_narrower_one_close
 @QUICK
 @given(scene=scenes, seed=st.integers(0, 99))
 def test_lengths_are_those_of_the_visibility_graph(scene, seed):
-    field = field_of(scene)
+    field = walls_field(scene)
     goal, *places = free_places(field, np.random.default_rng(seed), 12)
     paths = shortest_paths(field, goal, places[0], SETTINGS)
     far = paths.origin + paths.spacing * np.array(paths.length.shape)
@@ -91,7 +101,7 @@ def test_lengths_in_a_serpentine():
         walls((-1.2, -0.6), (0.7, -0.6)), walls((-0.7, 0.0), (1.2, 0.0)), walls((-1.2, 0.6), (0.7, 0.6)),
     ])  # fmt: skip
     goal, places = np.array([-0.9, 0.9]), np.array([[-0.9, -0.9], [0.6, -0.3], [-0.6, 0.3], [0.9, 0.3]])
-    paths = shortest_paths(field_of(scene), goal, places[0], SETTINGS)
+    paths = shortest_paths(walls_field(scene), goal, places[0], SETTINGS)
     lengths = [path_length(paths, place) for place in places]
     np.testing.assert_allclose(lengths, exact_lengths(scene, goal, places), rtol=0.025)
     assert 4 <= len(paths.waypoints) <= 25
@@ -101,8 +111,8 @@ def test_lengths_in_a_serpentine():
 @given(scene=scenes, more=segments)
 def test_a_wall_more_never_shortens_a_path(scene, more):
     scene = np.vstack([scene, walls((-1.2, -1.2), (-1.2, -1.1)), walls((1.2, 1.2), (1.2, 1.1))])
-    before = shortest_paths(field_of(scene), GOAL, GOAL, SETTINGS)
-    after = shortest_paths(field_of(np.vstack([scene, more])), GOAL, GOAL, SETTINGS)
+    before = shortest_paths(walls_field(scene), GOAL, GOAL, SETTINGS)
+    after = shortest_paths(walls_field(np.vstack([scene, more])), GOAL, GOAL, SETTINGS)
     for place in np.random.default_rng(0).uniform(-1.0, 1.0, (50, 2)):
         assert path_length(after, place) >= 0.985 * path_length(before, place)
 
@@ -110,25 +120,25 @@ def test_a_wall_more_never_shortens_a_path(scene, more):
 @FEW
 @given(scene=scenes)
 def test_equal_calls_give_equal_paths(scene):
-    one, other = (shortest_paths(field_of(scene), GOAL, np.ones(2), SETTINGS) for _ in range(2))
+    one, other = (shortest_paths(walls_field(scene), GOAL, np.ones(2), SETTINGS) for _ in range(2))
     for name in ("length", "waypoint", "waypoints", "onward", "remaining", "turning"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
 def test_paths_are_kept_until_something_changes():
     wall = walls((-0.5, 0.5), (0.5, 0.5))
-    earlier = shortest_paths(field_of(wall), GOAL, GOAL, SETTINGS)
-    assert shortest_paths(field_of(wall), GOAL.copy(), np.array([0.1, 0.1]), SETTINGS, earlier) is earlier
-    longer = field_of(np.vstack([wall, walls((0.5, 0.5), (0.6, 0.5))]))
+    earlier = shortest_paths(walls_field(wall), GOAL, GOAL, SETTINGS)
+    assert shortest_paths(walls_field(wall), GOAL.copy(), np.array([0.1, 0.1]), SETTINGS, earlier) is earlier
+    longer = walls_field(np.vstack([wall, walls((0.5, 0.5), (0.6, 0.5))]))
     assert shortest_paths(longer, GOAL, GOAL, SETTINGS, earlier) is not earlier
-    assert shortest_paths(field_of(wall), GOAL + 0.01, GOAL, SETTINGS, earlier) is not earlier
+    assert shortest_paths(walls_field(wall), GOAL + 0.01, GOAL, SETTINGS, earlier) is not earlier
     closer = SETTINGS.with_values({"planner.goal_tolerance": 0.05})
-    assert shortest_paths(field_of(wall), GOAL, GOAL, closer, earlier).tolerance == 0.05
+    assert shortest_paths(walls_field(wall), GOAL, GOAL, closer, earlier).tolerance == 0.05
 
 
 def test_a_goal_that_is_closed_off_has_no_paths():
     room = walls((-0.4, -0.4), (0.4, -0.4), (0.4, 0.4), (-0.4, 0.4), (-0.4, -0.4))
-    paths = shortest_paths(field_of(room), GOAL, np.array([1.0, 0.0]), SETTINGS)
+    paths = shortest_paths(walls_field(room), GOAL, np.array([1.0, 0.0]), SETTINGS)
     assert not is_reachable(paths, np.array([1.0, 0.0]))
     assert is_reachable(paths, np.array([0.2, 0.0]))
     assert path_length(paths, (1.0, 0.0)) == np.inf
@@ -136,32 +146,32 @@ def test_a_goal_that_is_closed_off_has_no_paths():
 
 def test_a_goal_too_near_to_a_wall_is_reached_as_nearly_as_the_disc_can():
     wall, beside = walls((-0.5, 0.05), (0.5, 0.05)), np.array([0.0, -0.5])
-    paths = shortest_paths(field_of(wall), GOAL, beside, SETTINGS)
+    paths = shortest_paths(walls_field(wall), GOAL, beside, SETTINGS)
     assert is_reachable(paths, beside)
     assert to_go(paths, beside, (0.0, SPEED)) == pytest.approx(0.5 / SPEED)
     assert to_go(paths, (0.0, -TOLERANCE + 0.001)) == 0.0
     behind = np.array([0.0, 0.3])
     assert path_length(paths, behind) > 1.2
-    within = shortest_paths(field_of(np.vstack([wall, walls((-0.5, -0.05), (0.5, -0.05))])), GOAL, beside, SETTINGS)
+    within = shortest_paths(walls_field(np.vstack([wall, walls((-0.5, -0.05), (0.5, -0.05))])), GOAL, beside, SETTINGS)
     assert not is_reachable(within, beside)
 
 
 @pytest.mark.parametrize("goal", [(6.0, 0.3), (0.5, -7.0)])
 def test_a_goal_far_from_everything_known_is_gone_to_straight(goal):
-    field, start = field_of(walls((-0.5, 0.5), (-0.5, 1.0))), np.array([0.6, 0.4])
+    field, start = walls_field(walls((-0.5, 0.5), (-0.5, 1.0))), np.array([0.6, 0.4])
     paths = shortest_paths(field, np.array(goal), start, SETTINGS)
     straight = np.hypot(*(np.array(goal) - start))
     assert to_go(paths, start, SPEED * (np.array(goal) - start) / straight) == pytest.approx(straight / SPEED)
 
 
 def test_from_where_nothing_is_known_and_the_cells_end_the_way_is_straight():
-    paths = shortest_paths(field_of(np.zeros((0, 4))), GOAL, np.array([1.0, 0.0]), SETTINGS)
+    paths = shortest_paths(walls_field(np.zeros((0, 4))), GOAL, np.array([1.0, 0.0]), SETTINGS)
     assert to_go(paths, (5.0, 5.0), (-0.6, -0.6)) >= np.hypot(5.0, 5.0) / SPEED
     assert np.isfinite(to_go(paths, (5.0, 5.0)))
 
 
 def test_a_goal_very_far_away_takes_larger_cells_not_more():
-    field = field_of(walls((-0.5, 0.5), (0.5, 0.5)))
+    field = walls_field(walls((-0.5, 0.5), (0.5, 0.5)))
     paths = shortest_paths(field, np.array([60.0, 40.0]), GOAL, SETTINGS)
     assert paths.length.size < 70_000
     assert paths.spacing > SETTINGS.time_to_goal.grid_spacing

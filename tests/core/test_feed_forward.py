@@ -12,35 +12,34 @@ from collplan_core.control.memory import ControllerMemory
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.reflection import rebound
 from collplan_core.state import State
-from collplan_core.time_to_goal_planner.dynamics import driven
 from collplan_core.time_to_goal_planner.feed_forward import feed_forward
 from collplan_core.time_to_goal_planner.follow import follow
-from collplan_core.time_to_goal_planner.model import KNOT
-from collplan_core.time_to_goal_planner.sampling import in_full
-from rollout_scenes import RADIUS, SETTINGS, faces_field, law_and_price, open_field, scene_over, with_strategy
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, robot_model
+from collplan_core.time_to_goal_planner.sampling import sample_trajectory
+from collplan_core.velocity_law import velocity_after
 from scenes import rotation, unit
+from time_to_goal_scenes import RADIUS, SETTINGS, faces_field, motion_in, open_field, problem_over, with_strategy
 
 FEW = settings(derandomize=True, deadline=None, max_examples=12, print_blob=True)
 PERIOD = 1.0 / SETTINGS.controller.rate
 LAG, A_MAX, SPEED = SETTINGS.robot.velocity_lag, SETTINGS.robot.max_acceleration, SETTINGS.robot.max_speed
-LAW = law_and_price(with_strategy("bounce"))[0]
+MODEL = robot_model(with_strategy("bounce"))
 WALL_AT = 0.35
 BEARING = 0.4
 NORMAL = -unit(BEARING)
-OPEN = scene_over(open_field(half_side=2.0), (1.9, 1.9))
-WALL = scene_over(faces_field((BEARING + np.pi, WALL_AT), half_side=2.0), (-1.9, -1.9))
+OPEN = problem_over(open_field(half_side=2.0), (1.9, 1.9))
+WALL = problem_over(faces_field((BEARING + np.pi, WALL_AT), half_side=2.0), (-1.9, -1.9))
 """Met by the disc's centre at a distance of WALL_AT from (0, 0)."""
 
 
-def rollout(scene, begin, commands) -> tuple[np.ndarray, np.ndarray]:
-    """Rows t, x, y, vx, vy and contacts under commands (n, 2), one a knot."""
-    begin, commands = np.array(begin, dtype=float), np.array(commands, dtype=float)
-    return in_full(scene, LAW, begin, commands, len(commands), RADIUS)
+def rollout(problem, state, commands) -> tuple[np.ndarray, np.ndarray]:
+    """Rows t, x, y, vx, vy and contacts under commands (n, 2), one a control interval."""
+    return sample_trajectory(problem, motion_in(problem, state), np.array(commands, dtype=float), RADIUS)
 
 
 def forward_at(rows: np.ndarray, now: float) -> np.ndarray:
     path = np.ascontiguousarray(rows[:, 1:3])
-    return np.array(feed_forward(np.ascontiguousarray(rows[:, 0]), path, now, PERIOD, LAG, A_MAX))
+    return np.array(feed_forward(np.ascontiguousarray(rows[:, 0]), path, now, PERIOD, MODEL.wheels))
 
 
 def open_loop(rows: np.ndarray, duration: float, wall: bool, phase: int = 0) -> np.ndarray:
@@ -51,11 +50,11 @@ def open_loop(rows: np.ndarray, duration: float, wall: bool, phase: int = 0) -> 
         if (k - phase) % round(PERIOD / h) == 0:
             command = forward_at(rows, k * h)
             command = command / max(1.0, np.hypot(*command) / SPEED)
-        wx, wy = driven(vx, vy, *command, h, LAW)
+        wx, wy = velocity_after(MODEL.wheels, vx, vy, *command, h)
         x, y = x + 0.5 * (vx + wx) * h, y + 0.5 * (vy + wy) * h
         vx, vy = wx, wy
         if wall and WALL_AT + (x, y) @ NORMAL < 0.0 and (vx, vy) @ NORMAL < 0.0:
-            vx, vy = rebound(np.array([vx, vy]), NORMAL, LAW.restitution, LAW.retention)
+            vx, vy = rebound(np.array([vx, vy]), NORMAL, MODEL.restitution, MODEL.retention)
         result.append(((k + 1) * h, x, y, vx, vy))
     return np.array(result)
 
@@ -68,10 +67,10 @@ bearings = st.floats(-np.pi, np.pi)
 changes = st.lists(st.tuples(st.floats(0.0, 0.95 * SPEED), bearings), min_size=2, max_size=4)
 
 
-def spread_over(changes, knots: int) -> np.ndarray:
-    """Commands (knots, 2): some velocities, each for as long."""
+def spread_over(changes, intervals: int) -> np.ndarray:
+    """Commands (intervals, 2): some velocities, each for as long."""
     targets = np.array([speed * unit(bearing) for speed, bearing in changes])
-    return targets[np.arange(knots) * len(targets) // knots]
+    return targets[np.arange(intervals) * len(targets) // intervals]
 
 
 @FEW
@@ -86,7 +85,7 @@ def test_driven_by_it_alone_a_robot_stays_on_the_rollout(changes, speed, bearing
 @pytest.mark.parametrize(("speed", "incidence"), [(SPEED, 0.0), (SPEED, 0.9), (0.8, -0.5)])
 def test_it_drives_into_an_intended_contact_without_braking_and_on_from_it(speed, incidence, phase):
     toward = speed * unit(BEARING + incidence)
-    until = math.ceil(WALL_AT / (toward @ unit(BEARING)) / KNOT)
+    until = math.ceil(WALL_AT / (toward @ unit(BEARING)) / CONTROL_INTERVAL)
     commands = np.vstack([np.tile(toward, (until, 1)), np.tile(0.8 * NORMAL, (24 - until, 1))])
     rows, contacts = rollout(WALL, [0.0, 0.0, *toward], commands)
     came = open_loop(rows, 1.0, wall=True, phase=phase)
@@ -155,10 +154,10 @@ def test_around_the_ends_of_a_plan_it_is_finite():
 
 @FEW
 @given(turn=bearings, shift=st.floats(-3.0, 3.0), later=st.floats(-100.0, 100.0), now=st.floats(0.0, 0.95))
-def test_it_turns_with_the_path_and_knows_neither_place_nor_date(turn, shift, later, now):
+def test_it_turns_with_the_path_and_depends_on_neither_place_nor_date(turn, shift, later, now):
     rows = bouncing()
     path = rows[:, 1:3] @ rotation(turn).T + shift
-    moved = feed_forward(rows[:, 0] + later, path, now + later, PERIOD, LAG, A_MAX)
+    moved = feed_forward(rows[:, 0] + later, path, now + later, PERIOD, MODEL.wheels)
     # the sample at which a period begins may be another one after rounding
     np.testing.assert_allclose(moved, rotation(turn) @ forward_at(rows, now), atol=1e-6)
 

@@ -1,0 +1,54 @@
+"""Whether a rollout is at the goal, since when, at what cost, and how long it still takes otherwise."""
+
+import math
+
+from collplan_core.jit import njit
+from collplan_core.time_to_goal_planner.dynamics import Motion
+from collplan_core.time_to_goal_planner.model import Goal, Problem
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import time_to_go
+
+ON_THE_WAY = -1.0
+"""Instead of the time of an arrival."""
+LATE = 0.3
+"""Charged beyond the time to go to a full plan that does not reach the goal [s]."""
+
+
+@njit
+def is_there(goal: Goal, motion: Motion) -> bool:
+    """Whether a motion is within the goal's tolerance."""
+    x, y = motion.x, motion.y
+    return (x - goal.x) * (x - goal.x) + (y - goal.y) * (y - goal.y) <= goal.tolerance * goal.tolerance
+
+
+@njit
+def arrival_share(goal: Goal, begin: Motion, end: Motion) -> float:
+    """Share of a step, which ends within the goal's tolerance, after which it comes there."""
+    x, y, px, py = begin.x, begin.y, end.x, end.y
+    before = math.sqrt((x - goal.x) * (x - goal.x) + (y - goal.y) * (y - goal.y))
+    after = math.sqrt((px - goal.x) * (px - goal.x) + (py - goal.y) * (py - goal.y))
+    return (before - goal.tolerance) / (before - after) if before > goal.tolerance else 0.0
+
+
+@njit
+def goal_offset_cost(goal: Goal, motion: Motion) -> float:
+    """What an arrival costs whose line passes the goal's centre at a distance [s]."""
+    vx, vy = motion.vx, motion.vy
+    speed2 = vx * vx + vy * vy
+    if speed2 < 1e-12:
+        return 0.0
+    offset = vx * (goal.y - motion.y) - vy * (goal.x - motion.x)
+    return goal.offset_cost * offset * offset / speed2
+
+
+@njit
+def to_go(problem: Problem, motion: Motion) -> float:
+    """Time to go from a motion over what is known [s]."""
+    model = problem.constants.model
+    max_speed, max_acceleration = model.max_speed, model.wheels.max_acceleration
+    return time_to_go(problem.paths, max_speed, max_acceleration, motion.x, motion.y, motion.vx, motion.vy)
+
+
+@njit
+def end_cost(problem: Problem, motion: Motion) -> float:
+    """What a full plan that ends with a motion before the goal is charged for the rest [s]."""
+    return to_go(problem, motion) + LATE

@@ -1,0 +1,265 @@
+"""One step of the robot's dynamics: the first contact in it, and what contacts and near misses cost."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.reflection import rebound
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, clearance_at
+from collplan_core.time_to_goal_planner.dynamics import (
+    NO_CONTACT,
+    SLIDES,
+    Contact,
+    Motion,
+    clearance_cost,
+    contact_cost,
+)
+from collplan_core.time_to_goal_planner.model import IMPACT_SPEED, STEP, Problem, RobotModel, contact_costs, robot_model
+from scenes import rotation, unit
+from time_to_goal_scenes import SETTINGS, faces_field, joined, pillars_field, problem_over, stepped, with_strategy
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+FEW = settings(derandomize=True, deadline=None, max_examples=15, print_blob=True)
+MODEL = robot_model(with_strategy("bounce"))
+SPEED = MODEL.max_speed
+angles = st.floats(-np.pi, np.pi)
+shares = st.floats(0.0, 1.0)
+velocities = st.tuples(st.floats(0.0, SPEED), angles).map(lambda v: v[0] * unit(v[1]))
+incidences = st.floats(np.radians(-75.0), np.radians(75.0))
+HALF = 0.3
+ROOM = problem_over(faces_field(*((k * np.pi / 2, HALF) for k in range(4)), half_side=0.5), (0.0, 0.0))
+"""The disc's centre stays within |x|, |y| <= HALF."""
+
+
+def coasting(restitution: float = MODEL.restitution, retention: float = MODEL.retention) -> RobotModel:
+    """A robot without wheels: nothing but boundaries changes its velocity."""
+    return RobotModel(SPEED, MODEL.wheels._replace(max_acceleration=1e-15), restitution, retention)
+
+
+def with_model(problem: Problem, model: RobotModel) -> Problem:
+    return problem._replace(constants=problem.constants._replace(model=model))
+
+
+def one_wall(bearing: float, source: int = OBSERVED):
+    """A wall that the disc's centre touches at the origin; its normal points along the bearing."""
+    return problem_over(faces_field((bearing, 0.0), source=source, half_side=0.3), 0.25 * unit(bearing))
+
+
+WALLS = [(bearing, one_wall(bearing)) for bearing in (0.0, 0.37, np.pi / 2, 2.5, -1.2)]
+walls = st.sampled_from(WALLS)
+
+
+def at_wall(bearing: float, incidence: float, speed: float, share: float) -> np.ndarray:
+    """A state that touches the wall after a share of a step."""
+    velocity = speed * (rotation(incidence) @ -unit(bearing))
+    return np.array([*(-share * STEP * velocity), *velocity])
+
+
+@QUICK
+@given(wall=walls, incidence=incidences, speed=st.floats(0.4, SPEED), share=st.floats(0.0, 0.95), e=shares, k=shares)
+def test_a_contact_is_the_rebound_and_the_rest_of_the_step_goes_on_from_it(wall, incidence, speed, share, e, k):
+    bearing, problem = wall
+    begin = at_wall(bearing, incidence, speed, share)
+    ((motion, contact),) = stepped(with_model(problem, coasting(e, k)), begin, [(0.0, 0.0)])
+    expected = rebound(begin[2:], unit(bearing), e, k)
+    assert contact.kind == OBSERVED
+    assert contact.normal_speed == pytest.approx(speed * np.cos(incidence), abs=1e-9)
+    assert contact.share == pytest.approx(share, abs=2e-2 if share < 0.05 else 1e-9)
+    np.testing.assert_allclose(contact[3:], unit(bearing), atol=1e-9)
+    np.testing.assert_allclose(motion[2:4], expected, atol=1e-9)
+    np.testing.assert_allclose(motion[:2], (1.0 - contact.share) * STEP * expected, atol=5e-4)
+
+
+@QUICK
+@given(wall=walls, incidence=incidences, speed=st.floats(0.4, SPEED), share=st.floats(0.05, 0.95))
+def test_a_perfect_rebound_keeps_the_speed_and_drives_the_mirrored_path(wall, incidence, speed, share):
+    bearing, problem = wall
+    begin, normal = at_wall(bearing, incidence, speed, share), unit(bearing)
+    ((motion, _),) = stepped(with_model(problem, coasting(1.0, 1.0)), begin, [(0.0, 0.0)])
+    onward = begin[:2] + STEP * begin[2:]
+    assert np.hypot(*motion[2:4]) == pytest.approx(speed, abs=1e-12)
+    np.testing.assert_allclose(motion[:2], onward - 2.0 * (onward @ normal) * normal, atol=1e-9)
+
+
+@QUICK
+@given(
+    wall=walls, incidence=incidences, speed=st.floats(0.0, SPEED), share=shares, u=velocities, mirrored=st.booleans()
+)
+def test_a_step_turns_and_mirrors_with_the_wall(wall, incidence, speed, share, u, mirrored):
+    bearing, problem = wall
+    plain = WALLS[0][1]
+    move = rotation(bearing) @ np.diag([1.0, -1.0 if mirrored else 1.0])
+    # a little before the wall: rounding must not decide whether it is touched
+    begin = at_wall(0.0, incidence, speed, share) + np.array([1e-5, 0.0, 0.0, 0.0])
+    (one,) = stepped(plain, begin, [u])
+    (other,) = stepped(problem, [*(move @ begin[:2]), *(move @ begin[2:])], [move @ u])
+    for record, pair in ((0, slice(0, 2)), (0, slice(2, 4)), (1, slice(3, 5))):
+        np.testing.assert_allclose(other[record][pair], move @ one[record][pair], atol=1e-7)
+    assert other[1].kind == one[1].kind
+    np.testing.assert_allclose(other[1][1:3], one[1][1:3], atol=1e-5)
+
+
+commands = st.lists(st.tuples(velocities, st.integers(1, 12)), min_size=3, max_size=8).map(
+    lambda parts: np.repeat([u for u, _ in parts], [count for _, count in parts], axis=0)
+)
+places = st.tuples(st.floats(-HALF, HALF), st.floats(-HALF, HALF))
+
+
+def rows_of(steps) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Motions (n, 5), kinds of contact (n,), and the contacts' speed, share and normal (n, 4)."""
+    motions, contacts = (np.array([step[k] for step in steps]) for k in (0, 1))
+    return motions, contacts[:, 0], contacts[:, 1:]
+
+
+@FEW
+@given(begin=places, v=velocities, u=commands, e=shares, k=shares)
+def test_no_contact_gives_energy_and_none_leads_through_a_wall(begin, v, u, e, k):
+    model = MODEL._replace(restitution=e, retention=k)
+    rows, kinds, contacts = rows_of(stepped(with_model(ROOM, model), [*begin, *v], u))
+    before = np.vstack([v, rows[:-1, 2:4]])
+    # a driven step ends between the velocity it has and the commanded one
+    assert (np.hypot(*rows[:, 2:4].T) <= np.maximum(np.hypot(*before.T), np.hypot(*u.T)) + 1e-9).all()
+    assert np.abs(rows[:, :2]).max() <= HALF + 1e-9
+    assert (contacts[np.isin(kinds, (OBSERVED, INFERRED)), 0] > IMPACT_SPEED).all()
+    assert (contacts[kinds == SLIDES, 0] <= IMPACT_SPEED).all()
+    assert (contacts[kinds == NO_CONTACT] == 0.0).all()
+
+
+@FEW
+@given(begin=places, v=velocities, e=shares, k=shares)
+def test_a_coasting_robot_only_loses_speed(begin, v, e, k):
+    rows, _, _ = rows_of(stepped(with_model(ROOM, coasting(e, k)), [*begin, *v], np.zeros((60, 2))))
+    speeds = np.hypot(*rows[:, 2:4].T)
+    assert (np.diff(speeds, prepend=np.hypot(*v)) <= 1e-12).all()
+
+
+CLUTTER = problem_over(
+    joined(
+        faces_field((0.0, 0.8), (np.pi / 2, 0.8), (np.pi, 0.8), (-np.pi / 2, 0.8), half_side=1.0),
+        pillars_field((0.3, 0.3, 0.12), (-0.3, 0.25, 0.05), (0.1, -0.45, 0.2), half_side=1.0),
+    ),
+    (0.7, 0.7),
+)
+
+
+@FEW
+@given(v=velocities, u=commands)
+def test_what_is_said_of_the_clearance_is_never_too_much(v, u):
+    rows, kinds, _ = rows_of(stepped(CLUTTER, [-0.05, 0.0, *v], u))
+    there = [clearance_at(CLUTTER.clearance, CLUTTER.constants.grid, x, y) for x, y in rows[:, :2]]
+    assert min(there) > -1e-3
+    assert (rows[:, 4] <= np.array(there) + 1e-3).all()
+    free = kinds == NO_CONTACT
+    assert (rows[free, 4] <= np.array(there)[free] + 1e-9).all()
+
+
+def test_a_slow_contact_slides_and_keeps_the_speed_along_the_wall():
+    begin = [0.0005, 0.0, -0.9 * IMPACT_SPEED, 0.5]
+    ((motion, contact),) = stepped(with_model(WALLS[0][1], coasting()), begin, [(0.0, 0.0)])
+    assert contact.kind == SLIDES
+    np.testing.assert_allclose(motion[2:4], (0.0, 0.5), atol=1e-9)
+    ((motion, contact),) = stepped(
+        with_model(WALLS[0][1], coasting()), [0.0005, 0.0, -1.1 * IMPACT_SPEED, 0.5], [(0.0, 0.0)]
+    )
+    assert contact.kind == OBSERVED
+
+
+def test_pressed_against_a_wall_the_robot_slides_along_it():
+    rows, kinds, _ = rows_of(stepped(WALLS[0][1], [0.0, -0.2, 0.0, 0.3], np.tile((-1.0, 0.3), (30, 1))))
+    assert (kinds == SLIDES).all()
+    np.testing.assert_allclose(rows[:, 0], 0.0, atol=1e-9)
+    np.testing.assert_allclose(rows[:, 2], 0.0, atol=1e-9)
+    # the wheels push with all they have against the wall: what is left drives along it
+    assert (rows[:, 3] > 0.25).all()
+
+
+def test_inferred_solid_takes_the_speed_into_it():
+    problem = one_wall(0.0, INFERRED)
+    ((motion, contact),) = stepped(with_model(problem, coasting()), at_wall(0.0, 0.5, 1.0, 0.5), [(0.0, 0.0)])
+    assert contact.kind == INFERRED
+    np.testing.assert_allclose(
+        motion[2:4], rebound(np.array([-np.cos(0.5), -np.sin(0.5)]), unit(0.0), 0.0, MODEL.retention)
+    )
+
+
+@pytest.mark.parametrize("deep", [0.001, 0.01, 0.04, 0.08])
+@pytest.mark.parametrize("velocity", [(0.0, 0.0), (-1.2, 0.0), (1.2, 0.0), (0.0, 1.0)])
+def test_from_inside_a_wall_the_robot_comes_out_at_once(deep, velocity):
+    ((motion, contact),) = stepped(WALLS[0][1], [-deep, 0.0, *velocity], [(0.0, 0.0)])
+    assert np.isfinite([*motion, *contact]).all()
+    assert motion.x >= -1e-9
+    assert motion.vx >= 0.0
+
+
+def cost_of(costs, kind: int, normal_speed: float) -> float:
+    return contact_cost(costs, Contact(kind, normal_speed, 0.5, 1.0, 0.0))
+
+
+def test_what_a_contact_costs():
+    bounce, tolerate, avoid = (contact_costs(with_strategy(name)) for name in ("bounce", "tolerate", "avoid"))
+    p = SETTINGS.time_to_goal
+    assert cost_of(bounce, OBSERVED, 1.0) == pytest.approx(p.hit_cost)
+    assert cost_of(bounce, OBSERVED, p.speed_limit + 0.01) > p.limit_cost
+    assert cost_of(tolerate, OBSERVED, 1.0) == 0.0
+    assert cost_of(avoid, OBSERVED, 0.5) == pytest.approx(p.averse_cost + 0.5 * p.averse_speed_cost)
+    assert cost_of(bounce, INFERRED, 1.0) == cost_of(tolerate, INFERRED, 1.0) == pytest.approx(p.inferred_cost)
+    assert cost_of(avoid, INFERRED, 0.5) == cost_of(avoid, OBSERVED, 0.5)
+    for costs in (bounce, tolerate, avoid):
+        assert cost_of(costs, SLIDES, 0.05) == cost_of(costs, NO_CONTACT, 0.0) == 0.0
+
+
+@QUICK
+@given(first=st.floats(IMPACT_SPEED, 2.0), second=st.floats(IMPACT_SPEED, 2.0))
+@pytest.mark.parametrize("strategy", ["bounce", "tolerate", "avoid", "stop_guarantee"])
+def test_a_harder_contact_never_costs_less(strategy, first, second):
+    costs = contact_costs(with_strategy(strategy))
+    slow, fast = sorted((first, second))
+    for kind in (OBSERVED, INFERRED):
+        assert 0.0 <= cost_of(costs, kind, slow) <= cost_of(costs, kind, fast)
+
+
+COSTS = contact_costs(with_strategy("bounce"))
+POST = problem_over(pillars_field((0.0, 0.0, 0.05), half_side=0.5), (0.4, 0.4))
+"""The disc's centre touches the post 0.14 m from the origin."""
+
+
+def near_miss(problem: Problem, begin, end, speed: float = 1.0) -> float:
+    motions = (Motion(*map(float, place), speed, 0.0, 0.0) for place in (begin, end))
+    return clearance_cost(problem.clearance, problem.constants.grid, COSTS, *motions)
+
+
+def test_by_hand_what_a_near_miss_of_a_post_costs():
+    # 5 mm beside the post; 2 cm to the right it is met where its normal is 33 degrees off straight back
+    met = np.array([-0.1, 0.085])
+    cost = COSTS.clearance * 0.1 / np.hypot(*met)
+    assert near_miss(POST, (-0.15, 0.105), (-0.1, 0.105)) == pytest.approx(cost, rel=0.1)
+    assert near_miss(POST, (-0.15, 0.105), (-0.1, 0.105), 0.5) == pytest.approx(0.5 * cost, rel=0.1)
+    assert near_miss(POST, (-0.15, 0.13), (-0.1, 0.13)) == 0.0  # farther beside it than the error that is reckoned with
+    assert near_miss(POST, (-0.05, 0.145), (0.0, 0.145)) == 0.0  # along it
+    assert near_miss(POST, (-0.2, 0.0), (-0.15, 0.0)) == 0.0  # straight at it, and not there yet
+
+
+def test_by_hand_a_wall_that_is_followed_costs_nothing():
+    wall = WALLS[0][1]
+    assert near_miss(wall, (0.01, -0.05), (0.01, 0.0)) == 0.0
+    assert near_miss(wall, (0.05, 0.0), (0.05, 0.0)) == 0.0
+
+
+nearby = st.tuples(st.floats(0.001, 0.06), st.floats(-0.15, 0.15)).map(np.array)
+
+
+@QUICK
+@given(wall=walls, begin=nearby, angle=angles, length=st.floats(0.001, 0.06), mirrored=st.booleans())
+def test_a_near_miss_is_bounded_and_free_far_from_walls_and_turns_and_mirrors(wall, begin, angle, length, mirrored):
+    bearing, problem = wall
+    move = rotation(bearing) @ np.diag([1.0, -1.0 if mirrored else 1.0])
+    end = begin + length * unit(angle)
+    cost = near_miss(WALLS[0][1], begin, end)
+    assert 0.0 <= cost <= 2.0 * COSTS.clearance
+    if end[0] > COSTS.distance:
+        assert cost == 0.0
+    # not where rounding decides whether a shifted end is inside
+    shifts = np.add.outer([begin[0], end[0]], COSTS.distance * np.array([-1.0, 1.0]) * np.sin(angle))
+    if np.abs(shifts).min() > 1e-6 and abs(-np.cos(angle) - 0.3) > 1e-6:
+        assert near_miss(problem, move @ begin, move @ end) == pytest.approx(cost, abs=1e-9)

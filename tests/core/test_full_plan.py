@@ -1,0 +1,329 @@
+"""Coarse and full plans: what their cost is made of, refinement, trajectories, symmetry."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.time_to_goal_planner.arrival import LATE, to_go
+from collplan_core.time_to_goal_planner.coarse_search import CoarsePlans, coarse_plans, targets
+from collplan_core.time_to_goal_planner.full_plan import FullPlan
+from collplan_core.time_to_goal_planner.initial_plans import (
+    best_coarse,
+    coarse_commands,
+    extended,
+    padded,
+    shifted,
+    tracked,
+)
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem
+from collplan_core.time_to_goal_planner.refinement import refine
+from collplan_core.time_to_goal_planner.sampling import SHORTEST, sample_trajectory
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading
+from scenes import rotation, unit
+from time_to_goal_scenes import (
+    RADIUS,
+    SETTINGS,
+    SPEED,
+    faces_field,
+    has_arrived,
+    joined,
+    motion_in,
+    of_strategy,
+    open_field,
+    pillars_field,
+    problem_over,
+    rolled,
+    walls,
+    walls_field,
+)
+
+FEW = settings(derandomize=True, deadline=None, max_examples=8, print_blob=True)
+STRATEGIES = ("bounce", "tolerate", "avoid", "stop_guarantee")
+N_STEPS = round(SETTINGS.time_to_goal.horizon / STEP)
+MOST = 160
+"""Control intervals that a plan has room for."""
+U_TURN = walls((-1.2, -0.5), (1.0, -0.5), (1.0, 0.5), (-1.2, 0.5), (-1.2, -0.5)), walls((-1.2, 0.0), (0.5, 0.0))
+
+FLOOR = shapely.LineString([(-2.0, -0.4 - RADIUS), (2.0, -0.4 - RADIUS)])
+POSTS = ((0.0, 0.1, 0.15), (0.5, -0.2, 0.1))
+
+
+@cache
+def u_turn() -> Problem:
+    """Along the lower row, round the septum's tip, and back along the upper one."""
+    return problem_over(walls_field(np.vstack(U_TURN)), (-0.9, 0.25))
+
+
+@cache
+def pillars() -> Problem:
+    return problem_over(joined(pillars_field(*POSTS), faces_field((np.pi / 2, 0.4))), (1.2, 0.0))
+
+
+@cache
+def nothing() -> Problem:
+    return problem_over(open_field(), (1.0, 0.0))
+
+
+OBSTACLES = {
+    u_turn: shapely.multilinestrings(np.vstack(U_TURN).reshape(-1, 2, 2)),
+    pillars: shapely.union_all([*(shapely.Point(x, y).buffer(r, quad_segs=64).exterior for x, y, r in POSTS), FLOOR]),
+    nothing: shapely.Polygon(),
+}
+CORNERS = shapely.multipoints(np.vstack(U_TURN).reshape(-1, 2))
+PLACES = {u_turn: (-0.9, -0.25), pillars: (-0.6, 0.05), nothing: (-1.0, 0.0)}
+scenes = st.sampled_from(sorted(PLACES, key=lambda scene: scene.__wrapped__.__name__))
+velocities = st.tuples(st.floats(0.0, SPEED), st.floats(-np.pi, np.pi)).map(lambda v: v[0] * unit(v[1]))
+strategies = st.sampled_from(STRATEGIES)
+
+
+def state_in(scene, velocity=(0.0, 0.0)) -> np.ndarray:
+    return np.array([*PLACES[scene], *velocity], dtype=float)
+
+
+def coarse_in(problem: Problem, state: np.ndarray) -> CoarsePlans:
+    return coarse_plans(problem, motion_in(problem, state), N_STEPS)
+
+
+def carried_on(problem: Problem, state: np.ndarray, commands) -> FullPlan:
+    """Commands (n, 2) from a state, and on to the goal."""
+    return extended(problem, motion_in(problem, state), padded(np.array(commands), MOST), len(commands))
+
+
+def refined(problem: Problem, plan: FullPlan, seed: int, count: int) -> FullPlan:
+    copy = plan._replace(commands=plan.commands.copy(), states=plan.states.copy(), costs=plan.costs.copy())
+    return refine(problem, copy, count, np.random.default_rng(seed))
+
+
+def assert_same(one: FullPlan, other: FullPlan) -> None:
+    assert (one.n, one.cost) == (other.n, other.cost)
+    np.testing.assert_array_equal(one.commands[: one.n], other.commands[: one.n])
+    np.testing.assert_array_equal(one.states[: one.n + 1], other.states[: one.n + 1])
+    np.testing.assert_array_equal(one.costs[: one.n + 1], other.costs[: one.n + 1])
+
+
+@FEW
+@given(scene=scenes, v=velocities, strategy=strategies, seed=st.integers(0, 2**31), test=st.booleans())
+def test_refinement_never_raises_the_cost_and_says_what_its_commands_give(scene, v, strategy, seed, test):
+    random = np.random.default_rng(seed)
+    problem, state = of_strategy(scene(), strategy, test), state_in(scene, v)
+    plan = carried_on(problem, state, random.uniform(-0.8, 0.8, (25, 2)))
+    for stage in range(4):
+        better = refined(problem, plan, stage, 50)
+        assert better.cost <= plan.cost
+        assert np.hypot(*better.commands[: better.n].T).max() <= SPEED + 1e-9
+        again = rolled(problem, state, better.commands[: better.n], MOST)
+        assert_same(again, better)
+        plan = again
+
+
+@pytest.mark.parametrize("scene", PLACES)
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_refinement_makes_plans_faster(scene, strategy):
+    """From anything at all to nearly what the best coarse plan leads to."""
+    problem, state = of_strategy(scene(), strategy), state_in(scene)
+    coarse = coarse_in(problem, state)
+    (place,) = best_coarse(coarse.costs, 1)
+    commands, _ = coarse_commands(coarse, place, N_STEPS, N_STEPS // 2)
+    best = refined(problem, carried_on(problem, state, commands), 0, 1200)
+    plan = carried_on(problem, state, np.zeros((10, 2)))
+    better = refined(problem, plan, 0, 1200)
+    assert better.cost < plan.cost - 0.3
+    assert best.cost - 0.2 < better.cost < 1.3 * best.cost
+
+
+@pytest.mark.parametrize("scene", PLACES)
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_the_best_coarse_plans_are_extended_to_the_goal(scene, strategy):
+    problem, state = of_strategy(scene(), strategy), state_in(scene)
+    coarse = coarse_in(problem, state)
+    for place in best_coarse(coarse.costs, SETTINGS.time_to_goal.n_starts):
+        commands, _ = coarse_commands(coarse, place, N_STEPS, N_STEPS // 2)
+        assert has_arrived(problem, carried_on(problem, state, commands))
+
+
+def test_nothing_is_tried_on_an_empty_plan_and_nothing_changes_where_nothing_is_tried():
+    plan = carried_on(nothing(), state_in(nothing), np.zeros((5, 2)))
+    assert_same(refined(nothing(), plan, 0, 0), plan)
+    empty = rolled(nothing(), state_in(nothing), np.zeros((0, 2)), most=10)
+    assert_same(refined(nothing(), empty, 0, 10), empty)
+
+
+def test_equal_seeds_refine_alike():
+    plan = carried_on(u_turn(), state_in(u_turn), np.zeros((5, 2)))
+    one, other, third = (refined(u_turn(), plan, seed, 200) for seed in (3, 3, 4))
+    assert_same(one, other)
+    assert third.cost != one.cost
+
+
+@FEW
+@given(scene=scenes, v=velocities, strategy=strategies, seed=st.integers(0, 2**31))
+def test_the_cost_is_the_time_and_what_is_paid_on_the_way(scene, v, strategy, seed):
+    problem, state = of_strategy(scene(), strategy), state_in(scene, v)
+    commands, goal = np.random.default_rng(seed).uniform(-0.8, 0.8, (20, 2)), problem.constants.goal
+    short = rolled(problem, state, commands)
+    if not has_arrived(problem, short):
+        rest = to_go(problem, motion_in(problem, short.states[short.n])) + LATE
+        assert short.cost == pytest.approx(short.n * CONTROL_INTERVAL + short.costs[short.n] + rest, abs=1e-12)
+    there = carried_on(problem, state, commands)
+    assert (np.diff(there.costs[: there.n + 1]) >= 0.0).all()
+    if not has_arrived(problem, there):
+        return
+    distances = np.hypot(there.states[:, 0] - goal.x, there.states[:, 1] - goal.y)[: there.n + 1]
+    assert (distances[1:-1] > goal.tolerance).all()
+    # the last control interval ends where the robot arrives
+    assert distances[-1] <= goal.tolerance
+    assert (there.n - 1) * CONTROL_INTERVAL <= there.cost - there.costs[there.n] <= there.n * CONTROL_INTERVAL
+
+
+def test_by_hand_straight_across_an_open_floor():
+    """From rest to the edge of the goal: the wheels' full acceleration, then full speed."""
+    plan = rolled(nothing(), state_in(nothing), np.tile((SPEED, 0.0), (50, 1)))
+    assert has_arrived(nothing(), plan)
+    a, lag = SETTINGS.robot.max_acceleration, SETTINGS.robot.velocity_lag
+    # a first-order lag behind full acceleration: 0.7 s and its distance, then v_max but for what the lag leaves
+    begun, linear = (SPEED - a * lag) / a, a * lag
+    lost = begun * SPEED - 0.5 * a * begun**2 + linear * lag
+    assert plan.cost == pytest.approx((2.0 - nothing().constants.goal.tolerance + lost) / SPEED, abs=2e-3)
+    assert plan.costs[plan.n] == 0.0
+
+
+def test_a_plan_that_begins_at_the_goal_is_there_at_once():
+    plan = rolled(of_strategy(nothing(), "avoid"), (0.95, 0.0, 0.0, 0.0), np.zeros((5, 2)))
+    assert (plan.n, plan.cost, has_arrived(nothing(), plan)) == (1, 0.0, True)
+
+
+@FEW
+@given(scene=scenes, v=velocities, strategy=strategies)
+def test_coarse_plans_are_full_plans_up_to_the_horizon(scene, v, strategy):
+    problem, state = of_strategy(scene(), strategy), state_in(scene, v)
+    coarse = coarse_in(problem, state)
+    tried = np.isfinite(coarse.costs)
+    assert tried.sum() > 0.9 * 25 * (4 * 24 + 25)
+    assert coarse.costs[tried].min() > 0.0
+    for place in map(tuple, np.argwhere(tried)[:: tried.sum() // 40]):
+        commands, n = coarse_commands(coarse, place, N_STEPS, N_STEPS // 2)
+        plan, cost = rolled(problem, state, commands), coarse.costs[place]
+        if has_arrived(problem, plan):
+            # its own time and contacts; near misses are not charged to coarse plans
+            assert (plan.n - 1) * CONTROL_INTERVAL <= cost <= plan.cost + 1e-9
+        else:
+            np.testing.assert_array_equal(coarse.ends[place], plan.states[n])
+            assert cost <= plan.cost - LATE + 1e-9
+            assert cost >= N_STEPS * STEP + to_go(problem, motion_in(problem, coarse.ends[place])) - 1e-9
+
+
+def test_targets_are_rest_and_rings_at_full_and_half_speed():
+    ring = targets(0.3, SPEED)
+    speeds, counts = np.unique(np.round(np.hypot(*ring.T), 9), return_counts=True)
+    np.testing.assert_allclose(speeds, (0.0, 0.5 * SPEED, SPEED))
+    assert counts.tolist() == [1, 8, 16]
+    np.testing.assert_allclose(ring[0], SPEED * unit(0.3))
+    assert len(np.unique(np.round(ring, 9), axis=0)) == 25
+
+
+def moved(problem: Problem, move: np.ndarray) -> Problem:
+    """The u-turn turned and mirrored about the goal."""
+    goal = np.array([problem.constants.goal.x, problem.constants.goal.y])
+    segments = np.vstack(U_TURN).reshape(-1, 2) - goal
+    return problem_over(walls_field((segments @ move.T).reshape(-1, 4)), (0.0, 0.0))
+
+
+@pytest.mark.parametrize("quarters", range(4))
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_times_and_coarse_plans_turn_and_mirror_with_the_scene(quarters, mirrored):
+    move = np.round(rotation(quarters * np.pi / 2)) @ np.diag([1.0, -1.0 if mirrored else 1.0])
+    plain, other = moved(u_turn(), np.eye(2)), moved(u_turn(), move)
+    for x, y, vx, vy in np.random.default_rng(0).uniform((-0.2, -0.65, -1, -1), (1.5, 0.1, 1, 1), (60, 4)):
+        here = motion_in(plain, (x, y, vx, vy))
+        there = motion_in(other, (*(move @ (x, y)), *(move @ (vx, vy))))
+        assert to_go(other, there) == pytest.approx(to_go(plain, here), abs=1e-6)
+        ux, uy, distance = heading(plain.paths, here.x, here.y)
+        assert heading(other.paths, there.x, there.y) == pytest.approx((*(move @ (ux, uy)), distance), abs=1e-6)
+    state = np.array([1.203, -0.507, 0.4, 0.1])
+    costs = (
+        coarse_in(plain, state).costs,
+        coarse_in(other, np.concatenate([move @ state[:2], move @ state[2:]])).costs,
+    )
+    one, two = (np.sort(each[np.isfinite(each)]) for each in costs)
+    assert one[0] == pytest.approx(two[0], abs=1e-6)
+    # a few graze so that rounding decides whether they touch
+    assert np.mean(np.abs(one - two) < 1e-6) > 0.97
+
+
+@FEW
+@given(scene=scenes, v=velocities, strategy=strategies, seed=st.integers(0, 2**31))
+def test_a_trajectory_goes_through_the_states_of_its_plan_and_touches_obstacles(scene, v, strategy, seed):
+    problem, state = of_strategy(scene(), strategy), state_in(scene, v)
+    plan = carried_on(problem, state, np.random.default_rng(seed).uniform(-0.8, 0.8, (20, 2)))
+    rows, contacts = sample_trajectory(problem, motion_in(problem, state), plan.commands[: plan.n], RADIUS)
+    assert (np.diff(rows[:, 0]) > 0.99 * SHORTEST * STEP).all()
+    np.testing.assert_array_equal(rows[0], (0.0, *state))
+    for k in range(1, plan.n):
+        at = int(np.argmin(np.abs(rows[:, 0] - k * CONTROL_INTERVAL)))
+        assert rows[at, 0] == pytest.approx(k * CONTROL_INTERVAL, abs=1e-9)
+        np.testing.assert_array_equal(rows[at, 1:], plan.states[k])
+    np.testing.assert_array_equal(rows[-1, 1:], plan.states[plan.n])
+    if has_arrived(problem, plan):
+        assert -STEP - 1e-9 <= plan.cost - plan.costs[plan.n] - rows[-1, 0] <= 1e-9
+    # no faster than the robot, through contacts too
+    speeds = np.hypot(*np.diff(rows[:, 1:3], axis=0).T) / np.diff(rows[:, 0])
+    assert speeds.max() <= SPEED + 0.15
+    assert (np.diff(contacts[:, 0]) >= 0.0).all()
+    assert len(contacts) == 0 or 0.0 <= contacts[0, 0] <= contacts[-1, 0] <= rows[-1, 0]
+    for point in shapely.points(contacts[:, 1:3]):
+        # at a tip and between two walls the normal is that of nodes 2 cm apart
+        beside = CORNERS.distance(point) < 0.03
+        assert OBSTACLES[scene].distance(point) < (0.03 if beside else 5e-3)
+
+
+def test_by_hand_the_trajectory_of_a_bounce():
+    """Head-on at v_max into a wall 0.3 m away: there after 0.25 s, back at e v_max, at rest under the command 0."""
+    problem = problem_over(faces_field((np.pi, 0.3)), (-1.2, 0.0))
+    commands = np.repeat([(SPEED, 0.0), (-0.7 * SPEED, 0.0)], (5, 10), axis=0)
+    rows, contacts = sample_trajectory(problem, motion_in(problem, (0.0, 0.0, SPEED, 0.0)), commands, RADIUS)
+    np.testing.assert_allclose(contacts, [(0.25, 0.3 + RADIUS, 0.0, -0.7 * SPEED, 0.0)], atol=1e-3)
+    assert rows[:, 1].max() == pytest.approx(0.3, abs=1e-3)
+    np.testing.assert_allclose(rows[-1], (0.75, 0.3 - 0.5 * 0.7 * SPEED, 0.0, -0.7 * SPEED, 0.0), atol=2e-3)
+
+
+def test_the_best_coarse_plans_begin_differently_and_come_in_order():
+    costs = np.random.default_rng(0).uniform(1.0, 2.0, (25, 5, 25))
+    costs[3] = np.inf
+    costs[7, 2, 4] = 0.5
+    best = best_coarse(costs, 6)
+    assert best[0] == (7, 2, 4)
+    assert len({a for a, _, _ in best}) == 6
+    chosen = [costs[place] for place in best]
+    assert chosen == sorted(chosen)
+    assert [costs[a].min() for a, _, _ in best] == chosen
+    assert len(best_coarse(costs, 40)) == 25
+
+
+def test_what_is_left_of_a_plan():
+    commands = np.arange(20.0).reshape(10, 2)
+    np.testing.assert_array_equal(shifted(commands, 0.0), commands)
+    np.testing.assert_array_equal(shifted(commands, 3 * CONTROL_INTERVAL), commands[3:])
+    np.testing.assert_array_equal(shifted(commands, 3.4 * CONTROL_INTERVAL), commands[3:])
+    np.testing.assert_array_equal(shifted(commands, 3.6 * CONTROL_INTERVAL), commands[4:])
+    assert len(shifted(commands, 10 * CONTROL_INTERVAL)) == len(shifted(commands, 1e6)) == 0
+    assert len(shifted(np.zeros((0, 2)), 0.1)) == 0
+    assert len(shifted(commands, -2 * CONTROL_INTERVAL)) <= 10
+    np.testing.assert_array_equal(padded(commands, 12)[:10], commands)
+    np.testing.assert_array_equal(padded(commands, 4), commands[:4])
+
+
+def test_tracking_a_plan_from_where_it_is_changes_nothing_and_from_beside_leads_back():
+    state = state_in(nothing)
+    plan = carried_on(nothing(), state, np.zeros((0, 2)))
+    commands, there = plan.commands[: plan.n], np.ascontiguousarray(plan.states[: plan.n, :2])
+    same = tracked(nothing(), motion_in(nothing(), state), commands, there)
+    np.testing.assert_allclose(same, commands, atol=1e-12)
+    beside = state + np.array([0.0, 0.05, 0.0, 0.0])
+    led = rolled(nothing(), beside, tracked(nothing(), motion_in(nothing(), beside), commands, there))
+    alone = rolled(nothing(), beside, commands)
+    assert abs(alone.states[alone.n, 1]) == pytest.approx(0.05, abs=1e-6)
+    assert abs(led.states[led.n, 1]) < 0.01
