@@ -63,16 +63,25 @@ def printed_duration(length: float, law: TimeLaw) -> float:
 
 
 @njit
+def _handle(velocity: np.ndarray, duration: float, longest: float) -> tuple[float, float]:
+    """The way v T/3 at an end's velocity (2,), cut to at most so long [m]."""
+    x, y = velocity[0] * duration / 3.0, velocity[1] * duration / 3.0
+    share = min(1.0, longest / max(math.hypot(x, y), 1e-12))
+    return x * share, y * share
+
+
+@njit
 def clamped_waypoints(
     start: np.ndarray, velocity: np.ndarray, end: np.ndarray, end_velocity: np.ndarray, duration: float
 ) -> np.ndarray:
     """WP (4, 2): p, p + v_cur T/3, p_s - v_s T/3, p_s, handles at most LONGEST_HANDLE of the chord."""
     points = np.empty((4, 2))
     points[0], points[3] = start, end
-    limit = LONGEST_HANDLE * math.hypot(end[0] - start[0], end[1] - start[1])
-    first, last = velocity * duration / 3.0, end_velocity * duration / 3.0
-    points[1] = start + first * min(1.0, limit / max(math.hypot(first[0], first[1]), 1e-12))
-    points[2] = end - last * min(1.0, limit / max(math.hypot(last[0], last[1]), 1e-12))
+    longest = LONGEST_HANDLE * math.hypot(end[0] - start[0], end[1] - start[1])
+    x, y = _handle(velocity, duration, longest)
+    points[1, 0], points[1, 1] = start[0] + x, start[1] + y
+    x, y = _handle(end_velocity, duration, longest)
+    points[2, 0], points[2, 1] = end[0] - x, end[1] - y
     return points
 
 
@@ -95,6 +104,14 @@ def polygon_length(points: np.ndarray) -> float:
 
 
 @njit
+def _derivative(points: np.ndarray, t: float, a: int) -> float:
+    """Derivative by share of coordinate a of the spline, at share t."""
+    s = 1.0 - t
+    w0, w1, w2, w3 = points[0, a], points[1, a], points[2, a], points[3, a]
+    return 3 * (s * s * (w1 - w0) + 2 * s * t * (w2 - w1) + t * t * (w3 - w2))
+
+
+@njit
 def spline(points: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions (n, 2) and derivatives by share (n, 2) of the clamped cubic B-spline at shares (n,) of its duration."""
     n = len(share)
@@ -105,17 +122,16 @@ def spline(points: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarra
         for a in range(2):
             w0, w1, w2, w3 = points[0, a], points[1, a], points[2, a], points[3, a]
             position[i, a] = s * s * s * w0 + 3 * s * s * t * w1 + 3 * s * t * t * w2 + t * t * t * w3
-            derivative[i, a] = 3 * (s * s * (w1 - w0) + 2 * s * t * (w2 - w1) + t * t * (w3 - w2))
+            derivative[i, a] = _derivative(points, t, a)
     return position, derivative
 
 
 @njit
 def limited_duration(points: np.ndarray, duration: float, law: TimeLaw) -> float:
     """The duration [s], grown until peak speed and peak acceleration of the spline are within their limits."""
-    _, derivative = spline(points, np.linspace(0.0, 1.0, 129))
     fastest = 0.0
-    for i in range(len(derivative)):
-        fastest = max(fastest, math.hypot(derivative[i, 0], derivative[i, 1]))
+    for i in range(129):
+        fastest = max(fastest, math.hypot(_derivative(points, i / 128.0, 0), _derivative(points, i / 128.0, 1)))
     bend = 0.0
     for i in range(2):  # the second derivative is linear, its peak is at an end
         ax = points[i + 2, 0] - 2 * points[i + 1, 0] + points[i, 0]
