@@ -12,7 +12,7 @@ from collplan_core.plan import NoPlan, Plan
 from collplan_core.planners import planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
-from collplan_core.strategies import STRATEGIES, map_period_of
+from collplan_core.strategies import PAPER_WEIGHTS, map_period_of
 from collplan_core.worlds import World, load_world
 from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.trial import TrialResult, run_trial
@@ -52,7 +52,7 @@ def cycle(logged: Logged, settings: Settings) -> Plan:
 
 def logged_states(worlds: list[str], seeds: range) -> list[Logged]:
     """The states of every run of each strategy in each world with each seed."""
-    cases = [(strategy, load_world(spec), seed) for strategy in STRATEGIES for spec in worlds for seed in seeds]
+    cases = [(strategy, load_world(spec), seed) for strategy in PAPER_WEIGHTS for spec in worlds for seed in seeds]
     return [state for case in cases for state in _states_of_run(*case)]
 
 

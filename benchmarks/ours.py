@@ -7,9 +7,8 @@ from logged import Logged, cycle, settings_for
 from timing import time_each
 
 from collplan_core.local_map import build_local_map
-from collplan_core.paper_planner.trajectory import make_trajectory, spline
+from collplan_core.paper_planner.trajectory import TIME_LAWS, WAYPOINTS, spline
 from collplan_core.parameters import Settings
-from collplan_core.strategies import map_period_of
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.trial import TrialResult, run_trial
@@ -35,14 +34,12 @@ def cycle_round(states: list[Logged], pruned: bool = True) -> list[float]:
 
 def trajectory_round(states: list[Logged]) -> list[float]:
     """From each state and its plan's aim to the sampled spline [us]."""
-    p, robot = SHIPPED.planner, SHIPPED.robot
+    p = SHIPPED.planner
+    law, waypoints = TIME_LAWS[p.time_law](SHIPPED), WAYPOINTS[p.waypoints]
     share = np.linspace(0.0, 1.0, p.n_samples)
 
     def trajectory(each: Logged) -> None:
-        points, _ = make_trajectory(
-            each.state.position, each.state.velocity, each.plan.aim, each.plan.aim_velocity, robot.max_speed,
-            map_period_of(SHIPPED), p.time_scale, p.acceleration_factor * robot.max_acceleration, False, False,
-        )  # fmt: skip
+        points, _ = waypoints(each.state.position, each.state.velocity, each.plan.aim, each.plan.aim_velocity, law)
         spline(points, share)
 
     return time_each(trajectory, states)

@@ -1,5 +1,6 @@
 """Comparisons with peers: rounds of ours and theirs are interleaved in one run."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from timing import Timed, ratio, ratio_of
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
-from collplan_core.worlds.raycast import cast_rays
+from collplan_core.worlds.raycast import simulate_scan
 
 
 def beside_irsim_scan(peer: Peer, world: World, states: list[Logged], rounds: int) -> dict[str, Any]:
@@ -49,9 +50,11 @@ def _load_world(peer: Peer, world: World) -> np.ndarray:
 
 def _range_difference(world: World, state: Logged, angles: np.ndarray, ranges: np.ndarray) -> float:
     """Largest difference of the ranges along the peer's beams [m], which shows that both scan the same scene."""
-    lidar = Settings().lidar
-    ours = cast_rays(world, state.state.position, angles, lidar.range_min, lidar.range_max)
-    return float(np.abs(np.clip(ours, lidar.range_min, lidar.range_max) - ranges).max())
+    # the peer's last beam may repeat its first
+    n = round(2 * np.pi / (angles[1] - angles[0]))
+    lidar = replace(Settings().lidar, n_beams=n, angle_min=float(angles[0]))
+    ours = simulate_scan(world, replace(state.state, yaw=0.0), lidar).ranges
+    return float(np.abs(np.clip(ours, lidar.range_min, lidar.range_max) - ranges[:n]).max())
 
 
 def beside_dwa(peer: Peer, states: list[Logged], rounds: int) -> dict[str, Any]:

@@ -19,9 +19,9 @@ Stages = Mapping[str, Sequence[tuple[ModuleType, str]]]
 
 PAPER_STAGES: Stages = {
     "local_map": [(logged_module, "build_local_map")],
-    "space_and_pruning": [(planner, "_space")],
-    "costs": [(planner, name) for name in ("position_costs", "_position_risks", "evaluate", "choose")],
-    "trajectory": [(planner, "_trajectory")],
+    "space_and_pruning": [(planner, "sampling_space")],
+    "costs": [(planner, "_evaluated"), (planner, "_least")],
+    "trajectory": [(planner, "make_trajectory")],
     "foreseen_contacts": [(planner, "foreseen_contacts")],
 }
 

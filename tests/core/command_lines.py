@@ -40,7 +40,9 @@ HEADS = re.compile(r"(make|ros2|export|source|rviz2|bringup|study|beside|fit_reb
 
 def declared_by(node: str) -> set[str]:
     groups = re.search(r"^GROUPS = \(([^)]*)\)", source_of(MODULES[node][1]), re.MULTILINE)
-    return {spec.key for name in re.findall(r"\w+", groups[1]) for spec in specs(getattr(parameters, name))}
+    single = set(re.findall(r'"([\w.]+)"', groups[1]))
+    names = re.findall(r"\b[A-Z]\w+", groups[1])
+    return single | {spec.key for name in names for spec in specs(getattr(parameters, name))}
 
 
 def wrong_options(name: str, args: list[str]) -> list[str]:

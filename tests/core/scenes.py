@@ -7,7 +7,7 @@ import shapely
 from hypothesis import strategies as st
 
 from collplan_core.local_map import LocalMap, build_local_map
-from collplan_core.local_map.free_space import BORDER
+from collplan_core.local_map.free_space import MAP_BORDER
 from collplan_core.local_map.frontiers import BORDER_RUN
 from collplan_core.parameters import Lidar, Settings
 from collplan_core.scan import Scan
@@ -69,20 +69,20 @@ def star_map(reach, surface=None, normals=None, segments=(), predicted=(), posit
         radius=RADIUS,
         half_side=HALF_SIDE,
         reach=reach,
-        points=position + reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1),
-        surface=np.full(n, BORDER) if surface is None else np.asarray(surface),
+        border_points=position + reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1),
+        surface=np.full(n, MAP_BORDER) if surface is None else np.asarray(surface),
         normals=np.zeros((n, 2)) if normals is None else np.asarray(normals, dtype=float),
         shadow=np.zeros(n, bool),
         segments=segments,
         frontier_kind=np.full(len(segments), BORDER_RUN),
         frontier_number=np.arange(len(segments)),
-        lit=np.ones((len(segments), 2), bool),
+        open_side=np.ones((len(segments), 2), bool),
         predicted=np.array(predicted, dtype=float).reshape(-1, 4),
     )
 
 
 def free_polygon(local_map: LocalMap) -> shapely.Polygon:
-    return shapely.make_valid(shapely.Polygon(local_map.points))
+    return shapely.make_valid(shapely.Polygon(local_map.border_points))
 
 
 def _solids(world: World) -> list[shapely.Geometry]:

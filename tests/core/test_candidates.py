@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.paper_planner.candidates import product, sample_positions, speed_counts
+from collplan_core.paper_planner.candidates import SPEED_COUNTS, product, sample_positions
 
 V_MAX = 1.2
 
@@ -20,9 +20,9 @@ def chain(points, number: int = 0) -> tuple[np.ndarray, np.ndarray]:
 
 def test_by_hand_positions_are_the_centres_of_equal_cells():
     segments, number = chain([(0.0, 0.0), (0.4, 0.0)])
-    positions, piece = sample_positions(segments, number, 0.1)
+    positions, segment_of = sample_positions(segments, number, 0.1)
     np.testing.assert_allclose(positions, [[0.05, 0.0], [0.15, 0.0], [0.25, 0.0], [0.35, 0.0]], atol=1e-12)
-    assert piece.tolist() == [0, 0, 0, 0]
+    assert segment_of.tolist() == [0, 0, 0, 0]
 
 
 def test_by_hand_a_short_frontier_has_one_position_in_its_middle():
@@ -34,9 +34,9 @@ def test_by_hand_a_short_frontier_has_one_position_in_its_middle():
 def test_by_hand_cells_go_round_the_corner_of_a_frontier():
     """0.3 m + 0.1 m at 0.2 m: cells of 0.2 m, their centres at 0.1 m and 0.3 m, which is the corner."""
     segments, number = chain([(0.0, 0.0), (0.3, 0.0), (0.3, 0.1)])
-    positions, piece = sample_positions(segments, number, 0.2)
+    positions, segment_of = sample_positions(segments, number, 0.2)
     np.testing.assert_allclose(positions, [[0.1, 0.0], [0.3, 0.0]], atol=1e-12)
-    assert piece[0] == 0
+    assert segment_of[0] == 0
 
 
 @settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
@@ -44,43 +44,45 @@ def test_by_hand_cells_go_round_the_corner_of_a_frontier():
 def test_every_frontier_has_floor_of_length_over_spacing_positions_at_least_one(frontiers, spacing):
     chains = [chain(points, i) for i, points in enumerate(frontiers)]
     segments, number = (np.concatenate([c[part] for c in chains]) for part in range(2))
-    positions, piece = sample_positions(segments, number, spacing)
+    positions, segment_of = sample_positions(segments, number, spacing)
     lengths = np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
     for i in range(len(frontiers)):
-        whole = lengths[number == i].sum() / spacing
-        count = (number[piece] == i).sum()
-        assert max(1, np.floor(whole - 1e-6)) <= count <= max(1, np.floor(whole + 1e-6))
-    ends = segments.reshape(-1, 2, 2)[piece]
+        cells = lengths[number == i].sum() / spacing
+        count = (number[segment_of] == i).sum()
+        assert max(1, np.floor(cells - 1e-6)) <= count <= max(1, np.floor(cells + 1e-6))
+    ends = segments.reshape(-1, 2, 2)[segment_of]
     along = np.hypot(*(positions - ends[:, 0]).T) + np.hypot(*(positions - ends[:, 1]).T)
-    np.testing.assert_allclose(along, lengths[piece], atol=1e-6)
+    np.testing.assert_allclose(along, lengths[segment_of], atol=1e-6)
 
 
 def test_by_hand_each_position_at_rest_once_and_every_direction_at_every_speed():
-    heads = np.array([[True, False, True, False]])
-    at, velocity = product(np.ones(1, bool), heads, np.zeros(1, int), np.array([2]), V_MAX)
-    assert at.tolist() == [0] * 5
+    directions = np.array([[True, False, True, False]])
+    position_of, velocities = product(directions, np.zeros(1, int), np.array([2]), V_MAX)
+    assert position_of.tolist() == [0] * 5
     expected = [[0.0, 0.0], [0.6, 0.0], [1.2, 0.0], [-0.6, 0.0], [-1.2, 0.0]]
-    np.testing.assert_allclose(velocity, expected, atol=1e-12)
+    np.testing.assert_allclose(velocities, expected, atol=1e-12)
 
 
-def test_positions_that_do_not_survive_have_no_candidate():
-    at, _ = product(np.array([False, True]), np.ones((1, 8), bool), np.zeros(2, int), np.array([4, 4]), V_MAX)
-    assert set(at) == {1}
-    assert len(at) == 1 + 8 * 4
+def test_by_hand_each_position_has_the_directions_of_its_segment():
+    directions = np.array([[True, False, False, False], [False, True, True, False]])
+    position_of, velocities = product(directions, np.array([1, 0]), np.array([1, 1]), V_MAX)
+    assert position_of.tolist() == [0, 0, 0, 1, 1]
+    expected = [[0.0, 0.0], [0.0, 1.2], [-1.2, 0.0], [0.0, 0.0], [1.2, 0.0]]
+    np.testing.assert_allclose(velocities, expected, atol=1e-12)
 
 
 @settings(derandomize=True, deadline=None, max_examples=30, print_blob=True)
 @given(n_directions=st.integers(4, 32), n_speeds=st.integers(1, 8))
 def test_directions_do_not_repeat_and_no_speed_is_beyond_v_max(n_directions, n_speeds):
     """Theta without its last element, which as printed repeats the first."""
-    heads = np.ones((1, n_directions), bool)
-    _, velocity = product(np.ones(1, bool), heads, np.zeros(1, int), np.array([n_speeds]), V_MAX)
-    assert len(velocity) == 1 + n_directions * n_speeds
-    assert len(np.unique(velocity.round(9), axis=0)) == len(velocity)
-    assert np.hypot(*velocity.T).max() == pytest.approx(V_MAX)
+    directions = np.ones((1, n_directions), bool)
+    _, velocities = product(directions, np.zeros(1, int), np.array([n_speeds]), V_MAX)
+    assert len(velocities) == 1 + n_directions * n_speeds
+    assert len(np.unique(velocities.round(9), axis=0)) == len(velocities)
+    assert np.hypot(*velocities.T).max() == pytest.approx(V_MAX)
 
 
 def test_by_hand_the_printed_speed_set_depends_on_the_frontiers_length():
-    piece, number = np.array([0, 0, 0, 1]), np.array([0, 1])
-    assert speed_counts(piece, number, 4, False).tolist() == [4, 4, 4, 4]
-    assert speed_counts(piece, number, 4, True).tolist() == [3, 3, 3, 1]
+    frontier_of = np.array([0, 0, 0, 1])
+    assert SPEED_COUNTS["fixed"](frontier_of, 4).tolist() == [4, 4, 4, 4]
+    assert SPEED_COUNTS["printed"](frontier_of, 4).tolist() == [3, 3, 3, 1]

@@ -5,26 +5,36 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from collplan_core.paper_planner.costs.model import CostModel
 from collplan_core.paper_planner.costs.normalize import normalize
-from collplan_core.paper_planner.costs.position import position_costs
+from collplan_core.paper_planner.costs.position import POSITION_COSTS, TURN_DIRECTIONS
 from collplan_core.paper_planner.costs.risk import (
+    APPROACH_RISKS,
+    GAP_RISKS,
     collision_rate,
-    crosses_boundary,
+    collision_risks,
+    contact_distance,
     distance_to_predicted,
-    gap_risk,
-    impact_distance,
 )
 from collplan_core.paper_planner.costs.total import (
     COLLISION_RISK,
     POSITION,
     REBOUND_REWARD,
     RISK,
+    TIE_BREAK,
     TOTAL,
     VELOCITY,
-    choose,
-    evaluate,
+    least_first,
+    least_forward,
+    weighted_terms,
 )
-from collplan_core.paper_planner.costs.velocity import rebound_reward, velocity_cost
+from collplan_core.paper_planner.costs.velocity import (
+    GOAL_VECTORS,
+    REBOUND_REWARDS,
+    VELOCITY_COSTS,
+    rebound_reward,
+    velocity_costs,
+)
 from scenes import rotation, star_map, unit
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
@@ -35,17 +45,29 @@ seeds = st.integers(0, 2**32 - 1)
 
 THRESHOLD, PENALTY = np.radians(70.0), 5.0
 ORIGIN = np.zeros(2)
+MODEL = CostModel(
+    position_weight=100.0,
+    risk_weight=0.1,
+    velocity_weight=4.0,
+    speed_floor=0.05,
+    time_floor=0.05,
+    restitution=0.7,
+    retention=0.8,
+    rebound_horizon=0.3,
+    rebound_penalty=-1.0,
+)
 
 
 # J_pos, Alg. 1
 
 
-def j_pos(positions, current, goal, aim, previous, travelled=0.0, has_previous=True, interior=False, printed=False):
-    return position_costs(
-        positions, current, goal, aim, previous, travelled, has_previous, THRESHOLD, PENALTY, interior, printed
-    )
+def j_pos(positions, current, goal, aimed, previous, travelled=0.0, turn_angle="turn", order="normalised_first"):
+    """J_pos where the plan made at `previous` aimed along `aimed`."""
+    straight_on = TURN_DIRECTIONS[turn_angle](previous, previous + aimed, current, ORIGIN)
+    return POSITION_COSTS[order](positions, current, goal, straight_on, travelled, THRESHOLD, PENALTY)
 
 
+NO_PLAN = np.full(2, np.nan)
 ABC = np.array([[0.5, 0.0], [0.0, 0.5], [-0.5, 0.0]])
 """Ahead, left and behind of a robot at the origin with its goal at (1, 0): ways of 1, 0.5 + sqrt(1.25) and 2 m."""
 LEFT = 0.5 + np.sqrt(1.25) - 1.0
@@ -60,39 +82,45 @@ def test_by_hand_position_costs_are_normalised_first_and_penalised_then():
 def test_by_hand_position_costs_as_printed():
     """The interior angle at p_cur to p_pre = (0, -0.3) is 90, 180, 90 degrees: all penalised, then normalised."""
     costs = j_pos(
-        ABC, ORIGIN, np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.array([0.0, -0.3]), 0.3, interior=True, printed=True
+        ABC, ORIGIN, np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.array([0.0, -0.3]), 0.3, "printed", "printed"
     )
     np.testing.assert_allclose(costs, [0.0, LEFT, 1.0])
 
 
 def test_by_hand_the_printed_order_squeezes_what_is_not_penalised():
-    costs = j_pos(ABC, ORIGIN, np.array([1.0, 0.0]), np.array([1.0, 0.0]), ORIGIN, printed=True)
+    costs = j_pos(ABC, ORIGIN, np.array([1.0, 0.0]), np.array([1.0, 0.0]), ORIGIN, order="printed")
     spread = 5.0 * 2.0 - 1.0
     np.testing.assert_allclose(costs, [0.0, (5.0 * (1 + LEFT) - 1.0) / spread, 1.0])
 
 
 def test_without_a_previous_plan_nothing_is_penalised():
-    costs = j_pos(ABC, ORIGIN, np.array([1.0, 0.0]), np.full(2, np.nan), ORIGIN, has_previous=False)
-    np.testing.assert_allclose(costs, [0.0, LEFT, 1.0])
+    for turn_angle in TURN_DIRECTIONS:
+        costs = j_pos(ABC, ORIGIN, np.array([1.0, 0.0]), NO_PLAN, np.array([0.0, -0.3]), turn_angle=turn_angle)
+        np.testing.assert_allclose(costs, [0.0, LEFT, 1.0])
 
 
 def test_by_hand_the_turn_counts_from_its_threshold_on():
     positions = np.array([0.5 * unit(np.radians(a)) for a in (0.0, 69.9, 70.1, -70.1, 180.0)])
-    plain = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), np.array([1.0, 0.0]), ORIGIN, has_previous=False)
+    plain = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), NO_PLAN, ORIGIN)
     costs = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), np.array([1.0, 0.0]), ORIGIN)
     assert (costs > plain).tolist() == [False, False, True, True, True]
 
 
 @QUICK
-@given(seed=seeds, turn=angles, shift=points, mirror=st.booleans(), printed=st.booleans(), interior=st.booleans())
-def test_position_costs_move_with_the_world(seed, turn, shift, mirror, printed, interior):
-    positions, (current, goal, aim, previous) = np.split(np.random.default_rng(seed).normal(size=(12, 2)), [8])
+@given(
+    seed=seeds,
+    turn=angles,
+    shift=points,
+    mirror=st.booleans(),
+    turn_angle=st.sampled_from(sorted(TURN_DIRECTIONS)),
+    order=st.sampled_from(sorted(POSITION_COSTS)),
+)
+def test_position_costs_move_with_the_world(seed, turn, shift, mirror, turn_angle, order):
+    positions, (current, goal, aimed, previous) = np.split(np.random.default_rng(seed).normal(size=(12, 2)), [8])
     move = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0])
-    costs = j_pos(positions, current, goal, aim, previous, 0.4, True, interior, printed)
-    moved = j_pos(
-        positions @ move.T + shift, move @ current + shift, move @ goal + shift, move @ aim, move @ previous + shift,
-        0.4, True, interior, printed,
-    )  # fmt: skip
+    costs = j_pos(positions, current, goal, aimed, previous, 0.4, turn_angle, order)
+    here, there, before = (move @ point + shift for point in (current, goal, previous))
+    moved = j_pos(positions @ move.T + shift, here, there, move @ aimed, before, 0.4, turn_angle, order)
     np.testing.assert_allclose(moved, costs, atol=1e-9)
 
 
@@ -118,17 +146,17 @@ WALL = np.array([[1.0, 0.0, 0.0, 1.0]])
 
 
 def test_by_hand_the_ray_meets_a_half_line_only_on_its_side():
-    assert impact_distance(0.0, 0.5, 1.0, 0.0, WALL) == (pytest.approx(1.0), 0)
-    assert impact_distance(0.0, -0.5, 1.0, 0.0, WALL)[1] == -1
-    assert impact_distance(0.0, 0.5, -1.0, 0.0, WALL)[1] == -1
-    assert impact_distance(0.0, 0.5, 0.0, 1.0, WALL)[1] == -1
+    assert contact_distance(0.0, 0.5, 1.0, 0.0, WALL) == (pytest.approx(1.0), 0)
+    assert contact_distance(0.0, -0.5, 1.0, 0.0, WALL)[1] == -1
+    assert contact_distance(0.0, 0.5, -1.0, 0.0, WALL)[1] == -1
+    assert contact_distance(0.0, 0.5, 0.0, 1.0, WALL)[1] == -1
     s = np.sqrt(0.5)
-    assert impact_distance(0.0, 0.5, s, s, WALL)[0] == pytest.approx(np.sqrt(2.0))
+    assert contact_distance(0.0, 0.5, s, s, WALL)[0] == pytest.approx(np.sqrt(2.0))
 
 
 def test_by_hand_the_first_of_several_half_lines_is_met():
     two = np.vstack([WALL, [[0.5, 0.0, 0.0, 1.0]]])
-    assert impact_distance(0.0, 0.5, 1.0, 0.0, two) == (pytest.approx(0.5), 1)
+    assert contact_distance(0.0, 0.5, 1.0, 0.0, two) == (pytest.approx(0.5), 1)
 
 
 def test_by_hand_distance_to_a_half_line():
@@ -138,14 +166,14 @@ def test_by_hand_distance_to_a_half_line():
 
 
 def test_by_hand_the_collision_rate_is_one_over_the_time_to_collision():
-    assert collision_rate(0.0, 0.5, 0.8, 0.0, WALL, 0.05, 0.05) == (pytest.approx(0.8), pytest.approx(1.0), 0)
+    assert collision_rate(0.0, 0.5, 0.8, 0.0, WALL, MODEL) == (pytest.approx(0.8), pytest.approx(1.0), 0)
     # at rest: nearest predicted boundary at the speed floor
-    assert collision_rate(0.0, 0.5, 0.0, 0.0, WALL, 0.05, 0.05) == (pytest.approx(0.05), pytest.approx(1.0), -1)
+    assert collision_rate(0.0, 0.5, 0.0, 0.0, WALL, MODEL) == (pytest.approx(0.05), pytest.approx(1.0), -1)
     # nothing ahead
-    assert collision_rate(0.0, 0.5, -0.8, 0.0, WALL, 0.05, 0.05)[0] == 0.0
-    assert collision_rate(0.0, 0.5, 0.0, 0.0, np.zeros((0, 4)), 0.05, 0.05)[0] == 0.0
+    assert collision_rate(0.0, 0.5, -0.8, 0.0, WALL, MODEL)[0] == 0.0
+    assert collision_rate(0.0, 0.5, 0.0, 0.0, np.zeros((0, 4)), MODEL)[0] == 0.0
     # no time below the floor is told apart
-    assert collision_rate(0.999, 0.5, 0.8, 0.0, WALL, 0.05, 0.05)[0] == pytest.approx(1 / 0.05)
+    assert collision_rate(0.999, 0.5, 0.8, 0.0, WALL, MODEL)[0] == pytest.approx(1 / 0.05)
 
 
 @QUICK
@@ -155,39 +183,42 @@ def test_the_collision_rate_moves_with_the_world(seed, turn, shift, mirror, at_r
     p, v, origins = rng.normal(size=2), rng.normal(size=2) * (not at_rest), rng.normal(size=(4, 2))
     tangents = np.array([unit(a) for a in rng.uniform(0, 6.28, 4)])
     move = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0])
-    rate, distance, which = collision_rate(*p, *v, np.hstack([origins, tangents]), 0.05, 0.05)
+    rate, distance, which = collision_rate(*p, *v, np.hstack([origins, tangents]), MODEL)
     moved = collision_rate(
-        *(move @ p + shift), *(move @ v), np.hstack([origins @ move.T + shift, tangents @ move.T]), 0.05, 0.05
+        *(move @ p + shift), *(move @ v), np.hstack([origins @ move.T + shift, tangents @ move.T]), MODEL
     )
     assume(np.isfinite(distance) == np.isfinite(moved[1]))  # a half line's very end may be met or missed by rounding
     assert moved[0] == pytest.approx(rate, rel=1e-6, abs=1e-9)
     assert moved[2] == which
 
 
+def gap_risk(reach, position, sides, widest=10.0, reading="opening_width") -> float:
+    """J_risk,g at a position seen from the centre of F, with f_theta = 0.8."""
+    return GAP_RISKS[reading](reach, position[None], np.array([sides]), ORIGIN, 0.55, 0.8, widest)[0]
+
+
 def test_by_hand_gap_risk_is_the_openings_width_at_the_candidate_or_the_bare_angle():
-    """Open from 40 to 100 degrees, candidate at 60 degrees and 0.5 m: 40 degrees to the lit side."""
+    """Open from 40 to 100 degrees, candidate at 60 degrees and 0.5 m: 40 degrees to the open side."""
     reach = np.full(360, 0.2)
     reach[40:101] = 0.6
-    x, y = 0.5 * unit(np.radians(60.0))
-    angle = np.radians(40.0)
-    assert gap_risk(reach, x, y, 0.5, False, True, 0.55, 0.8, 10.0, False) == pytest.approx(-0.8 * angle * 0.5)
-    assert gap_risk(reach, x, y, 0.5, False, True, 0.55, 0.8, 10.0, True) == pytest.approx(-0.8 * angle)
+    position, angle = 0.5 * unit(np.radians(60.0)), np.radians(40.0)
+    assert gap_risk(reach, position, (False, True)) == pytest.approx(-0.8 * angle * 0.5)
+    assert gap_risk(reach, position, (False, True), reading="printed") == pytest.approx(-0.8 * angle)
     # what is wider than wide is not narrow
-    assert gap_risk(reach, x, y, 0.5, False, True, 0.55, 0.8, 0.1, False) == pytest.approx(-0.8 * 0.1)
+    assert gap_risk(reach, position, (False, True), widest=0.1) == pytest.approx(-0.8 * 0.1)
 
 
 @QUICK
-@given(seed=seeds, steps=st.integers(0, 359))
-def test_gap_risk_turns_with_the_world(seed, steps):
+@given(seed=seeds, steps=st.integers(0, 359), reading=st.sampled_from(sorted(GAP_RISKS)))
+def test_gap_risk_turns_with_the_world(seed, steps, reading):
     rng = np.random.default_rng(seed)
     reach = np.repeat(rng.uniform(0.2, 0.8, 36), 10)
-    x, y = 0.5 * unit(rng.uniform(0, 6.28))
-    arguments = (0.5, bool(rng.integers(2)), bool(rng.integers(2)), 0.55, 1.0, 10.0, False)
-    moved = rotation(np.radians(steps)) @ [x, y]
-    bearing = np.degrees(np.arctan2(y, x)) % 1.0
+    position, sides = 0.5 * unit(rng.uniform(0, 6.28)), rng.integers(2, size=2).astype(bool)
+    bearing = np.degrees(np.arctan2(position[1], position[0])) % 1.0
     assume(1e-6 < bearing < 1 - 1e-6)
-    expected = gap_risk(reach, x, y, *arguments)
-    assert gap_risk(np.roll(reach, steps), moved[0], moved[1], *arguments) == pytest.approx(expected, abs=1e-9)
+    moved = rotation(np.radians(steps)) @ position
+    expected = gap_risk(reach, position, sides, reading=reading)
+    assert gap_risk(np.roll(reach, steps), moved, sides, reading=reading) == pytest.approx(expected, abs=1e-9)
 
 
 def wall_ahead(steps: int = 0):
@@ -204,38 +235,38 @@ def wall_ahead(steps: int = 0):
 def test_by_hand_an_approach_through_an_observed_boundary_crosses_it(steps):
     local_map, r = wall_ahead(steps), rotation(np.radians(steps))
 
-    def crosses(velocity, aim, position=(0.0, 0.0)) -> bool:
-        f = local_map.ends, local_map.surface, local_map.shadow
-        return crosses_boundary(*f, *(r @ position), *(r @ velocity), *(r @ aim), 1.2)
+    def crosses(velocity, aim, position=(0.0, 0.0), reading="crossing") -> float:
+        f = local_map.border, local_map.surface, local_map.shadow
+        return APPROACH_RISKS[reading](*f, (r @ aim)[None], r @ position, r @ velocity, 1.2)[0]
 
     assert not crosses([0.0, 0.0], [0.0, 0.45])  # beside the wall
     assert crosses([0.0, 0.0], [0.5, 0.1])  # behind it
     assert not crosses([0.0, 0.0], [0.25, 0.4], [0.25, 0.0])
     assert crosses([1.2, 0.0], [0.25, 0.4], [0.25, 0.0])  # the present speed carries it in
     assert not crosses([0.0, 0.0], [-0.7, 0.0])  # out of F where nothing was seen
+    assert not crosses([0.0, 0.0], [0.5, 0.1], reading="printed")  # as printed adds nothing
 
 
 # J_vel, eq. (2) and (3)
 
-FAR_FREE, NEAR_FREE = star_map(np.full(360, 3.0)).ends, star_map(np.full(360, 0.2)).ends
-UP = np.array([0.0, 1.0])
+FAR_FREE, NEAR_FREE = star_map(np.full(360, 3.0)).border, star_map(np.full(360, 0.2)).border
+ALONG_X, UP = np.array([1.0, 0.0]), np.array([0.0, 1.0])
 
 
 def test_by_hand_the_reward_of_a_rebound_into_the_unseen():
     """Square onto a wall 1 m ahead at 1 m/s: v_ref = -0.7 x; p_ref = (0.79, 0); goal ahead or behind."""
-    head_on = (0.0, 0.0, 1.0, 0.0, 1.0, UP)
-    assert rebound_reward(*head_on, 1.0, 0.0, NEAR_FREE, 0.7, 0.8, 0.3, -1.0) == pytest.approx(-0.7)
-    assert rebound_reward(*head_on, -1.0, 0.0, NEAR_FREE, 0.7, 0.8, 0.3, -1.0) == pytest.approx(0.7)
-    slanted = (0.0, 0.0, 1.0, 1.0, np.sqrt(2.0), UP)
-    assert rebound_reward(*slanted, 0.0, 1.0, NEAR_FREE, 0.7, 0.8, 0.3, -1.0) == pytest.approx(0.8)
+    assert rebound_reward(1.0, 0.0, 1.0, 0.0, UP, NEAR_FREE, ALONG_X, MODEL) == pytest.approx(-0.7)
+    assert rebound_reward(1.0, 0.0, 1.0, 0.0, UP, NEAR_FREE, -ALONG_X, MODEL) == pytest.approx(0.7)
+    assert rebound_reward(1.0, 1.0, 1.0, 1.0, UP, NEAR_FREE, UP, MODEL) == pytest.approx(0.8)
 
 
 def test_by_hand_a_rebound_into_known_free_space_is_penalised():
-    assert rebound_reward(0.0, 0.0, 1.0, 0.0, 1.0, UP, -1.0, 0.0, FAR_FREE, 0.7, 0.8, 0.3, -1.5) == -1.5
+    model = MODEL._replace(rebound_penalty=-1.5)
+    assert rebound_reward(1.0, 0.0, 1.0, 0.0, UP, FAR_FREE, -ALONG_X, model) == -1.5
     # the horizon decides where it ends: 0.25 m of free space, left again after more than 0.25 / 0.7 s
-    ends = star_map(np.full(360, 1.25)).ends
-    assert rebound_reward(0.0, 0.0, 1.0, 0.0, 1.5, UP, -1.0, 0.0, ends, 0.7, 0.8, 0.3, -1.5) == pytest.approx(0.7)
-    assert rebound_reward(0.0, 0.0, 1.0, 0.0, 1.5, UP, -1.0, 0.0, ends, 0.7, 0.8, 0.4, -1.5) == -1.5
+    border, later = star_map(np.full(360, 1.25)).border, model._replace(rebound_horizon=0.4)
+    assert rebound_reward(1.5, 0.0, 1.0, 0.0, UP, border, -ALONG_X, model) == pytest.approx(0.7)
+    assert rebound_reward(1.5, 0.0, 1.0, 0.0, UP, border, -ALONG_X, later) == -1.5
 
 
 @QUICK
@@ -244,38 +275,45 @@ def test_the_reward_turns_with_the_world(seed, steps, horizon):
     rng = np.random.default_rng(seed)
     reach = rng.uniform(0.4, 1.0, 360)
     p, v, tangent, goal = rng.normal(size=2), rng.normal(size=2), unit(rng.uniform(0, 6.28)), unit(rng.uniform(0, 6.28))
-    r = rotation(np.radians(steps))
-    rest = (0.7, 0.8, horizon, -1.0)
-    expected = rebound_reward(*p, *v, 0.5, tangent, *goal, star_map(reach).ends, *rest)
-    ends = star_map(np.roll(reach, steps)).ends
-    moved = rebound_reward(*(r @ p), *(r @ v), 0.5, r @ tangent, *(r @ goal), ends, *rest)
-    assert moved == pytest.approx(expected, abs=1e-9)
+    r, model = rotation(np.radians(steps)), MODEL._replace(rebound_horizon=horizon)
+    expected = rebound_reward(*p, *v, tangent, star_map(reach).border, goal, model)
+    border = star_map(np.roll(reach, steps)).border
+    assert rebound_reward(*(r @ p), *(r @ v), r @ tangent, border, r @ goal, model) == pytest.approx(expected, abs=1e-9)
 
 
-def test_by_hand_velocity_cost():
-    assert velocity_cost(1.0, 0.5, 2.0, 1.0, 0.25, 0.4) == pytest.approx(-(2.0 + 0.5) * 0.75 - 0.4 * 0.25)
-    assert velocity_cost(1.0, 0.5, 2.0, 1.0, 0.0, 9.0) == pytest.approx(-2.5)
-    assert velocity_cost(1.0, 0.5, 2.0, 1.0, 1.0, 0.4) == pytest.approx(-0.4)
+@pytest.mark.parametrize(
+    ("risk", "reward", "expected"),
+    [(0.25, 0.4, -(2.0 + 0.5) * 0.75 - 0.4 * 0.25), (0.0, 9.0, -2.5), (1.0, 0.4, -0.4)],
+)
+def test_by_hand_velocity_cost(risk, reward, expected):
+    costs = velocity_costs(np.array([[1.0, 0.5]]), np.array([2.0, 1.0]), np.array([risk]), np.array([reward]))
+    np.testing.assert_allclose(costs, [expected])
 
 
 # eq. (1)
 
 POSITIONS = np.array([[0.5, 0.2], [0.5, -0.2]])
-AT = np.array([0, 0, 1])
+POSITION_OF = np.array([0, 0, 1])
+POINTS = POSITIONS[POSITION_OF]
 VELOCITIES = np.array([[0.0, 0.0], [1.2, 0.0], [1.2, 0.0]])
 
 
-def total(weights=(100.0, 0.1, 4.0), unit_vector=False, with_reward=True, with_factor=True):
-    return evaluate(
-        POSITIONS, AT, VELOCITIES, np.array([0.0, 1.0]), np.array([-0.3, -0.1]), np.array([0.0, 1.0]), ORIGIN,
-        np.array([2.0, 0.0]), NEAR_FREE, np.array([[1.0, 0.0, 0.0, 1.0]]), np.array(weights), 0.05, 0.05, 0.7, 0.8,
-        0.3, -1.0, unit_vector, with_reward, with_factor,
-    )  # fmt: skip
+def terms_of(model=MODEL, goal_vector="printed", rebound_reward=True, collision_factor=True):
+    """The terms of three candidates before a predicted wall, the goal at (2, 0)."""
+    collision_risk, distance, which = collision_risks(POINTS, VELOCITIES, WALL, model)
+    to_goal = np.array([2.0, 0.0])
+    reward = REBOUND_REWARDS[rebound_reward](POINTS, VELOCITIES, distance, which, WALL, NEAR_FREE, to_goal, model)
+    toward = GOAL_VECTORS[goal_vector](to_goal)
+    velocity_cost = VELOCITY_COSTS[collision_factor](VELOCITIES, toward, collision_risk, reward)
+    position_cost, gap_risk, approach_risk = np.array([0.0, 1.0]), np.array([-0.3, -0.1]), np.array([0.0, 1.0])
+    return weighted_terms(
+        POSITION_OF, position_cost, gap_risk, approach_risk, collision_risk, reward, velocity_cost, model
+    )
 
 
 def test_by_hand_the_terms_of_three_candidates():
     """At rest 0.5 m beside the wall: rate 0.1; at 1.2 m/s onto it: 2.4; past its end: 0."""
-    terms = total()
+    terms = terms_of()
     np.testing.assert_allclose(terms[:, COLLISION_RISK], [0.1 / 2.4, 1.0, 0.0])
     np.testing.assert_allclose(terms[:, POSITION], [0.0, 0.0, 1.0])
     np.testing.assert_allclose(terms[:, RISK], [0.1 / 2.4 - 0.3, 1.0 - 0.3, 0.0 - 0.1 + 1.0])
@@ -287,25 +325,25 @@ def test_by_hand_the_terms_of_three_candidates():
 
 
 def test_by_hand_the_options_of_the_velocity_cost():
-    np.testing.assert_allclose(total(unit_vector=True)[:, VELOCITY], [0.0, 0.84, -1.2])
-    np.testing.assert_allclose(total(with_reward=False)[:, VELOCITY], [0.0, 0.0, -2.4])
-    np.testing.assert_allclose(total(with_factor=False)[:, VELOCITY], [0.0, -2.4 + 0.84, -2.4])
+    np.testing.assert_allclose(terms_of(goal_vector="unit")[:, VELOCITY], [0.0, 0.84, -1.2])
+    np.testing.assert_allclose(terms_of(rebound_reward=False)[:, VELOCITY], [0.0, 0.0, -2.4])
+    np.testing.assert_allclose(terms_of(collision_factor=False)[:, VELOCITY], [0.0, -2.4 + 0.84, -2.4])
 
 
 @QUICK
 @given(w_p=st.floats(0, 100), w_r=st.floats(0, 100), w_v=st.floats(0, 100))
 def test_the_total_is_the_weighted_sum_and_the_choice_its_least(w_p, w_r, w_v):
-    terms = total((w_p, w_r, w_v))
+    terms = terms_of(MODEL._replace(position_weight=w_p, risk_weight=w_r, velocity_weight=w_v))
     expected = w_p * terms[:, POSITION] + w_r * terms[:, RISK] + w_v * terms[:, VELOCITY]
     np.testing.assert_allclose(terms[:, TOTAL], expected, atol=1e-9)
-    best = choose(terms, POSITIONS, AT, VELOCITIES, ORIGIN, 1.2, 0.0)
+    best = least_first(terms[:, TOTAL], POINTS, VELOCITIES, ORIGIN, 1.2)
     assert terms[best, TOTAL] == terms[:, TOTAL].min()
 
 
 def test_by_hand_equal_costs_are_told_apart_by_the_velocity_along_the_approach():
-    even = np.zeros((3, 8))
-    assert choose(even, POSITIONS, AT, VELOCITIES, ORIGIN, 1.2, 0.0) == 0
-    assert choose(even, POSITIONS, AT, VELOCITIES, ORIGIN, 1.2, 1e-3) == 1
+    even = np.zeros((3, 8))[:, TOTAL]
+    assert least_first(even, POINTS, VELOCITIES, ORIGIN, 1.2) == 0
+    assert least_forward(even, POINTS, VELOCITIES, ORIGIN, 1.2) == 1
     # a difference greater than the tie's decides alone
-    even[1:, TOTAL] = 2e-3
-    assert choose(even, POSITIONS, AT, VELOCITIES, ORIGIN, 1.2, 1e-3) == 0
+    even[1:] = 2 * TIE_BREAK
+    assert least_forward(even, POINTS, VELOCITIES, ORIGIN, 1.2) == 0

@@ -80,9 +80,9 @@ def test_directions_away_from_tangents_have_their_true_reach(world):
 def test_a_wall_does_not_leak_however_few_the_beams(n_beams, distance, tilt):
     wall = box(-8.0, distance, 8.0, distance + 0.2) @ rotation(tilt).T
     local_map = map_of(world_of([wall]), n_beams=n_beams)
-    depth = RADIUS - shapely.distance(shapely.Polygon(wall), shapely.points(local_map.points))
+    depth = RADIUS - shapely.distance(shapely.Polygon(wall), shapely.points(local_map.border_points))
     # where the last beam to meet the wall ends, at the rim of what was seen, up to a chord's sagitta
-    seen = np.hypot(*local_map.ends.T) < 0.95 * HALF_SIDE
+    seen = np.hypot(*local_map.border.T) < 0.95 * HALF_SIDE
     assert depth[seen].max() < 1e-6
 
 

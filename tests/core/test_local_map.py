@@ -7,11 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.local_map import build_local_map
-from collplan_core.local_map.free_space import BORDER, UNSEEN_SURFACE
+from collplan_core.local_map.free_space import MAP_BORDER, UNSEEN_SURFACE
 from collplan_core.local_map.frontiers import BORDER_RUN
 from collplan_core.parameters import LocalMapping
 from collplan_core.scan import Scan, ScanError
-from collplan_core.worlds.raycast import cast_rays
 from scenes import (
     HALF_SIDE,
     RADIUS,
@@ -23,6 +22,7 @@ from scenes import (
     free_polygon,
     map_of,
     map_of_ranges,
+    scan_of,
     world_of,
 )
 
@@ -58,19 +58,19 @@ def assert_sound(local_map, asked_position: np.ndarray) -> None:
     n = len(local_map.reach)
     offset = local_map.position - asked_position
     assert np.hypot(*offset) <= RADIUS * (1 + 1e-6)
-    arrays = (local_map.reach, local_map.points, local_map.segments, local_map.predicted, local_map.normals)
+    arrays = (local_map.reach, local_map.border_points, local_map.segments, local_map.predicted, local_map.normals)
     assert all(np.isfinite(a).all() for a in arrays)
     assert (local_map.reach >= 0.0).all()
-    assert np.abs(local_map.points - asked_position).max() <= local_map.half_side + 1e-9
+    assert np.abs(local_map.border_points - asked_position).max() <= local_map.half_side + 1e-9
     if not offset.any():
         assert (local_map.reach <= border_reach(n, local_map.half_side) + 1e-9).all()
     # a star: every end lies in its own direction
     angles = TURN * np.arange(n) / n
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    np.testing.assert_allclose(local_map.ends, local_map.reach[:, None] * directions, atol=1e-12)
+    np.testing.assert_allclose(local_map.border, local_map.reach[:, None] * directions, atol=1e-12)
     assert local_map.contains(local_map.position[None])[0]
-    assert local_map.contains(local_map.position + 0.999 * local_map.ends).all()
-    beyond = local_map.position + local_map.ends + 1e-3 * directions
+    assert local_map.contains(local_map.position + 0.999 * local_map.border).all()
+    beyond = local_map.position + local_map.border + 1e-3 * directions
     assert not local_map.contains(beyond).any()
     norms = np.hypot(*local_map.normals.T)
     assert np.allclose(norms[local_map.surface >= 0], 1.0)
@@ -99,15 +99,15 @@ def test_any_scan_gives_a_sound_map_in_many_more_cases(scan, yaw, half_side):
 @given(world=cluttered_worlds(), n_beams=st.integers(30, 400))
 def test_the_border_of_f_is_frontier_or_observed_and_nothing_is_both(world, n_beams):
     local_map = map_of(world, n_beams=n_beams)
-    on_border = np.isclose(np.abs(local_map.points - local_map.position).max(axis=1), HALF_SIDE, atol=1e-9)
-    assert on_border[local_map.surface == BORDER].all()
+    on_border = np.isclose(np.abs(local_map.border_points - local_map.position).max(axis=1), HALF_SIDE, atol=1e-9)
+    assert on_border[local_map.surface == MAP_BORDER].all()
     runs = local_map.segments[local_map.frontier_kind == BORDER_RUN]
     assert np.isclose(np.abs(runs.reshape(-1, 2, 2)).max(axis=2), HALF_SIDE, atol=1e-9).all()
     steps = np.diff(local_map.frontier_number)
     assert ((steps == 0) | (steps == 1)).all()
     # wherever two neighbouring directions end on the map's border, the way between them is a border run
-    pairs = np.flatnonzero((local_map.surface == BORDER) & (np.roll(local_map.surface, -1) == BORDER))
-    middles = 0.5 * (local_map.points[pairs] + np.roll(local_map.points, -1, axis=0)[pairs])
+    pairs = np.flatnonzero((local_map.surface == MAP_BORDER) & (np.roll(local_map.surface, -1) == MAP_BORDER))
+    middles = 0.5 * (local_map.border_points[pairs] + np.roll(local_map.border_points, -1, axis=0)[pairs])
     covered = shapely.multilinestrings(shapely.linestrings(runs.reshape(-1, 2, 2)))
     assert (shapely.distance(covered, shapely.points(middles)) < 0.02).all()
 
@@ -115,13 +115,12 @@ def test_the_border_of_f_is_frontier_or_observed_and_nothing_is_both(world, n_be
 @QUICK
 @given(world=cluttered_worlds(), yaw=st.floats(-7.0, 7.0), backwards=st.booleans())
 def test_yaw_and_the_sense_of_turning_do_not_matter(world, yaw, backwards):
-    """The same beams in the world, told from another heading and in the other order, give the same map."""
+    """The same beams in the world, given from another heading and in the other order, give the same map."""
     straight = map_of(world)
-    angles = -np.pi + TURN * np.arange(360) / 360
-    ranges = cast_rays(world, np.zeros(2), angles, 0.02, 5.0)
-    scan = Scan(0.0, angles[0] - yaw, TURN / 360, 0.02, 5.0, ranges)
+    seen = scan_of(world, at_rest())
+    scan = Scan(0.0, seen.angles[0] - yaw, TURN / 360, 0.02, 5.0, seen.ranges)
     if backwards:
-        scan = Scan(0.0, angles[-1] - yaw, -TURN / 360, 0.02, 5.0, ranges[::-1])
+        scan = Scan(0.0, seen.angles[-1] - yaw, -TURN / 360, 0.02, 5.0, seen.ranges[::-1])
     turned = build_local_map(scan, at_rest(yaw=yaw), ROBOT, LocalMapping())
     np.testing.assert_allclose(turned.reach, straight.reach, atol=1e-6)
 
@@ -134,7 +133,7 @@ def test_a_scan_of_nan_alone_is_an_error():
 def test_everything_open_is_one_frontier_around_the_whole_map():
     local_map = map_of_ranges(np.full(360, np.inf))
     np.testing.assert_allclose(local_map.reach, border_reach(360, HALF_SIDE), atol=1e-12)
-    assert (local_map.surface == BORDER).all()
+    assert (local_map.surface == MAP_BORDER).all()
     assert set(local_map.frontier_kind) == {BORDER_RUN}
     assert set(local_map.frontier_number) == {0}
     lengths = np.hypot(*(local_map.segments[:, 2:] - local_map.segments[:, :2]).T)
@@ -174,7 +173,7 @@ def test_minus_infinity_blocks_like_an_obstacle_at_the_least_range():
 
 def test_angles_not_scanned_are_unseen():
     local_map = map_of_ranges(np.full(91, np.inf), angle_min=-np.pi / 4, increment=np.pi / 180)
-    seen = local_map.surface == BORDER
+    seen = local_map.surface == MAP_BORDER
     assert seen[:46].all()
     assert seen[-45:].all()
     assert not seen[47:-46].any()
@@ -200,7 +199,7 @@ def test_touching_a_wall_leaves_the_half_plane_before_it():
 def test_stuck_between_two_walls_the_robot_stays_within_a_radius():
     local_map = map_of(world_of([box(0.05, -3.0, 1.0, 3.0), box(-1.0, -3.0, -0.05, 3.0)]))
     assert np.hypot(*local_map.position) <= RADIUS + 1e-9
-    assert np.isfinite(local_map.points).all()
+    assert np.isfinite(local_map.border_points).all()
 
 
 def test_clearance_grows_obstacles_further():

@@ -16,10 +16,12 @@ from collplan_core.paper_planner.references import (
     flow_reference,
     update_engaged,
 )
+from collplan_core.parameters import Control
 from scenes import RADIUS, box, cluttered_worlds, free_polygon, map_of, rotation, unit, world_of
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
-THRESHOLD, DELTA = np.radians(45.0), 0.15
+BY_INCIDENCE, AS_PRINTED = Control(), Control(maneuver_rule="printed")
+THRESHOLD, DELTA = BY_INCIDENCE.incidence_threshold, 0.15
 GAP = 0.3
 
 
@@ -69,7 +71,7 @@ def test_by_hand_flat_contacts_follow_the_boundary_and_square_ones_flow_through(
         assert contact is None
         return
     expected = BOUNDARY_FOLLOWING if abs(slope) > THRESHOLD else FLOW_THROUGH
-    assert select_maneuver(path, contact, THRESHOLD, "incidence") == expected
+    assert select_maneuver(path, contact, BY_INCIDENCE) == expected
 
 
 def bowed(side: float, n: int = 64) -> np.ndarray:
@@ -86,15 +88,15 @@ def test_by_hand_as_printed_the_side_of_the_chord_decides_and_mirrored_worlds_di
     contacts = find_contact(left, local_map), find_contact(right, local_map)
     assert contacts[0].point[1] > 0.1
     np.testing.assert_allclose(contacts[0].point * [1, -1], contacts[1].point, atol=1e-9)
-    printed = [select_maneuver(p, c, THRESHOLD, "printed") for p, c in zip((left, right), contacts, strict=True)]
+    printed = [select_maneuver(p, c, AS_PRINTED) for p, c in zip((left, right), contacts, strict=True)]
     assert printed == [FLOW_THROUGH, BOUNDARY_FOLLOWING]
-    by_incidence = {select_maneuver(p, c, THRESHOLD, "incidence") for p, c in zip((left, right), contacts, strict=True)}
+    by_incidence = {select_maneuver(p, c, BY_INCIDENCE) for p, c in zip((left, right), contacts, strict=True)}
     assert len(by_incidence) == 1
 
 
 def test_without_contact_it_is_free_space():
-    for rule in ("incidence", "printed"):
-        assert select_maneuver(bowed(1.0), None, THRESHOLD, rule) == FREE_SPACE
+    for control in (BY_INCIDENCE, AS_PRINTED):
+        assert select_maneuver(bowed(1.0), None, control) == FREE_SPACE
 
 
 @QUICK

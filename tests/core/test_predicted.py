@@ -11,7 +11,7 @@ PILLAR, WALL = box(0.2, -0.05, 0.3, 0.05), box(0.5, -3.0, 0.6, 3.0)
 SQUARE_REACH = HALF_SIDE / np.maximum(
     np.abs(np.cos(TURN * np.arange(360) / 360)), np.abs(np.sin(TURN * np.arange(360) / 360))
 )
-FAR = 0.92 * HALF_SIDE
+SIGHT_DISTANCE = 0.92 * HALF_SIDE
 
 
 def test_by_hand_a_wall_behind_a_pillar_goes_on_behind_it_and_beyond_the_map():
@@ -50,7 +50,7 @@ def test_predicted_boundaries_begin_on_f_and_point_out_of_it(world):
     for x, y, ex, ey in local_map.predicted:
         origin, tangent = np.array([x, y]), np.array([ex, ey])
         assert np.hypot(ex, ey) == pytest.approx(1.0, abs=1e-9)
-        assert np.min(np.hypot(*(local_map.points - origin).T)) < 1e-9
+        assert np.min(np.hypot(*(local_map.border_points - origin).T)) < 1e-9
         # a step on, the obstacle's side of it lies beyond the map or in what is not known to be free; so far aside as a
         # rounded corner bends away from its tangent by 0.05^2 / (2 radius)
         aside = 0.02 * np.array([-ey, ex])
@@ -59,31 +59,31 @@ def test_predicted_boundaries_begin_on_f_and_point_out_of_it(world):
 
 def test_by_hand_sight_in_the_open_is_the_whole_turn():
     x, y = 0.5 * unit(0.3)
-    assert sight_angle(SQUARE_REACH, x, y, True, True, FAR) == pytest.approx(TURN, abs=0.04)
+    assert sight_angle(SQUARE_REACH, x, y, True, True, SIGHT_DISTANCE) == pytest.approx(TURN, abs=0.04)
 
 
-def test_by_hand_sight_is_counted_from_the_bearing_to_the_lit_side_alone():
+def test_by_hand_sight_is_counted_from_the_bearing_to_the_open_side_alone():
     """Open from 40 to 100 degrees, seen from a candidate at 60.25 degrees."""
     reach = np.full(360, 0.2)
     reach[40:101] = HALF_SIDE
     x, y = 0.4 * unit(np.radians(60.25))
-    assert sight_angle(reach, x, y, False, True, FAR) == pytest.approx(np.radians(100 - 60.25))
-    assert sight_angle(reach, x, y, True, False, FAR) == pytest.approx(np.radians(60.25 - 40))
-    assert sight_angle(reach, x, y, True, True, FAR) == pytest.approx(np.radians(60))
-    assert sight_angle(reach, x, y, False, False, FAR) == 0.0
+    assert sight_angle(reach, x, y, False, True, SIGHT_DISTANCE) == pytest.approx(np.radians(100 - 60.25))
+    assert sight_angle(reach, x, y, True, False, SIGHT_DISTANCE) == pytest.approx(np.radians(60.25 - 40))
+    assert sight_angle(reach, x, y, True, True, SIGHT_DISTANCE) == pytest.approx(np.radians(60))
+    assert sight_angle(reach, x, y, False, False, SIGHT_DISTANCE) == 0.0
 
 
 def test_by_hand_sight_is_contiguous_and_needs_the_whole_distance():
     reach = np.full(360, 0.2)
     reach[40:101] = HALF_SIDE
-    reach[80] = 0.99 * FAR
+    reach[80] = 0.99 * SIGHT_DISTANCE
     x, y = 0.4 * unit(np.radians(60.0))
-    assert sight_angle(reach, x, y, False, True, FAR) == pytest.approx(np.radians(79 - 60))
+    assert sight_angle(reach, x, y, False, True, SIGHT_DISTANCE) == pytest.approx(np.radians(79 - 60))
 
 
 def test_by_hand_the_wider_of_two_openings_has_the_wider_sight():
     walls = [box(0.25, 0.1, 0.35, 0.3), box(-0.8, -0.35, 0.8, -0.25)]
     local_map = map_of(world_of(walls))
-    narrow = sight_angle(local_map.reach, *(0.5 * unit(0.0)), True, True, FAR)
-    wide = sight_angle(local_map.reach, *(0.5 * unit(np.radians(120.0))), True, True, FAR)
+    narrow = sight_angle(local_map.reach, *(0.5 * unit(0.0)), True, True, SIGHT_DISTANCE)
+    wide = sight_angle(local_map.reach, *(0.5 * unit(np.radians(120.0))), True, True, SIGHT_DISTANCE)
     assert 0.0 < narrow < wide

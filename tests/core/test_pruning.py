@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from collplan_core.paper_planner.candidates import sample_positions
 from collplan_core.paper_planner.plan_cycle import plan_cycle
 from collplan_core.paper_planner.pruning import free_sight, prune_directions, prune_positions
-from scenes import SETTINGS, at_rest, box, cluttered_worlds, free_polygon, map_of, star_map, unit, world_of
+from scenes import SETTINGS, TURN, at_rest, box, cluttered_worlds, free_polygon, map_of, star_map, unit, world_of
 
 D_PRUNE, SPACING = SETTINGS.planner.prune_distance, SETTINGS.planner.frontier_spacing
 GOALS = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).map(np.array)
@@ -19,23 +19,23 @@ QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=Tr
 
 
 def sampled(local_map) -> tuple[np.ndarray, np.ndarray]:
-    positions, piece = sample_positions(local_map.segments, local_map.frontier_number, SPACING)
-    return positions, local_map.frontier_number[piece]
+    positions, segment_of = sample_positions(local_map.segments, local_map.frontier_number, SPACING)
+    return positions, local_map.frontier_number[segment_of]
 
 
 def nearest_to_goal(positions, goal) -> float:
     return np.hypot(*(positions - goal).T).min()
 
 
-def assert_stood_for(local_map, positions, member, kept, goal) -> None:
+def assert_stood_for(local_map, positions, frontier_of, kept, goal) -> None:
     """Each dropped frontier has a surviving one within d_prune, in free sight, nearer to the goal."""
     free = free_polygon(local_map).buffer(2e-3)
-    for dropped in set(member[~kept]):
-        assert not kept[member == dropped].any()
-        mine = positions[member == dropped]
+    for dropped in set(frontier_of[~kept]):
+        assert not kept[frontier_of == dropped].any()
+        mine = positions[frontier_of == dropped]
         standing = False
-        for other in set(member[kept]):
-            theirs = positions[member == other]
+        for other in set(frontier_of[kept]):
+            theirs = positions[frontier_of == other]
             if nearest_to_goal(theirs, goal) >= nearest_to_goal(mine, goal):
                 continue
             pairs = [(a, b) for a in mine for b in theirs if np.hypot(*(a - b)) <= D_PRUNE + 1e-9]
@@ -48,12 +48,12 @@ def assert_stood_for(local_map, positions, member, kept, goal) -> None:
 def test_a_dropped_frontier_is_stood_for_and_never_all_are_dropped(world, goal):
     local_map = map_of(world)
     assume(len(local_map.segments))
-    positions, member = sampled(local_map)
-    kept = prune_positions(local_map.ends, positions, member, *goal, D_PRUNE)
+    positions, frontier_of = sampled(local_map)
+    kept = prune_positions(local_map.border, positions, frontier_of, goal, D_PRUNE)
     assert kept.any()
-    closest = min(set(member), key=lambda i: nearest_to_goal(positions[member == i], goal))
-    assert kept[member == closest].all()
-    assert_stood_for(local_map, positions, member, kept, goal)
+    closest = min(set(frontier_of), key=lambda i: nearest_to_goal(positions[frontier_of == i], goal))
+    assert kept[frontier_of == closest].all()
+    assert_stood_for(local_map, positions, frontier_of, kept, goal)
 
 
 @pytest.mark.soak
@@ -63,27 +63,29 @@ def test_a_dropped_frontier_is_stood_for_and_never_all_are_dropped(world, goal):
 def test_a_dropped_frontier_is_stood_for_in_many_more_cases(world, goal):
     local_map = map_of(world)
     assume(len(local_map.segments))
-    positions, member = sampled(local_map)
-    kept = prune_positions(local_map.ends, positions, member, *goal, D_PRUNE)
+    positions, frontier_of = sampled(local_map)
+    kept = prune_positions(local_map.border, positions, frontier_of, goal, D_PRUNE)
     assert kept.any()
-    assert_stood_for(local_map, positions, member, kept, goal)
+    assert_stood_for(local_map, positions, frontier_of, kept, goal)
 
 
 @QUICK
 @given(world=cluttered_worlds(), n_directions=st.integers(4, 32))
-def test_directions_kept_lead_out_of_f_or_all_are_kept(world, n_directions):
+def test_a_step_from_a_frontier_leaves_f_in_the_directions_kept_alone(world, n_directions):
     local_map = map_of(world)
-    heads = prune_directions(local_map.segments, n_directions)
-    assert heads.any(axis=1).all()
-    for segment, kept in zip(local_map.segments, heads, strict=True):
+    for segment, kept in zip(local_map.segments, prune_directions(local_map.segments, n_directions), strict=True):
         along = segment[2:] - segment[:2]
-        if kept.all():
+        length = np.hypot(*along)
+        if length < 0.01:
             continue
-        # left of a frontier, which runs counter-clockwise around F, lies F
-        into_f = np.array([-along[1], along[0]])
-        directions = np.array([unit(2 * np.pi * i / n_directions) for i in range(n_directions)])
-        leads_out = directions @ into_f < -1e-6 * np.hypot(*along)
-        np.testing.assert_array_equal(kept, leads_out)
+        middle, ways = (
+            0.5 * (segment[:2] + segment[2:]),
+            np.array([unit(TURN * i / n_directions) for i in range(n_directions)]),
+        )
+        # along the frontier there is neither in nor out
+        across = np.abs(along[0] * ways[:, 1] - along[1] * ways[:, 0]) / length > 0.05
+        stays = local_map.contains(middle + 1e-3 * length * ways)
+        np.testing.assert_array_equal(kept[across], ~stays[across])
 
 
 @QUICK
@@ -93,30 +95,31 @@ def test_the_pruned_space_is_a_part_of_the_whole(world, goal):
     assume(len(local_map.segments) and not local_map.contains(goal[None])[0])
     everything = SETTINGS.with_values({"planner.position_pruning": False, "planner.velocity_pruning": False})
     pruned, _ = plan_cycle(None, local_map, at_rest(), goal, SETTINGS)
-    whole, _ = plan_cycle(None, local_map, at_rest(), goal, everything)
+    unpruned, _ = plan_cycle(None, local_map, at_rest(), goal, everything)
     rows = [
         {tuple(np.hstack([c.positions, c.velocities]).round(9)[i]) for i in range(len(c.costs))}
-        for c in (pruned.candidates, whole.candidates)
+        for c in (pruned.candidates, unpruned.candidates)
     ]
     assert rows[0] <= rows[1]
     assert 0 < len(pruned.candidates.costs) <= pruned.n_before_pruning
-    assert pruned.n_before_pruning == whole.n_before_pruning == len(whole.candidates.costs)
+    assert pruned.n_before_pruning == unpruned.n_before_pruning == len(unpruned.candidates.costs)
 
 
 OPEN = star_map(np.full(360, 1.0))
+AHEAD = np.array([3.0, 0.0])
 
 
 def test_by_hand_the_nearer_of_two_neighbours_stands_for_both():
     positions = np.array([[0.5, 0.0], [0.5, 0.3], [-0.5, 0.0]])
-    kept = prune_positions(OPEN.ends, positions, np.array([0, 1, 2]), 3.0, 0.0, 0.35)
+    kept = prune_positions(OPEN.border, positions, np.array([0, 1, 2]), AHEAD, 0.35)
     assert kept.tolist() == [True, False, True]
-    assert prune_positions(OPEN.ends, positions, np.array([0, 1, 2]), 3.0, 0.0, 0.25).all()
+    assert prune_positions(OPEN.border, positions, np.array([0, 1, 2]), AHEAD, 0.25).all()
 
 
 def test_by_hand_a_dropped_frontier_drops_nobody():
     """Three in a row toward the goal, 0.3 m apart: the middle one is stood for, the last by a dropped one only."""
     positions = np.array([[0.6, 0.0], [0.3, 0.0], [0.0, 0.0]])
-    kept = prune_positions(OPEN.ends, positions, np.array([0, 1, 2]), 3.0, 0.0, 0.35)
+    kept = prune_positions(OPEN.border, positions, np.array([0, 1, 2]), AHEAD, 0.35)
     assert kept.tolist() == [True, False, True]
 
 
@@ -124,10 +127,10 @@ def test_by_hand_a_frontier_across_unseen_space_is_kept():
     reach = np.full(360, 1.0)
     reach[10:21] = 0.1
     positions = np.array([0.5 * unit(0.0), 0.5 * unit(np.radians(30.0))])
-    assert not free_sight(star_map(reach).ends, *positions[0], *positions[1])
-    assert prune_positions(star_map(reach).ends, positions, np.array([0, 1]), 3.0, 0.0, 0.35).all()
-    assert free_sight(OPEN.ends, *positions[0], *positions[1])
-    assert not prune_positions(OPEN.ends, positions, np.array([0, 1]), 3.0, 0.0, 0.35).all()
+    assert not free_sight(star_map(reach).border, *positions[0], *positions[1])
+    assert prune_positions(star_map(reach).border, positions, np.array([0, 1]), AHEAD, 0.35).all()
+    assert free_sight(OPEN.border, *positions[0], *positions[1])
+    assert not prune_positions(OPEN.border, positions, np.array([0, 1]), AHEAD, 0.35).all()
 
 
 def test_by_hand_directions_out_of_a_vertical_border():

@@ -75,7 +75,7 @@ def test_one_marker_a_namespace_so_that_each_replaces_the_last(cycle):
 def test_free_space_is_covered_by_its_triangles(cycle, markers):
     triangles = points(markers["free_space"]).reshape(-1, 3, 2)
     (a, b), (c, d) = (triangles[:, 1] - triangles[:, 0]).T, (triangles[:, 2] - triangles[:, 0]).T
-    x, y = cycle[0].points.T
+    x, y = cycle[0].border_points.T
     shoelace = 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))
     assert 0.5 * (a * d - b * c).sum() == pytest.approx(shoelace, rel=1e-9)
 

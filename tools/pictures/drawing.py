@@ -97,7 +97,7 @@ def draw_world(axes: Axes, world: World) -> None:
 
 def draw_free_space(axes: Axes, local_map: LocalMap) -> None:
     """F, and the observed boundaries of the grown obstacles that end it."""
-    axes.add_patch(Polygon(local_map.points, closed=True, facecolor=FREE, edgecolor="none", zorder=1))
+    axes.add_patch(Polygon(local_map.border_points, closed=True, facecolor=FREE, edgecolor="none", zorder=1))
     for run in local_map.observed_boundaries():
         axes.plot(*run.T, color=BOUNDARY, linewidth=1.6, solid_capstyle="round", zorder=3)
 

@@ -164,12 +164,14 @@ def _name_frontiers(axes: Axes, local_map: LocalMap) -> None:
 
 
 def _draw_sight(axes: Axes, cycle: Cycle) -> None:
-    """theta_sight at the choice: from its bearing to both lit sides of its frontier."""
+    """theta_sight at the choice: from its bearing to both open sides of its frontier."""
     local_map, aim = cycle.local_map, cycle.plan.aim - cycle.local_map.position
-    lit = local_map.lit[_piece_of(local_map, cycle.plan.aim)]
+    open_side = local_map.open_side[_piece_of(local_map, cycle.plan.aim)]
     far = cycle.settings.local_map.sight_share * local_map.half_side
     right, left = (
-        sight_angle(local_map.reach, aim[0], aim[1], bool(lit[0]) and way == 0, bool(lit[1]) and way == 1, far)
+        sight_angle(
+            local_map.reach, aim[0], aim[1], bool(open_side[0]) and way == 0, bool(open_side[1]) and way == 1, far
+        )
         for way in (0, 1)
     )
     bearing = np.arctan2(aim[1], aim[0])

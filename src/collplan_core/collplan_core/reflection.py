@@ -7,14 +7,14 @@ from collplan_core.jit import njit
 
 @njit
 def reflect(vx: float, vy: float, nx: float, ny: float, restitution: float, retention: float) -> tuple[float, float]:
-    """v' = -e v_n n + k_t v_t. The sign of the unit normal n is irrelevant: the reflection is even in it."""
+    """Velocity after a rebound, -e v_n n + k_t v_t [m/s]; even in the unit normal n, so that its sign is irrelevant."""
     vn = vx * nx + vy * ny
     tx, ty = vx - vn * nx, vy - vn * ny
     return retention * tx - restitution * vn * nx, retention * ty - restitution * vn * ny
 
 
 def rebound(velocity: np.ndarray, normal: np.ndarray, restitution: float, tangential_retention: float) -> np.ndarray:
-    """Velocity right after the contact.
+    """Velocity (2,) right after the contact [m/s].
 
     Args:
         velocity: (2,) before it [m/s].

@@ -1,62 +1,56 @@
-"""From one scan and the pose it was taken at to the local map: the stages in order."""
+"""From one scan and the pose it was taken at to the local map: the stages in order. Paper: II-A."""
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.local_map.free_space import free_space, step_out
-from collplan_core.local_map.frontiers import find_frontiers, find_jumps
+from collplan_core.local_map.free_space import FreeSpace, free_space, nearest_free_offset
+from collplan_core.local_map.frontiers import Frontiers, find_frontiers, find_shadow_edges
 from collplan_core.local_map.predicted import find_predicted
 from collplan_core.local_map.record import LocalMap
-from collplan_core.local_map.surfaces import HIT, beam_kinds, find_surfaces, fit_pieces
+from collplan_core.local_map.surfaces import HIT, Beams, Sweep, beam_kinds, find_surfaces, fit_pieces
 from collplan_core.parameters import LocalMapping, Robot
 from collplan_core.scan import Scan
 from collplan_core.state import State
 
 
+class _Stages(NamedTuple):
+    """What the stages leave, relative to the centre of F, which lies at `offset` (2,) from the robot [m]."""
+
+    offset: np.ndarray
+    free: FreeSpace
+    shadow: np.ndarray
+    frontiers: Frontiers
+    predicted: np.ndarray
+    pieces: np.ndarray
+    owner: np.ndarray
+    distance: np.ndarray
+
+
 @njit
-def _build(ranges: np.ndarray, angle_min: float, step: float, closed: bool, range_min: float, radius: float,
-           half_side: float, n_rays: int, tolerance: float, grazing: float) -> tuple[Any, ...]:  # fmt: skip
-    kind, distance = beam_kinds(ranges, range_min)
+def _build(ranges: np.ndarray, sweep: Sweep, radius: float, half_side: float, n_rays: int) -> _Stages:
+    kind, distance = beam_kinds(ranges, sweep.range_min)
     hits = np.zeros((len(ranges), 2))
     for i in range(len(ranges)):
         if kind[i] == HIT:
-            hits[i, 0] = distance[i] * math.cos(angle_min + i * step)
-            hits[i, 1] = distance[i] * math.sin(angle_min + i * step)
-    joined = find_surfaces(kind, distance, hits, step, closed, grazing, tolerance)
-    pieces, owner, surface_of = fit_pieces(kind, hits, joined, tolerance)
-    sx, sy = step_out(pieces, radius)
-    box = np.array([-half_side - sx, -half_side - sy, half_side - sx, half_side - sy])
+            hits[i, 0] = distance[i] * math.cos(sweep.first + i * sweep.step)
+            hits[i, 1] = distance[i] * math.sin(sweep.first + i * sweep.step)
+    joined = find_surfaces(kind, distance, hits, sweep)
+    pieces, owner, surface_of = fit_pieces(kind, hits, joined, sweep.tolerance)
+    x, y = nearest_free_offset(pieces, radius)
+    box = np.array([-half_side - x, -half_side - y, half_side - x, half_side - y])
     for k in range(len(pieces)):
-        pieces[k, 0] -= sx
-        pieces[k, 1] -= sy
-        pieces[k, 2] -= sx
-        pieces[k, 3] -= sy
-    reach, ends, surface, normals, straight = free_space(
-        pieces, owner, radius, box, n_rays, kind, distance, joined, surface_of, angle_min, step, closed
-    )
-    jumps = find_jumps(reach, ends, surface, normals, straight, grazing)
-    segments, frontier_kind, number, lit = find_frontiers(reach, ends, surface, jumps, box)
-    predicted = find_predicted(reach, ends, surface, normals, jumps)
-    return (
-        sx,
-        sy,
-        reach,
-        ends,
-        surface,
-        normals,
-        jumps,
-        segments,
-        frontier_kind,
-        number,
-        lit,
-        predicted,
-        pieces,
-        owner,
-        distance,
-    )
+        pieces[k, 0] -= x
+        pieces[k, 1] -= y
+        pieces[k, 2] -= x
+        pieces[k, 3] -= y
+    free = free_space(pieces, owner, Beams(kind, distance, joined, surface_of), sweep, radius, box, n_rays)
+    shadow = find_shadow_edges(free, sweep.grazing)
+    frontiers = find_frontiers(free, shadow, box)
+    predicted = find_predicted(free, shadow)
+    return _Stages(np.array([x, y]), free, shadow, frontiers, predicted, pieces, owner, distance)
 
 
 def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMapping) -> LocalMap:
@@ -64,23 +58,36 @@ def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMappin
 
     Obstacles are grown by the robot's radius and `clearance`; the planner then moves a point.
     """
-    ranges, angle_min, step = scan.ranges, scan.angle_min + state.yaw, scan.angle_increment
+    ranges, first, step = scan.ranges, scan.angle_min + state.yaw, scan.angle_increment
     if step < 0.0:
-        ranges, angle_min, step = ranges[::-1], angle_min + step * (len(ranges) - 1), -step
+        ranges, first, step = ranges[::-1], first + step * (len(ranges) - 1), -step
     if step * (len(ranges) - 1) > 2 * math.pi - 0.5 * step:  # the last beam repeats the first
         ranges = ranges[:-1]
     closed = abs(step * len(ranges) - 2 * math.pi) < 0.5 * step
     radius = robot.radius + mapping.clearance
-    sx, sy, reach, ends, surface, normals, jumps, segments, kind, number, lit, predicted, pieces, owner, view = _build(
-        np.ascontiguousarray(ranges), angle_min, step, closed, scan.range_min, radius, mapping.half_side,
-        mapping.n_rays, mapping.surface_tolerance, mapping.grazing_angle,
-    )  # fmt: skip
-    center = state.position + np.array([sx, sy])
+    sweep = Sweep(first, step, closed, scan.range_min, mapping.grazing_angle, mapping.surface_tolerance)
+    stages = _build(np.ascontiguousarray(ranges), sweep, radius, mapping.half_side, mapping.n_rays)
+    free, frontiers, predicted = stages.free, stages.frontiers, stages.predicted
+    center = state.position + stages.offset
+    both_ends = np.concatenate([center, center])
     predicted[:, :2] += center
     return LocalMap(
-        stamp=scan.stamp, position=center, radius=radius, half_side=mapping.half_side, reach=reach,
-        points=ends + center, surface=surface, normals=normals, shadow=jumps,
-        segments=segments + np.concatenate([center, center]), frontier_kind=kind, frontier_number=number,
-        lit=lit >= 0, predicted=predicted, walls=pieces + np.concatenate([center, center]), wall_surface=owner,
-        view=view, view_from=np.array([*state.position, angle_min, step]),
-    )  # fmt: skip
+        stamp=scan.stamp,
+        position=center,
+        radius=radius,
+        half_side=mapping.half_side,
+        reach=free.reach,
+        border_points=free.border + center,
+        surface=free.surface,
+        normals=free.normals,
+        shadow=stages.shadow,
+        segments=frontiers.segments + both_ends,
+        frontier_kind=frontiers.kind,
+        frontier_number=frontiers.number,
+        open_side=frontiers.open_side,
+        predicted=predicted,
+        walls=stages.pieces + both_ends,
+        wall_surface=stages.owner,
+        view=stages.distance,
+        view_from=np.array([*state.position, first, step]),
+    )

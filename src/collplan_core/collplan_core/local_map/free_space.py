@@ -5,27 +5,37 @@ centre of the star.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.local_map.surfaces import HIT, OPEN
+from collplan_core.local_map.surfaces import HIT, OPEN, Beams, Sweep
+from collplan_core.plane import nearest_on_segment
 
-BORDER, UNSEEN_SURFACE = -1, -2
+MAP_BORDER, UNSEEN_SURFACE = -1, -2
+
+
+class FreeSpace(NamedTuple):
+    """F in n directions around its centre; direction k is the bearing 2 pi k / n.
+
+    Attributes:
+        reach: (n,) free distance of the disc's centre [m].
+        border: (n, 2) where F ends [m].
+        surface: (n,) what ends it: number of an observed surface, MAP_BORDER or UNSEEN_SURFACE.
+        normals: (n, 2) unit normal out of the observed surface; zero elsewhere.
+        straight: (n,) whether it ends at a straight face.
+    """
+
+    reach: np.ndarray
+    border: np.ndarray
+    surface: np.ndarray
+    normals: np.ndarray
+    straight: np.ndarray
 
 
 @njit
-def nearest_on_piece(piece: np.ndarray, x: float, y: float) -> tuple[float, float]:
-    """The point of a piece nearest to (x, y)."""
-    ax, ay, bx, by = piece
-    dx, dy = bx - ax, by - ay
-    length2 = dx * dx + dy * dy
-    along = 0.0 if length2 < 1e-24 else min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / length2))
-    return ax + along * dx, ay + along * dy
-
-
-@njit
-def step_out(pieces: np.ndarray, radius: float) -> tuple[float, float]:
+def nearest_free_offset(pieces: np.ndarray, radius: float) -> tuple[float, float]:
     """Offset that takes a robot inside a grown obstacle to the nearest point of its border; (0, 0) outside.
 
     Between two obstacles closer than the disc there is no such point: the last try is returned, never beyond radius.
@@ -34,7 +44,8 @@ def step_out(pieces: np.ndarray, radius: float) -> tuple[float, float]:
     for _ in range(8):
         deepest, px, py = 0.0, 0.0, 0.0
         for k in range(len(pieces)):
-            cx, cy = nearest_on_piece(pieces[k], x, y)
+            ax, ay, bx, by = pieces[k]
+            cx, cy = nearest_on_segment(ax, ay, bx, by, x, y)
             d = math.hypot(x - cx, y - cy)
             if radius - d > deepest and d > 1e-9:
                 deepest = radius - d
@@ -42,12 +53,12 @@ def step_out(pieces: np.ndarray, radius: float) -> tuple[float, float]:
         if deepest <= 1e-9:
             break
         x, y = x + px * (1.0 + 1e-6), y + py * (1.0 + 1e-6)
-    far = math.hypot(x, y)
-    return (x, y) if far <= radius else (x * radius / far, y * radius / far)
+    length = math.hypot(x, y)
+    return (x, y) if length <= radius else (x * radius / length, y * radius / length)
 
 
 @njit
-def border_distance(ux: float, uy: float, left: float, bottom: float, right: float, top: float) -> float:
+def map_border_distance(ux: float, uy: float, left: float, bottom: float, right: float, top: float) -> float:
     """Distance along the unit direction u from the origin to the border of the box around it."""
     tx = math.inf if ux == 0.0 else (right / ux if ux > 0.0 else left / ux)
     ty = math.inf if uy == 0.0 else (top / uy if uy > 0.0 else bottom / uy)
@@ -102,9 +113,9 @@ def _seen_angle(cx: float, cy: float, radius: float) -> float:
 
 
 @njit
-def _block(piece: np.ndarray, owner: int, radius: float, ux: np.ndarray, uy: np.ndarray, reach: np.ndarray,
-           surface: np.ndarray, normals: np.ndarray, straight: np.ndarray) -> None:  # fmt: skip
+def _block(piece: np.ndarray, owner: int, radius: float, directions: np.ndarray, free: FreeSpace) -> None:
     """Shorten the directions that meet the grown piece, visiting only those inside its angular interval."""
+    reach, _, surface, normals, straight = free
     n = len(reach)
     step = 2.0 * math.pi / n
     ax, ay, bx, by = piece
@@ -115,84 +126,86 @@ def _block(piece: np.ndarray, owner: int, radius: float, ux: np.ndarray, uy: np.
     k_low, k_high = int(math.ceil(low / step - 1e-9)), int(math.floor(high / step + 1e-9))
     for j in range(k_low, min(k_high, k_low + n - 1) + 1):
         k = j % n
-        t, nx, ny, face = _enter_piece(ux[k], uy[k], ax, ay, bx, by, radius)
+        t, nx, ny, face = _enter_piece(directions[k, 0], directions[k, 1], ax, ay, bx, by, radius)
         if t < reach[k]:
             reach[k], surface[k], straight[k] = t, owner, face
             normals[k, 0], normals[k, 1] = nx, ny
 
 
 @njit
-def _beams_at(direction: float, angle_min: float, step: float, m: int, closed: bool) -> tuple[int, int]:
-    """Of m beams the one before a direction and the one nearest to it; nearest -1 outside of what the scan covers."""
-    place = ((direction - angle_min) % (2.0 * math.pi)) / step
+def _beams_at(direction: float, m: int, sweep: Sweep) -> tuple[int, int]:
+    """The one of m beams before a direction and the one nearest to it; nearest -1 outside of what the scan covers."""
+    place = ((direction - sweep.first) % (2.0 * math.pi)) / sweep.step
     before = int(math.floor(place + 1e-9))
     nearest = int(math.floor(place + 0.5 + 1e-9))
-    if closed:
+    if sweep.closed:
         return before % m, nearest % m
     if nearest < m:
         return before, nearest
-    just_below_first = place - 2.0 * math.pi / step >= -0.5 - 1e-9
+    just_below_first = place - 2.0 * math.pi / sweep.step >= -0.5 - 1e-9
     return (0, 0) if just_below_first else (before, -1)
 
 
 @njit
-def _limits_by_beams(beam_kind: np.ndarray, distance: np.ndarray, joined: np.ndarray, surface_of: np.ndarray,
-                     angle_min: float, step: float, closed: bool, n: int) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def _limits_by_beams(beams: Beams, sweep: Sweep, n: int) -> tuple[np.ndarray, np.ndarray]:
     """What the beam nearest to each of n directions allows (n,) [m], and the surface it saw (n,).
 
     Between two beams on one surface the pieces say it all; elsewhere the nearest beam is believed, so that a sparse
     scan does not leak past the end of a surface.
     """
-    m = len(beam_kind)
-    limit, seen = np.full(n, math.inf), np.full(n, BORDER)
+    kind, distance, joined, surface = beams
+    m = len(kind)
+    limit, seen = np.full(n, math.inf), np.full(n, MAP_BORDER)
     for k in range(n):
-        before, nearest = _beams_at(2.0 * math.pi * k / n, angle_min, step, m, closed)
+        before, nearest = _beams_at(2.0 * math.pi * k / n, m, sweep)
         if nearest < 0:
             limit[k], seen[k] = 0.0, UNSEEN_SURFACE
-        elif (before < m and joined[before]) or beam_kind[nearest] == OPEN:
+        elif (before < m and joined[before]) or kind[nearest] == OPEN:
             continue
-        elif beam_kind[nearest] == HIT:
-            limit[k], seen[k] = distance[nearest], surface_of[nearest]
+        elif kind[nearest] == HIT:
+            limit[k], seen[k] = distance[nearest], surface[nearest]
         else:
             limit[k], seen[k] = 0.0, UNSEEN_SURFACE
     return limit, seen
 
 
 @njit
-def free_space(pieces: np.ndarray, owner: np.ndarray, radius: float, box: np.ndarray, n: int, beam_kind: np.ndarray,
-               distance: np.ndarray, joined: np.ndarray, surface_of: np.ndarray, angle_min: float, step: float,
-               closed: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """F in n directions around the origin.
+def free_space(
+    pieces: np.ndarray, owner: np.ndarray, beams: Beams, sweep: Sweep, radius: float, box: np.ndarray, n: int
+) -> FreeSpace:
+    """F in n directions around the origin. Paper: II-A.
 
-    Returns:
-        reach (n,) [m], ends (n, 2) [m], surface (n,) (number of the observed surface, BORDER or UNSEEN_SURFACE),
-        normals (n, 2) out of the observed surface, zero elsewhere, straight (n,) whether it is a straight face there.
+    Args:
+        pieces: (m, 4) straight pieces of the observed surfaces [m]; owner: (m,) number of the surface of each.
+        beams, sweep: what the scan saw, and how.
+        radius: of the disc by which the pieces are grown [m].
+        box: (4,) the map's border x_min, y_min, x_max, y_max [m].
     """
-    reach = np.empty(n)
-    surface = np.empty(n, np.int64)
-    normals = np.zeros((n, 2))
-    straight = np.zeros(n, np.bool_)
-    ux, uy = np.empty(n), np.empty(n)
-    limits, seen = _limits_by_beams(beam_kind, distance, joined, surface_of, angle_min, step, closed, n)
+    reach, border = np.empty(n), np.empty((n, 2))
+    surface, normals, straight = np.empty(n, np.int64), np.zeros((n, 2)), np.zeros(n, np.bool_)
+    free = FreeSpace(reach, border, surface, normals, straight)
+    directions = np.empty((n, 2))
+    limits, seen = _limits_by_beams(beams, sweep, n)
     for k in range(n):
-        ux[k], uy[k] = math.cos(2.0 * math.pi * k / n), math.sin(2.0 * math.pi * k / n)
-        border = border_distance(ux[k], uy[k], box[0], box[1], box[2], box[3])
-        if limits[k] < border:
+        ux, uy = math.cos(2.0 * math.pi * k / n), math.sin(2.0 * math.pi * k / n)
+        directions[k, 0], directions[k, 1] = ux, uy
+        map_border = map_border_distance(ux, uy, box[0], box[1], box[2], box[3])
+        if limits[k] < map_border:
             reach[k], surface[k] = limits[k], seen[k]
-            normals[k, 0], normals[k, 1] = -ux[k], -uy[k]
+            normals[k, 0], normals[k, 1] = -ux, -uy
         else:
-            reach[k], surface[k] = border, BORDER
+            reach[k], surface[k] = map_border, MAP_BORDER
         if seen[k] == UNSEEN_SURFACE:
             normals[k, 0], normals[k, 1] = 0.0, 0.0
     beyond = math.hypot(max(-box[0], box[2]), max(-box[1], box[3])) + radius
     for j in range(len(pieces)):
-        cx, cy = nearest_on_piece(pieces[j], 0.0, 0.0)
+        ax, ay, bx, by = pieces[j]
+        cx, cy = nearest_on_segment(ax, ay, bx, by, 0.0, 0.0)
         if math.hypot(cx, cy) < beyond:
-            _block(pieces[j], owner[j], radius, ux, uy, reach, surface, normals, straight)
-    ends = np.empty((n, 2))
+            _block(pieces[j], owner[j], radius, directions, free)
     for k in range(n):
-        ends[k, 0], ends[k, 1] = reach[k] * ux[k], reach[k] * uy[k]
-    return reach, ends, surface, normals, straight
+        border[k, 0], border[k, 1] = reach[k] * directions[k, 0], reach[k] * directions[k, 1]
+    return free
 
 
 @njit
@@ -211,12 +224,12 @@ def boundary_at(surface: np.ndarray, shadow: np.ndarray, k: int) -> int:
 
 
 @njit
-def inside(ends: np.ndarray, x: float, y: float) -> bool:
-    """Whether a point relative to the centre lies in the star polygon: search the sector, one cross product."""
-    n = len(ends)
+def inside(border: np.ndarray, x: float, y: float) -> bool:
+    """Whether a point relative to the centre lies in F, whose border is (n, 2): find the sector, one cross product."""
+    n = len(border)
     k = sector(x, y, n)
-    ax, ay = ends[k]
-    bx, by = ends[(k + 1) % n]
+    ax, ay = border[k]
+    bx, by = border[(k + 1) % n]
     # the edge alone is too short to judge by where the reach is next to nothing
     if x * x + y * y > max(ax * ax + ay * ay, bx * bx + by * by) + 1e-9:
         return False

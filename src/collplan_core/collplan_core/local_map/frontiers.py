@@ -5,65 +5,81 @@ Points relative to the centre of the star.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.local_map.free_space import BORDER, UNSEEN_SURFACE
+from collplan_core.local_map.free_space import MAP_BORDER, UNSEEN_SURFACE, FreeSpace
 
 SHADOW_EDGE, BORDER_RUN = 0, 1
 ALONG = 0.1  # sine of the angle within which a step counts as along a face
 
 
+class Frontiers(NamedTuple):
+    """Straight frontier segments, counter-clockwise around the centre.
+
+    Attributes:
+        segments: (m, 4) x0, y0, x1, y1 [m].
+        kind: (m,) SHADOW_EDGE or BORDER_RUN.
+        number: (m,) the frontier B_i a segment belongs to.
+        open_side: (m, 2) whether F is seen to be open on its clockwise, on its counter-clockwise side.
+    """
+
+    segments: np.ndarray
+    kind: np.ndarray
+    number: np.ndarray
+    open_side: np.ndarray
+
+
 @njit
-def _goes_on(ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray, k: int, j: int) -> bool:
+def _goes_on(free: FreeSpace, k: int, j: int) -> bool:
     """Whether the straight face at k goes on to j: a wall almost along the beam, seen on or cut by the map border."""
-    if not straight[k] or not (surface[j] == surface[k] or surface[j] == BORDER):
+    _, border, surface, normals, straight = free
+    if not straight[k] or not (surface[j] == surface[k] or surface[j] == MAP_BORDER):
         return False
-    dx, dy = ends[j, 0] - ends[k, 0], ends[j, 1] - ends[k, 1]
+    dx, dy = border[j, 0] - border[k, 0], border[j, 1] - border[k, 1]
     off = dx * normals[k, 0] + dy * normals[k, 1]
-    if surface[j] == BORDER:  # the map ends before direction j meets the face's line, or the face itself has ended
+    if surface[j] == MAP_BORDER:  # the map ends before direction j meets the face's line, or the face itself has ended
         return off >= -0.005 * math.hypot(dx, dy) - 1e-4
     return abs(off) <= ALONG * math.hypot(dx, dy) + 1e-4
 
 
 @njit
-def _bends_away(ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, near: int, far: int) -> bool:
+def _bends_away(free: FreeSpace, nearer: int, farther: int) -> bool:
     """Whether a step along one surface is a chord of its convex side, as on a corner seen almost along the beam."""
-    if surface[near] != surface[far]:
+    _, border, surface, normals, _ = free
+    if surface[nearer] != surface[farther]:
         return False
-    dx, dy = ends[far, 0] - ends[near, 0], ends[far, 1] - ends[near, 1]
-    falls = dx * normals[near, 0] + dy * normals[near, 1]
-    rises = dx * normals[far, 0] + dy * normals[far, 1]
+    dx, dy = border[farther, 0] - border[nearer, 0], border[farther, 1] - border[nearer, 1]
+    falls = dx * normals[nearer, 0] + dy * normals[nearer, 1]
+    rises = dx * normals[farther, 0] + dy * normals[farther, 1]
     return falls <= 1e-6 and rises >= -1e-6
 
 
 @njit
-def _explained(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray,
-               k: int, j: int) -> bool:  # fmt: skip
+def _is_one_surface(free: FreeSpace, k: int, j: int) -> bool:
     """Whether a steep step between directions k and j is one surface all the same."""
-    nearer, farther = (k, j) if reach[k] < reach[j] else (j, k)
-    if _bends_away(ends, surface, normals, nearer, farther):
-        return True
-    return _goes_on(ends, surface, normals, straight, k, j) or _goes_on(ends, surface, normals, straight, j, k)
+    nearer, farther = (k, j) if free.reach[k] < free.reach[j] else (j, k)
+    return _bends_away(free, nearer, farther) or _goes_on(free, k, j) or _goes_on(free, j, k)
 
 
 @njit
-def find_jumps(reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, normals: np.ndarray, straight: np.ndarray,
-               grazing: float) -> np.ndarray:  # fmt: skip
+def find_shadow_edges(free: FreeSpace, grazing: float) -> np.ndarray:
     """(n,) whether the border of F jumps between directions k and k + 1 by more than one surface can explain."""
+    reach, border, surface, _, _ = free
     n = len(reach)
     step = 2.0 * math.pi / n
     steepest = math.sin(step) / math.sin(max(grazing, 1.5 * step) - step)
-    jumps = np.zeros(n, np.bool_)
+    shadow = np.zeros(n, np.bool_)
     for k in range(n):
         j = (k + 1) % n
-        if surface[k] == UNSEEN_SURFACE or surface[j] == UNSEEN_SURFACE or (surface[k] == BORDER == surface[j]):
+        if surface[k] == UNSEEN_SURFACE or surface[j] == UNSEEN_SURFACE or (surface[k] == MAP_BORDER == surface[j]):
             continue
-        across = math.hypot(ends[j, 0] - ends[k, 0], ends[j, 1] - ends[k, 1])
+        across = math.hypot(border[j, 0] - border[k, 0], border[j, 1] - border[k, 1])
         if across > min(reach[k], reach[j]) * steepest + 1e-6:
-            jumps[k] = not _explained(reach, ends, surface, normals, straight, k, j)
-    return jumps
+            shadow[k] = not _is_one_surface(free, k, j)
+    return shadow
 
 
 @njit
@@ -84,31 +100,25 @@ def _on_side(ax: float, ay: float, bx: float, by: float) -> bool:
 
 
 @njit
-def find_frontiers(
-    reach: np.ndarray, ends: np.ndarray, surface: np.ndarray, jumps: np.ndarray, box: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Straight frontier segments, counter-clockwise around the centre.
-
-    Returns:
-        segments (m, 4), kind (m,) SHADOW_EDGE or BORDER_RUN, number of the frontier B_i each belongs to (m,),
-        lit (m, 2) the first direction on the lit side going clockwise and going counter-clockwise, -1 for neither.
-    """
+def find_frontiers(free: FreeSpace, shadow: np.ndarray, box: np.ndarray) -> Frontiers:
+    """The frontiers B_i of F: shadow edges (n,) and the visible runs of the map's border, `box` (4,). Paper: II-A."""
+    reach, border, surface, _, _ = free
     n = len(reach)
     segments = np.empty((2 * n + 8, 4))
     kind = np.empty(2 * n + 8, np.int64)
     number = np.empty(2 * n + 8, np.int64)
-    lit = np.empty((2 * n + 8, 2), np.int64)
+    open_side = np.empty((2 * n + 8, 2), np.bool_)
     m, frontier = 0, 0
     start = 0
-    while start < n and surface[start] == BORDER and surface[start - 1] == BORDER:
+    while start < n and surface[start] == MAP_BORDER and surface[start - 1] == MAP_BORDER:
         start += 1
     start %= n
     open_run = False
     for i in range(n):
         k, j = (start + i) % n, (start + i + 1) % n
-        ax, ay = ends[k]
-        bx, by = ends[j]
-        if surface[k] == BORDER and surface[j] == BORDER:
+        ax, ay = border[k]
+        bx, by = border[j]
+        if surface[k] == MAP_BORDER and surface[j] == MAP_BORDER:
             turned, cx, cy = _corner_between(ax, ay, bx, by, box)
             if turned and not _on_side(ax, ay, bx, by):
                 parts = ((ax, ay, cx, cy), (cx, cy, bx, by))
@@ -123,18 +133,17 @@ def find_frontiers(
                 else:
                     segments[m, 0], segments[m, 1], segments[m, 2], segments[m, 3] = x0, y0, x1, y1
                     kind[m], number[m] = BORDER_RUN, frontier
-                    lit[m, 0], lit[m, 1] = k, j
+                    open_side[m, 0], open_side[m, 1] = True, True
                     m += 1
                 open_run = True
             continue
         if open_run:
             frontier += 1
             open_run = False
-        if jumps[k]:
+        if shadow[k]:
             segments[m, 0], segments[m, 1], segments[m, 2], segments[m, 3] = ax, ay, bx, by
             kind[m], number[m] = SHADOW_EDGE, frontier
-            lit[m, 0] = k if reach[k] > reach[j] else -1
-            lit[m, 1] = j if reach[j] > reach[k] else -1
+            open_side[m, 0], open_side[m, 1] = reach[k] > reach[j], reach[j] > reach[k]
             m += 1
             frontier += 1
-    return segments[:m], kind[:m], number[:m], lit[:m]
+    return Frontiers(segments[:m], kind[:m], number[:m], open_side[:m])

@@ -10,10 +10,10 @@ from collplan_core.local_map.free_space import inside
 
 
 @njit
-def _contains(ends: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _contains(border: np.ndarray, points: np.ndarray) -> np.ndarray:
     result = np.empty(len(points), np.bool_)
     for i in range(len(points)):
-        result[i] = inside(ends, points[i, 0], points[i, 1])
+        result[i] = inside(border, points[i, 0], points[i, 1])
     return result
 
 
@@ -21,7 +21,7 @@ def _contains(ends: np.ndarray, points: np.ndarray) -> np.ndarray:
 class LocalMap:
     """Free space, boundaries and frontiers around the robot, in the configuration space of its disc, world frame.
 
-    Paper: II-A. Points named `points` and in `segments`, `predicted` are absolute.
+    Paper: II-A. All points but those of `border` are absolute.
 
     Attributes:
         stamp: stamp of its scan [s].
@@ -29,14 +29,14 @@ class LocalMap:
         radius: disc by which obstacles are grown [m].
         half_side: half the side of the square map [m].
         reach: (n,) free distance of the disc's centre in direction 2 pi k / n [m].
-        points: (n, 2) the border of F, counter-clockwise [m].
+        border_points: (n, 2) the border of F, counter-clockwise [m].
         surface: (n,) what ends each direction: number of an observed surface, -1 map border, -2 unseen.
         normals: (n, 2) unit normal out of the observed surface; zero elsewhere.
         shadow: (n,) whether the border of F from direction k to k + 1 is a shadow edge.
         segments: (m, 4) straight frontier segments x0, y0, x1, y1, counter-clockwise [m].
         frontier_kind: (m,) 0 shadow edge, 1 border run.
         frontier_number: (m,) the frontier B_i a segment belongs to.
-        lit: (m, 2) whether the lit side lies clockwise, counter-clockwise of the segment.
+        open_side: (m, 2) whether F is seen to be open clockwise, counter-clockwise of the segment.
         predicted: (e, 4) set E: origin and unit tangent into unseen space.
         walls: (w, 4) straight pieces x0, y0, x1, y1 along the observed surfaces themselves, not grown [m].
         wall_surface: (w,) number of the surface a wall is of.
@@ -49,14 +49,14 @@ class LocalMap:
     radius: float
     half_side: float
     reach: np.ndarray
-    points: np.ndarray
+    border_points: np.ndarray
     surface: np.ndarray
     normals: np.ndarray
     shadow: np.ndarray
     segments: np.ndarray
     frontier_kind: np.ndarray
     frontier_number: np.ndarray
-    lit: np.ndarray
+    open_side: np.ndarray
     predicted: np.ndarray
     walls: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
     wall_surface: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -64,19 +64,19 @@ class LocalMap:
     view_from: np.ndarray = field(default_factory=lambda: np.zeros(4))
 
     @cached_property
-    def ends(self) -> np.ndarray:
+    def border(self) -> np.ndarray:
         """(n, 2) the border of F relative to `position` [m]."""
-        return self.points - self.position
+        return self.border_points - self.position
 
     def contains(self, points: np.ndarray) -> np.ndarray:
         """(k,) whether each of the points (k, 2) lies in F, border included."""
-        return _contains(self.ends, np.atleast_2d(points) - self.position)
+        return _contains(self.border, np.atleast_2d(points) - self.position)
 
     def observed_boundaries(self) -> list[np.ndarray]:
         """The observed boundaries dO_j of the grown obstacles: a polyline (k, 2) a run, counter-clockwise [m]."""
-        n = len(self.surface)
+        points, n = self.border_points, len(self.surface)
         changes = np.flatnonzero(self.surface != np.roll(self.surface, 1))
         if len(changes) == 0:
-            return [np.vstack([self.points, self.points[:1]])] if self.surface[0] >= 0 else []
+            return [np.vstack([points, points[:1]])] if self.surface[0] >= 0 else []
         runs = [np.arange(a, b) % n for a, b in zip(changes, np.append(changes[1:], changes[0] + n), strict=True)]
-        return [self.points[run] for run in runs if self.surface[run[0]] >= 0]
+        return [points[run] for run in runs if self.surface[run[0]] >= 0]

@@ -9,27 +9,36 @@ from collplan_core.local_map.free_space import sector
 
 
 @njit
-def _open_angle(reach: np.ndarray, start: int, onward: int, far: float) -> int:
-    """Number of neighbouring directions from start on that are free beyond far."""
+def _n_open(reach: np.ndarray, start: int, onward: int, sight_distance: float) -> int:
+    """Number of neighbouring directions, from start on, that are free as far as the sight distance."""
     n = len(reach)
     count = 0
-    while count < n and reach[(start + onward * count) % n] >= far:
+    while count < n and reach[(start + onward * count) % n] >= sight_distance:
         count += 1
     return count
 
 
 @njit
-def sight_angle(reach: np.ndarray, x: float, y: float, clockwise: bool, counter_clockwise: bool, far: float) -> float:
-    """Contiguous angle from the bearing of (x, y) to the lit side of its frontier that is free beyond far [rad]."""
+def sight_angle(
+    reach: np.ndarray, x: float, y: float, clockwise: bool, counter_clockwise: bool, sight_distance: float
+) -> float:
+    """theta_sight: contiguous angle from the bearing of (x, y) to the open sides of its frontier [rad]. Paper: Fig. 2.
+
+    Args:
+        reach: (n,) of F [m].
+        x, y: the candidate relative to the centre of F [m].
+        clockwise, counter_clockwise: the open sides of its frontier.
+        sight_distance: how far a direction must be free to count [m].
+    """
     n = len(reach)
     step = 2.0 * math.pi / n
     k = sector(x, y, n)
     part = (math.atan2(y, x) % (2.0 * math.pi)) / step - k
     total = 0.0
     if counter_clockwise:
-        free = _open_angle(reach, (k + 1) % n, 1, far)
-        total += (free - part) * step if free > 0 else 0.0
+        n_open = _n_open(reach, (k + 1) % n, 1, sight_distance)
+        total += (n_open - part) * step if n_open > 0 else 0.0
     if clockwise:
-        free = _open_angle(reach, k, -1, far)
-        total += (free - 1 + part) * step if free > 0 else 0.0
+        n_open = _n_open(reach, k, -1, sight_distance)
+        total += (n_open - 1 + part) * step if n_open > 0 else 0.0
     return min(max(total, 0.0), 2.0 * math.pi)

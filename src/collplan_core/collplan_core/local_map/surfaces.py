@@ -1,12 +1,49 @@
 """From the beams of a scan to surfaces and the straight pieces they consist of. All points relative to the robot."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
 
 HIT, OPEN, UNSEEN = 0, 1, 2
+
+
+class Sweep(NamedTuple):
+    """How the beams of a scan follow one another, and when two of them see one surface.
+
+    Attributes:
+        first: bearing of the first beam [rad, world frame].
+        step: angle from beam to beam [rad], above 0.
+        closed: whether the first beam follows the last one.
+        range_min: nearest range a beam measures [m].
+        grazing: smallest angle between beam and surface that joins two hits by their distance alone [rad].
+        tolerance: distance of a hit from a straight piece, or from a line, within which it lies on it [m].
+    """
+
+    first: float
+    step: float
+    closed: bool
+    range_min: float
+    grazing: float
+    tolerance: float
+
+
+class Beams(NamedTuple):
+    """What the n beams of a scan saw.
+
+    Attributes:
+        kind: (n,) HIT, OPEN or UNSEEN.
+        distance: (n,) range of a hit, inf where open, 0 where unseen [m].
+        joined: (n,) whether beam i and the next one see one surface.
+        surface: (n,) number of the surface seen, -1 without a hit.
+    """
+
+    kind: np.ndarray
+    distance: np.ndarray
+    joined: np.ndarray
+    surface: np.ndarray
 
 
 @njit
@@ -37,46 +74,42 @@ def _off_line(px: float, py: float, ax: float, ay: float, bx: float, by: float) 
 
 
 @njit
-def _joined(hits: np.ndarray, distance: np.ndarray, before: int, i: int, j: int, after: int, step: float,
-            grazing: float, tolerance: float) -> bool:  # fmt: skip
-    """Whether hits i and j, one beam apart, lie on one surface.
+def _are_joined(hits: np.ndarray, distance: np.ndarray, before: int, i: int, j: int, after: int, sweep: Sweep) -> bool:
+    """Whether hits i and j, one beam apart, lie on one surface; before and after are their neighbours, -1 for none.
 
     Either their distance is one that a wall at the grazing angle explains (adaptive breakpoint, Borges and Aldon
     2004), or one of them lies on the line through the other and its own neighbour: a wall at a still flatter angle.
     """
     gap = math.hypot(hits[j, 0] - hits[i, 0], hits[j, 1] - hits[i, 1])
-    flattest = max(grazing, 1.5 * step)
-    if gap <= min(distance[i], distance[j]) * math.sin(step) / math.sin(flattest - step):
+    flattest = max(sweep.grazing, 1.5 * sweep.step)
+    if gap <= min(distance[i], distance[j]) * math.sin(sweep.step) / math.sin(flattest - sweep.step):
         return True
     for k, a, b in ((before, i, j), (after, j, i)):
-        if k < 0 or math.hypot(hits[k, 0] - hits[a, 0], hits[k, 1] - hits[a, 1]) < tolerance:
+        if k < 0 or math.hypot(hits[k, 0] - hits[a, 0], hits[k, 1] - hits[a, 1]) < sweep.tolerance:
             continue
         ahead = (hits[a, 0] - hits[k, 0]) * (hits[b, 0] - hits[a, 0]) + (hits[a, 1] - hits[k, 1]) * (
             hits[b, 1] - hits[a, 1]
         )
-        if (
-            ahead > 0.0
-            and _off_line(hits[b, 0], hits[b, 1], hits[k, 0], hits[k, 1], hits[a, 0], hits[a, 1]) <= tolerance + 1e-9
-        ):
+        off = _off_line(hits[b, 0], hits[b, 1], hits[k, 0], hits[k, 1], hits[a, 0], hits[a, 1])
+        if ahead > 0.0 and off <= sweep.tolerance + 1e-9:
             return True
     return False
 
 
 @njit
-def find_surfaces(kind: np.ndarray, distance: np.ndarray, hits: np.ndarray, step: float, closed: bool,
-                  grazing: float, tolerance: float) -> np.ndarray:  # fmt: skip
+def find_surfaces(kind: np.ndarray, distance: np.ndarray, hits: np.ndarray, sweep: Sweep) -> np.ndarray:
     """(n,) whether beam i and the next one are on one surface; the last entry closes the turn."""
     n = len(kind)
     joined = np.zeros(n, np.bool_)
-    for i in range(n if closed else n - 1):
+    for i in range(n if sweep.closed else n - 1):
         j = (i + 1) % n
         if kind[i] != HIT or kind[j] != HIT:
             continue
-        before = (i - 1) % n if closed else i - 1
-        after = (j + 1) % n if closed else j + 1
+        before = (i - 1) % n if sweep.closed else i - 1
+        after = (j + 1) % n if sweep.closed else j + 1
         before = before if before >= 0 and kind[before] == HIT else -1
         after = after if after < n and kind[after] == HIT else -1
-        joined[i] = _joined(hits, distance, before, i, j, after, step, grazing, tolerance)
+        joined[i] = _are_joined(hits, distance, before, i, j, after, sweep)
     return joined
 
 

@@ -1,4 +1,4 @@
-"""The sampling configuration space C = S x Theta x V. Paper: II-A."""
+"""The parts of the sampling configuration space C = S x Theta x V. Paper: II-A."""
 
 import math
 
@@ -9,9 +9,13 @@ from collplan_core.jit import njit
 
 @njit
 def long_enough(segments: np.ndarray, number: np.ndarray, shortest: float) -> np.ndarray:
-    """(m,) the pieces (m, 4) of frontiers at least so long [m]; all of them where none is.
+    """(m,) which segments are of frontiers at least so long [m]; all of them where none is.
 
     Between two touching round obstacles a notch of a few centimetres is seen as a frontier; to aim at it is to creep.
+
+    Args:
+        segments: (m, 4) straight frontier segments [m].
+        number: (m,) frontier of each.
     """
     length = np.zeros(number[-1] + 1 if len(number) else 0)
     for k in range(len(segments)):
@@ -24,17 +28,17 @@ def long_enough(segments: np.ndarray, number: np.ndarray, shortest: float) -> np
 
 @njit
 def sample_positions(segments: np.ndarray, number: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """S: floor(length / spacing) positions a frontier, at least one, at the centres of equal cells.
+    """S: N_l = floor(length / dl) positions on each frontier B_i, at least one, at the centres of equal cells.
 
     Never at a frontier's ends, where the distance to a predicted boundary is 0 by construction.
 
     Args:
-        segments: (m, 4) straight pieces, those of one frontier in sequence [m].
-        number: (m,) frontier of each piece.
+        segments: (m, 4) straight frontier segments, those of one frontier in sequence [m].
+        number: (m,) frontier of each segment.
         spacing: dl [m].
 
     Returns:
-        positions (p, 2) [m] and the piece each lies on (p,).
+        positions (p, 2) [m] and the segment each lies on (p,).
     """
     m = len(segments)
     length = np.empty(m)
@@ -43,78 +47,76 @@ def sample_positions(segments: np.ndarray, number: np.ndarray, spacing: float) -
         length[k] = math.hypot(segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1])
         total += length[k]
     positions = np.empty((m + int(total / spacing), 2))
-    piece = np.empty(len(positions), np.int64)
+    segment_of = np.empty(len(positions), np.int64)
     count, first = 0, 0
     while first < m:
         last = first
-        whole = length[first]
+        frontier_length = length[first]
         while last + 1 < m and number[last + 1] == number[first]:
             last += 1
-            whole += length[last]
-        cells = max(1, int(math.floor(whole / spacing + 1e-9)))
+            frontier_length += length[last]
+        cells = max(1, int(math.floor(frontier_length / spacing + 1e-9)))
         k, before = first, 0.0
         for i in range(cells):
-            along = (i + 0.5) * whole / cells
+            along = (i + 0.5) * frontier_length / cells
             while k < last and along > before + length[k]:
                 before += length[k]
                 k += 1
             share = (along - before) / max(length[k], 1e-12)
             positions[count, 0] = segments[k, 0] + share * (segments[k, 2] - segments[k, 0])
             positions[count, 1] = segments[k, 1] + share * (segments[k, 3] - segments[k, 1])
-            piece[count] = k
+            segment_of[count] = k
             count += 1
         first = last + 1
-    return positions[:count], piece[:count]
+    return positions[:count], segment_of[:count]
 
 
-@njit
-def speed_counts(piece: np.ndarray, number: np.ndarray, n_speeds: int, as_printed: bool) -> np.ndarray:
-    """(p,) N_v of each position: n_speeds, or as printed floor(length / dl): the positions on its frontier."""
-    counts = np.full(len(piece), n_speeds, np.int64)
-    if as_printed:
-        for i in range(len(piece)):
-            counts[i] = 0
-            for j in range(len(piece)):
-                counts[i] += number[piece[i]] == number[piece[j]]
-    return counts
+def fixed_speed_counts(frontier_of: np.ndarray, n_speeds: int) -> np.ndarray:
+    """N_v of each position (p,): `n_speeds`, on whatever frontier (p,) it lies."""
+    return np.full(len(frontier_of), n_speeds)
+
+
+def printed_speed_counts(frontier_of: np.ndarray, n_speeds: int) -> np.ndarray:
+    """N_v = floor(length(B_i) / dl) of each position (p,), as printed: the number of positions on its frontier (p,)."""
+    return np.bincount(frontier_of)[frontier_of]
+
+
+SPEED_COUNTS = {"fixed": fixed_speed_counts, "printed": printed_speed_counts}
+"""N_v by planner.speeds."""
 
 
 @njit
 def product(
-    kept: np.ndarray, heads: np.ndarray, piece: np.ndarray, counts: np.ndarray, max_speed: float
+    directions: np.ndarray, segment_of: np.ndarray, n_speeds: np.ndarray, max_speed: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The candidates themselves: each kept position at rest once, then every kept direction at every speed.
+    """The candidates themselves: each position at rest once, then every kept direction at every speed.
 
     Args:
-        kept: (p,) positions that survive.
-        heads: (m, n_directions) directions that survive on each frontier piece.
-        piece: (p,) piece of each position.
-        counts: (p,) N_v of each position.
+        directions: (m, N_l) which directions theta are kept on each frontier segment.
+        segment_of: (p,) segment of each position.
+        n_speeds: (p,) N_v of each position.
         max_speed: v_max [m/s].
 
     Returns:
         the position of each candidate (c,) and its velocity (c, 2) [m/s].
     """
-    n_directions = heads.shape[1]
+    n_directions = directions.shape[1]
     size = 0
-    for i in range(len(kept)):
-        if kept[i]:
-            size += 1 + counts[i] * int(heads[piece[i]].sum())
-    at = np.empty(size, np.int64)
-    velocity = np.zeros((size, 2))
+    for i in range(len(segment_of)):
+        size += 1 + n_speeds[i] * int(directions[segment_of[i]].sum())
+    position_of = np.empty(size, np.int64)
+    velocities = np.zeros((size, 2))
     c = 0
-    for i in range(len(kept)):
-        if not kept[i]:
-            continue
-        at[c] = i
+    for i in range(len(segment_of)):
+        position_of[c] = i
         c += 1
         for head in range(n_directions):
-            if not heads[piece[i], head]:
+            if not directions[segment_of[i], head]:
                 continue
             theta = 2.0 * math.pi * head / n_directions
-            for step in range(1, counts[i] + 1):
-                speed = max_speed * step / counts[i]
-                at[c] = i
-                velocity[c, 0], velocity[c, 1] = speed * math.cos(theta), speed * math.sin(theta)
+            for step in range(1, n_speeds[i] + 1):
+                speed = max_speed * step / n_speeds[i]
+                position_of[c] = i
+                velocities[c, 0], velocities[c, 1] = speed * math.cos(theta), speed * math.sin(theta)
                 c += 1
-    return at, velocity
+    return position_of, velocities

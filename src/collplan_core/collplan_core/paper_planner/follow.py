@@ -40,7 +40,7 @@ def set_course(plan: Plan, plan_map: LocalMap, control: Control) -> Course:
     contact = find_contact(plan.positions, plan_map)
     if contact is None:
         return Course(stamp=plan.stamp)
-    maneuver = select_maneuver(plan.positions, contact, control.incidence_threshold, control.maneuver_rule)
+    maneuver = select_maneuver(plan.positions, contact, control)
     path, release = maneuver_reference(maneuver, plan.positions, contact, plan_map)
     return Course(plan.stamp, maneuver, contact.point, release, path)
 
@@ -65,8 +65,9 @@ def _engaged_now(engagement: Engagement, plan: Plan, plan_map: LocalMap, state: 
     return Engagement(course, stage)
 
 
-def follow(memory: ControllerMemory, plan: Plan, plan_map: LocalMap, state: State, now: float,
-           settings: Settings) -> tuple[Command, ControllerMemory]:  # fmt: skip
+def follow(
+    memory: ControllerMemory, plan: Plan, plan_map: LocalMap, state: State, now: float, settings: Settings
+) -> tuple[Command, ControllerMemory]:
     """One control period: maneuver, reference, tracking. Paper: III-B.
 
     Args:
@@ -82,9 +83,14 @@ def follow(memory: ControllerMemory, plan: Plan, plan_map: LocalMap, state: Stat
 
     reference, feed_forward = sample_reference(plan.times, path, now, params.look_ahead)
     velocity, integral = pid(
-        reference - state.position, feed_forward, feed_forward - state.velocity, memory.integral,
-        1.0 / params.rate, params, settings.robot.max_speed,
-    )  # fmt: skip
+        reference - state.position,
+        feed_forward,
+        feed_forward - state.velocity,
+        memory.integral,
+        1.0 / params.rate,
+        params,
+        settings.robot.max_speed,
+    )
     heading = state.yaw if memory.heading is None else memory.heading
     command = Command(to_body(velocity, state.yaw), hold_heading(state.yaw, heading, params), maneuver, reference)
     return command, replace(memory, integral=integral, heading=heading, follower=engagement)

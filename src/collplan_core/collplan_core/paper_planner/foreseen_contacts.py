@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.local_map.record import LocalMap
-from collplan_core.paper_planner.costs.risk import impact_distance
+from collplan_core.paper_planner.costs.risk import contact_distance
 from collplan_core.paper_planner.maneuver import find_contact
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
@@ -26,23 +26,18 @@ def foreseen_contacts(
         time = times[i - 1] + share * (times[i] - times[i - 1])
         velocity = velocities[i - 1] + share * (velocities[i] - velocities[i - 1])
         return _contact(time, contact.point, velocity, contact.normal, settings)
-    speed = math.hypot(*velocities[-1])
+    (x, y), (vx, vy) = positions[-1].tolist(), velocities[-1].tolist()
+    speed = math.hypot(vx, vy)
     if speed < 1e-9:
         return Contacts.none()
-    ux, uy = velocities[-1] / speed
-    distance, which = impact_distance(positions[-1, 0], positions[-1, 1], ux, uy, local_map.predicted)
+    distance, which = contact_distance(x, y, vx / speed, vy / speed, local_map.predicted)
     if which < 0 or distance / speed > settings.planner.rebound_horizon:
         return Contacts.none()
     tangent = local_map.predicted[which, 2:]
     normal = np.array([-tangent[1], tangent[0]])
     normal = normal if normal @ velocities[-1] < 0.0 else -normal
-    return _contact(
-        times[-1] + distance / speed,
-        positions[-1] + velocities[-1] / speed * distance,
-        velocities[-1],
-        normal,
-        settings,
-    )
+    center = positions[-1] + velocities[-1] / speed * distance
+    return _contact(times[-1] + distance / speed, center, velocities[-1], normal, settings)
 
 
 def _contact(time: float, center: np.ndarray, velocity: np.ndarray, normal: np.ndarray, settings: Settings) -> Contacts:

@@ -9,6 +9,7 @@ from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import boundary_at, inside, sector
 from collplan_core.local_map.record import LocalMap
+from collplan_core.parameters import Control
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,33 +34,35 @@ class ContactPoint:
 
 
 @njit
-def _first_exit(ends: np.ndarray, surface: np.ndarray, shadow: np.ndarray, path: np.ndarray) -> tuple[int, float, int]:
+def _first_exit(
+    border: np.ndarray, surface: np.ndarray, shadow: np.ndarray, path: np.ndarray
+) -> tuple[int, float, int]:
     """Sample at which the path leaves F through a boundary (-1: never), share of the last step, direction met.
 
     The path is relative to the centre of F.
     """
     for i in range(1, len(path)):
-        if inside(ends, path[i, 0], path[i, 1]):
+        if inside(border, path[i, 0], path[i, 1]):
             continue
         low, high = 0.0, 1.0
         for _ in range(20):
             middle = 0.5 * (low + high)
             x = path[i - 1, 0] + middle * (path[i, 0] - path[i - 1, 0])
             y = path[i - 1, 1] + middle * (path[i, 1] - path[i - 1, 1])
-            if inside(ends, x, y):
+            if inside(border, x, y):
                 low = middle
             else:
                 high = middle
         x = path[i - 1, 0] + high * (path[i, 0] - path[i - 1, 0])
         y = path[i - 1, 1] + high * (path[i, 1] - path[i - 1, 1])
-        k = boundary_at(surface, shadow, sector(x, y, len(ends)))
+        k = boundary_at(surface, shadow, sector(x, y, len(border)))
         return (i, high, k) if k >= 0 else (-1, 0.0, -1)
     return -1, 0.0, -1
 
 
 def find_contact(path: np.ndarray, local_map: LocalMap) -> ContactPoint | None:
     """p_c of a reference (n, 2), or None where it stays in F or leaves it through a frontier."""
-    index, share, k = _first_exit(local_map.ends, local_map.surface, local_map.shadow, path - local_map.position)
+    index, share, k = _first_exit(local_map.border, local_map.surface, local_map.shadow, path - local_map.position)
     if index < 0:
         return None
     step = path[index] - path[index - 1]
@@ -78,16 +81,24 @@ def incidence(contact: ContactPoint) -> float:
     return math.asin(min(1.0, abs(float(contact.direction @ contact.normal))))
 
 
-def select_maneuver(path: np.ndarray, contact: ContactPoint | None, threshold: float, rule: str) -> str:
-    """Alg. 3: free_space without a contact, else boundary_following or flow_through.
+def by_incidence(path: np.ndarray, contact: ContactPoint, threshold: float) -> str:
+    """The maneuver by angle: contacts flatter than the threshold [rad] follow the boundary, others flow through."""
+    return BOUNDARY_FOLLOWING if incidence(contact) < threshold else FLOW_THROUGH
 
-    By incidence: flat contacts follow the boundary, square ones flow through. As printed: the side of the chord
-    WP_1 WP_4 on which p_c lies decides, so that a mirrored world behaves differently.
-    """
+
+def by_side_of_chord(path: np.ndarray, contact: ContactPoint, threshold: float) -> str:
+    """The maneuver as printed: by the side of the chord WP_1 WP_4 on which p_c lies, so that mirrored worlds differ."""
+    chord, to_contact = path[-1] - path[0], contact.point - path[0]
+    left = np.array([-chord[1], chord[0]])
+    return FLOW_THROUGH if float(left @ to_contact) >= 0.0 else BOUNDARY_FOLLOWING
+
+
+MANEUVER_RULES = {"incidence": by_incidence, "printed": by_side_of_chord}
+"""Alg. 3 for a contact, by controller.maneuver_rule."""
+
+
+def select_maneuver(path: np.ndarray, contact: ContactPoint | None, control: Control) -> str:
+    """Alg. 3 for a reference (n, 2): free_space without a contact, else boundary_following or flow_through."""
     if contact is None:
         return FREE_SPACE
-    if rule == "printed":
-        chord, to_contact = path[-1] - path[0], contact.point - path[0]
-        left = np.array([-chord[1], chord[0]])
-        return FLOW_THROUGH if float(left @ to_contact) >= 0.0 else BOUNDARY_FOLLOWING
-    return BOUNDARY_FOLLOWING if incidence(contact) < threshold else FLOW_THROUGH
+    return MANEUVER_RULES[control.maneuver_rule](path, contact, control.incidence_threshold)

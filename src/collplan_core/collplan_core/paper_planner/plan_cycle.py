@@ -1,157 +1,56 @@
 """The sampling planner: reading `plan_cycle` top to bottom is reading the paper's II and III-A."""
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from collplan_core.jit import njit
-from collplan_core.local_map.frontiers import SHADOW_EDGE
+from collplan_core.local_map.free_space import inside
 from collplan_core.local_map.record import LocalMap
-from collplan_core.paper_planner.candidates import long_enough, product, sample_positions, speed_counts
-from collplan_core.paper_planner.costs.position import position_costs
-from collplan_core.paper_planner.costs.risk import crosses_boundary, gap_risk
-from collplan_core.paper_planner.costs.total import TERMS, choose, evaluate
+from collplan_core.paper_planner.costs.model import CostModel, cost_model
+from collplan_core.paper_planner.costs.position import POSITION_COSTS, TURN_DIRECTIONS
+from collplan_core.paper_planner.costs.risk import APPROACH_RISKS, GAP_RISKS, collision_risks
+from collplan_core.paper_planner.costs.total import LEAST_WHERE_SPEED_IS_FREE, TERMS, TOTAL, least_first, weighted_terms
+from collplan_core.paper_planner.costs.velocity import GOAL_VECTORS, REBOUND_REWARDS, VELOCITY_COSTS
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
-from collplan_core.paper_planner.pruning import prune_directions, prune_positions
-from collplan_core.paper_planner.trajectory import make_trajectory, spline
-from collplan_core.parameters import Planning, Settings
+from collplan_core.paper_planner.sampling_space import SamplingSpace, sampling_space
+from collplan_core.paper_planner.trajectory import make_trajectory
+from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, NoPlan, Plan
 from collplan_core.state import State
-from collplan_core.strategies import map_period_of, weights_of
 
-TIE_BREAK = 1e-3  # cost by which a velocity along the approach wins among equals
+NO_AIM = np.full(2, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
 class PlannerMemory:
-    """What one cycle leaves to the next, world frame: p_pre, the aim p_s of then, the way from p_ini to p_pre [m]."""
+    """What one cycle leaves to the next, world frame.
+
+    Attributes:
+        previous: (2,) p_pre, where the previous plan was made [m].
+        aim: (2,) its p_s [m]; NaN where it aimed at the goal, or before the first plan.
+        travelled: the way from p_ini to p_pre [m].
+    """
 
     previous: np.ndarray
     aim: np.ndarray
     travelled: float
 
 
-@njit
-def _space(segments: np.ndarray, number: np.ndarray, ends: np.ndarray, goal: np.ndarray, spacing: float,
-           n_directions: int, n_speeds: int, max_speed: float, prune_distance: float,
-           prune_by_position: bool, prune_by_direction: bool, printed_speeds: bool) -> tuple[Any, ...]:  # fmt: skip
-    """C after pruning, and its size before. Paper: II-A, II-C."""
-    positions, piece = sample_positions(segments, number, spacing)
-    counts = speed_counts(piece, number, n_speeds, printed_speeds)
-    whole = len(positions) + int(counts.sum()) * n_directions
-    kept = np.ones(len(positions), np.bool_)
-    if prune_by_position:
-        member = np.empty(len(positions), np.int64)
-        for i in range(len(positions)):
-            member[i] = number[piece[i]]
-        kept = prune_positions(ends, positions, member, goal[0], goal[1], prune_distance)
-    heads = np.ones((len(segments), n_directions), np.bool_)
-    if prune_by_direction:
-        heads = prune_directions(segments, n_directions)
-    survivors = np.flatnonzero(kept)
-    positions, piece, counts = positions[survivors], piece[survivors], counts[survivors]
-    at, velocity = product(np.ones(len(survivors), np.bool_), heads, piece, counts, max_speed)
-    return positions, piece, at, velocity, whole
+class _Choice(NamedTuple):
+    """q_s = (p_s, v_s), world frame, and what it was chosen from."""
+
+    aim: np.ndarray
+    aim_velocity: np.ndarray
+    terms: dict[str, float]
+    candidates: Candidates
+    n_before_pruning: int
 
 
-@njit
-def _position_risks(positions: np.ndarray, piece: np.ndarray, lit: np.ndarray, current: np.ndarray,
-                    velocity: np.ndarray, reach: np.ndarray, ends: np.ndarray, surface: np.ndarray,
-                    shadow: np.ndarray, far: float, gap_weight: float, widest: float, max_speed: float,
-                    printed_gap: bool, printed_approach: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """The parts of J_risk that depend on the position alone: J_risk,g and the approach. Paper: Alg. 2."""
-    n = len(positions)
-    gap, approach = np.zeros(n), np.zeros(n)
-    for i in range(n):
-        x, y = positions[i]
-        from_robot = np.hypot(x - current[0], y - current[1])
-        gap[i] = gap_risk(
-            reach, x, y, from_robot, lit[piece[i], 0], lit[piece[i], 1], far, gap_weight, widest, printed_gap
-        )
-        if not printed_approach:
-            approach[i] = crosses_boundary(
-                ends, surface, shadow, current[0], current[1], velocity[0], velocity[1], x, y, max_speed
-            )
-    return gap, approach
-
-
-@njit
-def _renumbered(number: np.ndarray) -> np.ndarray:
-    """Frontier numbers without gaps."""
-    numbers = np.zeros(len(number), np.int64)
-    for i in range(1, len(number)):
-        numbers[i] = numbers[i - 1] + int(number[i] != number[i - 1])
-    return numbers
-
-
-def _aim_at_frontiers(
-    memory: PlannerMemory, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
-) -> tuple[np.ndarray, np.ndarray, dict[str, float], Candidates, int]:
-    """q_s = argmin over C of the objective. Paper: eq. (1)."""
-    p, weights = settings.planner, weights_of(settings)
-    center, ends = local_map.position, local_map.ends
-    used = (
-        local_map.frontier_kind == SHADOW_EDGE if p.frontiers == "printed" else np.ones(len(local_map.segments), bool)
-    )
-    used &= long_enough(local_map.segments, local_map.frontier_number, p.shortest_frontier)
-    if not used.any():
-        raise NoPlan("no frontier in the local map and the goal is not in free space")
-    lit = local_map.lit[used]
-    current, target = state.position - center, goal - center
-    positions, piece, at, velocity, whole = _space(
-        local_map.segments[used] - np.concatenate([center, center]), _renumbered(local_map.frontier_number[used]),
-        ends, target, p.frontier_spacing, p.n_directions, p.n_speeds, settings.robot.max_speed, p.prune_distance,
-        p.position_pruning, p.velocity_pruning, p.speeds == "printed",
-    )  # fmt: skip
-    has_previous = not np.isnan(memory.aim).any()
-    j_pos = position_costs(
-        positions, current, target, memory.aim - memory.previous, memory.previous - center,
-        memory.travelled + float(np.hypot(*(state.position - memory.previous))), has_previous,
-        p.turn_threshold, p.turn_penalty, p.turn_angle == "printed", p.position_cost == "printed",
-    )  # fmt: skip
-    gap, approach = _position_risks(
-        positions, piece, lit, current, state.velocity, local_map.reach, ends, local_map.surface, local_map.shadow,
-        settings.local_map.sight_share * local_map.half_side, p.gap_weight, p.widest_gap, settings.robot.max_speed,
-        p.gap_risk == "printed", p.approach_risk == "printed",
-    )  # fmt: skip
-    predicted = local_map.predicted - np.array([center[0], center[1], 0.0, 0.0])
-    terms = evaluate(
-        positions, at, velocity, j_pos, gap, approach, current, target, ends, predicted,
-        np.array([weights.position, weights.risk, weights.velocity]), p.speed_floor, p.time_floor,
-        settings.rebound.restitution, settings.rebound.tangential_retention, p.rebound_horizon, p.rebound_penalty,
-        p.goal_vector == "unit", p.rebound_reward, p.collision_factor,
-    )  # fmt: skip
-    forward = TIE_BREAK if p.tie_rule == "forward" and weights.velocity == 0.0 else 0.0
-    best = choose(terms, positions, at, velocity, current, settings.robot.max_speed, forward)
-    candidates = Candidates(positions[at] + center, velocity, terms[:, 0])
-    return (
-        positions[at[best]] + center,
-        velocity[best],
-        dict(zip(TERMS, terms[best].tolist(), strict=True)),
-        candidates,
-        whole,
-    )
-
-
-def _trajectory(
-    state: State, aim: np.ndarray, aim_velocity: np.ndarray, settings: Settings
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times from 0 (n,), positions (n, 2) and velocities (n, 2) of the spline to the aim. Paper: III-A."""
-    p: Planning = settings.planner
-    points, duration = make_trajectory(
-        state.position, state.velocity, aim, aim_velocity, settings.robot.max_speed, map_period_of(settings),
-        p.time_scale, p.acceleration_factor * settings.robot.max_acceleration, p.waypoints == "chord",
-        p.time_law == "printed",
-    )  # fmt: skip
-    share = np.arange(p.n_samples) / (p.n_samples - 1)
-    positions, derivative = spline(points, share)
-    return share * duration, positions, derivative / duration
-
-
-def plan_cycle(memory: PlannerMemory | None, local_map: LocalMap, state: State, goal: np.ndarray,
-               settings: Settings) -> tuple[Plan, PlannerMemory]:  # fmt: skip
-    """One cycle of the paper's planner: from a local map to a timed reference.
+def plan_cycle(
+    memory: PlannerMemory | None, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
+) -> tuple[Plan, PlannerMemory]:
+    """One cycle of the paper's planner: from a local map to a timed reference. Paper: II and III-A.
 
     Args:
         memory: what the previous cycle left, None at the start and after a new goal.
@@ -162,22 +61,97 @@ def plan_cycle(memory: PlannerMemory | None, local_map: LocalMap, state: State, 
         NoPlan: the goal is not in F and F has no frontier.
     """
     # own copies: a read-only array is another type to the compiler, and would be compiled for once more
-    state = replace(state, position=np.array(state.position), velocity=np.array(state.velocity))
-    goal, nothing = np.array(goal, dtype=float), np.full(2, np.nan)
-    memory = memory or PlannerMemory(state.position, nothing, 0.0)
-    if local_map.contains(goal)[0]:
-        aim, aim_velocity = goal, np.zeros(2)
-        terms: dict[str, float] = dict.fromkeys(TERMS, 0.0)
-        candidates, whole = Candidates(aim[None], aim_velocity[None], np.zeros(1)), 1
-        seen_aim = nothing
-    else:
-        aim, aim_velocity, terms, candidates, whole = _aim_at_frontiers(memory, local_map, state, goal, settings)
-        seen_aim = aim
-    times, positions, velocities = _trajectory(state, aim, aim_velocity, settings)
+    state = State(state.stamp, np.array(state.position), np.array(state.velocity), state.yaw)
+    goal = np.array(goal, dtype=float)
+    memory = memory or PlannerMemory(state.position, NO_AIM, 0.0)
+    travelled = memory.travelled + float(np.hypot(*(state.position - memory.previous)))
+    goal_is_free = inside(local_map.border, *(goal - local_map.position))
+    choice = _goal_itself(goal) if goal_is_free else _best(memory, travelled, local_map, state, goal, settings)
+    times, positions, velocities = make_trajectory(state, choice.aim, choice.aim_velocity, settings)
+    times = local_map.stamp + times
     plan = Plan(
-        stamp=local_map.stamp, times=local_map.stamp + times, positions=positions, velocities=velocities,
-        contacts=foreseen_contacts(local_map, local_map.stamp + times, positions, velocities, settings),
-        aim=aim, aim_velocity=aim_velocity, terms=terms, candidates=candidates, n_before_pruning=whole,
-    )  # fmt: skip
-    way = memory.travelled + float(np.hypot(*(state.position - memory.previous)))
-    return plan, PlannerMemory(state.position, seen_aim, way)
+        stamp=local_map.stamp,
+        times=times,
+        positions=positions,
+        velocities=velocities,
+        contacts=foreseen_contacts(local_map, times, positions, velocities, settings),
+        aim=choice.aim,
+        aim_velocity=choice.aim_velocity,
+        terms=choice.terms,
+        candidates=choice.candidates,
+        n_before_pruning=choice.n_before_pruning,
+    )
+    return plan, PlannerMemory(state.position, NO_AIM if goal_is_free else choice.aim, travelled)
+
+
+def _goal_itself(goal: np.ndarray) -> _Choice:
+    """A goal in F is reached at rest."""
+    at_rest = np.zeros(2)
+    return _Choice(goal, at_rest, dict.fromkeys(TERMS, 0.0), Candidates(goal[None], at_rest[None], np.zeros(1)), 1)
+
+
+def _best(
+    memory: PlannerMemory, travelled: float, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
+) -> _Choice:
+    """q_s = argmin over C of w_p J_pos + w_r J_risk + w_v J_vel. Paper: eq. (1)."""
+    center, model = local_map.position, cost_model(settings)
+    space = sampling_space(local_map, goal - center, settings.robot.max_speed, settings.planner)
+    if len(space.positions) == 0:
+        raise NoPlan("no frontier in the local map and the goal is not in free space")
+    terms = _evaluated(space, memory, travelled, local_map, state, goal, model, settings)
+    costs = terms[:, TOTAL]
+    best = _least(costs, space, state.position - center, model, settings)
+    return _Choice(
+        space.points[best] + center,
+        space.velocities[best],
+        dict(zip(TERMS, terms[best].tolist(), strict=True)),
+        Candidates(space.points + center, space.velocities, costs),
+        space.n_before_pruning,
+    )
+
+
+def _evaluated(
+    space: SamplingSpace,
+    memory: PlannerMemory,
+    travelled: float,
+    local_map: LocalMap,
+    state: State,
+    goal: np.ndarray,
+    model: CostModel,
+    settings: Settings,
+) -> np.ndarray:
+    """(c, len(TERMS)) the terms of every candidate. Paper: II-B."""
+    p, max_speed = settings.planner, settings.robot.max_speed
+    center, border = local_map.position, local_map.border
+    current, target = state.position - center, goal - center
+    to_goal = target - current
+    # J_pos, Alg. 1
+    straight_on = TURN_DIRECTIONS[p.turn_angle](memory.previous, memory.aim, state.position, center)
+    position_cost = POSITION_COSTS[p.position_cost](
+        space.positions, current, target, straight_on, travelled, p.turn_threshold, p.turn_penalty
+    )
+    # J_risk, Alg. 2
+    sight_distance = settings.local_map.sight_share * local_map.half_side
+    gap_risk = GAP_RISKS[p.gap_risk](
+        local_map.reach, space.positions, space.open_side, current, sight_distance, p.gap_weight, p.widest_gap
+    )
+    approach_risk = APPROACH_RISKS[p.approach_risk](
+        border, local_map.surface, local_map.shadow, space.positions, current, state.velocity, max_speed
+    )
+    predicted = local_map.predicted - np.array([center[0], center[1], 0.0, 0.0])
+    collision_risk, distance, which = collision_risks(space.points, space.velocities, predicted, model)
+    # J_vel, eq. (2) and (3)
+    reward = REBOUND_REWARDS[p.rebound_reward](
+        space.points, space.velocities, distance, which, predicted, border, to_goal, model
+    )
+    goal_vector = GOAL_VECTORS[p.goal_vector](to_goal)
+    velocity_cost = VELOCITY_COSTS[p.collision_factor](space.velocities, goal_vector, collision_risk, reward)
+    return weighted_terms(
+        space.position_of, position_cost, gap_risk, approach_risk, collision_risk, reward, velocity_cost, model
+    )
+
+
+def _least(costs: np.ndarray, space: SamplingSpace, current: np.ndarray, model: CostModel, settings: Settings) -> int:
+    """The candidate of least cost (c,); where w_v = 0 leaves the speed undetermined, the tie rule chooses."""
+    least = least_first if model.velocity_weight else LEAST_WHERE_SPEED_IS_FREE[settings.planner.tie_rule]
+    return least(costs, space.points, space.velocities, current, settings.robot.max_speed)

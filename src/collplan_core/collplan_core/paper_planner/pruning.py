@@ -1,4 +1,4 @@
-"""Which candidates are never built. Paper: II-C. Decided by frontier and by direction, before the product is formed."""
+"""Which candidates are never built, decided by frontier and by direction before the product. Paper: II-C."""
 
 import math
 
@@ -9,86 +9,91 @@ from collplan_core.local_map.free_space import inside
 
 
 @njit
-def free_sight(ends: np.ndarray, ax: float, ay: float, bx: float, by: float) -> bool:
+def free_sight(border: np.ndarray, ax: float, ay: float, bx: float, by: float) -> bool:
     """Whether the straight line between two points of F (relative to its centre) stays in F."""
     n = max(2, int(math.hypot(bx - ax, by - ay) / 0.01))
     for i in range(1, n):
         share = i / n
-        if not inside(ends, ax + share * (bx - ax), ay + share * (by - ay)):
+        if not inside(border, ax + share * (bx - ax), ay + share * (by - ay)):
             return False
     return True
 
 
 @njit
 def is_represented_by(
-    ends: np.ndarray, positions: np.ndarray, member: np.ndarray, a: int, b: int, distance: float
+    border: np.ndarray, positions: np.ndarray, frontier_of: np.ndarray, a: int, b: int, distance: float
 ) -> bool:
     """Whether some position of frontier b is within distance of one of frontier a, across free space."""
     for i in range(len(positions)):
-        if member[i] != a:
+        if frontier_of[i] != a:
             continue
         for j in range(len(positions)):
-            if (
-                member[j] != b
-                or math.hypot(positions[i, 0] - positions[j, 0], positions[i, 1] - positions[j, 1]) > distance
-            ):
+            if frontier_of[j] != b:
                 continue
-            if free_sight(ends, positions[i, 0], positions[i, 1], positions[j, 0], positions[j, 1]):
+            if math.hypot(positions[i, 0] - positions[j, 0], positions[i, 1] - positions[j, 1]) > distance:
+                continue
+            if free_sight(border, positions[i, 0], positions[i, 1], positions[j, 0], positions[j, 1]):
                 return True
     return False
 
 
 @njit
 def prune_positions(
-    ends: np.ndarray, positions: np.ndarray, member: np.ndarray, gx: float, gy: float, distance: float
+    border: np.ndarray, positions: np.ndarray, frontier_of: np.ndarray, goal: np.ndarray, distance: float
 ) -> np.ndarray:
     """Position-based pruning: a frontier is dropped where a nearby one that is nearer to the goal stands for it.
 
     A dropped frontier drops nobody, so the one nearest to the goal always stays. Points relative to the centre of F.
 
     Args:
+        border: (n, 2) of F [m].
         positions: (p, 2) sampled positions [m].
-        member: (p,) frontier of each, rising from 0.
-        gx, gy: goal [m].
+        frontier_of: (p,) frontier of each, rising from 0.
+        goal: (2,) p_goal [m].
         distance: d_prune [m].
 
     Returns:
         (p,) which positions stay.
     """
-    n = member[-1] + 1 if len(member) else 0
-    best = np.full(n, math.inf)
+    n = frontier_of[-1] + 1 if len(frontier_of) else 0
+    nearest = np.full(n, math.inf)
     for i in range(len(positions)):
-        best[member[i]] = min(best[member[i]], math.hypot(gx - positions[i, 0], gy - positions[i, 1]))
+        to_goal = math.hypot(goal[0] - positions[i, 0], goal[1] - positions[i, 1])
+        nearest[frontier_of[i]] = min(nearest[frontier_of[i]], to_goal)
     stays = np.ones(n, np.bool_)
-    order = np.argsort(best, kind="mergesort")
+    order = np.argsort(nearest, kind="mergesort")
     for rank in range(1, n):
         for earlier in range(rank):
             a, b = order[rank], order[earlier]
-            if stays[b] and best[b] < best[a] and is_represented_by(ends, positions, member, a, b, distance):
+            if (
+                stays[b]
+                and nearest[b] < nearest[a]
+                and is_represented_by(border, positions, frontier_of, a, b, distance)
+            ):
                 stays[a] = False
                 break
     kept = np.empty(len(positions), np.bool_)
     for i in range(len(positions)):
-        kept[i] = stays[member[i]]
+        kept[i] = stays[frontier_of[i]]
     return kept
 
 
 @njit
 def prune_directions(segments: np.ndarray, n_directions: int) -> np.ndarray:
-    """Velocity-direction-based pruning: on each frontier piece only directions that lead into unseen space stay.
+    """Velocity-direction-based pruning: on each frontier segment only directions that lead into unseen space stay.
 
-    F lies on the left of a piece, unseen space on its right. Where no direction is left, all stay.
+    F lies on the left of a segment (m, 4), unseen space on its right. Where no direction is left, all stay.
 
     Returns:
         (m, n_directions) which directions stay.
     """
-    heads = np.zeros((len(segments), n_directions), np.bool_)
+    kept = np.zeros((len(segments), n_directions), np.bool_)
     for k in range(len(segments)):
         dx, dy = segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1]
         length = max(math.hypot(dx, dy), 1e-12)
         for head in range(n_directions):
             theta = 2.0 * math.pi * head / n_directions
-            heads[k, head] = (math.cos(theta) * dy - math.sin(theta) * dx) / length > 1e-6
-        if not heads[k].any():
-            heads[k] = True
-    return heads
+            kept[k, head] = (math.cos(theta) * dy - math.sin(theta) * dx) / length > 1e-6
+        if not kept[k].any():
+            kept[k] = True
+    return kept

@@ -9,34 +9,34 @@ from collplan_core.jit import njit
 from collplan_core.local_map.free_space import inside
 from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.maneuver import ContactPoint
+from collplan_core.plane import nearest_on_segment
 
 
 @njit
-def _nearest_on_surface(ends: np.ndarray, surface: np.ndarray, number: int, x: float, y: float) -> tuple[float, float]:
-    n = len(ends)
-    best, bx, by = math.inf, x, y
+def _nearest_on_surface(
+    border: np.ndarray, surface: np.ndarray, number: int, x: float, y: float
+) -> tuple[float, float]:
+    n = len(border)
+    least, nearest_x, nearest_y = math.inf, x, y
     for k in range(n):
         j = (k + 1) % n
         if surface[k] != number or surface[j] != number:
             continue
-        dx, dy = ends[j, 0] - ends[k, 0], ends[j, 1] - ends[k, 1]
-        along = ((x - ends[k, 0]) * dx + (y - ends[k, 1]) * dy) / max(dx * dx + dy * dy, 1e-18)
-        along = min(1.0, max(0.0, along))
-        px, py = ends[k, 0] + along * dx, ends[k, 1] + along * dy
-        d = (x - px) ** 2 + (y - py) ** 2
-        if d < best:
-            best, bx, by = d, px, py
-    return bx, by
+        px, py = nearest_on_segment(border[k, 0], border[k, 1], border[j, 0], border[j, 1], x, y)
+        distance2 = (x - px) ** 2 + (y - py) ** 2
+        if distance2 < least:
+            least, nearest_x, nearest_y = distance2, px, py
+    return nearest_x, nearest_y
 
 
 @njit
 def _onto_boundary(
-    ends: np.ndarray, surface: np.ndarray, number: int, path: np.ndarray, first: int
+    border: np.ndarray, surface: np.ndarray, number: int, path: np.ndarray, first: int
 ) -> tuple[np.ndarray, int]:
     projected = path.copy()
     i = first
-    while i < len(path) and not inside(ends, path[i, 0], path[i, 1]):
-        projected[i, 0], projected[i, 1] = _nearest_on_surface(ends, surface, number, path[i, 0], path[i, 1])
+    while i < len(path) and not inside(border, path[i, 0], path[i, 1]):
+        projected[i, 0], projected[i, 1] = _nearest_on_surface(border, surface, number, path[i, 0], path[i, 1])
         i += 1
     return projected, min(i, len(path) - 1)
 
@@ -48,7 +48,7 @@ def boundary_reference(path: np.ndarray, contact: ContactPoint, local_map: Local
         the projected reference (n, 2) and the disengaging point p_d (2,), where the projection ends.
     """
     center = local_map.position
-    projected, last = _onto_boundary(local_map.ends, local_map.surface, contact.surface, path - center, contact.index)
+    projected, last = _onto_boundary(local_map.border, local_map.surface, contact.surface, path - center, contact.index)
     return projected + center, projected[last] + center
 
 

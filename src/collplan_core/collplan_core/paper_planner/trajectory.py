@@ -1,30 +1,96 @@
-"""Waypoints, duration and the cubic B-spline through them. Paper: III-A.
+"""Waypoints WP, duration T and the cubic B-spline Spl through them. Paper: III-A, eq. (4) and (5).
 
 Four control points with clamped ends make one cubic, so that a constant basis matrix evaluates the B-spline.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.parameters import Settings
+from collplan_core.state import State
+from collplan_core.strategies import map_period_of
 
+PASSES = 3  # of the fixed point between waypoints and duration
 LONGEST_HANDLE = 0.4  # of the chord: beyond it the cubic forms loops
 
 
+class TimeLaw(NamedTuple):
+    """What the duration T of a trajectory depends on.
+
+    Attributes:
+        max_speed: v_max [m/s].
+        map_period: T_map [s].
+        time_scale: P_safe.
+        peak_speed, peak_acceleration: limits of the spline [m/s, m/s^2]; inf as printed.
+    """
+
+    max_speed: float
+    map_period: float
+    time_scale: float
+    peak_speed: float
+    peak_acceleration: float
+
+
+def limited_time_law(settings: Settings) -> TimeLaw:
+    """T grows until the motors can follow the spline."""
+    robot, planner = settings.robot, settings.planner
+    peak = planner.acceleration_factor * robot.max_acceleration
+    return TimeLaw(robot.max_speed, map_period_of(settings), planner.time_scale, robot.max_speed, peak)
+
+
+def printed_time_law(settings: Settings) -> TimeLaw:
+    """T as printed, whatever it asks of the motors. Paper: eq. (4)."""
+    return limited_time_law(settings)._replace(peak_speed=math.inf, peak_acceleration=math.inf)
+
+
+TIME_LAWS = {"acceleration_limited": limited_time_law, "printed": printed_time_law}
+"""The limits on T by planner.time_law."""
+
+
 @njit
-def waypoints(start: np.ndarray, velocity: np.ndarray, end: np.ndarray, end_velocity: np.ndarray, duration: float,
-              on_chord: bool) -> np.ndarray:  # fmt: skip
-    """WP (4, 2): p, p + v_cur T/3, p_s - v_s T/3, p_s, handles at most 0.4 chord; or evenly on the chord."""
+def traverse_time(length: float, law: TimeLaw) -> float:
+    """T_v = P_safe length / v_max [s] of the polygon through the waypoints. Paper: eq. (5)."""
+    return law.time_scale * length / law.max_speed
+
+
+@njit
+def printed_duration(length: float, law: TimeLaw) -> float:
+    """T = max(T_v, T_map) [s]. Paper: eq. (4)."""
+    return max(law.map_period, traverse_time(length, law))
+
+
+@njit
+def _handle(velocity: np.ndarray, duration: float, longest: float) -> tuple[float, float]:
+    """The way v T/3 at an end's velocity (2,), cut to at most so long [m]."""
+    x, y = velocity[0] * duration / 3.0, velocity[1] * duration / 3.0
+    share = min(1.0, longest / max(math.hypot(x, y), 1e-12))
+    return x * share, y * share
+
+
+@njit
+def clamped_waypoints(
+    start: np.ndarray, velocity: np.ndarray, end: np.ndarray, end_velocity: np.ndarray, duration: float
+) -> np.ndarray:
+    """WP (4, 2): p, p + v_cur T/3, p_s - v_s T/3, p_s, handles at most LONGEST_HANDLE of the chord."""
     points = np.empty((4, 2))
     points[0], points[3] = start, end
-    if on_chord:
-        points[1], points[2] = start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0
-        return points
-    limit = LONGEST_HANDLE * math.hypot(end[0] - start[0], end[1] - start[1])
-    first, last = velocity * duration / 3.0, end_velocity * duration / 3.0
-    points[1] = start + first * min(1.0, limit / max(math.hypot(first[0], first[1]), 1e-12))
-    points[2] = end - last * min(1.0, limit / max(math.hypot(last[0], last[1]), 1e-12))
+    longest = LONGEST_HANDLE * math.hypot(end[0] - start[0], end[1] - start[1])
+    x, y = _handle(velocity, duration, longest)
+    points[1, 0], points[1, 1] = start[0] + x, start[1] + y
+    x, y = _handle(end_velocity, duration, longest)
+    points[2, 0], points[2, 1] = end[0] - x, end[1] - y
+    return points
+
+
+@njit
+def chord_waypoints(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """WP (4, 2) evenly on the chord from p to p_s."""
+    points = np.empty((4, 2))
+    points[0], points[3] = start, end
+    points[1], points[2] = start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0
     return points
 
 
@@ -38,6 +104,14 @@ def polygon_length(points: np.ndarray) -> float:
 
 
 @njit
+def _derivative(points: np.ndarray, t: float, a: int) -> float:
+    """Derivative by share of coordinate a of the spline, at share t."""
+    s = 1.0 - t
+    w0, w1, w2, w3 = points[0, a], points[1, a], points[2, a], points[3, a]
+    return 3 * (s * s * (w1 - w0) + 2 * s * t * (w2 - w1) + t * t * (w3 - w2))
+
+
+@njit
 def spline(points: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions (n, 2) and derivatives by share (n, 2) of the clamped cubic B-spline at shares (n,) of its duration."""
     n = len(share)
@@ -48,38 +122,65 @@ def spline(points: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarra
         for a in range(2):
             w0, w1, w2, w3 = points[0, a], points[1, a], points[2, a], points[3, a]
             position[i, a] = s * s * s * w0 + 3 * s * s * t * w1 + 3 * s * t * t * w2 + t * t * t * w3
-            derivative[i, a] = 3 * (s * s * (w1 - w0) + 2 * s * t * (w2 - w1) + t * t * (w3 - w2))
+            derivative[i, a] = _derivative(points, t, a)
     return position, derivative
 
 
 @njit
-def stretched(points: np.ndarray, duration: float, max_speed: float, max_acceleration: float) -> float:
-    """The duration, grown until peak speed and peak acceleration of the spline are within their limits [s]."""
-    _, derivative = spline(points, np.linspace(0.0, 1.0, 129))
+def limited_duration(points: np.ndarray, duration: float, law: TimeLaw) -> float:
+    """The duration [s], grown until peak speed and peak acceleration of the spline are within their limits."""
     fastest = 0.0
-    for i in range(len(derivative)):
-        fastest = max(fastest, math.hypot(derivative[i, 0], derivative[i, 1]))
+    for i in range(129):
+        fastest = max(fastest, math.hypot(_derivative(points, i / 128.0, 0), _derivative(points, i / 128.0, 1)))
     bend = 0.0
     for i in range(2):  # the second derivative is linear, its peak is at an end
         ax = points[i + 2, 0] - 2 * points[i + 1, 0] + points[i, 0]
         ay = points[i + 2, 1] - 2 * points[i + 1, 1] + points[i, 1]
         bend = max(bend, 6.0 * math.hypot(ax, ay))
-    return max(duration, 1.0001 * fastest / max_speed, math.sqrt(bend / max_acceleration))
+    return max(duration, 1.0001 * fastest / law.peak_speed, math.sqrt(bend / law.peak_acceleration))
 
 
 @njit
-def make_trajectory(start: np.ndarray, velocity: np.ndarray, end: np.ndarray, end_velocity: np.ndarray,
-                    max_speed: float, map_period: float, time_scale: float, max_acceleration: float, on_chord: bool,
-                    as_printed: bool) -> tuple[np.ndarray, float]:  # fmt: skip
-    """Waypoints and T = max(T_v, T_map), T_v = P_safe * length / v_max; they depend on each other: three passes.
+def clamped_trajectory(
+    start: np.ndarray, velocity: np.ndarray, end: np.ndarray, end_velocity: np.ndarray, law: TimeLaw
+) -> tuple[np.ndarray, float]:
+    """Clamped waypoints (4, 2) and duration T [s]; they depend on each other: PASSES of a fixed point.
 
-    Unless as_printed, T then grows until the motors can follow.
+    Args:
+        start, velocity: (2,) p_cur [m] and v_cur [m/s].
+        end, end_velocity: (2,) p_s [m] and v_s [m/s].
     """
-    duration = max(map_period, time_scale * math.hypot(end[0] - start[0], end[1] - start[1]) / max_speed)
-    points = waypoints(start, velocity, end, end_velocity, duration, on_chord)
-    for _ in range(3):
-        duration = max(map_period, time_scale * polygon_length(points) / max_speed)
-        points = waypoints(start, velocity, end, end_velocity, duration, on_chord)
-    if not as_printed:
-        duration = stretched(points, duration, max_speed, max_acceleration)
-    return points, duration
+    duration = printed_duration(math.hypot(end[0] - start[0], end[1] - start[1]), law)
+    points = clamped_waypoints(start, velocity, end, end_velocity, duration)
+    for _ in range(PASSES):
+        duration = printed_duration(polygon_length(points), law)
+        points = clamped_waypoints(start, velocity, end, end_velocity, duration)
+    return points, limited_duration(points, duration, law)
+
+
+@njit
+def chord_trajectory(
+    start: np.ndarray, velocity: np.ndarray, end: np.ndarray, end_velocity: np.ndarray, law: TimeLaw
+) -> tuple[np.ndarray, float]:
+    """Waypoints (4, 2) on the chord from start (2,) to end (2,) [m], and duration T [s]; velocities play no part."""
+    points = chord_waypoints(start, end)
+    return points, limited_duration(points, printed_duration(polygon_length(points), law), law)
+
+
+WAYPOINTS = {"clamped": clamped_trajectory, "chord": chord_trajectory}
+"""WP and T by planner.waypoints."""
+
+
+def make_trajectory(
+    state: State, aim: np.ndarray, aim_velocity: np.ndarray, settings: Settings
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The reference from p_cur to p_s: times from 0 (n,) [s], positions (n, 2) [m], velocities (n, 2) [m/s].
+
+    Paper: III-A.
+    """
+    planner = settings.planner
+    law = TIME_LAWS[planner.time_law](settings)
+    points, duration = WAYPOINTS[planner.waypoints](state.position, state.velocity, aim, aim_velocity, law)
+    share = np.arange(planner.n_samples) / (planner.n_samples - 1)
+    positions, derivative = spline(points, share)
+    return share * duration, positions, derivative / duration

@@ -25,7 +25,7 @@ def lay_out_baffles(draw: Draw) -> Layout:
 
 
 def _wall(draw: Draw, i: int) -> list[float]:
-    """Its gap is between its end and the side of the room."""
+    """Wall i, x0, y0, x1, y1 [m], with a gap between its end and the side of the room."""
     half = draw(*THICKNESS) / 2
     x = SIDE * (i + 1) / (N_WALLS + 1) + draw(-SHIFT, SHIFT)
     gap = BODY_WIDTH + draw(*SPARE)

@@ -10,11 +10,11 @@ from collplan_core.worlds.route import check_route
 from collplan_core.worlds.shapes import World, WorldError
 
 SIDE = 2.4
-"""Of the walled square that every family stands in [m]."""
+"""Side of the walled square that every family stands in [m]."""
 DISC_RADIUS = 0.10
-"""Of the disc that every world lets through [m], a centimetre more than the robot's."""
+"""Radius of the disc that every world lets through [m], a centimetre more than the robot's."""
 BODY_WIDTH = 0.18
-"""Of the robot [m]; passages are said by what they leave beside it."""
+"""Width of the robot [m]; passages are given by what they leave beside it."""
 
 
 @dataclass(frozen=True, eq=False)

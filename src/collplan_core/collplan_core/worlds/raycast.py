@@ -42,35 +42,24 @@ def ray_scene(world: World) -> RayScene:
     return RayScene(world_segments(world), np.cumsum(corners), np.array(world.circles), np.array(bounds))
 
 
-def cast_rays(world: World, position: np.ndarray, angles: np.ndarray, range_min: float, range_max: float) -> np.ndarray:
-    """Ranges (n,) [m] from position (2,) along evenly spaced `angles` (n,) [rad], world frame (REP-117).
-
-    +Inf: nothing within `range_max`, or the beam leaves an arena without walls. -Inf: nearer than `range_min`; a
-    position on or inside an obstacle, or beyond the walls, is nearer than `range_min` in every direction.
-
-    Raises:
-        ValueError: the position is not finite, or the angles are fewer than 2 or not one even sweep of at most a turn.
-    """
-    angles = np.asarray(angles, dtype=np.float64)
-    if angles.ndim != 1 or len(angles) < 2:
-        raise ValueError(f"angles: got shape {angles.shape}, expected at least 2 in one row")
-    increment = (angles[-1] - angles[0]) / (len(angles) - 1)
-    even = np.abs(np.diff(angles) - increment).max() < ANGLE_TOLERANCE
-    if not even or increment == 0.0 or abs(increment) * (len(angles) - 1) > 2 * np.pi + 1e-3:
-        raise ValueError("angles: expected even steps over at most a full turn")
-    return _cast(world, position, angles[0], increment, len(angles), range_min, range_max)
-
-
 def simulate_scan(world: World, state: State, lidar: Lidar) -> Scan:
     """The scan that a LIDAR at the robot's centre, turned with its body, takes of a world; stamped as the state.
+
+    A robot on or inside an obstacle, or beyond the walls, is nearer than `range_min` in every direction.
 
     Raises:
         ValueError: the pose is not finite.
     """
-    increment = beam_increment(lidar)
-    ranges = _cast(
-        world, state.position, state.yaw + lidar.angle_min, increment, lidar.n_beams, lidar.range_min, lidar.range_max
-    )
+    first, increment = state.yaw + lidar.angle_min, beam_increment(lidar)
+    x, y = float(state.position[0]), float(state.position[1])
+    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(first)):
+        raise ValueError(f"pose: got position [{x}, {y}], first beam at {first} rad, expected finite numbers")
+    scene = ray_scene(world)
+    if _blocked(x, y, scene.segments, scene.polygon_starts, scene.circles, scene.bounds):
+        ranges = np.full(lidar.n_beams, -np.inf)
+    else:
+        ranges = _nearest(x, y, scene.segments, scene.circles, float(first), increment, lidar.n_beams)
+        _apply_limits(ranges, lidar.range_min, lidar.range_max)
     return Scan(state.stamp, lidar.angle_min, increment, lidar.range_min, lidar.range_max, ranges)
 
 
@@ -78,23 +67,6 @@ def beam_increment(lidar: Lidar) -> float:
     """Step from beam to beam [rad]; over a full turn the last beam stops one step short of the first."""
     full_turn = lidar.angle_span > 2 * np.pi - 1e-6
     return lidar.angle_span / (lidar.n_beams if full_turn else lidar.n_beams - 1)
-
-
-def _cast(
-    world: World, position: np.ndarray, angle_min: float, increment: float, n: int, range_min: float, range_max: float
-) -> np.ndarray:
-    if not (math.isfinite(position[0]) and math.isfinite(position[1]) and math.isfinite(angle_min)):
-        raise ValueError(f"pose: got position {list(position)}, first beam at {angle_min} rad, expected finite numbers")
-    scene = ray_scene(world)
-    backwards = increment < 0.0
-    if backwards:
-        angle_min, increment = angle_min + (n - 1) * increment, -increment
-    x, y = float(position[0]), float(position[1])
-    if _blocked(x, y, scene.segments, scene.polygon_starts, scene.circles, scene.bounds):
-        return np.full(n, -np.inf)
-    ranges = _nearest(x, y, scene.segments, scene.circles, float(angle_min), float(increment), n)
-    _apply_limits(ranges, range_min, range_max)
-    return ranges[::-1] if backwards else ranges
 
 
 @njit
@@ -122,33 +94,32 @@ def _blocked(
 
 @njit
 def _nearest(
-    x: float, y: float, segments: np.ndarray, circles: np.ndarray, angle_min: float, increment: float, n: int
+    x: float, y: float, segments: np.ndarray, circles: np.ndarray, first: float, increment: float, n: int
 ) -> np.ndarray:
     """Distance to the nearest surface along each beam, +Inf where there is none."""
     ranges, beams = np.full(n, np.inf), np.empty((n, 2))
     for k in range(n):
-        beams[k, 0], beams[k, 1] = math.cos(angle_min + k * increment), math.sin(angle_min + k * increment)
+        beams[k, 0], beams[k, 1] = math.cos(first + k * increment), math.sin(first + k * increment)
     for s in range(len(segments)):
         x0, y0, x1, y1 = segments[s, 0] - x, segments[s, 1] - y, segments[s, 2] - x, segments[s, 3] - y
-        _cast_segment(x0, y0, x1, y1, angle_min, increment, beams, ranges)
+        _cast_segment(x0, y0, x1, y1, first, increment, beams, ranges)
     for c in range(len(circles)):
-        _cast_circle(circles[c, 0] - x, circles[c, 1] - y, circles[c, 2], angle_min, increment, beams, ranges)
+        _cast_circle(circles[c, 0] - x, circles[c, 1] - y, circles[c, 2], first, increment, beams, ranges)
     return ranges
 
 
 @njit
 def _cast_segment(
-    x0: float, y0: float, x1: float, y1: float,
-    angle_min: float, increment: float, beams: np.ndarray, ranges: np.ndarray,
-) -> None:  # fmt: skip
+    x0: float, y0: float, x1: float, y1: float, first: float, increment: float, beams: np.ndarray, ranges: np.ndarray
+) -> None:
     """Shorten the beams that meet a segment, whose ends are given relative to the beams' origin."""
     edge_x, edge_y = x1 - x0, y1 - y0
     offset = x0 * edge_y - y0 * edge_x
     # a segment seen from its right side runs clockwise: begin at its other end
-    first = math.atan2(y0, x0) if offset >= 0.0 else math.atan2(y1, x1)
+    bearing = math.atan2(y0, x0) if offset >= 0.0 else math.atan2(y1, x1)
     width = math.atan2(abs(offset), x0 * x1 + y0 * y1)
     for turn in range(-1, 2):
-        start = (first - angle_min) % (2 * math.pi) + turn * 2 * math.pi
+        start = (bearing - first) % (2 * math.pi) + turn * 2 * math.pi
         low, high = _beams_between(start - ANGLE_TOLERANCE, start + width + ANGLE_TOLERANCE, increment, len(beams))
         for k in range(low, high):
             steepness = beams[k, 0] * edge_y - beams[k, 1] * edge_x
@@ -163,12 +134,12 @@ def _cast_segment(
 
 @njit
 def _cast_circle(
-    x: float, y: float, radius: float, angle_min: float, increment: float, beams: np.ndarray, ranges: np.ndarray
+    x: float, y: float, radius: float, first: float, increment: float, beams: np.ndarray, ranges: np.ndarray
 ) -> None:
     """Shorten the beams that meet a circle, whose centre is given relative to the beams' origin outside it."""
     half = math.asin(min(1.0, radius / math.hypot(x, y)))
     for turn in range(-1, 2):
-        start = (math.atan2(y, x) - half - angle_min) % (2 * math.pi) + turn * 2 * math.pi
+        start = (math.atan2(y, x) - half - first) % (2 * math.pi) + turn * 2 * math.pi
         low, high = _beams_between(start, start + 2 * half, increment, len(beams))
         for k in range(low, high):
             miss = x * beams[k, 1] - y * beams[k, 0]

@@ -16,7 +16,7 @@ class WorldError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """Obstacles and bounds in the world frame; it knows nothing of the robot.
+    """Obstacles and bounds in the world frame, whatever the robot.
 
     Attributes:
         name: of a shipped arena, a file's stem, or "family:seed".

@@ -66,7 +66,9 @@ def plan_markers(
     head = header(plan.stamp, settings.frames.map)
     markers = [
         _free_space(head, local_map),
-        line_strip(head, "border", np.vstack([local_map.points, local_map.points[:1]]), BORDER, LINE_WIDTH / 2),
+        line_strip(
+            head, "border", np.vstack([local_map.border_points, local_map.border_points[:1]]), BORDER, LINE_WIDTH / 2
+        ),
         lines_of_one_color(head, "frontiers", local_map.segments.reshape(-1, 2), FRONTIER),
         _predicted(head, local_map),
         *_candidates(head, plan.candidates),
@@ -87,7 +89,7 @@ def cost_colors(costs: np.ndarray) -> list[ColorRGBA]:
 
 def _free_space(head: Header, local_map: LocalMap) -> Marker:
     """F as a fan of triangles: the centre and two neighbouring ends each."""
-    ends = local_map.points
+    ends = local_map.border_points
     center = np.broadcast_to(local_map.position, ends.shape)
     corners = np.stack([center, ends, np.roll(ends, -1, axis=0)], axis=1).reshape(-1, 2)
     return marker(head, "free_space", Marker.TRIANGLE_LIST, Vector3(x=1.0, y=1.0, z=1.0), corners, FREE_SPACE)

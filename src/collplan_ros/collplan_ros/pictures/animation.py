@@ -107,7 +107,7 @@ def _frame(run: _Animated, stamp: float) -> Image.Image:
 
 
 def _draw_scan(draw: ImageDraw.ImageDraw, canvas: Canvas, scan: Scan, state: State, settings: Settings) -> None:
-    draw.polygon(canvas.at(build_local_map(scan, state, settings.robot, settings.local_map).points), fill=FREE)
+    draw.polygon(canvas.at(build_local_map(scan, state, settings.robot, settings.local_map).border_points), fill=FREE)
     hit = np.isfinite(scan.ranges)
     angles = scan.angles[hit] + state.yaw
     for x, y in canvas.at(state.position + scan.ranges[hit, None] * np.column_stack([np.cos(angles), np.sin(angles)])):

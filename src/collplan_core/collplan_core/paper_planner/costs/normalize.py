@@ -1,4 +1,4 @@
-"""normalize() of the paper: min-max over the candidates compared."""
+"""normalize() of the paper: min-max over the candidates compared. Paper: Alg. 1 and 2."""
 
 import numpy as np
 

@@ -16,35 +16,90 @@ def angle_between(ax: float, ay: float, bx: float, by: float) -> float:
     return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
 
 
+def previous_aim_direction(
+    previous: np.ndarray, aim: np.ndarray, position: np.ndarray, center: np.ndarray
+) -> np.ndarray:
+    """(2,) direction in which the previous plan aimed, so that the angle is the turn between two aims.
+
+    Args:
+        previous: (2,) p_pre, where the previous plan was made [m].
+        aim: (2,) the previous plan's p_s [m]; NaN without one, and the direction then too.
+        position: (2,) p_cur [m].
+        center: (2,) of F [m].
+    """
+    return aim - previous
+
+
+def previous_position_direction(
+    previous: np.ndarray, aim: np.ndarray, position: np.ndarray, center: np.ndarray
+) -> np.ndarray:
+    """(2,) direction from p_cur back to p_pre, so that the angle is the interior one, as printed.
+
+    The arguments are those of `previous_aim_direction`.
+    """
+    return (previous - center) - (position - center) if aim[0] == aim[0] else aim
+
+
+TURN_DIRECTIONS = {"turn": previous_aim_direction, "printed": previous_position_direction}
+"""The direction that the angle of Alg. 1 counts from, by planner.turn_angle."""
+
+
 @njit
-def position_costs(positions: np.ndarray, current: np.ndarray, goal: np.ndarray, previous_aim: np.ndarray,
-                   previous: np.ndarray, travelled: float, has_previous: bool, turn_threshold: float,
-                   turn_penalty: float, interior_angle: bool, as_printed: bool) -> np.ndarray:  # fmt: skip
-    """J_pos of each position.
+def _ways_and_turns(
+    positions: np.ndarray, current: np.ndarray, goal: np.ndarray, straight_on: np.ndarray, turn_threshold: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Length |p_cur p_s| + |p_s p_goal| of each position (p,) [m], and whether it takes too large a turn (p,)."""
+    n = len(positions)
+    length = np.empty(n)
+    turns = np.zeros(n, np.bool_)
+    for i in range(n):
+        dx, dy = positions[i, 0] - current[0], positions[i, 1] - current[1]
+        length[i] = math.hypot(dx, dy) + math.hypot(goal[0] - positions[i, 0], goal[1] - positions[i, 1])
+        turns[i] = angle_between(straight_on[0], straight_on[1], dx, dy) >= turn_threshold
+    return length, turns
+
+
+@njit
+def normalised_first(
+    positions: np.ndarray,
+    current: np.ndarray,
+    goal: np.ndarray,
+    straight_on: np.ndarray,
+    travelled: float,
+    turn_threshold: float,
+    turn_penalty: float,
+) -> np.ndarray:
+    """J_pos (p,) with the lengths normalised before the turns are penalised. Paper: Alg. 1.
 
     Args:
         positions: (p, 2) candidate positions p_s [m].
         current, goal: (2,) p_cur and p_goal [m].
-        previous_aim: (2,) the previous plan's p_s minus the position it was made at [m].
-        previous: (2,) the position the previous plan was made at, p_pre [m].
-        travelled: |p_ini p_pre| + |p_pre p_cur| [m], equal for all and so without effect but in the printed form.
-        has_previous: without a previous plan there is no penalty.
+        straight_on: (2,) direction that turns count from; NaN without a previous plan: then none is penalised.
+        travelled: |p_ini p_pre| + |p_pre p_cur| [m], equal for all and so without effect here.
         turn_threshold, turn_penalty: theta_thres [rad] and f_a.
-        interior_angle: the printed angle, at p_cur between p_pre and p_s, instead of the turn between two aims.
-        as_printed: penalise before normalising, as Alg. 1 is printed.
     """
-    n = len(positions)
-    length = np.empty(n)
-    penalised = np.zeros(n, np.bool_)
-    for i in range(n):
-        dx, dy = positions[i, 0] - current[0], positions[i, 1] - current[1]
-        length[i] = math.hypot(dx, dy) + math.hypot(goal[0] - positions[i, 0], goal[1] - positions[i, 1])
-        if interior_angle:
-            turn = angle_between(previous[0] - current[0], previous[1] - current[1], dx, dy)
-        else:
-            turn = angle_between(previous_aim[0], previous_aim[1], dx, dy)
-        penalised[i] = has_previous and turn >= turn_threshold
-    if as_printed:
-        return normalize(np.where(penalised, turn_penalty, 1.0) * (travelled + length))
+    length, turns = _ways_and_turns(positions, current, goal, straight_on, turn_threshold)
     share = normalize(length)
-    return np.where(penalised, turn_penalty * (1.0 + share) - 1.0, share)
+    return np.where(turns, turn_penalty * (1.0 + share) - 1.0, share)
+
+
+@njit
+def penalised_first(
+    positions: np.ndarray,
+    current: np.ndarray,
+    goal: np.ndarray,
+    straight_on: np.ndarray,
+    travelled: float,
+    turn_threshold: float,
+    turn_penalty: float,
+) -> np.ndarray:
+    """J_pos (p,) as Alg. 1 is printed: the turns penalised before the lengths are normalised.
+
+    The arguments are those of `normalised_first`.
+    """
+    length, turns = _ways_and_turns(positions, current, goal, straight_on, turn_threshold)
+    return normalize(np.where(turns, turn_penalty, 1.0) * (travelled + length))
+
+
+POSITION_COSTS = {"normalised_first": normalised_first, "printed": penalised_first}
+"""Alg. 1 by planner.position_cost."""

@@ -7,10 +7,13 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import boundary_at, inside, sector
 from collplan_core.local_map.sight import sight_angle
+from collplan_core.paper_planner.costs.model import CostModel
+from collplan_core.paper_planner.costs.normalize import normalize
+from collplan_core.paper_planner.trajectory import LONGEST_HANDLE
 
 
 @njit
-def impact_distance(px: float, py: float, ux: float, uy: float, predicted: np.ndarray) -> tuple[float, int]:
+def contact_distance(px: float, py: float, ux: float, uy: float, predicted: np.ndarray) -> tuple[float, int]:
     """d_p and the predicted half line that the ray from p along the unit vector u meets first; (inf, -1) for none."""
     best, which = math.inf, -1
     for k in range(len(predicted)):
@@ -37,52 +40,167 @@ def distance_to_predicted(px: float, py: float, predicted: np.ndarray) -> float:
 
 
 @njit
-def collision_rate(px: float, py: float, vx: float, vy: float, predicted: np.ndarray, speed_floor: float,
-                   time_floor: float) -> tuple[float, float, int]:  # fmt: skip
+def collision_rate(
+    px: float, py: float, vx: float, vy: float, predicted: np.ndarray, model: CostModel
+) -> tuple[float, float, int]:
     """1 / t_c of a candidate, d_p, and the half line it meets (-1: none, then the rate is 0; at rest always -1)."""
     speed = math.hypot(vx, vy)
     if speed > 0.0:
-        distance, which = impact_distance(px, py, vx / speed, vy / speed, predicted)
+        distance, which = contact_distance(px, py, vx / speed, vy / speed, predicted)
     else:
-        speed, which = speed_floor, -1
+        speed, which = model.speed_floor, -1
         distance = distance_to_predicted(px, py, predicted)
     if distance == math.inf:
         return 0.0, math.inf, -1
-    return 1.0 / max(distance / speed, time_floor), distance, which
+    return 1.0 / max(distance / speed, model.time_floor), distance, which
 
 
 @njit
-def gap_risk(reach: np.ndarray, x: float, y: float, from_robot: float, clockwise: bool, counter_clockwise: bool,
-             far: float, gap_weight: float, widest: float, as_printed: bool) -> float:  # fmt: skip
-    """J_risk,g = -f_theta theta_sight, times the distance from p_cur (the opening's width) unless as printed.
+def collision_risks(
+    points: np.ndarray, velocities: np.ndarray, predicted: np.ndarray, model: CostModel
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """J_risk,h of each candidate: 1 / t_c, normalised. Paper: Alg. 2.
 
-    x, y: the candidate relative to the centre of F [m]; from_robot: |p_s - p_cur| [m].
+    Args:
+        points, velocities: (c, 2) p_s relative to the centre of F [m] and v_s [m/s].
+        predicted: (e, 4) set E, relative to the centre of F.
+
+    Returns:
+        J_risk,h (c,), d_p (c,) [m] and the half line met (c,), -1 for none.
     """
-    angle = sight_angle(reach, x, y, clockwise, counter_clockwise, far)
-    return -gap_weight * (angle if as_printed else min(angle * from_robot, widest))
+    n = len(points)
+    rate, distance, which = np.empty(n), np.empty(n), np.empty(n, np.int64)
+    for i in range(n):
+        rate[i], distance[i], which[i] = collision_rate(
+            points[i, 0], points[i, 1], velocities[i, 0], velocities[i, 1], predicted, model
+        )
+    return normalize(rate), distance, which
 
 
 @njit
-def crosses_boundary(ends: np.ndarray, surface: np.ndarray, shadow: np.ndarray, px: float, py: float,
-                     vx: float, vy: float, sx: float, sy: float, max_speed: float) -> bool:  # fmt: skip
-    """Whether the approach leaves F through an observed boundary.
+def opening_widths(
+    reach: np.ndarray,
+    positions: np.ndarray,
+    open_side: np.ndarray,
+    current: np.ndarray,
+    sight_distance: float,
+    gap_weight: float,
+    widest: float,
+) -> np.ndarray:
+    """J_risk,g = -f_theta theta_sight |p_s - p_cur| of each position (p,): the opening's width there. Paper: Alg. 2.
 
-    The approach is the cubic from p with velocity v to p_s, reached straight at v_max; handles at most 0.4 chord.
-    All relative to the centre of F.
+    Args:
+        reach: (n,) of F [m].
+        positions: (p, 2) relative to the centre of F [m]; open_side: (p, 2) the open sides of each one's frontier.
+        current: (2,) p_cur relative to the centre of F [m].
+        sight_distance: how far a direction must be free to count as sight [m].
+        gap_weight: f_theta.
+        widest: wider openings count as this wide [m].
     """
+    risk = np.empty(len(positions))
+    for i in range(len(positions)):
+        x, y = positions[i]
+        angle = sight_angle(reach, x, y, open_side[i, 0], open_side[i, 1], sight_distance)
+        from_robot = np.hypot(x - current[0], y - current[1])
+        risk[i] = -gap_weight * min(angle * from_robot, widest)
+    return risk
+
+
+@njit
+def sight_angles(
+    reach: np.ndarray,
+    positions: np.ndarray,
+    open_side: np.ndarray,
+    current: np.ndarray,
+    sight_distance: float,
+    gap_weight: float,
+    widest: float,
+) -> np.ndarray:
+    """J_risk,g = -f_theta theta_sight of each position (p,), as printed in Alg. 2, line 11.
+
+    The arguments are those of `opening_widths`.
+    """
+    risk = np.empty(len(positions))
+    for i in range(len(positions)):
+        x, y = positions[i]
+        risk[i] = -gap_weight * sight_angle(reach, x, y, open_side[i, 0], open_side[i, 1], sight_distance)
+    return risk
+
+
+GAP_RISKS = {"opening_width": opening_widths, "printed": sight_angles}
+"""J_risk,g by planner.gap_risk."""
+
+
+@njit
+def _crosses_boundary(
+    border: np.ndarray,
+    surface: np.ndarray,
+    shadow: np.ndarray,
+    current: np.ndarray,
+    velocity: np.ndarray,
+    sx: float,
+    sy: float,
+    max_speed: float,
+) -> bool:
+    """Whether the cubic from p_cur with its velocity to p_s, reached straight at v_max, leaves F through a boundary."""
+    px, py = current
     cx, cy = sx - px, sy - py
     chord = math.hypot(cx, cy)
     if chord < 1e-9:
         return False
     handle = chord / max_speed / 3.0
-    long = math.hypot(vx, vy) * handle
-    handle = handle if long <= 0.4 * chord else handle * 0.4 * chord / long
-    ax, ay = px + vx * handle, py + vy * handle
+    longest = LONGEST_HANDLE * chord
+    long = math.hypot(velocity[0], velocity[1]) * handle
+    handle = handle if long <= longest else handle * LONGEST_HANDLE * chord / long
+    ax, ay = px + velocity[0] * handle, py + velocity[1] * handle
     bx, by = sx - cx / 3.0, sy - cy / 3.0
     for i in range(1, 12):
         t = i / 12.0
         w0, w1, w2, w3 = (1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3
         x, y = w0 * px + w1 * ax + w2 * bx + w3 * sx, w0 * py + w1 * ay + w2 * by + w3 * sy
-        if not inside(ends, x, y):
-            return boundary_at(surface, shadow, sector(x, y, len(ends))) >= 0
+        if not inside(border, x, y):
+            return boundary_at(surface, shadow, sector(x, y, len(border))) >= 0
     return False
+
+
+@njit
+def crossings(
+    border: np.ndarray,
+    surface: np.ndarray,
+    shadow: np.ndarray,
+    positions: np.ndarray,
+    current: np.ndarray,
+    velocity: np.ndarray,
+    max_speed: float,
+) -> np.ndarray:
+    """1 for each position (p,) whose approach leaves F through an observed boundary, else 0.
+
+    Args:
+        border: (n, 2) of F [m]; surface, shadow: (n,) of the local map.
+        positions: (p, 2) p_s; current: (2,) p_cur; all relative to the centre of F [m].
+        velocity: (2,) of the robot [m/s].
+        max_speed: v_max [m/s].
+    """
+    risk = np.zeros(len(positions))
+    for i in range(len(positions)):
+        risk[i] = _crosses_boundary(
+            border, surface, shadow, current, velocity, positions[i, 0], positions[i, 1], max_speed
+        )
+    return risk
+
+
+def no_crossings(
+    border: np.ndarray,
+    surface: np.ndarray,
+    shadow: np.ndarray,
+    positions: np.ndarray,
+    current: np.ndarray,
+    velocity: np.ndarray,
+    max_speed: float,
+) -> np.ndarray:
+    """0 for each position (p,): Alg. 2 as printed looks at predicted boundaries only."""
+    return np.zeros(len(positions))
+
+
+APPROACH_RISKS = {"crossing": crossings, "printed": no_crossings}
+"""What observed boundaries on the way add to J_risk, by planner.approach_risk."""

@@ -6,32 +6,132 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import inside
+from collplan_core.paper_planner.costs.model import CostModel
 from collplan_core.reflection import reflect
 
 
 @njit
-def rebound_reward(px: float, py: float, vx: float, vy: float, distance: float, tangent: np.ndarray,
-                   gx: float, gy: float, ends: np.ndarray, restitution: float, retention: float, horizon: float,
-                   penalty: float) -> float:  # fmt: skip
-    """R_ref = <v_ref, unit_goal>, or the penalty where the rebound ends in known free space. Paper: eq. (2).
+def unit_vector(to_goal: np.ndarray) -> np.ndarray:
+    """(2,) the direction of p_goal - p_cur, (2,)."""
+    return to_goal / max(math.hypot(to_goal[0], to_goal[1]), 1e-12)
 
-    Args:
-        px, py, vx, vy: candidate, relative to the centre of F [m], and its velocity [m/s].
-        distance: d_p along the velocity [m].
-        tangent: (2,) unit vector e_p of the predicted boundary.
-        gx, gy: unit vector to the goal.
-        horizon: time after the rebound at which p_ref is taken [s].
-    """
-    speed = math.hypot(vx, vy)
-    # n_p = Rot(e_p, pi/2); its sign has no effect
-    rx, ry = reflect(vx, vy, -tangent[1], tangent[0], restitution, retention)
-    x, y = px + vx / speed * distance + rx * horizon, py + vy / speed * distance + ry * horizon
-    if inside(ends, x, y):
-        return penalty
-    return rx * gx + ry * gy
+
+def in_metres(to_goal: np.ndarray) -> np.ndarray:
+    """(2,) p_goal - p_cur itself [m], as printed."""
+    return to_goal
+
+
+GOAL_VECTORS = {"unit": unit_vector, "printed": in_metres}
+"""The goal vector of eq. (3) by planner.goal_vector."""
 
 
 @njit
-def velocity_cost(vx: float, vy: float, gx: float, gy: float, collision_risk: float, reward: float) -> float:
-    """J_vel = -<v_s, goal vector> (1 - J_risk,h) - R_ref J_risk,h. Paper: eq. (3)."""
-    return -(vx * gx + vy * gy) * (1.0 - collision_risk) - reward * collision_risk
+def rebound_reward(
+    contact_x: float,
+    contact_y: float,
+    vx: float,
+    vy: float,
+    tangent: np.ndarray,
+    border: np.ndarray,
+    goal_direction: np.ndarray,
+    model: CostModel,
+) -> float:
+    """R_ref = <v_ref, unit_goal>, or the penalty where the rebound ends in known free space. Paper: eq. (2).
+
+    Args:
+        contact_x, contact_y: p_p relative to the centre of F [m].
+        vx, vy: v_s [m/s].
+        tangent: (2,) unit vector e_p of the predicted boundary.
+        border: (n, 2) of F [m].
+        goal_direction: (2,) unit vector to the goal.
+    """
+    # n_p = Rot(e_p, pi/2); its sign has no effect
+    rx, ry = reflect(vx, vy, -tangent[1], tangent[0], model.restitution, model.retention)
+    if inside(border, contact_x + rx * model.rebound_horizon, contact_y + ry * model.rebound_horizon):
+        return model.rebound_penalty
+    return rx * goal_direction[0] + ry * goal_direction[1]
+
+
+@njit
+def rebound_rewards(
+    points: np.ndarray,
+    velocities: np.ndarray,
+    distance: np.ndarray,
+    which: np.ndarray,
+    predicted: np.ndarray,
+    border: np.ndarray,
+    to_goal: np.ndarray,
+    model: CostModel,
+) -> np.ndarray:
+    """R_ref of each candidate (c,), 0 where it meets no predicted boundary. Paper: eq. (2).
+
+    Args:
+        points, velocities: (c, 2) p_s relative to the centre of F [m] and v_s [m/s].
+        distance, which: (c,) d_p [m] and the half line met, -1 for none.
+        predicted: (e, 4) set E; border: (n, 2) of F; both relative to its centre.
+        to_goal: (2,) p_goal - p_cur [m].
+    """
+    rewards, goal_direction = np.zeros(len(points)), unit_vector(to_goal)
+    for i in range(len(points)):
+        if which[i] < 0:
+            continue
+        vx, vy = velocities[i]
+        speed = math.hypot(vx, vy)
+        x, y = points[i, 0] + vx / speed * distance[i], points[i, 1] + vy / speed * distance[i]
+        rewards[i] = rebound_reward(x, y, vx, vy, predicted[which[i], 2:], border, goal_direction, model)
+    return rewards
+
+
+def no_rewards(
+    points: np.ndarray,
+    velocities: np.ndarray,
+    distance: np.ndarray,
+    which: np.ndarray,
+    predicted: np.ndarray,
+    border: np.ndarray,
+    to_goal: np.ndarray,
+    model: CostModel,
+) -> np.ndarray:
+    """0 for each candidate (c,): J_vel without R_ref."""
+    return np.zeros(len(points))
+
+
+REBOUND_REWARDS = {True: rebound_rewards, False: no_rewards}
+"""R_ref by planner.rebound_reward."""
+
+
+@njit
+def velocity_costs(
+    velocities: np.ndarray, goal_vector: np.ndarray, collision_risk: np.ndarray, reward: np.ndarray
+) -> np.ndarray:
+    """J_vel = -<v_s, goal vector> (1 - J_risk,h) - R_ref J_risk,h of each candidate (c,). Paper: eq. (3).
+
+    Args:
+        velocities: (c, 2) v_s [m/s].
+        goal_vector: (2,) [m], or without unit.
+        collision_risk, reward: (c,) J_risk,h and R_ref.
+    """
+    costs = np.empty(len(velocities))
+    for i in range(len(velocities)):
+        toward = velocities[i, 0] * goal_vector[0] + velocities[i, 1] * goal_vector[1]
+        costs[i] = -toward * (1.0 - collision_risk[i]) - reward[i] * collision_risk[i]
+    return costs
+
+
+@njit
+def velocity_costs_without_factor(
+    velocities: np.ndarray, goal_vector: np.ndarray, collision_risk: np.ndarray, reward: np.ndarray
+) -> np.ndarray:
+    """-<v_s, goal vector> - R_ref J_risk,h of each candidate (c,): eq. (3) without its factor (1 - J_risk,h).
+
+    The arguments are those of `velocity_costs`.
+    """
+    costs = np.empty(len(velocities))
+    for i in range(len(velocities)):
+        toward = velocities[i, 0] * goal_vector[0] + velocities[i, 1] * goal_vector[1]
+        costs[i] = -toward - reward[i] * collision_risk[i]
+    return costs
+
+
+VELOCITY_COSTS = {True: velocity_costs, False: velocity_costs_without_factor}
+"""Eq. (3) by planner.collision_factor."""

@@ -43,7 +43,7 @@ def remember(
     count = merge_scan(pool, count, cuts, sight, nodes, rows, settings.contradiction, half)
     _forget_oldest(pool, settings.max_pieces)
     renew(nodes, pool, count, memory.solid_behind, rows)
-    see_free(nodes, local_map.ends, *local_map.position, local_map.half_side)
+    see_free(nodes, local_map.border, *local_map.position, local_map.half_side)
     return _record(pool, nodes)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -242,5 +243,16 @@ def test_the_tie_rule_decides_where_velocity_has_no_weight():
 @pytest.mark.parametrize("name", ["corridor", "l_corridor", "slalom"])
 def test_a_plan_from_the_start_of_each_arena(name, strategy):
     world = load_world(name)
-    plan, _ = cycle(world, at_rest(world.start), world.goal, SETTINGS.with_values({"planner.strategy": strategy}))
-    assert np.isfinite(plan.positions).all()
+    chosen = SETTINGS.with_values({"planner.strategy": strategy})
+    state, weights = at_rest(world.start), weights_of(chosen)
+    local_map = map_of(world, world.start)
+    plan, memory = plan_cycle(None, local_map, state, world.goal, chosen)
+    # from where the robot is to a frontier, at a price that its terms add up to
+    np.testing.assert_allclose(plan.positions[[0, -1]], [world.start, plan.aim], atol=1e-12)
+    frontiers = shapely.multilinestrings(shapely.linestrings(local_map.segments.reshape(-1, 2, 2)))
+    assert shapely.distance(frontiers, shapely.Point(plan.aim)) < 1e-9
+    terms = plan.terms
+    assert terms["risk"] == pytest.approx(terms["collision_risk"] + terms["gap_risk"] + terms["approach_risk"])
+    parts = [weights.position * terms["position"], weights.risk * terms["risk"], weights.velocity * terms["velocity"]]
+    assert terms["total"] == pytest.approx(sum(parts))
+    np.testing.assert_array_equal(memory.aim, plan.aim)

@@ -1,0 +1,45 @@
+"""The scalars of the objective, made once a cycle. Paper: eq. (1) to (3), Alg. 2."""
+
+from typing import NamedTuple
+
+from collplan_core.parameters import Settings
+from collplan_core.strategies import weights_of
+
+
+class CostModel(NamedTuple):
+    """What the compiled loops over candidates need of the settings.
+
+    Attributes:
+        position_weight, risk_weight, velocity_weight: w_p, w_r, w_v.
+        speed_floor: delta v, closing speed assumed at rest [m/s].
+        time_floor: smallest time to collision told apart [s].
+        restitution, retention: shares of normal and tangential speed that a rebound keeps.
+        rebound_horizon: time after the rebound at which p_ref is taken [s].
+        rebound_penalty: reward of a rebound that ends in known free space [m/s].
+    """
+
+    position_weight: float
+    risk_weight: float
+    velocity_weight: float
+    speed_floor: float
+    time_floor: float
+    restitution: float
+    retention: float
+    rebound_horizon: float
+    rebound_penalty: float
+
+
+def cost_model(settings: Settings) -> CostModel:
+    """The scalars of the chosen strategy."""
+    weights, planner, law = weights_of(settings), settings.planner, settings.rebound
+    return CostModel(
+        weights.position,
+        weights.risk,
+        weights.velocity,
+        planner.speed_floor,
+        planner.time_floor,
+        law.restitution,
+        law.tangential_retention,
+        planner.rebound_horizon,
+        planner.rebound_penalty,
+    )

@@ -1,0 +1,132 @@
+"""The sampling configuration space C of a local map, pruned. Paper: II-A and II-C."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.local_map.frontiers import SHADOW_EDGE
+from collplan_core.local_map.record import LocalMap
+from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
+from collplan_core.paper_planner.pruning import prune_directions, prune_positions
+from collplan_core.parameters import Planning
+
+
+class SamplingSpace(NamedTuple):
+    """C after pruning, relative to the centre of F.
+
+    Attributes:
+        positions: (p, 2) the positions S [m].
+        open_side: (p, 2) whether F is seen to be open clockwise, counter-clockwise of each one's frontier.
+        position_of: (c,) the position of each candidate.
+        points, velocities: (c, 2) p_s [m] and v_s [m/s] of each candidate.
+        n_before_pruning: size of C before pruning.
+    """
+
+    positions: np.ndarray
+    open_side: np.ndarray
+    position_of: np.ndarray
+    points: np.ndarray
+    velocities: np.ndarray
+    n_before_pruning: int
+
+
+def all_frontiers(local_map: LocalMap) -> np.ndarray:
+    """(m,) every frontier segment: shadow edges and visible runs of the map's border."""
+    return np.ones(len(local_map.segments), np.bool_)
+
+
+def shadow_edges(local_map: LocalMap) -> np.ndarray:
+    """(m,) which frontier segments are shadow edges: obstacle-extending frontiers alone, as printed."""
+    return local_map.frontier_kind == SHADOW_EDGE
+
+
+FRONTIERS = {"all": all_frontiers, "printed": shadow_edges}
+"""Where candidates may lie, by planner.frontiers."""
+
+
+class _Samples(NamedTuple):
+    """S: the frontier segments (m, 4) and their open sides (m, 2), the positions (p, 2), segment and frontier of each.
+
+    Relative to the centre of F; frontiers are numbered from 0.
+    """
+
+    segments: np.ndarray
+    open_side: np.ndarray
+    positions: np.ndarray
+    segment_of: np.ndarray
+    frontier_of: np.ndarray
+
+
+@njit
+def _sampled(
+    segments: np.ndarray,
+    number: np.ndarray,
+    open_side: np.ndarray,
+    eligible: np.ndarray,
+    center: np.ndarray,
+    shortest: float,
+    spacing: float,
+) -> _Samples:
+    """S on the eligible frontiers that are long enough."""
+    which = np.flatnonzero(eligible & long_enough(segments, number, shortest))
+    chosen, numbers = np.empty((len(which), 4)), np.zeros(len(which), np.int64)
+    for i in range(len(which)):
+        for a in range(4):
+            chosen[i, a] = segments[which[i], a] - center[a % 2]
+        if i > 0:
+            numbers[i] = numbers[i - 1] + int(number[which[i]] != number[which[i - 1]])
+    positions, segment_of = sample_positions(chosen, numbers, spacing)
+    return _Samples(chosen, open_side[which], positions, segment_of, numbers[segment_of])
+
+
+class _Rule(NamedTuple):
+    """How C is built of S: N_l, v_max [m/s], d_prune [m], and which prunings apply."""
+
+    n_directions: int
+    max_speed: float
+    prune_distance: float
+    by_position: bool
+    by_direction: bool
+
+
+@njit
+def _pruned(
+    samples: _Samples, n_speeds: np.ndarray, border: np.ndarray, goal: np.ndarray, rule: _Rule
+) -> SamplingSpace:
+    """C of the samples at N_v speeds (p,), without what pruning drops. Paper: II-C."""
+    segments, open_side, positions, segment_of, frontier_of = samples
+    n_before_pruning = len(positions) + int(n_speeds.sum()) * rule.n_directions
+    if rule.by_position:
+        kept = prune_positions(border, positions, frontier_of, goal, rule.prune_distance)
+        positions, segment_of, n_speeds = positions[kept], segment_of[kept], n_speeds[kept]
+    directions = np.ones((len(segments), rule.n_directions), np.bool_)
+    if rule.by_direction:
+        directions = prune_directions(segments, rule.n_directions)
+    position_of, velocities = product(directions, segment_of, n_speeds, rule.max_speed)
+    return SamplingSpace(
+        positions, open_side[segment_of], position_of, positions[position_of], velocities, n_before_pruning
+    )
+
+
+def sampling_space(local_map: LocalMap, goal: np.ndarray, max_speed: float, planner: Planning) -> SamplingSpace:
+    """C after pruning; empty where the local map has no frontier to aim at. Paper: II-A and II-C.
+
+    Args:
+        goal: (2,) p_goal relative to the centre of F [m].
+        max_speed: v_max [m/s].
+    """
+    samples = _sampled(
+        local_map.segments,
+        local_map.frontier_number,
+        local_map.open_side,
+        FRONTIERS[planner.frontiers](local_map),
+        local_map.position,
+        planner.shortest_frontier,
+        planner.frontier_spacing,
+    )
+    n_speeds = SPEED_COUNTS[planner.speeds](samples.frontier_of, planner.n_speeds)
+    rule = _Rule(
+        planner.n_directions, max_speed, planner.prune_distance, planner.position_pruning, planner.velocity_pruning
+    )
+    return _pruned(samples, n_speeds, local_map.border, goal, rule)
