@@ -80,7 +80,7 @@ def test_bounce_reaches_its_goal_round_a_turn(ros, monkeypatch):
     # all nodes share one thread here: half the plans, and those of few proposals, which no budget cuts short
     few = {"planner__map_period": 0.1, "time_to_goal__start_proposals": 20, "time_to_goal__proposals": 200}
     strategy = {"planner__strategy": "bounce", "time_to_goal__time_budget": 1.0}
-    graph = Graph(ros, "u:17", speed_factor=2.0, **strategy, **few)
+    graph = Graph(ros, "u:17", speed_factor=10.0, **strategy, **few)
     costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
     graph.send_goal(load_world("u:17").goal)
     reached = ros.wait_until(
