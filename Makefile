@@ -45,22 +45,18 @@ pictures: $(COMPILED)  ## docs/pictures anew, from the code
 	@$(PYTHON) tools/pictures $(ARGS)
 
 test: $(COMPILED)  ## all tests but the long ones, then core and simulator on the oldest versions
-	$(PYTHON) -m pytest $(ARGS)
-	@tools/test_oldest.sh $(ARGS)
+	@tools/test_legs.sh test $(ARGS)
 
 soak: $(COMPILED)  ## all tests with the long ones, then the core without its compiler
-	$(PYTHON) -m pytest -m "soak or not soak" $(ARGS)
-	NUMBA_DISABLE_JIT=1 $(PYTHON) -m pytest tests/core $(ARGS)
-	@tools/test_oldest.sh $(ARGS)
+	@tools/test_legs.sh soak $(ARGS)
 
 bench: export OPENBLAS_NUM_THREADS = 1
 bench: $(COMPILED)  ## speed, side by side with other planners and simulators
 	$(PYTHON) benchmarks/run.py $(ARGS)
 
 lint: $(READY)  ## style and types
-	$(PYTHON) -m ruff check
-	$(PYTHON) -m ruff format --check
-	$(PYTHON) -m mypy
+	@failed=0; for check in "ruff check" "ruff format --check" mypy; do \
+		echo "$$check"; $(PYTHON) -m $$check || failed=1; done; exit $$failed
 
 format: $(READY)  ## lay the sources out as lint wants them
 	$(PYTHON) -m ruff check --fix

@@ -6,6 +6,7 @@ import sys
 from contextlib import nullcontext
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
@@ -26,10 +27,13 @@ from collplan_ros.bringup.check_findings import (
     turn_finding,
 )
 from collplan_ros.bringup.main import main
+from collplan_ros.bringup.open_loop import OpenLoop
 from collplan_ros.bringup.progress import Progress
 
 HALL = "bounds: [0, 0, 2, 2]\nwalled: true\nstart: [1.0, 1.0]\ngoal: [1.5, 1.5]\n"
 OFFSET = {"x": 0.04, "y": -0.025, "yaw": 0.3}
+STALL = 0.03
+"""Poses that come so much later than the last one, in simulated time, are late [s]; they should come every 10 ms."""
 QUIET = {"simulator.actuation_noise": 0.002, "simulator.actuation_bias": 0.01, "controller.max_yaw_rate": 2.5}
 
 
@@ -47,12 +51,24 @@ def options(tmp_path):
     return written
 
 
+@pytest.mark.timeout(600)
 def test_the_offset_is_found_and_written(tmp_path, capsys, monkeypatch, options):
-    """The 10 degrees that mocap.body_offset_yaw says already do not mislead it."""
+    """The 10 degrees that mocap.body_offset_yaw says already do not mislead it.
+
+    A machine that stalls drives the robot longer than it means to, and the check finds that too uncertain: then once
+    more, in a simulation so slow that the same stall is short in it.
+    """
     monkeypatch.setattr(check, "WATCHING_TIME", 0.5)
     monkeypatch.setattr(open_loop, "HALTING_TIME", 0.4)
+    loops = []
+    monkeypatch.setattr(check, "OpenLoop", lambda *args: loops.append(OpenLoop(*args)) or loops[-1])
     placed = {f"simulator__marker_offset_{key}": value for key, value in OFFSET.items()}
-    assert main(options(**placed, mocap__body_offset_yaw=0.17)) == 0, capsys.readouterr().out
+    for speed_factor in (1.0, 0.25, 0.25):
+        code = main(options(**placed, mocap__body_offset_yaw=0.17, simulator__speed_factor=speed_factor))
+        stall = speed_factor * max(np.diff(loops[-1].received))
+        if code == 0 or stall < STALL:
+            break
+    assert code == 0, f"longest stall {stall:.3f} s, {capsys.readouterr().out}"
     found = read_parameters(tmp_path / "runs" / "latest" / "checked.yaml")
     assert found["mocap.body_offset_x"] == pytest.approx(OFFSET["x"], abs=0.002)
     assert found["mocap.body_offset_y"] == pytest.approx(OFFSET["y"], abs=0.002)

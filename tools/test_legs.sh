@@ -1,0 +1,38 @@
+#!/bin/sh
+# test_legs.sh test|soak [PYTEST ARGUMENT...]: all legs of the tests, each whatever became of the one before; a line on
+# each at the end. Fails where one did.
+set -u
+cd "$(dirname "$0")/.."
+mode=$1
+shift
+report= failed=0
+trap 'exit 130' INT
+
+leg() {
+    name=$1 began=$(date +%s)
+    shift
+    word=passed
+    "$@" || word="FAILED, exit code $?" failed=1
+    report="$report
+  $name: $word, $(($(date +%s) - began)) s"
+}
+
+case $mode in
+test) leg "installed versions" .venv/bin/python -m pytest "$@" ;;
+soak)
+    leg "installed versions, with the long ones" .venv/bin/python -m pytest -m "soak or not soak" "$@"
+    leg "core without its compiler" env NUMBA_DISABLE_JIT=1 .venv/bin/python -m pytest tests/core "$@"
+    ;;
+*)
+    echo "test_legs.sh: test or soak, not $mode" >&2
+    exit 2
+    ;;
+esac
+if why=$(tools/find_python.sh "3.11 3.12" 2>&1 >/dev/null); then
+    leg "oldest versions" tools/test_oldest.sh "$@"
+else
+    report="$report
+  oldest versions: SKIPPED, NOT TESTED: $why"
+fi
+echo "Tests:$report"
+exit "$failed"
