@@ -22,18 +22,18 @@ def scan_round(states: list[Logged]) -> list[float]:
 
 
 def map_round(states: list[Logged]) -> list[float]:
-    """From each state's scan to the local map [us]."""
+    """Time from a scan to the local map, in each state [us]."""
     return time_each(lambda each: build_local_map(each.scan, each.state, SHIPPED.robot, SHIPPED.local_map), states)
 
 
 def cycle_round(states: list[Logged], pruned: bool = True) -> list[float]:
-    """From each state's scan to the plan [us]."""
+    """Time from a scan to the plan, in each state [us]."""
     cases = [(each, settings_for(each.strategy, pruned)) for each in states]
     return time_each(lambda case: cycle(*case), cases)
 
 
 def trajectory_round(states: list[Logged]) -> list[float]:
-    """From each state and its plan's aim to the sampled spline [us]."""
+    """Time from a state and its plan's aim to the sampled spline, in each state [us]."""
     p = SHIPPED.planner
     law, waypoints = TIME_LAWS[p.time_law](SHIPPED), WAYPOINTS[p.waypoints]
     share = np.linspace(0.0, 1.0, p.n_samples)

@@ -28,7 +28,7 @@ from omnipuck_sim import trial
 SETTINGS = Settings().with_values({"planner.strategy": "bounce"})
 FAMILIES = ("l", "u", "z", "baffles", "random", "serpentine")
 SEED = 100
-"""Of each family's world; none that the study of bounces holds out."""
+"""Seed of each family's world; the study of bounces holds out others."""
 EVERY = 4
 """One call of so many is kept: each holds its own map."""
 SAME_END = 1e-6

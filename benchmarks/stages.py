@@ -15,7 +15,7 @@ from timing import Case
 from collplan_core.paper_planner import plan_cycle as planner
 
 Stages = Mapping[str, Sequence[tuple[ModuleType, str]]]
-"""By stage, the functions that make it up: the module that calls each, and its name there."""
+"""The functions that make up each stage: the module that calls each, and its name there."""
 
 PAPER_STAGES: Stages = {
     "local_map": [(logged_module, "build_local_map")],

@@ -22,7 +22,7 @@ from collplan_core.worlds import World
 
 DPI = 150
 WIDTH = 8.0
-"""Of a picture [inch]: at 100 pixel an inch that of a README, where letters of 8 points can be read."""
+"""Width of a picture [inch]: at 100 pixel an inch that of a README, where letters of 8 points can be read."""
 
 TEXT, FAINT = "#22262c", "#6b7280"
 OBSTACLE, OBSTACLE_EDGE = "#d3d7dd", "#a7aeb8"

@@ -73,7 +73,7 @@ def shown_cycle() -> Cycle:
 
 
 def without_pruning(cycle: Cycle) -> Cycle:
-    """The same cycle with all candidates compared."""
+    """A cycle like another one, with all candidates compared."""
     planner = replace(cycle.settings.planner, position_pruning=False, velocity_pruning=False)
     return cycle_at(cycle.world, replace(cycle.settings, planner=planner), cycle.state, cycle.before)
 

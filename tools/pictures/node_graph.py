@@ -13,7 +13,7 @@ from drawing import BORDER, CHOICE, DPI, FAINT, OBSTACLE_EDGE, TEXT, WIDTH, new_
 from running_graph import Topics, topics_by_node
 
 SIZE = (16.6, 11.4)
-"""Of the drawing, in its own units."""
+"""Size of the drawing, in its own units."""
 
 
 class Box(NamedTuple):
@@ -67,7 +67,7 @@ PAPER_PLANS, TIME_TO_GOAL_PLANS = 1.0 / PAPER_MAP_PERIOD, 1.0 / TIME_TO_GOAL_MAP
 
 
 class Arrow(NamedTuple):
-    """From a box to a topic, or from a topic to a box."""
+    """An arrow from a box to a topic, or from a topic to a box."""
 
     begin: str
     end: str

@@ -25,7 +25,7 @@ from omnipuck_sim.node.simulator_node import SimulatorNode
 NODES = (SimulatorNode, FirmwareEmulator, DriverNode, MocapNode, LidarNode, PlannerNode, ControllerNode)
 OF_EVERY_NODE = {"/rosout", "/parameter_events", "/diagnostics"}
 DOMAIN = "101"
-"""Of its own; the tests take those below."""
+"""The ROS domain used here; the tests take lower ones."""
 PATIENCE = 30.0
 """For the driver to hear from the firmware that the ring senses impacts [s]."""
 SPIN_TIME = 0.02

@@ -21,7 +21,7 @@ Saved = dict[str, list[Estimate]]
 
 
 def time_saved(text: str) -> Saved:
-    """By worlds, against each of the others in turn [%], from the text of docs/results.md.
+    """Time saved in each family, against each of the other strategies in turn [%], from the text of docs/results.md.
 
     Raises:
         TableError: the table is not there, or a cell holds no interval.

@@ -340,7 +340,7 @@ class Settings:
     trial: Trial = Trial()
 
     def with_values(self, values: dict[str, Any]) -> "Settings":
-        """These settings with some `group.field` keys set anew.
+        """Settings in which some `group.field` keys have other values.
 
         Raises:
             ParameterError: a key that does not exist, or a value that does not fit it.

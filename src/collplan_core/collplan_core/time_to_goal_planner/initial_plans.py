@@ -102,7 +102,7 @@ def _cost_if_held(problem: Problem, motion: Motion, ux: float, uy: float) -> flo
 
 
 def shifted(commands: np.ndarray, passed: float) -> np.ndarray:
-    """What is left of commands (n, 2), one a control interval, after `passed` [s].
+    """The rest of commands (n, 2), one a control interval, once `passed` [s] have gone by.
 
     By the command in force in the middle of each interval.
     """

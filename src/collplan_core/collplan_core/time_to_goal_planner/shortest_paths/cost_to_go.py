@@ -13,7 +13,7 @@ from collplan_core.time_to_goal_planner.shortest_paths.waypoints import NEAREST,
 EARLY, LATE = 0.2, 0.4
 """The turn at a way point nearer than the first may have been made already; beyond the second it has not [m]."""
 RINGS = 3
-"""From within a known obstacle the path begins at the nearest free cells, at most so many cells away."""
+"""Inside a known obstacle a path begins at the nearest free cells, at most so many cells away."""
 
 
 class _WayPoint(NamedTuple):
