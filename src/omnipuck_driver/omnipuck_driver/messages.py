@@ -2,7 +2,7 @@
 
 import math
 import struct
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import ClassVar
 
 from omnipuck_driver.framing import FrameError
@@ -148,8 +148,10 @@ class Telemetry:
 
     def pack(self) -> bytes:
         """The payload."""
-        *fields, impact, wheels = astuple(self)
-        return _TELEMETRY.pack(*fields, *impact, len(wheels)) + _pack_wheels(wheels)
+        state = self.session, self.boot, self.time, self.status, self.battery, self.temperature
+        commands = self.echo, self.echo_delay, self.command_age, self.accepted, self.dropped
+        impact = self.impacts, self.impact_age, *self.impact
+        return _TELEMETRY.pack(*state, *commands, *impact, len(self.wheels)) + _pack_wheels(self.wheels)
 
     @classmethod
     def unpack(cls, payload: bytes) -> "Telemetry":
