@@ -66,7 +66,7 @@ class Options:
         return ABLATION_DEFAULTS if self.overrides.get("ablations") else {}
 
     def _overridden(self, parts: Mapping[str, Any]) -> dict[str, Any]:
-        """Parts of a question with the overrides of the command line; --set replaces the parameters that it names and no other."""
+        """Parts of a question with the overrides of the command line; --set replaces only the parameters it names."""
         values = self.overrides.get("values", ())
         named = {text.partition("=")[0] for text in values}
         kept = [text for text in parts.get("values", ()) if text.partition("=")[0] not in named]
