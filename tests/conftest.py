@@ -38,10 +38,18 @@ if "ROS_DISTRO" not in os.environ:
     os.environ.pop("RMW_IMPLEMENTATION", None)
 
 
+SOAK_TIMEOUT = 1200.0
+"""A long test that says nothing else is taken for hanging after this [s]."""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Where the compiler is off the loops take a hundred times as long, and fewer examples must do."""
+    """Gives long tests their time, and takes fewer examples where the compiler is off."""
+    for item in items:
+        if item.get_closest_marker("soak") and not item.get_closest_marker("timeout"):
+            item.add_marker(pytest.mark.timeout(SOAK_TIMEOUT))
     if os.environ.get("NUMBA_DISABLE_JIT", "0") == "0":
         return
+    # the loops then take a hundred times as long
     for item in items:
         test = getattr(item, "obj", None)
         if is_hypothesis_test(test):
