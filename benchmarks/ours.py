@@ -36,11 +36,11 @@ def trajectory_round(states: list[Logged]) -> list[float]:
     """Time from a state and its plan's aim to the sampled spline, in each state [us]."""
     p = SHIPPED.planner
     law, waypoints = TIME_LAWS[p.time_law](SHIPPED), WAYPOINTS[p.waypoints]
-    share = np.linspace(0.0, 1.0, p.n_samples)
+    parameter = np.linspace(0.0, 1.0, p.n_samples)
 
     def trajectory(each: Logged) -> None:
         points, _ = waypoints(each.state.position, each.state.velocity, each.plan.aim, each.plan.aim_velocity, law)
-        spline(points, share)
+        spline(points, parameter)
 
     return time_each(trajectory, states)
 

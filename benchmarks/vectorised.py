@@ -80,7 +80,7 @@ def _step(problem: Problem, robots: Robots) -> tuple[np.ndarray, np.ndarray]:
     touching = looked[after < 0.0]
     if len(touching) == 0:
         return touching, np.zeros(0)
-    off, cost = _touch(problem, before.of(touching), robots.of(touching))
+    off, cost = _step_with_contact(problem, before.of(touching), robots.of(touching))
     robots.put(touching, off)
     return touching, cost
 
@@ -139,7 +139,7 @@ def _source(problem: Problem, position: np.ndarray) -> np.ndarray:
     return np.where(inside, problem.source[np.clip(i, 0, nx - 1), np.clip(j, 0, ny - 1)], NOTHING)
 
 
-def _touch(problem: Problem, before: Robots, after: Robots) -> tuple[Robots, np.ndarray]:
+def _step_with_contact(problem: Problem, before: Robots, after: Robots) -> tuple[Robots, np.ndarray]:
     """A step that ends inside a boundary: up to the contact, off it, and on; what that costs [s]."""
     model, costs = problem.constants.model, problem.constants.costs
     share = _share(problem, before, after)

@@ -33,7 +33,7 @@ MODULES = {
     if re.fullmatch(r"src/\w+/setup\.py", path)
     for name, module in re.findall(r'"(\w+) = ([\w.]+):\w+"', SOURCES[path])
 }
-"""By executable: its package and its module."""
+"""Package and module of each executable."""
 SHELL = {"export", "source", "rviz2"}
 HEADS = re.compile(r"(make|ros2|export|source|rviz2|bringup|study|beside|fit_rebound|\.venv/bin/[a-z_]+)( |$)")
 

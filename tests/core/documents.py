@@ -44,7 +44,7 @@ def spans(text: str) -> list[str]:
 
 
 def headings(text: str) -> set[str]:
-    """As links name them."""
+    """Headings of a document, spelt as links to them are."""
     lines = re.findall(r"^#+ (.*)$", prose(text), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", line.lower()).replace(" ", "-") for line in lines}
 

@@ -60,7 +60,7 @@ def is_importable(name: str, source: str) -> bool:
 
 
 def wrong_value(key: str, value: str | None, known: set[str] | None = None) -> list[str]:
-    """Of a parameter: it is unknown, or does not take the value."""
+    """What is wrong with a value of a parameter: the key is unknown, or it does not take the value."""
     if key not in (all_specs() if known is None else known):
         return [key]
     try:

@@ -105,7 +105,7 @@ def test_a_turn_counts_by_its_angle_without_a_step():
 
 @pytest.mark.parametrize("below", [-0.55, -0.7, -0.9])
 @pytest.mark.parametrize("x", [-0.4, -0.2, 0.0])
-def test_a_u_turn_costs_the_same_however_many_way_points_it_has(x, below):
+def test_a_u_turn_costs_the_same_however_many_waypoints_it_has(x, below):
     paths, place = paths_to((-0.4, -0.1)), np.array([x, below])
     ux, uy, _ = toward(paths, place)
     beyond = np.array([0.3, -0.28])

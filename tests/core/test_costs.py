@@ -183,13 +183,13 @@ def test_the_collision_rate_moves_with_the_world(seed, turn, shift, mirror, at_r
     p, v, origins = rng.normal(size=2), rng.normal(size=2) * (not at_rest), rng.normal(size=(4, 2))
     tangents = np.array([unit(a) for a in rng.uniform(0, 6.28, 4)])
     move = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0])
-    rate, distance, which = collision_rate(*p, *v, np.hstack([origins, tangents]), MODEL)
+    rate, distance, line = collision_rate(*p, *v, np.hstack([origins, tangents]), MODEL)
     moved = collision_rate(
         *(move @ p + shift), *(move @ v), np.hstack([origins @ move.T + shift, tangents @ move.T]), MODEL
     )
     assume(np.isfinite(distance) == np.isfinite(moved[1]))  # a half line's very end may be met or missed by rounding
     assert moved[0] == pytest.approx(rate, rel=1e-6, abs=1e-9)
-    assert moved[2] == which
+    assert moved[2] == line
 
 
 def gap_risk(reach, position, sides, widest=10.0, reading="opening_width") -> float:
@@ -300,9 +300,9 @@ VELOCITIES = np.array([[0.0, 0.0], [1.2, 0.0], [1.2, 0.0]])
 
 def terms_of(model=MODEL, goal_vector="printed", rebound_reward=True, collision_factor=True):
     """The terms of three candidates before a predicted wall, the goal at (2, 0)."""
-    collision_risk, distance, which = collision_risks(POINTS, VELOCITIES, WALL, model)
+    collision_risk, distance, line = collision_risks(POINTS, VELOCITIES, WALL, model)
     to_goal = np.array([2.0, 0.0])
-    reward = REBOUND_REWARDS[rebound_reward](POINTS, VELOCITIES, distance, which, WALL, NEAR_FREE, to_goal, model)
+    reward = REBOUND_REWARDS[rebound_reward](POINTS, VELOCITIES, distance, line, WALL, NEAR_FREE, to_goal, model)
     toward = GOAL_VECTORS[goal_vector](to_goal)
     velocity_cost = VELOCITY_COSTS[collision_factor](VELOCITIES, toward, collision_risk, reward)
     position_cost, gap_risk, approach_risk = np.array([0.0, 1.0]), np.array([-0.3, -0.1]), np.array([0.0, 1.0])

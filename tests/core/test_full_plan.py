@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.time_to_goal_planner.arrival import LATE, to_go
+from collplan_core.time_to_goal_planner.arrival import UNREACHED_COST, to_go
 from collplan_core.time_to_goal_planner.coarse_search import CoarsePlans, coarse_plans, targets
 from collplan_core.time_to_goal_planner.full_plan import FullPlan
 from collplan_core.time_to_goal_planner.initial_plans import (
@@ -22,7 +22,7 @@ from collplan_core.time_to_goal_planner.initial_plans import (
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem
 from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.time_to_goal_planner.sampling import SHORTEST, sample_trajectory
-from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
 from scenes import rotation, unit
 from time_to_goal_scenes import (
     RADIUS,
@@ -166,7 +166,7 @@ def test_the_cost_is_the_time_and_what_is_paid_on_the_way(scene, v, strategy, se
     commands, goal = np.random.default_rng(seed).uniform(-0.8, 0.8, (20, 2)), problem.constants.goal
     short = rolled(problem, state, commands)
     if not has_arrived(problem, short):
-        rest = to_go(problem, motion_in(problem, short.states[short.n])) + LATE
+        rest = to_go(problem, motion_in(problem, short.states[short.n])) + UNREACHED_COST
         assert short.cost == pytest.approx(short.n * CONTROL_INTERVAL + short.costs[short.n] + rest, abs=1e-12)
     there = carried_on(problem, state, commands)
     assert (np.diff(there.costs[: there.n + 1]) >= 0.0).all()
@@ -212,7 +212,7 @@ def test_coarse_plans_are_full_plans_up_to_the_horizon(scene, v, strategy):
             assert (plan.n - 1) * CONTROL_INTERVAL <= cost <= plan.cost + 1e-9
         else:
             np.testing.assert_array_equal(coarse.ends[place], plan.states[n])
-            assert cost <= plan.cost - LATE + 1e-9
+            assert cost <= plan.cost - UNREACHED_COST + 1e-9
             assert cost >= N_STEPS * STEP + to_go(problem, motion_in(problem, coarse.ends[place])) - 1e-9
 
 
@@ -241,8 +241,8 @@ def test_times_and_coarse_plans_turn_and_mirror_with_the_scene(quarters, mirrore
         here = motion_in(plain, (x, y, vx, vy))
         there = motion_in(other, (*(move @ (x, y)), *(move @ (vx, vy))))
         assert to_go(other, there) == pytest.approx(to_go(plain, here), abs=1e-6)
-        ux, uy, distance = heading(plain.paths, here.x, here.y)
-        assert heading(other.paths, there.x, there.y) == pytest.approx((*(move @ (ux, uy)), distance), abs=1e-6)
+        ux, uy, distance = path_direction(plain.paths, here.x, here.y)
+        assert path_direction(other.paths, there.x, there.y) == pytest.approx((*(move @ (ux, uy)), distance), abs=1e-6)
     state = np.array([1.203, -0.507, 0.4, 0.1])
     costs = (
         coarse_in(plain, state).costs,

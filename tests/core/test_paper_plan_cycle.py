@@ -166,11 +166,14 @@ def test_memory_keeps_the_way_travelled_and_the_last_aim():
     np.testing.assert_array_equal(memory.previous, [0.3, 0.4])
 
 
-def test_the_strategies_are_the_papers():
-    assert {name: (w.risk, w.velocity) for name, w in PAPER_WEIGHTS.items()} == {
-        "harness": (0.1, 4.0), "high_risk": (0.1, 0.0), "low_risk": (100.0, 0.0),
-    }  # fmt: skip
-    assert len({w.position for w in PAPER_WEIGHTS.values()}) == 1
+def test_the_strategies_of_the_paper_have_its_weights():
+    weights = {name: PAPER_WEIGHTS[name] for name in ("harness", "high_risk", "low_risk")}
+    assert {name: (w.risk, w.velocity) for name, w in weights.items()} == {
+        "harness": (0.1, 4.0),
+        "high_risk": (0.1, 0.0),
+        "low_risk": (100.0, 0.0),
+    }
+    assert len({w.position for w in weights.values()}) == 1
 
 
 def test_custom_takes_the_weights_group_and_a_named_strategy_does_not():

@@ -51,7 +51,7 @@ def test_turned_and_mirrored_poses_turn_and_mirror_the_velocities(into, along, e
 
 
 def test_the_commands_are_what_bends_the_path():
-    """The same poses, with the commands withheld: the velocities are off by far more than noise."""
+    """A fit without the commands is off by far more than noise on poses that a fit with them explains."""
     path, known = rebounding_path(0.8, 0.0, 0.7, 0.8)
     idle = RecordedPath(path.times, path.points, np.zeros_like(path.wanted))
     told, untold = fit_impact(path, known.time, ROBOT, NOISE), fit_impact(idle, known.time, ROBOT, 0.01)

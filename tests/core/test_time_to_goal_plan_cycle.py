@@ -34,7 +34,7 @@ AROUND = np.array([-0.2, 0.55])
 N_COARSE = 25 * len(SWITCH_STEPS) * 25
 """First velocity, time of the switch, second velocity."""
 LATER = 0.06
-"""By how much a plan may promise to be there later than the one before [s]: a control interval, and what refinement at
+"""Time by which a plan may promise to arrive later than the one before [s]: a control interval, and what refinement at
 random may miss."""
 STEP_CHANGE = SETTINGS.robot.max_acceleration * STEP
 """Change of velocity within a step [m/s]."""

@@ -12,7 +12,7 @@ from collplan_core.time_to_goal_planner.dynamics import Contact, Motion, motion_
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, roll
 from collplan_core.time_to_goal_planner.initial_plans import padded
 from collplan_core.time_to_goal_planner.model import Problem, contact_costs, problem_of, robot_model
-from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading, time_to_go
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction, time_to_go
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 
@@ -109,11 +109,11 @@ def to_go(paths: ShortestPaths, position, velocity=(0.0, 0.0)) -> float:
 
 
 def toward(paths: ShortestPaths, position) -> tuple[float, float, float]:
-    return heading(paths.lookup(paths.tolerance), *map(float, position))
+    return path_direction(paths.lookup(paths.tolerance), *map(float, position))
 
 
 def path_length(paths: ShortestPaths, place) -> float:
-    """Length from a place, by the way point of the cell nearest to it [m]."""
+    """Length from a place, by the waypoint of the cell nearest to it [m]."""
     cell = np.round((np.asarray(place) - paths.origin) / paths.spacing).astype(int)
     number = paths.waypoint[tuple(np.clip(cell, 0, np.array(paths.waypoint.shape) - 1))]
     return float(np.hypot(*(paths.waypoints[number] - place)) + paths.remaining[number]) if number >= 0 else np.inf

@@ -89,7 +89,7 @@ def test_a_cable_pulled_stops_the_wheels_in_time(serial_robot):
 
 
 def stop_age_after_kill(robot, command, victim) -> float | None:
-    """As `stop_age`, the end being that of the process started by `command`."""
+    """Age of the last command when the robot stops after the process started by `command` is killed [s]; else None."""
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
         try:
             if victim == "controller":

@@ -26,7 +26,7 @@ stamps = st.integers(0, 2 * 10**18).map(lambda nanoseconds: nanoseconds / 1e9)
 
 
 def sent(message):
-    """As the listener gets it."""
+    """The message after serialisation, as a listener receives it."""
     return deserialize_message(serialize_message(message), type(message))
 
 

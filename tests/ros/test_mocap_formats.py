@@ -56,7 +56,7 @@ class TFMessage:
 
 @dataclass
 class OldPosition:
-    """Of vicon_receiver before it had stamps."""
+    """Position message of vicon_receiver before it had stamps."""
 
     x_trans: float
     y_trans: float

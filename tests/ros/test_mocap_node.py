@@ -15,7 +15,7 @@ from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, POSE_PUBLIS
 from collplan_ros.nodes.mocap_node import MocapNode
 
 CREEP = (1e-3, 0.0)
-"""As good as at rest, but no pose repeats the last one."""
+"""Velocity almost at rest, at which no pose repeats the last one [m/s]."""
 
 
 class MocapBench:

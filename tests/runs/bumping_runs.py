@@ -19,7 +19,7 @@ EPOCH = 1.7e9
 STRETCH = 0.6
 """One direction is commanded for so long [s]."""
 MOCAP_STEPS, COMMAND_STEPS = 4, 20
-"""Of the physics at 400 Hz."""
+"""Steps of the physics at 400 Hz between two poses, and between two commands."""
 
 
 def bumping_run(parent: Path, duration: float, seed: int = 0, speeds=(0.4, 1.1), **values: float) -> Path:

@@ -42,7 +42,7 @@ def speeds_into(result: TrialResult) -> np.ndarray:
 
 
 def digest(result: TrialResult) -> str:
-    """Of all that is measured, wall times aside."""
+    """Hash of all that a trial measures, wall times aside."""
     parts = (result.trajectory, result.rebounds, result.foreseen, result.candidates, *result.plans)
     return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
 

@@ -30,7 +30,7 @@ def trial(world: str, strategy: str, seed: int = 0) -> TrialResult:
 
 
 def digest(result: TrialResult) -> str:
-    """Of all that is measured, wall times aside."""
+    """Hash of all that a trial measures, wall times aside."""
     plans = b"".join(plan.tobytes() for plan in result.plans)
     return hashlib.sha256(
         result.trajectory.tobytes() + plans + repr(sorted(result.maneuvers.items())).encode()

@@ -79,7 +79,7 @@ def fan_of(cycle: Cycle) -> tuple[np.ndarray, ...]:
 
 
 def shortest_path(paths: ShortestPaths, position: np.ndarray) -> np.ndarray:
-    """(n, 2) from a position over the way points to the goal [m]."""
+    """(n, 2) from a position over the waypoints to the goal [m]."""
     points = [position]
     while True:
         i, j = np.rint((points[-1] - paths.origin) / paths.spacing).astype(int)
@@ -201,7 +201,7 @@ def _key() -> list:
         line_key("boundaries in memory", BOUNDARY, 3.0),
         area_key("solid inferred behind them", INFERRED_COLOR),
         line_key("limit of the robot's centre", FAINT, 0.8, "--"),
-        line_key("shortest path, way points", WAY, marker="o"),
+        line_key("shortest path, waypoints", WAY, marker="o"),
         line_key(f"the {FAN} best rollouts, carried on to the goal", FAINT, 0.8),
         line_key("plan", CHOICE, 2.4),
         mark_key("foreseen contact", CONTACT, "X", 8.0, "black"),

@@ -43,7 +43,7 @@ def drive_each_way(robot: MeasuredRobot, lever: np.ndarray, max_speed: float) ->
     """Drives forward, back, left and right, again while the result is uncertain.
 
     Args:
-        lever: (2,) of `turn_in_place` [m].
+        lever: (2,) lever found by `turn_in_place` [m].
         max_speed: upper limit of the speed [m/s].
     """
     speed = min(SPEED, max_speed)

@@ -96,7 +96,7 @@ class _FittedPath(NamedTuple):
 
     Attributes:
         unknowns: (7,) position and velocity at the first pose, velocity after the impact, its time.
-        jacobian: (m, 7) of the distances from the poses by the unknowns.
+        jacobian: (m, 7) derivatives of the distances from the poses by the unknowns.
         misfit: root mean square distance from the poses by axis [m].
     """
 

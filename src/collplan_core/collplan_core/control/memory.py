@@ -11,7 +11,7 @@ class ControllerMemory:
     """The memory that one control period hands to the next.
 
     Attributes:
-        integral: (2,) of the position error, as a velocity [m/s, world frame].
+        integral: (2,) integral of the position error, as a velocity [m/s, world frame].
         heading: yaw that is held [rad]; None until the first pose is seen.
         follower: what the planner's own way to follow its plans keeps; None at first.
     """

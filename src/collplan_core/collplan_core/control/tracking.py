@@ -16,13 +16,13 @@ def sample_reference(
     Args:
         times: (n,) strictly rising [s]; path: (n, 2) [m].
     """
-    position = np.array([np.interp(now, times, path[:, a]) for a in range(2)])
+    position = np.array([np.interp(now, times, path[:, axis]) for axis in range(2)])
     if now > times[-1]:
         return position, np.zeros(2)
     i = int(np.clip(np.searchsorted(times, now + look_ahead) - 1, 0, len(times) - 2))
     # central differences around the sample keep the velocity continuous at 20 Hz
-    a, b = max(i - 1, 0), min(i + 2, len(times) - 1)
-    return position, (path[b] - path[a]) / (times[b] - times[a])
+    before, after = max(i - 1, 0), min(i + 2, len(times) - 1)
+    return position, (path[after] - path[before]) / (times[after] - times[before])
 
 
 def saturate(velocity: np.ndarray, max_speed: float) -> np.ndarray:

@@ -31,6 +31,7 @@ class _Stages(NamedTuple):
 
 @njit
 def _build(ranges: np.ndarray, sweep: Sweep, radius: float, half_side: float, n_rays: int) -> _Stages:
+    """All stages from the ranges of a sweep (b,) [m] to boundaries, free space and frontiers, in order."""
     kind, distance = beam_kinds(ranges, sweep.range_min)
     hits = np.zeros((len(ranges), 2))
     for i in range(len(ranges)):

@@ -1,7 +1,7 @@
 """The free space F of the disc's centre as a star polygon: how far it can travel in each direction.
 
 The obstacles are grown by the disc (configuration space), from the pieces of the scan alone. Points relative to the
-centre of the star.
+centre of F.
 """
 
 import math
@@ -178,7 +178,7 @@ def free_space(
     Args:
         pieces: (m, 4) straight pieces of the observed surfaces [m]; owner: (m,) number of the surface of each.
         beams, sweep: what the scan saw, and how.
-        radius: of the disc by which the pieces are grown [m].
+        radius: radius of the disc by which the pieces are grown [m].
         box: (4,) the map's border x_min, y_min, x_max, y_max [m].
     """
     reach, border = np.empty(n), np.empty((n, 2))

@@ -1,7 +1,7 @@
 """Frontiers B_i of the free space, where it borders on what is unseen but may be free. Paper: II-A.
 
 Shadow edges, from the near end of an occluding surface to whatever lies behind it, and visible runs of the map border.
-Points relative to the centre of the star.
+Points relative to the centre of F.
 """
 
 import math

@@ -12,7 +12,7 @@ from collplan_core.local_map.free_space import MAP_BORDER, FreeSpace
 
 @njit
 def find_predicted(free: FreeSpace, shadow: np.ndarray) -> np.ndarray:
-    """(e, 4) the set E of half lines: origin relative to the centre of the star, unit tangent e_i into unseen space."""
+    """(e, 4) the set E of half lines: origin relative to the centre of F, unit tangent e_i into unseen space."""
     reach, border, surface, normals, _ = free
     n = len(reach)
     found = np.empty((2 * n, 4))
@@ -25,7 +25,8 @@ def find_predicted(free: FreeSpace, shadow: np.ndarray) -> np.ndarray:
             if not goes_on:
                 continue
             tx, ty = -normals[i, 1], normals[i, 0]
-            # onward = 1 continues counter-clockwise around the centre, against which an outward normal's left turn goes
+            # the tangent (-n_y, n_x) runs clockwise around the centre; flip it where the boundary continues
+            # counter-clockwise
             x, y = border[i]
             if (x * ty - y * tx) * onward < 0.0:
                 tx, ty = -tx, -ty

@@ -25,7 +25,7 @@ class LocalMap:
 
     Attributes:
         stamp: stamp of its scan [s].
-        position: (2,) centre of the star: the robot, or the nearest point out of a grown obstacle [m].
+        position: (2,) centre of F: the robot, or the nearest point out of a grown obstacle [m].
         radius: disc by which obstacles are grown [m].
         half_side: half the side of the square map [m].
         reach: (n,) free distance of the disc's centre in direction 2 pi k / n [m].

@@ -25,7 +25,7 @@ def sight_angle(
     """theta_sight: contiguous angle from the bearing of (x, y) to the open sides of its frontier [rad]. Paper: Fig. 2.
 
     Args:
-        reach: (n,) of F [m].
+        reach: (n,) free distance in direction 2 pi k / n from the centre of F [m].
         x, y: the candidate relative to the centre of F [m].
         clockwise, counter_clockwise: the open sides of its frontier.
         sight_distance: how far a direction must be free to count [m].

@@ -28,9 +28,10 @@ def long_enough(segments: np.ndarray, number: np.ndarray, shortest: float) -> np
 
 @njit
 def sample_positions(segments: np.ndarray, number: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """S: N_l = floor(length / dl) positions on each frontier B_i, at least one, at the centres of equal cells.
+    """S: floor(length(B_i) / dl) positions on each frontier B_i (printed for N_v), at least one.
 
-    Never at a frontier's ends, where the distance to a predicted boundary is 0 by construction.
+    They lie at the centres of equal cells, never at a frontier's ends, where the distance to a predicted boundary is 0
+    by construction.
 
     Args:
         segments: (m, 4) straight frontier segments, those of one frontier in sequence [m].
@@ -110,10 +111,10 @@ def product(
     for i in range(len(segment_of)):
         position_of[c] = i
         c += 1
-        for head in range(n_directions):
-            if not directions[segment_of[i], head]:
+        for direction in range(n_directions):
+            if not directions[segment_of[i], direction]:
                 continue
-            theta = 2.0 * math.pi * head / n_directions
+            theta = 2.0 * math.pi * direction / n_directions
             for step in range(1, n_speeds[i] + 1):
                 speed = max_speed * step / n_speeds[i]
                 position_of[c] = i

@@ -29,7 +29,7 @@ class Course:
 
 @dataclass(frozen=True, eq=False)
 class Engagement:
-    """The course of the plan in force, and the stage of its maneuver: phi of Alg. 3."""
+    """The course of the plan in force, and the stage of its maneuver: phi of III-B."""
 
     course: Course = field(default_factory=Course)
     stage: str = WAITING

@@ -30,10 +30,10 @@ def foreseen_contacts(
     speed = math.hypot(vx, vy)
     if speed < 1e-9:
         return Contacts.none()
-    distance, which = contact_distance(x, y, vx / speed, vy / speed, local_map.predicted)
-    if which < 0 or distance / speed > settings.planner.rebound_horizon:
+    distance, line = contact_distance(x, y, vx / speed, vy / speed, local_map.predicted)
+    if line < 0 or distance / speed > settings.planner.rebound_horizon:
         return Contacts.none()
-    tangent = local_map.predicted[which, 2:]
+    tangent = local_map.predicted[line, 2:]
     normal = np.array([-tangent[1], tangent[0]])
     normal = normal if normal @ velocities[-1] < 0.0 else -normal
     center = positions[-1] + velocities[-1] / speed * distance
@@ -41,5 +41,6 @@ def foreseen_contacts(
 
 
 def _contact(time: float, center: np.ndarray, velocity: np.ndarray, normal: np.ndarray, settings: Settings) -> Contacts:
+    """The contact at a time [s] of a disc with center (2,) [m] and velocity (2,) [m/s], and the rebound from it."""
     after = rebound(velocity, normal, settings.rebound.restitution, settings.rebound.tangential_retention)
     return Contacts(np.array([time]), (center - settings.robot.radius * normal)[None], after[None])

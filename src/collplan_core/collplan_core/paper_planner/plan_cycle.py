@@ -28,8 +28,8 @@ class PlannerMemory:
 
     Attributes:
         previous: (2,) p_pre, where the previous plan was made [m].
-        aim: (2,) its p_s [m]; NaN where it aimed at the goal, or before the first plan.
-        travelled: the way from p_ini to p_pre [m].
+        aim: (2,) p_s of the previous plan [m]; NaN where that aimed at the goal, or before the first plan.
+        travelled: length of the way from p_ini to p_pre [m].
     """
 
     previous: np.ndarray
@@ -139,10 +139,10 @@ def _evaluated(
         border, local_map.surface, local_map.shadow, space.positions, current, state.velocity, max_speed
     )
     predicted = local_map.predicted - np.array([center[0], center[1], 0.0, 0.0])
-    collision_risk, distance, which = collision_risks(space.points, space.velocities, predicted, model)
+    collision_risk, distance, line = collision_risks(space.points, space.velocities, predicted, model)
     # J_vel, eq. (2) and (3)
     reward = REBOUND_REWARDS[p.rebound_reward](
-        space.points, space.velocities, distance, which, predicted, border, to_goal, model
+        space.points, space.velocities, distance, line, predicted, border, to_goal, model
     )
     goal_vector = GOAL_VECTORS[p.goal_vector](to_goal)
     velocity_cost = VELOCITY_COSTS[p.collision_factor](space.velocities, goal_vector, collision_risk, reward)

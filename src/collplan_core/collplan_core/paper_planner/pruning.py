@@ -46,7 +46,7 @@ def prune_positions(
     A dropped frontier drops nobody, so the one nearest to the goal always stays. Points relative to the centre of F.
 
     Args:
-        border: (n, 2) of F [m].
+        border: (n, 2) border points of F [m].
         positions: (p, 2) sampled positions [m].
         frontier_of: (p,) frontier of each, rising from 0.
         goal: (2,) p_goal [m].
@@ -91,9 +91,9 @@ def prune_directions(segments: np.ndarray, n_directions: int) -> np.ndarray:
     for k in range(len(segments)):
         dx, dy = segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1]
         length = max(math.hypot(dx, dy), 1e-12)
-        for head in range(n_directions):
-            theta = 2.0 * math.pi * head / n_directions
-            kept[k, head] = (math.cos(theta) * dy - math.sin(theta) * dx) / length > 1e-6
+        for direction in range(n_directions):
+            theta = 2.0 * math.pi * direction / n_directions
+            kept[k, direction] = (math.cos(theta) * dy - math.sin(theta) * dx) / length > 1e-6
         if not kept[k].any():
             kept[k] = True
     return kept

@@ -16,6 +16,7 @@ from collplan_core.plane import nearest_on_segment
 def _nearest_on_surface(
     border: np.ndarray, surface: np.ndarray, number: int, x: float, y: float
 ) -> tuple[float, float]:
+    """Nearest point to (x, y) on the edges of the border (n, 2) of F that are on the numbered surface [m]."""
     n = len(border)
     least, nearest_x, nearest_y = math.inf, x, y
     for k in range(n):
@@ -33,6 +34,10 @@ def _nearest_on_surface(
 def _onto_boundary(
     border: np.ndarray, surface: np.ndarray, number: int, path: np.ndarray, first: int
 ) -> tuple[np.ndarray, int]:
+    """The path (m, 2) with its samples from `first` on projected onto a surface, until one is in F; the index of that.
+
+    Where none is, the index is the last. Relative to the centre of F [m].
+    """
     projected = path.copy()
     i = first
     while i < len(path) and not inside(border, path[i, 0], path[i, 1]):

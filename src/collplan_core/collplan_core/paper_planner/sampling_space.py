@@ -69,15 +69,15 @@ def _sampled(
     spacing: float,
 ) -> _Samples:
     """S on the eligible frontiers that are long enough."""
-    which = np.flatnonzero(eligible & long_enough(segments, number, shortest))
-    chosen, numbers = np.empty((len(which), 4)), np.zeros(len(which), np.int64)
-    for i in range(len(which)):
+    index = np.flatnonzero(eligible & long_enough(segments, number, shortest))
+    chosen, numbers = np.empty((len(index), 4)), np.zeros(len(index), np.int64)
+    for i in range(len(index)):
         for a in range(4):
-            chosen[i, a] = segments[which[i], a] - center[a % 2]
+            chosen[i, a] = segments[index[i], a] - center[a % 2]
         if i > 0:
-            numbers[i] = numbers[i - 1] + int(number[which[i]] != number[which[i - 1]])
+            numbers[i] = numbers[i - 1] + int(number[index[i]] != number[index[i - 1]])
     positions, segment_of = sample_positions(chosen, numbers, spacing)
-    return _Samples(chosen, open_side[which], positions, segment_of, numbers[segment_of])
+    return _Samples(chosen, open_side[index], positions, segment_of, numbers[segment_of])
 
 
 class _Rule(NamedTuple):
@@ -95,18 +95,17 @@ def _pruned(
     samples: _Samples, n_speeds: np.ndarray, border: np.ndarray, goal: np.ndarray, rule: _Rule
 ) -> SamplingSpace:
     """C of the samples at N_v speeds (p,), without what pruning drops. Paper: II-C."""
-    segments, open_side, positions, segment_of, frontier_of = samples
-    n_before_pruning = len(positions) + int(n_speeds.sum()) * rule.n_directions
+    n_before_pruning = len(samples.positions) + int(n_speeds.sum()) * rule.n_directions
+    kept = np.ones(len(samples.positions), np.bool_)
     if rule.by_position:
-        kept = prune_positions(border, positions, frontier_of, goal, rule.prune_distance)
-        positions, segment_of, n_speeds = positions[kept], segment_of[kept], n_speeds[kept]
-    directions = np.ones((len(segments), rule.n_directions), np.bool_)
+        kept = prune_positions(border, samples.positions, samples.frontier_of, goal, rule.prune_distance)
+    directions = np.ones((len(samples.segments), rule.n_directions), np.bool_)
     if rule.by_direction:
-        directions = prune_directions(segments, rule.n_directions)
-    position_of, velocities = product(directions, segment_of, n_speeds, rule.max_speed)
-    return SamplingSpace(
-        positions, open_side[segment_of], position_of, positions[position_of], velocities, n_before_pruning
-    )
+        directions = prune_directions(samples.segments, rule.n_directions)
+    positions, segment_of = samples.positions[kept], samples.segment_of[kept]
+    position_of, velocities = product(directions, segment_of, n_speeds[kept], rule.max_speed)
+    open_side = samples.open_side[segment_of]
+    return SamplingSpace(positions, open_side, position_of, positions[position_of], velocities, n_before_pruning)
 
 
 def sampling_space(local_map: LocalMap, goal: np.ndarray, max_speed: float, planner: Planning) -> SamplingSpace:

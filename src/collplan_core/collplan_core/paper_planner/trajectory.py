@@ -105,23 +105,26 @@ def polygon_length(points: np.ndarray) -> float:
 
 @njit
 def _derivative(points: np.ndarray, t: float, a: int) -> float:
-    """Derivative by share of coordinate a of the spline, at share t."""
+    """Derivative of coordinate a of the spline with respect to the spline parameter t, in [0, 1] [m]."""
     s = 1.0 - t
-    w0, w1, w2, w3 = points[0, a], points[1, a], points[2, a], points[3, a]
-    return 3 * (s * s * (w1 - w0) + 2 * s * t * (w2 - w1) + t * t * (w3 - w2))
+    p0, p1, p2, p3 = points[0, a], points[1, a], points[2, a], points[3, a]
+    return 3 * (s * s * (p1 - p0) + 2 * s * t * (p2 - p1) + t * t * (p3 - p2))
 
 
 @njit
-def spline(points: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n, 2) and derivatives by share (n, 2) of the clamped cubic B-spline at shares (n,) of its duration."""
-    n = len(share)
+def spline(points: np.ndarray, parameter: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The clamped cubic B-spline through waypoints (4, 2): positions (n, 2) [m] and derivatives (n, 2) [m].
+
+    The derivatives are with respect to the spline parameter (n,), the share of the duration that has passed, in [0, 1].
+    """
+    n = len(parameter)
     position, derivative = np.empty((n, 2)), np.empty((n, 2))
     for i in range(n):
-        t = share[i]
+        t = parameter[i]
         s = 1.0 - t
         for a in range(2):
-            w0, w1, w2, w3 = points[0, a], points[1, a], points[2, a], points[3, a]
-            position[i, a] = s * s * s * w0 + 3 * s * s * t * w1 + 3 * s * t * t * w2 + t * t * t * w3
+            p0, p1, p2, p3 = points[0, a], points[1, a], points[2, a], points[3, a]
+            position[i, a] = s * s * s * p0 + 3 * s * s * t * p1 + 3 * s * t * t * p2 + t * t * t * p3
             derivative[i, a] = _derivative(points, t, a)
     return position, derivative
 
@@ -181,6 +184,6 @@ def make_trajectory(
     planner = settings.planner
     law = TIME_LAWS[planner.time_law](settings)
     points, duration = WAYPOINTS[planner.waypoints](state.position, state.velocity, aim, aim_velocity, law)
-    share = np.arange(planner.n_samples) / (planner.n_samples - 1)
-    positions, derivative = spline(points, share)
-    return share * duration, positions, derivative / duration
+    parameter = np.arange(planner.n_samples) / (planner.n_samples - 1)
+    positions, derivative = spline(points, parameter)
+    return parameter * duration, positions, derivative / duration

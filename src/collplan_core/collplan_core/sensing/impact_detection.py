@@ -70,17 +70,18 @@ def find_impact(times: np.ndarray, points: np.ndarray, robot: Robot, mocap: Moca
     noise = math.hypot(mocap.position_noise, robot.max_acceleration * mocap.impact_window**2 / 4)
     deviations = _Deviations(noise, ACCELERATION_SHARE * robot.max_acceleration)
     coarse = _Search(first, last, 1, float(times[-1]) - IMPACT_REACH * mocap.impact_window)
-    found = _likeliest_impact(times, points, coarse, deviations)
-    if found.score < CERTAINTY or len(times) - found.first_after < FEWEST_AFTER:
+    coarse_fit = _likeliest_impact(times, points, coarse, deviations)
+    if coarse_fit.score < CERTAINTY or len(times) - coarse_fit.first_after < FEWEST_AFTER:
         return None
-    fine = _Search(max(found.first_after - 1, first), min(found.first_after + 1, last), FINE, -math.inf)
-    found = _likeliest_impact(times, points, fine, deviations)
+    near = coarse_fit.first_after
+    fine = _Search(max(near - 1, first), min(near + 1, last), FINE, -math.inf)
+    fine_fit = _likeliest_impact(times, points, fine, deviations)
     # what the wheels can make by swinging from one extreme to the other
     least = max(mocap.impact_speed, 2.0 * robot.max_acceleration * mocap.impact_window)
-    if math.hypot(found.change_x, found.change_y) < least:
+    if math.hypot(fine_fit.change_x, fine_fit.change_y) < least:
         return None
-    point, change = np.array([found.x, found.y]), np.array([found.change_x, found.change_y])
-    return DetectedImpact(found.first_after, found.time, point, change)
+    point, change = np.array([fine_fit.x, fine_fit.y]), np.array([fine_fit.change_x, fine_fit.change_y])
+    return DetectedImpact(fine_fit.first_after, fine_fit.time, point, change)
 
 
 class _Deviations(NamedTuple):
@@ -100,7 +101,15 @@ class _Search(NamedTuple):
 
 
 class _FittedImpact(NamedTuple):
-    """One time that was tried: `score` is the change of velocity in standard deviations; else as in DetectedImpact."""
+    """The least-squares fit with an impact at one tried time.
+
+    Attributes:
+        score: change of velocity, in standard deviations.
+        first_after: index of the first pose after the impact.
+        time: time of the impact [s].
+        x, y: centre of the robot then [m].
+        change_x, change_y: change of the velocity [m/s].
+    """
 
     score: float
     first_after: int

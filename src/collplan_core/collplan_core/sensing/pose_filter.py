@@ -134,6 +134,7 @@ def warm_up() -> None:
 
 
 def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[FilterResult, FilterMemory]:
+    """The result of a pose that was added to its track, and the memory with that track, cut at an impact."""
     impact = None
     if settings.mocap.detect_impacts:
         impact = find_impact(track.times, track.points, settings.robot, settings.mocap)

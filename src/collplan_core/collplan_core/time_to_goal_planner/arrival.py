@@ -8,9 +8,9 @@ from collplan_core.time_to_goal_planner.model import Goal, Problem
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import time_to_go
 
 ON_THE_WAY = -1.0
-"""Instead of the time of an arrival."""
-LATE = 0.3
-"""Charged beyond the time to go to a full plan that does not reach the goal [s]."""
+"""Stands for the time of an arrival where there is none yet."""
+UNREACHED_COST = 0.3
+"""Cost, beyond the time to go, of a full plan that does not reach the goal [s]."""
 
 
 @njit
@@ -30,14 +30,14 @@ def arrival_share(goal: Goal, begin: Motion, end: Motion) -> float:
 
 
 @njit
-def goal_offset_cost(goal: Goal, motion: Motion) -> float:
-    """What an arrival costs whose line passes the goal's centre at a distance [s]."""
+def graze_cost(goal: Goal, motion: Motion) -> float:
+    """Cost of an arrival by the distance at which its line passes the goal's centre [s]."""
     vx, vy = motion.vx, motion.vy
     speed2 = vx * vx + vy * vy
     if speed2 < 1e-12:
         return 0.0
     offset = vx * (goal.y - motion.y) - vy * (goal.x - motion.x)
-    return goal.offset_cost * offset * offset / speed2
+    return goal.graze_cost * offset * offset / speed2
 
 
 @njit
@@ -51,4 +51,4 @@ def to_go(problem: Problem, motion: Motion) -> float:
 @njit
 def end_cost(problem: Problem, motion: Motion) -> float:
     """What a full plan that ends with a motion before the goal is charged for the rest [s]."""
-    return to_go(problem, motion) + LATE
+    return to_go(problem, motion) + UNREACHED_COST

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, arrival_share, goal_offset_cost, is_there, to_go
+from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, arrival_share, graze_cost, is_there, to_go
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, contact_cost, step
 from collplan_core.time_to_goal_planner.model import STEP, Constants, Problem
-from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
 from collplan_core.time_to_goal_planner.stopping import STOP_TEST_STEPS, stop_cost
 
 SWITCH_STEPS = np.array([4, 10, 18, 28, 40])
@@ -65,7 +65,7 @@ def _roll_on(
             cost += contact_cost(costs, contact)
         if is_there(goal, motion):
             arrival = (k + arrival_share(goal, before, motion)) * STEP
-            return _Rollout(motion, cost + goal_offset_cost(goal, motion), k + 1), arrival
+            return _Rollout(motion, cost + graze_cost(goal, motion), k + 1), arrival
     return _Rollout(motion, cost, last), ON_THE_WAY
 
 
@@ -73,7 +73,7 @@ def _roll_on(
 def coarse_plans(problem: Problem, initial: Motion, n_steps: int) -> CoarsePlans:
     """Rolls all coarse plans up to the horizon of n_steps; those with an equal beginning share its rollout."""
     clearance, source, constants = problem.clearance, problem.source, problem.constants
-    ux, uy, _ = heading(problem.paths, initial.x, initial.y)
+    ux, uy, _ = path_direction(problem.paths, initial.x, initial.y)
     velocities = targets(math.atan2(uy, ux), constants.model.max_speed)
     n, m = len(velocities), len(SWITCH_STEPS)
     costs, ends = np.full((n, m, n), np.inf), np.zeros((n, m, n, 4))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, arrival_share, goal_offset_cost, is_there
+from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, arrival_share, graze_cost, is_there
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, clearance_cost, contact_cost, step
 from collplan_core.time_to_goal_planner.model import INTERVAL_STEPS, STEP, Constants
 
@@ -26,7 +26,7 @@ def roll_interval(
             touched = True
             cost += contact_cost(costs, contact)
         if is_there(goal, motion):
-            cost += goal_offset_cost(goal, motion)
+            cost += graze_cost(goal, motion)
             return motion, cost, (k + arrival_share(goal, before, motion)) * STEP
     if not touched and motion.clearance_bound <= costs.distance:
         cost += clearance_cost(clearance, grid, costs, begin, motion)

@@ -72,7 +72,10 @@ def free_step(wheels: VelocityLaw, motion: Motion, ux: float, uy: float) -> Moti
 def step(
     clearance: np.ndarray, source: np.ndarray, grid: Grid, model: RobotModel, motion: Motion, ux: float, uy: float
 ) -> tuple[Motion, Contact]:
-    """The motion after STEP under command u, and the first contact on the way."""
+    """The motion after STEP under command u by the law of `velocity_law`, and the first contact on the way.
+
+    What a contact does to the velocity is in `_step_with_contact`.
+    """
     end = free_step(model.wheels, motion, ux, uy)
     if end.clearance_bound > 0.0:
         return end, NOTHING_TOUCHED
@@ -80,11 +83,11 @@ def step(
     end = Motion(end.x, end.y, end.vx, end.vy, after)
     if after >= 0.0:
         return end, NOTHING_TOUCHED
-    return _touch(clearance, source, grid, model, motion, end, ux, uy)
+    return _step_with_contact(clearance, source, grid, model, motion, end, ux, uy)
 
 
 @njit
-def _touch(
+def _step_with_contact(
     clearance: np.ndarray,
     source: np.ndarray,
     grid: Grid,
@@ -94,30 +97,34 @@ def _touch(
     ux: float,
     uy: float,
 ) -> tuple[Motion, Contact]:
-    """The step that would end inside a boundary: up to the contact, off it, and on."""
+    """A step that meets a boundary: motion up to the contact, and on under u for the rest of the step.
+
+    At the contact, above IMPACT_SPEED, the rebound v' = -e v_n n + k_t v_t (`reflect`); below it the normal speed is
+    removed.
+    """
     share = _contact_share(clearance, grid, motion, end)
     cx, cy = motion.x + share * (end.x - motion.x), motion.y + share * (end.y - motion.y)
     nx, ny = normal_at(clearance, grid, cx, cy)
     sx, sy = motion.vx + share * (end.vx - motion.vx), motion.vy + share * (end.vy - motion.vy)
     normal_speed = -(sx * nx + sy * ny)
-    kind = SLIDES
+    kind, rx, ry = SLIDES, sx, sy
     if normal_speed > IMPACT_SPEED:
         kind = OBSERVED if source_at(source, grid, cx, cy) != INFERRED else INFERRED
         restitution = model.restitution if kind == OBSERVED else 0.0
-        sx, sy = reflect(sx, sy, nx, ny, restitution, model.retention)
+        rx, ry = reflect(sx, sy, nx, ny, restitution, model.retention)
     elif normal_speed > 0.0:
-        sx, sy = sx + normal_speed * nx, sy + normal_speed * ny
+        rx, ry = sx + normal_speed * nx, sy + normal_speed * ny
     rest = (1.0 - share) * STEP
-    wx, wy = velocity_after(model.wheels, sx, sy, ux, uy, rest)
+    wx, wy = velocity_after(model.wheels, rx, ry, ux, uy, rest)
     pressed = -(wx * nx + wy * ny)
     if kind == SLIDES and pressed > 0.0:
         wx, wy = wx + pressed * nx, wy + pressed * ny
-    px, py = cx + 0.5 * (sx + wx) * rest, cy + 0.5 * (sy + wy) * rest
-    after = clearance_at(clearance, grid, px, py)
-    if after < 0.0:
-        px, py = px - after * nx, py - after * ny
-        after = 0.0
-    return Motion(px, py, wx, wy, after), Contact(kind, normal_speed, share, nx, ny)
+    px, py = cx + 0.5 * (rx + wx) * rest, cy + 0.5 * (ry + wy) * rest
+    measured = clearance_at(clearance, grid, px, py)
+    if measured < 0.0:
+        px, py = px - measured * nx, py - measured * ny
+    bound = 0.0 if measured < 0.0 else measured
+    return Motion(px, py, wx, wy, bound), Contact(kind, normal_speed, share, nx, ny)
 
 
 @njit
@@ -162,7 +169,7 @@ def clearance_cost(clearance: np.ndarray, grid: Grid, costs: ContactCosts, begin
         if clearance_at(clearance, grid, qx, qy) >= 0.0 or clearance_at(clearance, grid, x + ex, y + ey) < 0.0:
             continue
         nx, ny = normal_at(clearance, grid, qx, qy)
-        square = -(dx * nx + dy * ny)
-        if square > 0.3:
-            cost += costs.clearance * square * speed
+        cos_incidence = -(dx * nx + dy * ny)
+        if cos_incidence > 0.3:
+            cost += costs.clearance * cos_incidence * speed
     return cost

@@ -21,9 +21,9 @@ class FullPlan(NamedTuple):
     Attributes:
         commands: (m, 2) [m/s].
         states: (m + 1, 4) x, y, vx, vy before each interval and after the last.
-        costs: (m + 1,) charged up to there [s].
+        costs: (m + 1,) cost up to each of the states, its time left out [s].
         n: intervals in use.
-        cost: of the plan, its time included [s].
+        cost: cost of the plan, its time included [s].
     """
 
     commands: np.ndarray

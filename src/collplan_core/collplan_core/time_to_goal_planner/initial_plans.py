@@ -11,7 +11,7 @@ from collplan_core.time_to_goal_planner.control_interval import roll_interval
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, clip, roll
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, INTERVAL_STEPS, Problem
-from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
 
 TRACKING_GAIN = 2.5
 """Gain with which the plan in force is tracked, where its own commands led beside it [1/s]."""
@@ -54,7 +54,7 @@ def extended(problem: Problem, initial: Motion, commands: np.ndarray, n: int) ->
 
 @njit
 def extend_to_goal(problem: Problem, plan: FullPlan) -> int:
-    """Adds commands to a plan greedily by the time to go, in place; how many there are then."""
+    """Adds commands to a plan greedily by the time to go, in place; number of its commands then."""
     clearance, source, constants = problem.clearance, problem.source, problem.constants
     x, y, vx, vy = plan.states[plan.n]
     motion = motion_at(clearance, constants.grid, x, y, vx, vy)
@@ -75,7 +75,7 @@ def extend_to_goal(problem: Problem, plan: FullPlan) -> int:
 @njit
 def _best_target(problem: Problem, motion: Motion) -> tuple[float, float]:
     """The velocity that is best to command for a while: one of some bearings at full speed, or rest."""
-    ux, uy, _ = heading(problem.paths, motion.x, motion.y)
+    ux, uy, _ = path_direction(problem.paths, motion.x, motion.y)
     bearing, max_speed = math.atan2(uy, ux), problem.constants.model.max_speed
     best, bx, by = np.inf, 0.0, 0.0
     for a in range(EXTENSION_TARGETS + 1):

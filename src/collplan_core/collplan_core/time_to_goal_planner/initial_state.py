@@ -24,8 +24,8 @@ class Expected:
     """What a plan in force foresees.
 
     Attributes:
-        times: (n,) [s]; positions, velocities: (n, 2) at them [m], [m/s].
-        contact_times: (k,) when its contacts are [s].
+        times: (n,) times of its samples [s]; positions, velocities: (n, 2) at these times [m], [m/s].
+        contact_times: (k,) times of its contacts [s].
     """
 
     times: np.ndarray
@@ -34,11 +34,11 @@ class Expected:
     contact_times: np.ndarray
 
     def positions_at(self, times: np.ndarray) -> np.ndarray:
-        """(m, 2) at times (m,); the last one after the end [m]."""
+        """(m, 2) positions at times (m,) [s]; the last one after the end [m]."""
         return np.column_stack([np.interp(times, self.times, self.positions[:, a]) for a in range(2)])
 
     def velocity_at(self, time: float) -> np.ndarray:
-        """(2,) at a time; the later of two at the moment of a contact [m/s]."""
+        """(2,) velocity at a time [s]; the one after a contact at the moment of it [m/s]."""
         i = int(np.searchsorted(self.times, time, side="right")) - 1
         i = min(max(i, 0), len(self.times) - 2)
         share = (time - self.times[i]) / (self.times[i + 1] - self.times[i])

@@ -33,9 +33,10 @@ class ContactCosts(NamedTuple):
     """What contacts and near misses cost [s].
 
     Attributes:
-        fixed, by_speed: of a contact, and by its normal speed [s per m/s]; over: in addition above the limit [m/s].
-        inferred_fixed, inferred_by_speed: of a contact with inferred solid.
-        clearance: by the speed of a chord that would touch if it were driven `distance` [m] to one side.
+        fixed, by_speed: cost of a contact, and by its normal speed [s per m/s].
+        over, limit: cost in addition, and the normal speed [m/s] above which it applies.
+        inferred_fixed, inferred_by_speed: cost of a contact with inferred solid, and by its normal speed [s per m/s].
+        clearance: cost, by its speed [s per m/s], of a chord that would touch if it were driven `distance` [m] aside.
     """
 
     fixed: float
@@ -53,13 +54,13 @@ class Goal(NamedTuple):
 
     Attributes:
         x, y, tolerance: centre and radius [m].
-        offset_cost: of an arrival, by the square of the distance at which its line passes the centre [s/m^2].
+        graze_cost: cost of an arrival, by the square of the distance at which its line passes the centre [s/m^2].
     """
 
     x: float
     y: float
     tolerance: float
-    offset_cost: float
+    graze_cost: float
 
 
 class Constants(NamedTuple):

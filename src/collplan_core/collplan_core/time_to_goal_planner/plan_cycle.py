@@ -44,13 +44,14 @@ class PlannerMemory:
     """What one cycle leaves to the next.
 
     Attributes:
-        remembered: boundaries seen so far; map_stamp: of the last scan in them [s].
-        known: whether the whole map was given: nothing is added.
+        remembered: boundaries seen so far; map_stamp: stamp of the last scan in them [s].
+        known: whether the whole map was given, to which nothing is added.
         paths: shortest paths to the goal.
-        plan_stamp: when the plan in force begins [s]; commands: (n, 2) its commands, one a control interval [m/s].
-        expected: what it foresees.
+        plan_stamp: stamp at which the plan in force begins [s].
+        commands: (n, 2) commands of the plan in force, one a control interval [m/s].
+        expected: states and contacts that the plan in force foresees.
         rollouts: the plans that refinement began with (k, 2) [m], for display.
-        cycle: how many there were: the seed of the refinement.
+        cycle: number of cycles so far, the seed of the refinement.
     """
 
     remembered: RememberedBoundaries | None = None

@@ -11,7 +11,7 @@ from collplan_core.time_to_goal_planner.control_interval import roll_interval
 from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan, clip
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
-from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import heading
+from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
 from collplan_core.time_to_goal_planner.stopping import stop_cost
 
 LONGEST_WINDOW = 20
@@ -33,9 +33,9 @@ class Change(NamedTuple):
     Attributes:
         kind: DELETE, BUMP or STRAIGHT.
         first, window: first control interval changed, and how many are.
-        deleted, where: intervals taken out of the window, and from which one on.
+        deleted, where: number of intervals taken out of the window, and the first of them.
         bump_x, bump_y: height of the bump [m/s].
-        position_gain, velocity_gain: with which the old plan is tracked after the window [1/s], [1].
+        position_gain, velocity_gain: gains with which the old plan is tracked after the window [1/s], [1].
     """
 
     kind: int
@@ -121,7 +121,7 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
             ux = commands[old, 0] + position_gain * off_x + velocity_gain * (states[old, 2] - motion.vx)
             uy = commands[old, 1] + position_gain * off_y + velocity_gain * (states[old, 3] - motion.vy)
         else:
-            ux, uy, _ = heading(problem.paths, motion.x, motion.y)
+            ux, uy, _ = path_direction(problem.paths, motion.x, motion.y)
             ux, uy = max_speed * ux, max_speed * uy
         ux, uy = clip(ux, uy, max_speed)
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, ux, uy)

@@ -8,9 +8,9 @@ from collplan_core.time_to_goal_planner.dynamics import Motion
 from collplan_core.time_to_goal_planner.model import STEP, Problem
 
 STOP_TEST_STEPS = 4
-"""Steps after which the robot must be able to brake within what was seen, where that is asked for."""
+"""Steps after which the robot must be able to brake within what was seen, where the strategy demands it."""
 UNSTOPPABLE = 100.0
-"""Added to the cost of a plan that fails the stop test [s]."""
+"""Cost of failing the stop test, added to that of a plan [s]."""
 BRAKING_SHARE = 0.9
 """Share of the largest acceleration that braking counts on."""
 SWERVES = (0.0, 0.4, -0.4, 0.8, -0.8, 1.2, -1.2)
@@ -19,6 +19,7 @@ SWERVES = (0.0, 0.4, -0.4, 0.8, -0.8, 1.2, -1.2)
 
 @njit
 def _is_free(problem: Problem, x: float, y: float) -> bool:
+    """Whether the disc was seen to be free at the node nearest to (x, y) [m]."""
     nx, ny = problem.free.shape
     grid = problem.constants.grid
     i, j = int(math.floor((x - grid.x) / grid.spacing + 0.5)), int(math.floor((y - grid.y) / grid.spacing + 0.5))
@@ -27,6 +28,7 @@ def _is_free(problem: Problem, x: float, y: float) -> bool:
 
 @njit
 def _stops(problem: Problem, motion: Motion, swerve: float) -> bool:
+    """Whether braking that first pushes at a bearing `swerve` [rad] off straight back touches nothing and ends free."""
     grid, brake = problem.constants.grid, BRAKING_SHARE * problem.constants.model.wheels.max_acceleration
     x, y, vx, vy, _ = motion
     speed = math.hypot(vx, vy)
@@ -58,5 +60,5 @@ def admits_stop(problem: Problem, motion: Motion) -> bool:
 
 @njit
 def stop_cost(problem: Problem, motion: Motion) -> float:
-    """Charged where the robot cannot brake from a motion within what it has seen [s]."""
+    """Cost of a motion from which the robot cannot brake within what it has seen [s]."""
     return 0.0 if admits_stop(problem, motion) else UNSTOPPABLE

@@ -19,7 +19,7 @@ class World:
     """Obstacles and bounds in the world frame, whatever the robot.
 
     Attributes:
-        name: of a shipped arena, a file's stem, or "family:seed".
+        name: name of a shipped arena, a file's stem, or "family:seed".
         polygons: each (k, 2), convex; counter-clockwise whichever way they were given [m].
         circles: (c, 3) x, y, radius [m].
         bounds: x_min, y_min, x_max, y_max of the arena [m]; obstacles may reach beyond.

@@ -26,7 +26,7 @@ class GroupResults:
     Attributes:
         group: the families.
         cells, rebounds: runs and rebound errors of every strategy.
-        gains: of the strategy judged against each other one.
+        gains: gains of the strategy judged against each other one.
         worlds: gain in each world against `BounceResults.against`, ascending.
     """
 
@@ -44,8 +44,8 @@ class VariantResults:
     Attributes:
         group: the families.
         ablation: name of the variant; empty for the main comparison.
-        cells: of the two strategies compared.
-        gain: of one over the other.
+        cells: cells of the two strategies compared.
+        gain: gain of one over the other.
     """
 
     group: Group

@@ -13,7 +13,7 @@ class Case:
     """The runs of one family of worlds at one point of the axes and with one ablation.
 
     Attributes:
-        family: of the worlds.
+        family: family of the worlds.
         ablation: its name; empty without one.
         point: value of each --set axis by key.
         runs: rows of the case.

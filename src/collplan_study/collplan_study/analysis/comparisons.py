@@ -114,7 +114,7 @@ def compared(
     """Compares two strategies by one statistic.
 
     Args:
-        runs: of a case.
+        runs: runs of a case.
         ours, other: the strategies.
         period, other_period: T_map of each [s].
         column, measure: as in `Comparison`.

@@ -27,13 +27,13 @@ class CaseResults:
     """Results of a case without ablation.
 
     Attributes:
-        name, family, point: of the case.
+        name, family, point: name, family and point of the case.
         worlds: their names.
         main_periods: T_map [s] of each strategy in Table I.
         spread: name of the units that the standard deviations of its Table I are taken over.
         table_one: comparisons at the paper's T_map.
         by_map_period: comparisons at every T_map.
-        cells: of every strategy and T_map.
+        cells: cells of every strategy and T_map.
     """
 
     name: str
@@ -54,7 +54,7 @@ class AblationResults:
     Attributes:
         case: name of the case without ablation.
         ablation: its name.
-        cells: of every strategy.
+        cells: cells of every strategy.
         longer: mean arrival time in excess of that of the same runs without ablation [%], by strategy.
         gains: improvements of mean arrival time against the other strategies.
     """

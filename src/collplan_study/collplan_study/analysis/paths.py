@@ -23,7 +23,7 @@ class RunPath:
 
     Attributes:
         points: (n, 2) [m].
-        outcome: of the run.
+        outcome: outcome of the run.
         impacts: (k, 2) contact points of the impacts to be marked [m].
     """
 
@@ -38,9 +38,9 @@ def read_paths(
     """The paths of a cell's runs in a world, by trial.
 
     Args:
-        path: of trajectories.parquet.
-        case: that the cell belongs to.
-        world: its name.
+        path: path of trajectories.parquet.
+        case: case that the cell belongs to.
+        world: name of the world.
         cell: strategy and map_period_s.
         impacts: rows of the impacts to be marked; None marks none.
     """

@@ -95,7 +95,7 @@ def score(success: bool, time: float, optimal: float) -> float:
 
     Args:
         success: whether the run arrived.
-        time: of the run [s].
+        time: duration of the run [s].
         optimal: `optimal_time` of the world [s].
     """
     return success * optimal / min(max(time, 2.0 * optimal), 8.0 * optimal)

@@ -42,7 +42,7 @@ def load_sdf(path: Path, start: np.ndarray, goal: np.ndarray, scale: float = 1.0
     """The world in an SDF file, gzip-compressed or not, named after the file.
 
     Args:
-        path: of the file.
+        path: path of the file.
         start, goal: (2,) in the frame of the file, before scaling [m].
         scale: factor on all coordinates and sizes, those of start and goal included.
 
@@ -69,8 +69,8 @@ class _Collision:
     """One `collision` element of a link.
 
     Attributes:
-        path: of the file; model: name of its model; both for error messages.
-        pose: (4, 4) of the shape in the world.
+        path: path of the file; model: name of its model; both for error messages.
+        pose: (4, 4) pose of the shape in the world.
         element: the XML element.
     """
 

@@ -69,7 +69,7 @@ class Grid:
     Attributes:
         cells: in the order of the tables.
         axes: keys of the --set parameters, which have columns of their own.
-        seed: of the study.
+        seed: seed of the study.
     """
 
     cells: tuple[CellSpec, ...]

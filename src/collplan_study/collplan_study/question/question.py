@@ -17,7 +17,7 @@ class Question:
         strategies: named weight sets.
         map_periods: T_map [s]; None is the paper's five for its strategies, the parameter's default for any other.
         trials: number in each cell of the grid.
-        seed: of the study, from which those of the trials follow.
+        seed: seed of the study, from which those of the trials follow.
         values: "KEY=VALUE" of any parameter; "KEY=A,B,C" makes an axis.
         start, goal: x, y [m]; None takes each world's own.
         barn_scale: factor on the worlds of barn:DIR.

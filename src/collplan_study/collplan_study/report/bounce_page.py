@@ -25,8 +25,8 @@ def bounce_page(
     """HTML of the page but its closing sections.
 
     Args:
-        results: of the study.
-        provenance: of the study.
+        results: results of the study.
+        provenance: content of provenance.json.
         pictures: drawn as they are taken.
         rows: number of runs done so far.
     """

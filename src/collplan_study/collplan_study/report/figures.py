@@ -51,11 +51,11 @@ class PathPanel:
     """A map of a world with the paths of a strategy's runs.
 
     Attributes:
-        world: drawn.
-        radius: of the robot [m].
-        tolerance: of the goal [m].
-        strategy, map_period: of the runs; T_map in [s].
-        paths: of the runs.
+        world: world of the runs.
+        radius: radius of the robot [m].
+        tolerance: tolerance of the goal [m].
+        strategy, map_period: strategy and T_map [s] of the runs.
+        paths: paths of the runs.
     """
 
     world: World
@@ -71,7 +71,7 @@ def draw_panels(cells: Sequence[Cell], spread: str) -> Figure:
     """Mean and standard deviation of arrival time and path length against T_map, with intervals.
 
     Args:
-        cells: of a case.
+        cells: cells of a case.
         spread: name of the units that the standard deviations are taken over.
     """
     figure = new_figure(7.6, 5.6)

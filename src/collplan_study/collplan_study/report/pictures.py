@@ -34,7 +34,7 @@ def path_panels(
     Args:
         data: the study.
         source: the world.
-        case: that the cells belong to.
+        case: case that the cells belong to.
         cells: strategy and map_period_s of each.
         impacts: rows of the impacts that are marked; None marks none.
     """

@@ -16,7 +16,7 @@ class StudyData:
     """A study whose tables were written.
 
     Attributes:
-        folder: of the study.
+        folder: folder of the study.
         provenance: as provenance.json holds it.
         sources: the worlds.
         runs, impacts: rows of the runs done so far and of their impacts.

@@ -49,7 +49,7 @@ def new_session(options: Options, done: int) -> dict[str, Any]:
     """Record of an invocation that starts now.
 
     Args:
-        options: of its command line.
+        options: options of the command line.
         done: trials that earlier sessions completed.
     """
     where = {"jobs": options.jobs} if options.dask is None else {"dask": options.dask}

@@ -41,7 +41,7 @@ def make_folder(out: Path | None, provenance: Mapping[str, Any], sources: Sequen
 
     Args:
         out: path of the folder; None is runs/study-<time>.
-        provenance: of the study.
+        provenance: content of provenance.json.
         sources: the worlds of the study.
 
     Raises:

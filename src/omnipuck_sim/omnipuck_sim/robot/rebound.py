@@ -23,7 +23,7 @@ class Impact:
         time: when it was [s, simulated].
         point: (2,) contact point on the obstacle [m].
         normal: (2,) unit normal out of the obstacle.
-        velocity_before, velocity_after: (2,) of the robot [m/s].
+        velocity_before, velocity_after: (2,) velocity of the robot [m/s].
     """
 
     time: float

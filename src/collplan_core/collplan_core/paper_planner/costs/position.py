@@ -23,9 +23,9 @@ def previous_aim_direction(
 
     Args:
         previous: (2,) p_pre, where the previous plan was made [m].
-        aim: (2,) the previous plan's p_s [m]; NaN without one, and the direction then too.
+        aim: (2,) p_s of the previous plan [m]; NaN without one, and the direction then too.
         position: (2,) p_cur [m].
-        center: (2,) of F [m].
+        center: (2,) centre of F [m].
     """
     return aim - previous
 
@@ -35,7 +35,11 @@ def previous_position_direction(
 ) -> np.ndarray:
     """(2,) direction from p_cur back to p_pre, so that the angle is the interior one, as printed.
 
-    The arguments are those of `previous_aim_direction`.
+    Args:
+        previous: (2,) p_pre, where the previous plan was made [m].
+        aim: (2,) p_s of the previous plan [m]; NaN without one, and the direction then too.
+        position: (2,) p_cur [m].
+        center: (2,) centre of F [m].
     """
     return (previous - center) - (position - center) if aim[0] == aim[0] else aim
 
@@ -45,10 +49,13 @@ TURN_DIRECTIONS = {"turn": previous_aim_direction, "printed": previous_position_
 
 
 @njit
-def _ways_and_turns(
+def _path_lengths_and_turns(
     positions: np.ndarray, current: np.ndarray, goal: np.ndarray, straight_on: np.ndarray, turn_threshold: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Length |p_cur p_s| + |p_s p_goal| of each position (p,) [m], and whether it takes too large a turn (p,)."""
+    """Length |p_cur p_s| + |p_s p_goal| of each position (p,) [m], and whether it takes too large a turn (p,).
+
+    Paper: Alg. 1, lines 1 to 4.
+    """
     n = len(positions)
     length = np.empty(n)
     turns = np.zeros(n, np.bool_)
@@ -78,9 +85,9 @@ def normalised_first(
         travelled: |p_ini p_pre| + |p_pre p_cur| [m], equal for all and so without effect here.
         turn_threshold, turn_penalty: theta_thres [rad] and f_a.
     """
-    length, turns = _ways_and_turns(positions, current, goal, straight_on, turn_threshold)
-    share = normalize(length)
-    return np.where(turns, turn_penalty * (1.0 + share) - 1.0, share)
+    length, turns = _path_lengths_and_turns(positions, current, goal, straight_on, turn_threshold)
+    normalised = normalize(length)
+    return np.where(turns, turn_penalty * (1.0 + normalised) - 1.0, normalised)
 
 
 @njit
@@ -95,9 +102,14 @@ def penalised_first(
 ) -> np.ndarray:
     """J_pos (p,) as Alg. 1 is printed: the turns penalised before the lengths are normalised.
 
-    The arguments are those of `normalised_first`.
+    Args:
+        positions: (p, 2) candidate positions p_s [m].
+        current, goal: (2,) p_cur and p_goal [m].
+        straight_on: (2,) direction that turns count from; NaN without a previous plan: then none is penalised.
+        travelled: |p_ini p_pre| + |p_pre p_cur| [m].
+        turn_threshold, turn_penalty: theta_thres [rad] and f_a.
     """
-    length, turns = _ways_and_turns(positions, current, goal, straight_on, turn_threshold)
+    length, turns = _path_lengths_and_turns(positions, current, goal, straight_on, turn_threshold)
     return normalize(np.where(turns, turn_penalty, 1.0) * (travelled + length))
 
 

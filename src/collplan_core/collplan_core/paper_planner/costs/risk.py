@@ -14,8 +14,8 @@ from collplan_core.paper_planner.trajectory import LONGEST_HANDLE
 
 @njit
 def contact_distance(px: float, py: float, ux: float, uy: float, predicted: np.ndarray) -> tuple[float, int]:
-    """d_p and the predicted half line that the ray from p along the unit vector u meets first; (inf, -1) for none."""
-    best, which = math.inf, -1
+    """d_p [m] and the index of the half line that the ray from p along the unit vector u meets first; or (inf, -1)."""
+    best, line = math.inf, -1
     for k in range(len(predicted)):
         ox, oy, ex, ey = predicted[k]
         cross = ux * ey - uy * ex
@@ -24,13 +24,13 @@ def contact_distance(px: float, py: float, ux: float, uy: float, predicted: np.n
         along_ray = ((ox - px) * ey - (oy - py) * ex) / cross
         along_line = ((ox - px) * uy - (oy - py) * ux) / cross
         if along_ray > 1e-9 and along_line >= 0.0 and along_ray < best:
-            best, which = along_ray, k
-    return best, which
+            best, line = along_ray, k
+    return best, line
 
 
 @njit
 def distance_to_predicted(px: float, py: float, predicted: np.ndarray) -> float:
-    """Smallest distance from p to a predicted half line; inf where there is none."""
+    """Smallest distance from p to a predicted half line [m]; inf where there is none."""
     best = math.inf
     for k in range(len(predicted)):
         ox, oy, ex, ey = predicted[k]
@@ -43,16 +43,26 @@ def distance_to_predicted(px: float, py: float, predicted: np.ndarray) -> float:
 def collision_rate(
     px: float, py: float, vx: float, vy: float, predicted: np.ndarray, model: CostModel
 ) -> tuple[float, float, int]:
-    """1 / t_c of a candidate, d_p, and the half line it meets (-1: none, then the rate is 0; at rest always -1)."""
+    """1 / t_c [1/s] with t_c = d_p / v_c (Alg. 2), d_p [m], and the index of the half line met.
+
+    Moving: d_p along v_s, v_c = |v_s| (Proj of Alg. 2: s_p lies on the ray of v_s). At rest: d_p to the nearest half
+    line, v_c = delta v, index -1. Nothing met: rate 0, d_p inf, index -1.
+
+    Args:
+        px, py: p_s relative to the centre of F [m].
+        vx, vy: v_s [m/s].
+        predicted: (e, 4) set E, relative to the centre of F.
+    """
     speed = math.hypot(vx, vy)
     if speed > 0.0:
-        distance, which = contact_distance(px, py, vx / speed, vy / speed, predicted)
+        distance, line = contact_distance(px, py, vx / speed, vy / speed, predicted)
+        closing_speed = speed
     else:
-        speed, which = model.speed_floor, -1
-        distance = distance_to_predicted(px, py, predicted)
+        distance, line = distance_to_predicted(px, py, predicted), -1
+        closing_speed = model.speed_floor
     if distance == math.inf:
         return 0.0, math.inf, -1
-    return 1.0 / max(distance / speed, model.time_floor), distance, which
+    return 1.0 / max(distance / closing_speed, model.time_floor), distance, line
 
 
 @njit
@@ -66,15 +76,15 @@ def collision_risks(
         predicted: (e, 4) set E, relative to the centre of F.
 
     Returns:
-        J_risk,h (c,), d_p (c,) [m] and the half line met (c,), -1 for none.
+        J_risk,h (c,), d_p (c,) [m] and the index of the half line met (c,), -1 for none.
     """
     n = len(points)
-    rate, distance, which = np.empty(n), np.empty(n), np.empty(n, np.int64)
+    rate, distance, line = np.empty(n), np.empty(n), np.empty(n, np.int64)
     for i in range(n):
-        rate[i], distance[i], which[i] = collision_rate(
+        rate[i], distance[i], line[i] = collision_rate(
             points[i, 0], points[i, 1], velocities[i, 0], velocities[i, 1], predicted, model
         )
-    return normalize(rate), distance, which
+    return normalize(rate), distance, line
 
 
 @njit
@@ -90,7 +100,7 @@ def opening_widths(
     """J_risk,g = -f_theta theta_sight |p_s - p_cur| of each position (p,): the opening's width there. Paper: Alg. 2.
 
     Args:
-        reach: (n,) of F [m].
+        reach: (n,) free distance in direction 2 pi k / n from the centre of F [m].
         positions: (p, 2) relative to the centre of F [m]; open_side: (p, 2) the open sides of each one's frontier.
         current: (2,) p_cur relative to the centre of F [m].
         sight_distance: how far a direction must be free to count as sight [m].
@@ -118,7 +128,13 @@ def sight_angles(
 ) -> np.ndarray:
     """J_risk,g = -f_theta theta_sight of each position (p,), as printed in Alg. 2, line 11.
 
-    The arguments are those of `opening_widths`.
+    Args:
+        reach: (n,) free distance in direction 2 pi k / n from the centre of F [m].
+        positions: (p, 2) relative to the centre of F [m]; open_side: (p, 2) the open sides of each one's frontier.
+        current: (2,) p_cur relative to the centre of F [m]; without effect here.
+        sight_distance: how far a direction must be free to count as sight [m].
+        gap_weight: f_theta.
+        widest: limit of an opening's width [m]; without effect here.
     """
     risk = np.empty(len(positions))
     for i in range(len(positions)):
@@ -148,11 +164,12 @@ def _crosses_boundary(
     chord = math.hypot(cx, cy)
     if chord < 1e-9:
         return False
-    handle = chord / max_speed / 3.0
+    handle_time = chord / max_speed / 3.0
     longest = LONGEST_HANDLE * chord
-    long = math.hypot(velocity[0], velocity[1]) * handle
-    handle = handle if long <= longest else handle * LONGEST_HANDLE * chord / long
-    ax, ay = px + velocity[0] * handle, py + velocity[1] * handle
+    handle_length = math.hypot(velocity[0], velocity[1]) * handle_time
+    if handle_length > longest:
+        handle_time = handle_time * LONGEST_HANDLE * chord / handle_length
+    ax, ay = px + velocity[0] * handle_time, py + velocity[1] * handle_time
     bx, by = sx - cx / 3.0, sy - cy / 3.0
     for i in range(1, 12):
         t = i / 12.0
@@ -176,9 +193,9 @@ def crossings(
     """1 for each position (p,) whose approach leaves F through an observed boundary, else 0.
 
     Args:
-        border: (n, 2) of F [m]; surface, shadow: (n,) of the local map.
+        border: (n, 2) border points of F [m]; surface, shadow: (n,) as in LocalMap.
         positions: (p, 2) p_s; current: (2,) p_cur; all relative to the centre of F [m].
-        velocity: (2,) of the robot [m/s].
+        velocity: (2,) v_cur [m/s].
         max_speed: v_max [m/s].
     """
     risk = np.zeros(len(positions))

@@ -22,14 +22,16 @@ def weighted_terms(
     velocity_cost: np.ndarray,
     model: CostModel,
 ) -> np.ndarray:
-    """(c, len(TERMS)) every term of every candidate, their weighted sum first. Paper: eq. (1).
+    """(c, len(TERMS)) every term of every candidate, their weighted sum first. Paper: eq. (1); Alg. 2, line 12.
+
+    Line 12 is J_risk = J_risk,g + J_risk,h; a boundary that the approach crosses adds to it.
 
     Args:
         position_of: (c,) the position of each candidate.
         position_cost, gap_risk, approach_risk: (p,) J_pos and the parts of J_risk that depend on the position alone.
         collision_risk, reward, velocity_cost: (c,) J_risk,h, R_ref and J_vel.
     """
-    terms = np.empty((len(position_of), 8))
+    terms = np.empty((len(position_of), len(TERMS)))
     for i in range(len(position_of)):
         p = position_of[i]
         terms[i, POSITION] = position_cost[p]
@@ -49,14 +51,17 @@ def weighted_terms(
     return terms
 
 
-TIE_BREAK = 1e-3  # cost by which a velocity along the approach wins among equals
+TIE_BREAK = 1e-3
+"""Cost by which v_max along the approach wins over rest."""
 
 
 @njit
 def least_forward(
     total: np.ndarray, points: np.ndarray, velocities: np.ndarray, current: np.ndarray, max_speed: float
 ) -> int:
-    """The candidate of least cost (c,); equal ones are told apart by the share of v_max along the approach.
+    """The candidate (c,) of least cost less TIE_BREAK times the share of v_max along the approach.
+
+    The velocity along the approach decides also between costs closer than that.
 
     Args:
         points, velocities: (c, 2) p_s [m] and v_s [m/s].
@@ -81,4 +86,4 @@ def least_first(
 
 
 LEAST_WHERE_SPEED_IS_FREE = {"forward": least_forward, "first": least_first}
-"""The choice among equal costs where w_v = 0, by planner.tie_rule."""
+"""The choice of the least cost where w_v = 0, by planner.tie_rule."""

@@ -42,7 +42,7 @@ def rebound_reward(
         contact_x, contact_y: p_p relative to the centre of F [m].
         vx, vy: v_s [m/s].
         tangent: (2,) unit vector e_p of the predicted boundary.
-        border: (n, 2) of F [m].
+        border: (n, 2) border points of F [m].
         goal_direction: (2,) unit vector to the goal.
     """
     # n_p = Rot(e_p, pi/2); its sign has no effect
@@ -57,7 +57,7 @@ def rebound_rewards(
     points: np.ndarray,
     velocities: np.ndarray,
     distance: np.ndarray,
-    which: np.ndarray,
+    line: np.ndarray,
     predicted: np.ndarray,
     border: np.ndarray,
     to_goal: np.ndarray,
@@ -67,18 +67,18 @@ def rebound_rewards(
 
     Args:
         points, velocities: (c, 2) p_s relative to the centre of F [m] and v_s [m/s].
-        distance, which: (c,) d_p [m] and the half line met, -1 for none.
-        predicted: (e, 4) set E; border: (n, 2) of F; both relative to its centre.
+        distance, line: (c,) d_p [m] and the index of the half line met, -1 for none.
+        predicted: (e, 4) set E; border: (n, 2) border points of F; both relative to the centre of F.
         to_goal: (2,) p_goal - p_cur [m].
     """
     rewards, goal_direction = np.zeros(len(points)), unit_vector(to_goal)
     for i in range(len(points)):
-        if which[i] < 0:
+        if line[i] < 0:
             continue
         vx, vy = velocities[i]
         speed = math.hypot(vx, vy)
         x, y = points[i, 0] + vx / speed * distance[i], points[i, 1] + vy / speed * distance[i]
-        rewards[i] = rebound_reward(x, y, vx, vy, predicted[which[i], 2:], border, goal_direction, model)
+        rewards[i] = rebound_reward(x, y, vx, vy, predicted[line[i], 2:], border, goal_direction, model)
     return rewards
 
 
@@ -86,7 +86,7 @@ def no_rewards(
     points: np.ndarray,
     velocities: np.ndarray,
     distance: np.ndarray,
-    which: np.ndarray,
+    line: np.ndarray,
     predicted: np.ndarray,
     border: np.ndarray,
     to_goal: np.ndarray,
@@ -124,7 +124,10 @@ def velocity_costs_without_factor(
 ) -> np.ndarray:
     """-<v_s, goal vector> - R_ref J_risk,h of each candidate (c,): eq. (3) without its factor (1 - J_risk,h).
 
-    The arguments are those of `velocity_costs`.
+    Args:
+        velocities: (c, 2) v_s [m/s].
+        goal_vector: (2,) [m], or without unit.
+        collision_risk, reward: (c,) J_risk,h and R_ref.
     """
     costs = np.empty(len(velocities))
     for i in range(len(velocities)):

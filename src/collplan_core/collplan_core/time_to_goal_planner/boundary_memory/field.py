@@ -87,7 +87,7 @@ def renew(nodes: Nodes, pool: Pool, count: int, had_solid_behind: np.ndarray, ro
     """Bring the clearance up to date; where a piece has gone it is computed anew, elsewhere lowered by the new ones.
 
     Args:
-        count: of pieces in the pool; the first len(had_solid_behind) of them are in the clearance already.
+        count: number of pieces in the pool; the first len(had_solid_behind) of them are in the clearance already.
         had_solid_behind: which of those had inferred solid behind them there.
         rows: how far behind a piece that is [m].
     """

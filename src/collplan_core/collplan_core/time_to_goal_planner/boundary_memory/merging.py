@@ -160,7 +160,7 @@ def merge_scan(
     """Merges the pieces of a scan with the remembered ones.
 
     Args:
-        count: of pieces in the pool.
+        count: number of pieces in the pool.
         rows: how far behind a piece solid is inferred [m].
         margin: nearer in front of a new piece older ones are the same boundary from a pose that was off [m].
         half: half the side of the square in which pieces are remembered [m].

@@ -26,8 +26,8 @@ def remember(
     """The memory with one more scan: what it shows is merged, what it contradicts forgotten. The old one stays valid.
 
     Args:
-        memory: of the scans before, None at the first one.
-        local_map: of the newest scan.
+        memory: boundaries remembered from the scans before, None at the first one.
+        local_map: local map of the newest scan.
     """
     if memory is None:
         memory = _nothing(empty_nodes(local_map.position, 0.5 * settings.side, settings.spacing, robot.radius))
@@ -52,7 +52,7 @@ def known_boundaries(walls: np.ndarray, center: np.ndarray, robot: Robot, settin
 
     Args:
         walls: x0, y0, x1, y1 [m].
-        center: (2,) of the grid, which is as large as the walls need and at least `settings.side` [m].
+        center: (2,) centre of the grid, which is as large as the walls need and at least `settings.side` [m].
     """
     walls = np.ascontiguousarray(walls, dtype=float).reshape(-1, 4)
     far = np.abs(walls.reshape(-1, 2) - center).max(initial=0.0) + robot.radius + FAR

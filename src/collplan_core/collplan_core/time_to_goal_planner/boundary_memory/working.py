@@ -68,7 +68,7 @@ class Nodes(NamedTuple):
         clearance, source: (nx, ny) as in the field; free: (nx, ny) as in the record.
         stale: (nx, ny) whether the clearance has to be computed anew.
         grid: where the nodes are.
-        radius: of the disc [m].
+        radius: radius of the disc [m].
     """
 
     clearance: np.ndarray

@@ -29,9 +29,9 @@ def push(
 
     Args:
         heads: (RING,) number of each bucket's uppermost entry or EMPTY.
-        below, keys, items: of each entry by number, below being the next one in its bucket.
+        below, keys, items: next entry in the bucket, key and item of each entry, by its number.
         now: the bucket taken from last, counted from key 0.
-        key: in buckets.
+        key: key of the item [buckets].
 
     Returns:
         the number of entries ever added.

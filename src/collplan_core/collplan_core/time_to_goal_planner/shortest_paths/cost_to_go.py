@@ -10,14 +10,14 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
 from collplan_core.time_to_goal_planner.shortest_paths.record import PathLookup, ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.waypoints import NEAREST, turn
 
-EARLY, LATE = 0.2, 0.4
-"""The turn at a way point nearer than the first may have been made already; beyond the second it has not [m]."""
+MAYBE_TURNED, NOT_TURNED = 0.2, 0.4
+"""Distances of a waypoint up to which its turn may have been made already, and from which it has not [m]."""
 RINGS = 3
 """Inside a known obstacle a path begins at the nearest free cells, at most so many cells away."""
 
 
-class _WayPoint(NamedTuple):
-    """A way point's row of ShortestPaths, and whether it is the goal: there the path does not go on."""
+class _Waypoint(NamedTuple):
+    """A waypoint's row of ShortestPaths, and whether it is the goal: there the path does not go on."""
 
     x: float
     y: float
@@ -29,17 +29,17 @@ class _WayPoint(NamedTuple):
 
 
 @njit
-def _way_point(
+def _waypoint(
     waypoints: np.ndarray, onward: np.ndarray, remaining: np.ndarray, turning: np.ndarray, k: int
-) -> _WayPoint:
-    return _WayPoint(waypoints[k, 0], waypoints[k, 1], onward[k, 0], onward[k, 1], remaining[k], turning[k], k == 0)
+) -> _Waypoint:
+    return _Waypoint(waypoints[k, 0], waypoints[k, 1], onward[k, 0], onward[k, 1], remaining[k], turning[k], k == 0)
 
 
 @njit
-def _ahead(point: _WayPoint, x: float, y: float) -> tuple[float, float, float]:
-    """Unit direction from (x, y) along the path by a way point, and the distance to that [m].
+def _ahead(point: _Waypoint, x: float, y: float) -> tuple[float, float, float]:
+    """Unit direction from (x, y) along the path by a waypoint, and the distance to that [m].
 
-    Toward a point NEAREST ahead on the path: so close to a way point the direction to it says nothing.
+    Toward a point NEAREST ahead on the path: so close to a waypoint the direction to it says nothing.
     """
     dx, dy = point.x - x, point.y - y
     distance = math.hypot(dx, dy)
@@ -59,12 +59,13 @@ def _swing(ux: float, uy: float, max_speed: float, max_acceleration: float, vx: 
 
 @njit
 def _time_by(
-    point: _WayPoint, max_speed: float, max_acceleration: float, x: float, y: float, vx: float, vy: float
+    point: _Waypoint, max_speed: float, max_acceleration: float, x: float, y: float, vx: float, vy: float
 ) -> float:
-    """Time to go from (x, y) at (vx, vy) by a way point first [s].
+    """Time to go from (x, y) at (vx, vy) by a waypoint first [s].
 
-    The velocity has to become that toward the way point, which then turns there. Or it has that turn behind it and has
-    to become the one onward, if that is faster: wholly up to EARLY from the way point, by less and less up to LATE.
+    The velocity has to become that toward the waypoint, which then turns there. Or it has that turn behind it and has
+    to become the one onward, if that is faster: wholly up to MAYBE_TURNED from the waypoint, by less and less
+    up to NOT_TURNED.
     """
     ux, uy, distance = _ahead(point, x, y)
     time = (distance + point.remaining) / max_speed
@@ -75,7 +76,7 @@ def _time_by(
     cost = 0.5 * max_speed / max_acceleration
     before += cost * turn(ux * wx + uy * wy)
     behind = _swing(wx, wy, max_speed, max_acceleration, vx, vy)
-    share = min(max((LATE - distance) / (LATE - EARLY), 0.0), 1.0)
+    share = min(max((NOT_TURNED - distance) / (NOT_TURNED - MAYBE_TURNED), 0.0), 1.0)
     return time + cost * point.turning + before - share * max(before - behind, 0.0)
 
 
@@ -105,7 +106,7 @@ def time_to_go(
 ) -> float:
     """Time from (x, y) at (vx, vy) to the goal, inf where no path leads there, 0 within its tolerance [s].
 
-    Of the way points that the four cells around lead to, the one that is best counts: there is no step where one cell
+    Of the waypoints that the four cells around lead to, the one that is best counts: there is no step where one cell
     ends.
     """
     if (x - paths.goal_x) ** 2 + (y - paths.goal_y) ** 2 <= paths.tolerance * paths.tolerance:
@@ -120,14 +121,14 @@ def time_to_go(
             k = waypoint[i, j]
             if k >= 0 and k != last:
                 last = k
-                point = _way_point(waypoints, onward, remaining, turning, k)
+                point = _waypoint(waypoints, onward, remaining, turning, k)
                 best = min(best, _time_by(point, max_speed, max_acceleration, x, y, vx, vy))
     return best
 
 
 @njit
-def heading(paths: PathLookup, x: float, y: float) -> tuple[float, float, float]:
-    """Unit direction from (x, y) along the shortest path and the distance to its first way point [m].
+def path_direction(paths: PathLookup, x: float, y: float) -> tuple[float, float, float]:
+    """Unit direction from (x, y) along the shortest path and the distance to its first waypoint [m].
 
     (0, 0) and inf where no path leads to the goal.
     """
@@ -143,7 +144,7 @@ def heading(paths: PathLookup, x: float, y: float) -> tuple[float, float, float]
                     best, chosen = total, k
     if chosen < 0:
         return 0.0, 0.0, np.inf
-    return _ahead(_way_point(waypoints, paths.onward, remaining, paths.turning, chosen), x, y)
+    return _ahead(_waypoint(waypoints, paths.onward, remaining, paths.turning, chosen), x, y)
 
 
 def is_reachable(paths: ShortestPaths, position: np.ndarray) -> bool:

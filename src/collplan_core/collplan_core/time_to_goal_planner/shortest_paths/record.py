@@ -26,20 +26,21 @@ class PathLookup(NamedTuple):
 class ShortestPaths:
     """Any-angle shortest paths of the disc's centre to the goal over what is known; what is unknown is free.
 
-    World frame. Cell [i, j] has its centre at origin + spacing * (i, j). Cells and way points from which the goal
+    World frame. Cell [i, j] has its centre at origin + spacing * (i, j). Cells and waypoints from which the goal
     cannot be reached have no path.
 
     Attributes:
         origin: (2,) centre of cell [0, 0] [m].
-        spacing: of the cells [m].
+        spacing: spacing of the cells [m].
         blocked: (mx, my) bool, cells within known obstacles.
         length: (mx, my) length of the path, inf where there is none [m].
-        waypoint: (mx, my) int32, index of the first way point, seen in a straight line; -1 where there is none.
-        waypoints: (w, 2) [m]. Number 0 is the goal; where it is blocked, paths end within its tolerance.
-        onward: (w, 2) unit direction in which the path goes on after the turn at the way point; (0, 0) at number 0.
-        remaining: (w,) length of the path from there [m].
-        turning: (w,) sum of 1 - cos over the turns after that one; it costs max_speed / (2 max_acceleration) each [-].
-        goal: (2,) [m].
+        waypoint: (mx, my) int32, index of the first waypoint, seen in a straight line; -1 where there is none.
+        waypoints: (w, 2) positions [m]. Number 0 is the goal; where it is blocked, paths end within its tolerance.
+        onward: (w, 2) unit direction in which the path goes on after the turn at the waypoint; (0, 0) at number 0.
+        remaining: (w,) length of the path from the waypoint on [m].
+        turning: (w,) sum of 1 - cos over the turns after the waypoint's [-]; a turn costs its 1 - cos times
+            max_speed / (2 max_acceleration) [s].
+        goal: (2,) position of the goal [m].
         tolerance: distance to the goal that counts as arrived [m].
     """
 

@@ -7,7 +7,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import Clearan
 from collplan_core.time_to_goal_planner.shortest_paths.grid import Cells, cells_around
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.wavefront import front_over, spread
-from collplan_core.time_to_goal_planner.shortest_paths.waypoints import turns, way_points
+from collplan_core.time_to_goal_planner.shortest_paths.waypoints import find_waypoints, turns
 
 
 def shortest_paths(
@@ -32,7 +32,7 @@ def shortest_paths(
         return earlier
     front = front_over(cells.blocked.size)
     n = spread(cells, front, goal_cell, tolerance / cells.spacing)
-    waypoint, points, before = way_points(front.parent, front.order[:n], cells, goal_cell)
+    waypoint, points, before = find_waypoints(front.parent, front.order[:n], cells, goal_cell)
     onward, remaining, turning = turns(points, before)
     shape = cells.blocked.shape
     return ShortestPaths(

@@ -26,7 +26,7 @@ class Front(NamedTuple):
     """The search, by flat index of a cell, changed in place. Lengths are counted in cells.
 
     Attributes:
-        length: (n,) of the path; parent: (n,) int32, where it leads in a straight line; state: (n,) uint8.
+        length: (n,) length of the path; parent: (n,) int32, cell it leads to in a straight line; state: (n,) uint8.
         order: (n,) int32, the cells that are done, in that order.
         heads, below, keys, items: the queue of those to come.
     """

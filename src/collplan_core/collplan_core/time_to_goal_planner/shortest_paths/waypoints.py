@@ -1,6 +1,6 @@
-"""Way points of the shortest paths, and what the turns at them cost.
+"""Waypoints of the shortest paths, and what the turns at them cost.
 
-Around a corner way points lie about as close as the cells, with directions as coarse as theirs. Those nearer to each
+Around a corner waypoints lie about as close as the cells, with directions as coarse as theirs. Those nearer to each
 other than NEAREST are therefore one turn, from the direction in which the path comes to that in which it leaves.
 """
 
@@ -12,7 +12,7 @@ from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.shortest_paths.grid import Cells
 
 NEAREST = 0.125
-"""Way points nearer to each other than this are one turn; between two lengths that the cells make often [m]."""
+"""Waypoints nearer to each other than this are one turn; between two lengths that the cells make often [m]."""
 ONE_TURN = math.pi / 3.0
 """A larger turn counts as several, of this angle and what is left: a robot takes it so [rad]."""
 NONE, UNNUMBERED = -1, -2
@@ -30,10 +30,10 @@ def turn(cosine: float) -> float:
 
 
 @njit
-def way_points(
+def find_waypoints(
     parent: np.ndarray, order: np.ndarray, cells: Cells, goal: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The cells that paths lead to.
+    """The waypoints of all paths: cells at which some path turns or ends.
 
     Args:
         parent: (mx * my,) flat index of the cell that the path leads to from each.
@@ -41,8 +41,8 @@ def way_points(
         goal: the cell that all paths end at.
 
     Returns:
-        waypoint (mx * my,) int32, number of the way point that a cell's path leads to first, -1 without a path;
-        waypoints (w, 2) [m], from near to far; before (w,) int32, the way point that each one's path leads to.
+        waypoint (mx * my,) int32, number of the waypoint that a cell's path leads to first, -1 without a path;
+        waypoints (w, 2) [m], from near to far; before (w,) int32, the waypoint that each one's path leads to.
     """
     my = cells.blocked.shape[1]
     number = np.full(len(parent), NONE, dtype=np.int32)
