@@ -9,10 +9,10 @@ import numpy as np
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
-from collplan_core.planners import planner_for
+from collplan_core.planners import map_period_of, planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
-from collplan_core.strategies import PAPER_WEIGHTS, map_period_of
+from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import World, load_world
 from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.trial import TrialResult, run_trial

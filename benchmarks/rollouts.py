@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from inspect import signature
 from typing import Any
 from unittest.mock import patch
@@ -13,6 +13,7 @@ from stages import Stages, shares
 from timing import Timed, ratio, time_each
 from vectorised import vectorised_plans
 
+from collplan_core.deadline import Deadline
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
@@ -81,7 +82,9 @@ def _listening(calls: list[Call]) -> Iterator[None]:
         scanned[:] = [(scan, state)]
         return build_local_map(scan, state, *settings)
 
-    def plan_of(memory: Any, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings) -> Any:
+    def plan_of(
+        memory: Any, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings, deadline: Deadline
+    ) -> Any:
         nonlocal made
         result = cycle.plan_cycle(memory, local_map, state, goal, settings)
         if made % EVERY == 0:
@@ -89,7 +92,7 @@ def _listening(calls: list[Call]) -> Iterator[None]:
         made += 1
         return result
 
-    planner = planner_for("bounce")._replace(plan=plan_of)
+    planner = replace(planner_for("bounce"), plan=plan_of)
     with patch.object(trial, "build_local_map", map_of), patch.object(trial, "planner_for", lambda _: planner):
         yield
 

@@ -17,9 +17,9 @@ from collplan_core.control.permission import (
 )
 from collplan_core.parameters import Limits, LocalMapping, Mocap, Robot, Settings
 from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.planners import map_period_of
 from collplan_core.scan import Scan
 from collplan_core.state import State
-from collplan_core.strategies import map_period_of
 
 LIMITS, LEAP_MARGIN = Limits(), Mocap().leap_margin
 T_MAP = map_period_of(Settings())

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.plan import NoPlan
-from collplan_core.planners import planner_for
+from collplan_core.deadline import after, never
+from collplan_core.planners import map_period_of, planner_for
 from collplan_core.state import State
-from collplan_core.strategies import TIME_TO_GOAL, map_period_of
-from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
+from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import STEP, contact_costs, robot_model
@@ -38,6 +38,7 @@ LATER = 0.06
 random may miss."""
 STEP_CHANGE = SETTINGS.robot.max_acceleration * STEP
 """Change of velocity within a step [m/s]."""
+UNREFINED = {"time_to_goal__proposals": 0, "time_to_goal__start_proposals": 0}
 
 
 def cheap(strategy: str = "bounce", **values) -> Settings:
@@ -48,10 +49,12 @@ def state_at(position=(0.0, 0.0), velocity=(0.0, 0.0), stamp: float = 0.0) -> St
     return State(stamp, np.array(position, dtype=float), np.array(velocity, dtype=float), 0.0)
 
 
-def cycle(memory, world, state: State, goal=AROUND, setting: Settings | None = None, scanned: float | None = None):
+def cycle(
+    memory, world, state: State, goal=AROUND, setting: Settings | None = None, scanned: float | None = None, deadline=never
+):
     """A plan from a scan at the state's place, as old as the state if nothing else is said."""
     local_map = replace(map_of(world, state.position), stamp=state.stamp if scanned is None else scanned)
-    return plan_cycle(memory, local_map, state, np.array(goal, dtype=float), setting or cheap())
+    return plan_cycle(memory, local_map, state, np.array(goal, dtype=float), setting or cheap(), deadline)
 
 
 def assert_sound(plan, state: State) -> None:
@@ -101,7 +104,7 @@ def test_plans_lead_to_the_goal_and_say_what_they_cost(strategy):
         assert len(plan.candidates.costs) == plan.n_before_pruning == N_COARSE
         assert plan.terms["total"] <= plan.candidates.costs.min() + 1.0
     assert memory.cycle == 3
-    assert len(memory.rollouts) >= 2
+    assert len(plans[-1].candidates.paths) >= 2
 
 
 def test_a_robot_that_does_as_planned_is_there_as_soon_as_planned():
@@ -209,24 +212,20 @@ def test_a_goal_that_closes_off_on_the_way_is_said_to_be_and_opens_again():
     assert_sound(plan, state_at(stamp=0.2))
 
 
-def test_time_cut_planning_says_the_best_so_far():
-    setting = cheap("bounce", time_to_goal__proposals=100000, time_to_goal__time_budget=1e-6)
-    unrefined = cheap("bounce", time_to_goal__proposals=0, time_to_goal__start_proposals=0)
-    plans, _ = driven_on(TURN, setting, cycles=3)
-    for k, plan in enumerate(plans):
-        assert_sound(plan, state_at(plan.positions[0], stamp=0.05 * k))
-    assert_equal(plans[0], driven_on(TURN, unrefined, cycles=1)[0][0])
+def test_where_the_deadline_has_passed_the_plan_is_the_best_unrefined_one():
+    endless, unrefined = cheap(time_to_goal__proposals=100000), cheap(**UNREFINED)
+    cut = cycle(None, TURN, state_at(), setting=endless, deadline=after(0.0, 1e-6))[0]
+    assert_sound(cut, state_at())
+    assert_equal(cut, cycle(None, TURN, state_at(), setting=unrefined)[0])
 
 
-def test_the_clock_decides_between_changes_and_the_best_so_far_is_kept(monkeypatch):
-    """Every look at the clock takes 10 ms: of 25 ms the first two chunks of changes are within."""
-    ticks = iter(range(10**6))
-    monkeypatch.setattr(plan_cycle_module, "perf_counter", lambda: 0.01 * next(ticks))
+def test_the_deadline_is_asked_between_changes_and_the_best_so_far_is_kept():
+    """It passes at the third question: the first two chunks of changes are within."""
+    answers = iter([False, False, True, True])
     values = {"time_to_goal__n_starts": 1, "time_to_goal__start_proposals": 0}
-    cut = cycle(None, TURN, state_at(), setting=cheap(**values, time_to_goal__proposals=5000,
-                                                      time_to_goal__time_budget=0.025))[0]  # fmt: skip
-    counted = cycle(None, TURN, state_at(), setting=cheap(**values, time_to_goal__proposals=200))[0]
-    assert_equal(cut, counted)
+    endless, counted = cheap(**values, time_to_goal__proposals=5000), cheap(**values, time_to_goal__proposals=200)
+    cut = cycle(None, TURN, state_at(), setting=endless, deadline=lambda: next(answers))[0]
+    assert_equal(cut, cycle(None, TURN, state_at(), setting=counted)[0])
 
 
 @pytest.mark.parametrize(
@@ -364,7 +363,7 @@ def test_a_given_map_is_known_from_the_start_and_never_added_to():
     assert isinstance(memory, PlannerMemory)
 
 
-def test_objectives_by_name():
+def test_planners_by_name():
     for name in STRATEGIES:
         assert planner_for(name).plan is plan_cycle
     with pytest.raises(ValueError, match=r"strategy: got 'bonuce', expected one of .*bounce"):

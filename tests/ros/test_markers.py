@@ -12,7 +12,7 @@ from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
-from collplan_core.planners import planner_for
+from collplan_core.planners import PAPER, ROLLOUTS, planner_for
 from collplan_core.state import State
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.markers.plan_markers import (
@@ -36,7 +36,7 @@ def cycle():
     state = State(3.25, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
     local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, SETTINGS.robot, SETTINGS.local_map)
     plan, memory = planner_for("harness").plan(None, local_map, state, np.array([2.0, 0.0]), SETTINGS)
-    return local_map, plan, memory
+    return local_map, plan, PAPER.boundaries(memory)
 
 
 @pytest.fixture(scope="module")
@@ -46,14 +46,14 @@ def markers(cycle):
 
 @pytest.fixture(scope="module")
 def rollouts():
-    """The second cycle of a strategy that remembers: map, plan, memory, settings."""
+    """The second cycle of a strategy that remembers: map, plan, remembered boundaries, settings."""
     settings = SETTINGS.with_values({"planner.strategy": "bounce", "time_to_goal.proposals": 100})
     memory = None
     for stamp in (3.25, 3.30):
         state = State(stamp, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
         local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, settings.robot, settings.local_map)
         plan, memory = planner_for("bounce").plan(memory, local_map, state, np.array([2.0, 0.0]), settings)
-    return local_map, plan, memory, settings
+    return local_map, plan, ROLLOUTS.boundaries(memory), settings
 
 
 def by_namespace(cycle, hit=None, settings=SETTINGS):
@@ -133,13 +133,14 @@ def test_what_another_strategy_showed_is_deleted(cycle, rollouts):
 
 def test_rollouts_and_memory_are_where_the_records_say(rollouts):
     *shown, settings = rollouts
-    _, plan, memory = shown
+    _, plan, remembered = shown
+    paths = plan.candidates.paths
     made = by_namespace(shown, None, settings)
     np.testing.assert_array_equal(points(made["plan"]), plan.positions)
     lines = points(made["rollouts"]).reshape(-1, 4)
-    assert len(lines) == sum(len(rollout) - 1 for rollout in memory.rollouts) > 0
-    np.testing.assert_array_equal(lines[: len(memory.rollouts[0]) - 1, 2:], memory.rollouts[0][1:])
-    np.testing.assert_array_equal(points(made["remembered"]).reshape(-1, 4), memory.remembered.pieces)
+    assert len(lines) == sum(len(path) - 1 for path in paths) > 0
+    np.testing.assert_array_equal(lines[: len(paths[0]) - 1, 2:], paths[0][1:])
+    np.testing.assert_array_equal(points(made["remembered"]).reshape(-1, 4), remembered.pieces)
     depths = np.linalg.norm(np.diff(points(made["inferred"]).reshape(-1, 2, 2), axis=1), axis=2)
     np.testing.assert_allclose(depths, settings.remembered.inferred_depth - 2 * settings.robot.radius)
     assert made["rollouts"].scale.x < made["plan"].scale.x

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings, all_specs
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.strategies import PAPER_MAP_PERIOD, PAPER_WEIGHTS
+from collplan_core.planners import PAPER
+from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import WorldError
 from collplan_study.errors import StudyError
 from collplan_study.question.ablations import ABLATIONS
@@ -80,7 +81,7 @@ def test_seeds_are_those_of_every_process():
 
 def test_other_strategies_have_one_period_of_their_own():
     periods = {task.labels["map_period_s"] for task in grid_of(strategies=("custom",), trials=1)}
-    assert periods == {PAPER_MAP_PERIOD}
+    assert periods == {PAPER.map_period}
     assert {t.labels["map_period_s"] for t in grid_of(strategies=("custom",), trials=1, map_periods=(0.3,))} == {0.3}
 
 

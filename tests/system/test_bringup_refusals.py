@@ -15,7 +15,7 @@ from rclpy.node import Node
 
 from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT, RunMonitor
 from collplan_core.parameters import Trial
-from collplan_core.strategies import map_period_of
+from collplan_core.planners import map_period_of
 from collplan_ros.bringup import graph, preparation, processes
 from collplan_ros.bringup.failures import NodeDied
 from collplan_ros.bringup.main import main, outcome_from_status, run

@@ -8,10 +8,9 @@ import numpy as np
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
-from collplan_core.planners import planner_for
+from collplan_core.planners import map_period_of, planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
-from collplan_core.strategies import map_period_of
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.trial import run_trial

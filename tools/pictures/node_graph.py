@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from collplan_core.parameters import Settings
-from collplan_core.strategies import PAPER_MAP_PERIOD, TIME_TO_GOAL_MAP_PERIOD
+from collplan_core.planners import PAPER, ROLLOUTS
 from drawing import BORDER, CHOICE, DPI, FAINT, OBSTACLE_EDGE, TEXT, WIDTH, new_figure, save
 from running_graph import Topics, topics_by_node
 
@@ -62,7 +62,7 @@ AT_BOX = {
 """Where an arrow meets a box, if not where the box is nearest to the topic."""
 
 
-PAPER_PLANS, TIME_TO_GOAL_PLANS = 1.0 / PAPER_MAP_PERIOD, 1.0 / TIME_TO_GOAL_MAP_PERIOD
+PAPER_PLANS, TIME_TO_GOAL_PLANS = 1.0 / PAPER.map_period, 1.0 / ROLLOUTS.map_period
 """[Hz]"""
 
 

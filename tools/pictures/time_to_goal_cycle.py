@@ -75,7 +75,7 @@ def fan_of(cycle: Cycle) -> tuple[np.ndarray, ...]:
     settings = replace(
         cycle.settings, time_to_goal=replace(cycle.settings.time_to_goal, n_starts=FAN, start_proposals=0, proposals=0)
     )
-    return cycle_at(cycle.world, settings, cycle.state, cycle.before).memory.rollouts
+    return cycle_at(cycle.world, settings, cycle.state, cycle.before).plan.candidates.paths
 
 
 def shortest_path(paths: ShortestPaths, position: np.ndarray) -> np.ndarray:

@@ -29,11 +29,18 @@ class Contacts:
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """What the choice was made from, for display: positions (m, 2) [m], velocities (m, 2) [m/s], costs (m,)."""
+    """What the choice was made from, for display.
+
+    Attributes:
+        positions, velocities: (m, 2) [m], [m/s].
+        costs: (m,).
+        paths: whole ones (k, 2) that the best was refined from, if any [m].
+    """
 
     positions: np.ndarray
     velocities: np.ndarray
     costs: np.ndarray
+    paths: tuple[np.ndarray, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

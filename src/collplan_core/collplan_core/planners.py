@@ -1,46 +1,98 @@
-"""The planners by strategy name: how each plans, and how its plans are followed."""
+"""The planners by strategy name: all that nodes and trials ask of a strategy."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
 from collplan_core.command import Command
 from collplan_core.control.memory import ControllerMemory
+from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.follow import follow as follow_spline
 from collplan_core.paper_planner.plan_cycle import plan_cycle as plan_spline
+from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERIOD
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.follow import follow as follow_rollout
+from collplan_core.time_to_goal_planner.model import MAP_PERIOD as ROLLOUT_MAP_PERIOD
 from collplan_core.time_to_goal_planner.plan_cycle import plan_cycle as plan_rollout
 
-PlanFunction = Callable[[Any, LocalMap, State, np.ndarray, Settings], tuple[Plan, Any]]
 FollowFunction = Callable[[ControllerMemory, Plan, Any, State, float, Settings], tuple[Command, ControllerMemory]]
 
 
-class Planner(NamedTuple):
+class PlanFunction(Protocol):
+    """How a planner makes a plan."""
+
+    def __call__(
+        self,
+        memory: Any,
+        local_map: LocalMap,
+        state: State,
+        goal: np.ndarray,
+        settings: Settings,
+        deadline: Deadline = never,
+    ) -> tuple[Plan, Any]:
+        """The plan from `state` to `goal` (2,) [m] and what the next cycle needs of this one; None is for the first.
+
+        Raises:
+            NoPlan: there is nothing to aim at.
+        """
+
+
+@dataclass(frozen=True)
+class Planner:
     """One way to plan.
 
     Attributes:
-        plan: (memory | None, local_map, state, goal, settings) -> (Plan, memory). The paper's plans from the state at
-            the map's stamp, the time-to-goal one from any later one. Raises NoPlan.
+        plan: one cycle, from a local map to a plan.
         follow: (memory, plan, the plan's local map, state, now, settings) -> (Command, memory), one control period.
-            The time-to-goal one needs no map.
+        map_period: T_map where planner.map_period is 0 [s].
+        starts_at_newest_pose: whether a plan starts at the newest pose; otherwise at the pose of the map's scan.
+        replans_after_impact: whether an impact asks for a plan at once.
+        gives_up_closed_off_goal: whether NoPlan means that what was seen closes off the goal.
+        follows_by_map: whether `follow` needs the local map; otherwise it may be None.
+        boundaries: memory -> what the planner remembers of boundaries, for display; None where it remembers none.
     """
 
     plan: PlanFunction
     follow: FollowFunction
+    map_period: float
+    starts_at_newest_pose: bool
+    replans_after_impact: bool
+    gives_up_closed_off_goal: bool
+    follows_by_map: bool
+    boundaries: Callable[[Any], RememberedBoundaries | None]
 
 
-PAPER = Planner(plan_spline, follow_spline)
-TIME_TO_GOAL_PLANNER = Planner(plan_rollout, follow_rollout)
+PAPER = Planner(
+    plan_spline,
+    follow_spline,
+    SPLINE_MAP_PERIOD,
+    starts_at_newest_pose=False,
+    replans_after_impact=False,
+    gives_up_closed_off_goal=False,
+    follows_by_map=True,
+    boundaries=lambda memory: None,
+)
+ROLLOUTS = Planner(
+    plan_rollout,
+    follow_rollout,
+    ROLLOUT_MAP_PERIOD,
+    starts_at_newest_pose=True,
+    replans_after_impact=True,
+    gives_up_closed_off_goal=True,
+    follows_by_map=False,
+    boundaries=lambda memory: memory.remembered,
+)
 
 PLANNERS: dict[str, Planner] = {
     **dict.fromkeys((*PAPER_WEIGHTS, "custom"), PAPER),
-    **dict.fromkeys(TIME_TO_GOAL, TIME_TO_GOAL_PLANNER),
+    **dict.fromkeys(TIME_TO_GOAL, ROLLOUTS),
 }
 
 
@@ -53,3 +105,8 @@ def planner_for(strategy: str) -> Planner:
     if strategy not in PLANNERS:
         raise ValueError(f"strategy: got {strategy!r}, expected one of {', '.join(PLANNERS)}")
     return PLANNERS[strategy]
+
+
+def map_period_of(settings: Settings) -> float:
+    """T_map [s]: the parameter, or where that is 0 the planner's own."""
+    return settings.planner.map_period or planner_for(settings.planner.strategy).map_period

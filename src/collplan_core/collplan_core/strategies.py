@@ -38,9 +38,6 @@ TIME_TO_GOAL: dict[str, ContactTerms] = {
     "stop_guarantee": ContactTerms(STOPS, AVERSE, stop_test=True),
 }
 
-PAPER_MAP_PERIOD, TIME_TO_GOAL_MAP_PERIOD = 0.2, 0.05
-"""T_map of the paper's strategies and of the time-to-goal ones, where none is set [s]."""
-
 
 def weights_of(settings: Settings) -> Weights:
     """The weights of the chosen strategy; `custom` takes the weights group as it stands."""
@@ -50,14 +47,3 @@ def weights_of(settings: Settings) -> Weights:
 def contact_terms(settings: Settings) -> ContactTerms:
     """What contacts do and cost under the chosen strategy, a time-to-goal one."""
     return TIME_TO_GOAL[settings.planner.strategy]
-
-
-def rolls_out(settings: Settings) -> bool:
-    """Whether the chosen strategy is one of the time-to-goal planner."""
-    return settings.planner.strategy in TIME_TO_GOAL
-
-
-def map_period_of(settings: Settings) -> float:
-    """T_map [s]: the parameter, or the strategy's own value where that is 0."""
-    own = TIME_TO_GOAL_MAP_PERIOD if rolls_out(settings) else PAPER_MAP_PERIOD
-    return settings.planner.map_period or own

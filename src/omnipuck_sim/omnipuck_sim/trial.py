@@ -12,17 +12,17 @@ import numpy as np
 
 from collplan_core.command import stopped
 from collplan_core.control.memory import ControllerMemory
+from collplan_core.deadline import Deadline, after, never
 from collplan_core.evaluation.impact_matching import Prediction, foreseen_impacts, foreseen_rebounds
 from collplan_core.evaluation.path_length import path_length
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
-from collplan_core.planners import planner_for
+from collplan_core.planners import map_period_of, planner_for
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
-from collplan_core.strategies import map_period_of, rolls_out
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.worlds import World, WorldError
 from collplan_core.worlds.raycast import simulate_scan
@@ -103,7 +103,7 @@ class _Loop:
         if result.state is not None:
             self.state = result.state
             self.history.add(result.state)
-        if result.impact is not None and rolls_out(self.settings):
+        if result.impact is not None and self._planner.replans_after_impact:
             self.planner()
 
     def lidar(self) -> None:
@@ -119,9 +119,9 @@ class _Loop:
         begun = perf_counter()
         try:
             local_map = build_local_map(self.scan, at_scan, self.settings.robot, self.settings.local_map)
-            begin = self.state if rolls_out(self.settings) else at_scan
+            initial = self.state if self._planner.starts_at_newest_pose else at_scan
             plan, self.planner_memory = self._planner.plan(
-                self.planner_memory, local_map, begin, self.goal, self.settings
+                self.planner_memory, local_map, initial, self.goal, self.settings, self._deadline(begun)
             )
         except ScanError:
             return
@@ -133,6 +133,10 @@ class _Loop:
         self.plans.append(plan.positions)
         self.predictions.append(Prediction(plan.stamp, plan.contacts))
         self.counts.append((len(plan.candidates.costs), plan.n_before_pruning))
+
+    def _deadline(self, begun: float) -> Deadline:
+        budget = self.settings.time_to_goal.time_budget
+        return after(begun, budget) if budget > 0.0 else never
 
     def controller(self) -> None:
         now = self.simulator.time

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.free_space import inside
 from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.costs.model import CostModel, cost_model
@@ -48,7 +49,12 @@ class _Choice(NamedTuple):
 
 
 def plan_cycle(
-    memory: PlannerMemory | None, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
+    memory: PlannerMemory | None,
+    local_map: LocalMap,
+    state: State,
+    goal: np.ndarray,
+    settings: Settings,
+    deadline: Deadline = never,
 ) -> tuple[Plan, PlannerMemory]:
     """One cycle of the paper's planner: from a local map to a timed reference. Paper: II and III-A.
 
@@ -56,6 +62,7 @@ def plan_cycle(
         memory: what the previous cycle left, None at the start and after a new goal.
         state: the robot at the scan's stamp.
         goal: (2,) p_goal [m].
+        deadline: not needed: a cycle takes less than a millisecond.
 
     Raises:
         NoPlan: the goal is not in F and F has no frontier.

@@ -11,8 +11,9 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.parameters import Settings
 from collplan_core.state import State
-from collplan_core.strategies import map_period_of
 
+MAP_PERIOD = 0.2
+"""T_map where planner.map_period is 0 [s]."""
 PASSES = 3  # of the fixed point between waypoints and duration
 LONGEST_HANDLE = 0.4  # of the chord: beyond it the cubic forms loops
 
@@ -38,7 +39,8 @@ def limited_time_law(settings: Settings) -> TimeLaw:
     """T grows until the motors can follow the spline."""
     robot, planner = settings.robot, settings.planner
     peak = planner.acceleration_factor * robot.max_acceleration
-    return TimeLaw(robot.max_speed, map_period_of(settings), planner.time_scale, robot.max_speed, peak)
+    map_period = planner.map_period or MAP_PERIOD
+    return TimeLaw(robot.max_speed, map_period, planner.time_scale, robot.max_speed, peak)
 
 
 def printed_time_law(settings: Settings) -> TimeLaw:

@@ -10,6 +10,8 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import Clearan
 from collplan_core.time_to_goal_planner.shortest_paths.record import PathLookup, ShortestPaths
 from collplan_core.velocity_law import VelocityLaw, velocity_law
 
+MAP_PERIOD = 0.05
+"""Time between two plans where planner.map_period is 0 [s]."""
 STEP = 0.025
 """Length of a rollout's step [s]."""
 INTERVAL_STEPS = 2

@@ -5,10 +5,10 @@ to the goal, refinement. The strategies differ in the terms for contacts alone.
 """
 
 from dataclasses import dataclass, field, replace
-from time import perf_counter
 
 import numpy as np
 
+from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, NoPlan, Plan
@@ -36,7 +36,7 @@ from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_pa
 from collplan_core.time_to_goal_planner.stopping import UNSTOPPABLE
 
 CHUNK = 100
-"""Changes tried between two looks at the clock."""
+"""Changes tried between two looks at the deadline."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,6 @@ class PlannerMemory:
         plan_stamp: stamp at which the plan in force begins [s].
         commands: (n, 2) commands of the plan in force, one a control interval [m/s].
         expected: states and contacts that the plan in force foresees.
-        rollouts: the plans that refinement began with (k, 2) [m], for display.
         cycle: number of cycles so far, the seed of the refinement.
     """
 
@@ -61,12 +60,16 @@ class PlannerMemory:
     plan_stamp: float = 0.0
     commands: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     expected: Expected | None = None
-    rollouts: tuple[np.ndarray, ...] = ()
     cycle: int = 0
 
 
 def plan_cycle(
-    memory: PlannerMemory | None, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
+    memory: PlannerMemory | None,
+    local_map: LocalMap,
+    state: State,
+    goal: np.ndarray,
+    settings: Settings,
+    deadline: Deadline = never,
 ) -> tuple[Plan, PlannerMemory]:
     """One cycle: from a local map to a timed reference to the goal, with the contacts it foresees.
 
@@ -74,11 +77,11 @@ def plan_cycle(
         memory: what the previous cycle left, None at the start and after a new goal.
         state: the newest one; it may be younger than the map.
         goal: (2,) [m].
+        deadline: when refinement ends, with the best so far.
 
     Raises:
         NoPlan: what is remembered closes off the goal.
     """
-    started_at = perf_counter()
     memory = _updated(memory or PlannerMemory(), local_map, state, np.array(goal, dtype=float), settings)
     remembered, paths = memory.remembered, memory.paths
     assert remembered is not None
@@ -89,15 +92,15 @@ def plan_cycle(
     initial = _initial_motion(problem, state, memory.expected, settings)
     coarse = coarse_plans(problem, initial, round(settings.time_to_goal.horizon / STEP))
     plans = _initial_plans(problem, initial, coarse, memory, state.stamp, settings)
-    rollouts = tuple(each.states[: each.n + 1, :2].copy() for each in plans)
-    best = _refined(problem, plans, np.random.default_rng(memory.cycle), started_at, settings)
+    paths = tuple(each.states[: each.n + 1, :2].copy() for each in plans)
+    best = _refined(problem, plans, np.random.default_rng(memory.cycle), deadline, settings)
     if problem.stop_test and best.costs[best.n] >= UNSTOPPABLE:
         best = braking(problem, initial)
     rows, contacts = sample_trajectory(problem, initial, best.commands[: max(best.n, 1)], settings.robot.radius)
-    plan = _plan(state.stamp, rows, contacts, best, coarse)
+    plan = _plan(state.stamp, rows, contacts, best, coarse, paths)
     expected = Expected(plan.times, plan.positions, plan.velocities, plan.contacts.times)
     commands = best.commands[: best.n].copy()
-    return plan, replace(memory, plan_stamp=state.stamp, commands=commands, expected=expected, rollouts=rollouts)
+    return plan, replace(memory, plan_stamp=state.stamp, commands=commands, expected=expected)
 
 
 def _updated(
@@ -134,14 +137,13 @@ def _initial_plans(
 
 
 def _refined(
-    problem: Problem, plans: list[FullPlan], random: np.random.Generator, started_at: float, settings: Settings
+    problem: Problem, plans: list[FullPlan], random: np.random.Generator, deadline: Deadline, settings: Settings
 ) -> FullPlan:
     """The best of the plans, refined: some changes on each, more on the best."""
     p = settings.time_to_goal
-    until = started_at + p.time_budget if p.time_budget > 0.0 else np.inf
 
     def refined(plan: FullPlan, count: int) -> FullPlan:
-        while count > 0 and perf_counter() < until:
+        while count > 0 and not deadline():
             plan, count = refine(problem, plan, min(count, CHUNK), random), count - CHUNK
         return plan
 
@@ -149,7 +151,14 @@ def _refined(
     return refined(min((refined(plan, p.start_proposals) for plan in plans), key=lambda plan: plan.cost), p.proposals)
 
 
-def _plan(stamp: float, rows: np.ndarray, contacts: np.ndarray, best: FullPlan, coarse: CoarsePlans) -> Plan:
+def _plan(
+    stamp: float,
+    rows: np.ndarray,
+    contacts: np.ndarray,
+    best: FullPlan,
+    coarse: CoarsePlans,
+    paths: tuple[np.ndarray, ...],
+) -> Plan:
     """The plan as a record, from a trajectory's rows and contacts; its times count from `stamp` [s]."""
     times, positions, velocities = (
         np.ascontiguousarray(columns) for columns in (stamp + rows[:, 0], rows[:, 1:3], rows[:, 3:])
@@ -164,6 +173,6 @@ def _plan(stamp: float, rows: np.ndarray, contacts: np.ndarray, best: FullPlan, 
         aim=positions[-1],
         aim_velocity=velocities[-1],
         terms={"total": best.cost, "arrival_time": best.cost - paid, "contact_and_clearance": paid},
-        candidates=Candidates(ends[:, :2], ends[:, 2:], costs),
+        candidates=Candidates(ends[:, :2], ends[:, 2:], costs, paths),
         n_before_pruning=len(costs),
     )

@@ -5,7 +5,6 @@ the plan, its foreseen contacts and rebounds, and the last impact; time-to-goal 
 """
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Vector3
@@ -16,6 +15,7 @@ from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_ros.markers.rollout_markers import rollout_markers
 from collplan_ros.markers.shapes import (
     ARROW_ENDS,
@@ -52,14 +52,18 @@ MEASURED = color(0.85, 0.1, 0.2)
 
 
 def plan_markers(
-    local_map: LocalMap, plan: Plan, memory: Any, impact: MeasuredImpact | None, settings: Settings
+    local_map: LocalMap,
+    plan: Plan,
+    remembered: RememberedBoundaries | None,
+    impact: MeasuredImpact | None,
+    settings: Settings,
 ) -> MarkerArray:
     """All markers of one cycle, in the map frame at the plan's stamp.
 
     Args:
         local_map: local map that the plan was made in.
         plan: the plan chosen.
-        memory: memory of the planner; one of another planner is ignored.
+        remembered: boundaries that the planner remembers; None where it remembers none.
         impact: the last impact measured; None before the first.
         settings: their frames, robot and remembered boundaries are used.
     """
@@ -76,7 +80,7 @@ def plan_markers(
         line_strip(head, "plan", plan.positions, PLAN, LINE_WIDTH),
         *_contacts(head, plan.contacts),
         _rebound(head, impact),
-        *rollout_markers(head, memory, settings),
+        *rollout_markers(head, plan, remembered, settings),
     ]
     return MarkerArray(markers=markers)
 

@@ -1,15 +1,14 @@
 """Markers of the time-to-goal strategies alone: rollouts, remembered boundaries, the solid inferred behind them."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from collplan_core.parameters import Settings
+from collplan_core.plan import Plan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory
 from collplan_ros.markers.shapes import LINE_WIDTH, color, lines_of_one_color
 
 ROLLOUT = color(0.2, 0.5, 0.9, 0.5)
@@ -17,11 +16,12 @@ REMEMBERED = color(0.25, 0.25, 0.3)
 INFERRED = color(0.25, 0.25, 0.3, 0.25)
 
 
-def rollout_markers(head: Header, memory: Any, settings: Settings) -> Iterable[Marker]:
-    """Markers of rollouts, remembered and inferred boundaries; empty ones, which clear the old, for another memory."""
-    mine = memory if isinstance(memory, PlannerMemory) else PlannerMemory()
-    yield lines_of_one_color(head, "rollouts", _strips_as_lines(mine.rollouts), ROLLOUT, LINE_WIDTH / 4)
-    yield from _boundaries(head, mine.remembered, settings)
+def rollout_markers(
+    head: Header, plan: Plan, remembered: RememberedBoundaries | None, settings: Settings
+) -> Iterable[Marker]:
+    """Markers of whole rollouts, remembered and inferred boundaries; empty ones, which clear the old, without them."""
+    yield lines_of_one_color(head, "rollouts", _strips_as_lines(plan.candidates.paths), ROLLOUT, LINE_WIDTH / 4)
+    yield from _boundaries(head, remembered, settings)
 
 
 def _strips_as_lines(strips: Sequence[np.ndarray]) -> np.ndarray:

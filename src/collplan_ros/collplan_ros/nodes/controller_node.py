@@ -24,8 +24,7 @@ from collplan_core.control.tracking import clip_command
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.parameters import Control, Frames, Limits, LocalMapping, Planning, Rebound, Robot, Settings
 from collplan_core.plan import Plan
-from collplan_core.planners import FollowFunction, planner_for
-from collplan_core.strategies import map_period_of, rolls_out
+from collplan_core.planners import FollowFunction, map_period_of, planner_for
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
@@ -146,17 +145,17 @@ class ControllerNode(Node):
         if self._waiting is None:
             return
         plan, received = self._waiting
-        follow = planner_for(self._settings.planner.strategy).follow
-        if rolls_out(self._settings):
+        planner = planner_for(self._settings.planner.strategy)
+        if not planner.follows_by_map:
             # no pose is kept for a plan made before a break in the poses
             if self._sensors.pose_at(plan.stamp) is not None:
-                self._waiting, self._followed = None, FollowedPlan(plan, received, follow, None)
+                self._waiting, self._followed = None, FollowedPlan(plan, received, planner.follow, None)
             return
         placed = self._sensors.placed_at(plan.stamp)
         if placed is not None:
             self._waiting = None
             local_map = build_local_map(*placed, self._settings.robot, self._settings.local_map)
-            self._followed = FollowedPlan(plan, received, follow, local_map)
+            self._followed = FollowedPlan(plan, received, planner.follow, local_map)
 
     def _forget_plans(self) -> None:
         self._waiting = self._followed = None

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
@@ -13,6 +12,7 @@ from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import contacts_to_path, plan_to_path
@@ -29,14 +29,14 @@ class Cycle:
     Attributes:
         plan: the plan chosen.
         local_map: local map that it was made in.
-        memory: memory of the planner after the cycle.
+        boundaries: what the planner remembers of boundaries; None where it remembers none.
         planning_time: duration of the cycle [s].
         impact: impact measured since the previous cycle; None where there was none.
     """
 
     plan: Plan
     local_map: LocalMap
-    memory: Any
+    boundaries: RememberedBoundaries | None
     planning_time: float
     impact: MeasuredImpact | None
 
@@ -64,4 +64,4 @@ class PlanOutputs:
         self._impact = cycle.impact or self._impact
         if self._markers.get_subscription_count() and not 0.0 <= local - self._markers_sent < MARKERS_PERIOD:
             self._markers_sent = local
-            self._markers.publish(plan_markers(cycle.local_map, plan, cycle.memory, self._impact, settings))
+            self._markers.publish(plan_markers(cycle.local_map, plan, cycle.boundaries, self._impact, settings))

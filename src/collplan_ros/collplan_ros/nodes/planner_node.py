@@ -24,6 +24,7 @@ from std_srvs.srv import Trigger
 
 from collplan_core.control.impact_alarm import ImpactAlarm, why_not_now
 from collplan_core.control.permission import is_blocked, why_stale
+from collplan_core.deadline import Deadline, after
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.parameters import (
@@ -40,10 +41,9 @@ from collplan_core.parameters import (
     Weights,
 )
 from collplan_core.plan import NoPlan
-from collplan_core.planners import planner_for
+from collplan_core.planners import map_period_of, planner_for
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
-from collplan_core.strategies import map_period_of, rolls_out
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import MessageError, goal_from_message, impact_from_message
@@ -79,7 +79,8 @@ class PlannerNode(Node):
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("planner_node", **kwargs)
         declare(self, *GROUPS)
-        self._settings = with_time_budget(read_settings(self, *GROUPS))
+        self._settings = read_settings(self, *GROUPS)
+        self._planner = planner_for(self._settings.planner.strategy)
         self._local_clock = local_clock(self)
         self._refusals = Refusals()
         self._sensors = SensorBuffer(self._settings.limits.pose_history, self._refusals)
@@ -110,8 +111,9 @@ class PlannerNode(Node):
     def _take_settings(self, settings: Settings) -> None:
         if settings.planner.strategy != self._settings.planner.strategy:
             self._memory = None
+            self._planner = planner_for(settings.planner.strategy)
         self._timer.timer_period_ns = round(map_period_of(settings) * 1e9)
-        self._settings = with_time_budget(settings)
+        self._settings = settings
 
     # ---- inputs
 
@@ -157,7 +159,7 @@ class PlannerNode(Node):
         self._plan_after_impact()
 
     def _plan_after_impact(self) -> None:
-        if self._alarm.is_due(self._sensors.state) and rolls_out(self._settings):
+        if self._alarm.is_due(self._sensors.state) and self._planner.replans_after_impact:
             self._timer.reset()
             self._cycle()
 
@@ -236,9 +238,9 @@ class PlannerNode(Node):
             self._placed = PlacedScan(*placed, build_local_map(*placed, settings.robot, settings.local_map))
 
     def _initial_state(self) -> State | None:
-        """Where a plan starts: at the newest pose for a rollout, else at the pose of the newest scan."""
+        """Where a plan starts: at the newest pose or at that of the newest scan, as the planner has it."""
         placed, state, settings = self._placed, self._sensors.state, self._settings
-        if placed is None or state is None or not rolls_out(settings):
+        if placed is None or state is None or not self._planner.starts_at_newest_pose:
             return None if placed is None else placed.state
         # scans may still come in, but none with a known pose
         return state if state.stamp - placed.scan.stamp <= settings.limits.scan_age else None
@@ -251,17 +253,24 @@ class PlannerNode(Node):
             x, y = goal.position
             self._refuse_goal(f"{x:.3f}, {y:.3f} lies inside an obstacle that the scan shows")
             return
-        planner = planner_for(settings.planner.strategy)
         try:
-            plan, self._memory = planner.plan(self._memory, placed.local_map, initial, goal.position, settings)
+            plan, self._memory = self._planner.plan(
+                self._memory, placed.local_map, initial, goal.position, settings, self._deadline(started)
+            )
         except NoPlan as error:
             self._memory = error.memory or self._memory
             self._report_no_plan("no_plan", str(error))
-            if rolls_out(settings) and goal.is_closed_off(local):
+            if self._planner.gives_up_closed_off_goal and goal.is_closed_off(local):
                 self._give_up(str(error))
             return
         self._planning_time = perf_counter() - started
-        self._publish(Cycle(plan, placed.local_map, self._memory, self._planning_time, self._impact), local)
+        boundaries = self._planner.boundaries(self._memory)
+        self._publish(Cycle(plan, placed.local_map, boundaries, self._planning_time, self._impact), local)
+
+    def _deadline(self, started: float) -> Deadline:
+        """Until when a plan may be worked on: a plan must not be late."""
+        settings = self._settings
+        return after(started, settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings))
 
     def _publish(self, cycle: Cycle, local: float) -> None:
         self._goal.mark_planned()
@@ -299,12 +308,6 @@ class PlannerNode(Node):
     def stop(self) -> None:
         """Cancels the goal and waits until listeners have received that."""
         self._goal.end()
-
-
-def with_time_budget(settings: Settings) -> Settings:
-    """The settings with a time budget of refinement in any case: through the graph a plan must not be late."""
-    budget = settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings)
-    return settings.with_values({"time_to_goal.time_budget": budget})
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from collplan_core.parameters import Settings
-from collplan_core.strategies import PAPER_WEIGHTS, map_period_of
+from collplan_core.planners import map_period_of
+from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import World, WorldError, check_route
 from collplan_study.errors import StudyError
 from collplan_study.question.axes import parse_axes
