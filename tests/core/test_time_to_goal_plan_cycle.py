@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from collplan_core.deadline import after, never
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.plan import NoPlan
-from collplan_core.deadline import after, never
 from collplan_core.planners import map_period_of, planner_for
 from collplan_core.state import State
 from collplan_core.strategies import TIME_TO_GOAL
@@ -50,7 +50,13 @@ def state_at(position=(0.0, 0.0), velocity=(0.0, 0.0), stamp: float = 0.0) -> St
 
 
 def cycle(
-    memory, world, state: State, goal=AROUND, setting: Settings | None = None, scanned: float | None = None, deadline=never
+    memory,
+    world,
+    state: State,
+    goal=AROUND,
+    setting: Settings | None = None,
+    scanned: float | None = None,
+    deadline=never,
 ):
     """A plan from a scan at the state's place, as old as the state if nothing else is said."""
     local_map = replace(map_of(world, state.position), stamp=state.stamp if scanned is None else scanned)

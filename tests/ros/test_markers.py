@@ -115,9 +115,9 @@ def test_every_size_that_rviz_uses_is_positive(markers):
 
 
 def test_what_is_gone_is_deleted(cycle):
-    local_map, plan, memory = cycle
+    local_map, plan, remembered = cycle
     bare = replace(local_map, predicted=np.zeros((0, 4)), segments=np.zeros((0, 4)))
-    made = by_namespace((bare, plan, memory))
+    made = by_namespace((bare, plan, remembered))
     assert made["predicted"].action == made["frontiers"].action == Marker.DELETE
     assert made["plan"].action == Marker.ADD
 
@@ -148,9 +148,9 @@ def test_rollouts_and_memory_are_where_the_records_say(rollouts):
 
 
 def test_foreseen_contacts_have_an_arrow_each(cycle):
-    local_map, plan, memory = cycle
+    local_map, plan, remembered = cycle
     contacts = Contacts(np.array([4.0, 5.0]), np.array([[0.4, 0.1], [1.0, 0.9]]), np.array([[0.0, 0.5], [-0.4, 0.3]]))
-    made = by_namespace((local_map, replace(plan, contacts=contacts), memory))
+    made = by_namespace((local_map, replace(plan, contacts=contacts), remembered))
     np.testing.assert_array_equal(points(made["foreseen_contacts"]), contacts.points)
     shafts = points(made["foreseen_rebounds"]).reshape(2, ARROW_ENDS, 2)[:, :2]
     np.testing.assert_allclose(np.diff(shafts, axis=1)[:, 0], REBOUND_SCALE * contacts.velocities_after)

@@ -9,10 +9,11 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Vector3Stamped
 from rclpy.parameter import Parameter
 
+from collplan_core.deadline import never
 from collplan_core.worlds import parse_world
 from collplan_ros.messages.conversions import impact_to_message, plan_from_path, seconds_from_stamp
 from collplan_ros.messages.qos import EVENT
-from collplan_ros.nodes import current_goal
+from collplan_ros.nodes import current_goal, planner_node
 from collplan_ros.nodes.planner_node import ALARM_PERIODS, BUDGET_SHARE
 from fake_robot import PERIOD, SCAN_EVERY, hall
 from planner_bench import AHEAD, PlannerBench
@@ -219,14 +220,18 @@ def test_goal_that_was_closed_off_for_a_moment_is_not_given_up(ros):
     assert bench.node._goal._closed_since is None
 
 
-def test_refinement_ends_in_time_whatever_the_period(ros, bench):
-    def budget():
-        return bench.node._settings.time_to_goal.time_budget
-
-    assert budget() == pytest.approx(BUDGET_SHARE * 0.05)
+def test_a_plan_has_half_of_the_period_or_the_time_budget(ros, bench, monkeypatch):
+    budgets = []
+    monkeypatch.setattr(planner_node, "after", lambda started, budget: budgets.append(budget) or never)
+    bench.send_goal()
+    assert ros.wait_until(lambda: budgets)
+    assert budgets[-1] == pytest.approx(BUDGET_SHARE * 0.05)
     bench.node.set_parameters([Parameter("planner.map_period", value=0.2)])
-    assert budget() == pytest.approx(BUDGET_SHARE * 0.2)
-    assert rolling(ros, time_to_goal__time_budget=0.01).node._settings.time_to_goal.time_budget == 0.01
+    assert ros.wait_until(lambda: budgets[-1] == pytest.approx(BUDGET_SHARE * 0.2))
+    other = rolling(ros, time_to_goal__time_budget=0.01)
+    other.send_goal()
+    assert ros.wait_until(lambda: 0.01 in budgets)
+    assert other.node.get_parameter("time_to_goal.time_budget").value == 0.01
 
 
 def test_strategies_of_both_kinds_follow_each_other(ros, bench):

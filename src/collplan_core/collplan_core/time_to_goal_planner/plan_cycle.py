@@ -92,12 +92,12 @@ def plan_cycle(
     initial = _initial_motion(problem, state, memory.expected, settings)
     coarse = coarse_plans(problem, initial, round(settings.time_to_goal.horizon / STEP))
     plans = _initial_plans(problem, initial, coarse, memory, state.stamp, settings)
-    paths = tuple(each.states[: each.n + 1, :2].copy() for each in plans)
+    compared = tuple(each.states[: each.n + 1, :2].copy() for each in plans)
     best = _refined(problem, plans, np.random.default_rng(memory.cycle), deadline, settings)
     if problem.stop_test and best.costs[best.n] >= UNSTOPPABLE:
         best = braking(problem, initial)
     rows, contacts = sample_trajectory(problem, initial, best.commands[: max(best.n, 1)], settings.robot.radius)
-    plan = _plan(state.stamp, rows, contacts, best, coarse, paths)
+    plan = _plan(state.stamp, rows, contacts, best, coarse, compared)
     expected = Expected(plan.times, plan.positions, plan.velocities, plan.contacts.times)
     commands = best.commands[: best.n].copy()
     return plan, replace(memory, plan_stamp=state.stamp, commands=commands, expected=expected)
@@ -157,7 +157,7 @@ def _plan(
     contacts: np.ndarray,
     best: FullPlan,
     coarse: CoarsePlans,
-    paths: tuple[np.ndarray, ...],
+    compared: tuple[np.ndarray, ...],
 ) -> Plan:
     """The plan as a record, from a trajectory's rows and contacts; its times count from `stamp` [s]."""
     times, positions, velocities = (
@@ -173,6 +173,6 @@ def _plan(
         aim=positions[-1],
         aim_velocity=velocities[-1],
         terms={"total": best.cost, "arrival_time": best.cost - paid, "contact_and_clearance": paid},
-        candidates=Candidates(ends[:, :2], ends[:, 2:], costs, paths),
+        candidates=Candidates(ends[:, :2], ends[:, 2:], costs, compared),
         n_before_pruning=len(costs),
     )
