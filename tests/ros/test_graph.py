@@ -7,7 +7,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
 from std_msgs.msg import String
+from straight_planner import STRAIGHT
 
+from collplan_core.planners import PLANNERS
 from collplan_core.state import State
 from collplan_core.worlds import load_world, save_world
 from collplan_ros.messages.conversions import goal_to_message, plan_from_path, state_from_odometry
@@ -102,3 +104,16 @@ def test_plan_follows_an_obstacle_that_only_simulator_and_lidar_know(ros, tmp_pa
     graph.send_goal(hall().goal)
     assert ros.wait_until(lambda: graph.plans)
     assert side * plan_from_path(graph.plans[0], "map").positions[-1, 1] > 0.05
+
+
+def test_a_third_planner_drives_through_the_graph(ros, tmp_path, monkeypatch):
+    """Straight to the goal: a folder and a line in the table of planners, and no node knows of it."""
+    monkeypatch.setitem(PLANNERS, "custom", STRAIGHT)
+    path = tmp_path / "hall.yaml"
+    save_world(hall(), path)
+    graph = Graph(ros, str(path), planner__strategy="custom")
+    graph.send_goal(hall().goal)
+    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, timeout=30.0)
+    assert {m.data for m in graph.maneuvers} <= {"free_space", "stopped"}
+    ends = [plan_from_path(plan, "map").positions[-1] for plan in graph.plans]
+    np.testing.assert_allclose(ends, np.tile(hall().goal, (len(ends), 1)), atol=1e-6)
