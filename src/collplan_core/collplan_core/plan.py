@@ -48,7 +48,7 @@ class Plan:
     """A timed reference and how it was chosen, world frame.
 
     Attributes:
-        stamp: stamp of the scan it was made from [s]; the robot is at positions[0] then.
+        stamp: when it starts [s], the stamp of the state it was made from; the robot is at positions[0] then.
         times: (n,) when to be where, strictly rising, times[0] == stamp [s].
         positions: (n, 2) [m].
         velocities: (n, 2) [m/s].
