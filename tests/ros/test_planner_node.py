@@ -174,23 +174,15 @@ def test_bad_scans_are_counted_and_make_no_plan(ros, bench):
     assert not bench.plans
 
 
-def test_without_scans_there_is_no_plan(ros, bench):
+@pytest.mark.parametrize("name", ["scan", "pose"])
+def test_without_scans_or_poses_there_is_no_plan(ros, bench, name):
     bench.send_goal()
     bench.wait_for_plan()
-    bench.robot.scans_on = False
-    health = bench.wait_for_count("refused_stale")
-    assert health.level == DiagnosticStatus.ERROR
-    assert health.message.startswith("scan ")
-    bench.assert_no_more_plans()
-
-
-def test_without_poses_there_is_no_plan(ros, bench):
-    bench.send_goal()
-    bench.wait_for_plan()
-    bench.robot.poses_on = False
-    health = bench.wait_for_count("refused_stale")
-    assert health.level == DiagnosticStatus.ERROR
-    assert health.message.startswith("pose ")
+    setattr(bench.robot, f"{name}s_on", False)
+    # one may still have been under way, on a busy machine even after a stall that counts
+    assert ros.wait_until(lambda: bench.health().level == DiagnosticStatus.ERROR)
+    assert bench.health().message.startswith(f"{name} ")
+    bench.wait_for_count("refused_stale")
     bench.assert_no_more_plans()
 
 
