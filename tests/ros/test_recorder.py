@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from collplan_core.parameters import Settings
 from collplan_core.state import State
 from collplan_core.worlds import World
-from collplan_ros.messages.conversions import state_to_odometry
+from collplan_ros.messages.conversions import impact_to_message, state_to_odometry
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.recorder import Recorder
 from collplan_ros.runs.run_log import RunLog
@@ -128,3 +128,36 @@ def test_a_report_of_an_earlier_goal_is_not_about_the_new_one(monkeypatch):
     ears.take["goal_status"](done, {"source_timestamp": round((WALL_CLOCK + 0.1) * 1e9)})
     assert recorder.goal.status == GoalStatus.STATUS_SUCCEEDED
     assert recorder.log.reached_sent == recorder.goal.sent
+
+
+def truth(k: int):
+    """The true state 10 ms times k after the first pose, and an impact then."""
+    stamp, frames = STAMP + 0.01 * k, Settings().frames
+    state = State(stamp, np.array([0.01 * k, 0.0]), np.zeros(2), 0.0)
+    impact = impact_to_message(stamp, np.array([-1.0, 0.0]), frames.map)
+    return state_to_odometry(state, frames.map, frames.base), impact
+
+
+def test_truth_that_comes_after_the_last_pose_is_recorded_up_to_that_pose():
+    ears = Ears()
+    recorder = Recorder(ears, Settings())
+    recorder.begin()
+    assert recorder.is_complete
+    ears.take["ground_truth/odom"](truth(0)[0])
+    for k in range(6):
+        ears.take["mocap/odom"](truth(k)[0], {"source_timestamp": round((WALL_CLOCK + 0.01 * k) * 1e9)})
+    recorder.finish()
+    for k in range(1, 9):
+        assert recorder.is_complete == (k > 5)
+        odometry, impact = truth(k)
+        ears.take["ground_truth/odom"](odometry)
+        ears.take["ground_truth/impact"](impact)
+    assert [row.stamp for row in recorder.log.truth] == pytest.approx(STAMP + 0.01 * np.arange(6))
+    assert [impact.stamp for impact in recorder.log.true_impacts] == pytest.approx(STAMP + 0.01 * np.arange(1, 6))
+
+
+def test_a_robot_without_truth_is_waited_for_by_nobody():
+    recorder = Recorder(Ears(), Settings())
+    recorder.begin()
+    recorder.finish()
+    assert recorder.is_complete

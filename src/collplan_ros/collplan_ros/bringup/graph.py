@@ -203,7 +203,9 @@ class Graph:
             nonlocal notice
             silent = self._silent_nodes()
             if silent and time.monotonic() > notice:
-                self._progress.say(f"waiting for {_in_words(silent)} (a first start compiles the core)")
+                self._progress.say(
+                    f"waiting for {_in_words(silent)} (slow on a busy machine, or before the first compile)"
+                )
                 notice = float("inf")
             return not silent
 

@@ -122,7 +122,7 @@ class Bringup:
         return 0.0 if begin is None else max(0.0, self.graph.pose.stamp - begin)
 
     def come_to_rest(self) -> None:
-        """Ends the recording, and waits until the robot rests and the planner has reported the goal's final status."""
+        """Ends the recording, and waits until it is whole, the robot rests, and the goal's final status is reported."""
         graph = self.graph
         graph.recorder.finish()
         deadline = time.monotonic() + REST_PATIENCE
@@ -130,7 +130,7 @@ class Bringup:
         def at_rest() -> bool:
             goal = graph.recorder.goal
             ended = goal is None or goal.status in OUTCOMES
-            return ended and bool(np.hypot(graph.pose.vx, graph.pose.vy) <= REST_SPEED)
+            return ended and graph.recorder.is_complete and bool(np.hypot(graph.pose.vx, graph.pose.vy) <= REST_SPEED)
 
         while time.monotonic() < deadline and not at_rest():
             graph.step()

@@ -86,7 +86,7 @@ def _settings(options: Options, robot: RobotKind) -> Settings:
 def _checked_goal(options: Options, world: World, settings: Settings, robot: RobotKind) -> np.ndarray:
     goal = world.goal if options.goal is None else np.array(options.goal, dtype=float)
     if goal is None:
-        raise WorldError(f"world {world.name}: has no goal of its own, expected one given")
+        raise WorldError(f"world {world.name}: goal: missing, expected goal: [x, y] in its file or --goal X Y")
     if world.start is None:
         if not robot.simulated:  # its true start is measured, not given by the world
             return goal

@@ -1,5 +1,6 @@
 """Recording of a run: subscribes to every topic of the graph and fills a log, without ever waiting."""
 
+import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -45,7 +46,7 @@ class GoalReport(NamedTuple):
 
 
 class Recorder:
-    """Fills `log` from `begin()` to `finish()`.
+    """Fills `log` from `begin()` to `finish()`, with the simulated truth up to the last pose however late it comes.
 
     Attributes:
         log: everything recorded.
@@ -66,6 +67,7 @@ class Recorder:
         self._clock = PosesClock()
         self._asked = 0.0
         self._recording = False
+        self._end = self._newest_truth = -math.inf
         self._subscribe(node, settings)
 
     @property
@@ -78,8 +80,14 @@ class Recorder:
         self._recording = True
 
     def finish(self) -> None:
-        """Stops recording."""
+        """Stops recording; what is still under way of the truth up to the last pose is taken all the same."""
         self._recording = False
+        self._end = self.log.poses[-1].stamp if self.log.poses else -math.inf
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the truth of a simulated robot has come up to the last pose recorded."""
+        return not self.log.truth or self._newest_truth >= self._end
 
     def ask(self) -> None:
         """Discards reports of earlier goals; to be called before a new goal is given."""
@@ -94,9 +102,9 @@ class Recorder:
         listen(GoalStatus, "goal_status", self._take_goal_status, LATCHED)
         listen(Odometry, "mocap/odom", self._take_pose)
         log = self._while_recording
-        listen(Odometry, "ground_truth/odom", log(lambda m: self.log.truth.append(self._pose_row(m))))
-        true, detected = self.log.true_impacts, self.log.detected_impacts
-        listen(Vector3Stamped, "ground_truth/impact", log(lambda m: true.append(self._impact_record(m))))
+        listen(Odometry, "ground_truth/odom", self._take_truth)
+        listen(Vector3Stamped, "ground_truth/impact", self._take_true_impact)
+        detected = self.log.detected_impacts
         listen(Vector3Stamped, "impact", log(lambda m: detected.append(self._impact_record(m))))
         listen(Path, "plan", log(self._take_plan))
         listen(Path, "planner/foreseen_impacts", log(self._take_contacts))
@@ -141,6 +149,22 @@ class Recorder:
         self._clock.received(self.newest.stamp, time.monotonic())
         if self._recording:
             self.log.poses.append(self.newest)
+
+    def _is_of_the_run(self, stamp: float) -> bool:
+        return self._recording or stamp <= self._end
+
+    def _take_truth(self, message: Odometry) -> None:
+        with suppress(MessageError):
+            row = self._pose_row(message)
+            self._newest_truth = row.stamp
+            if self._is_of_the_run(row.stamp):
+                self.log.truth.append(row)
+
+    def _take_true_impact(self, message: Vector3Stamped) -> None:
+        with suppress(MessageError):
+            impact = self._impact_record(message)
+            if self._is_of_the_run(impact.stamp):
+                self.log.true_impacts.append(impact)
 
     def _take_scan(self, message: LaserScan) -> None:
         with suppress(ScanError):
