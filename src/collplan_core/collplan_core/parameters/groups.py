@@ -44,6 +44,7 @@ class LocalMapping(Parameters):
     surface_tolerance: float = parameter(0.001, "Largest distance of a hit from the straight piece fitted to its surface", unit="m", low=0.0, high=0.05, live=True)
     grazing_angle: float = parameter(radians(10.0), "Smallest angle between beam and surface that still joins two hits (Borges and Aldon 2004)", unit="rad", low=0.01, high=1.0, live=True)
     sight_share: float = parameter(0.92, "Share of half_side that a direction must be free for to count as sight", low=0.1, high=1.4, live=True)
+    predicted: str = parameter("going_on", "Set E: where observed boundaries are seen to go on, or wherever one meets a frontier as printed", choices=("going_on", "printed"), live=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
