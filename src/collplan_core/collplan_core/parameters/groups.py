@@ -83,7 +83,7 @@ class Planning(Parameters):
     gap_weight: float = parameter(1.0, "f_theta, weight of the opening's width", unit="1/m", low=0.0, high=10.0, live=True)
     widest_gap: float = parameter(0.6, "Openings wider than this count as this wide: they are not narrow", unit="m", low=0.0, high=100.0, live=True)
     speed_floor: float = parameter(0.05, "delta v, closing speed assumed for a candidate at rest", unit="m/s", low=0.001, high=1.0, live=True)
-    time_floor: float = parameter(0.05, "Smallest time to collision; shorter ones count as this long", unit="s", low=0.001, high=1.0, live=True)
+    time_floor: float = parameter(0.05, "Smallest time to collision; shorter ones count as this long", unit="s", low=1e-9, high=1.0, live=True)
     rebound_horizon: float = parameter(0.3, "Time after the rebound at which p_ref is taken", unit="s", low=0.01, high=3.0, live=True)
     rebound_penalty: float = parameter(-1.0, "Reward of a rebound that ends in known free space", unit="m/s", low=-100.0, high=0.0, live=True)
     prune_distance: float = parameter(0.35, "d_prune, distance within which a frontier stands for another", unit="m", low=0.0, high=5.0, live=True)
