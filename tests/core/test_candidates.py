@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.paper_planner.candidates import SPEED_COUNTS, product, sample_positions
+from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
 
 V_MAX = 1.2
 
@@ -16,6 +16,15 @@ def chain(points, number: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """One frontier of straight pieces through the points."""
     points = np.array(points, dtype=float)
     return np.hstack([points[:-1], points[1:]]), np.full(len(points) - 1, number)
+
+
+def test_by_hand_short_frontiers_are_passed_over_where_a_longer_one_is_seen():
+    """A notch of 3 cm, and a frontier of two pieces of 4 cm."""
+    chains = chain([(0.0, 0.0), (0.03, 0.0)], 0), chain([(0.0, 1.0), (0.04, 1.0), (0.08, 1.0)], 1)
+    segments, number = (np.concatenate(part) for part in zip(*chains, strict=True))
+    assert long_enough(segments, number, 0.05).tolist() == [False, True, True]
+    assert long_enough(segments, number, 0.1).all(), "no longer one is seen"
+    assert long_enough(segments, number, 0.0).all(), "as printed"
 
 
 def test_by_hand_positions_are_the_centres_of_equal_cells():

@@ -35,6 +35,7 @@ from collplan_core.paper_planner.costs.velocity import (
     rebound_reward,
     velocity_costs,
 )
+from collplan_core.parameters import all_specs
 from scenes import rotation, star_map, unit
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
@@ -177,6 +178,15 @@ def test_by_hand_the_collision_rate_is_one_over_the_time_to_collision():
 
 
 @QUICK
+@given(distance=st.floats(1e-6, 2.0), speed=st.one_of(st.just(0.0), st.floats(0.01, 1.2)))
+def test_at_its_lowest_the_time_floor_leaves_the_time_to_collision_as_printed(distance, speed):
+    model = MODEL._replace(time_floor=all_specs()["planner.time_floor"].low)
+    rate, found, _ = collision_rate(1.0 - distance, 0.5, speed, 0.0, WALL, model)
+    assert rate == pytest.approx((speed or MODEL.speed_floor) / found, rel=1e-9)
+    assert found == pytest.approx(distance, rel=1e-6)
+
+
+@QUICK
 @given(seed=seeds, turn=angles, shift=points, mirror=st.booleans(), at_rest=st.booleans())
 def test_the_collision_rate_moves_with_the_world(seed, turn, shift, mirror, at_rest):
     rng = np.random.default_rng(seed)
@@ -206,6 +216,14 @@ def test_by_hand_gap_risk_is_the_openings_width_at_the_candidate_or_the_bare_ang
     assert gap_risk(reach, position, (False, True), reading="printed") == pytest.approx(-0.8 * angle)
     # what is wider than wide is not narrow
     assert gap_risk(reach, position, (False, True), widest=0.1) == pytest.approx(-0.8 * 0.1)
+
+
+def test_at_its_highest_the_widest_gap_limits_no_opening():
+    """The widest there is: all round, seen from the corner of the largest map."""
+    specs = all_specs()
+    corner = specs["local_map.half_side"].high * np.ones(2)
+    whole_turn = gap_risk(np.full(360, 100.0), corner, (False, True), widest=specs["planner.widest_gap"].high)
+    assert whole_turn == pytest.approx(-0.8 * 2 * np.pi * np.hypot(*corner), rel=0.01)
 
 
 @QUICK

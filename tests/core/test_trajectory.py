@@ -28,9 +28,7 @@ velocities = st.tuples(st.floats(0.0, 1.5), st.floats(-4.0, 4.0)).map(
 )
 controls = st.lists(points, min_size=4, max_size=4).map(np.array)
 QUICK = settings(derandomize=True, deadline=None, max_examples=100, print_blob=True)
-ZERO = np.zeros(2)
-LAST_PASS = 0.08
-"""Three passes leave T and that of its waypoints up to 7.6 % apart, where both velocities point away from the aim."""
+ZERO, AWAY = np.zeros(2), np.array([1.2, 0.0])
 
 
 def trajectory(start, velocity, end, end_velocity, waypoints="clamped", law=LIMITED):
@@ -73,7 +71,7 @@ def test_waypoints_and_duration_move_with_the_world(start, v, end, v_s, turn, sh
 @QUICK
 @given(start=points, v=velocities, end=points, v_s=velocities, waypoints=st.sampled_from(["clamped", "chord"]))
 @example(start=ZERO, v=ZERO, end=ZERO, v_s=ZERO, waypoints="clamped")
-@example(start=ZERO, v=np.array([1.2, 0.0]), end=np.array([-0.6, 0.0]), v_s=np.array([1.2, 0.0]), waypoints="clamped")
+@example(start=ZERO, v=AWAY, end=-0.5 * AWAY, v_s=AWAY, waypoints="clamped")
 def test_no_reference_is_beyond_the_motors(start, v, end, v_s, waypoints):
     control, duration = trajectory(start, v, end, v_s, waypoints)
     oracle = BSpline(np.repeat([0.0, 1.0], 4), control, 3)
@@ -95,16 +93,25 @@ def test_the_ends_velocities_are_those_asked_for_or_shorter_along_them(start, v,
         assert got @ asked >= np.hypot(*got) * np.hypot(*asked) - 1e-9
 
 
-@QUICK
-@given(start=points, v=velocities, end=points, v_s=velocities)
-def test_as_printed_t_is_that_of_eq_4_and_5(start, v, end, v_s):
-    """To the last bit on the chord; with handles, which grow with T, as near as the last pass of the fixed point is."""
-    control, duration = trajectory(start, v, end, v_s, "chord", AS_PRINTED)
+@settings(QUICK, max_examples=500)
+@given(start=points, v=velocities, end=points, v_s=velocities, waypoints=st.sampled_from(["clamped", "chord"]))
+@example(start=ZERO, v=AWAY, end=-0.5 * AWAY, v_s=AWAY, waypoints="clamped")
+def test_as_printed_t_is_that_of_the_waypoints_by_eq_4_and_5(start, v, end, v_s, waypoints):
+    control, duration = trajectory(start, v, end, v_s, waypoints, AS_PRINTED)
     assert duration == pytest.approx(eq_4(control), rel=1e-12)
+    assert trajectory(start, v, end, v_s, waypoints)[1] >= duration
+
+
+@settings(QUICK, max_examples=500)
+@given(start=points, v=velocities, end=points, v_s=velocities)
+@example(start=ZERO, v=AWAY, end=-0.5 * AWAY, v_s=AWAY)
+def test_as_printed_the_handles_are_those_of_the_t_returned_within_1_percent(start, v, end, v_s):
+    """They grow with T, and T grows with them; v_s away from the aim is where three rounds of that leave 7.6 %."""
     control, duration = trajectory(start, v, end, v_s, law=AS_PRINTED)
-    np.testing.assert_array_equal(control, clamped_waypoints(start, v, end, v_s, duration))
-    assert duration == pytest.approx(eq_4(control), rel=LAST_PASS)
-    assert trajectory(start, v, end, v_s)[1] >= duration
+    exact = clamped_waypoints(start, v, end, v_s, duration)
+    for inner, outer in ((1, 0), (2, 3)):
+        handle, asked = control[inner] - control[outer], exact[inner] - exact[outer]
+        assert np.hypot(*(handle - asked)) <= 0.01 * np.hypot(*asked)
 
 
 @QUICK

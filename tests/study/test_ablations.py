@@ -34,8 +34,11 @@ def test_every_reading_that_has_a_printed_form_is_among_them():
         "planner.speeds",
         "planner.time_law",
         "controller.maneuver_rule",
+        "local_map.predicted",
     }
     assert {key for key, value in changed.items() if value == "printed"} == printed
+    numbers = {"planner.widest_gap": 100.0, "planner.shortest_frontier": 0.0, "planner.time_floor": 1e-9}
+    assert numbers.items() <= changed.items()
     accelerations = {changes.get("robot.max_acceleration", 1.5) for changes in ABLATIONS.values()}
     assert accelerations == {1.0, 1.5, 2.0, 3.0}
 

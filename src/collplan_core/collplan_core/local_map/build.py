@@ -8,7 +8,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import FreeSpace, free_space, nearest_free_offset
 from collplan_core.local_map.frontiers import Frontiers, find_frontiers, find_shadow_edges
-from collplan_core.local_map.predicted import find_predicted
+from collplan_core.local_map.predicted import PREDICTED
 from collplan_core.local_map.record import LocalMap
 from collplan_core.local_map.surfaces import HIT, Beams, Sweep, beam_kinds, find_surfaces, fit_pieces
 from collplan_core.parameters import LocalMapping, Robot
@@ -23,7 +23,6 @@ class _Stages(NamedTuple):
     free: FreeSpace
     shadow: np.ndarray
     frontiers: Frontiers
-    predicted: np.ndarray
     pieces: np.ndarray
     owner: np.ndarray
     distance: np.ndarray
@@ -50,8 +49,7 @@ def _build(ranges: np.ndarray, sweep: Sweep, radius: float, half_side: float, n_
     free = free_space(pieces, owner, Beams(kind, distance, joined, surface_of), sweep, radius, box, n_rays)
     shadow = find_shadow_edges(free, sweep.grazing)
     frontiers = find_frontiers(free, shadow, box)
-    predicted = find_predicted(free, shadow)
-    return _Stages(np.array([x, y]), free, shadow, frontiers, predicted, pieces, owner, distance)
+    return _Stages(np.array([x, y]), free, shadow, frontiers, pieces, owner, distance)
 
 
 def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMapping) -> LocalMap:
@@ -68,7 +66,8 @@ def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMappin
     radius = robot.radius + mapping.clearance
     sweep = Sweep(first, step, closed, scan.range_min, mapping.grazing_angle, mapping.surface_tolerance)
     stages = _build(np.ascontiguousarray(ranges), sweep, radius, mapping.half_side, mapping.n_rays)
-    free, frontiers, predicted = stages.free, stages.frontiers, stages.predicted
+    free, frontiers = stages.free, stages.frontiers
+    predicted = PREDICTED[mapping.predicted](free, stages.shadow)
     center = state.position + stages.offset
     both_ends = np.concatenate([center, center])
     predicted[:, :2] += center

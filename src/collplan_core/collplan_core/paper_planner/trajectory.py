@@ -14,8 +14,8 @@ from collplan_core.state import State
 
 MAP_PERIOD = 0.2
 """T_map where planner.map_period is 0 [s]."""
-PASSES = 3  # of the fixed point between waypoints and duration
 LONGEST_HANDLE = 0.4  # of the chord: beyond it the cubic forms loops
+TOLERANCE = 1e-3  # share of T by which the T of the handles may be shorter
 
 
 class TimeLaw(NamedTuple):
@@ -149,17 +149,23 @@ def limited_duration(points: np.ndarray, duration: float, law: TimeLaw) -> float
 def clamped_trajectory(
     start: np.ndarray, velocity: np.ndarray, end: np.ndarray, end_velocity: np.ndarray, law: TimeLaw
 ) -> tuple[np.ndarray, float]:
-    """Clamped waypoints (4, 2) and duration T [s]; they depend on each other: PASSES of a fixed point.
+    """Clamped waypoints (4, 2) and their duration T [s]. Paper: III-A, eq. (4) and (5).
+
+    The handles are as long as T says, and T is as long as the waypoints are: a fixed point. T is exactly that of the
+    waypoints returned; their handles are those of a T shorter by at most TOLERANCE.
 
     Args:
         start, velocity: (2,) p_cur [m] and v_cur [m/s].
         end, end_velocity: (2,) p_s [m] and v_s [m/s].
     """
-    duration = printed_duration(math.hypot(end[0] - start[0], end[1] - start[1]), law)
-    points = clamped_waypoints(start, velocity, end, end_velocity, duration)
-    for _ in range(PASSES):
+    of_handles = printed_duration(math.hypot(end[0] - start[0], end[1] - start[1]), law)
+    points = clamped_waypoints(start, velocity, end, end_velocity, of_handles)
+    duration = printed_duration(polygon_length(points), law)
+    # from the chord on T only grows, to 1 + 4 LONGEST_HANDLE times that of the chord at most: the loop ends
+    while duration > (1.0 + TOLERANCE) * of_handles:
+        of_handles = duration
+        points = clamped_waypoints(start, velocity, end, end_velocity, of_handles)
         duration = printed_duration(polygon_length(points), law)
-        points = clamped_waypoints(start, velocity, end, end_velocity, duration)
     return points, limited_duration(points, duration, law)
 
 

@@ -44,6 +44,7 @@ class LocalMapping(Parameters):
     surface_tolerance: float = parameter(0.001, "Largest distance of a hit from the straight piece fitted to its surface", unit="m", low=0.0, high=0.05, live=True)
     grazing_angle: float = parameter(radians(10.0), "Smallest angle between beam and surface that still joins two hits (Borges and Aldon 2004)", unit="rad", low=0.01, high=1.0, live=True)
     sight_share: float = parameter(0.92, "Share of half_side that a direction must be free for to count as sight", low=0.1, high=1.4, live=True)
+    predicted: str = parameter("going_on", "Set E: where observed boundaries are seen to go on, or wherever one meets a frontier as printed", choices=("going_on", "printed"), live=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -82,7 +83,7 @@ class Planning(Parameters):
     gap_weight: float = parameter(1.0, "f_theta, weight of the opening's width", unit="1/m", low=0.0, high=10.0, live=True)
     widest_gap: float = parameter(0.6, "Openings wider than this count as this wide: they are not narrow", unit="m", low=0.0, high=100.0, live=True)
     speed_floor: float = parameter(0.05, "delta v, closing speed assumed for a candidate at rest", unit="m/s", low=0.001, high=1.0, live=True)
-    time_floor: float = parameter(0.05, "Smallest time to collision; shorter ones count as this long", unit="s", low=0.001, high=1.0, live=True)
+    time_floor: float = parameter(0.05, "Smallest time to collision; shorter ones count as this long", unit="s", low=1e-9, high=1.0, live=True)
     rebound_horizon: float = parameter(0.3, "Time after the rebound at which p_ref is taken", unit="s", low=0.01, high=3.0, live=True)
     rebound_penalty: float = parameter(-1.0, "Reward of a rebound that ends in known free space", unit="m/s", low=-100.0, high=0.0, live=True)
     prune_distance: float = parameter(0.35, "d_prune, distance within which a frontier stands for another", unit="m", low=0.0, high=5.0, live=True)

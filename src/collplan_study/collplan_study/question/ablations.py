@@ -29,12 +29,15 @@ PRINTED: dict[str, dict[str, Any]] = {
     "speeds as printed": {"planner.speeds": "printed"},
     "time law as printed": {"planner.time_law": "printed"},
     "Alg. 3 as printed": {"controller.maneuver_rule": "printed"},
+    "set E as printed": {"local_map.predicted": "printed"},
+    "openings of any width, as printed": {"planner.widest_gap": 100.0},
+    "frontiers of any length, as printed": {"planner.shortest_frontier": 0.0},
+    "t_c of any length, as printed": {"planner.time_floor": 1e-9},
 }
 """Ablations that put a reading of the paper back to its printed form."""
 
 OTHERWISE: dict[str, dict[str, Any]] = {
     "goal vector as unit vector": {"planner.goal_vector": "unit"},
-    "openings without a largest width": {"planner.widest_gap": 100.0},
     "waypoints on the chord": {"planner.waypoints": "chord"},
     "first of equal costs": {"planner.tie_rule": "first"},
 }

@@ -22,8 +22,8 @@ from collplan_study.question.sources import Source
 
 STRATEGY, MAP_PERIOD = "planner.strategy", "planner.map_period"
 
-PAPER_MAP_PERIODS = (0.2, 0.4, 0.6, 0.8, 1.0)
-"""T_map [s]. Paper: IV-C."""
+PAPER_MAP_PERIODS: Mapping[str, tuple[float, ...]] = dict.fromkeys(PAPER_WEIGHTS, (0.2, 0.4, 0.6, 0.8, 1.0))
+"""T_map [s] at which the paper evaluates its strategies, by name. Paper: IV-C."""
 
 NO_ABLATION: Mapping[str, Mapping[str, Any]] = {"": {}}
 """Ablations of a grid that has none: the empty name, which changes nothing."""
@@ -140,9 +140,9 @@ def _trials(question: Question, ablation: str) -> int:
 
 
 def _periods(question: Question, strategy: str) -> Sequence[float]:
-    if strategy in PAPER_WEIGHTS and not question.bounces:
-        return PAPER_MAP_PERIODS
-    return (map_period_of(Settings().with_values({STRATEGY: strategy})),)
+    """T_map [s] where the question names none: those of the paper's evaluation, else the strategy's own."""
+    evaluated = {} if question.bounces else PAPER_MAP_PERIODS
+    return evaluated.get(strategy) or (map_period_of(Settings().with_values({STRATEGY: strategy})),)
 
 
 def _check_choices(question: Question) -> None:
