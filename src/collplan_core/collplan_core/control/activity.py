@@ -35,10 +35,11 @@ class Activity:
 
     def differs(self, other: "Activity | None") -> bool:
         """Whether it differs from another by more than figures, such as an age that grows."""
-        return other is None or (self.name, _without_figures(self.reason)) != (
-            other.name,
-            _without_figures(other.reason),
-        )
+        return other is None or self._without_figures != other._without_figures
+
+    @property
+    def _without_figures(self) -> tuple[str, str]:
+        return self.name, re.sub(r"-?\d+(\.\d+)?", "", self.reason)
 
 
 def describe(command: Command, plan: Plan | None, contacts: Contacts, now: float) -> Activity:
@@ -67,7 +68,3 @@ def _touched_now(contacts: Contacts, now: float) -> np.ndarray | None:
     apart = np.abs(contacts.times - now)
     nearest = int(apart.argmin())
     return contacts.points[nearest] if apart[nearest] <= TIME_TOLERANCE else None
-
-
-def _without_figures(reason: str) -> str:
-    return re.sub(r"-?\d+(\.\d+)?", "#", reason)
