@@ -47,7 +47,7 @@ def test_a_foreign_planner_drives_the_robot_to_its_goal(graph):
     maneuvers = graph.listen(String, "maneuver", LATCHED)
     statuses = graph.listen(GoalStatus, "goal_status", LATCHED)
     plans = graph.listen(Path, "plan", NEWEST)
-    assert graph.wait_until(lambda: poses)
+    assert graph.wait_until(lambda: poses and commands and maneuvers)
     goal = hall().goal
     planner = graph.make(ForeignPlanner, CLOCK, goal=goal)
 
