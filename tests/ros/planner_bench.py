@@ -5,6 +5,8 @@ from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
+from sensor_msgs.msg import TimeReference
+from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_ros.messages.conversions import goal_to_message, seconds_from_stamp
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT
@@ -24,7 +26,8 @@ class PlannerBench:
     def __init__(self, ros, world=None, **parameters):
         self.ros = ros
         self.plans = ros.listen(Path, "plan", EVENT)
-        self.contacts = ros.listen(Path, "planner/foreseen_impacts", EVENT)
+        self.contacts = ros.listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", EVENT)
+        self.valid_until = ros.listen(TimeReference, "planner/valid_until", EVENT)
         self.costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
         self.statuses = ros.listen(GoalStatus, "goal_status", DIAGNOSTICS_SUBSCRIBED)
         self.reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)

@@ -15,7 +15,8 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import String
 
 from collplan_core.plan import Candidates, Contacts, Plan
-from collplan_ros.messages.conversions import plan_to_path, stamp_from_seconds
+from collplan_ros.messages.conversions import stamp_from_seconds
+from collplan_ros.messages.plans import plan_to_path
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.goal_status import StampedGoal, goal_to_status

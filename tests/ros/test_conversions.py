@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
 
 from collplan_core.command import Command
-from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
@@ -51,6 +50,12 @@ def test_stamp_survives_seconds_to_the_nanosecond(sec, nanosec):
 def test_stamp_carries():
     assert c.stamp_from_seconds(1.9999999999) == Time(sec=2, nanosec=0)
     assert c.stamp_from_seconds(-0.25) == Time(sec=-1, nanosec=750_000_000)
+
+
+@given(st.floats(-1e3, 1e6))
+@FEW
+def test_seconds_survive_a_duration(seconds):
+    assert c.seconds_from_stamp(c.duration_from_seconds(seconds)) == pytest.approx(seconds, abs=5.1e-10)
 
 
 @given(yaws)
@@ -190,76 +195,6 @@ def test_scan_in_another_frame():
     scan = Scan(0.0, 0.0, 0.1, 0.02, 5.0, np.full(5, 1.0))
     with pytest.raises(ScanError, match="'laser', expected 'base_link'"):
         c.scan_from_message(c.scan_to_message(scan, "laser"), "base_link")
-
-
-# ---- plans
-
-
-def plan_along(positions, begin=0.0, period=0.1):
-    positions = np.asarray(positions, dtype=float)
-    times = begin + period * np.arange(len(positions))
-    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    velocities = np.zeros_like(positions)
-    return Plan(begin, times, positions, velocities, Contacts.none(), np.zeros(2), np.zeros(2), {}, nothing, 0)
-
-
-@given(st.floats(0.0, 2e9), st.lists(points, min_size=2, max_size=20), st.floats(0.001, 1.0))
-@FEW
-def test_plan(begin, positions, period):
-    plan = plan_along(positions, begin, period)
-    back = c.plan_from_path(sent(c.plan_to_path(plan, "map")), "map")
-    assert back.stamp == pytest.approx(plan.stamp, abs=1e-9)
-    np.testing.assert_allclose(back.times, plan.times, atol=1e-9, rtol=0.0)
-    np.testing.assert_array_equal(back.positions, plan.positions)
-
-
-def test_velocities_of_a_plan_are_exact_on_a_parabola():
-    t = 0.05 * np.arange(20)
-    plan = plan_along(np.column_stack([0.3 * t**2, 1.0 - t]), period=0.05)
-    back = c.plan_from_path(c.plan_to_path(plan, "map"), "map")
-    np.testing.assert_allclose(back.velocities, np.column_stack([0.6 * t, np.full(20, -1.0)]), atol=1e-9)
-
-
-def path(change=lambda p: None):
-    message = c.plan_to_path(plan_along([(0.0, 0.0), (0.1, 0.0), (0.2, 0.1)], 5.0), "map")
-    change(message)
-    return message
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda p: p.poses.clear(), "got 0, expected at least 2"),
-        (lambda p: p.poses.__delitem__(slice(1, None)), "got 1, expected at least 2"),
-        (lambda p: setattr(p.poses[1].pose.position, "x", math.nan), r"poses\[1\].*finite"),
-        (lambda p: setattr(p.poses[2].pose.position, "y", math.inf), r"poses\[2\].*finite"),
-        (lambda p: setattr(p.poses[2].header, "stamp", c.stamp_from_seconds(5.1)), r"poses\[2\].*later"),
-        (lambda p: setattr(p.poses[1].header, "stamp", c.stamp_from_seconds(4.0)), r"poses\[1\].*later"),
-        (lambda p: setattr(p.header, "frame_id", "odom"), "frame_id"),
-    ],
-)
-def test_path_that_is_refused(change, words):
-    with pytest.raises(c.PathError, match=words):
-        c.plan_from_path(path(change), "map")
-
-
-@given(st.lists(st.tuples(numbers, numbers, yaws, st.floats(0.01, 2.0)), max_size=6))
-@FEW
-def test_contacts(rows):
-    table = np.array(rows).reshape(-1, 4)
-    directions = np.column_stack([np.cos(table[:, 2]), np.sin(table[:, 2])])
-    contacts = Contacts(1.0 + 0.1 * np.arange(len(rows)), table[:, :2], directions * table[:, 3:])
-    back = c.contacts_from_path(sent(c.contacts_to_path(contacts, 0.5, "map")), "map")
-    np.testing.assert_allclose(back.times, contacts.times, atol=1e-9)
-    np.testing.assert_array_equal(back.points, contacts.points)
-    np.testing.assert_allclose(back.velocities_after, directions, atol=1e-9)
-
-
-def test_contact_without_a_direction():
-    message = path()
-    message.poses[1].pose.orientation.w = 3.0
-    with pytest.raises(c.PathError, match="orientation"):
-        c.contacts_from_path(message, "map")
 
 
 # ---- commands

@@ -12,7 +12,8 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from collplan_core.worlds import parse_world
-from collplan_ros.messages.conversions import contacts_from_path, impact_to_message, plan_from_path, seconds_from_stamp
+from collplan_ros.messages.conversions import impact_to_message, seconds_from_stamp
+from collplan_ros.messages.plans import contacts_from_message, plan_from_path, validity_from_message
 from collplan_ros.messages.qos import EVENT, LATCHED
 from fake_robot import hall
 from planner_bench import AHEAD, PlannerBench, identity
@@ -43,12 +44,18 @@ def test_goal_becomes_a_plan_of_a_later_scan(ros, bench):
     assert plan.positions[-1, 0] > 0.3
 
 
-def test_costs_and_foreseen_impacts_belong_to_the_plan(ros, bench):
+def test_costs_foreseen_impacts_and_validity_belong_to_the_plan(ros, bench):
     bench.send_goal()
     plan = bench.wait_for_plan()
-    assert ros.wait_until(lambda: bench.costs and bench.contacts)
+    assert ros.wait_until(lambda: bench.costs and bench.contacts and bench.valid_until)
     assert bench.contacts[0].header == plan.header
-    contacts_from_path(bench.contacts[0], "map")
+    stamp, contacts = contacts_from_message(bench.contacts[0], "map")
+    assert all(contacts.times >= stamp)
+    assert bench.contacts[0].joint_names == ["base_link"]
+    assert bench.valid_until[0].header.stamp == plan.header.stamp
+    assert bench.valid_until[0].source == "/planner_node"
+    made, until = validity_from_message(bench.valid_until[0])
+    assert made < until < made + 1.0
     costs, stamp = bench.costs[0].status[0], bench.costs[0].header.stamp
     values = {v.key: v.value for v in costs.values}
     assert stamp == plan.header.stamp

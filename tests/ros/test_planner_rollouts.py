@@ -11,7 +11,8 @@ from rclpy.parameter import Parameter
 
 from collplan_core.deadline import never
 from collplan_core.worlds import parse_world
-from collplan_ros.messages.conversions import impact_to_message, plan_from_path, seconds_from_stamp
+from collplan_ros.messages.conversions import impact_to_message, seconds_from_stamp
+from collplan_ros.messages.plans import plan_from_path
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.nodes import current_goal, planner_node
 from collplan_ros.nodes.planner_node import ALARM_PERIODS, BUDGET_SHARE

@@ -31,7 +31,7 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.strategies import TIME_TO_GOAL
     from collplan_core.warm_up import warm_up
     from collplan_core.worlds.raycast import simulate_scan
-    from collplan_ros.messages import conversions
+    from collplan_ros.messages import conversions, plans
     from fake_robot import LIDAR, hall
 
     warm_up()
@@ -46,7 +46,7 @@ def compiled_beyond_warm_up() -> list[str]:
         for goal in ([2.0, 0.0], [2.0, 0.0], [0.2, 0.1]):
             planner = planner_for(strategy)
             plan, memory = planner.plan(memory, local_map, state, np.array(goal), chosen)
-            plan = conversions.plan_from_path(conversions.plan_to_path(plan, "map"), "map")
+            plan = plans.plan_from_path(plans.plan_to_path(plan, "map"), "map")
             planner.follow(
                 ControllerMemory(), plan, None if strategy in TIME_TO_GOAL else local_map, state, 1.1, chosen
             )

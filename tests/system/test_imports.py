@@ -10,7 +10,15 @@ import pytest
 
 SRC = Path(__file__).parents[2] / "src"
 ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study")
-STANDARD_MESSAGES = {"geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "std_srvs", "visualization_msgs"}
+STANDARD_MESSAGES = {
+    "geometry_msgs",
+    "nav_msgs",
+    "sensor_msgs",
+    "std_msgs",
+    "std_srvs",
+    "trajectory_msgs",
+    "visualization_msgs",
+}
 SYSTEM_MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "rcl_interfaces", "rosgraph_msgs"}
 ROS = {"rclpy", "tf2_ros", *STANDARD_MESSAGES, *SYSTEM_MESSAGES}
 WITH_ROS_IN_SIM = {

@@ -12,7 +12,7 @@ from collplan_core.planners import PAPER, ROLLOUTS
 from drawing import BORDER, CHOICE, DPI, FAINT, OBSTACLE_EDGE, TEXT, WIDTH, new_figure, save
 from running_graph import Topics, topics_by_node
 
-SIZE = (16.6, 11.4)
+SIZE = (17.7, 11.4)
 """Size of the drawing, in its own units."""
 
 
@@ -37,8 +37,8 @@ BOXES = {
     ROBOT: Box(1.8, 6.0, 1.65, 3.1),
     "mocap_node": Box(7.3, 8.7, 1.15, 0.45),
     "lidar_node": Box(9.7, 5.8, 0.95, 0.45),
-    "planner_node": Box(14.8, 8.3, 1.65, 1.0),
-    "controller_node": Box(14.8, 2.9, 1.65, 0.85),
+    "planner_node": Box(15.7, 8.4, 1.9, 1.05),
+    "controller_node": Box(15.7, 2.75, 1.9, 1.0),
 }
 ALTERNATIVES = (("simulator_node",), ("driver_node", "firmware_emulator"))
 """What the robot is: simulated, or behind a serial line, where the real one takes the emulator's place."""
@@ -47,17 +47,22 @@ TOPICS = {
     "mocap/odom": (7.3, 5.8),
     "impact": (10.9, 8.6),
     "scan": (11.9, 5.8),
-    "plan": (14.0, 4.9),
-    "goal_status": (15.3, 6.2),
-    "goal_pose": (14.8, 10.5),
+    "plan": (15.4, 4.95),
+    "goal_status": (16.4, 6.55),
+    "goal_pose": (15.7, 10.5),
     "cmd_vel": (7.3, 2.9),
 }
 """Where the topics between nodes stand, and those that come from outside."""
+COMPANIONS = {"planner/foreseen_impacts": "plan", "planner/valid_until": "plan"}
+"""Topics that are drawn in the place of another one, which they go with."""
 AT_BOX = {
     (ROBOT, "impact"): (3.45, 7.0),
-    ("mocap/odom", "planner_node"): (13.15, 7.8),
-    ("mocap/odom", "controller_node"): (13.15, 3.2),
-    ("scan", "planner_node"): (13.5, 7.3),
+    ("mocap/odom", "planner_node"): (13.8, 7.9),
+    ("mocap/odom", "controller_node"): (13.8, 3.1),
+    ("scan", "planner_node"): (13.95, 7.35),
+    ("scan", "controller_node"): (13.8, 3.5),
+    ("planner_node", "plan"): (14.6, 7.35),
+    ("goal_status", "controller_node"): (17.4, 3.75),
 }
 """Where an arrow meets a box, if not where the box is nearest to the topic."""
 
@@ -79,15 +84,15 @@ class NoPosition(LookupError):
     """A node or a topic of the running graph that the picture has no place for; the message names it."""
 
 
-def rates(settings: Settings) -> dict[str, str]:
-    """How often the topics come, where a parameter says so."""
+def rates(settings: Settings) -> dict[str, list[str]]:
+    """How often the topics come, a line each, where a parameter says so."""
     mocap = settings.simulator.mocap_rate
     return {
-        "mocap/pose": f"{mocap:g} Hz",
-        "mocap/odom": f"{mocap:g} Hz",
-        "scan": f"{settings.lidar.rate:g} Hz",
-        "plan": f"{PAPER_PLANS:g} or {TIME_TO_GOAL_PLANS:g} Hz",
-        "cmd_vel": f"{settings.controller.rate:g} Hz",
+        "mocap/pose": [f"{mocap:g} Hz"],
+        "mocap/odom": [f"{mocap:g} Hz"],
+        "scan": [f"{settings.lidar.rate:g} Hz"],
+        "plan": [f"{PAPER_PLANS:g} or {TIME_TO_GOAL_PLANS:g} Hz"],
+        "cmd_vel": [f"{settings.controller.rate:g} Hz"],
     }
 
 
@@ -99,6 +104,11 @@ def box_of(node: str) -> str:
     return box
 
 
+def place_of(topic: str) -> str:
+    """The topic in whose place a topic is drawn: its own, or that of the one it goes with."""
+    return COMPANIONS.get(topic, topic)
+
+
 def connecting(graph: Mapping[str, Topics]) -> dict[str, str]:
     """Topics that a node listens to, with their types.
 
@@ -107,7 +117,7 @@ def connecting(graph: Mapping[str, Topics]) -> dict[str, str]:
     """
     found = {name: kind for topics in graph.values() for name, kind in topics.subscribed.items()}
     for name in found:
-        if name not in TOPICS:
+        if place_of(name) not in TOPICS:
             raise NoPosition(f"topic {name}: no position, expected one in node_graph.TOPICS")
     return found
 
@@ -118,9 +128,9 @@ def arrows(graph: Mapping[str, Topics]) -> list[Arrow]:
     ends: dict[tuple[str, str], set[str]] = {}
     for node, (published, subscribed) in graph.items():
         for topic in published.keys() & topics.keys():
-            ends.setdefault((box_of(node), topic), set()).add(node)
+            ends.setdefault((box_of(node), place_of(topic)), set()).add(node)
         for topic in subscribed:
-            ends.setdefault((topic, box_of(node)), set()).add(node)
+            ends.setdefault((place_of(topic), box_of(node)), set()).add(node)
     return [Arrow(*pair, _always(pair, nodes)) for pair, nodes in sorted(ends.items())]
 
 
@@ -136,7 +146,11 @@ def draw(path: Path, dpi: int = DPI, graph: Mapping[str, Topics] | None = None) 
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, SIZE[0]), ylim=(0.0, SIZE[1]), aspect="equal")
     axes.axis("off")
-    pills = {name: _draw_topic(axes, name, kind, often.get(name, "")) for name, kind in topics.items()}
+    pills = {
+        name: _draw_topic(axes, name, [kind, *often.get(name, []), *_companions(name, topics)])
+        for name, kind in topics.items()
+        if name in TOPICS
+    }
     for name, box in BOXES.items():
         _draw_box(axes, name, box, _unheard(graph, name, topics))
     for arrow in drawn:
@@ -153,8 +167,12 @@ def _unheard(graph: Mapping[str, Topics], box: str, topics: Mapping[str, str]) -
     )
 
 
-def _draw_topic(axes: Axes, name: str, kind: str, rate: str) -> Box:
-    lines = [kind, rate] if rate else [kind]
+def _companions(name: str, topics: Mapping[str, str]) -> list[str]:
+    """What is drawn in the place of a topic beside itself."""
+    return sorted(topic for topic in topics if topic in COMPANIONS and place_of(topic) == name)
+
+
+def _draw_topic(axes: Axes, name: str, lines: list[str]) -> Box:
     box = Box(*TOPICS[name], 0.068 * max(len(name) * 1.35, *map(len, lines)) + 0.15, 0.24 + 0.15 * len(lines))
     axes.add_patch(_rounded(box, 0.2, "#eaf3fb", BORDER, 0.9))
     first = box.y + 0.15 * len(lines)

@@ -1,6 +1,7 @@
-"""Conversion between the project's records and ROS messages: the only place where message fields are filled and read.
+"""Conversion between the project's records and ROS messages: stamps, poses, impacts, scans and commands.
 
-The exception are the poses of a motion-capture system, which `mocap_formats` reads.
+Plans are converted in `plans`, the controller's state in `controller_state`, the poses of a motion-capture system in
+`mocap_formats`; message fields are filled and read nowhere else.
 
 Every field is cast to Python's own float, int or str: rclpy does not check fields by default, and then sends garbage
 for an int or a numpy scalar in a float field.
@@ -10,14 +11,13 @@ import math
 from array import array
 
 import numpy as np
-from builtin_interfaces.msg import Time
+from builtin_interfaces.msg import Duration, Time
 from geometry_msgs.msg import PoseStamped, Quaternion, Twist, TwistStamped, Vector3, Vector3Stamped
-from nav_msgs.msg import Odometry, Path
+from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from collplan_core.command import Command
-from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.pose_filter import PoseSample
@@ -32,10 +32,6 @@ class MessageError(ValueError):
     """A message that cannot be used; the text names the field, the value and what was expected."""
 
 
-class PathError(MessageError):
-    """A path that holds no usable plan or foreseen contacts."""
-
-
 # ---- stamps, headers, angles
 
 
@@ -46,9 +42,15 @@ def stamp_from_seconds(seconds: float) -> Time:
     return Time(sec=whole + nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)
 
 
-def seconds_from_stamp(stamp: Time) -> float:
-    """The time of a stamp [s]: exact to the nanosecond below 100 days, to 0.2 us in Unix time."""
+def seconds_from_stamp(stamp: Time | Duration) -> float:
+    """The time of a stamp, or a duration [s]: exact to the nanosecond below 100 days, to 0.2 us in Unix time."""
     return int(stamp.sec) + int(stamp.nanosec) / NANOSECONDS
+
+
+def duration_from_seconds(seconds: float) -> Duration:
+    """The duration nearest to a time [s]; `seconds_from_stamp` gives that time back."""
+    stamp = stamp_from_seconds(seconds)
+    return Duration(sec=stamp.sec, nanosec=stamp.nanosec)
 
 
 def header(stamp: float, frame: str) -> Header:
@@ -74,12 +76,14 @@ def yaw_from_quaternion(quaternion: Quaternion) -> float:
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def _check_frame(field: str, got: str, expected: str) -> None:
+def check_frame(field: str, got: str, expected: str) -> None:
+    """Raises MessageError where a field names another frame."""
     if got != expected:
         raise MessageError(f"{field}: got frame {got!r}, expected {expected!r}")
 
 
-def _check_finite(field: str, *values: float) -> None:
+def check_finite(field: str, *values: float) -> None:
+    """Raises MessageError where a value is not finite."""
     if not all(math.isfinite(value) for value in values):
         raise MessageError(f"{field}: got {', '.join(f'{v:g}' for v in values)}, expected finite numbers")
 
@@ -106,9 +110,9 @@ def goal_from_message(message: PoseStamped, frame: str) -> np.ndarray:
     Raises:
         MessageError: another frame, or not finite.
     """
-    _check_frame("header.frame_id", message.header.frame_id, frame)
+    check_frame("header.frame_id", message.header.frame_id, frame)
     x, y = float(message.pose.position.x), float(message.pose.position.y)
-    _check_finite("pose.position", x, y)
+    check_finite("pose.position", x, y)
     return np.array([x, y])
 
 
@@ -117,7 +121,7 @@ def state_to_odometry(state: State, map_frame: str, base_frame: str) -> Odometry
     message = Odometry(header=header(state.stamp, map_frame), child_frame_id=str(base_frame))
     message.pose.pose.position.x, message.pose.pose.position.y = (float(v) for v in state.position)
     message.pose.pose.orientation = quaternion_from_yaw(float(state.yaw))
-    message.twist.twist.linear = _vector(rotate_rows(state.velocity[None], -float(state.yaw))[0])
+    message.twist.twist.linear = vector3(rotate_rows(state.velocity[None], -float(state.yaw))[0])
     return message
 
 
@@ -127,19 +131,19 @@ def state_from_odometry(message: Odometry, map_frame: str, base_frame: str) -> S
     Raises:
         MessageError: other frames, not finite, or not a unit quaternion.
     """
-    _check_frame("header.frame_id", message.header.frame_id, map_frame)
-    _check_frame("child_frame_id", message.child_frame_id, base_frame)
+    check_frame("header.frame_id", message.header.frame_id, map_frame)
+    check_frame("child_frame_id", message.child_frame_id, base_frame)
     p, v = message.pose.pose.position, message.twist.twist.linear
     position, velocity = np.array([float(p.x), float(p.y)]), np.array([float(v.x), float(v.y)])
-    _check_finite("pose.position", *position)
-    _check_finite("twist.linear", *velocity)
+    check_finite("pose.position", *position)
+    check_finite("twist.linear", *velocity)
     yaw = yaw_from_quaternion(message.pose.pose.orientation)
     return State(seconds_from_stamp(message.header.stamp), position, rotate_rows(velocity[None], yaw)[0], yaw)
 
 
 def impact_to_message(stamp: float, change: np.ndarray, frame: str) -> Vector3Stamped:
     """Message of an impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s, `frame`]."""
-    return Vector3Stamped(header=header(stamp, frame), vector=_vector(change))
+    return Vector3Stamped(header=header(stamp, frame), vector=vector3(change))
 
 
 def impact_from_message(message: Vector3Stamped, frame: str) -> tuple[float, np.ndarray]:
@@ -148,13 +152,14 @@ def impact_from_message(message: Vector3Stamped, frame: str) -> tuple[float, np.
     Raises:
         MessageError: another frame, or not finite.
     """
-    _check_frame("header.frame_id", message.header.frame_id, frame)
+    check_frame("header.frame_id", message.header.frame_id, frame)
     x, y = float(message.vector.x), float(message.vector.y)
-    _check_finite("vector", x, y)
+    check_finite("vector", x, y)
     return seconds_from_stamp(message.header.stamp), np.array([x, y])
 
 
-def _vector(xy: np.ndarray) -> Vector3:
+def vector3(xy: np.ndarray) -> Vector3:
+    """Message of a vector (2,) in the plane."""
     return Vector3(x=float(xy[0]), y=float(xy[1]), z=0.0)
 
 
@@ -197,88 +202,12 @@ def scan_from_message(message: LaserScan, frame: str) -> Scan:
     )
 
 
-# ---- plans and foreseen contacts
-
-
-def plan_to_path(plan: Plan, frame: str) -> Path:
-    """Path of a plan's timed positions: its stamp is the plan's, the stamp of each pose the time to be there."""
-    return _path(plan.stamp, plan.times, plan.positions, np.zeros(len(plan.times)), frame)
-
-
-def plan_from_path(path: Path, frame: str, contacts: Contacts | None = None) -> Plan:
-    """The plan in a path: times and positions as sent, velocities differentiated from them.
-
-    Raises:
-        PathError: another frame, fewer than 2 poses, not finite, or times that do not rise.
-    """
-    times, positions = _timed_positions(path, frame)
-    if len(times) < 2:
-        raise PathError(f"poses: got {len(times)}, expected at least 2")
-    velocities = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
-    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    return Plan(
-        stamp=seconds_from_stamp(path.header.stamp),
-        times=times,
-        positions=positions,
-        velocities=velocities,
-        contacts=Contacts.none() if contacts is None else contacts,
-        aim=positions[-1],
-        aim_velocity=velocities[-1],
-        terms={},
-        candidates=nothing,
-        n_before_pruning=0,
-    )
-
-
-def contacts_to_path(contacts: Contacts, stamp: float, frame: str) -> Path:
-    """Path of the contacts foreseen by the plan with this stamp [s]; each orientation is the direction afterwards."""
-    directions = np.arctan2(contacts.velocities_after[:, 1], contacts.velocities_after[:, 0])
-    return _path(stamp, contacts.times, contacts.points, directions, frame)
-
-
-def contacts_from_path(path: Path, frame: str) -> Contacts:
-    """The foreseen contacts in a path, possibly none; the velocities after them have length 1, for want of speeds.
-
-    Raises:
-        PathError: another frame, not finite, times that do not rise, or a quaternion without length 1.
-    """
-    times, points = _timed_positions(path, frame)
-    try:
-        directions = np.array([yaw_from_quaternion(pose.pose.orientation) for pose in path.poses])
-    except MessageError as error:
-        raise PathError(f"poses: {error}") from error
-    return Contacts(times, points, np.column_stack([np.cos(directions), np.sin(directions)]).reshape(-1, 2))
-
-
-def _path(stamp: float, times: np.ndarray, positions: np.ndarray, directions: np.ndarray, frame: str) -> Path:
-    poses = [
-        pose_to_message(PoseSample(float(time), position, float(direction)), frame)
-        for time, position, direction in zip(times, positions, directions, strict=True)
-    ]
-    return Path(header=header(stamp, frame), poses=poses)
-
-
-def _timed_positions(path: Path, frame: str) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) [s] and positions (n, 2) [m] of a path's poses."""
-    if path.header.frame_id != frame:
-        raise PathError(f"header.frame_id: got {path.header.frame_id!r}, expected {frame!r}")
-    times = np.array([seconds_from_stamp(pose.header.stamp) for pose in path.poses])
-    points = [(float(pose.pose.position.x), float(pose.pose.position.y)) for pose in path.poses]
-    positions = np.array(points).reshape(-1, 2)
-    for number in np.flatnonzero(~np.isfinite(positions).all(axis=1)):
-        raise PathError(f"poses[{number}]: got {positions[number].tolist()}, expected finite numbers")
-    for number in np.flatnonzero(np.diff(times) <= 0.0):
-        after = f"got time {times[number + 1]} after {times[number]}"
-        raise PathError(f"poses[{number + 1}]: {after}, expected a later one")
-    return times, positions
-
-
 # ---- commands
 
 
 def command_to_twist(command: Command) -> Twist:
     """Message of a command in the robot's frame."""
-    return Twist(linear=_vector(command.velocity), angular=Vector3(x=0.0, y=0.0, z=float(command.yaw_rate)))
+    return Twist(linear=vector3(command.velocity), angular=Vector3(x=0.0, y=0.0, z=float(command.yaw_rate)))
 
 
 def command_to_twist_stamped(command: Command, stamp: float, frame: str) -> TwistStamped:
@@ -298,5 +227,5 @@ def velocity_from_twist(twist: Twist) -> tuple[np.ndarray, float]:
         MessageError: not finite.
     """
     x, y, yaw_rate = float(twist.linear.x), float(twist.linear.y), float(twist.angular.z)
-    _check_finite("twist", x, y, yaw_rate)
+    check_finite("twist", x, y, yaw_rate)
     return np.array([x, y]), yaw_rate

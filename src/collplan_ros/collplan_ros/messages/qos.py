@@ -21,14 +21,13 @@ POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": POSE_PUBLISHED}
 # scan
 SENSOR_DATA = _profile(5, reliable=False)
 
-# impact, goal_pose, planner/costs, ground_truth/*: every one counts
+# impact, goal_pose, planner/valid_until, planner/foreseen_impacts, planner/costs, ground_truth/*: every one counts
 EVENT = _profile(50)
 
-# plan, planner/foreseen_impacts, cmd_vel: only the newest is acted on. Volatile: a latched plan would be a motion
-# command to whoever starts later.
+# plan, cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to whoever starts later.
 NEWEST = _profile(1)
 
-# goal_status, maneuver, planner/markers: a late listener gets the present state
+# goal_status, maneuver, controller/state, planner/markers: a late listener gets the present state
 LATCHED = _profile(1, latched=True)
 
 # /diagnostics: latched, so that a late listener learns at once that a node is ready; many nodes share the topic

@@ -28,7 +28,8 @@ from collplan_core.planners import FollowFunction, map_period_of, planner_for
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
-from collplan_ros.messages.conversions import PathError, header, plan_from_path
+from collplan_ros.messages.conversions import header
+from collplan_ros.messages.plans import PathError, plan_from_path
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings

@@ -23,7 +23,7 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
 from collplan_core.control.impact_alarm import ImpactAlarm, why_not_now
-from collplan_core.control.permission import is_blocked, why_stale
+from collplan_core.control.permission import is_blocked, plan_age_limit, why_stale
 from collplan_core.deadline import Deadline, after
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
 from collplan_core.local_map import LocalMap, build_local_map
@@ -265,7 +265,8 @@ class PlannerNode(Node):
             return
         self._planning_time = perf_counter() - started
         boundaries = self._planner.boundaries(self._memory)
-        self._publish(Cycle(plan, placed.local_map, boundaries, self._planning_time, self._impact), local)
+        valid_until = plan.stamp + plan_age_limit(map_period_of(settings))
+        self._publish(Cycle(plan, valid_until, placed.local_map, boundaries, self._planning_time, self._impact), local)
 
     def _deadline(self, started: float) -> Deadline:
         """Until when a plan may be worked on: a plan must not be late."""

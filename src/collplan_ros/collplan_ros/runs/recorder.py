@@ -14,19 +14,18 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
+from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
 from collplan_ros.messages.cmd_vel import command_type, twist_of
 from collplan_ros.messages.conversions import (
     MessageError,
-    contacts_from_path,
     impact_from_message,
-    plan_from_path,
     scan_from_message,
-    seconds_from_stamp,
     state_from_odometry,
 )
+from collplan_ros.messages.plans import contacts_from_message, plan_from_path
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
 from collplan_ros.node_kit.clock import PosesClock
 from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
@@ -107,7 +106,7 @@ class Recorder:
         detected = self.log.detected_impacts
         listen(Vector3Stamped, "impact", log(lambda m: detected.append(self._impact_record(m))))
         listen(Path, "plan", log(self._take_plan))
-        listen(Path, "planner/foreseen_impacts", log(self._take_contacts))
+        listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", log(self._take_contacts))
         listen(DiagnosticArray, "planner/costs", log(self._take_costs))
         listen(LaserScan, "scan", self._take_scan, SENSOR_DATA)
         sent = self._sent_while_recording
@@ -177,8 +176,9 @@ class Recorder:
         plan = plan_from_path(message, self._frames.map)
         self.log.plans.append(PlanRow(plan.stamp, plan.times, plan.positions))
 
-    def _take_contacts(self, message: Path) -> None:
-        self.log.contacts[seconds_from_stamp(message.header.stamp)] = contacts_from_path(message, self._frames.map)
+    def _take_contacts(self, message: MultiDOFJointTrajectory) -> None:
+        stamp, contacts = contacts_from_message(message, self._frames.map)
+        self.log.contacts[stamp] = contacts
 
     def _take_costs(self, message: DiagnosticArray) -> None:
         for status in message.status:

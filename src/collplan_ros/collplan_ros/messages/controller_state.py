@@ -1,0 +1,39 @@
+"""What the controller is doing, and why, as a message for people and records."""
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+from collplan_core.command import STOPPED
+from collplan_core.control.activity import Activity
+from collplan_ros.messages.conversions import stamp_from_seconds
+
+
+def activity_to_message(
+    activity: Activity, maneuver: str, plan_stamp: float | None, goal_active: bool, source: str
+) -> DiagnosticStatus:
+    """Message of an activity; a warning where the robot stands still although a goal is active.
+
+    Args:
+        activity: what the controller is doing.
+        maneuver: that of its command, one of `collplan_core.command.MANEUVERS`.
+        plan_stamp: stamp of the plan in force [s, poses' clock]; None without one.
+        goal_active: whether the robot is to go to a goal.
+        source: full name of the controller's node.
+    """
+    values = {
+        "maneuver": maneuver,
+        "activity": activity.name,
+        "reason": activity.reason,
+        "plan_stamp": "none" if plan_stamp is None else _printed(plan_stamp),
+    }
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN if goal_active and activity.name == STOPPED else DiagnosticStatus.OK,
+        name=str(source),
+        message=activity.reason,
+        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )
+
+
+def _printed(seconds: float) -> str:
+    """A stamp [s] with its nanoseconds, as in the header of the plan."""
+    stamp = stamp_from_seconds(seconds)
+    return f"{stamp.sec}.{stamp.nanosec:09d}"

@@ -1,0 +1,79 @@
+"""What the controller says it does: a deliberate bounce is told from free space, a stop comes with its reason."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE, MANEUVERS, STOPPED, Command, stopped
+from collplan_core.control.activity import ACTIVITIES, BOUNCE, MANEUVER, TRACK, Activity, describe
+from collplan_core.plan import Candidates, Contacts, Plan
+
+FEW = settings(derandomize=True, deadline=None, max_examples=60)
+times = st.floats(0.0, 4.0)
+
+
+def plan(begin: float = 0.0, end: float = 4.0) -> Plan:
+    line, nothing = np.array([[0.0, 0.0], [1.0, 0.0]]), Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    rest = np.zeros(2)
+    return Plan(begin, np.array([begin, end]), line, 0.0 * line, Contacts.none(), line[1], rest, {}, nothing, 0)
+
+
+def contacts_at(*when: float) -> Contacts:
+    """Each at x = its time, y = 1.2."""
+    points = np.array([[time, 1.2] for time in when]).reshape(-1, 2)
+    return Contacts(np.array(when), points, np.zeros_like(points))
+
+
+def command(maneuver: str) -> Command:
+    return stopped("no plan yet") if maneuver == STOPPED else Command(np.ones(2), 0.0, maneuver, np.zeros(2))
+
+
+@given(st.sampled_from(MANEUVERS), st.lists(times, max_size=4), times)
+@FEW
+def test_only_in_free_space_and_near_a_foreseen_contact_it_bounces(maneuver, foreseen, now):
+    activity = describe(command(maneuver), plan(), contacts_at(*foreseen), now)
+    near = any(abs(time - now) <= 0.15 for time in foreseen)
+    assert activity.name in ACTIVITIES
+    assert (activity.name == BOUNCE) == (maneuver == FREE_SPACE and near)
+    assert (activity.name == STOPPED) == (maneuver == STOPPED)
+    assert (activity.name == MANEUVER) == (maneuver in (BOUNDARY_FOLLOWING, FLOW_THROUGH))
+
+
+@pytest.mark.parametrize("now", [0.27, 0.41, 0.55])
+def test_a_deliberate_bounce_says_where(now):
+    activity = describe(command(FREE_SPACE), plan(), contacts_at(0.05, 0.41, 3.0), now)
+    assert activity == Activity(BOUNCE, "bounces off the boundary at 0.41, 1.20")
+
+
+@pytest.mark.parametrize("now", [0.25, 0.57])
+def test_before_and_after_it_follows_the_plan(now):
+    assert describe(command(FREE_SPACE), plan(), contacts_at(0.41), now) == Activity(TRACK, "follows the plan")
+
+
+def test_past_its_end_the_plan_is_held():
+    assert describe(command(FREE_SPACE), plan(end=1.0), Contacts.none(), 1.1).reason == "holds the end of the plan"
+
+
+def test_a_stop_gives_its_reason():
+    activity = describe(stopped("pose 0.17 s old, limit 0.15 s"), None, Contacts.none(), 1.0)
+    assert activity == Activity(STOPPED, "stands still: pose 0.17 s old, limit 0.15 s")
+
+
+def test_the_maneuvers_are_told_apart():
+    following, flowing = (
+        describe(command(maneuver), plan(), contacts_at(1.0), 1.0) for maneuver in (BOUNDARY_FOLLOWING, FLOW_THROUGH)
+    )
+    assert following.name == flowing.name == MANEUVER
+    assert following.differs(flowing)
+
+
+def test_an_age_that_grows_is_no_news():
+    def still(reason: str) -> Activity:
+        return describe(stopped(reason), None, Contacts.none(), 0.0)
+
+    young, old = still("pose 0.17 s old, limit 0.15 s"), still("pose 12.30 s old, limit 0.15 s")
+    assert young.differs(None)
+    assert not old.differs(young)
+    assert old.differs(still("scan 0.70 s old, limit 0.60 s"))
+    assert old.differs(Activity(TRACK, old.reason))

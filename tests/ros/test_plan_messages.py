@@ -1,0 +1,152 @@
+"""Plans and what goes with them to messages and back; what those may not hold."""
+
+import math
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Duration
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rclpy.serialization import deserialize_message, serialize_message
+
+from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_ros.messages import conversions as c
+from collplan_ros.messages import plans as m
+
+FEW = settings(derandomize=True, deadline=None, max_examples=40)
+numbers = st.floats(-1e3, 1e3)
+points = st.tuples(numbers, numbers).map(np.array)
+
+
+def sent(message):
+    """The message after serialisation, as a listener receives it."""
+    return deserialize_message(serialize_message(message), type(message))
+
+
+# ---- when to be where
+
+
+def plan_along(positions, begin=0.0, period=0.1):
+    positions = np.asarray(positions, dtype=float)
+    times = begin + period * np.arange(len(positions))
+    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    velocities = np.zeros_like(positions)
+    return Plan(begin, times, positions, velocities, Contacts.none(), np.zeros(2), np.zeros(2), {}, nothing, 0)
+
+
+@given(st.floats(0.0, 2e9), st.lists(points, min_size=2, max_size=20), st.floats(0.001, 1.0))
+@FEW
+def test_plan(begin, positions, period):
+    plan = plan_along(positions, begin, period)
+    back = m.plan_from_path(sent(m.plan_to_path(plan, "map")), "map")
+    assert back.stamp == pytest.approx(plan.stamp, abs=1e-9)
+    np.testing.assert_allclose(back.times, plan.times, atol=1e-9, rtol=0.0)
+    np.testing.assert_array_equal(back.positions, plan.positions)
+
+
+def test_velocities_of_a_plan_are_exact_on_a_parabola():
+    t = 0.05 * np.arange(20)
+    plan = plan_along(np.column_stack([0.3 * t**2, 1.0 - t]), period=0.05)
+    back = m.plan_from_path(m.plan_to_path(plan, "map"), "map")
+    np.testing.assert_allclose(back.velocities, np.column_stack([0.6 * t, np.full(20, -1.0)]), atol=1e-9)
+
+
+def path(change=lambda p: None):
+    message = m.plan_to_path(plan_along([(0.0, 0.0), (0.1, 0.0), (0.2, 0.1)], 5.0), "map")
+    change(message)
+    return message
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda p: p.poses.clear(), "got 0, expected at least 2"),
+        (lambda p: p.poses.__delitem__(slice(1, None)), "got 1, expected at least 2"),
+        (lambda p: setattr(p.poses[1].pose.position, "x", math.nan), r"poses\[1\].*finite"),
+        (lambda p: setattr(p.poses[2].pose.position, "y", math.inf), r"poses\[2\].*finite"),
+        (lambda p: setattr(p.poses[2].header, "stamp", c.stamp_from_seconds(5.1)), r"poses\[2\].*later"),
+        (lambda p: setattr(p.poses[1].header, "stamp", c.stamp_from_seconds(4.0)), r"poses\[1\].*later"),
+        (lambda p: setattr(p.header, "frame_id", "odom"), "frame_id"),
+    ],
+)
+def test_path_that_is_refused(change, words):
+    with pytest.raises(m.PathError, match=words):
+        m.plan_from_path(path(change), "map")
+
+
+# ---- foreseen contacts
+
+delays = st.lists(st.floats(0.0, 20.0), max_size=6).map(sorted)
+
+
+@given(st.floats(0.0, 2e9), delays, st.data())
+@FEW
+def test_contacts(stamp, after, data):
+    rows = st.tuples(numbers, numbers, numbers, numbers)
+    table = np.array(data.draw(st.lists(rows, min_size=len(after), max_size=len(after)))).reshape(-1, 4)
+    contacts = Contacts(stamp + np.array(after), table[:, :2], table[:, 2:])
+    back_stamp, back = m.contacts_from_message(sent(m.contacts_to_message(contacts, stamp, "map", "puck")), "map")
+    assert back_stamp == c.seconds_from_stamp(c.stamp_from_seconds(stamp))
+    # Unix time in seconds has steps of 0.24 us
+    np.testing.assert_allclose(back.times, contacts.times, atol=1e-6, rtol=0.0)
+    np.testing.assert_array_equal(back.points, contacts.points)
+    np.testing.assert_array_equal(back.velocities_after, contacts.velocities_after)
+
+
+def contacts_message(change=lambda message: None):
+    """Two contacts, 0.25 s and 0.75 s after a plan of 5.0 s."""
+    touched, after = np.array([[1.0, 0.5], [1.5, 0.0]]), np.array([[0.3, -0.4], [0.0, 0.2]])
+    message = m.contacts_to_message(Contacts(np.array([5.25, 5.75]), touched, after), 5.0, "map", "base_link")
+    change(message)
+    return message
+
+
+def test_a_contact_in_its_message():
+    message = contacts_message()
+    assert message.header == c.header(5.0, "map")
+    assert message.joint_names == ["base_link"]
+    first = message.points[0]
+    assert (first.transforms[0].translation.x, first.transforms[0].translation.y) == (1.0, 0.5)
+    assert first.transforms[0].rotation.w == 1.0
+    assert (first.velocities[0].linear.x, first.velocities[0].linear.y) == (0.3, -0.4)
+    assert first.time_from_start == Duration(sec=0, nanosec=250_000_000)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t: setattr(t.header, "frame_id", "odom"), r"header\.frame_id: got frame 'odom', expected 'map'"),
+        (lambda t: t.points[1].transforms.clear(), r"points\[1\]\.transforms: got 0 entries, expected 1"),
+        (lambda t: t.points[0].velocities.append(t.points[0].velocities[0]), r"points\[0\]\.velocities: got 2 entries"),
+        (lambda t: setattr(t.points[0].transforms[0].translation, "x", math.nan), r"points\[0\]\.transforms.*finite"),
+        (lambda t: setattr(t.points[1].velocities[0].linear, "y", math.inf), r"points\[1\]\.velocities.*finite"),
+        (lambda t: setattr(t.points[0], "time_from_start", Duration(sec=-1)), r"points\[0\].*got -1 s, expected 0 s"),
+        (lambda t: setattr(t.points[1], "time_from_start", Duration()), r"points\[1\].*got 0 s, expected 0\.25 s"),
+    ],
+)
+def test_contacts_that_are_refused(change, words):
+    with pytest.raises(c.MessageError, match=words):
+        m.contacts_from_message(contacts_message(change), "map")
+
+
+def test_two_contacts_may_come_at_once():
+    """In a corner."""
+    message = contacts_message(lambda t: setattr(t.points[1], "time_from_start", t.points[0].time_from_start))
+    assert m.contacts_from_message(message, "map")[1].times.tolist() == [5.25, 5.25]
+
+
+# ---- until when
+
+
+@given(st.integers(0, 10**9), st.integers(0, 10**9))
+@FEW
+def test_validity(stamp, more):
+    """Whole microseconds."""
+    message = sent(m.validity_to_message(1e-6 * stamp, 1e-6 * (stamp + more), "/puck/planner_node"))
+    assert message.source == "/puck/planner_node"
+    assert m.validity_from_message(message) == pytest.approx((1e-6 * stamp, 1e-6 * (stamp + more)), abs=1e-9)
+
+
+def test_validity_that_is_refused():
+    with pytest.raises(c.MessageError, match=r"time_ref: got 4\.999, expected at least header\.stamp, 5\.000"):
+        m.validity_from_message(m.validity_to_message(5.0, 4.999, "/planner_node"))
