@@ -32,6 +32,12 @@ class RosGraph:
         self._nodes.append(node)
         return node
 
+    def remove(self, node: Any) -> None:
+        """Ends a node as if its process had ended."""
+        self._executor.remove_node(node)
+        self._nodes.remove(node)
+        node.destroy_node()
+
     def make(self, node_class: Callable[..., N], parameters: dict[str, object] | None = None, **kwargs: Any) -> N:
         """A node with these parameter overrides, run from now on."""
         from rclpy.parameter import Parameter
