@@ -14,6 +14,8 @@ from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatc
 from collplan_ros.node_kit.refusals import Refusals
 
 M = TypeVar("M")
+NOTHING = "nothing received"
+ONLY_OTHERS = "but its messages hold nothing for this node"
 CHECK_PERIOD = 1.0
 """Time between two looks at the inputs [s]; each logs at most one warning and one line of information."""
 
@@ -51,13 +53,14 @@ class Inputs:
         self._node = node
         self._watches: dict[str, InputWatch] = {}
         self._kinds: dict[str, str] = {}
+        self._others: dict[str, bool] = {}
         self._said_waiting = False
 
     def listen(
         self,
         message_type: type[M],
         topic: str,
-        callback: Callable[[M], None],
+        callback: Callable[[M], bool | None],
         qos: QoSProfile,
         need: str = STREAM,
         kind: str = "",
@@ -67,7 +70,8 @@ class Inputs:
         Args:
             message_type: class of the messages.
             topic: name of the topic, as given to rclpy.
-            callback: takes a message; one that it raises MessageError or ScanError on counts as refused.
+            callback: takes a message; one that it raises MessageError or ScanError on counts as refused, and one that
+                it returns False on as not meant for this node.
             qos: profile of the subscription.
             need: STREAM, STATE, AWAITED or EVENT: whether the input is missed when it does not come.
             kind: what refused messages are counted as; the topic where empty.
@@ -79,11 +83,13 @@ class Inputs:
         def take(message: M) -> None:
             before = watch.n_refused
             try:
-                callback(message)
+                is_ours = callback(message) is not False
             except (MessageError, ScanError) as error:
                 self.refused(topic, str(error))
-            if watch.n_refused == before:
+                return
+            if is_ours and watch.n_refused == before:
                 watch.took()
+            self._others[topic] = not is_ours
 
         self._node.create_subscription(message_type, topic, take, qos)
 
@@ -129,7 +135,8 @@ class Inputs:
 
     def _publishers(self, message_type: type[Any], topic: str, qos: QoSProfile) -> str:
         found = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
-        return described_publishers(found, type_name(message_type), qos)
+        words = described_publishers(found, type_name(message_type), qos)
+        return words.replace(NOTHING, ONLY_OTHERS) if self._others.get(topic) else words
 
 
 def described_publishers(publishers: Sequence[TopicEndpointInfo], expected_type: str, qos: QoSProfile) -> str:
@@ -138,7 +145,7 @@ def described_publishers(publishers: Sequence[TopicEndpointInfo], expected_type:
         return NOBODY
     count = "1 publisher" if len(publishers) == 1 else f"{len(publishers)} publishers"
     obstacles = [_obstacle(publisher, expected_type, qos) for publisher in publishers]
-    return f"{count}, {obstacles[0] if all(obstacles) else 'nothing received'}"
+    return f"{count}, {obstacles[0] if all(obstacles) else NOTHING}"
 
 
 def type_name(message_type: type[Any]) -> str:
