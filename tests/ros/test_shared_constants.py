@@ -6,9 +6,9 @@ import random
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from rcl_interfaces.msg import Log
-from rclpy.impl.logging_severity import LoggingSeverity
 from rclpy.node import Node
+from terminal import ERROR as ERROR_LINE
+from terminal import Terminal
 
 from collplan_core.parameters import Frames, Limits, Robot, Settings
 from collplan_ros.messages.qos import CONSTANTS_SUBSCRIBED
@@ -89,25 +89,20 @@ def make(ros, name, namespace="", **values):
     return ros.make(lambda **kwargs: Sharing(name, namespace=namespace, **kwargs), parameters)
 
 
-def said(logs, node):
-    """Levels and texts that a node has logged."""
-    return [(log.level, log.msg) for log in logs if log.name == node.get_logger().name]
-
-
 def test_nodes_that_disagree_name_the_key_until_one_ends(ros):
-    logs = ros.listen(Log, "/rosout", CONSTANTS_SUBSCRIBED)
+    terminal = Terminal(ros)
     here, there = make(ros, "here"), make(ros, "there", radius=0.15)
     assert ros.wait_until(lambda: here.constants.disagreement and there.constants.disagreement)
     assert here.constants.disagreement == "robot.radius: 0.09 here, 0.15 in /there"
     assert there.constants.disagreement == "robot.radius: 0.15 here, 0.09 in /here"
     text = "nodes disagree: robot.radius: 0.09 here, 0.15 in /there; these must be the same in all"
-    assert ros.wait_until(lambda: said(logs, here))
+    assert ros.wait_until(lambda: terminal.lines(here))
     ros.spin(1.5)  # what is checked again is not said again
-    assert said(logs, here) == [(LoggingSeverity.ERROR, text)]
+    assert terminal.lines(here) == [(ERROR_LINE, text)]
     ros.remove(there)
     assert ros.wait_until(lambda: not here.constants.disagreement)
-    assert ros.wait_until(lambda: len(said(logs, here)) == 2)
-    assert said(logs, here)[1][1] == "nodes agree again"
+    assert ros.wait_until(lambda: len(terminal.lines(here)) == 2)
+    assert terminal.lines(here)[1][1] == "nodes agree again"
 
 
 def test_a_node_that_starts_again_with_other_values_agrees(ros):
