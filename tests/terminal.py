@@ -12,6 +12,7 @@ class Terminal:
     """The lines of every node of a graph; make it before the nodes."""
 
     def __init__(self, ros) -> None:
+        ros.forget_others()
         self._ros = ros
         self._logs = ros.listen(Log, "/rosout", DIAGNOSTICS_SUBSCRIBED)
 

@@ -3,6 +3,7 @@
 import itertools
 import math
 import random
+from types import SimpleNamespace
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -14,7 +15,14 @@ from collplan_core.parameters import Frames, Limits, Robot, Settings
 from collplan_ros.messages.qos import CONSTANTS_SUBSCRIBED
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
-from collplan_ros.node_kit.shared_constants import SharedConstants, constants_of, disagreement, hash_of
+from collplan_ros.node_kit.shared_constants import (
+    PATIENCE,
+    UNKNOWN,
+    SharedConstants,
+    constants_of,
+    disagreement,
+    hash_of,
+)
 
 RADIUS = {"robot.radius": "0.09"}
 
@@ -75,6 +83,12 @@ def test_the_order_of_keys_is_no_matter():
     assert len({hash_of(dict(order)) for order in itertools.permutations(values.items())}) == 1
 
 
+@pytest.fixture
+def ros(ros):
+    ros.forget_others()
+    return ros
+
+
 class Sharing(Node):
     """A node with constants, and nothing else."""
 
@@ -116,6 +130,22 @@ def test_a_node_that_starts_again_with_other_values_agrees(ros):
     assert here.constants.disagreement == (
         "robot.radius: 0.09 here, 0.2 in /another; robot.velocity_lag: 0.1 here, 0.2 in /another"
     )
+
+
+@pytest.mark.parametrize("listed", [[], [SimpleNamespace(node_name=UNKNOWN, node_namespace="?")]])
+def test_a_node_that_ros_lists_late_is_not_forgotten(ros, monkeypatch, listed):
+    here, looks = make(ros, "here"), []
+    real = here.get_publishers_info_by_topic
+    late = PATIENCE + 2 if listed else PATIENCE
+
+    def look(topic):
+        looks.append(topic)
+        return listed if len(looks) < late else real(topic)
+
+    monkeypatch.setattr(here, "get_publishers_info_by_topic", look)
+    make(ros, "there", radius=0.15)
+    assert ros.wait_until(lambda: len(looks) > late + PATIENCE)
+    assert here.constants.disagreement == "robot.radius: 0.09 here, 0.15 in /there"
 
 
 def test_robots_in_other_namespaces_are_other_robots(ros):

@@ -41,7 +41,7 @@ def test_nodes_in_any_order_say_what_they_wait_for_and_when_it_comes(ros, termin
     terminal.says(lidar, INFO, "ready: listens to mocap/odom; world slalom, 360 beams at 20 Hz")
     terminal.says(lidar, WARN, "no mocap/odom: 0 publishers")
     mocap = ros.make(MocapNode)
-    terminal.says(mocap, INFO, "ready: listens to mocap/pose; poses as pose, in the frame map")
+    terminal.says(mocap, INFO, "ready: listens to mocap/pose; format pose, frame map")
     terminal.says(mocap, WARN, "no mocap/pose: 0 publishers")
     terminal.says(lidar, WARN, "no mocap/odom: 1 publisher, nothing received")
     simulator = ros.make(

@@ -28,20 +28,21 @@ class Inputs:
         self._inputs = Inputs(self)
         self._inputs.listen(Odometry, "mocap/odom", self._on_pose, qos.POSE_SUBSCRIBED, kind="pose")
         self._inputs.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
+        self._inputs.listen(Path, "plan", self._on_plan, qos.NEWEST, EVENT)
         self._inputs.listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
-        self._inputs.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
         ...
         self._inputs.ready("strategy harness, a plan every 0.2 s")
 
     It says then, a line for each change and at most about one a second:
 
-        ready: listens to mocap/odom, goal_status, goal_pose, impact; strategy harness, a plan every 0.2 s
+        ready: listens to mocap/odom, goal_status, plan, goal_pose; strategy harness, a plan every 0.2 s
         no mocap/odom: 0 publishers
         no mocap/odom: 1 publisher, but its QoS does not fit: best effort publisher and reliable subscription
         mocap/odom refused: header.frame_id: got 'odom', expected 'map'
         mocap/odom, goal_status come; waits for goal_pose
 
-    A callback refuses a message by raising the error of its conversion, or by calling `refused`.
+    A callback refuses a message by letting the error of its conversion pass, or by calling `refused`. One that has more
+    to do then catches the error, acts, and raises it again. A refusal is logged once for each reason, numbers aside.
 
     Attributes:
         refusals: counts of what was refused, for the node's diagnostics.
@@ -94,7 +95,10 @@ class Inputs:
         self._node.create_subscription(message_type, topic, take, qos)
 
     def refused(self, topic: str, reason: str, kind: str = "") -> None:
-        """Counts the message being taken as refused, as `kind` or as its topic's kind, and logs the reason soon."""
+        """Counts a message as refused, as `kind` or as the kind of its topic; the next look logs the reason.
+
+        To be called from the callback that takes the message, or later where its use fails.
+        """
         self._watches[topic].refused(reason)
         self.refusals.add(kind or self._kinds[topic], reason)
 

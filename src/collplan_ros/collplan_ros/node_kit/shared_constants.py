@@ -1,5 +1,6 @@
 """Constants that all nodes of a graph must share: told to each other when they start, and compared."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from hashlib import sha256
@@ -15,6 +16,8 @@ from collplan_ros.node_kit.node_parameters import Group, specs_of
 
 CHECK_PERIOD = 1.0
 """Time between two looks at which nodes are still there [s]."""
+PATIENCE = 3
+"""Looks in a row at which a node is not there until it counts as ended: its message may come before ROS lists it."""
 GROUPS = ("robot.", "frames.")
 """Where keys of constants that must be shared begin."""
 UNKNOWN = "_NODE_NAME_UNKNOWN_"
@@ -57,7 +60,11 @@ def disagreement(ours: Mapping[str, str], others: Mapping[str, Mapping[str, str]
 class SharedConstants:
     """Tells a node's constants to the others in its namespace, and whether theirs agree.
 
-    A node that has ended no longer disagrees, nor does one that has started again with other values.
+    A node that has ended no longer disagrees, nor does one that has started again with other values. A node that is to
+    stand still on a disagreement asks for `disagreement` at each step; others pass their health through `judged`:
+
+        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
 
     Attributes:
         disagreement: where they disagree, as of the function `disagreement`; empty where they agree.
@@ -74,6 +81,7 @@ class SharedConstants:
         self._ours = constants_of(settings, *groups)
         self._hash = hash_of(self._ours)
         self._others: dict[str, Mapping[str, str]] = {}
+        self._absences: Counter[str] = Counter()
         self._logged = ""
         self._publisher = node.create_publisher(DiagnosticStatus, "shared_constants", CONSTANTS_PUBLISHED)
         node.create_subscription(DiagnosticStatus, "shared_constants", self._take, CONSTANTS_SUBSCRIBED)
@@ -109,7 +117,8 @@ class SharedConstants:
         running = {f"{each.node_namespace.rstrip('/')}/{each.node_name}" for each in publishers}
         if any(name.endswith(UNKNOWN) for name in running):
             return  # one that is not yet discovered whole may be any of them
-        self._others = {name: theirs for name, theirs in self._others.items() if name in running}
+        self._absences = Counter({name: self._absences[name] + 1 for name in self._others if name not in running})
+        self._others = {name: theirs for name, theirs in self._others.items() if self._absences[name] < PATIENCE}
 
     def _log_change(self) -> None:
         before, self._logged = self._logged, self.disagreement

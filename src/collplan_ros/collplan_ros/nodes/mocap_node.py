@@ -51,8 +51,8 @@ class MocapNode(Node):
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         warm_up()
         self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
-        of = f" of {mocap.subject}" if mocap.subject else ""
-        self._inputs.ready(f"poses{of} as {mocap.format}, in the frame {self._pose_frame()}")
+        body = f", body {mocap.subject}" if mocap.subject else ""
+        self._inputs.ready(f"format {mocap.format}{body}, frame {self._pose_frame()}")
 
     def _change(self, settings: Settings) -> None:
         self._settings = settings
@@ -91,7 +91,7 @@ class MocapNode(Node):
         received = seconds(self._local)
         result, self._memory = filter_pose(self._memory, sample, received, self._settings)
         if result.refused:
-            self._refuse(result.refused, f"pose {sample.position.tolist()} at {sample.stamp:.3f}")
+            self._refuse(result.refused, f"pose {sample.position.round(3).tolist()} at {sample.stamp:.3f}")
             return
         self._poses_clock.received(sample.stamp, received)
         self._publish(sample.stamp, result)
