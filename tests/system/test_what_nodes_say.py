@@ -82,6 +82,13 @@ def test_the_button_and_the_service_of_the_real_robot(ros, terminal, robot):
     assert count(terminal.lines(robot.driver), button) == 1
 
 
+def test_a_ring_that_senses_impacts_needs_poses(ros, terminal, tmp_path):
+    robot = SerialRobot(ros, tmp_path, **{"emulator.senses_impacts": True})
+    terminal.says(robot.driver, WARN, "no mocap/odom: 0 publishers")
+    ros.make(MocapNode, {"mocap.accept_frozen": True})
+    robot.until(lambda: any(text.startswith("mocap/odom comes") for _, text in terminal.lines(robot.driver)))
+
+
 def test_the_firmware_that_stops_the_robot_by_itself_is_told(terminal, robot):
     robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
     robot.ask(unplugged=True)

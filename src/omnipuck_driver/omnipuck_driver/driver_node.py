@@ -120,7 +120,7 @@ class DriverNode(Node):
             self._contract.latch("by the button on the robot")
         announced = self._link.session.announced
         if self._impacts is None and announced is not None and announced.capabilities & SENSES_IMPACTS:
-            self._impacts = SensedImpacts(self, self._settings, self._local_clock)
+            self._impacts = SensedImpacts(self, self._inputs, self._settings, self._local_clock)
         if self._impacts is not None:
             self._impacts.take(telemetry)
 
@@ -144,6 +144,7 @@ class DriverNode(Node):
         values: dict[str, object] = {**contract.counts, "expired": self._expired, **self._report.values()}
         if self._impacts is not None:
             values |= {"impacts": self._impacts.published, "impacts_missed": self._impacts.missed}
+            values |= self._inputs.refusals.values
         if contract.stopped_by:
             return Health(WARN, f"emergency stop {contract.stopped_by}: commands are ignored", values)
         if self._link.trouble():

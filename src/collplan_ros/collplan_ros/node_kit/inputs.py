@@ -113,10 +113,10 @@ class Inputs:
         remarks = [remark for watch in self._watches.values() for remark in watch.check()]
         warnings = [remark.text for remark in remarks if not remark.comes]
         news = [line for line in (self._coming(remarks), self._waiting()) if line]
-        if warnings:
-            self._node.get_logger().warning("; ".join(warnings))
         if news:
             self._node.get_logger().info("; ".join(news))
+        if warnings:
+            self._node.get_logger().warning("; ".join(warnings))
 
     def _coming(self, remarks: list[Remark]) -> str:
         names = [remark.text for remark in remarks if remark.comes]
