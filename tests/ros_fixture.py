@@ -4,6 +4,7 @@ Nothing runs in the background: nodes, timers and callbacks advance while the te
 the test's own thread, so a test reads what callbacks write without locks.
 """
 
+import gc
 import time
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
@@ -31,6 +32,17 @@ class RosGraph:
         self._executor.add_node(node)
         self._nodes.append(node)
         return node
+
+    def remove(self, node: Any) -> None:
+        """Ends a node as if its process had ended."""
+        self._executor.remove_node(node)
+        self._nodes.remove(node)
+        node.destroy_node()
+
+    def forget_others(self) -> None:
+        """Ends what earlier tests have left: a node that failed when it was made stays until it is collected."""
+        gc.collect()
+        assert self.wait_until(lambda: self.probe.get_node_names() == ["probe"]), self.probe.get_node_names()
 
     def make(self, node_class: Callable[..., N], parameters: dict[str, object] | None = None, **kwargs: Any) -> N:
         """A node with these parameter overrides, run from now on."""

@@ -86,7 +86,7 @@ def test_poses_that_are_refused(ros):
     state = start_of("corridor")
     bench.send(State(1.0, np.array([math.nan, 0.0]), np.zeros(2), 0.0))
     bench.send(state, frame="odom")
-    assert ros.wait_until(lambda: bench.node._counts["refused"] == 2)
+    assert ros.wait_until(lambda: bench.node._inputs.refusals["pose"] == 2)
     ros.spin(0.1)
     assert not bench.scans
     status = bench.status()

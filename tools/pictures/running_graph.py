@@ -23,7 +23,7 @@ from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
 NODES = (SimulatorNode, FirmwareEmulator, DriverNode, MocapNode, LidarNode, PlannerNode, ControllerNode)
-OF_EVERY_NODE = {"/rosout", "/parameter_events", "/diagnostics"}
+OF_EVERY_NODE = {"/rosout", "/parameter_events", "/diagnostics", "/shared_constants"}
 DOMAIN = "101"
 """The ROS domain used here; the tests take lower ones."""
 PATIENCE = 30.0

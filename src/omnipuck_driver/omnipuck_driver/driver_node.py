@@ -11,13 +11,15 @@ from rclpy.node import Node
 from collplan_core.parameters import Control, Driver, Frames, Kinematics, Limits, Robot
 from collplan_ros.node_kit.clock import seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, read_settings
 from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_driver.held_command import HeldCommand
 from omnipuck_driver.kinematics import OmniWheels
 from omnipuck_driver.link_report import LinkReport
-from omnipuck_driver.messages import BATTERY_LOW, MOTOR_FAULT, SENSES_IMPACTS, TOO_HOT, Telemetry
+from omnipuck_driver.messages import BATTERY_LOW, EXPIRED, MOTOR_FAULT, SENSES_IMPACTS, TOO_HOT, Telemetry
 from omnipuck_driver.sensed_impacts import SensedImpacts
 from omnipuck_driver.serial_link import SerialLink
 from omnipuck_driver.session import WheelCommand
@@ -27,7 +29,11 @@ FINAL_ZEROS = 3
 """Zero commands sent at the end; one might be lost."""
 FINAL_WAIT = 0.2
 """Longest wait for the last zero command to leave the device [s]."""
+LOG_PERIOD = 1.0
+"""Shortest time between two lines about the link: on a bad one they would come without end [s]."""
 FAULTS = {BATTERY_LOW: "the battery is low", MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
+LOGGED = {**FAULTS, EXPIRED: "stopped by the firmware: the last command outlived its life"}
+"""What is logged when it begins, by its bit in the telemetry's status."""
 
 
 class DriverNode(Node):
@@ -47,9 +53,17 @@ class DriverNode(Node):
         self._command: HeldCommand | None = None
         self._expired = 0
         self._reported_trouble = ""
-        self._contract = RobotContract(self, self, self._settings)
-        self.create_timer(1.0 / self._settings.driver.rate, self._tick, clock=self._local_clock)
-        self._diagnostics = Diagnostics(self, self._health)
+        self._logged_trouble: str | None = None
+        self._logged_at = float("-inf")
+        self._status = 0
+        self._inputs = Inputs(self)
+        self._contract = RobotContract(self, self._inputs, self, self._settings)
+        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        driver = self._settings.driver
+        self.create_timer(1.0 / driver.rate, self._tick, clock=self._local_clock)
+        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        self._inputs.ready(f"{driver.port} at {driver.baud} bit/s, {len(self._wheels)} wheels")
+        self._logged_at = self.now()
 
     # ---- what the contract needs
 
@@ -82,7 +96,7 @@ class DriverNode(Node):
         for telemetry in self._link.receive(now):
             self._take_telemetry(telemetry)
         self._link.send(self._wheel_command(now), now)
-        self._report_changes()
+        self._report_changes(now)
 
     def _wheel_command(self, now: float) -> WheelCommand:
         if self._contract.stopped_by or not self._link.armed:
@@ -99,20 +113,29 @@ class DriverNode(Node):
         return WheelCommand(rest, 0.0, self._settings.limits.command_age, emergency_stop=stop)
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
+        begun, self._status = telemetry.status & ~self._status, telemetry.status
+        for words in (words for bit, words in LOGGED.items() if begun & bit):
+            self.get_logger().warning(words, throttle_duration_sec=LOG_PERIOD)
         if self._link.session.button_pressed:
-            self._contract.stopped_by = "by the button on the robot"
+            self._contract.latch("by the button on the robot")
         announced = self._link.session.announced
         if self._impacts is None and announced is not None and announced.capabilities & SENSES_IMPACTS:
-            self._impacts = SensedImpacts(self, self._settings, self._local_clock)
+            self._impacts = SensedImpacts(self, self._inputs, self._settings, self._local_clock)
         if self._impacts is not None:
             self._impacts.take(telemetry)
 
-    def _report_changes(self) -> None:
+    def _report_changes(self, now: float) -> None:
         trouble = self._link.trouble()
         if trouble != self._reported_trouble:
             self._reported_trouble = trouble
-            self.get_logger().info(trouble or "connected, the robot follows commands")
             self._diagnostics.publish()
+        if trouble != self._logged_trouble and now - self._logged_at >= LOG_PERIOD:
+            self._logged_trouble, self._logged_at = trouble, now
+            log = self.get_logger()
+            if trouble:
+                log.warning(trouble)
+            else:
+                log.info("connected, the firmware follows commands")
 
     # ---- how it is
 
@@ -121,6 +144,7 @@ class DriverNode(Node):
         values: dict[str, object] = {**contract.counts, "expired": self._expired, **self._report.values()}
         if self._impacts is not None:
             values |= {"impacts": self._impacts.published, "impacts_missed": self._impacts.missed}
+            values |= self._inputs.refusals.values
         if contract.stopped_by:
             return Health(WARN, f"emergency stop {contract.stopped_by}: commands are ignored", values)
         if self._link.trouble():

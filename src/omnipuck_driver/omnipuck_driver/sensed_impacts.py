@@ -10,9 +10,10 @@ from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
-from collplan_ros.messages.conversions import MessageError, impact_to_message, state_from_odometry
+from collplan_ros.messages.conversions import impact_to_message, state_from_odometry
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED
 from collplan_ros.node_kit.clock import PosesClock, seconds
+from collplan_ros.node_kit.inputs import Inputs
 from omnipuck_driver.messages import NEVER, Telemetry
 
 COUNTS = 1 << 16
@@ -26,8 +27,8 @@ class SensedImpacts:
         missed: impacts for which a pose, or their telemetry, was missing.
     """
 
-    def __init__(self, node: Node, settings: Settings, clock: Clock) -> None:
-        """Subscribes in `node`."""
+    def __init__(self, node: Node, inputs: Inputs, settings: Settings, clock: Clock) -> None:
+        """Publishes through `node`, subscribes through `inputs`."""
         self.published = 0
         self.missed = 0
         self._frames = settings.frames
@@ -37,7 +38,7 @@ class SensedImpacts:
         self._local = clock
         self._newest: State | None = None
         self._publisher = node.create_publisher(Vector3Stamped, "impact", EVENT)
-        node.create_subscription(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED)
+        inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose")
 
     def take(self, telemetry: Telemetry) -> None:
         """Publishes the impact in telemetry where it is a new one."""
@@ -65,10 +66,7 @@ class SensedImpacts:
         return True
 
     def _take_pose(self, message: Odometry) -> None:
-        try:
-            state = state_from_odometry(message, self._frames.map, self._frames.base)
-        except MessageError:
-            return
+        state = state_from_odometry(message, self._frames.map, self._frames.base)
         self._newest = state
         self._history.add(state)
         self._clock.received(state.stamp, seconds(self._local))

@@ -33,3 +33,7 @@ LATCHED = _profile(1, latched=True)
 # /diagnostics: latched, so that a late listener learns at once that a node is ready; many nodes share the topic
 DIAGNOSTICS_PUBLISHED = LATCHED
 DIAGNOSTICS_SUBSCRIBED = _profile(100, latched=True)
+
+# shared_constants: each node latches its own; many nodes share the topic
+CONSTANTS_PUBLISHED = LATCHED
+CONSTANTS_SUBSCRIBED = DIAGNOSTICS_SUBSCRIBED

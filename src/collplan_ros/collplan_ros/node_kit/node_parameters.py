@@ -26,7 +26,7 @@ def declare(node: Node, *groups: Group) -> None:
     for key in overrides:
         if key not in all_specs() and not is_ros_key(key):
             raise unknown_key(key)
-    for spec in _specs(groups):
+    for spec in specs_of(groups):
         # checked here, not by rclpy: one wording everywhere, and a whole number will do for a float
         value = spec.checked(overrides.get(spec.key, spec.default))
         node.declare_parameter(spec.key, value, _descriptor(spec), ignore_override=True)
@@ -36,12 +36,12 @@ def declare(node: Node, *groups: Group) -> None:
 
 def read_settings(node: Node, *groups: Group) -> Settings:
     """Settings with the present values of these declared groups; all other groups are at their defaults."""
-    return Settings().with_values({spec.key: node.get_parameter(spec.key).value for spec in _specs(groups)})
+    return Settings().with_values({spec.key: node.get_parameter(spec.key).value for spec in specs_of(groups)})
 
 
 def on_change(node: Node, callback: Callable[[Settings], None], *groups: Group) -> None:
     """Calls `callback(settings)` after each accepted `ros2 param set` that touches one of these groups."""
-    keys = {spec.key for spec in _specs(groups)}
+    keys = {spec.key for spec in specs_of(groups)}
 
     def changed(parameters: list[Parameter]) -> None:
         if any(parameter.name in keys for parameter in parameters):
@@ -50,7 +50,8 @@ def on_change(node: Node, callback: Callable[[Settings], None], *groups: Group) 
     node.add_post_set_parameters_callback(changed)
 
 
-def _specs(groups: tuple[Group, ...]) -> list[Spec]:
+def specs_of(groups: tuple[Group, ...]) -> list[Spec]:
+    """The `Spec` of each parameter of these groups."""
     known = all_specs()
     return [spec for group in groups for spec in ((known[group],) if isinstance(group, str) else specs(group))]
 
@@ -61,7 +62,7 @@ def _overrides(node: Node) -> dict[str, object]:
 
 
 def _verdict(node: Node, groups: tuple[Group, ...], parameters: list[Parameter]) -> SetParametersResult:
-    ours = {spec.key for spec in _specs(groups)}
+    ours = {spec.key for spec in specs_of(groups)}
     try:
         read_settings(node, *groups).with_values({p.name: p.value for p in parameters if p.name in ours})
     except ParameterError as error:

@@ -1,6 +1,5 @@
 """The simulated LIDAR, as in the paper (IV-A): rays cast from the measured pose against a known world."""
 
-from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -13,12 +12,14 @@ from collplan_core.scan import ScanError
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
-from collplan_ros.messages.conversions import MessageError, scan_to_message, state_from_odometry
+from collplan_ros.messages.conversions import scan_to_message, state_from_odometry
 from collplan_ros.messages.qos import POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.node_kit.clock import PosesClock, described_age, local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.node_kit.shared_constants import SharedConstants
 
 GROUPS = (Lidar, Limits, Frames)
 
@@ -35,14 +36,18 @@ class LidarNode(Node):
         self._state: State | None = None
         self._scanned: State | None = None
         self._poses_clock = PosesClock()
-        self._counts: Counter[str] = Counter()
-        self._refusal = ""
+        self._scans = 0
+        self._reported = 0
         self._local = local_clock(self)
         self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_DATA)
-        self.create_subscription(Odometry, "mocap/odom", self._take_odometry, POSE_SUBSCRIBED)
-        self.create_timer(1.0 / self._settings.lidar.rate, self._scan, clock=self._local)
+        self._inputs = Inputs(self)
+        self._inputs.listen(Odometry, "mocap/odom", self._take_odometry, POSE_SUBSCRIBED, kind="pose")
+        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        lidar = self._settings.lidar
+        self.create_timer(1.0 / lidar.rate, self._scan, clock=self._local)
         self._warm_up()
-        self._diagnostics = Diagnostics(self, self._health)
+        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        self._inputs.ready(f"world {self._world.name}, {lidar.n_beams} beams at {lidar.rate:g} Hz")
 
     def _warm_up(self) -> None:
         """Compiles the ray casting, so that the first scan is not late."""
@@ -55,11 +60,7 @@ class LidarNode(Node):
 
     def _take_odometry(self, message: Odometry) -> None:
         frames = self._settings.frames
-        try:
-            self._state = state_from_odometry(message, frames.map, frames.base)
-        except MessageError as error:
-            self._refuse(str(error))
-            return
+        self._state = state_from_odometry(message, frames.map, frames.base)
         self._poses_clock.received(self._state.stamp, seconds(self._local))
 
     def _scan(self) -> None:
@@ -70,25 +71,20 @@ class LidarNode(Node):
         try:
             scan = simulate_scan(self._world, state, self._settings.lidar)
         except ScanError as error:
-            self._refuse(str(error))
+            self._inputs.refused("mocap/odom", str(error))
             return
         self._publisher.publish(scan_to_message(scan, self._settings.frames.base))
-        self._counts["scans"] += 1
+        self._scans += 1
 
     def _pose_age(self) -> float:
         return self._poses_clock.age(seconds(self._local))
 
-    def _refuse(self, why: str) -> None:
-        self._counts["refused"] += 1
-        self._refusal = why
-        self.get_logger().warning(f"refused, {why}", throttle_duration_sec=1.0)
-
     def _health(self) -> Health:
-        age = self._pose_age()
-        values = {"scans": 0, "refused": 0, **self._counts, "world": self._world.name, "pose_age_s": age}
-        why, self._refusal = self._refusal, ""
-        if why:
-            return Health(WARN, f"refused, {why}", values)
+        age, refusals = self._pose_age(), self._inputs.refusals
+        values = {"scans": self._scans, "world": self._world.name, "pose_age_s": age, **refusals.values}
+        before, self._reported = self._reported, refusals["pose"]
+        if self._reported > before:
+            return Health(WARN, f"pose refused: {refusals.newest}", values)
         if age > self._settings.limits.pose_age:
             topic = self.resolve_topic_name("mocap/odom")
             return Health(ERROR, f"no scan: no pose on {topic} {described_age(age)}", values)

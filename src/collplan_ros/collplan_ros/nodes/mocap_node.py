@@ -16,11 +16,14 @@ from collplan_ros.messages.mocap_formats import FORMATS, message_type
 from collplan_ros.messages.qos import EVENT, POSE_LISTENED, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import PosesClock, described_age, local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.frame_broadcast import frame_broadcast
 
 GROUPS = (Robot, Mocap, Limits, Frames)
+SAME_POSE = "nothing but the same pose (mocap.accept_frozen: false)"
 
 
 class MocapNode(Node):
@@ -35,8 +38,7 @@ class MocapNode(Node):
         self._newest: MeasuredPose | None = None
         self._repeats = 0
         self._counts: Counter[str] = Counter()
-        self._reported = 0
-        self._last_refusal = ""
+        self._refused = self._reported = 0
         self._local = local_clock(self)
         self._poses_clock = PosesClock()
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
@@ -44,24 +46,34 @@ class MocapNode(Node):
         self._impact = self.create_publisher(Vector3Stamped, "impact", EVENT)
         mocap = self._settings.mocap
         self._read = FORMATS[mocap.format].read
-        self.create_subscription(message_type(mocap), mocap.topic, self._take, POSE_LISTENED[mocap.reliability])
+        self._inputs = Inputs(self)
+        self._inputs.listen(message_type(mocap), mocap.topic, self._take, POSE_LISTENED[mocap.reliability])
+        self._constants = SharedConstants(self, self._settings, *GROUPS)
         warm_up()
-        self._diagnostics = Diagnostics(self, self._health)
+        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        body = f", body {mocap.subject}" if mocap.subject else ""
+        self._inputs.ready(f"format {mocap.format}{body}, frame {self._pose_frame()}")
 
     def _change(self, settings: Settings) -> None:
         self._settings = settings
 
-    def _take(self, message: Any) -> None:
+    def _take(self, message: Any) -> bool:
+        """Whether the message holds a pose of the robot's body."""
         self._counts["received"] += 1
         try:
             measured = self._read(message, self._settings.mocap.subject)
             if measured is not None:
                 self._take_measured(measured)
         except PoseError as error:
-            self._count_refused(error.reason, str(error))
+            self._refuse(error.reason, str(error))
+            return True
+        return measured is not None
+
+    def _pose_frame(self) -> str:
+        return self._settings.mocap.frame or self._settings.frames.map
 
     def _take_measured(self, measured: MeasuredPose) -> None:
-        mocap, expected = self._settings.mocap, self._settings.mocap.frame or self._settings.frames.map
+        mocap, expected = self._settings.mocap, self._pose_frame()
         if measured.frame not in (None, expected):
             raise PoseError("frame", f"header.frame_id: got {measured.frame!r}, expected {expected!r}")
         sample = robot_pose(measured, seconds(self.get_clock()), mocap)
@@ -70,6 +82,8 @@ class MocapNode(Node):
         self._newest = measured
         if self._repeats and not mocap.accept_frozen:
             self._counts["repeated"] += 1
+            if self._is_late():
+                self._refuse("frozen", SAME_POSE)
             return
         self._take_sample(sample)
 
@@ -77,7 +91,7 @@ class MocapNode(Node):
         received = seconds(self._local)
         result, self._memory = filter_pose(self._memory, sample, received, self._settings)
         if result.refused:
-            self._count_refused(result.refused, f"pose {sample.position.tolist()} at {sample.stamp:.3f}")
+            self._refuse(result.refused, f"pose {sample.position.round(3).tolist()} at {sample.stamp:.3f}")
             return
         self._poses_clock.received(sample.stamp, received)
         self._publish(sample.stamp, result)
@@ -98,27 +112,29 @@ class MocapNode(Node):
         if self._broadcast is not None:
             self._broadcast(message)
 
-    def _count_refused(self, reason: str, what: str) -> None:
-        self._counts[f"refused_{reason}"] += 1
-        self._last_refusal = f"{reason}: {what}"
-        self.get_logger().warning(f"refused, {self._last_refusal}", throttle_duration_sec=1.0)
+    def _refuse(self, reason: str, what: str) -> None:
+        self._refused += 1
+        self._inputs.refused(self._settings.mocap.topic, f"{reason}: {what}", reason)
+
+    def _age(self) -> float:
+        """Local time since the newest pose was taken [s]."""
+        return self._poses_clock.age(seconds(self._local))
+
+    def _is_late(self) -> bool:
+        return self._age() > self._settings.limits.pose_age
 
     def _health(self) -> Health:
-        age = self._poses_clock.age(seconds(self._local))
-        refused = sum(count for key, count in self._counts.items() if key.startswith("refused_"))
-        new, self._reported = refused - self._reported, refused
-        values = {**self._counts, "refused": refused, "age_s": age}
-        if new:
-            return Health(WARN, f"{new} poses refused, the last for {self._last_refusal}", values)
-        if age > self._settings.limits.pose_age:
-            return Health(ERROR, f"{self._missing()} {described_age(age)}", values)
-        return Health(OK, "poses come in", values)
-
-    def _missing(self) -> str:
+        age, refusals = self._age(), self._inputs.refusals
+        new, self._reported = self._refused - self._reported, self._refused
+        values = {**self._counts, **refusals.values, "refused": self._refused, "age_s": age}
         topic = self.resolve_topic_name(self._settings.mocap.topic)
-        if self._repeats:
-            return f"nothing but the same pose on {topic} (mocap.accept_frozen: false)"
-        return f"no pose on {topic}"
+        if self._repeats and self._is_late():
+            return Health(ERROR, f"{SAME_POSE} on {topic} {described_age(age)}", values)
+        if new:
+            return Health(WARN, f"{new} poses refused, the last for {refusals.newest}", values)
+        if self._is_late():
+            return Health(ERROR, f"no pose on {topic} {described_age(age)}", values)
+        return Health(OK, "poses come in", values)
 
 
 def main(args: list[str] | None = None) -> int:

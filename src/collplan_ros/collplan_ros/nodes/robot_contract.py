@@ -17,6 +17,8 @@ from collplan_core.parameters import Settings
 from collplan_ros.messages.cmd_vel import command_type, twist_of
 from collplan_ros.messages.conversions import asks_for_rest
 from collplan_ros.messages.qos import NEWEST
+from collplan_ros.node_kit.input_watch import AWAITED
+from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
 
 
@@ -43,12 +45,12 @@ class RobotContract:
     """Commands and the emergency stop of one robot.
 
     Attributes:
-        stopped_by: what latched the emergency stop, in words; empty while it is not latched. May be set.
+        stopped_by: what latched the emergency stop, in words; empty while it is not latched.
         ignored: commands ignored because of an emergency stop, or because the robot was not ready.
     """
 
-    def __init__(self, node: Node, robot: Robot, settings: Settings) -> None:
-        """Subscribes and serves in `node`."""
+    def __init__(self, node: Node, inputs: Inputs, robot: Robot, settings: Settings) -> None:
+        """Subscribes through `inputs` and serves in `node`."""
         self.stopped_by = ""
         self.ignored = 0
         self._node = node
@@ -57,9 +59,15 @@ class RobotContract:
         self._arming = ARMED
         self._check = CommandCheck(settings.robot, settings.limits)
         self._commands = 0
-        node.create_subscription(command_type(settings), "cmd_vel", self._take_command, NEWEST)
+        inputs.listen(command_type(settings), "cmd_vel", self._take_command, NEWEST, AWAITED)
         self._serve("estop", self._stop)
         self._serve("clear_estop", self._clear_stop)
+
+    def latch(self, by: str) -> None:
+        """Latches the emergency stop; `by` says what did it: "by its service"."""
+        if by != self.stopped_by:
+            self.stopped_by = by
+            self._node.get_logger().warning(f"emergency stop {by}: commands are ignored until clear_estop")
 
     @property
     def trouble(self) -> str:
@@ -96,14 +104,16 @@ class RobotContract:
         return self._arming.is_waiting(self._robot.now(), self._silence)
 
     def _stop(self) -> tuple[bool, str]:
-        self.stopped_by = "by its service"
+        self.latch("by its service")
         self._robot.halt()
         return True, "stopped; commands are ignored until clear_estop"
 
     def _clear_stop(self) -> tuple[bool, str]:
         reason = self._robot.why_stay_stopped()
         if reason:
+            self._node.get_logger().warning(f"emergency stop not cleared: {reason}")
             return False, reason
         if self.stopped_by:
             self.stopped_by, self._arming = "", Arming(self._robot.now())
+        self._node.get_logger().info("emergency stop cleared: commands are taken again after a zero command")
         return True, "commands are taken again after a zero command"

@@ -16,6 +16,7 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.node_kit.shared_constants import SharedConstants
 from omnipuck_sim.emulator.faults import BadLine
 from omnipuck_sim.emulator.firmware import Firmware, Stop
 from omnipuck_sim.emulator.pseudo_terminal import PseudoTerminal
@@ -51,7 +52,10 @@ class FirmwareEmulator(Node):
         self.create_service(Trigger, "reset", self._reset)
         on_change(self, self._change, Emulator)
         self._room.call_each_pose(self._advance)
-        self._diagnostics = Diagnostics(self, self._health)
+        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        link = self._settings.emulator.link
+        self.get_logger().info(f"ready: {link} leads to the firmware; {self._room.description}")
 
     # ---- faults on request
 
@@ -59,9 +63,15 @@ class FirmwareEmulator(Node):
         before, emulator = self._settings.emulator, settings.emulator
         self._settings = settings
         if emulator.restarts != before.restarts:
+            self.get_logger().info("the firmware starts again")
             self._restart()
         if emulator.unplugged != before.unplugged:
+            self.get_logger().info(f"the cable is {'pulled' if emulator.unplugged else 'plugged in'}")
             self._plug()
+        if emulator.estop_pressed > before.estop_pressed:
+            self.get_logger().warning("the emergency stop on the robot is pressed")
+        if emulator.estop_pressed < before.estop_pressed:
+            self.get_logger().info("the emergency stop on the robot is released")
         if emulator.stall != before.stall:
             time.sleep(emulator.stall)
         self._firmware.estop_pressed, self._firmware.battery = emulator.estop_pressed, emulator.battery
@@ -119,12 +129,16 @@ class FirmwareEmulator(Node):
     def _take_stops(self) -> None:
         for stop in self._firmware.take_stops():
             self._stops[stop.cause] += 1
+            if stop.cause != "command":
+                text = f"stopped, cause: {stop.cause}, command {stop.age:.2f} s old"
+                self.get_logger().warning(text, throttle_duration_sec=1.0)
             self._last_stop = stop
             self._diagnostics.publish()
 
     def _reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._room.simulator.reset()
         response.success, response.message = True, "carried back to the start, at rest"
+        self.get_logger().info(f"reset: {response.message}")
         return response
 
     # ---- how it is

@@ -29,12 +29,16 @@ class MocapRoom:
     Attributes:
         simulator: the robot.
         impacts: impacts so far.
+        description: world, seed and start, in words.
     """
 
     def __init__(self, node: Node, settings: Settings) -> None:
         """Publishes through `node`, whenever `advance` is called."""
         simulation = settings.simulator
-        self.simulator = Simulator(load_world(simulation.world), settings, simulation.seed)
+        world = load_world(simulation.world)
+        self.simulator = Simulator(world, settings, simulation.seed)
+        x, y = self.simulator.state.position.tolist()
+        self.description = f"world {world.name}, seed {simulation.seed}, start {x:.3f}, {y:.3f}"
         self.impacts = 0
         self._node = node
         self._settings = settings

@@ -6,8 +6,10 @@ from std_srvs.srv import Trigger
 
 from collplan_core.parameters import Control, Frames, Limits, Robot, Simulation
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, read_settings
 from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_sim.node.mocap_room import MocapRoom
 
@@ -22,10 +24,13 @@ class SimulatorNode(Node):
         declare(self, *GROUPS)
         settings = read_settings(self, *GROUPS)
         self._room = MocapRoom(self, settings)
-        self._contract = RobotContract(self, self, settings)
+        self._inputs = Inputs(self)
+        self._contract = RobotContract(self, self._inputs, self, settings)
+        self._constants = SharedConstants(self, settings, *GROUPS)
         self.create_service(Trigger, "reset", self._reset)
         self._room.call_each_pose(self._room.advance)
-        self._diagnostics = Diagnostics(self, self._health)
+        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        self._inputs.ready(self._room.description)
 
     # ---- what the contract needs
 
@@ -57,6 +62,7 @@ class SimulatorNode(Node):
         self._room.advance()
         self._room.simulator.reset()
         response.success, response.message = True, "back at the start, at rest"
+        self.get_logger().info(f"reset: {response.message}")
         return response
 
     def _health(self) -> Health:

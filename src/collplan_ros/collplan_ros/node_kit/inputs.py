@@ -1,0 +1,168 @@
+"""The topics that a node listens to, and what it says about them at the terminal."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from collplan_core.scan import ScanError
+from collplan_ros.messages.conversions import MessageError
+from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatch, Remark
+from collplan_ros.node_kit.refusals import Refusals
+
+M = TypeVar("M")
+NOTHING = "nothing received"
+ONLY_OTHERS = "but its messages hold nothing for this node"
+CHECK_PERIOD = 1.0
+"""Time between two looks at the inputs [s]; each logs at most one warning and one line of information."""
+
+
+class Inputs:
+    """The subscriptions of a node. It logs when they come, when they are missing or refused, and why.
+
+    Make it first, subscribe through `listen`, and call `ready` at the end of the constructor:
+
+        self._inputs = Inputs(self)
+        self._inputs.listen(Odometry, "mocap/odom", self._on_pose, qos.POSE_SUBSCRIBED, kind="pose")
+        self._inputs.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
+        self._inputs.listen(Path, "plan", self._on_plan, qos.NEWEST, EVENT)
+        self._inputs.listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
+        ...
+        self._inputs.ready("strategy harness, a plan every 0.2 s")
+
+    It says then, a line for each change and at most about one a second:
+
+        ready: listens to mocap/odom, goal_status, plan, goal_pose; strategy harness, a plan every 0.2 s
+        no mocap/odom: 0 publishers
+        no mocap/odom: 1 publisher, but its QoS does not fit: best effort publisher and reliable subscription
+        mocap/odom refused: header.frame_id: got 'odom', expected 'map'
+        mocap/odom, goal_status come; waits for goal_pose
+
+    A callback refuses a message by letting the error of its conversion pass, or by calling `refused`. One that has more
+    to do then catches the error, acts, and raises it again. A refusal is logged once for each reason, numbers aside.
+
+    Attributes:
+        refusals: counts of what was refused, for the node's diagnostics.
+    """
+
+    def __init__(self, node: Node, refusals: Refusals | None = None) -> None:
+        """Subscribes in `node`; counts in `refusals` where given, which others may share."""
+        self.refusals = Refusals() if refusals is None else refusals
+        self._node = node
+        self._watches: dict[str, InputWatch] = {}
+        self._kinds: dict[str, str] = {}
+        self._others: dict[str, bool] = {}
+        self._said_waiting = False
+
+    def listen(
+        self,
+        message_type: type[M],
+        topic: str,
+        callback: Callable[[M], bool | None],
+        qos: QoSProfile,
+        need: str = STREAM,
+        kind: str = "",
+    ) -> None:
+        """Subscribes.
+
+        Args:
+            message_type: class of the messages.
+            topic: name of the topic, as given to rclpy.
+            callback: takes a message; one that it raises MessageError or ScanError on counts as refused, and one that
+                it returns False on as not meant for this node.
+            qos: profile of the subscription.
+            need: STREAM, STATE, AWAITED or EVENT: whether the input is missed when it does not come.
+            kind: what refused messages are counted as; the topic where empty.
+        """
+        watch = InputWatch(self._shown(topic), need, lambda: self._publishers(message_type, topic, qos))
+        self._watches[topic] = watch
+        self._kinds[topic] = kind or topic
+
+        def take(message: M) -> None:
+            before = watch.n_refused
+            try:
+                is_ours = callback(message) is not False
+            except (MessageError, ScanError) as error:
+                self.refused(topic, str(error))
+                return
+            if is_ours and watch.n_refused == before:
+                watch.took()
+            self._others[topic] = not is_ours
+
+        self._node.create_subscription(message_type, topic, take, qos)
+
+    def refused(self, topic: str, reason: str, kind: str = "") -> None:
+        """Counts a message as refused, as `kind` or as the kind of its topic; the next look logs the reason.
+
+        To be called from the callback that takes the message, or later where its use fails.
+        """
+        self._watches[topic].refused(reason)
+        self.refusals.add(kind or self._kinds[topic], reason)
+
+    def ready(self, about: str) -> None:
+        """Logs that the node is ready, with its topics and what it says about itself, and watches from now on."""
+        names = ", ".join(watch.name for watch in self._watches.values())
+        self._node.get_logger().info(f"ready: listens to {names}; {about}")
+        # steady even where the node follows /clock: a clock that stands still must not hide what is missing
+        self._node.create_timer(CHECK_PERIOD, self._check, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _check(self) -> None:
+        remarks = [remark for watch in self._watches.values() for remark in watch.check()]
+        warnings = [remark.text for remark in remarks if not remark.comes]
+        news = [line for line in (self._coming(remarks), self._waiting()) if line]
+        if news:
+            self._node.get_logger().info("; ".join(news))
+        if warnings:
+            self._node.get_logger().warning("; ".join(warnings))
+
+    def _coming(self, remarks: list[Remark]) -> str:
+        names = [remark.text for remark in remarks if remark.comes]
+        return f"{', '.join(names)} {'comes' if len(names) == 1 else 'come'}" if names else ""
+
+    def _waiting(self) -> str:
+        """What is waited for, once, when all that is needed is there."""
+        watches = self._watches.values()
+        if self._said_waiting or not all(watch.is_there for watch in watches):
+            return ""
+        self._said_waiting = True
+        awaited = [watch for watch in watches if watch.need == AWAITED and not watch.n_taken]
+        for watch in awaited:
+            watch.wait()
+        return f"waits for {', '.join(watch.name for watch in awaited)}" if awaited else ""
+
+    def _shown(self, topic: str) -> str:
+        """The topic's name after remapping, relative where it is in the node's namespace."""
+        return self._node.resolve_topic_name(topic).removeprefix(self._node.get_namespace().rstrip("/") + "/")
+
+    def _publishers(self, message_type: type[Any], topic: str, qos: QoSProfile) -> str:
+        found = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
+        words = described_publishers(found, type_name(message_type), qos)
+        return words.replace(NOTHING, ONLY_OTHERS) if self._others.get(topic) else words
+
+
+def described_publishers(publishers: Sequence[TopicEndpointInfo], expected_type: str, qos: QoSProfile) -> str:
+    """Who publishes a topic on which nothing comes, and what keeps it from coming, in words."""
+    if not publishers:
+        return NOBODY
+    count = "1 publisher" if len(publishers) == 1 else f"{len(publishers)} publishers"
+    obstacles = [_obstacle(publisher, expected_type, qos) for publisher in publishers]
+    return f"{count}, {obstacles[0] if all(obstacles) else NOTHING}"
+
+
+def type_name(message_type: type[Any]) -> str:
+    """The name of a message class in ROS: nav_msgs/msg/Odometry."""
+    package, kind = message_type.__module__.split(".")[:2]
+    return f"{package}/{kind}/{message_type.__name__}"
+
+
+def _obstacle(publisher: TopicEndpointInfo, expected_type: str, qos: QoSProfile) -> str:
+    if publisher.topic_type != expected_type:
+        return f"but of type {publisher.topic_type}, expected {expected_type}"
+    compatible, reason = qos_check_compatible(publisher.qos_profile, qos)
+    if compatible != QoSCompatibility.ERROR:
+        return ""
+    faults = [part.split(": ", 1)[1] for part in reason.split(";") if part.startswith("ERROR: ")]
+    return "but its QoS does not fit: " + ", ".join(fault[0].lower() + fault[1:] for fault in faults)

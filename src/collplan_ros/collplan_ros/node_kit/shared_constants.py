@@ -1,0 +1,130 @@
+"""Constants that all nodes of a graph must share: told to each other when they start, and compared."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import replace
+from hashlib import sha256
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from collplan_core.parameters import Settings
+from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, CONSTANTS_SUBSCRIBED
+from collplan_ros.node_kit.diagnostics import OK, WARN, Health
+from collplan_ros.node_kit.node_parameters import Group, specs_of
+
+CHECK_PERIOD = 1.0
+"""Time between two looks at which nodes are still there [s]."""
+PATIENCE = 3
+"""Looks in a row at which a node is not there until it counts as ended: its message may come before ROS lists it."""
+GROUPS = ("robot.", "frames.")
+"""Where keys of constants that must be shared begin."""
+UNKNOWN = "_NODE_NAME_UNKNOWN_"
+"""Name under which ROS lists a node until it is discovered whole."""
+
+
+def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:
+    """What of these groups all nodes must have alike, by key, as Python prints it: robot.* and frames.* unless live."""
+    values = settings.values()
+    keys = [spec.key for spec in specs_of(groups) if spec.key.startswith(GROUPS) and not spec.live]
+    return {key: repr(values[key]) for key in sorted(keys)}
+
+
+def hash_of(constants: Mapping[str, str]) -> str:
+    """SHA-256 of the constants as sorted lines "key: value", in hexadecimal digits."""
+    return sha256("".join(f"{key}: {constants[key]}\n" for key in sorted(constants)).encode()).hexdigest()
+
+
+def disagreement(ours: Mapping[str, str], others: Mapping[str, Mapping[str, str]]) -> str:
+    """Where constants of ours and of other nodes differ, over the keys that both have; empty where they agree.
+
+    Args:
+        ours: values by key.
+        others: the same of other nodes, by name.
+
+    Returns:
+        For each key "robot.radius: 0.09 here, 0.15 in /driver_node", by key, then by value, joined with "; ".
+    """
+    found: dict[tuple[str, str], list[str]] = {}
+    for name, theirs in others.items():
+        for key in ours.keys() & theirs.keys():
+            if theirs[key] != ours[key]:
+                found.setdefault((key, theirs[key]), []).append(name)
+    return "; ".join(
+        f"{key}: {ours[key]} here, {value} in {', '.join(sorted(names))}"
+        for (key, value), names in sorted(found.items())
+    )
+
+
+class SharedConstants:
+    """Tells a node's constants to the others in its namespace, and whether theirs agree.
+
+    A node that has ended no longer disagrees, nor does one that has started again with other values. A node that is to
+    stand still on a disagreement asks for `disagreement` at each step; others pass their health through `judged`:
+
+        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+
+    Attributes:
+        disagreement: where they disagree, as of the function `disagreement`; empty where they agree.
+    """
+
+    def __init__(self, node: Node, settings: Settings, *groups: Group) -> None:
+        """Publishes what of these groups, which `node` declares, all must share.
+
+        From then on an error is logged when a disagreement begins, and a line of information when it ends.
+        """
+        self.disagreement = ""
+        self._node = node
+        self._name = node.get_fully_qualified_name()
+        self._ours = constants_of(settings, *groups)
+        self._hash = hash_of(self._ours)
+        self._others: dict[str, Mapping[str, str]] = {}
+        self._absences: Counter[str] = Counter()
+        self._logged = ""
+        self._publisher = node.create_publisher(DiagnosticStatus, "shared_constants", CONSTANTS_PUBLISHED)
+        node.create_subscription(DiagnosticStatus, "shared_constants", self._take, CONSTANTS_SUBSCRIBED)
+        # steady even where the node follows /clock: a clock that stands still must not hide who has ended
+        node.create_timer(CHECK_PERIOD, self._check, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        values = [KeyValue(key=key, value=value) for key, value in self._ours.items()]
+        self._publisher.publish(DiagnosticStatus(name=self._name, message=self._hash, values=values))
+
+    def judged(self, health: Health) -> Health:
+        """A node's health, a warning where it is OK but constants disagree."""
+        if health.level != OK or not self.disagreement:
+            return health
+        return replace(health, level=WARN, message=self.disagreement)
+
+    def _take(self, message: DiagnosticStatus) -> None:
+        if message.name == self._name:
+            return
+        # an equal hash saves looking at each value
+        agrees = message.message == self._hash
+        self._others[message.name] = {} if agrees else {value.key: value.value for value in message.values}
+        self._compare()
+
+    def _compare(self) -> None:
+        self.disagreement = disagreement(self._ours, self._others)
+
+    def _check(self) -> None:
+        self._drop_ended()
+        self._compare()
+        self._log_change()
+
+    def _drop_ended(self) -> None:
+        publishers = self._node.get_publishers_info_by_topic(self._publisher.topic_name)
+        running = {f"{each.node_namespace.rstrip('/')}/{each.node_name}" for each in publishers}
+        if any(name.endswith(UNKNOWN) for name in running):
+            return  # one that is not yet discovered whole may be any of them
+        self._absences = Counter({name: self._absences[name] + 1 for name in self._others if name not in running})
+        self._others = {name: theirs for name, theirs in self._others.items() if self._absences[name] < PATIENCE}
+
+    def _log_change(self) -> None:
+        before, self._logged = self._logged, self.disagreement
+        if self.disagreement == before:
+            return
+        if self.disagreement:
+            self._node.get_logger().error(f"nodes disagree: {self.disagreement}; these must be the same in all")
+        else:
+            self._node.get_logger().info("nodes agree again")

@@ -1,0 +1,186 @@
+"""Constants that all nodes of a graph share: what is compared, and what a node makes of it."""
+
+import itertools
+import math
+import random
+from types import SimpleNamespace
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+from terminal import ERROR as ERROR_LINE
+from terminal import Terminal
+
+from collplan_core.parameters import Frames, Limits, Robot, Settings
+from collplan_ros.messages.qos import CONSTANTS_SUBSCRIBED
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.node_kit.node_parameters import declare, read_settings
+from collplan_ros.node_kit.shared_constants import (
+    PATIENCE,
+    UNKNOWN,
+    SharedConstants,
+    constants_of,
+    disagreement,
+    hash_of,
+)
+
+RADIUS = {"robot.radius": "0.09"}
+
+
+def test_what_is_shared_are_constants_of_robot_and_frames():
+    keys = set(constants_of(Settings(), Robot, Frames, Limits))
+    assert "robot.max_speed" not in keys  # live
+    assert keys == {
+        *("robot.radius", "robot.mass", "robot.max_yaw_rate", "robot.max_acceleration", "robot.velocity_lag"),
+        *("frames.map", "frames.base"),
+    }
+    assert set(constants_of(Settings(), Limits, Frames)) == {"frames.map", "frames.base"}
+    assert set(constants_of(Settings(), Limits, "robot.radius")) == {"robot.radius"}
+
+
+def test_floats_are_compared_exactly():
+    ours = constants_of(Settings(), Robot)
+    near = constants_of(Settings().with_values({"robot.radius": math.nextafter(0.09, 1.0)}), Robot)
+    assert hash_of(ours) == hash_of(constants_of(Settings().with_values({"robot.radius": 0.09}), Robot))
+    assert hash_of(ours) != hash_of(near)
+    assert disagreement(ours, {"/driver_node": near}) == "robot.radius: 0.09 here, 0.09000000000000001 in /driver_node"
+
+
+@pytest.mark.parametrize(
+    ("others", "words"),
+    [
+        ({}, ""),
+        ({"/a": RADIUS}, ""),
+        ({"/a": {}}, ""),
+        ({"/a": {"frames.map": "'odom'"}}, ""),
+        ({"/a": {"robot.radius": "0.15"}}, "robot.radius: 0.09 here, 0.15 in /a"),
+        (
+            {"/b": {"robot.radius": "0.2"}, "/c": {"robot.radius": "0.15"}, "/a": {"robot.radius": "0.15"}},
+            "robot.radius: 0.09 here, 0.15 in /a, /c; robot.radius: 0.09 here, 0.2 in /b",
+        ),
+    ],
+)
+def test_disagreement_in_words(others, words):
+    assert disagreement(RADIUS, others) == words
+
+
+def test_two_nodes_disagree_alike_whoever_asks():
+    keys = ["robot.radius", "robot.mass", "frames.map"]
+    for seed in range(200):
+        draw = random.Random(seed)
+        one, other = ({key: draw.choice("12") for key in keys if draw.random() < 0.8} for _ in range(2))
+        here, there = disagreement(one, {"/other": other}), disagreement(other, {"/one": one})
+        assert bool(here) == bool(there) == any(one[key] != other[key] for key in one.keys() & other.keys()), seed
+        for key in keys:
+            assert (key in here) == (key in there), seed
+        if hash_of(one) == hash_of(other):
+            assert one == other, seed
+            assert here == "", seed
+
+
+def test_the_order_of_keys_is_no_matter():
+    values = {"robot.radius": "0.09", "frames.map": "'map'", "robot.mass": "0.7"}
+    assert len({hash_of(dict(order)) for order in itertools.permutations(values.items())}) == 1
+
+
+@pytest.fixture
+def ros(ros):
+    ros.forget_others()
+    return ros
+
+
+class Sharing(Node):
+    """A node with constants, and nothing else."""
+
+    def __init__(self, name, **kwargs):
+        super().__init__(name, **kwargs)
+        declare(self, Robot, Frames)
+        self.constants = SharedConstants(self, read_settings(self, Robot, Frames), Robot, Frames)
+
+
+def make(ros, name, namespace="", **values):
+    parameters = {f"robot.{key}": value for key, value in values.items()}
+    return ros.make(lambda **kwargs: Sharing(name, namespace=namespace, **kwargs), parameters)
+
+
+def test_nodes_that_disagree_name_the_key_until_one_ends(ros):
+    terminal = Terminal(ros)
+    here, there = make(ros, "here"), make(ros, "there", radius=0.15)
+    assert ros.wait_until(lambda: here.constants.disagreement and there.constants.disagreement)
+    assert here.constants.disagreement == "robot.radius: 0.09 here, 0.15 in /there"
+    assert there.constants.disagreement == "robot.radius: 0.15 here, 0.09 in /here"
+    text = "nodes disagree: robot.radius: 0.09 here, 0.15 in /there; these must be the same in all"
+    assert ros.wait_until(lambda: terminal.lines(here))
+    ros.spin(1.5)  # what is checked again is not said again
+    assert terminal.lines(here) == [(ERROR_LINE, text)]
+    ros.remove(there)
+    assert ros.wait_until(lambda: not here.constants.disagreement)
+    assert ros.wait_until(lambda: len(terminal.lines(here)) == 2)
+    assert terminal.lines(here)[1][1] == "nodes agree again"
+
+
+def test_a_node_that_starts_again_with_other_values_agrees(ros):
+    here, there = make(ros, "here"), make(ros, "there", radius=0.15)
+    assert ros.wait_until(lambda: here.constants.disagreement)
+    ros.remove(there)
+    make(ros, "there")
+    assert ros.wait_until(lambda: not here.constants.disagreement)
+    make(ros, "another", radius=0.2, velocity_lag=0.2)
+    assert ros.wait_until(lambda: here.constants.disagreement)
+    assert here.constants.disagreement == (
+        "robot.radius: 0.09 here, 0.2 in /another; robot.velocity_lag: 0.1 here, 0.2 in /another"
+    )
+
+
+@pytest.mark.parametrize("listed", [[], [SimpleNamespace(node_name=UNKNOWN, node_namespace="?")]])
+def test_a_node_that_ros_lists_late_is_not_forgotten(ros, monkeypatch, listed):
+    here, looks = make(ros, "here"), []
+    real = here.get_publishers_info_by_topic
+    late = PATIENCE + 2 if listed else PATIENCE
+
+    def look(topic):
+        looks.append(topic)
+        return listed if len(looks) < late else real(topic)
+
+    monkeypatch.setattr(here, "get_publishers_info_by_topic", look)
+    make(ros, "there", radius=0.15)
+    assert ros.wait_until(lambda: len(looks) > late + PATIENCE)
+    assert here.constants.disagreement == "robot.radius: 0.09 here, 0.15 in /there"
+
+
+def test_robots_in_other_namespaces_are_other_robots(ros):
+    one, other = make(ros, "node", "/robot1"), make(ros, "node", "/robot2", radius=0.15)
+    beside = make(ros, "beside", "/robot1", mass=2.0)
+    assert ros.wait_until(lambda: one.constants.disagreement and beside.constants.disagreement)
+    assert one.constants.disagreement == "robot.mass: 0.7 here, 2.0 in /robot1/beside"
+    assert beside.constants.disagreement == "robot.mass: 2.0 here, 0.7 in /robot1/node"
+    assert other.constants.disagreement == ""
+
+
+def test_twenty_nodes_are_all_compared(ros):
+    nodes = [make(ros, f"node{i}", radius=0.09 if i else 0.15) for i in range(20)]
+    late = make(ros, "late")
+    assert ros.wait_until(lambda: nodes[0].constants.disagreement.count("/") == 20, 30.0)
+    assert ros.wait_until(lambda: all(node.constants.disagreement for node in (*nodes, late)), 30.0)
+    assert late.constants.disagreement == "robot.radius: 0.09 here, 0.15 in /node0"
+
+
+def test_the_message_tells_hash_and_values(ros):
+    heard = ros.listen(DiagnosticStatus, "shared_constants", CONSTANTS_SUBSCRIBED)
+    make(ros, "here", radius=0.1)
+    assert ros.wait_until(lambda: heard)
+    (message,) = heard
+    values = {value.key: value.value for value in message.values}
+    assert (message.name, message.message) == ("/here", hash_of(values))
+    assert values["robot.radius"] == "0.1"
+    assert values["frames.map"] == "'map'"
+
+
+def test_health_of_a_node_that_disagrees(ros):
+    here = make(ros, "here")
+    well, unwell = Health(OK, "fine", {"count": 1}), Health(ERROR, "worse")
+    assert here.constants.judged(well) == well
+    make(ros, "there", radius=0.15)
+    assert ros.wait_until(lambda: here.constants.disagreement)
+    assert here.constants.judged(well) == Health(WARN, "robot.radius: 0.09 here, 0.15 in /there", {"count": 1})
+    assert here.constants.judged(unwell) == unwell

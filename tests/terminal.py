@@ -1,0 +1,32 @@
+"""What nodes write to the terminal."""
+
+from rcl_interfaces.msg import Log
+from rclpy.impl.logging_severity import LoggingSeverity
+
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED
+
+INFO, WARN, ERROR = LoggingSeverity.INFO, LoggingSeverity.WARN, LoggingSeverity.ERROR
+
+
+class Terminal:
+    """The lines of every node of a graph; make it before the nodes."""
+
+    def __init__(self, ros) -> None:
+        ros.forget_others()
+        self._ros = ros
+        self._logs = ros.listen(Log, "/rosout", DIAGNOSTICS_SUBSCRIBED)
+
+    def lines(self, node) -> list[tuple[int, str]]:
+        """Level and text of each line of a node so far."""
+        return [(log.level, log.msg) for log in self._logs if log.name == node.get_logger().name]
+
+    def times(self, node) -> list[float]:
+        """When each line was written [s]."""
+        logs = [log for log in self._logs if log.name == node.get_logger().name]
+        return [log.stamp.sec + 1e-9 * log.stamp.nanosec for log in logs]
+
+    def says(self, node, level: int, text: str, timeout: float = 20.0) -> None:
+        """Waits until a node has said this."""
+        assert self._ros.wait_until(lambda: (level, text) in self.lines(node), timeout), (
+            f"{text!r} not in {self.lines(node)}"
+        )
