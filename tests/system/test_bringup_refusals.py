@@ -7,14 +7,12 @@ import textwrap
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from rclpy.context import Context
 from rclpy.node import Node
 
-from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT, RunMonitor
-from collplan_core.parameters import Trial
+from collplan_core.evaluation.run_end import REACHED
 from collplan_core.planners import map_period_of
 from collplan_ros.bringup import graph, preparation, processes
 from collplan_ros.bringup.failures import NodeDied
@@ -206,18 +204,6 @@ def test_a_node_that_ignores_sigterm_is_killed_and_the_first_one_goes_first(tmp_
     assert ended["controller"] < ended["other"]
     with pytest.raises(NodeDied, match=r"stubborn was killed by SIGKILL; its last lines:\n  up"):
         started["stubborn"].check()
-
-
-def test_the_watch_worked_by_hand():
-    def watch():
-        return RunMonitor(np.array([1.0, 0.0]), 0.1, Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05), 100.0)
-
-    assert watch().outcome(100.0, np.array([0.91, 0.0])) == REACHED
-    assert watch().outcome(130.0, np.array([0.0, 0.0])) == TIMEOUT
-    still = watch()
-    assert [still.outcome(100.0 + t, np.array([0.01 * t, 0.0])) for t in (0.0, 4.9, 5.1)] == [None, None, None]
-    assert still.outcome(109.0, np.array([0.06, 0.01])) is None
-    assert still.outcome(110.2, np.array([0.06, 0.0])) == STUCK
 
 
 def test_the_planners_word_counts_once_the_poses_it_has_seen_were_taken():

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from action_msgs.msg import GoalStatus
 
-from collplan_core.evaluation.run_end import REACHED, RunMonitor
+from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, RunMonitor
 from collplan_ros.bringup.check import check
 from collplan_ros.bringup.failures import (
     GRAPH_LOST,
@@ -35,11 +35,10 @@ REST_PATIENCE = 2.0
 REST_SPEED = 0.03
 """Speed below which the robot counts as at rest [m/s]."""
 PLANNER = "planner_node"
-ABORTED = "aborted"
 OUTCOMES = {
     GoalStatus.STATUS_SUCCEEDED: REACHED,
     GoalStatus.STATUS_ABORTED: ABORTED,
-    GoalStatus.STATUS_CANCELED: "canceled",
+    GoalStatus.STATUS_CANCELED: CANCELED,
 }
 """Outcome of a run by the final status of its goal."""
 
@@ -104,12 +103,13 @@ class Bringup:
         settings, graph = self.preparation.settings, self.graph
         graph.recorder.begin()
         graph.give_goal(target)
-        started_at = graph.pose.stamp
-        monitor = RunMonitor(target, settings.planner.goal_tolerance, settings.trial, started_at)
+        monitor = RunMonitor(settings.trial, graph.pose.stamp)
         while True:
-            pose = graph.pose
+            pose, goal_report = graph.pose, graph.recorder.goal
             position = np.array([pose.x, pose.y])
-            outcome = monitor.outcome(pose.stamp, position) or outcome_from_status(graph.recorder.goal, pose.sent)
+            if goal_report is not None and goal_report.status == GoalStatus.STATUS_EXECUTING:
+                monitor.executing(pose.stamp)
+            outcome = outcome_from_status(goal_report, pose.sent) or monitor.outcome(pose.stamp, position)
             if outcome:
                 return outcome
             distance = float(np.linalg.norm(position - target))
