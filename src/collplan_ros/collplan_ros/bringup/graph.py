@@ -49,6 +49,8 @@ GOAL_PERIOD = 1.0
 """Period at which a goal without answer is published again [s]."""
 SPIN_TIME = 0.02
 """Longest wait for one message [s]."""
+LONGEST_STEP = 0.1
+"""What a step counts at most as time without poses [s]: one that takes longer was stalled by the machine."""
 
 
 class Graph:
@@ -69,6 +71,7 @@ class Graph:
         self._processes: list[NodeProcess] = []
         self._stop_request = StopRequest()
         self._stack = ExitStack()
+        self._silence = 0.0
 
     def __enter__(self) -> "Graph":
         with ExitStack() as stack:
@@ -96,9 +99,9 @@ class Graph:
         """The newest pose.
 
         Raises:
-            GraphError: there is none, or none has come for INPUT_PATIENCE.
+            GraphError: there is none, or none has come while messages were waited for, for INPUT_PATIENCE.
         """
-        if self.recorder.newest is None or self.recorder.silence > INPUT_PATIENCE:
+        if self.recorder.newest is None or self._silence > INPUT_PATIENCE:
             raise GraphError(self._no_pose())
         return self.recorder.newest
 
@@ -107,7 +110,10 @@ class Graph:
         self._stop_request.check()
         for process in self._processes:
             process.check()
+        newest, begun = self.recorder.newest, time.monotonic()
         self._executor.spin_once(timeout_sec=SPIN_TIME)
+        waited = min(time.monotonic() - begun, LONGEST_STEP)
+        self._silence = 0.0 if self.recorder.newest is not newest else self._silence + waited
 
     def wait(self, condition: Callable[[], bool], patience: float, complaint: Callable[[], str]) -> None:
         """Steps until `condition()`.

@@ -120,10 +120,10 @@ class Bringup:
 
     def _show_progress(self, target: np.ndarray) -> None:
         pose, begin = self.graph.pose, self.log.time_zero
-        if begin is not None:
+        if begin is not None and pose.stamp >= begin:
             distance = float(np.hypot(pose.x - target[0], pose.y - target[1]))
             maneuver = self.log.maneuver_at(pose.sent)
-            self.progress.show(max(0.0, pose.stamp - begin), distance, maneuver, len(self.log.impacts))
+            self.progress.show(pose.stamp - begin, distance, maneuver, len(self.log.impacts))
 
     def come_to_rest(self) -> None:
         """Ends the recording, and waits until it is whole, the robot rests, and the goal's final status is reported."""

@@ -29,7 +29,6 @@ from collplan_ros.messages.conversions import (
     state_from_odometry,
 )
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
-from collplan_ros.node_kit.clock import PosesClock
 from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 
 # no message may be lost, so the queue bridges a stall of some seconds
@@ -79,17 +78,11 @@ class Recorder:
         self.lateness = 0.0
         self._frames = settings.frames
         self._tolerance = settings.planner.goal_tolerance
-        self._clock = PosesClock()
         self._target = np.full(2, np.nan)
         self._asked = 0.0
         self._end = NEVER
         self._newest_truth = -math.inf
         self._subscribe(node, settings)
-
-    @property
-    def silence(self) -> float:
-        """Time since the newest pose was received [s]; infinite before the first."""
-        return self._clock.age(time.monotonic())
 
     def begin(self) -> None:
         """Starts recording."""
@@ -164,7 +157,6 @@ class Recorder:
             self.newest = self._pose_row(message)._replace(sent=_when_sent(info))
         except MessageError:
             return
-        self._clock.received(self.newest.stamp, time.monotonic())
         self.lateness = max(0.0, time.time() - self.newest.sent)
         if self.newest.sent <= self._end.sent:
             self.log.poses.append(self.newest)
