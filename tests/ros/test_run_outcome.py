@@ -70,6 +70,14 @@ def test_the_end_of_the_goal_counts_once_the_poses_sent_before_it_were_taken():
     assert outcome_of(arrived, pose(7.0, 0.0), monitor) == REACHED
 
 
+def test_a_goal_known_to_have_ended_is_neither_timed_out_nor_stuck_before():
+    arrived = GoalReport(GoalStatus.STATUS_SUCCEEDED, SENT + 50.0)
+    monitor = RunMonitor(LIMITS, STAMP)
+    monitor.executing(STAMP)
+    assert {outcome_of(arrived, pose(t, 0.0), monitor) for t in (0.0, 10.0, 40.0)} == {None}
+    assert outcome_of(arrived, pose(50.0, 0.0), monitor) == REACHED
+
+
 def test_time_counts_from_the_first_plan():
     monitor = RunMonitor(LIMITS, STAMP)
     for t in np.arange(0.0, 20.0, 0.5):

@@ -76,7 +76,7 @@ DESCRIPTION = """\
 Starts a robot and the nodes that plan and control it, gives it a goal, and watches until it is there.
 
 The goal is reached: exit code 0. Time is up, stuck or given up: 1. Something asked for cannot be done: 2.
-A node died or the graph did not come up: 3. Stopped by a signal: 128 + its number.
+A node died, the graph did not come up or this machine is too slow for it: 3. Stopped by a signal: 128 + its number.
 """
 EPILOG = """\
 examples:
