@@ -38,15 +38,15 @@ class Ears:
         self.take[topic] = take
 
 
-def sent_messages() -> dict[str, list[tuple[float, object]]]:
-    """When each message of a run was sent, and the message, by topic."""
+def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]:
+    """When each message of a run up to `end` [s] was sent, and the message, by topic."""
     frames = Settings().frames
     topics = defaultdict(list)
-    for k in range(round(100 * ARRIVAL) + 1):
+    for k in range(round(100 * end) + 1):
         t = 0.01 * k
         state = State(STAMP + t, np.array([max(t - FIRST_MOVE, 0.0), 0.0]), np.zeros(2), 0.0)
         topics["mocap/odom"].append((t + SENT_LATE, state_to_odometry(state, frames.map, frames.base)))
-    for k in range(round(20 * ARRIVAL)):
+    for k in range(round(20 * end)):
         t = 0.05 * k + SENT_LATE + 0.004
         moving = t > FIRST_MOVE
         topics["cmd_vel"].append((t, Twist(linear=Vector3(x=1.0 + k if moving else 0.0))))
@@ -108,6 +108,61 @@ def test_no_order_of_taking_changes_the_log(random):
     assert recorded(order) == recorded(in_time())
 
 
+TOLERANCE = Settings().planner.goal_tolerance
+GOAL = np.array([ARRIVAL - FIRST_MOVE + TOLERANCE - 0.004, 0.0])
+"""The pose at ARRIVAL is the first one within the tolerance of it."""
+REPORTED = ARRIVAL + 0.034
+"""When a planner that is slow to see it reports the arrival."""
+
+
+def driven_on() -> dict[str, list[tuple[float, object]]]:
+    """The messages of a run that goes on after its arrival, with its truth and the planner's report of the goal."""
+    topics = sent_messages(ARRIVAL + 0.4)
+    for sent, odometry in topics["mocap/odom"]:
+        topics["ground_truth/odom"].append((sent - SENT_LATE, odometry))
+    for k in (30, 190, 215):
+        topics["ground_truth/impact"].append((0.01 * k, truth(k)[1]))
+    for sent, status in ((0.4, GoalStatus.STATUS_EXECUTING), (REPORTED, GoalStatus.STATUS_SUCCEEDED)):
+        topics["goal_status"].append((sent, GoalStatus(status=status)))
+    return topics
+
+
+def recorded_to_the_end(order: list[str], patience: int) -> RunLog:
+    """The log of such a run, finished so many messages after the report and a pose sent later have been taken."""
+    ears, topics = Ears(), driven_on()
+    recorder = Recorder(ears, Settings())
+    recorder.begin()
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("collplan_ros.runs.recorder.time.time", lambda: WALL_CLOCK)
+        recorder.ask(GOAL)
+    for topic in order:
+        sent, message = topics[topic].pop(0)
+        info = {"source_timestamp": round((WALL_CLOCK + sent) * 1e9)}
+        ears.take[topic](message, *([] if topic.startswith("ground_truth") else [info]))
+        if recorder.newest and recorder.newest.sent >= (recorder.log.reached_sent or np.inf):
+            patience -= 1
+            if patience == 0:
+                recorder.finish()
+    recorder.finish()
+    assert recorder.is_complete
+    return recorder.log
+
+
+@given(st.randoms(use_true_random=False), st.integers(1, 300))
+@settings(derandomize=True, deadline=None, max_examples=15)
+def test_the_log_ends_with_the_pose_that_arrived_whatever_was_taken_when(random, patience):
+    prompt = [topic for _, topic in sorted((sent, topic) for topic, rows in driven_on().items() for sent, _ in rows)]
+    log = recorded_to_the_end(prompt, 1)
+    assert log.poses[-1].stamp == log.truth[-1].stamp == pytest.approx(STAMP + ARRIVAL)
+    assert log.arrival == log.poses[-1].stamp
+    assert len(log.true_impacts) == 2
+    order = list(prompt)
+    random.shuffle(order)
+    assert recorded_to_the_end(order, patience) == log
+    by_topic = sorted(prompt, key=lambda topic: topic != "goal_status")
+    assert recorded_to_the_end(by_topic, patience) == log
+
+
 def test_where_poses_were_lost_the_planner_tells_the_arrival():
     log = recorded(in_time())
     log.reached_sent = WALL_CLOCK + ARRIVAL + SENT_LATE + 0.001
@@ -121,7 +176,7 @@ def test_a_report_of_an_earlier_goal_is_not_about_the_new_one(monkeypatch):
     ears = Ears()
     recorder = Recorder(ears, Settings())
     monkeypatch.setattr("collplan_ros.runs.recorder.time.time", lambda: WALL_CLOCK)
-    recorder.ask()
+    recorder.ask(np.zeros(2))
     done = GoalStatus(status=GoalStatus.STATUS_SUCCEEDED)
     ears.take["goal_status"](done, {"source_timestamp": round((WALL_CLOCK - 0.1) * 1e9)})
     assert recorder.goal is recorder.log.reached_sent is None

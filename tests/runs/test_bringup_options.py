@@ -1,4 +1,4 @@
-"""The command line that repeats a run."""
+"""Command lines that bringup prints: examples, and the one that repeats a run."""
 
 import shlex
 from pathlib import Path
@@ -6,14 +6,42 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from collplan_core.command_line import as_called
 from collplan_ros.bringup.options import Options, parse
+
+
+@pytest.mark.parametrize(
+    ("typed", "printed"),
+    [
+        (".venv/bin/bringup", ".venv/bin/bringup"),
+        ("/opt/ros/lib/bringup", "/opt/ros/lib/bringup"),
+        ("main.py", "THERE/bringup"),
+        (".venv/bin/study", "THERE/bringup"),
+    ],
+)
+def test_a_command_printed_works_from_where_the_user_stands(tmp_path, monkeypatch, typed, printed):
+    monkeypatch.setattr("sys.argv", [typed])
+    monkeypatch.setattr("sys.executable", str(tmp_path / "python3"))
+    assert as_called("bringup") == (typed if typed == printed else "bringup")
+    (tmp_path / "bringup").touch()
+    assert as_called("bringup") == printed.replace("THERE", str(tmp_path))
+
+
+def test_every_example_of_the_help_starts_the_program_as_it_was_called(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", [".venv/bin/bringup", "--help"])
+    with pytest.raises(SystemExit, match="0"):
+        parse()
+    lines = capsys.readouterr().out.partition("examples:")[2].partition("\n\n")[0].splitlines()[1:]
+    assert len(lines) > 5
+    assert all(line.startswith(("  .venv/bin/bringup", "      ")) for line in lines)
 
 
 @pytest.mark.parametrize("goal", [(2.0, 0.4), (-1e-05, -3.0)])
 @pytest.mark.parametrize("network", [None, "subnet"])
-def test_the_line_that_repeats_a_run_gives_robot_goal_and_parameters(goal, network):
+def test_the_line_that_repeats_a_run_gives_robot_goal_and_parameters(monkeypatch, goal, network):
+    monkeypatch.setattr("sys.argv", [".venv/bin/bringup", "--seed", "3"])
     first = Options(robot="serial:/dev/my robot", goal=goal, network=network, timeout=9.0)
     program, *arguments = shlex.split(first.repeat(np.array(goal), Path("the runs/latest/parameters.yaml")))
     again = parse(arguments)
-    assert (program, again.robot, again.goal, again.network) == ("bringup", first.robot, goal, network)
+    assert (program, again.robot, again.goal, again.network) == (".venv/bin/bringup", first.robot, goal, network)
     assert again.params == Path("the runs/latest/parameters.yaml")

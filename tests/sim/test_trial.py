@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from collplan_core.command import MANEUVERS
+from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import WorldError, load_world
-from omnipuck_sim.trial import REACHED, STUCK, TIMEOUT, TrialResult, run_trial
+from omnipuck_sim.trial import TrialResult, run_trial
 from physics_scenes import make_world
 
 ARENAS = ("corridor", "l_corridor", "slalom")

@@ -118,7 +118,7 @@ def test_runs_that_do_not_arrive_count_with_the_limit_and_are_listed(tmp_path):
 
     found, page = report_of(fake_study(tmp_path / "study", one_late, SMALL))
     harness = found["cases"][0]["cells"][0]
-    assert harness["outcomes"] == {"reached": 5, "timeout": 1, "stuck": 0, "error": 0}
+    assert harness["outcomes"] == {"reached": 5, "timeout": 1, "stuck": 0, "aborted": 0, "error": 0}
     assert harness["success"]["value"] == pytest.approx(100 * 5 / 6)
     assert harness["levels"][0]["value"] > 30.0 / 6
     assert "1 of 18:" in page

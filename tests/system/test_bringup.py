@@ -1,6 +1,7 @@
 """bringup as a process: it reaches the goal, and however it ends no process stays behind."""
 
 import csv
+import io
 import json
 import os
 import signal
@@ -10,9 +11,15 @@ import time
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from collplan_core.parameters import Settings
 from collplan_core.warm_up import warm_up
+from collplan_ros.bringup.graph import Graph
+from collplan_ros.bringup.main import run
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.progress import Progress
 
 PATIENCE = 100.0
 NODES = {"simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node"}
@@ -109,6 +116,35 @@ def test_the_goal_is_reached_and_the_folder_is_complete(tmp_path):
 
     used = read_parameters(run.out / "latest" / "parameters.yaml")
     assert used["simulator.seed"] == 3
+
+
+def test_a_bringup_that_falls_behind_tells_the_run_as_it_was(tmp_path, monkeypatch):
+    """For 9 s it takes no message, while the robot arrives and stands at its goal longer than trial.stuck_time."""
+    lateness = []
+    step = Graph.step
+
+    def falls_behind(self):
+        moved = self.recorder.log.time_zero is not None
+        if moved and not lateness:
+            time.sleep(9.0)
+        step(self)
+        if moved:
+            lateness.append(self.recorder.lateness)
+
+    monkeypatch.setattr(Graph, "step", falls_behind)
+    said = io.StringIO()
+    result = run(Options(seed=3, out=tmp_path / "runs", pictures=False), Progress(said))
+    assert max(lateness) > 5.0
+    assert (result.outcome, result.exit_code) == ("reached", 0), said.getvalue()
+    rows = list(csv.DictReader((result.folder / "trajectory.csv").open()))
+    offsets = np.array([[float(row[axis]) for axis in "xy"] for row in rows]) - result.summary["goal"]
+    within = np.hypot(*offsets.T) <= Settings().planner.goal_tolerance
+    assert np.flatnonzero(within).tolist() == [len(rows) - 1]
+    assert float(rows[-1]["t"]) == pytest.approx(result.summary["arrival_time_s"], abs=1e-5)
+    assert result.summary["path_length_m"] > 1.5
+    impacts = [float(row["t"]) for row in csv.DictReader((result.folder / "impacts.csv").open())]
+    assert all(0.0 <= t <= result.summary["arrival_time_s"] for t in impacts)
+    assert said.getvalue().count("   0.0 s ") <= 1
 
 
 @pytest.mark.parametrize(

@@ -7,22 +7,17 @@ import textwrap
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
-from action_msgs.msg import GoalStatus
 from rclpy.context import Context
 from rclpy.node import Node
 
-from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT, RunMonitor
-from collplan_core.parameters import Trial
 from collplan_core.planners import map_period_of
 from collplan_ros.bringup import graph, preparation, processes
 from collplan_ros.bringup.failures import NodeDied
-from collplan_ros.bringup.main import main, outcome_from_status, run
+from collplan_ros.bringup.main import main, run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import NodeProcess, stop_all
 from collplan_ros.bringup.robots import ROBOTS, RobotKind
-from collplan_ros.runs.recorder import GoalReport
 
 WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0], [1.0, 1], [0.8, 1]]\n"
 
@@ -187,7 +182,7 @@ def test_a_program_that_is_not_installed_is_named(tmp_path, monkeypatch):
         run(Options(out=tmp_path))
 
 
-def test_a_node_that_ignores_sigterm_is_killed_and_the_first_one_goes_first(tmp_path, monkeypatch):
+def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_device_last(tmp_path, monkeypatch):
     monkeypatch.setattr(processes, "PATIENCE", 0.3)
     stubborn = (
         "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('up', flush=True); time.sleep(60)"
@@ -195,35 +190,14 @@ def test_a_node_that_ignores_sigterm_is_killed_and_the_first_one_goes_first(tmp_
     polite = "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: sys.exit(print(time.time())));"
     polite += "print('up', flush=True); time.sleep(60)"
     started = {}
-    for name, code in (("other", polite), ("stubborn", stubborn), ("controller", polite)):
+    for name, code in (("device", polite), ("other", polite), ("stubborn", stubborn), ("controller", polite)):
         started[name] = NodeProcess(name, [sys.executable, "-c", code], tmp_path / name)
     deadline = time.monotonic() + 10.0
     while not all((tmp_path / name).read_text() for name in started):
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    assert stop_all(list(started.values()), "controller") == ["stubborn"]
-    ended = {name: float((tmp_path / name).read_text().split()[1]) for name in ("other", "controller")}
-    assert ended["controller"] < ended["other"]
+    assert stop_all(list(started.values()), "controller", ("device",)) == ["stubborn"]
+    ended = {name: float((tmp_path / name).read_text().split()[1]) for name in ("other", "controller", "device")}
+    assert sorted(ended, key=ended.__getitem__) == ["controller", "other", "device"]
     with pytest.raises(NodeDied, match=r"stubborn was killed by SIGKILL; its last lines:\n  up"):
         started["stubborn"].check()
-
-
-def test_the_watch_worked_by_hand():
-    def watch():
-        return RunMonitor(np.array([1.0, 0.0]), 0.1, Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05), 100.0)
-
-    assert watch().outcome(100.0, np.array([0.91, 0.0])) == REACHED
-    assert watch().outcome(130.0, np.array([0.0, 0.0])) == TIMEOUT
-    still = watch()
-    assert [still.outcome(100.0 + t, np.array([0.01 * t, 0.0])) for t in (0.0, 4.9, 5.1)] == [None, None, None]
-    assert still.outcome(109.0, np.array([0.06, 0.01])) is None
-    assert still.outcome(110.2, np.array([0.06, 0.0])) == STUCK
-
-
-def test_the_planners_word_counts_once_the_poses_it_has_seen_were_taken():
-    arrived = GoalReport(GoalStatus.STATUS_SUCCEEDED, 7.0)
-    assert [outcome_from_status(arrived, sent) for sent in (6.99, 7.0)] == [None, REACHED]
-    assert outcome_from_status(GoalReport(GoalStatus.STATUS_ABORTED, 7.0), 8.0) == "aborted"
-    assert (
-        outcome_from_status(GoalReport(GoalStatus.STATUS_EXECUTING, 7.0), 8.0) is outcome_from_status(None, 8.0) is None
-    )

@@ -1,32 +1,66 @@
-"""The end of a run, seen in its poses."""
+"""How a run ends: the words for it, and the rule for a run that the planner does not end itself.
+
+Whether the goal was reached, given up or canceled is the planner's to tell, by the status of the goal.
+"""
 
 import numpy as np
 
 from collplan_core.parameters import Trial
 
 REACHED = "reached"
+ABORTED = "aborted"
+CANCELED = "canceled"
 TIMEOUT = "timeout"
 STUCK = "stuck"
 
 
 class RunMonitor:
-    """Follows the poses of a run from the moment the goal was given."""
+    """Tells a run that goes on too long, or makes no progress, from its poses; times are stamps of poses [s].
 
-    def __init__(self, goal: np.ndarray, tolerance: float, limits: Trial, begun: float) -> None:
-        """`goal` (2,) and `tolerance` [m], `begun` [s] on the poses' clock."""
-        self._goal = goal
-        self._tolerance = tolerance
+    Attributes:
+        reason: why the run has ended, in words; "" while it goes on.
+    """
+
+    def __init__(self, limits: Trial, given: float) -> None:
+        """`given` is when the goal was given [s]."""
+        self.reason = ""
         self._limits = limits
-        self._begun = begun
+        self._given = given
+        self._begun: float | None = None
         self._anchor: np.ndarray | None = None
-        self._anchored = begun
+        self._anchored = given
+
+    def executing(self, stamp: float) -> None:
+        """Starts the count of time, at the goal's first plan [s]; later calls change nothing."""
+        if self._begun is None:
+            self._begun = stamp
 
     def outcome(self, stamp: float, position: np.ndarray) -> str | None:
-        """REACHED, TIMEOUT or STUCK, or None while the run goes on; position (2,) [m]."""
-        if np.linalg.norm(position - self._goal) <= self._tolerance:
-            return REACHED
-        if stamp - self._begun >= self._limits.timeout:
-            return TIMEOUT
-        if self._anchor is None or np.linalg.norm(position - self._anchor) >= self._limits.stuck_distance:
-            self._anchor, self._anchored = position, stamp
-        return STUCK if stamp - self._anchored >= self._limits.stuck_time else None
+        """TIMEOUT or STUCK, or None while the run goes on.
+
+        TIMEOUT: trial.timeout has passed since the first plan. STUCK: the robot has stayed within trial.stuck_distance
+        for trial.stuck_time since the first plan; or trial.timeout has passed without a plan.
+
+        Args:
+            stamp: of the newest pose [s].
+            position: of the newest pose (2,) [m].
+        """
+        limits = self._limits
+        if self._begun is None:
+            return (
+                self._end(STUCK, f"no plan within {limits.timeout:g} s") if self._is_over(self._given, stamp) else None
+            )
+        if self._is_over(self._begun, stamp):
+            return self._end(TIMEOUT, f"not there within {limits.timeout:g} s")
+        if self._anchor is None or np.linalg.norm(position - self._anchor) >= limits.stuck_distance:
+            self._anchor, self._anchored = position, max(stamp, self._begun)
+        if stamp - self._anchored >= limits.stuck_time:
+            return self._end(STUCK, f"less than {limits.stuck_distance:g} m away within {limits.stuck_time:g} s")
+        return None
+
+    def _is_over(self, begun: float, stamp: float) -> bool:
+        return stamp - begun >= self._limits.timeout
+
+    def _end(self, outcome: str, reason: str) -> str:
+        self.reason = reason
+        return outcome

@@ -77,6 +77,7 @@ def check(options: Options, progress: Progress) -> int:
         return FOUND_WRONG
     path = folder.path / "checked.yaml"
     write_values(_checked_values(options, offset), path)
+    folder.become_latest()
     progress.say(f"drive with --params {path}")
     return 0
 

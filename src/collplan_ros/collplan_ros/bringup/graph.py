@@ -41,10 +41,16 @@ LINK_PATIENCE = 3.0
 """Longest wait for the robot's link, once every node has reported [s]."""
 INPUT_PATIENCE = 3.0
 """Longest wait for poses, scans and the answer to a goal, once every node is ready [s]."""
+LATE = 1.0
+"""Time after sending at which a pose no longer tells how the robot is now [s]."""
+CATCH_UP_PATIENCE = 5.0
+"""Longest wait for poses that are not late, once those taken are [s]."""
 GOAL_PERIOD = 1.0
 """Period at which a goal without answer is published again [s]."""
 SPIN_TIME = 0.02
 """Longest wait for one message [s]."""
+LONGEST_STEP = 0.1
+"""What a step counts at most as time without poses [s]: one that takes longer was stalled by the machine."""
 
 
 class Graph:
@@ -65,6 +71,7 @@ class Graph:
         self._processes: list[NodeProcess] = []
         self._stop_request = StopRequest()
         self._stack = ExitStack()
+        self._silence = 0.0
 
     def __enter__(self) -> "Graph":
         with ExitStack() as stack:
@@ -72,7 +79,6 @@ class Graph:
             stack.enter_context(self._stop_request.listening())
             self._open_node(stack)
             self._refuse_running_nodes()
-            self._folder.become_latest()
             stack.callback(self._stop_processes)
             for name, program in self._preparation.programs.items():
                 command = [program, "--ros-args", *self._ros_arguments()]
@@ -93,9 +99,9 @@ class Graph:
         """The newest pose.
 
         Raises:
-            GraphError: there is none, or none has come for INPUT_PATIENCE.
+            GraphError: there is none, or none has come while messages were waited for, for INPUT_PATIENCE.
         """
-        if self.recorder.newest is None or self.recorder.silence > INPUT_PATIENCE:
+        if self.recorder.newest is None or self._silence > INPUT_PATIENCE:
             raise GraphError(self._no_pose())
         return self.recorder.newest
 
@@ -104,7 +110,10 @@ class Graph:
         self._stop_request.check()
         for process in self._processes:
             process.check()
+        newest, begun = self.recorder.newest, time.monotonic()
         self._executor.spin_once(timeout_sec=SPIN_TIME)
+        waited = min(time.monotonic() - begun, LONGEST_STEP)
+        self._silence = 0.0 if self.recorder.newest is not newest else self._silence + waited
 
     def wait(self, condition: Callable[[], bool], patience: float, complaint: Callable[[], str]) -> None:
         """Steps until `condition()`.
@@ -117,6 +126,14 @@ class Graph:
             if time.monotonic() > deadline:
                 raise GraphError(complaint())
             self.step()
+
+    def catch_up(self) -> None:
+        """Steps until the newest pose is not LATE.
+
+        Raises:
+            GraphError: poses stay late for CATCH_UP_PATIENCE.
+        """
+        self.wait(lambda: self.recorder.lateness <= LATE, CATCH_UP_PATIENCE, self._too_slow)
 
     def wait_until_poses_come(self) -> None:
         """Waits until every node has reported and poses come."""
@@ -135,7 +152,7 @@ class Graph:
 
     def give_goal(self, goal: np.ndarray) -> None:
         """Publishes a goal (2,) [m] and waits for the planner's answer."""
-        self.recorder.ask()
+        self.recorder.ask(goal)
         again = 0.0
 
         def answered() -> bool:
@@ -174,7 +191,8 @@ class Graph:
         return arguments
 
     def _stop_processes(self) -> None:
-        for name in stop_all(self._processes, FIRST_STOPPED):
+        devices = self._preparation.robot.nodes[1:]
+        for name in stop_all(self._processes, FIRST_STOPPED, devices):
             self._progress.say(f"{name} did not stop when asked to and was killed")
 
     def _names(self) -> Counter[str]:
@@ -244,6 +262,9 @@ class Graph:
         reported = self.recorder.reported.get(self._full_name("mocap_node"))
         reason = f"; mocap_node: {reported.message}" if reported else ""
         return f"{self._missing('mocap/odom', 'reliable')}, made from {source}{reason}"
+
+    def _too_slow(self) -> str:
+        return f"poses come {self.recorder.lateness:.1f} s late: this machine is too slow for the graph"
 
     def _no_planner(self) -> str:
         goal, status = self._name("goal_pose"), self._name("goal_status")

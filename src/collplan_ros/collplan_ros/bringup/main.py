@@ -2,15 +2,14 @@
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from action_msgs.msg import GoalStatus
 
-from collplan_core.evaluation.run_end import REACHED, RunMonitor
+from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK, TIMEOUT, RunMonitor
 from collplan_ros.bringup.check import check
 from collplan_ros.bringup.failures import (
     GRAPH_LOST,
@@ -21,27 +20,22 @@ from collplan_ros.bringup.failures import (
     NodeDied,
     StartError,
 )
-from collplan_ros.bringup.graph import Graph
+from collplan_ros.bringup.graph import LATE, Graph
 from collplan_ros.bringup.options import Options, parse
+from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
 from collplan_ros.bringup.preparation import prepare, write_used_parameters
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.results import write_results
+from collplan_ros.bringup.results import counted_impacts, write_results
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.runs.recorder import GoalReport
 from collplan_ros.runs.run_log import RunLog
 
+WHOLE_PATIENCE = 10.0
+"""Longest wait for what is still under way of a run's record [s]."""
 REST_PATIENCE = 2.0
 """Longest wait for the robot to stop after a run [s]."""
 REST_SPEED = 0.03
 """Speed below which the robot counts as at rest [m/s]."""
 PLANNER = "planner_node"
-ABORTED = "aborted"
-OUTCOMES = {
-    GoalStatus.STATUS_SUCCEEDED: REACHED,
-    GoalStatus.STATUS_ABORTED: ABORTED,
-    GoalStatus.STATUS_CANCELED: "canceled",
-}
-"""Outcome of a run by the final status of its goal."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +45,7 @@ class RunResult:
     Attributes:
         outcome: reached, timeout, stuck, aborted, canceled, node_died, graph_lost or interrupted.
         exit_code: 0 only when the goal was reached.
-        message: reason, where the run was broken off or the goal given up; else empty.
+        message: why the run was broken off or the goal not reached; empty where it was reached or canceled.
         folder: the run folder.
         summary: content of summary.json.
     """
@@ -81,11 +75,14 @@ class Bringup:
         self.folder = RunFolder(options.out)
         write_used_parameters(self.folder.parameters, self.preparation.settings)
         self.graph = Graph(self.preparation, self.folder, self.progress)
+        self._monitor: RunMonitor | None = None
 
     def __enter__(self) -> "Bringup":
         try:
             self.graph.__enter__()
+            self.folder.become_latest()
         except StartError:
+            self.graph.__exit__()
             self.folder.discard()
             raise
         return self
@@ -99,50 +96,60 @@ class Bringup:
         return self.graph.recorder.log
 
     def drive(self, goal: np.ndarray | None = None) -> str:
-        """Gives the goal (2,) [m], the prepared one by default, and monitors the run; returns the outcome."""
+        """Gives the goal (2,) [m], the prepared one by default, and monitors the run.
+
+        Returns:
+            The outcome: reached, aborted or canceled as the planner says, else timeout or stuck.
+        """
         target = self.preparation.goal if goal is None else goal
-        settings, graph = self.preparation.settings, self.graph
+        graph = self.graph
         graph.recorder.begin()
         graph.give_goal(target)
-        started_at = graph.pose.stamp
-        monitor = RunMonitor(target, settings.planner.goal_tolerance, settings.trial, started_at)
-        while True:
-            pose = graph.pose
-            position = np.array([pose.x, pose.y])
-            outcome = monitor.outcome(pose.stamp, position) or outcome_from_status(graph.recorder.goal, pose.sent)
-            if outcome:
-                return outcome
-            distance = float(np.linalg.norm(position - target))
-            self.progress.show(self._elapsed, distance, self.log.maneuver_at(pose.sent), len(self.log.impacts))
+        self._monitor = monitor = RunMonitor(self.preparation.settings.trial, graph.pose.stamp)
+        while (outcome := outcome_of(graph.recorder.goal, graph.pose, monitor)) is None or self._is_outdated(outcome):
+            self._show_progress(target)
             graph.step()
+        return outcome
 
-    @property
-    def _elapsed(self) -> float:
-        begin = self.log.time_zero
-        return 0.0 if begin is None else max(0.0, self.graph.pose.stamp - begin)
+    def _is_outdated(self, outcome: str) -> bool:
+        """Whether poses came too late to say TIMEOUT or STUCK; newer ones have then been taken."""
+        if outcome not in (TIMEOUT, STUCK) or self.graph.recorder.lateness <= LATE:
+            return False
+        self.graph.catch_up()
+        return True
+
+    def _show_progress(self, target: np.ndarray) -> None:
+        pose, begin = self.graph.pose, self.log.time_zero
+        if begin is not None and pose.stamp >= begin:
+            distance = float(np.hypot(pose.x - target[0], pose.y - target[1]))
+            maneuver = self.log.maneuver_at(pose.sent)
+            self.progress.show(pose.stamp - begin, distance, maneuver, len(self.log.impacts))
 
     def come_to_rest(self) -> None:
         """Ends the recording, and waits until it is whole, the robot rests, and the goal's final status is reported."""
-        graph = self.graph
-        graph.recorder.finish()
-        deadline = time.monotonic() + REST_PATIENCE
+        recorder = self.graph.recorder
+        recorder.finish()
 
         def at_rest() -> bool:
-            goal = graph.recorder.goal
-            ended = goal is None or goal.status in OUTCOMES
-            return ended and graph.recorder.is_complete and bool(np.hypot(graph.pose.vx, graph.pose.vy) <= REST_SPEED)
+            pose, goal = self.graph.pose, recorder.goal
+            return (goal is None or goal.status in OUTCOMES) and float(np.hypot(pose.vx, pose.vy)) <= REST_SPEED
 
-        while time.monotonic() < deadline and not at_rest():
-            graph.step()
+        self._step_until(lambda: recorder.is_complete, WHOLE_PATIENCE)
+        self._step_until(at_rest, REST_PATIENCE)
 
+    def _step_until(self, condition: Callable[[], bool], patience: float) -> None:
+        """Steps until the condition holds, at most `patience` [s]."""
+        deadline = time.monotonic() + patience
+        while time.monotonic() < deadline and not condition():
+            self.graph.step()
 
-def outcome_from_status(goal: GoalReport | None, sent: float) -> str | None:
-    """Outcome of a run by the goal's status, None while the goal is active.
-
-    A status is used only once the poses sent before it were handled, `sent` [s] being when the newest was sent: the
-    time of arrival is taken from those poses.
-    """
-    return OUTCOMES.get(goal.status) if goal is not None and goal.sent <= sent else None
+    def reason(self, outcome: str) -> str:
+        """Why the goal was not reached, in words, for the outcome of `drive`; the planner's word may come after it."""
+        said = self.graph.last_message(PLANNER)
+        if outcome == ABORTED:
+            return said
+        monitored = self._monitor.reason if self._monitor else ""
+        return f"{outcome}: {monitored}; {PLANNER}: {said}" if outcome in (TIMEOUT, STUCK) else ""
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:
@@ -167,7 +174,7 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
             bringup.graph.wait_until_ready()
             outcome = bringup.drive()
             bringup.come_to_rest()
-            reason = bringup.graph.last_message(PLANNER) if outcome == ABORTED else ""
+            reason = bringup.reason(outcome)
     except NodeDied as error:
         return "node_died", GRAPH_LOST, str(error)
     except GraphError as error:
@@ -191,7 +198,7 @@ def _conclusion(result: RunResult) -> str:
     end = f"goal reached in {arrival:.2f} s" if arrival is not None else f"goal not reached: {result.outcome}"
     kind = "simulated, " if summary["simulated"] else ""
     return (
-        f"{end} ({kind}{summary['path_length_m']:.2f} m, {summary['impacts']} impacts, "
+        f"{end} ({kind}{summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}, "
         f"{summary['impacts_foreseen']} of them foreseen, {summary['impacts_deliberate']} deliberate)\n"
         f"{result.folder}\nonce more: {summary['repeat']}"
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from collplan_core.command_line import as_called, examples
 from collplan_core.parameters import Planning, Settings
 from collplan_core.parameters.spec import specs
 from collplan_ros.bringup.failures import StartError
@@ -66,14 +67,16 @@ class Options:
         # argparse takes -1e-05 for an option
         x, y = (np.format_float_positional(value, trim="0") for value in goal)
         network = ["--network", self.network] if self.network else []
-        return shlex.join(["bringup", "--robot", self.robot, *network, "--params", str(parameters), "--goal", x, y])
+        return shlex.join(
+            [as_called("bringup"), "--robot", self.robot, *network, "--params", str(parameters), "--goal", x, y]
+        )
 
 
 DESCRIPTION = """\
 Starts a robot and the nodes that plan and control it, gives it a goal, and watches until it is there.
 
 The goal is reached: exit code 0. Time is up, stuck or given up: 1. Something asked for cannot be done: 2.
-A node died or the graph did not come up: 3. Stopped by a signal: 128 + its number.
+A node died, the graph did not come up or this machine is too slow for it: 3. Stopped by a signal: 128 + its number.
 """
 EPILOG = """\
 examples:
@@ -82,9 +85,9 @@ examples:
   bringup --world my_arena.yaml --goal 2.0 0.4      your own world and goal
   bringup --robot emulator                          over serial bytes, to an emulated firmware
   bringup --robot serial:/dev/ttyUSB0 --max-speed 0.3
-                                                    the real robot
+      the real robot
   bringup --params runs/latest/parameters.yaml --goal 2.0 0.4
-                                                    the last run's parameters, and a goal: no file holds one
+      the last run's parameters, and a goal: no file holds one
   bringup --check --params mocap.yaml               before the first run of a robot
 
 Each run leaves a folder: summary.json, trajectory.csv and .png, impacts.csv, run.gif, parameters.yaml and the
@@ -96,7 +99,10 @@ ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
 def _parser() -> argparse.ArgumentParser:
     defaults = Settings()
     parser = argparse.ArgumentParser(
-        prog="bringup", description=DESCRIPTION, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="bringup",
+        description=DESCRIPTION,
+        epilog=examples(EPILOG),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
     add("--robot", default="sim", type=_robot, help=f"{EXPECTED} (default sim, the simulated one)")

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -114,9 +114,14 @@ def _how_it_ended(code: int) -> str:
     return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
 
 
-def stop_all(processes: Sequence[NodeProcess], first: str) -> list[str]:
-    """Stops the node called `first`, then all others at once; returns the names of those that had to be killed."""
+def stop_all(processes: Sequence[NodeProcess], first: str, last: Collection[str] = ()) -> list[str]:
+    """Stops the node called `first`, then the others at once, then those called `last`.
+
+    Returns:
+        The names of those that had to be killed.
+    """
     _stop([process for process in processes if process.name == first])
+    _stop([process for process in processes if process.name not in last])
     _stop(processes)
     stubborn = [process.name for process in processes if process.running]
     for process in processes:

@@ -50,5 +50,10 @@ def _title(summary: dict[str, Any]) -> str:
     kind = "simulated" if summary["simulated"] else "measured"
     return (
         f"{summary['world']}, {summary['strategy']}, seed {summary['seed']} ({kind}): "
-        f"{end}, {summary['path_length_m']:.2f} m, {summary['impacts']} impacts"
+        f"{end}, {summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}"
     )
+
+
+def counted_impacts(number: int) -> str:
+    """Number of impacts in words: "1 impact", "2 impacts"."""
+    return f"{number} impact{'' if number == 1 else 's'}"

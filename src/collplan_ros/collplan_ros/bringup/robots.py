@@ -13,7 +13,8 @@ class RobotKind:
     """A kind of robot; its nodes are started by executable name, so that this package does not depend on theirs.
 
     Attributes:
-        nodes: its nodes, first the one that receives commands; each executable is named like its node.
+        nodes: its nodes, first the one that receives commands, then the devices it speaks to; each executable is named
+            like its node.
         simulated: whether the motion of the robot is simulated.
         network: default discovery range, local or subnet.
         emulated: whether a pseudo-terminal replaces the serial device.

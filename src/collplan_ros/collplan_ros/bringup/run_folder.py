@@ -27,7 +27,7 @@ class RunFolder:
             self.logs.mkdir()
 
     def become_latest(self) -> None:
-        """Makes the link `latest`, beside the folder, point to it.
+        """Makes the link `latest`, beside the folder, point to it; for folders that get results.
 
         Raises:
             StartError: the link cannot be made.

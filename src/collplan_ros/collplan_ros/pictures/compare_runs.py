@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from collplan_core.command_line import examples
 from collplan_ros.pictures.shown_run import ShownRun, read_shown_run
 from collplan_ros.pictures.side_by_side import draw_side_by_side
 from collplan_ros.runs.recorded_run import RunError
@@ -45,7 +46,10 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="beside", description=DESCRIPTION, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="beside",
+        description=DESCRIPTION,
+        epilog=examples(EPILOG),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
     add("runs", type=Path, nargs="+", metavar="RUN", help="run folders of bringup, at least two")

@@ -9,6 +9,7 @@ from pathlib import Path
 from collplan_core.calibration.impact_fit import FAR
 from collplan_core.calibration.rebound_fit import FEWEST, FittedConstant, ReboundFit, TooLittle, fit_rebound
 from collplan_core.calibration.wall_impacts import ALONG, INTO, SLOWEST
+from collplan_core.command_line import examples
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.runs.recorded_impacts import measured_impacts
@@ -33,8 +34,9 @@ EPILOG = """\
 examples:
   fit_rebound runs/latest
   fit_rebound runs/2026-* --params checked.yaml --out lab.yaml
-                                                    checked.yaml with the rebound found, into lab.yaml
-  bringup --params lab.yaml                         drives with it
+      checked.yaml with the rebound found, into lab.yaml
+  bringup --params lab.yaml
+      drives with it
 """
 
 
@@ -51,7 +53,10 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="fit_rebound", description=DESCRIPTION, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="fit_rebound",
+        description=DESCRIPTION,
+        epilog=examples(EPILOG),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
     add("runs", type=Path, nargs="+", metavar="RUN", help="run folder of bringup; the same one given twice counts once")

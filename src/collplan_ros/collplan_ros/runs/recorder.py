@@ -6,9 +6,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, NamedTuple
 
+import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PointStamped, Twist, Vector3Stamped
+from geometry_msgs.msg import PointStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -27,7 +28,6 @@ from collplan_ros.messages.conversions import (
 )
 from collplan_ros.messages.plans import contacts_from_message, plan_from_path
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
-from collplan_ros.node_kit.clock import PosesClock
 from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 
 # no message may be lost, so the queue bridges a stall of some seconds
@@ -35,6 +35,17 @@ EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durab
 
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning")
 """Figures of planner/costs that are recorded."""
+
+
+class End(NamedTuple):
+    """End of a recording: stamp of its last pose, and when that was sent [s]."""
+
+    stamp: float
+    sent: float
+
+
+OPEN, NEVER = End(math.inf, math.inf), End(-math.inf, -math.inf)
+"""Recording, and not recording."""
 
 
 class GoalReport(NamedTuple):
@@ -45,7 +56,7 @@ class GoalReport(NamedTuple):
 
 
 class Recorder:
-    """Fills `log` from `begin()` to `finish()`, with the simulated truth up to the last pose however late it comes.
+    """Fills `log` from `begin()` to `finish()`, whole up to the last pose, however late and in whatever order it comes.
 
     Attributes:
         log: everything recorded.
@@ -53,6 +64,7 @@ class Recorder:
         goal: newest report of the goal given last; None before the first.
         newest: newest pose, also while not recording; None before the first.
         scan_came: whether a valid scan was received.
+        lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
     """
 
     def __init__(self, node: Node, settings: Settings) -> None:
@@ -62,35 +74,42 @@ class Recorder:
         self.goal: GoalReport | None = None
         self.newest: PoseRow | None = None
         self.scan_came = False
+        self.lateness = 0.0
         self._frames = settings.frames
-        self._clock = PosesClock()
+        self._tolerance = settings.planner.goal_tolerance
+        self._target = np.full(2, np.nan)
         self._asked = 0.0
-        self._recording = False
-        self._end = self._newest_truth = -math.inf
+        self._end = NEVER
+        self._newest_truth = -math.inf
         self._subscribe(node, settings)
-
-    @property
-    def silence(self) -> float:
-        """Time since the newest pose was received [s]; infinite before the first."""
-        return self._clock.age(time.monotonic())
 
     def begin(self) -> None:
         """Starts recording."""
-        self._recording = True
+        self._end = OPEN
 
     def finish(self) -> None:
-        """Stops recording; what is still under way of the truth up to the last pose is taken all the same."""
-        self._recording = False
-        self._end = self.log.poses[-1].stamp if self.log.poses else -math.inf
+        """Ends the log with the pose that arrived at the goal, or else with the newest one.
+
+        What is of the time up to that pose and still under way is taken all the same.
+        """
+        poses, reached = self.log.poses, self.log.reached_sent is not None
+        last = self.log.arrival_pose(self._target, self._tolerance, self._asked) if reached else None
+        last = last or (poses[-1] if poses else None)
+        if last is None:
+            self._end = NEVER
+            return
+        self.log.end_with(last)
+        self._end = End(last.stamp, last.sent)
 
     @property
     def is_complete(self) -> bool:
         """Whether the truth of a simulated robot has come up to the last pose recorded."""
-        return not self.log.truth or self._newest_truth >= self._end
+        return not self.log.truth or self._newest_truth >= self._end.stamp
 
-    def ask(self) -> None:
-        """Discards reports of earlier goals; to be called before a new goal is given."""
-        self.goal = None
+    def ask(self, target: np.ndarray) -> None:
+        """Discards reports of earlier goals; to be called before the goal `target` (2,) [m] is given."""
+        self.goal = self.log.reached_sent = None
+        self._target = target
         self._asked = time.time()
 
     def _subscribe(self, node: Node, settings: Settings) -> None:
@@ -100,34 +119,26 @@ class Recorder:
         listen(DiagnosticArray, "/diagnostics", self._take_diagnostics, DIAGNOSTICS_SUBSCRIBED)
         listen(GoalStatus, "goal_status", self._take_goal_status, LATCHED)
         listen(Odometry, "mocap/odom", self._take_pose)
-        log = self._while_recording
         listen(Odometry, "ground_truth/odom", self._take_truth)
-        listen(Vector3Stamped, "ground_truth/impact", self._take_true_impact)
-        detected = self.log.detected_impacts
-        listen(Vector3Stamped, "impact", log(lambda m: detected.append(self._impact_record(m))))
-        listen(Path, "plan", log(self._take_plan))
-        listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", log(self._take_contacts))
-        listen(DiagnosticArray, "planner/costs", log(self._take_costs))
+        listen(Vector3Stamped, "ground_truth/impact", lambda m: self._take_impact(m, self.log.true_impacts))
+        listen(Vector3Stamped, "impact", lambda m: self._take_impact(m, self.log.detected_impacts))
         listen(LaserScan, "scan", self._take_scan, SENSOR_DATA)
-        sent = self._sent_while_recording
-        listen(PointStamped, "controller/reference", sent(self._take_reference))
-        listen(String, "maneuver", sent(self._take_maneuver), LATCHED)
-        listen(command_type(settings), "cmd_vel", sent(lambda m, at: self._take_command(twist_of(m), at)))
+        of_the_run = self._of_the_run
+        listen(Path, "plan", of_the_run(self._take_plan))
+        listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", of_the_run(self._take_contacts))
+        listen(DiagnosticArray, "planner/costs", of_the_run(self._take_costs))
+        listen(PointStamped, "controller/reference", of_the_run(self._take_reference))
+        listen(String, "maneuver", of_the_run(self._take_maneuver), LATCHED)
+        listen(command_type(settings), "cmd_vel", of_the_run(self._take_command))
 
-    def _while_recording(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
-        def guarded(message: Any) -> None:
-            # a message that no node can use is not recorded; the node that drops it counts it
-            with suppress(MessageError):
-                if self._recording:
-                    take(message)
-
-        return guarded
-
-    def _sent_while_recording(self, take: Callable[[Any, float], None]) -> Callable[[Any, dict[str, Any]], None]:
+    def _of_the_run(self, take: Callable[[Any, float], None]) -> Callable[[Any, dict[str, Any]], None]:
         # with a second argument rclpy passes the message's info, which holds the time of sending
         def guarded(message: Any, info: dict[str, Any]) -> None:
-            if self._recording:
-                take(message, _when_sent(info))
+            sent = _when_sent(info)
+            # a message that no node can use is not recorded; the node that drops it counts it
+            with suppress(MessageError):
+                if sent <= self._end.sent:
+                    take(message, sent)
 
         return guarded
 
@@ -145,42 +156,39 @@ class Recorder:
             self.newest = self._pose_row(message)._replace(sent=_when_sent(info))
         except MessageError:
             return
-        self._clock.received(self.newest.stamp, time.monotonic())
-        if self._recording:
+        self.lateness = max(0.0, time.time() - self.newest.sent)
+        if self.newest.sent <= self._end.sent:
             self.log.poses.append(self.newest)
-
-    def _is_of_the_run(self, stamp: float) -> bool:
-        return self._recording or stamp <= self._end
 
     def _take_truth(self, message: Odometry) -> None:
         with suppress(MessageError):
             row = self._pose_row(message)
             self._newest_truth = row.stamp
-            if self._is_of_the_run(row.stamp):
+            if row.stamp <= self._end.stamp:
                 self.log.truth.append(row)
 
-    def _take_true_impact(self, message: Vector3Stamped) -> None:
+    def _take_impact(self, message: Vector3Stamped, impacts: list[ImpactRecord]) -> None:
         with suppress(MessageError):
             impact = self._impact_record(message)
-            if self._is_of_the_run(impact.stamp):
-                self.log.true_impacts.append(impact)
+            if impact.stamp <= self._end.stamp:
+                impacts.append(impact)
 
     def _take_scan(self, message: LaserScan) -> None:
         with suppress(ScanError):
             scan = scan_from_message(message, self._frames.base)
             self.scan_came = True
-            if self._recording:
+            if scan.stamp <= self._end.stamp:
                 self.log.scans.append(scan)
 
-    def _take_plan(self, message: Path) -> None:
+    def _take_plan(self, message: Path, _: float) -> None:
         plan = plan_from_path(message, self._frames.map)
         self.log.plans.append(PlanRow(plan.stamp, plan.times, plan.positions))
 
-    def _take_contacts(self, message: MultiDOFJointTrajectory) -> None:
+    def _take_contacts(self, message: MultiDOFJointTrajectory, _: float) -> None:
         stamp, contacts = contacts_from_message(message, self._frames.map)
         self.log.contacts[stamp] = contacts
 
-    def _take_costs(self, message: DiagnosticArray) -> None:
+    def _take_costs(self, message: DiagnosticArray, _: float) -> None:
         for status in message.status:
             self.log.costs.append({item.key: float(item.value) for item in status.values if item.key in FIGURES})
 
@@ -190,7 +198,8 @@ class Recorder:
     def _take_maneuver(self, message: String, sent: float) -> None:
         self.log.sent_maneuvers.append(SentManeuver(sent, message.data))
 
-    def _take_command(self, twist: Twist, sent: float) -> None:
+    def _take_command(self, message: Twist | TwistStamped, sent: float) -> None:
+        twist = twist_of(message)
         self.log.sent_commands.append(SentCommand(sent, twist.linear.x, twist.linear.y, twist.angular.z))
 
     def _pose_row(self, message: Odometry) -> PoseRow:

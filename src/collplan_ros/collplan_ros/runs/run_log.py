@@ -5,7 +5,7 @@ subscriber that falls behind receives the backlogs of its topics in no common or
 """
 
 import math
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
@@ -168,6 +168,21 @@ class RunLog:
     def command_at(self, sent: float) -> SentCommand | None:
         """The last command sent by then; None before the first."""
         return _newest(self.sent_commands, sent)
+
+    def arrival_pose(self, goal: np.ndarray, tolerance: float, asked: float) -> PoseRow | None:
+        """The first pose within `tolerance` [m] of the goal (2,) [m] that was sent at `asked` [s] or later, if any."""
+        x, y = goal.tolist()
+        later = self.poses[bisect_left(self.poses, asked, key=lambda row: row.sent) :]
+        return next((row for row in later if math.hypot(row.x - x, row.y - y) <= tolerance), None)
+
+    def end_with(self, last: PoseRow) -> None:
+        """Removes everything after the pose `last`; figures of planning cycles have no time, and stay."""
+        for sent in (self.poses, self.sent_commands, self.sent_maneuvers, self.sent_references):
+            del sent[bisect_right(sent, last.sent, key=lambda row: row.sent) :]
+        for stamped in (self.truth, self.plans, self.scans, self.true_impacts, self.detected_impacts):
+            del stamped[bisect_right(stamped, last.stamp, key=lambda record: record.stamp) :]
+        for made in [made for made in self.contacts if made > last.stamp]:
+            del self.contacts[made]
 
     def reference_at(self, sent: float) -> SentReference | None:
         """The point tracked at that time; None while the robot is stopped, or before the first."""

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK, TIMEOUT
 from collplan_study.analysis.cases import Case
 from collplan_study.analysis.comparisons import PANELS, periods_of
 from collplan_study.analysis.rows import Rows
 from collplan_study.analysis.statistics import Estimate, level_of, share
 from collplan_study.tables.trial_record import ERROR
-from omnipuck_sim.trial import REACHED, STUCK, TIMEOUT
 
-OUTCOMES = (REACHED, TIMEOUT, STUCK, ERROR)
+OUTCOMES = (REACHED, TIMEOUT, STUCK, ABORTED, ERROR)
 MEANS = ("impacts", "deliberate_impacts", "unforeseen_impacts", "mean_speed", "candidates_mean", "plan_time_ms_p50")
 LARGEST = ("max_impact_speed", "plan_time_ms_p99")
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from collplan_core.command_line import examples
 from collplan_study.errors import StudyError
 from collplan_study.question.ablations import DEFAULTS as ABLATION_DEFAULTS
 from collplan_study.question.bounces import DEFAULTS as BOUNCE_DEFAULTS
@@ -93,7 +94,10 @@ examples:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="study", description=DESCRIPTION, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="study",
+        description=DESCRIPTION,
+        epilog=examples(EPILOG),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_question(parser.add_argument_group("the grid"))
     add = parser.add_argument_group("how it is run").add_argument

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 
+from collplan_core.evaluation.run_end import REACHED
 from collplan_study.analysis.cells import Cell
 from collplan_study.analysis.paper_results import AblationResults
 from collplan_study.analysis.statistics import Estimate
 from collplan_study.report.content import Row, Table, number, with_interval
-from omnipuck_sim.trial import REACHED
 
 METHOD = (
     "One change from the defaults at a time. For each strategy: runs that arrive, mean arrival time (a run that "

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.evaluation.run_end import REACHED
 from collplan_study.analysis.cases import Case
 from collplan_study.analysis.cells import cell_of
 from collplan_study.analysis.comparisons import TIME, main_cells
@@ -14,7 +15,6 @@ from collplan_study.barn.data_set import optimal_time, score
 from collplan_study.question.sources import BARN, Source
 from collplan_study.report.content import Row, Table, number, with_interval
 from collplan_study.report.markup import folded, section, table
-from omnipuck_sim.trial import REACHED
 
 RULES = (
     "Score of a run as the BARN challenge publishes it: success x optimal time / clip(time, 2 x optimal time, 8 x "

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK, TIMEOUT
 from collplan_study.analysis.bounce_results import BounceResults, GroupResults, KnownMapResults, VariantResults
 from collplan_study.analysis.cells import Cell
 from collplan_study.analysis.gains import Gain, WorldGain
@@ -9,7 +10,6 @@ from collplan_study.analysis.groups import Group
 from collplan_study.analysis.rebound_errors import ReboundErrors
 from collplan_study.report.content import Row, Table, number, with_interval
 from collplan_study.tables.trial_record import ERROR
-from omnipuck_sim.trial import REACHED, STUCK, TIMEOUT
 
 WORST = 6
 """Worlds listed of each headline group, those where most is lost."""
@@ -72,6 +72,7 @@ def _strategies(results: BounceResults) -> Table:
             "arrive [%]",
             "time-outs",
             "stuck",
+            "aborted",
             "errors",
             "time [s]",
             "path [m]",
@@ -98,7 +99,7 @@ def _strategy(group: Group, cell: Cell, rebounds: ReboundErrors) -> Row:
         cell.strategy,
         str(cell.runs),
         with_interval(cell.success, 1),
-        *(str(cell.outcomes[outcome]) for outcome in (TIMEOUT, STUCK, ERROR)),
+        *(str(cell.outcomes[outcome]) for outcome in (TIMEOUT, STUCK, ABORTED, ERROR)),
         number(time.value, 3),
         number(length.value, 3),
         *(number(means[name], 2) for name in ("impacts", "deliberate_impacts", "unforeseen_impacts")),

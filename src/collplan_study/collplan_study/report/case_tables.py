@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from collplan_core.evaluation.run_end import REACHED
 from collplan_study.analysis.cells import OUTCOMES, Cell
 from collplan_study.analysis.comparisons import LENGTH, PANELS, TIME, Comparison
 from collplan_study.analysis.paper_results import CaseResults
@@ -9,7 +10,6 @@ from collplan_study.analysis.statistics import MEAN, SPREAD
 from collplan_study.report.content import Row, Table, number, with_interval
 from collplan_study.report.figures import AXIS_LABELS
 from collplan_study.report.paper_pictures import CasePictures
-from omnipuck_sim.trial import REACHED
 
 ROWS = {
     (TIME, MEAN): "Arrival time mean",

@@ -4,13 +4,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from typing import Any
 
+from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import all_specs
 from collplan_core.parameters.spec import Spec
 from collplan_study.analysis.cases import axes_of
 from collplan_study.analysis.rows import Rows
 from collplan_study.report.content import Row, Table
 from collplan_study.report.markup import folded, heading, paragraph, preformatted, section, table
-from omnipuck_sim.trial import REACHED
 
 SHOWN = 100
 """Failed runs listed at most."""

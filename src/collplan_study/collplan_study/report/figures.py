@@ -16,12 +16,12 @@ from matplotlib.path import Path as Outline
 from shapely import get_parts
 from shapely.geometry.base import BaseGeometry
 
+from collplan_core.evaluation.run_end import REACHED
 from collplan_core.worlds import World
 from collplan_study.analysis.cells import Cell
 from collplan_study.analysis.comparisons import LENGTH, PANELS, TIME
 from collplan_study.analysis.paths import RunPath, grown_obstacles, obstacles
 from collplan_study.analysis.statistics import MEAN, SPREAD, Estimate
-from omnipuck_sim.trial import REACHED
 
 COLOURS = {"harness": "#0072b2", "high_risk": "#d55e00", "low_risk": "#009e73"}
 """Colours of Okabe and Ito, which the colour-blind can distinguish."""

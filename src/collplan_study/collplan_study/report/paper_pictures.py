@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from collplan_core.evaluation.run_end import REACHED
 from collplan_study.analysis.cases import Case
 from collplan_study.analysis.cells import Cell, cell_of
 from collplan_study.analysis.comparisons import main_cells
@@ -12,7 +13,6 @@ from collplan_study.report.content import Picture
 from collplan_study.report.figures import draw_panels, draw_paths
 from collplan_study.report.pictures import path_panels, saved_picture
 from collplan_study.report.study_data import StudyData
-from omnipuck_sim.trial import REACHED
 
 WORLDS_DRAWN = 3
 """Worlds of a case whose paths are drawn: those where the fewest runs arrive, the first of equals."""

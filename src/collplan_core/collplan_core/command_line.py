@@ -1,0 +1,20 @@
+"""Commands to copy: a program of this project as it is started from where the user stands."""
+
+import re
+import sys
+from pathlib import Path
+
+PROGRAMS = re.compile(r"^  (bringup|study|beside|fit_rebound)\b", re.MULTILINE)
+
+
+def as_called(program: str) -> str:
+    """What starts `program` here: what was typed, the program beside this Python, or its name where neither is it."""
+    typed, beside = Path(sys.argv[0]), Path(sys.executable).with_name(program)
+    if typed.name == program:
+        return str(typed)
+    return str(beside) if beside.exists() else program
+
+
+def examples(text: str) -> str:
+    """A help text whose lines of examples, two spaces and a program's name, start the program as it is called here."""
+    return PROGRAMS.sub(lambda line: f"  {as_called(line[1])}", text)

@@ -1,0 +1,31 @@
+"""The outcome of a run: the planner's word for the end of the goal, else that of the monitor."""
+
+import numpy as np
+from action_msgs.msg import GoalStatus
+
+from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, RunMonitor
+from collplan_ros.runs.recorder import GoalReport
+from collplan_ros.runs.run_log import PoseRow
+
+OUTCOMES = {
+    GoalStatus.STATUS_SUCCEEDED: REACHED,
+    GoalStatus.STATUS_ABORTED: ABORTED,
+    GoalStatus.STATUS_CANCELED: CANCELED,
+}
+"""Outcome of a run by the final status of its goal."""
+
+
+def outcome_of(goal: GoalReport | None, pose: PoseRow, monitor: RunMonitor) -> str | None:
+    """Outcome of a run at its newest pose, None while it goes on.
+
+    The planner's word for the end of the goal outranks the monitor, however old the pose. A report of the goal is used
+    only once the poses sent before it were taken: time counts from the first of those after the first plan, and the
+    time of arrival is read from them.
+    """
+    final = goal is not None and goal.status in OUTCOMES
+    if goal is not None and goal.sent <= pose.sent:
+        if final:
+            return OUTCOMES[goal.status]
+        if goal.status == GoalStatus.STATUS_EXECUTING:
+            monitor.executing(pose.stamp)
+    return None if final else monitor.outcome(pose.stamp, np.array([pose.x, pose.y]))
