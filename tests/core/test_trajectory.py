@@ -28,7 +28,9 @@ velocities = st.tuples(st.floats(0.0, 1.5), st.floats(-4.0, 4.0)).map(
 )
 controls = st.lists(points, min_size=4, max_size=4).map(np.array)
 QUICK = settings(derandomize=True, deadline=None, max_examples=100, print_blob=True)
-ZERO, AWAY = np.zeros(2), np.array([1.2, 0.0])
+ZERO, X = np.zeros(2), np.array([1.0, 0.0])
+SLOW_TO_CONVERGE = {"start": ZERO, "v": -0.5 * X, "end": 1.4 * X, "v_s": -0.4 * X}
+"""Both velocities point away from the aim: T and the handles lengthen each other round by round."""
 
 
 def trajectory(start, velocity, end, end_velocity, waypoints="clamped", law=LIMITED):
@@ -71,7 +73,7 @@ def test_waypoints_and_duration_move_with_the_world(start, v, end, v_s, turn, sh
 @QUICK
 @given(start=points, v=velocities, end=points, v_s=velocities, waypoints=st.sampled_from(["clamped", "chord"]))
 @example(start=ZERO, v=ZERO, end=ZERO, v_s=ZERO, waypoints="clamped")
-@example(start=ZERO, v=AWAY, end=-0.5 * AWAY, v_s=AWAY, waypoints="clamped")
+@example(start=ZERO, v=1.2 * X, end=-0.6 * X, v_s=1.2 * X, waypoints="clamped")
 def test_no_reference_is_beyond_the_motors(start, v, end, v_s, waypoints):
     control, duration = trajectory(start, v, end, v_s, waypoints)
     oracle = BSpline(np.repeat([0.0, 1.0], 4), control, 3)
@@ -95,7 +97,7 @@ def test_the_ends_velocities_are_those_asked_for_or_shorter_along_them(start, v,
 
 @settings(QUICK, max_examples=500)
 @given(start=points, v=velocities, end=points, v_s=velocities, waypoints=st.sampled_from(["clamped", "chord"]))
-@example(start=ZERO, v=AWAY, end=-0.5 * AWAY, v_s=AWAY, waypoints="clamped")
+@example(**SLOW_TO_CONVERGE, waypoints="clamped")
 def test_as_printed_t_is_that_of_the_waypoints_by_eq_4_and_5(start, v, end, v_s, waypoints):
     control, duration = trajectory(start, v, end, v_s, waypoints, AS_PRINTED)
     assert duration == pytest.approx(eq_4(control), rel=1e-12)
@@ -104,9 +106,9 @@ def test_as_printed_t_is_that_of_the_waypoints_by_eq_4_and_5(start, v, end, v_s,
 
 @settings(QUICK, max_examples=500)
 @given(start=points, v=velocities, end=points, v_s=velocities)
-@example(start=ZERO, v=AWAY, end=-0.5 * AWAY, v_s=AWAY)
+@example(**SLOW_TO_CONVERGE)
 def test_as_printed_the_handles_are_those_of_the_t_returned_within_1_percent(start, v, end, v_s):
-    """They grow with T, and T grows with them; v_s away from the aim is where three rounds of that leave 7.6 %."""
+    """They grow with T, and T grows with them."""
     control, duration = trajectory(start, v, end, v_s, law=AS_PRINTED)
     exact = clamped_waypoints(start, v, end, v_s, duration)
     for inner, outer in ((1, 0), (2, 3)):
