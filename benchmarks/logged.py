@@ -15,7 +15,8 @@ from collplan_core.state import State
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import World, load_world
 from collplan_core.worlds.raycast import simulate_scan
-from omnipuck_sim.trial import TrialResult, run_trial
+from omnipuck_sim.trial import run_trial
+from omnipuck_sim.trial_record import TrialResult
 
 
 @dataclass(frozen=True, eq=False)

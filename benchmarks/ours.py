@@ -11,7 +11,8 @@ from collplan_core.paper_planner.trajectory import TIME_LAWS, WAYPOINTS, spline
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
-from omnipuck_sim.trial import TrialResult, run_trial
+from omnipuck_sim.trial import run_trial
+from omnipuck_sim.trial_record import TrialResult
 
 SHIPPED = Settings()
 

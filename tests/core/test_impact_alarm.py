@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from collplan_core.control.impact_alarm import ImpactAlarm, why_not_now
+from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
 from collplan_core.state import State
 
 PAUSE = 0.1

@@ -7,8 +7,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
-from collplan_core.paper_planner.maneuver import find_contact, incidence, select_maneuver
-from collplan_core.paper_planner.references import (
+from collplan_core.control.maneuver import incidence, select_maneuver
+from collplan_core.control.references import (
     ENGAGED,
     RELEASED,
     WAITING,
@@ -16,6 +16,7 @@ from collplan_core.paper_planner.references import (
     flow_reference,
     update_engaged,
 )
+from collplan_core.local_map.contact_point import find_contact
 from collplan_core.parameters import Control
 from scenes import RADIUS, box, cluttered_worlds, free_polygon, map_of, rotation, unit, world_of
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
+from collplan_core.control.follow import follow
 from collplan_core.control.memory import ControllerMemory
-from collplan_core.paper_planner.follow import follow
 from collplan_core.plan import Candidates, Contacts, Plan
 from scenes import RADIUS, SETTINGS, at_rest, box, map_of, rotation, world_of
 
@@ -136,4 +136,4 @@ def test_the_controller_changes_nothing_it_is_given():
     before = replace(memory)
     step(memory, plan_to(INTO_WALL), (0.2, 0.05), now=0.5)
     assert memory.integral is before.integral
-    assert memory.follower is before.follower
+    assert memory.course is before.course

@@ -10,20 +10,16 @@ from hypothesis import strategies as st
 from collplan_core.control.permission import (
     is_blocked,
     is_relocated,
-    plan_age_limit,
-    stop_reason,
+    plan_lifetime,
     why_refuse_plan,
     why_stale,
 )
-from collplan_core.parameters import Limits, LocalMapping, Mocap, Robot, Settings
+from collplan_core.parameters import Limits, LocalMapping, Mocap, Robot
 from collplan_core.plan import Candidates, Contacts, Plan
-from collplan_core.planners import map_period_of
 from collplan_core.scan import Scan
 from collplan_core.state import State
 
 LIMITS, LEAP_MARGIN = Limits(), Mocap().leap_margin
-T_MAP = map_period_of(Settings())
-FRESH = {"goal_active": True, "pose_age": 0.1, "scan_age": 0.2, "plan_age": 0.5, "map_period": T_MAP, "limits": LIMITS}
 
 
 def plan(stamp: float, duration: float = 1.0) -> Plan:
@@ -37,35 +33,28 @@ def at(stamp: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> State:
     return State(stamp, np.array([x, y]), np.zeros(2), yaw)
 
 
-def test_moves_when_all_is_fresh():
-    assert stop_reason(**FRESH) == ""
-
-
-@pytest.mark.parametrize(
-    ("changed", "expected"),
-    [
-        ({"goal_active": False}, "no active goal"),
-        ({"pose_age": math.inf}, "no pose yet"),
-        ({"pose_age": 0.16}, "pose 0.16 s old, limit 0.15 s"),
-        ({"scan_age": 0.31}, "scan 0.31 s old, limit 0.30 s"),
-        ({"plan_age": math.inf}, "no plan yet"),
-        ({"plan_age": 0.61}, "plan 0.61 s old, limit 0.60 s"),
-        ({"pose_age": -1.0}, "pose -1.00 s old, limit 0.15 s"),
-        ({"pose_age": math.nan}, "pose nan s old, limit 0.15 s"),
-    ],
-)
-def test_stands_still_for_the_first_thing_that_lacks(changed, expected):
-    assert stop_reason(**{**FRESH, **changed}) == expected
-
-
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(age=st.floats(0.0, 2.0), limit=st.floats(0.02, 1.0))
 def test_stale_exactly_beyond_the_limit(age, limit):
     assert bool(why_stale("pose", age, limit)) == (age > limit)
 
 
-def test_plan_age_limit_lets_one_replanning_fail():
-    assert plan_age_limit(0.2) == pytest.approx(0.6)
+def test_the_lifetime_of_a_plan_lets_one_replanning_fail():
+    assert plan_lifetime(0.2) == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize(
+    ("age", "expected"),
+    [
+        (0.15, ""),
+        (math.inf, "no pose yet"),
+        (0.16, "pose 0.16 s old, limit 0.15 s"),
+        (-1.0, "pose -1.00 s old, limit 0.15 s"),
+        (math.nan, "pose nan s old, limit 0.15 s"),
+    ],
+)
+def test_why_an_input_is_stale(age, expected):
+    assert why_stale("pose", age, 0.15) == expected
 
 
 def test_plan_of_the_present_goal_is_followed():

@@ -36,7 +36,7 @@ class PlannerBench:
         self.node = ros.make(PlannerNode, overrides)
         self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
         assert ros.wait_until(
-            lambda: self.node._sensors.state is not None and self.node._sensors.scan_stamp is not None
+            lambda: self.node._loop._sensors.state is not None and self.node._loop._sensors.scan_stamp is not None
         )
         assert ros.wait_until(lambda: self.statuses)
 

@@ -11,9 +11,10 @@ from rclpy.clock import ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
+from collplan_core.loop.poses_clock import PosesClock
 from collplan_ros.messages.conversions import seconds_from_stamp, stamp_from_seconds
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, NEWEST
-from collplan_ros.node_kit.clock import PosesClock, local_clock, seconds
+from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode

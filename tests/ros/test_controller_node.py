@@ -4,23 +4,26 @@ import math
 import signal
 import subprocess
 import sys
+import uuid
 
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PointStamped, Twist, TwistStamped
 from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
 from std_msgs.msg import String
+from trajectory_msgs.msg import MultiDOFJointTrajectory
 
+from collplan_core.goal import EXECUTING, Goal
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages.conversions import stamp_from_seconds
-from collplan_ros.messages.plans import plan_to_path
-from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
+from collplan_ros.messages.goal_status import NAMES, goal_to_status
+from collplan_ros.messages.plans import contacts_to_message, plan_to_path
+from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
 from collplan_ros.nodes.controller_node import ControllerNode
-from collplan_ros.nodes.goal_status import StampedGoal, goal_to_status
-from fake_robot import PERIOD, SCAN_EVERY, FakeRobot, hall
+from fake_robot import FakeRobot, hall
 
 YAW = 0.7
 SPEED = 0.5
@@ -45,26 +48,31 @@ class ControllerBench:
         self.commands = ros.listen(twist, "cmd_vel", EVENT)
         self.references = ros.listen(PointStamped, "controller/reference", EVENT)
         self.maneuvers = ros.listen(String, "maneuver", LATCHED)
+        self.states = ros.listen(DiagnosticStatus, "controller/state", LATCHED)
         self.reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
         self.robot = FakeRobot(ros, hall(), YAW)
         self.node = ros.make(ControllerNode, overrides)
         self.plans = ros.publisher(Path, "plan", NEWEST)
         self.statuses = ros.publisher(GoalStatus, "goal_status", LATCHED)
-        self.goal = StampedGoal(self.robot.stamp, np.full(2, math.nan))
-        assert ros.wait_until(lambda: self.node._sensors.scan_stamp is not None and self.commands)
+        self.goal = self.new_goal(self.robot.stamp)
+        assert ros.wait_until(lambda: self.node._loop._sensors.scan_stamp is not None and self.commands)
+
+    @staticmethod
+    def new_goal(stamp, status=EXECUTING) -> Goal:
+        return Goal(uuid.uuid4().bytes, stamp, np.full(2, math.nan), status)
 
     def send_status(self, status=GoalStatus.STATUS_EXECUTING, stamp=None):
-        self.goal = StampedGoal(self.robot.stamp if stamp is None else stamp, self.goal.position, status)
+        self.goal = self.new_goal(self.robot.stamp if stamp is None else stamp, NAMES[status])
         self.statuses.publish(goal_to_status(self.goal))
-        assert self.ros.wait_until(lambda: self.node._goal is not None and self.node._goal.id == self.goal.id)
+        assert self.ros.wait_until(lambda: self.node._loop.goal is not None and self.node._loop.goal.id == self.goal.id)
 
     def path(self, **changes) -> Path:
         """A plan of the newest scan that the node has."""
-        return plan_to_path(straight_plan(self.node._sensors.scan_stamp, self.robot.position, **changes), "map")
+        return plan_to_path(straight_plan(self.node._loop._sensors.scan_stamp, self.robot.position, **changes), "map")
 
     def wait_for_scan(self):
         """Until the node has a scan that is later than the goal."""
-        assert self.ros.wait_until(lambda: (self.node._sensors.scan_stamp or 0.0) > self.goal.stamp + 1e-6)
+        assert self.ros.wait_until(lambda: (self.node._loop._sensors.scan_stamp or 0.0) > self.goal.stamp + 1e-6)
 
     def drive(self):
         """A goal and plans for it, until the robot is told to move."""
@@ -132,21 +140,21 @@ def test_stands_still_when_plans_stop(ros, bench):
 
 
 def test_stands_still_when_poses_stop(ros, bench):
-    bench.node.set_parameters([Parameter("planner.map_period", value=2.0)])
+    bench.node.set_parameters([Parameter("limits.plan_age", value=5.0)])
     bench.drive()
     bench.robot.poses_on = False
     bench.wait_until_still("pose 0.")
 
 
 def test_stands_still_when_scans_stop(ros, bench):
-    bench.node.set_parameters([Parameter("planner.map_period", value=2.0)])
+    bench.node.set_parameters([Parameter("limits.plan_age", value=5.0)])
     bench.drive()
     bench.robot.scans_on = False
     bench.wait_until_still("scan 0.")
 
 
 def test_bad_scans_and_poses_are_counted_and_stop_the_robot(ros, bench):
-    bench.node.set_parameters([Parameter("planner.map_period", value=2.0)])
+    bench.node.set_parameters([Parameter("limits.plan_age", value=5.0)])
     bench.drive()
     bench.robot.scans_on = bench.robot.poses_on = False
     for pose in bench.robot.bad_poses():
@@ -154,8 +162,8 @@ def test_bad_scans_and_poses_are_counted_and_stop_the_robot(ros, bench):
     for scan in bench.robot.bad_scans():
         bench.robot.scans.publish(scan)
         ros.spin(0.02)
-    assert ros.wait_until(lambda: (bench.node._refusals["pose"], bench.node._refusals["scan"]) == (3, 6))
-    bench.wait_until_still("pose 0.")
+    assert ros.wait_until(lambda: (bench.node._loop.refusals["pose"], bench.node._loop.refusals["scan"]) == (3, 6))
+    bench.wait_until_still("pose refused: orientation")
 
 
 def test_a_planner_that_begins_anew_without_a_goal_stops(bench):
@@ -171,7 +179,7 @@ def test_end_of_the_goal_stops(ros, bench, status):
     bench.wait_until_still("no active goal")
     before = len(bench.commands)
     bench.plans.publish(bench.path())
-    assert ros.wait_until(lambda: bench.node._refusals["plan"] == 1 and len(bench.commands) > before + 3)
+    assert ros.wait_until(lambda: bench.node._loop.refusals["plan"] == 1 and len(bench.commands) > before + 3)
     assert not any(is_moving(command) for command in bench.commands[before:])
 
 
@@ -181,7 +189,7 @@ def test_new_goal_drops_the_plan_of_the_old(ros, bench):
     bench.send_status(stamp=bench.robot.stamp)
     bench.wait_until_still("no plan yet")
     bench.plans.publish(old)
-    assert ros.wait_until(lambda: bench.node._refusals["plan"] == 1)
+    assert ros.wait_until(lambda: bench.node._loop.refusals["plan"] == 1)
     bench.wait_for_scan()
     bench.plans.publish(bench.path())
     assert ros.wait_until(bench.moves)
@@ -226,57 +234,54 @@ def test_bad_paths_are_counted_and_never_move_the_robot(ros, bench):
         path = bench.path()
         spoil(path)
         bench.plans.publish(path)
-        assert ros.wait_until(lambda n=count: bench.node._refusals["plan"] == n), spoil.__name__
+        assert ros.wait_until(lambda n=count: bench.node._loop.refusals["plan"] == n), spoil.__name__
     before = len(bench.commands)
     assert ros.wait_until(lambda: len(bench.commands) > before + 3)
     assert not any(is_moving(command) for command in bench.commands)
     assert bench.values()["refused_plan"] == str(len(BAD_PATHS))
 
 
-def test_plan_waits_for_its_own_scan(ros, bench):
+def test_plan_waits_for_the_pose_that_it_begins_at(ros, bench):
     bench.send_status()
     bench.wait_for_scan()
-    coming = bench.node._sensors.scan_stamp + 5 * SCAN_EVERY * PERIOD
+    coming = bench.node._loop._sensors.state.stamp + 0.1
     bench.plans.publish(plan_to_path(straight_plan(coming, bench.robot.position), "map"))
-    assert ros.wait_until(lambda: bench.node._waiting is not None)
+    assert ros.wait_until(lambda: bench.node._loop._waiting is not None)
     assert ros.wait_until(bench.moves)
-    assert bench.node._sensors.scan_stamp >= coming
+    assert bench.node._loop._sensors.state.stamp >= coming - 1e-6
 
 
-def test_plan_whose_scan_never_comes_is_refused_by_the_next(ros, bench):
+def test_plan_of_the_future_is_refused(ros, bench):
     bench.send_status()
     bench.wait_for_scan()
-    for later in (900.0, 901.0):
-        bench.plans.publish(plan_to_path(straight_plan(later, bench.robot.position), "map"))
-        assert ros.wait_until(lambda t=later: bench.node._waiting is not None and bench.node._waiting[0].stamp == t)
-    assert bench.values()["refused_plan"] == "1"
-    assert "its scan of 900.000" in bench.values()["last_refusal"]
+    bench.plans.publish(plan_to_path(straight_plan(900.0, bench.robot.position), "map"))
+    assert ros.wait_until(lambda: bench.node._loop.refusals["plan"] == 1)
+    assert "begins at 900.000" in bench.values()["last_refusal"]
     assert not any(is_moving(command) for command in bench.commands)
 
 
 def test_leap_of_the_poses_drops_the_plan(ros, bench):
     bench.drive()
     bench.robot.position = np.array([1.0, 0.5])
-    assert ros.wait_until(lambda: bench.node._refusals["pose_break"] >= 1)
+    assert ros.wait_until(lambda: bench.node._loop.refusals["pose_break"] >= 1)
     bench.wait_until_still("no plan yet")
 
 
-def rollout_of(bench, stamp):
+def plan_at(bench, stamp):
     return plan_to_path(straight_plan(stamp, bench.robot.position), "map")
 
 
 def pose_without_scan(bench):
     """The stamp of a pose that came with no scan."""
     assert bench.ros.wait_until(
-        lambda: bench.node._sensors.state.stamp > (bench.node._sensors.scan_stamp or 0.0) + 1e-6
+        lambda: bench.node._loop._sensors.state.stamp > (bench.node._loop._sensors.scan_stamp or 0.0) + 1e-6
     )
-    return bench.node._sensors.state.stamp
+    return bench.node._loop._sensors.state.stamp
 
 
-def test_rollout_is_followed_without_a_scan_of_its_stamp(ros):
-    bench = ControllerBench(ros, planner__strategy="bounce")
+def test_a_plan_is_followed_without_a_scan_of_its_stamp(ros, bench):
     bench.send_status(stamp=99.0)
-    bench.plans.publish(rollout_of(bench, pose_without_scan(bench)))
+    bench.plans.publish(plan_at(bench, pose_without_scan(bench)))
     assert ros.wait_until(bench.moves)
     first = next(c for c in bench.commands if is_moving(c))
     assert 0.5 * SPEED < math.hypot(first.linear.x, first.linear.y) <= 1.2
@@ -284,24 +289,13 @@ def test_rollout_is_followed_without_a_scan_of_its_stamp(ros):
     bench.wait_until_still("plan ")
 
 
-def test_rollout_waits_for_the_pose_that_it_begins_at(ros):
-    bench = ControllerBench(ros, planner__strategy="bounce")
+def test_a_plan_of_before_a_leap_of_the_poses_is_not_followed(ros, bench):
     bench.send_status(stamp=99.0)
-    coming = bench.node._sensors.state.stamp + 5 * PERIOD
-    bench.plans.publish(rollout_of(bench, coming))
-    assert ros.wait_until(lambda: bench.node._waiting is not None)
-    assert ros.wait_until(bench.moves)
-    assert bench.node._sensors.state.stamp >= coming - 1e-6
-
-
-def test_rollout_of_before_a_leap_of_the_poses_is_not_followed(ros):
-    bench = ControllerBench(ros, planner__strategy="bounce")
-    bench.send_status(stamp=99.0)
-    before = rollout_of(bench, pose_without_scan(bench))
+    before = plan_at(bench, pose_without_scan(bench))
     bench.robot.position = np.array([1.0, 0.5])
-    assert ros.wait_until(lambda: bench.node._refusals["pose_break"] >= 1)
+    assert ros.wait_until(lambda: bench.node._loop.refusals["pose_break"] >= 1)
     bench.plans.publish(before)
-    assert ros.wait_until(lambda: bench.node._waiting is not None)
+    assert ros.wait_until(lambda: bench.node._loop._waiting is not None)
     heard = len(bench.commands)
     assert ros.wait_until(lambda: len(bench.commands) > heard + 3)
     assert not any(is_moving(command) for command in bench.commands)
@@ -338,6 +332,52 @@ def test_control_period_is_reported(ros, bench):
     assert ros.wait_until(lambda: int(bench.values()["control_period_ms.n"]) >= 5)
     values = bench.values()
     assert 0.0 < float(values["control_period_ms.p50"]) <= float(values["control_period_ms.p99"])
+
+
+def disagreeing(name: str) -> DiagnosticStatus:
+    return DiagnosticStatus(name=name, message="another hash", values=[KeyValue(key="robot.radius", value="0.15")])
+
+
+def test_stands_still_where_constants_differ_and_names_the_key(ros, bench):
+    bench.drive()
+    others = ros.publisher(DiagnosticStatus, "shared_constants", CONSTANTS_PUBLISHED)
+    others.publish(disagreeing("/driver_node"))
+    reason = "robot.radius: 0.09 here, 0.15 in /driver_node"
+    bench.wait_until_still(reason)
+    assert bench.states[-1].message == f"stands still: {reason}"
+
+
+def test_a_goal_makes_a_warning_of_a_reason_that_stays_the_same(ros, bench):
+    ros.publisher(DiagnosticStatus, "shared_constants", CONSTANTS_PUBLISHED).publish(disagreeing("/driver_node"))
+    reason = "stands still: robot.radius: 0.09 here, 0.15 in /driver_node"
+    assert ros.wait_until(lambda: bench.states and bench.states[-1].message == reason)
+    assert bench.states[-1].level == DiagnosticStatus.OK
+    bench.send_status()
+    assert ros.wait_until(lambda: bench.states[-1].level == DiagnosticStatus.WARN)
+    assert bench.states[-1].message == reason
+
+
+def test_the_state_says_what_it_does_and_why(ros, bench):
+    bench.drive()
+    assert ros.wait_until(lambda: bench.states and bench.states[-1].message == "follows the plan")
+    bench.robot.poses_on = False
+    assert ros.wait_until(lambda: bench.states[-1].message.startswith("stands still: pose 0."))
+    assert bench.states[-1].level == DiagnosticStatus.WARN
+    bench.robot.poses_on = True
+    bench.send_status(GoalStatus.STATUS_CANCELED)
+    assert ros.wait_until(lambda: bench.states[-1].message == "stands still: no active goal")
+    assert bench.states[-1].level == DiagnosticStatus.OK
+
+
+def test_a_contact_foreseen_for_now_is_a_bounce(ros, bench):
+    bench.drive()
+    contacts = ros.publisher(MultiDOFJointTrajectory, "planner/foreseen_impacts", EVENT)
+    plan = straight_plan(bench.node._loop._sensors.scan_stamp, bench.robot.position)
+    foreseen = Contacts(np.array([plan.stamp + 0.1]), np.array([[0.3, 0.2]]), np.array([[-0.2, 0.0]]))
+    contacts.publish(contacts_to_message(foreseen, plan.stamp, "map", "base_link"))
+    bench.plans.publish(plan_to_path(plan, "map"))
+    bounces = "bounces off the boundary at 0.30, 0.20"
+    assert ros.wait_until(lambda: bounces in [state.message for state in bench.states])
 
 
 def test_it_knows_no_world(bench):

@@ -21,8 +21,6 @@ from omnipuck_sim.node.simulator_node import SimulatorNode
 ONE_POSE = 0.01
 """Simulated time between two poses [s]."""
 CLOCK = {"use_sim_time": True}
-CONTROLLER = {**CLOCK, "planner.strategy": "bounce"}
-"""The strategy whose plans are followed from any pose, not from a scan's alone."""
 LONGEST = 30.0
 """For the way to the goal, simulated [s]."""
 
@@ -36,8 +34,8 @@ def graph(ros, tmp_path, monkeypatch):
     ros.make(SimulatorNode, {**CLOCK, "simulator.world": str(world), "simulator.speed_factor": 10.0})
     ros.make(MocapNode, CLOCK)
     ros.make(LidarNode, {**CLOCK, "lidar.world": str(world)})
-    controller = ros.make(ControllerNode, CONTROLLER)
-    assert ros.wait_until(lambda: controller._sensors.scan_stamp is not None)
+    controller = ros.make(ControllerNode, CLOCK)
+    assert ros.wait_until(lambda: controller._loop._sensors.scan_stamp is not None)
     return ros
 
 

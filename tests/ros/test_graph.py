@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
+from rclpy.parameter import Parameter
 from std_msgs.msg import String
 from straight_planner import STRAIGHT
 
@@ -46,7 +47,7 @@ class Graph:
         self.planner = ros.make(PlannerNode, shared)
         self.controller = ros.make(ControllerNode, shared)
         self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
-        ready = self.planner._sensors, self.controller._sensors
+        ready = self.planner._loop._sensors, self.controller._loop._sensors
         assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
 
     def send_goal(self, goal) -> None:
@@ -85,6 +86,7 @@ def test_bounce_reaches_its_goal_round_a_turn(ros, monkeypatch):
     strategy = {"planner__strategy": "bounce", "time_to_goal__time_budget": 1.0}
     graph = Graph(ros, "u:17", speed_factor=10.0, **strategy, **few)
     costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
+    states = ros.listen(DiagnosticStatus, "controller/state", EVENT)
     graph.send_goal(load_world("u:17").goal)
     reached = ros.wait_until(
         lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, timeout=30.0, clock=lambda: graph.state.stamp
@@ -93,8 +95,34 @@ def test_bounce_reaches_its_goal_round_a_turn(ros, monkeypatch):
     assert {m.data for m in graph.maneuvers} <= {"free_space", "stopped"}
     terms = [{v.key: v.value for v in message.status[0].values} for message in costs]
     assert sum(int(values["foreseen_contacts"]) for values in terms) > 0
+    assert "bounce" in {value.value for state in states for value in state.values}
     arrivals = [float(values["arrival_time"]) for values in terms]
     assert arrivals[0] > arrivals[-1] >= 0.0
+
+
+def test_each_strategy_takes_over_from_any_other_while_the_robot_drives(ros, monkeypatch):
+    """The strategy is set at planner_node alone. On the simulation's clock, as above."""
+    monkeypatch.setattr(pacing, "LONGEST_CATCH_UP", ONE_POSE)
+    few = {"time_to_goal__start_proposals": 20, "time_to_goal__proposals": 50, "time_to_goal__time_budget": 1.0}
+    graph = Graph(ros, "corridor", speed_factor=10.0, planner__map_period=0.1, **few)
+    costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
+
+    def plans_by(strategy) -> int:
+        return sum(value.value == strategy for each in costs for value in each.status[0].values)
+
+    graph.send_goal(load_world("corridor").goal)
+    for strategy in ("harness", "bounce", "high_risk", "tolerate", "avoid", "low_risk", "stop_guarantee"):
+        before = plans_by(strategy)
+        assert graph.planner.set_parameters([Parameter("planner.strategy", value=strategy)])[0].successful
+        planned = ros.wait_until(
+            lambda strategy=strategy, before=before: plans_by(strategy) >= before + 2, clock=lambda: graph.state.stamp
+        )
+        assert planned, strategy
+        assert graph.status == GoalStatus.STATUS_EXECUTING, "the way is too short for seven strategies"
+    maneuvers = [maneuver.data for maneuver in graph.maneuvers]
+    assert "stopped" not in maneuvers[maneuvers.index("free_space") :], maneuvers
+    assert np.hypot(*graph.state.velocity) > 0.2
+    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, clock=lambda: graph.state.stamp)
 
 
 @pytest.mark.parametrize(("obstacle_y", "side"), [(0.1, -1.0), (-0.1, 1.0)])

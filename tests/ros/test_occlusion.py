@@ -136,7 +136,7 @@ def test_robot_stops_and_goes_on(ros):
     ros.make(LidarNode, {"lidar.world": "l_corridor"})
     planner, controller = ros.make(PlannerNode), ros.make(ControllerNode)
     goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
-    assert ros.wait_until(lambda: planner._sensors.scan_stamp and controller._sensors.scan_stamp)
+    assert ros.wait_until(lambda: planner._loop._sensors.scan_stamp and controller._loop._sensors.scan_stamp)
     goals.publish(goal_to_message(load_world("l_corridor").goal, "map"))
 
     def speed():

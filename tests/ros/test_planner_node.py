@@ -14,7 +14,7 @@ from visualization_msgs.msg import MarkerArray
 from collplan_core.worlds import parse_world
 from collplan_ros.messages.conversions import impact_to_message, seconds_from_stamp
 from collplan_ros.messages.plans import contacts_from_message, plan_from_path, validity_from_message
-from collplan_ros.messages.qos import EVENT, LATCHED
+from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED
 from fake_robot import hall
 from planner_bench import AHEAD, PlannerBench, identity
 
@@ -259,9 +259,21 @@ def test_live_parameters_work_in_the_next_cycle_and_bad_ones_say_why(ros, bench)
     assert bench.node._timer.timer_period_ns == 100_000_000
     assert "'brave', expected one of harness" in bad.reason
     assert not fixed.successful
-    last = bench.node._planned_until
+    last = bench.node._loop._planned_until
     assert ros.wait_until(lambda: [c for c in bench.costs if seconds_from_stamp(c.header.stamp) > last + 1e-6])
     assert KeyValue(key="strategy", value="low_risk") in bench.costs[-1].status[0].values
+
+
+def test_where_constants_differ_it_makes_no_plan_and_names_the_key(ros, bench):
+    others = ros.publisher(DiagnosticStatus, "shared_constants", CONSTANTS_PUBLISHED)
+    values = [KeyValue(key="robot.radius", value="0.15")]
+    others.publish(DiagnosticStatus(name="/driver_node", message="another hash", values=values))
+    reason = "robot.radius: 0.09 here, 0.15 in /driver_node"
+    assert ros.wait_until(lambda: bench.health().message == reason)
+    bench.send_goal()
+    bench.wait_for_count("refused_stale")
+    assert bench.health().level == DiagnosticStatus.ERROR
+    assert not bench.plans
 
 
 def test_it_knows_no_world(bench):

@@ -10,12 +10,14 @@ from geometry_msgs.msg import Vector3Stamped
 from rclpy.parameter import Parameter
 
 from collplan_core.deadline import never
+from collplan_core.loop import current_goal
+from collplan_core.loop.planner_loop import ALARM_PERIODS
 from collplan_core.worlds import parse_world
 from collplan_ros.messages.conversions import impact_to_message, seconds_from_stamp
 from collplan_ros.messages.plans import plan_from_path
 from collplan_ros.messages.qos import EVENT
-from collplan_ros.nodes import current_goal, planner_node
-from collplan_ros.nodes.planner_node import ALARM_PERIODS, BUDGET_SHARE
+from collplan_ros.nodes import planner_node
+from collplan_ros.nodes.planner_node import BUDGET_SHARE
 from fake_robot import PERIOD, SCAN_EVERY, hall
 from planner_bench import AHEAD, PlannerBench
 
@@ -54,9 +56,9 @@ def wait_for_idleness(bench):
 
 def tell(bench, stamp):
     """A hit at this stamp, taken by the node before this returns."""
-    heard = bench.node._n_impacts
+    heard = bench.node._loop.n_impacts
     bench.impacts.publish(impact_to_message(stamp, CHANGE, "map"))
-    assert bench.ros.wait_until(lambda: bench.node._n_impacts > heard)
+    assert bench.ros.wait_until(lambda: bench.node._loop.n_impacts > heard)
 
 
 def stamps(bench):
@@ -80,12 +82,12 @@ def test_without_new_scans_plans_go_on_until_the_last_is_too_old(ros):
     bench.send_goal()
     bench.wait_for_plan()
     bench.robot.scans_on = False
-    now = bench.node._placed.scan.stamp
+    now = bench.node._loop._placed.scan.stamp
     assert ros.wait_until(lambda: [s for s in stamps(bench) if s > now + 0.2])
     bench.wait_for_count("refused_stale")
     bench.assert_no_more_plans()
     # one more scan may have been under way when they were switched off
-    last = bench.node._placed.scan.stamp
+    last = bench.node._loop._placed.scan.stamp
     assert max(stamps(bench)) <= last + 0.5 + 1e-6
 
 
@@ -97,8 +99,8 @@ def test_scans_that_no_pose_belongs_to_are_no_use(ros, bench):
     early.header.stamp.sec += 5
     # fresh by receipt, all the time
     ros.probe.create_timer(0.05, lambda: bench.robot.scans.publish(early))
-    known = bench.node._refusals["no_pose"]
-    assert ros.wait_until(lambda: bench.node._refusals["no_pose"] > known + 2)
+    known = bench.node._loop.refusals["no_pose"]
+    assert ros.wait_until(lambda: bench.node._loop.refusals["no_pose"] > known + 2)
     bench.assert_no_more_plans()
 
 
@@ -113,7 +115,7 @@ def test_a_hit_is_planned_for_at_once_from_a_pose_that_knows_of_it(ros, idle):
 def test_a_hit_waits_for_the_pose_that_knows_of_it(ros, idle):
     idle.robot.poses_on = False
     ros.spin(2 * PERIOD)
-    before, hit = len(idle.plans), idle.node._sensors.state.stamp + 0.2
+    before, hit = len(idle.plans), idle.node._loop._sensors.state.stamp + 0.2
     tell(idle, hit)
     ros.spin(0.1)
     assert len(idle.plans) == before
@@ -220,7 +222,7 @@ def test_goal_that_was_closed_off_for_a_moment_is_not_given_up(ros):
     bench.robot.world = hall()
     bench.wait_for_plan()
     bench.wait_for(GoalStatus.STATUS_EXECUTING)
-    assert bench.node._goal._closed_since is None
+    assert bench.node._loop.goal._closed_since is None
 
 
 @pytest.fixture

@@ -23,6 +23,7 @@ def signatures() -> dict[str, int]:
 
 def compiled_beyond_warm_up() -> list[str]:
     """What a cycle of both nodes compiles after warm_up, with records as they come from messages."""
+    from collplan_core.control.follow import follow
     from collplan_core.control.memory import ControllerMemory
     from collplan_core.local_map import build_local_map
     from collplan_core.parameters import Settings
@@ -47,9 +48,7 @@ def compiled_beyond_warm_up() -> list[str]:
             planner = planner_for(strategy)
             plan, memory = planner.plan(memory, local_map, state, np.array(goal), chosen)
             plan = plans.plan_from_path(plans.plan_to_path(plan, "map"), "map")
-            planner.follow(
-                ControllerMemory(), plan, None if strategy in TIME_TO_GOAL else local_map, state, 1.1, chosen
-            )
+            follow(ControllerMemory(), plan, local_map, state, 1.1, chosen)
     return [name for name, count in signatures().items() if count != before.get(name, 0)]
 
 

@@ -6,7 +6,8 @@ import pytest
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
-from omnipuck_sim.trial import TrialResult, run_trial
+from omnipuck_sim.trial import run_trial
+from omnipuck_sim.trial_record import TrialResult
 
 PASSAGE_ROW = 0.65  # a height at which the first passage lies between its pillars [m]
 PASSAGE = (1.02, 1.28)  # its sides there [m]

@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from collplan_core.control.feed_forward import feed_forward
 from collplan_core.control.tracking import saturate
 from collplan_core.time_to_goal_planner.dynamics import motion_at
-from collplan_core.time_to_goal_planner.feed_forward import feed_forward
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem, problem_of, robot_model
 from collplan_core.time_to_goal_planner.sampling import sample_trajectory

@@ -16,7 +16,8 @@ from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS
 from collplan_core.worlds import World, load_world
-from omnipuck_sim.trial import TrialResult, run_trial
+from omnipuck_sim.trial import run_trial
+from omnipuck_sim.trial_record import TrialResult
 from physics_scenes import RADIUS, make_world
 
 STRATEGIES = sorted(TIME_TO_GOAL)

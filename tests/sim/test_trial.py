@@ -15,7 +15,8 @@ from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import WorldError, load_world
-from omnipuck_sim.trial import TrialResult, run_trial
+from omnipuck_sim.trial import run_trial
+from omnipuck_sim.trial_record import TrialResult
 from physics_scenes import make_world
 
 ARENAS = ("corridor", "l_corridor", "slalom")
@@ -148,7 +149,9 @@ def test_a_start_at_the_goal_is_an_arrival_at_once():
 def test_a_time_limit_ends_a_run():
     result = run_trial(load_world("corridor"), settings_of("harness", **{"trial.timeout": 1.0}), 0)
     assert result.outcome == TIMEOUT
-    assert result.trajectory[-1, 0] == pytest.approx(1.0, abs=0.011)
+    assert result.arrival_time == 1.0
+    # the limit counts from the first plan, the trajectory from the first command, one control period later at most
+    assert 0.94 <= result.trajectory[-1, 0] <= 1.0
 
 
 def test_without_start_or_goal_there_is_no_run():

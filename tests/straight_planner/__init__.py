@@ -1,16 +1,13 @@
 """A third planner, as small as one can be: straight to the goal, whatever stands in the way."""
 
 from collplan_core.planners import Planner
-from straight_planner.follow import follow
 from straight_planner.plan_cycle import plan_cycle
 
 STRAIGHT = Planner(
     plan_cycle,
-    follow,
     map_period=0.1,
     starts_at_newest_pose=True,
     replans_after_impact=False,
     gives_up_closed_off_goal=False,
-    follows_by_map=False,
     boundaries=lambda memory: None,
 )

@@ -13,8 +13,8 @@ import results_tables
 import time_saved
 import time_to_goal_cycle
 from collplan_core.command import MANEUVERS, STOPPED
+from collplan_core.local_map.contact_point import find_contact
 from collplan_core.local_map.frontiers import BORDER_RUN, SHADOW_EDGE
-from collplan_core.paper_planner.maneuver import find_contact
 
 # the oldest matplotlib calls pyparsing by names that it now warns of
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:(matplotlib|pyparsing)")

@@ -78,3 +78,9 @@ def test_bounce_is_faster_than_avoid_round_a_u_turn_and_bounces_on_purpose(tmp_p
     assert np.median(times["bounce"]) < np.median(times["avoid"]), times
     deliberate = [run["impacts_deliberate"] for run in runs["bounce"]]
     assert np.mean(deliberate) >= 1.0, deliberate
+
+
+def test_a_serpentine_is_bounced_through_three_times(tmp_path):
+    runs = [through_the_graph(tmp_path, "serpentine:3", "bounce", seed) for seed in range(3)]
+    assert [run["outcome"] for run in runs] == ["reached"] * 3
+    assert all(run["impacts_deliberate"] >= 1 for run in runs), runs

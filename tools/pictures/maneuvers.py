@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
-from collplan_core.paper_planner.follow import Course, set_course
+from collplan_core.control.follow import set_course
+from collplan_core.control.memory import Course
 from collplan_core.parameters import Settings
 from collplan_core.state import State
 from collplan_core.worlds import load_world
@@ -46,7 +47,7 @@ SPEED = 0.18
 SCENES = {
     FREE_SPACE: ((1.10, 1.45), (0.0, 0.6)),
     BOUNDARY_FOLLOWING: ((1.85, 1.65), (-0.9, 0.0)),
-    FLOW_THROUGH: ((1.15, 0.25), (-0.64, 0.64)),
+    FLOW_THROUGH: ((0.96, 1.69), (0.68, -0.01)),
 }
 """In `corridor`, where the robot is [m] and how it moves [m/s], such that its plan needs each of the maneuvers."""
 TITLES = {

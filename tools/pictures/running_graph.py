@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -55,7 +56,9 @@ def _running_nodes() -> Iterator[list[Node]]:
         stack.enter_context(environment_set(local))
         link = Path(stack.enter_context(TemporaryDirectory())) / "serial"
         context = Context()
-        context.init(args=["--ros-args", "--log-level", "warn"])
+        context.init()
+        set_logger_level("", LoggingSeverity.WARN)
+        stack.callback(set_logger_level, "", LoggingSeverity.INFO)
         stack.callback(context.try_shutdown)
         parameters = {"emulator.link": str(link), "driver.port": str(link), "emulator.senses_impacts": True}
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]

@@ -6,11 +6,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from collplan_core.command import Command
-from collplan_core.control.memory import ControllerMemory
 from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.record import LocalMap
-from collplan_core.paper_planner.follow import follow as follow_spline
 from collplan_core.paper_planner.plan_cycle import plan_cycle as plan_spline
 from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERIOD
 from collplan_core.parameters import Settings
@@ -18,11 +15,8 @@ from collplan_core.plan import Plan
 from collplan_core.state import State
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.follow import follow as follow_rollout
 from collplan_core.time_to_goal_planner.model import MAP_PERIOD as ROLLOUT_MAP_PERIOD
 from collplan_core.time_to_goal_planner.plan_cycle import plan_cycle as plan_rollout
-
-FollowFunction = Callable[[ControllerMemory, Plan, Any, State, float, Settings], tuple[Command, ControllerMemory]]
 
 
 class PlanFunction(Protocol):
@@ -50,43 +44,35 @@ class Planner:
 
     Attributes:
         plan: one cycle, from a local map to a plan.
-        follow: (memory, plan, the plan's local map, state, now, settings) -> (Command, memory), one control period.
         map_period: T_map where planner.map_period is 0 [s].
         starts_at_newest_pose: whether a plan starts at the newest pose; otherwise at the pose of the map's scan.
         replans_after_impact: whether an impact asks for a plan at once.
         gives_up_closed_off_goal: whether NoPlan means that what was seen closes off the goal.
-        follows_by_map: whether `follow` needs the local map; otherwise it may be None.
         boundaries: memory -> what the planner remembers of boundaries, for display; None where it remembers none.
     """
 
     plan: PlanFunction
-    follow: FollowFunction
     map_period: float
     starts_at_newest_pose: bool
     replans_after_impact: bool
     gives_up_closed_off_goal: bool
-    follows_by_map: bool
     boundaries: Callable[[Any], RememberedBoundaries | None]
 
 
 PAPER = Planner(
     plan_spline,
-    follow_spline,
     SPLINE_MAP_PERIOD,
     starts_at_newest_pose=False,
     replans_after_impact=False,
     gives_up_closed_off_goal=False,
-    follows_by_map=True,
     boundaries=lambda memory: None,
 )
 ROLLOUTS = Planner(
     plan_rollout,
-    follow_rollout,
     ROLLOUT_MAP_PERIOD,
     starts_at_newest_pose=True,
     replans_after_impact=True,
     gives_up_closed_off_goal=True,
-    follows_by_map=False,
     boundaries=lambda memory: memory.remembered,
 )
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from collplan_core.control.follow import follow
 from collplan_core.control.memory import ControllerMemory
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
@@ -37,7 +38,7 @@ def warm_up() -> None:
     into_wall = np.linspace(state.position, state.position + 1.2 * (wall - state.position), len(plan.times))
     toward = replace(plan, positions=into_wall)
     for each in (plan, toward):
-        planner.follow(ControllerMemory(), each, local_map, state, plan.stamp, settings)
+        follow(ControllerMemory(), each, local_map, state, plan.stamp, settings)
     _warm_up_time_to_goal(local_map, state, world.goal)
 
 
@@ -47,7 +48,7 @@ def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -
         settings = Settings().with_values({"planner.strategy": strategy})
         planner = planner_for(strategy)
         plan, memory = planner.plan(None, local_map, state, goal, settings)
-        planner.follow(ControllerMemory(), plan, None, state, plan.stamp, settings)
+        follow(ControllerMemory(), plan, local_map, state, plan.stamp, settings)
         later = replace(state, stamp=state.stamp + 0.05)
         planner.plan(memory, replace(local_map, stamp=later.stamp), later, goal, settings)
 

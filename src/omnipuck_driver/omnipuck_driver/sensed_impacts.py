@@ -6,13 +6,14 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.node import Node
 
+from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_to_message, state_from_odometry
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED
-from collplan_ros.node_kit.clock import PosesClock, seconds
+from collplan_ros.node_kit.clock import seconds
 from collplan_ros.node_kit.inputs import Inputs
 from omnipuck_driver.messages import NEVER, Telemetry
 

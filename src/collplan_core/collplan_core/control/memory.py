@@ -1,9 +1,31 @@
 """The controller's memory between two periods."""
 
+import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
+
+from collplan_core.command import FREE_SPACE
+from collplan_core.control.references import WAITING
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """One plan as the controller follows it.
+
+    Attributes:
+        stamp: stamp of the plan [s].
+        maneuver: the maneuver for the contact that the plan's path runs into; FREE_SPACE where there is none.
+        contact_point: engaging point p_c (2,) [m], or None.
+        release_point: disengaging point p_d (2,) [m], or None.
+        contact_path: reference of the maneuver (n, 2) [m], or None.
+    """
+
+    stamp: float = math.nan
+    maneuver: str = FREE_SPACE
+    contact_point: np.ndarray | None = None
+    release_point: np.ndarray | None = None
+    contact_path: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -13,9 +35,11 @@ class ControllerMemory:
     Attributes:
         integral: (2,) integral of the position error, as a velocity [m/s, world frame].
         heading: yaw that is held [rad]; None until the first pose is seen.
-        follower: what the planner's own way to follow its plans keeps; None at first.
+        course: the course of the plan in force.
+        stage: stage of its maneuver, phi of the paper's III-B: waiting, engaged or released.
     """
 
     integral: np.ndarray = field(default_factory=lambda: np.zeros(2))
     heading: float | None = None
-    follower: Any = None
+    course: Course = field(default_factory=Course)
+    stage: str = WAITING

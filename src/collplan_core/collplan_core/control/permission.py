@@ -23,29 +23,21 @@ def why_stale(name: str, age: float, limit: float) -> str:
     return "" if 0.0 <= age <= limit else f"{name} {age:.2f} s old, limit {limit:.2f} s"
 
 
-def plan_age_limit(map_period: float) -> float:
-    """Age beyond which a plan is not followed: one replanning may fail [s]."""
+def plan_lifetime(map_period: float) -> float:
+    """How long a plan may be followed: one replanning may fail [s]."""
     return 2.0 * map_period + 0.2
 
 
-def stop_reason(
-    goal_active: bool, pose_age: float, scan_age: float, plan_age: float, map_period: float, limits: Limits
-) -> str:
-    """Why the robot must not move now; plan_age is that of the newest plan that was not refused."""
-    return (
-        ("" if goal_active else "no active goal")
-        or why_stale("pose", pose_age, limits.pose_age)
-        or why_stale("scan", scan_age, limits.scan_age)
-        or why_stale("plan", plan_age, plan_age_limit(map_period))
-    )
+EARLY = 0.15
+"""A plan may begin so much after the newest pose that is known where it is to be followed: that one may be late [s]."""
 
 
 def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None) -> str:
     """Why a plan is not to be followed.
 
     Args:
-        goal_stamp: when the active goal was taken, None without one; a plan from a scan of before is another goal's.
-        now: None before the first pose.
+        goal_stamp: when the active goal was taken [s], None without one; a plan of before is another goal's.
+        now: time on the poses' clock [s]; None before the first pose.
     """
     if goal_stamp is None:
         return "no active goal"
@@ -53,6 +45,8 @@ def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None) -> 
         return "no pose yet"
     if not plan.stamp > goal_stamp:
         return f"made at {plan.stamp:.3f}, expected later than the goal's {goal_stamp:.3f}"
+    if plan.stamp > now + EARLY:
+        return f"begins at {plan.stamp:.3f}, it is {now:.3f}"
     return "" if plan.times[-1] > now else f"ended at {plan.times[-1]:.3f}, it is {now:.3f}"
 
 

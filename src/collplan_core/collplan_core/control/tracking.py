@@ -1,4 +1,4 @@
-"""Following a timed reference: PID with look-ahead, saturation that keeps the direction, body frame. Paper: III-B."""
+"""Following a timed reference: PID, saturation that keeps the direction, body frame. Paper: III-B."""
 
 import math
 
@@ -8,10 +8,8 @@ from collplan_core.parameters import Control, Limits, Robot
 from collplan_core.plane import rotate
 
 
-def sample_reference(
-    times: np.ndarray, path: np.ndarray, now: float, look_ahead: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Position (2,) now and velocity (2,) look_ahead later; at rest at the end once the time is past.
+def sample_reference(times: np.ndarray, path: np.ndarray, now: float) -> tuple[np.ndarray, np.ndarray]:
+    """Position (2,) and velocity (2,) of a timed path now; at rest at the end once the time is past.
 
     Args:
         times: (n,) strictly rising [s]; path: (n, 2) [m].
@@ -19,7 +17,7 @@ def sample_reference(
     position = np.array([np.interp(now, times, path[:, axis]) for axis in range(2)])
     if now > times[-1]:
         return position, np.zeros(2)
-    i = int(np.clip(np.searchsorted(times, now + look_ahead) - 1, 0, len(times) - 2))
+    i = int(np.clip(np.searchsorted(times, now) - 1, 0, len(times) - 2))
     # central differences around the sample keep the velocity continuous at 20 Hz
     before, after = max(i - 1, 0), min(i + 2, len(times) - 1)
     return position, (path[after] - path[before]) / (times[after] - times[before])

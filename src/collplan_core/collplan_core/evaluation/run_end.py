@@ -5,6 +5,7 @@ Whether the goal was reached, given up or canceled is the planner's to tell, by 
 
 import numpy as np
 
+from collplan_core import goal
 from collplan_core.parameters import Trial
 
 REACHED = "reached"
@@ -12,6 +13,8 @@ ABORTED = "aborted"
 CANCELED = "canceled"
 TIMEOUT = "timeout"
 STUCK = "stuck"
+OUTCOMES = {goal.SUCCEEDED: REACHED, goal.ABORTED: ABORTED, goal.CANCELED: CANCELED}
+"""Outcome of a run by the final status of its goal."""
 
 
 class RunMonitor:

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
+from collplan_core.local_map.contact_point import find_contact
 from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.costs.risk import contact_distance
-from collplan_core.paper_planner.maneuver import find_contact
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
 from collplan_core.reflection import rebound

@@ -156,7 +156,6 @@ class Control(Parameters):
     group = "controller"
     rate: float = parameter(20.0, "Rate of the velocity command", unit="Hz", low=1.0, high=200.0)
     stamped_cmd_vel: bool = parameter(False, "cmd_vel is a TwistStamped, for controller and robot alike, instead of a Twist")
-    look_ahead: float = parameter(0.15, "The reference velocity is taken so much later: lag and one period", unit="s", low=0.0, high=1.0, live=True)
     k_p: float = parameter(4.0, "Proportional gain on position", unit="1/s", low=0.0, high=50.0, live=True)
     k_i: float = parameter(0.0, "Integral gain on position", unit="1/s^2", low=0.0, high=50.0, live=True)
     k_d: float = parameter(0.0, "Gain on the velocity error", low=0.0, high=5.0, live=True)
@@ -175,6 +174,7 @@ class Limits(Parameters):
     group = "limits"
     pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=5.0, live=True)
     scan_age: float = parameter(0.3, "Oldest scan acted on", unit="s", low=0.02, high=5.0, live=True)
+    plan_age: float = parameter(0.6, "Oldest plan followed where planner/valid_until does not say until when it holds", unit="s", low=0.05, high=10.0, live=True)
     command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=5.0)
     pose_history: float = parameter(0.5, "Time for which poses are kept, to find the one at a scan's stamp", unit="s", low=0.1, high=10.0)
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=10.0)

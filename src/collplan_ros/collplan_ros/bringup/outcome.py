@@ -3,16 +3,14 @@
 import numpy as np
 from action_msgs.msg import GoalStatus
 
-from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, RunMonitor
+from collplan_core.evaluation import run_end
+from collplan_core.evaluation.run_end import RunMonitor
+from collplan_ros.messages.goal_status import NUMBERS
 from collplan_ros.runs.recorder import GoalReport
 from collplan_ros.runs.run_log import PoseRow
 
-OUTCOMES = {
-    GoalStatus.STATUS_SUCCEEDED: REACHED,
-    GoalStatus.STATUS_ABORTED: ABORTED,
-    GoalStatus.STATUS_CANCELED: CANCELED,
-}
-"""Outcome of a run by the final status of its goal."""
+OUTCOMES = {NUMBERS[status]: outcome for status, outcome in run_end.OUTCOMES.items()}
+"""Outcome of a run by the final status of its goal, one of GoalStatus.STATUS_*."""
 
 
 def outcome_of(goal: GoalReport | None, pose: PoseRow, monitor: RunMonitor) -> str | None:

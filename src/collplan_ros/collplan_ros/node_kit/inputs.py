@@ -8,10 +8,10 @@ from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from collplan_core.loop.refusals import Refusals
 from collplan_core.scan import ScanError
 from collplan_ros.messages.conversions import MessageError
 from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatch, Remark
-from collplan_ros.node_kit.refusals import Refusals
 
 M = TypeVar("M")
 NOTHING = "nothing received"

@@ -7,6 +7,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
+from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.parameters import Frames, Lidar, Limits, Settings
 from collplan_core.scan import ScanError
 from collplan_core.state import State
@@ -14,7 +15,7 @@ from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import scan_to_message, state_from_odometry
 from collplan_ros.messages.qos import POSE_SUBSCRIBED, SENSOR_DATA
-from collplan_ros.node_kit.clock import PosesClock, described_age, local_clock, seconds
+from collplan_ros.node_kit.clock import described_age, local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings

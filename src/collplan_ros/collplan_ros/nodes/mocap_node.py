@@ -7,6 +7,7 @@ from geometry_msgs.msg import Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
+from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose
 from collplan_core.sensing.pose_filter import FRESH, FilterResult, PoseError, PoseSample, filter_pose, warm_up
@@ -14,7 +15,7 @@ from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
 from collplan_ros.messages.qos import EVENT, POSE_LISTENED, POSE_PUBLISHED
-from collplan_ros.node_kit.clock import PosesClock, described_age, local_clock, seconds
+from collplan_ros.node_kit.clock import described_age, local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings

@@ -1,7 +1,6 @@
 """What planner_node publishes about each plan."""
 
 import math
-from dataclasses import dataclass
 
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
@@ -11,10 +10,8 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact
-from collplan_core.local_map import LocalMap
+from collplan_core.loop.decisions import Cycle
 from collplan_core.parameters import Settings
-from collplan_core.plan import Plan
-from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
 from collplan_ros.messages.plans import contacts_to_message, plan_to_path, validity_to_message
@@ -22,27 +19,6 @@ from collplan_ros.nodes.cost_report import costs_message
 
 MARKERS_PERIOD = 0.2
 """Shortest time between two sets of markers, which take as long to make as a plan [s]."""
-
-
-@dataclass(frozen=True, eq=False)
-class Cycle:
-    """Result of one planning cycle.
-
-    Attributes:
-        plan: the plan chosen.
-        valid_until: until when the plan may be followed [s, poses' clock].
-        local_map: local map that it was made in.
-        boundaries: what the planner remembers of boundaries; None where it remembers none.
-        planning_time: duration of the cycle [s].
-        impact: impact measured since the previous cycle; None where there was none.
-    """
-
-    plan: Plan
-    valid_until: float
-    local_map: LocalMap
-    boundaries: RememberedBoundaries | None
-    planning_time: float
-    impact: MeasuredImpact | None
 
 
 class PlanOutputs:
@@ -59,8 +35,8 @@ class PlanOutputs:
         self._markers_sent = -math.inf
         self._impact: MeasuredImpact | None = None
 
-    def publish(self, cycle: Cycle, local: float, settings: Settings) -> None:
-        """Publishes a cycle that ended at `local` [s, local clock].
+    def publish(self, cycle: Cycle, planning_time: float, local: float, settings: Settings) -> None:
+        """Publishes a cycle that took `planning_time` [s] and ended at `local` [s, local clock].
 
         What goes with the plan is sent before it, to be known when it comes, and all else after it: the robot waits.
         """
@@ -69,7 +45,7 @@ class PlanOutputs:
         self._contacts.publish(contacts_to_message(plan.contacts, plan.stamp, frames.map, frames.base))
         self._plan.publish(plan_to_path(plan, frames.map))
         strategy = settings.planner.strategy
-        self._costs.publish(costs_message(self._name, plan, cycle.planning_time, strategy, cycle.impact))
+        self._costs.publish(costs_message(self._name, plan, planning_time, strategy, cycle.impact))
         self._impact = cycle.impact or self._impact
         if self._markers.get_subscription_count() and not 0.0 <= local - self._markers_sent < MARKERS_PERIOD:
             self._markers_sent = local

@@ -16,9 +16,10 @@ class StateOutput:
         self._source = node.get_fully_qualified_name()
         self._out = node.create_publisher(DiagnosticStatus, "controller/state", qos.LATCHED)
         self._said: Activity | None = None
+        self._goal_active = False
 
-    def publish(self, activity: Activity, maneuver: str, plan_stamp: float | None, goal_active: bool) -> None:
-        """Publishes what is done now, if that is news.
+    def publish(self, activity: Activity, maneuver: str, plan_stamp: float | None, goal_active: bool) -> bool:
+        """Publishes what is done now, if that is news; returns whether it is.
 
         Args:
             activity: what the controller is doing.
@@ -26,6 +27,8 @@ class StateOutput:
             plan_stamp: stamp of the plan in force [s]; None without one.
             goal_active: whether the robot is to go to a goal; standing still is then a warning.
         """
-        if activity.differs(self._said):
-            self._said = activity
-            self._out.publish(activity_to_message(activity, maneuver, plan_stamp, goal_active, self._source))
+        if not activity.differs(self._said) and goal_active == self._goal_active:
+            return False
+        self._said, self._goal_active = activity, goal_active
+        self._out.publish(activity_to_message(activity, maneuver, plan_stamp, goal_active, self._source))
+        return True

@@ -8,7 +8,7 @@ import numpy as np
 from collplan_core.command import MANEUVERS
 from collplan_core.evaluation.impact_matching import deliberate_impacts
 from collplan_study.tables.columns import REBOUND, blank
-from omnipuck_sim.trial import TrialResult
+from omnipuck_sim.trial_record import TrialResult
 
 ERROR = "error"
 PATH_RATE = 20.0

@@ -1,15 +1,14 @@
-"""Where the reference meets an observed boundary, and the maneuver for it. Paper: III-B, Alg. 3."""
+"""Where a path leaves F through an observed boundary. Paper: III-B, p_c."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
 from collplan_core.jit import njit
 from collplan_core.local_map.free_space import boundary_at, inside, sector
 from collplan_core.local_map.record import LocalMap
-from collplan_core.parameters import Control
+from collplan_core.plane import nearest_on_segment
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,29 +75,40 @@ def find_contact(path: np.ndarray, local_map: LocalMap) -> ContactPoint | None:
     )
 
 
-def incidence(contact: ContactPoint) -> float:
-    """Angle between the reference and the boundary at the contact, 0 along it, pi/2 square on [rad]."""
-    return math.asin(min(1.0, abs(float(contact.direction @ contact.normal))))
+@njit
+def nearest_on_surface(border: np.ndarray, surface: np.ndarray, number: int, x: float, y: float) -> tuple[float, float]:
+    """Nearest point to (x, y) on the edges of the border (n, 2) of F that are on the numbered surface [m]."""
+    n = len(border)
+    least, nearest_x, nearest_y = math.inf, x, y
+    for k in range(n):
+        j = (k + 1) % n
+        if surface[k] != number or surface[j] != number:
+            continue
+        px, py = nearest_on_segment(border[k, 0], border[k, 1], border[j, 0], border[j, 1], x, y)
+        distance2 = (x - px) ** 2 + (y - py) ** 2
+        if distance2 < least:
+            least, nearest_x, nearest_y = distance2, px, py
+    return nearest_x, nearest_y
 
 
-def by_incidence(path: np.ndarray, contact: ContactPoint, threshold: float) -> str:
-    """The maneuver by angle: contacts flatter than the threshold [rad] follow the boundary, others flow through."""
-    return BOUNDARY_FOLLOWING if incidence(contact) < threshold else FLOW_THROUGH
+GRAZE = 0.05
+"""A path that comes back from beyond a boundary by less than this touches it, as one does that reflects there [m]."""
 
 
-def by_side_of_chord(path: np.ndarray, contact: ContactPoint, threshold: float) -> str:
-    """The maneuver as printed: by the side of the chord WP_1 WP_4 on which p_c lies, so that mirrored worlds differ."""
-    chord, to_contact = path[-1] - path[0], contact.point - path[0]
-    left = np.array([-chord[1], chord[0]])
-    return FLOW_THROUGH if float(left @ to_contact) >= 0.0 else BOUNDARY_FOLLOWING
+@njit
+def _passes_through(border: np.ndarray, surface: np.ndarray, number: int, path: np.ndarray, first: int) -> bool:
+    """Whether the path, beyond the numbered surface from sample `first` on, ends there or goes deeper than GRAZE."""
+    for i in range(first, len(path)):
+        px, py = path[i, 0], path[i, 1]
+        if inside(border, px, py):
+            return False
+        x, y = nearest_on_surface(border, surface, number, px, py)
+        if math.hypot(px - x, py - y) > GRAZE:
+            return True
+    return True
 
 
-MANEUVER_RULES = {"incidence": by_incidence, "printed": by_side_of_chord}
-"""Alg. 3 for a contact, by controller.maneuver_rule."""
-
-
-def select_maneuver(path: np.ndarray, contact: ContactPoint | None, control: Control) -> str:
-    """Alg. 3 for a reference (n, 2): free_space without a contact, else boundary_following or flow_through."""
-    if contact is None:
-        return FREE_SPACE
-    return MANEUVER_RULES[control.maneuver_rule](path, contact, control.incidence_threshold)
+def passes_through(path: np.ndarray, contact: ContactPoint, local_map: LocalMap) -> bool:
+    """Whether a path (n, 2) goes on beyond the boundary at its contact point, instead of reflecting there."""
+    border, surface = local_map.border, local_map.surface
+    return _passes_through(border, surface, contact.surface, path - local_map.position, contact.index)

@@ -1,33 +1,12 @@
 """q_bound and q_flow, the references of the contact maneuvers, and the switch phi to them from q_spl. Paper: III-B."""
 
-import math
-
 import numpy as np
 
 from collplan_core.command import FLOW_THROUGH
 from collplan_core.jit import njit
+from collplan_core.local_map.contact_point import ContactPoint, nearest_on_surface
 from collplan_core.local_map.free_space import inside
 from collplan_core.local_map.record import LocalMap
-from collplan_core.paper_planner.maneuver import ContactPoint
-from collplan_core.plane import nearest_on_segment
-
-
-@njit
-def _nearest_on_surface(
-    border: np.ndarray, surface: np.ndarray, number: int, x: float, y: float
-) -> tuple[float, float]:
-    """Nearest point to (x, y) on the edges of the border (n, 2) of F that are on the numbered surface [m]."""
-    n = len(border)
-    least, nearest_x, nearest_y = math.inf, x, y
-    for k in range(n):
-        j = (k + 1) % n
-        if surface[k] != number or surface[j] != number:
-            continue
-        px, py = nearest_on_segment(border[k, 0], border[k, 1], border[j, 0], border[j, 1], x, y)
-        distance2 = (x - px) ** 2 + (y - py) ** 2
-        if distance2 < least:
-            least, nearest_x, nearest_y = distance2, px, py
-    return nearest_x, nearest_y
 
 
 @njit
@@ -41,7 +20,7 @@ def _onto_boundary(
     projected = path.copy()
     i = first
     while i < len(path) and not inside(border, path[i, 0], path[i, 1]):
-        projected[i, 0], projected[i, 1] = _nearest_on_surface(border, surface, number, path[i, 0], path[i, 1])
+        projected[i, 0], projected[i, 1] = nearest_on_surface(border, surface, number, path[i, 0], path[i, 1])
         i += 1
     return projected, min(i, len(path) - 1)
 

@@ -3,22 +3,20 @@
 import numpy as np
 import pytest
 
+from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import Settings
 from collplan_core.state import State
-from collplan_ros.messages.conversions import state_to_odometry
-from collplan_ros.node_kit.refusals import Refusals
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import PlannerNode
-from collplan_ros.nodes.sensor_buffer import SensorBuffer
 
 
 @pytest.mark.parametrize(("margin", "breaks"), [(0.05, 1), (0.2, 0)])
 def test_the_margin_of_a_leap_is_the_parameter(margin, breaks):
     settings, refusals = Settings().with_values({"mocap.leap_margin": margin}), Refusals()
-    buffer = SensorBuffer(0.5, refusals)
+    sensors = Sensors(0.5, refusals)
     for stamp, x in ((5.0, 0.0), (5.01, 0.15)):
-        pose = state_to_odometry(State(stamp, np.array([x, 0.0]), np.zeros(2), 0.0), "map", "base_link")
-        buffer.take_pose(pose, stamp, settings)
+        sensors.take_pose(State(stamp, np.array([x, 0.0]), np.zeros(2), 0.0), stamp, settings)
     assert refusals["pose_break"] == breaks
 
 

@@ -1,0 +1,30 @@
+"""A goal and what became of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+NO_GOAL = "none"
+ACCEPTED, EXECUTING, SUCCEEDED, CANCELED, ABORTED = "accepted", "executing", "succeeded", "canceled", "aborted"
+
+
+@dataclass(frozen=True, eq=False)
+class Goal:
+    """A goal with the stamp from which on plans are made for it.
+
+    Attributes:
+        id: 16 bytes, different for every goal.
+        stamp: stamp of the newest pose when the goal was accepted [s]; only plans with a later stamp are for it.
+        position: (2,) [m], NaN where it was refused or is not known.
+        status: NO_GOAL, ACCEPTED, EXECUTING (there was a plan for it), SUCCEEDED, CANCELED or ABORTED.
+    """
+
+    id: bytes
+    stamp: float
+    position: np.ndarray
+    status: str = ACCEPTED
+
+    @property
+    def active(self) -> bool:
+        """Whether the robot is to go to it."""
+        return self.status in (ACCEPTED, EXECUTING)

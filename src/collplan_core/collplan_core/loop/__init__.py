@@ -1,0 +1,1 @@
+"""What planner and controller decide, on poses, scans, plans and a time: fed by the nodes and by trials alike."""

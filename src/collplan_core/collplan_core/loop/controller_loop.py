@@ -1,0 +1,175 @@
+"""The controller's decisions: which plan to follow, and a command each period, without exception.
+
+The command is zero unless a goal is active and pose, scan and plan are fresh. A plan is followed once the pose it
+begins at and a scan of then or before have come, with the local map of the newest such scan.
+"""
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+from collplan_core.command import Command, stopped
+from collplan_core.control.follow import follow
+from collplan_core.control.memory import ControllerMemory
+from collplan_core.control.permission import why_refuse_plan, why_stale
+from collplan_core.control.tracking import clip_command
+from collplan_core.goal import NO_GOAL, Goal
+from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.sensors import Sensors
+from collplan_core.parameters import Settings
+from collplan_core.plan import Contacts, Plan
+from collplan_core.scan import Scan
+from collplan_core.state import State
+
+KEPT = 10
+"""Companion messages kept: topics have no common order, a plan may come before or after what is said of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedPlan:
+    """The plan being followed, and the local map of the newest scan that was there when it was made."""
+
+    plan: Plan
+    local_map: LocalMap
+
+
+class ControllerLoop:
+    """Takes poses, scans, goals and plans, each with the local time of receipt [s]; gives a command at each tick.
+
+    Attributes:
+        goal: the goal that planner and robot are about; None before the first.
+        refusals: counts of what was refused.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        """Starts at rest."""
+        self.goal: Goal | None = None
+        self.refusals = Refusals()
+        self._settings = settings
+        self._sensors = Sensors(settings.limits.pose_history, self.refusals)
+        self._waiting: Plan | None = None
+        self._followed: FollowedPlan | None = None
+        self._valid_until: deque[tuple[float, float]] = deque(maxlen=KEPT)
+        self._contacts: deque[tuple[float, Contacts]] = deque(maxlen=KEPT)
+        self._memory = ControllerMemory()
+
+    def change_settings(self, settings: Settings) -> None:
+        """Other settings from now on."""
+        self._settings = settings
+
+    @property
+    def goal_active(self) -> bool:
+        """Whether there is a goal that the robot is to go to."""
+        return self.goal is not None and self.goal.active
+
+    @property
+    def goal_status(self) -> str:
+        """Status of the newest goal."""
+        return NO_GOAL if self.goal is None else self.goal.status
+
+    @property
+    def plan(self) -> Plan | None:
+        """The plan being followed."""
+        return None if self._followed is None else self._followed.plan
+
+    @property
+    def contacts(self) -> Contacts:
+        """What the plan being followed foresees of contacts, as far as that has come."""
+        plan = self.plan
+        known = (contacts for stamp, contacts in self._contacts if plan is not None and stamp == plan.stamp)
+        return next(known, Contacts.none())
+
+    def now(self, local: float) -> float | None:
+        """The time on the poses' clock [s]; None before the first pose."""
+        return self._sensors.now(local)
+
+    # ---- inputs
+
+    def take_pose(self, state: State, local: float) -> None:
+        """A pose."""
+        if not self._sensors.take_pose(state, local, self._settings):
+            self._forget_plans()
+
+    def take_scan(self, scan: Scan, local: float) -> None:
+        """A scan."""
+        self._sensors.take_scan(scan, local)
+
+    def refuse(self, kind: str, reason: str) -> None:
+        """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
+        self._sensors.refuse(kind, reason)
+
+    def take_goal(self, goal: Goal) -> None:
+        """The goal's identity, stamp and status; the position is not needed."""
+        if self.goal is None or self.goal.id != goal.id:
+            self._memory = ControllerMemory()
+        self.goal = goal
+        plans = [plan for plan in (self._waiting, self.plan) if plan is not None]
+        if not goal.active or any(plan.stamp <= goal.stamp for plan in plans):
+            self._forget_plans()
+
+    def take_valid_until(self, stamp: float, until: float) -> None:
+        """Until when the plan with this stamp may be followed [s, poses' clock]."""
+        self._valid_until.append((stamp, until))
+
+    def take_contacts(self, stamp: float, contacts: Contacts) -> None:
+        """The contacts that the plan with this stamp [s] foresees."""
+        self._contacts.append((stamp, contacts))
+
+    def take_plan(self, plan: Plan, local: float) -> str:
+        """A plan; returns why it is refused, or "" where it will be followed."""
+        goal_stamp = self.goal.stamp if self.goal is not None and self.goal.active else None
+        reason = why_refuse_plan(plan, goal_stamp, self._sensors.now(local))
+        if reason:
+            return reason
+        if self._waiting is not None:
+            self.refusals.add("plan", f"no pose or no scan came for its stamp {self._waiting.stamp:.3f}")
+        self._waiting = plan
+        self._adopt()
+        return ""
+
+    def _adopt(self) -> None:
+        """Starts to follow the waiting plan once its pose and a scan have come: topics have no common order."""
+        plan = self._waiting
+        # no pose is kept for a plan made before a break in the poses
+        if plan is None or self._sensors.pose_at(plan.stamp) is None:
+            return
+        placed = self._sensors.newest_placed(until=plan.stamp)
+        if placed is not None:
+            local_map = build_local_map(*placed, self._settings.robot, self._settings.local_map)
+            self._waiting, self._followed = None, FollowedPlan(plan, local_map)
+
+    def _forget_plans(self) -> None:
+        self._waiting = self._followed = None
+        self._memory = ControllerMemory()
+
+    # ---- control
+
+    def tick(self, local: float, forbidden: str = "") -> Command:
+        """The command of one control period; `forbidden` is a reason from elsewhere to stand still."""
+        self._adopt()
+        reason = forbidden or self._stop_reason(local)
+        followed, state, now = self._followed, self._sensors.state, self._sensors.now(local)
+        if reason or followed is None or state is None or now is None:
+            self._memory = ControllerMemory(heading=self._memory.heading)
+            return stopped(reason)
+        settings = self._settings
+        command, self._memory = follow(self._memory, followed.plan, followed.local_map, state, now, settings)
+        clipped = clip_command(command.velocity, command.yaw_rate, settings.robot, settings.limits)
+        if clipped is None:
+            self.refusals.add("command", f"{command.velocity.tolist()} m/s, {command.yaw_rate} rad/s")
+            return stopped("the command is not finite or far beyond the limits")
+        return replace(command, velocity=clipped[0], yaw_rate=clipped[1])
+
+    def _stop_reason(self, local: float) -> str:
+        """Why the robot must not move now, "" where it may."""
+        if not self.goal_active:
+            return "no active goal"
+        return self._sensors.why_stale(local, self._settings.limits) or self._why_plan_is_stale(local)
+
+    def _why_plan_is_stale(self, local: float) -> str:
+        plan, now = self.plan, self._sensors.now(local)
+        if plan is None or now is None:
+            return "no plan yet"
+        told = (until for stamp, until in self._valid_until if stamp == plan.stamp)
+        until = next(told, plan.stamp + self._settings.limits.plan_age)
+        return why_stale("plan", now - plan.stamp, until - plan.stamp)

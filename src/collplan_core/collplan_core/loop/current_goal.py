@@ -1,0 +1,90 @@
+"""The goal that the planner plans for, from acceptance until it is reached or ends for another reason."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from collplan_core.goal import ABORTED, EXECUTING, NO_GOAL, Goal
+from collplan_core.state import State
+
+CLOSED_OFF_TIME = 2.0
+"""A goal that cannot be reached in the known map for this long is given up [s]."""
+
+
+class CurrentGoal:
+    """The newest goal, if any, and since when it is as it is.
+
+    Attributes:
+        goal: the newest goal; None before the first.
+    """
+
+    def __init__(self) -> None:
+        """Starts without a goal."""
+        self.goal: Goal | None = None
+        self._since: float | None = None
+        self._closed_since: float | None = None
+
+    @property
+    def active(self) -> bool:
+        """Whether there is a goal that the robot is to go to."""
+        return self.goal is not None and self.goal.active
+
+    @property
+    def position(self) -> np.ndarray:
+        """Position of the newest goal (2,) [m]; there must be one."""
+        assert self.goal is not None
+        return self.goal.position
+
+    @property
+    def status(self) -> str:
+        """Status of the newest goal."""
+        return NO_GOAL if self.goal is None else self.goal.status
+
+    def accept(self, goal: Goal, now: float | None) -> None:
+        """Replaces the goal. Its time counts from `now` [s, poses' clock]; None is before the first pose."""
+        self.goal, self._since, self._closed_since = goal, now, None
+
+    def refuse(self, goal: Goal) -> None:
+        """Takes an invalid goal as aborted; the previous one has ended all the same."""
+        self.goal = replace(goal, status=ABORTED)
+
+    def end(self, status: str) -> bool:
+        """Sets the status; returns whether it is another one."""
+        return self._set(status)
+
+    def planned(self) -> bool:
+        """Notes that a plan leads to the goal; returns whether it is the first one."""
+        self._closed_since = None
+        return self._set(EXECUTING)
+
+    def restamp(self, stamp: float) -> bool:
+        """Gives an active goal a new stamp [s], so that every plan made up to then is refused; whether there is one."""
+        if self.goal is None or not self.goal.active:
+            return False
+        if self._since is not None:  # the poses' clock may have been set back
+            self._since = min(self._since, stamp)
+        self._closed_since = None
+        self.goal = replace(self.goal, stamp=stamp)
+        return True
+
+    def is_reached(self, state: State, tolerance: float) -> bool:
+        """Whether the robot is within `tolerance` [m] of an active goal."""
+        return self.active and float(np.hypot(*(state.position - self.position))) <= tolerance
+
+    def is_overdue(self, now: float | None, timeout: float) -> bool:
+        """Whether the goal was not reached within `timeout` [s] by the poses' clock; a timeout of 0 never passes."""
+        if self._since is None:  # accepted before the first pose
+            self._since = now
+        return bool(timeout) and now is not None and self._since is not None and now - self._since > timeout
+
+    def is_closed_off(self, local: float) -> bool:
+        """Notes that no way leads to the goal at `local` [s, local clock]; whether that has lasted CLOSED_OFF_TIME."""
+        if self._closed_since is None:
+            self._closed_since = local
+        return local - self._closed_since >= CLOSED_OFF_TIME
+
+    def _set(self, status: str) -> bool:
+        assert self.goal is not None
+        changes = status != self.goal.status
+        self.goal = replace(self.goal, status=status)
+        return changes

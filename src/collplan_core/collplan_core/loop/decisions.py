@@ -1,0 +1,42 @@
+"""What the planner decides at an input or at a tick; whoever feeds it passes the decisions on."""
+
+from dataclasses import dataclass
+
+from collplan_core.evaluation.rebound_tracking import MeasuredImpact
+from collplan_core.goal import Goal
+from collplan_core.local_map import LocalMap
+from collplan_core.plan import Plan
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+
+INFO, WARNING, ERROR = "info", "warning", "error"
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """A planning cycle that ended with a plan.
+
+    Attributes:
+        plan: the plan chosen.
+        valid_until: until when it may be followed [s, poses' clock].
+        local_map: local map that it was made in.
+        boundaries: what the planner remembers of boundaries; None where it remembers none.
+        impact: impact measured since the previous cycle; None where there was none.
+    """
+
+    plan: Plan
+    valid_until: float
+    local_map: LocalMap
+    boundaries: RememberedBoundaries | None
+    impact: MeasuredImpact | None
+
+
+@dataclass(frozen=True)
+class Notice:
+    """A line for the person at the terminal: INFO, WARNING or ERROR, and the text."""
+
+    level: str
+    text: str
+
+
+Decision = Goal | Cycle | Notice
+"""A goal is announced whenever it is new or its status or stamp changed."""

@@ -1,0 +1,268 @@
+"""The planner's decisions: when to plan, from where, and when a goal has ended.
+
+Once per map_period a plan is made if it can be: from the newest scan and the pose at its stamp, or from the newest pose
+and all scans so far, as the planner has it; with some planners also at once after an impact. A new goal replaces the
+old one. A goal ends when it is reached, canceled, inside an obstacle that the scan shows, not reached within
+planner.goal_timeout by the poses' clock, or closed off for a while by the boundaries seen. When the poses leap, fall
+silent or start over, memory is dropped and the goal gets a new stamp, which refuses every earlier plan.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from collplan_core.control.permission import is_blocked, plan_lifetime
+from collplan_core.deadline import Deadline
+from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
+from collplan_core.goal import ABORTED, CANCELED, SUCCEEDED, Goal
+from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.loop.current_goal import CurrentGoal
+from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, Notice
+from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
+from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.sensors import Sensors
+from collplan_core.parameters import Settings
+from collplan_core.plan import NoPlan
+from collplan_core.planners import map_period_of, planner_for
+from collplan_core.scan import Scan, ScanError
+from collplan_core.state import State
+
+NOTICE_PAUSE = 1.0
+"""Shortest time between two notices that there is no plan [s]."""
+ALARM_PERIODS = 2.0
+"""Shortest time between two plans made at once after impacts, in map_periods."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedScan:
+    """The newest scan whose pose is known, the state at its stamp, and the local map made from both."""
+
+    scan: Scan
+    state: State
+    local_map: LocalMap
+
+
+class PlannerLoop:
+    """Takes poses, scans, impacts and goals, each with the local time of receipt [s], and returns what it decides.
+
+    Attributes:
+        goal: the newest goal and its status.
+        refusals: counts of what was refused.
+        trouble: why there is no plan or the goal has ended, in words; empty while plans are made.
+        n_plans, n_impacts: plans made, impacts heard of.
+    """
+
+    def __init__(
+        self, settings: Settings, make_deadline: Callable[[Settings], Deadline], known_map: Any = None
+    ) -> None:
+        """`make_deadline` is asked at the start of each cycle; `known_map` is what each goal's memory begins with."""
+        self.goal = CurrentGoal()
+        self.refusals = Refusals()
+        self.trouble = ""
+        self.n_plans = self.n_impacts = 0
+        self._settings = settings
+        self._planner = planner_for(settings.planner.strategy)
+        self._make_deadline = make_deadline
+        self._known_map = self._memory = known_map
+        self._sensors = Sensors(settings.limits.pose_history, self.refusals)
+        self._alarm = ImpactAlarm()
+        self._rebounds = ReboundTracker()
+        self._impact: MeasuredImpact | None = None
+        self._placed: PlacedScan | None = None
+        self._planned_until = 0.0
+        self._reported, self._noticed = "", -math.inf
+        self._decisions: list[Decision] = []
+
+    def change_settings(self, settings: Settings) -> None:
+        """Other settings from now on; another strategy begins without memory."""
+        if settings.planner.strategy != self._settings.planner.strategy:
+            self._memory = self._known_map
+            self._planner = planner_for(settings.planner.strategy)
+        self._settings = settings
+
+    # ---- inputs
+
+    def take_pose(self, state: State, local: float) -> list[Decision]:
+        """A pose."""
+        settings = self._settings
+        if not self._sensors.take_pose(state, local, settings):
+            self._forget_before(state.stamp)
+        if self.goal.is_reached(state, settings.planner.goal_tolerance):
+            self._end_goal(SUCCEEDED)
+        self._impact = self._rebounds.moved(state, settings.mocap.velocity_window) or self._impact
+        self._plan_after_impact(local)
+        return self._decided()
+
+    def take_scan(self, scan: Scan, local: float) -> None:
+        """A scan."""
+        self._sensors.take_scan(scan, local)
+
+    def refuse(self, kind: str, reason: str) -> None:
+        """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
+        self._sensors.refuse(kind, reason)
+
+    def take_impact(self, stamp: float, change: np.ndarray, local: float) -> list[Decision]:
+        """An impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s]."""
+        settings, state = self._settings, self._sensors.state
+        self.n_impacts += 1
+        reason = why_not_now(stamp, self._sensors.now(local), settings.limits.pose_age)
+        if not reason and state is not None:
+            self._rebounds.impact(stamp, change, state, settings.robot.radius)
+            reason = self._alarm.raised(stamp, local, ALARM_PERIODS * map_period_of(settings))
+        if reason:
+            self.refusals.add("impact", reason)
+        else:
+            self._plan_after_impact(local)
+        return self._decided()
+
+    def take_goal(self, identity: bytes, position: np.ndarray, local: float) -> list[Decision]:
+        """A goal (2,) [m], which replaces the one before."""
+        self._begin_goal()
+        goal = Goal(identity, self._planned_until, position)
+        self.goal.accept(goal, self._sensors.now(local))
+        self._decisions += [goal, Notice(INFO, f"goal {position[0]:.3f}, {position[1]:.3f} accepted")]
+        return self._decided()
+
+    def refuse_goal(self, identity: bytes, reason: str) -> list[Decision]:
+        """A goal that cannot be used; the one before has ended all the same."""
+        self._begin_goal()
+        self.goal.refuse(Goal(identity, self._planned_until, np.full(2, np.nan)))
+        assert self.goal.goal is not None
+        self._decisions.append(self.goal.goal)
+        self._refuse_goal(reason)
+        return self._decided()
+
+    def cancel(self) -> list[Decision]:
+        """Ends an active goal."""
+        if self.goal.active:
+            self._end_goal(CANCELED)
+        return self._decided()
+
+    def _begin_goal(self) -> None:
+        self._memory, self._planned_until, self.trouble = self._known_map, self._sensors.newest_stamp, ""
+
+    def _forget_before(self, stamp: float) -> None:
+        """Drops memory and plans from before a break in the poses at `stamp` [s]; an active goal is kept."""
+        self._memory, self._placed, self._planned_until = self._known_map, None, stamp
+        self._alarm.forget()
+        self._rebounds.forget()
+        self.trouble = ""
+        if self.goal.restamp(stamp) and self.goal.goal is not None:
+            self._decisions.append(self.goal.goal)
+
+    # ---- end of the goal
+
+    def _end_goal(self, status: str) -> None:
+        self.trouble = self._reported = ""
+        self._announce(self.goal.end(status))
+
+    def _announce(self, changed: bool) -> None:
+        if changed and self.goal.goal is not None:
+            self._decisions += [self.goal.goal, Notice(INFO, f"goal {self.goal.status}")]
+
+    def _give_up(self, reason: str) -> None:
+        self._end_goal(ABORTED)
+        self.trouble = f"goal given up: {reason}"
+        self._decisions.append(Notice(ERROR, self.trouble))
+
+    def _refuse_goal(self, reason: str) -> None:
+        self.trouble = f"goal refused: {reason}"
+        self.refusals.add("goal", reason)
+        self._decisions.append(Notice(ERROR, self.trouble))
+
+    # ---- planning
+
+    def cycle(self, local: float, forbidden: str = "") -> list[Decision]:
+        """What map_period calls for; `forbidden` is a reason from elsewhere to make no plan."""
+        if self.goal.active:
+            self._cycle(local, forbidden)
+        return self._decided()
+
+    def why_stale(self, local: float) -> str:
+        """Why poses or scans are not to be used, "" where they are."""
+        return self._sensors.why_stale(local, self._settings.limits)
+
+    def _plan_after_impact(self, local: float) -> None:
+        due = self._alarm.is_due(self._sensors.state)
+        if due and self._planner.replans_after_impact and self.goal.active:
+            self._cycle(local, "")
+
+    def _cycle(self, local: float, forbidden: str) -> None:
+        settings, now = self._settings, self._sensors.now(local)
+        deadline = self._make_deadline(settings)
+        if self.goal.is_overdue(now, settings.planner.goal_timeout):
+            self._give_up(f"not reached within planner.goal_timeout, {settings.planner.goal_timeout:g} s")
+            return
+        stale = forbidden or self.why_stale(local)
+        if stale or now is None:
+            self._report_no_plan("stale", stale, local)
+            return
+        try:
+            self._update_local_map()
+        except ScanError as error:
+            self._report_no_plan("no_plan", str(error), local)
+            return
+        initial, newest = self._initial_state(), self._sensors.scan_stamp or 0.0
+        if initial is not None and initial.stamp > self._planned_until:
+            self._plan(initial, now + plan_lifetime(map_period_of(settings)), local, deadline)
+        elif initial is None or newest > self._planned_until:
+            self._report_no_plan("no_pose", f"no pose for the scan's stamp {newest:.3f}", local)
+
+    def _update_local_map(self) -> None:
+        """Makes the local map of the newest scan whose pose is known, once per scan."""
+        settings = self._settings
+        placed = self._sensors.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
+        if placed is not None:
+            self._placed = PlacedScan(*placed, build_local_map(*placed, settings.robot, settings.local_map))
+
+    def _initial_state(self) -> State | None:
+        """Where a plan starts: at the newest pose or at that of the newest scan, as the planner has it."""
+        placed, state, settings = self._placed, self._sensors.state, self._settings
+        if placed is None or state is None or not self._planner.starts_at_newest_pose:
+            return None if placed is None else placed.state
+        # scans may still come in, but none with a known pose
+        return state if state.stamp - placed.scan.stamp <= settings.limits.scan_age else None
+
+    def _plan(self, initial: State, valid_until: float, local: float, deadline: Deadline) -> None:
+        settings, placed, goal = self._settings, self._placed, self.goal.position
+        assert placed is not None, "there is no initial state without it"
+        if is_blocked(goal, placed.scan, placed.state, settings.robot, settings.local_map):
+            self._end_goal(ABORTED)
+            self._refuse_goal(f"{goal[0]:.3f}, {goal[1]:.3f} lies inside an obstacle that the scan shows")
+            return
+        try:
+            plan, self._memory = self._planner.plan(self._memory, placed.local_map, initial, goal, settings, deadline)
+        except NoPlan as error:
+            self._memory = error.memory or self._memory
+            self._report_no_plan("no_plan", str(error), local)
+            if self._planner.gives_up_closed_off_goal and self.goal.is_closed_off(local):
+                self._give_up(str(error))
+            return
+        boundaries = self._planner.boundaries(self._memory)
+        self._decide_on(Cycle(plan, valid_until, placed.local_map, boundaries, self._impact))
+
+    def _decide_on(self, cycle: Cycle) -> None:
+        self._announce(self.goal.planned())
+        self._decisions.append(cycle)
+        if self._reported:
+            self._decisions.append(Notice(INFO, "plans again"))
+        self._rebounds.planned(cycle.plan)
+        self._impact = None
+        self._planned_until = cycle.plan.stamp
+        self.trouble = self._reported = ""
+        self.n_plans += 1
+
+    def _report_no_plan(self, kind: str, reason: str, local: float) -> None:
+        self.trouble = reason
+        self.refusals.add(kind, reason)
+        # once when it begins: it comes again every map_period
+        if kind != self._reported and not 0.0 <= local - self._noticed < NOTICE_PAUSE:
+            self._reported, self._noticed = kind, local
+            self._decisions.append(Notice(WARNING, f"no plan: {reason}"))
+
+    def _decided(self) -> list[Decision]:
+        decisions, self._decisions = self._decisions, []
+        return decisions

@@ -1,0 +1,98 @@
+"""The recent poses and scans that planner or controller received."""
+
+import math
+from collections import deque
+
+from collplan_core.control.permission import is_relocated, why_stale
+from collplan_core.loop.poses_clock import PosesClock
+from collplan_core.loop.refusals import Refusals
+from collplan_core.parameters import Limits, Settings
+from collplan_core.scan import Scan
+from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.state import State
+
+
+class Sensors:
+    """The recent poses and scans, and their age since local receipt [s]. A pose that does not join clears both.
+
+    Attributes:
+        state: newest pose; None before the first.
+    """
+
+    def __init__(self, span: float, refusals: Refusals) -> None:
+        """Keeps poses and scans for `span` [s] by their stamps, and counts refused ones in `refusals`."""
+        self._span = span
+        self._refusals = refusals
+        self._poses = PoseHistory(span)
+        self._scans: deque[Scan] = deque()
+        self._scan_received = -math.inf
+        self._refused: dict[str, str] = {}
+        self._clock = PosesClock()
+        self.state: State | None = None
+
+    def take_pose(self, state: State, local: float, settings: Settings) -> bool:
+        """Adds a pose received at `local` [s, local clock]; returns whether it joins the one before, as the first does.
+
+        One that is too far from it in space or time begins anew: what was received before is dropped.
+        """
+        margin = settings.mocap.leap_margin
+        relocated = self.state is not None and is_relocated(self.state, state, settings.robot, settings.limits, margin)
+        if relocated:
+            self._refusals.add("pose_break", f"the poses begin anew at {state.stamp:.3f}")
+            self._poses.clear()
+            self._scans.clear()
+        self._poses.add(state)
+        self._clock.received(state.stamp, local)
+        self._refused.pop("pose", None)
+        self.state = state
+        return not relocated
+
+    def take_scan(self, scan: Scan, local: float) -> None:
+        """Adds a scan received at `local` [s, local clock]."""
+        if self._scans and scan.stamp <= self._scans[-1].stamp:
+            self._scans.clear()
+        self._scans.append(scan)
+        self._scan_received = local
+        self._refused.pop("scan", None)
+        while self._scans[0].stamp < scan.stamp - self._span:
+            self._scans.popleft()
+
+    def refuse(self, kind: str, reason: str) -> None:
+        """Notes that the newest pose or scan (`kind` "pose" or "scan") cannot be used, and why."""
+        self._refused[kind] = reason
+
+    def why_stale(self, local: float, limits: Limits) -> str:
+        """Why poses or scans are not to be used: none yet, too old, or the last ones were refused; "" if they are."""
+        return self._why("pose", self._clock.age(local), limits.pose_age) or self._why(
+            "scan", local - self._scan_received, limits.scan_age
+        )
+
+    def _why(self, kind: str, age: float, limit: float) -> str:
+        reason = why_stale(kind, age, limit)
+        return f"{kind} refused: {self._refused[kind]}" if reason and kind in self._refused else reason
+
+    def now(self, local: float) -> float | None:
+        """The time on the poses' clock [s]; None before the first pose."""
+        return self._clock.now(local)
+
+    @property
+    def scan_stamp(self) -> float | None:
+        """Stamp of the newest scan [s]; None before the first."""
+        return self._scans[-1].stamp if self._scans else None
+
+    @property
+    def newest_stamp(self) -> float:
+        """Stamp of the newest pose [s], 0 before the first; no plan made so far has a later one."""
+        return 0.0 if self.state is None else self.state.stamp
+
+    def newest_placed(self, after: float = -math.inf, until: float = math.inf) -> tuple[Scan, State] | None:
+        """The newest scan whose pose is known, and that pose, with a stamp in (after, until] [s]."""
+        for scan in reversed(self._scans):
+            state = self._poses.at(scan.stamp) if after < scan.stamp <= until else None
+            if state is not None:
+                return scan, state
+        return None
+
+    def pose_at(self, stamp: float) -> State | None:
+        """The pose at this stamp [s]; None where it is not known, as before a relocation."""
+        return self._poses.at(stamp)

@@ -1,0 +1,62 @@
+"""What controller_node publishes each period, and says at the terminal when what it does changes."""
+
+from geometry_msgs.msg import Point, PointStamped
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from collplan_core.command import Command, stopped
+from collplan_core.control.activity import describe
+from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.parameters import Settings
+from collplan_ros.messages import qos
+from collplan_ros.messages.cmd_vel import command_to_message, command_type
+from collplan_ros.messages.conversions import header
+from collplan_ros.node_kit.run_node import publish_acknowledged
+from collplan_ros.nodes.state_output import StateOutput
+
+
+class ControllerOutputs:
+    """Publishes cmd_vel, maneuver, controller/state and controller/reference.
+
+    Attributes:
+        command: the newest command sent.
+    """
+
+    def __init__(self, node: Node, settings: Settings) -> None:
+        """Publishes through `node`."""
+        self.command = stopped("just started")
+        self._settings = settings
+        self._log = node.get_logger()
+        self._cmd_vel = node.create_publisher(command_type(settings), "cmd_vel", qos.NEWEST)
+        self._maneuver = node.create_publisher(String, "maneuver", qos.LATCHED)
+        self._state = StateOutput(node)
+        self._reference = node.create_publisher(PointStamped, "controller/reference", qos.EVENT)
+        self._maneuver.publish(String(data=self.command.maneuver))
+
+    def send(self, command: Command, loop: ControllerLoop, now: float) -> None:
+        """Publishes the command of a period at `now` [s, poses' clock], and what has changed with it."""
+        self._cmd_vel.publish(command_to_message(command, now, self._settings))
+        if not command.reason:
+            x, y = command.reference.tolist()
+            head = header(now, self._settings.frames.map)
+            self._reference.publish(PointStamped(header=head, point=Point(x=x, y=y, z=0.0)))
+        if command.maneuver != self.command.maneuver:
+            self._maneuver.publish(String(data=command.maneuver))
+        self.command = command
+        self._say(loop, now)
+
+    def send_last(self, command: Command, now: float) -> None:
+        """Publishes the last command and waits until the robot has received it."""
+        if self.command.maneuver != command.maneuver:
+            self._maneuver.publish(String(data=command.maneuver))
+        publish_acknowledged(self._cmd_vel, command_to_message(command, now, self._settings))
+
+    def _say(self, loop: ControllerLoop, now: float) -> None:
+        plan, active = loop.plan, loop.goal_active
+        activity = describe(self.command, plan, loop.contacts, now)
+        if not self._state.publish(activity, self.command.maneuver, None if plan is None else plan.stamp, active):
+            return
+        if self.command.reason and active:
+            self._log.warning(activity.reason)
+        else:
+            self._log.info(activity.reason)

@@ -1,0 +1,50 @@
+"""Poses and scans, as planner and controller listen to them."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+
+from collplan_core.parameters import Frames
+from collplan_core.scan import Scan, ScanError
+from collplan_core.state import State
+from collplan_ros.messages import qos
+from collplan_ros.messages.conversions import MessageError, scan_from_message, state_from_odometry
+from collplan_ros.node_kit.inputs import Inputs
+
+
+class Refusing(Protocol):
+    """What notes why a pose or a scan cannot be used."""
+
+    def refuse(self, kind: str, reason: str) -> None:
+        """Notes it; `kind` is "pose" or "scan"."""
+
+
+def listen_to_sensors(
+    inputs: Inputs,
+    loop: Refusing,
+    take_pose: Callable[[State], None],
+    take_scan: Callable[[Scan], None],
+    frames: Frames,
+) -> None:
+    """Subscribes mocap/odom and scan through `inputs`; what cannot be used is refused with the reason."""
+
+    def on_pose(message: Odometry) -> None:
+        try:
+            state = state_from_odometry(message, frames.map, frames.base)
+        except MessageError as error:
+            loop.refuse("pose", str(error))
+            raise
+        take_pose(state)
+
+    def on_scan(message: LaserScan) -> None:
+        try:
+            scan = scan_from_message(message, frames.base)
+        except ScanError as error:
+            loop.refuse("scan", str(error))
+            raise
+        take_scan(scan)
+
+    inputs.listen(Odometry, "mocap/odom", on_pose, qos.POSE_SUBSCRIBED, kind="pose")
+    inputs.listen(LaserScan, "scan", on_scan, qos.SENSOR_DATA, kind="scan")

@@ -1,0 +1,113 @@
+"""The record of a trial, and how it comes together."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.command import Command
+from collplan_core.evaluation.impact_matching import Prediction, foreseen_impacts, foreseen_rebounds
+from collplan_core.evaluation.path_length import path_length
+from collplan_core.evaluation.run_end import REACHED
+from collplan_core.parameters import Settings
+from collplan_core.plan import Plan
+from collplan_core.state import State
+from omnipuck_sim.robot.rebound import Impact
+
+
+@dataclass(frozen=True, eq=False)
+class TrialResult:
+    """The record of one run (simulated).
+
+    Attributes:
+        outcome: reached, timeout, stuck, or aborted where the planner gave the goal up.
+        arrival_time: from the first non-zero command to the first pose within goal_tolerance, else the limit [s].
+        path_length: length of the true path from the first non-zero command to the end [m].
+        impacts: all k impacts of the run; foreseen: (k,) whether a plan in force foresaw each.
+        rebounds: (k, 3) for each impact that the last plan before it foresaw, else NaN: angle between the foreseen
+            direction of its rebound and the true one [rad], the speed foreseen and the true one [m/s].
+        plan_times: (n,) wall time of each cycle from scan to plan [s].
+        candidates, candidates_before_pruning: (n,) numbers of candidates in each cycle.
+        maneuvers: control periods spent in each maneuver.
+        trajectory: (m, 5) t, x, y, vx, vy of the truth at the mocap rate, t from the first non-zero command.
+        plans: the reference positions (n, 2) of every plan.
+    """
+
+    world: str
+    strategy: str
+    seed: int
+    outcome: str
+    arrival_time: float
+    path_length: float
+    impacts: tuple[Impact, ...]
+    foreseen: np.ndarray
+    rebounds: np.ndarray
+    plan_times: np.ndarray
+    candidates: np.ndarray
+    candidates_before_pruning: np.ndarray
+    maneuvers: dict[str, int]
+    trajectory: np.ndarray
+    plans: tuple[np.ndarray, ...]
+
+
+class TrialRecord:
+    """What has happened in a trial so far.
+
+    Attributes:
+        impacts: the simulator's impacts. May be added to.
+        planning_time: wall time of the newest decision of the planner [s]. May be set.
+    """
+
+    def __init__(self, world: str, settings: Settings, seed: int) -> None:
+        """Starts empty."""
+        self.impacts: list[Impact] = []
+        self.planning_time = 0.0
+        self._world, self._settings, self._seed = world, settings, seed
+        self._begun: float | None = None
+        self._rows: list[tuple[float, ...]] = []
+        self._plans: list[Plan] = []
+        self._plan_times: list[float] = []
+        self._maneuvers: Counter[str] = Counter()
+
+    def planned(self, plan: Plan) -> None:
+        """Takes a plan, made in the newest planning time."""
+        self._plans.append(plan)
+        self._plan_times.append(self.planning_time)
+
+    def commanded(self, command: Command, now: float) -> None:
+        """Takes a command given at `now` [s]; time counts from the first one that moves the robot."""
+        self._maneuvers[command.maneuver] += 1
+        if self._begun is None and command.velocity.any():
+            self._begun = now
+
+    def moved(self, truth: State) -> None:
+        """Takes the robot's true state."""
+        if self._begun is not None:
+            row = (truth.stamp - self._begun, *truth.position.tolist(), *truth.velocity.tolist())
+            self._rows.append(row)
+
+    def result(self, outcome: str) -> TrialResult:
+        """The record of the whole run."""
+        trajectory = np.array(self._rows).reshape(-1, 5)
+        times = np.array([impact.time for impact in self.impacts])
+        points = np.array([impact.point for impact in self.impacts]).reshape(-1, 2)
+        after = np.array([impact.velocity_after for impact in self.impacts]).reshape(-1, 2)
+        predictions = [Prediction(plan.stamp, plan.contacts) for plan in self._plans]
+        elapsed = float(trajectory[-1, 0]) if len(trajectory) else 0.0
+        return TrialResult(
+            world=self._world,
+            strategy=self._settings.planner.strategy,
+            seed=self._seed,
+            outcome=outcome,
+            arrival_time=elapsed if outcome == REACHED else self._settings.trial.timeout,
+            path_length=path_length(trajectory[:, 1:3]) if len(trajectory) else 0.0,
+            impacts=tuple(self.impacts),
+            foreseen=foreseen_impacts(times, points, predictions),
+            rebounds=foreseen_rebounds(times, points, after, predictions),
+            plan_times=np.array(self._plan_times),
+            candidates=np.array([len(plan.candidates.costs) for plan in self._plans], dtype=int),
+            candidates_before_pruning=np.array([plan.n_before_pruning for plan in self._plans], dtype=int),
+            maneuvers=dict(self._maneuvers),
+            trajectory=trajectory,
+            plans=tuple(plan.positions for plan in self._plans),
+        )

@@ -1,0 +1,181 @@
+"""What the controller decides, input by input, without a node."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.command import FREE_SPACE, STOPPED
+from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
+from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.plan import Contacts
+from loop_scenes import IDENTITY, SETTINGS, at, see, see_until, straight_plan
+
+LIMITS = SETTINGS.limits
+
+
+def goal(status=EXECUTING, stamp=0.5, identity=IDENTITY) -> Goal:
+    return Goal(identity, stamp, np.full(2, math.nan), status)
+
+
+def driving(until: float | None = None) -> ControllerLoop:
+    """A loop that follows a plan of 1.0 s, told to be good until then."""
+    loop = ControllerLoop(SETTINGS)
+    loop.take_goal(goal())
+    see(loop, 1.0)
+    if until is not None:
+        loop.take_valid_until(1.0, until)
+    assert loop.take_plan(straight_plan(1.0), 1.0) == ""
+    assert loop.tick(1.0).maneuver == FREE_SPACE
+    return loop
+
+
+def test_by_hand_a_plan_along_x_is_followed_along_x():
+    command = driving().tick(1.0)
+    assert command.velocity[0] == pytest.approx(0.5, abs=0.01)
+    assert command.velocity[1] == pytest.approx(0.0, abs=1e-9)
+    assert (command.maneuver, command.reason) == (FREE_SPACE, "")
+
+
+def test_it_starts_at_rest_and_names_what_lacks_first():
+    loop = ControllerLoop(SETTINGS)
+    assert loop.tick(0.0).reason == "no active goal"
+    loop.take_goal(goal())
+    assert loop.tick(0.0).reason == "no pose yet"
+    loop.take_pose(at(1.0), 1.0)
+    assert loop.tick(1.0).reason == "no scan yet"
+    see(loop, 1.1)
+    assert loop.tick(1.1).reason == "no plan yet"
+
+
+@pytest.mark.parametrize("status", [NO_GOAL, SUCCEEDED, CANCELED, ABORTED])
+def test_the_end_of_the_goal_stops(status):
+    loop = driving()
+    loop.take_goal(goal(status))
+    assert loop.tick(1.0).reason == "no active goal"
+    assert loop.take_plan(straight_plan(1.01), 1.01) == "no active goal"
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(life=st.floats(0.05, 1.0), age=st.floats(0.0, 1.2))
+def test_a_plan_is_followed_until_the_time_that_came_with_it(life, age):
+    loop = driving(until=1.0 + life)
+    see_until(loop, 1.0, 1.0 + age)
+    command = loop.tick(1.0 + age)
+    if age <= life - 1e-9:
+        assert command.maneuver == FREE_SPACE
+    elif age > life + 1e-9:
+        assert command.reason.startswith("plan ")
+
+
+def test_without_such_a_time_the_parameter_counts():
+    loop = driving()
+    see_until(loop, 1.0, 1.5)
+    for age, follows in ((LIMITS.plan_age - 0.01, True), (LIMITS.plan_age + 0.01, False)):
+        see(loop, 1.0 + age)
+        assert (loop.tick(1.0 + age).maneuver == FREE_SPACE) == follows
+    assert loop.tick(1.0 + age).reason == "plan 0.61 s old, limit 0.60 s"
+
+
+def test_the_time_counts_for_the_plan_of_its_stamp_whichever_comes_first():
+    loop = driving()
+    loop.take_valid_until(0.9, 5.0)
+    loop.take_valid_until(1.0, 1.05)
+    see(loop, 1.1)
+    assert loop.tick(1.1).reason.startswith("plan 0.10 s old, limit 0.05 s")
+
+
+@pytest.mark.parametrize(("late", "reason"), [(0.16, "pose 0.16 s old, limit 0.15 s"), (0.1, "")])
+def test_old_poses_stop(late, reason):
+    assert driving().tick(1.0 + late).reason == reason
+
+
+def test_a_plan_that_holds_until_before_it_begins_is_never_followed():
+    assert driving().tick(1.0).maneuver == FREE_SPACE
+    loop = driving()
+    loop.take_valid_until(1.0, 0.5)
+    assert loop.tick(1.0).reason == "plan 0.00 s old, limit -0.50 s"
+
+
+def test_a_plan_of_the_future_is_refused():
+    loop = driving()
+    assert loop.take_plan(straight_plan(2.0), 1.0) == "begins at 2.000, it is 1.000"
+
+
+def test_old_scans_stop():
+    loop = driving(until=9.0)
+    for stamp in (1.1, 1.2, 1.31):
+        loop.take_pose(at(stamp), stamp)
+    assert loop.tick(1.31).reason == "scan 0.31 s old, limit 0.30 s"
+
+
+def test_refused_scans_are_named_as_refused():
+    loop = driving(until=9.0)
+    loop.refuse("scan", "header.frame_id: got 'laser', expected 'base_link'")
+    assert loop.tick(1.0).maneuver == FREE_SPACE
+    for stamp in (1.1, 1.2, 1.31):
+        loop.take_pose(at(stamp), stamp)
+    assert loop.tick(1.31).reason == "scan refused: header.frame_id: got 'laser', expected 'base_link'"
+    see(loop, 1.32)
+    assert loop.tick(1.32).reason == ""
+
+
+def test_a_reason_from_elsewhere_stops():
+    assert driving().tick(1.0, "robot.radius: 0.09 here, 0.15 in /driver_node").maneuver == STOPPED
+
+
+def test_a_plan_waits_for_the_pose_it_begins_at():
+    loop = ControllerLoop(SETTINGS)
+    loop.take_goal(goal())
+    see(loop, 1.0)
+    assert loop.take_plan(straight_plan(1.02), 1.0) == ""
+    assert loop.tick(1.0).reason == "no plan yet"
+    see(loop, 1.04)
+    assert loop.tick(1.04).maneuver == FREE_SPACE
+
+
+def test_a_plan_that_is_never_adopted_is_refused_by_the_next():
+    loop = ControllerLoop(SETTINGS)
+    loop.take_goal(goal())
+    see(loop, 1.0)
+    loop.take_plan(straight_plan(1.1), 1.0)
+    loop.take_plan(straight_plan(1.0), 1.0)
+    assert loop.refusals["plan"] == 1
+    assert loop.refusals.newest == "no pose or no scan came for its stamp 1.100"
+    assert loop.tick(1.0).maneuver == FREE_SPACE
+
+
+def test_a_leap_of_the_poses_drops_the_plan():
+    loop = driving(until=9.0)
+    see(loop, 1.01, x=0.5)
+    assert loop.tick(1.01).reason == "no plan yet"
+    assert loop.refusals["pose_break"] == 1
+
+
+def test_a_new_goal_refuses_the_plans_of_before():
+    loop = driving(until=9.0)
+    loop.take_goal(goal(ACCEPTED, stamp=1.0, identity=bytes(16)))
+    assert loop.tick(1.0).reason == "no plan yet"
+    assert "expected later than the goal's 1.000" in loop.take_plan(straight_plan(1.0), 1.0)
+    see(loop, 1.02)
+    assert loop.take_plan(straight_plan(1.02), 1.02) == ""
+    assert loop.tick(1.02).maneuver == FREE_SPACE
+
+
+def test_contacts_are_those_of_the_plan_in_force():
+    loop = driving()
+    contacts = Contacts(np.array([1.5]), np.array([[0.3, 0.0]]), np.array([[-0.3, 0.0]]))
+    loop.take_contacts(0.9, contacts)
+    assert len(loop.contacts.times) == 0
+    loop.take_contacts(1.0, contacts)
+    assert loop.contacts is contacts
+
+
+def test_no_command_is_faster_than_the_robot_whatever_the_plan_asks():
+    loop = ControllerLoop(SETTINGS)
+    loop.take_goal(goal())
+    see(loop, 1.0)
+    loop.take_plan(straight_plan(1.0, end=(2.0, 0.0), duration=0.1), 1.0)
+    assert np.hypot(*loop.tick(1.0).velocity) <= SETTINGS.robot.max_speed + 1e-9

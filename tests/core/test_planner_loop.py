@@ -1,0 +1,198 @@
+"""What the planner decides, input by input, without a node; it plans with the straight planner of the tests."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from straight_planner import STRAIGHT
+
+from collplan_core.control.permission import plan_lifetime
+from collplan_core.deadline import never
+from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, SUCCEEDED
+from collplan_core.loop import current_goal
+from collplan_core.loop.decisions import ERROR, INFO, WARNING
+from collplan_core.loop.planner_loop import ALARM_PERIODS, PlannerLoop
+from collplan_core.plan import NoPlan
+from collplan_core.planners import PLANNERS
+from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, see, statuses
+
+PERIOD = STRAIGHT.map_period
+CHANGE = np.array([-0.5, 0.0])
+
+
+@pytest.fixture(autouse=True)
+def straight(monkeypatch):
+    monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, replans_after_impact=True))
+
+
+def with_goal(settings=SETTINGS, goal=AHEAD) -> PlannerLoop:
+    """A loop with a goal since 1.0 s, and a pose and a scan of 1.01 s."""
+    loop = PlannerLoop(settings, lambda settings: never)
+    see(loop, 1.0)
+    assert statuses(loop.take_goal(IDENTITY, goal, 1.0)) == [ACCEPTED]
+    see(loop, 1.01)
+    return loop
+
+
+def test_a_plan_begins_at_the_newest_pose_and_says_how_long_it_holds():
+    loop = with_goal()
+    decisions = loop.cycle(1.02)
+    (cycle,) = cycles(decisions)
+    assert cycle.plan.stamp == 1.01
+    assert cycle.valid_until == pytest.approx(1.02 + plan_lifetime(PERIOD))
+    np.testing.assert_allclose(cycle.plan.positions[[0, -1]], [[0.0, 0.0], AHEAD])
+    assert statuses(decisions) == [EXECUTING]
+    assert (loop.n_plans, loop.trouble) == (1, "")
+
+
+def test_without_a_goal_nothing_is_decided():
+    loop = PlannerLoop(SETTINGS, lambda settings: never)
+    assert see(loop, 1.0) == []
+    assert loop.cycle(1.0) == []
+
+
+def test_no_plan_is_made_twice_of_one_pose_nor_of_one_before_the_goal():
+    loop = PlannerLoop(SETTINGS, lambda settings: never)
+    see(loop, 1.0)
+    loop.take_goal(IDENTITY, AHEAD, 1.0)
+    assert not cycles(loop.cycle(1.0))
+    see(loop, 1.01)
+    assert len(cycles(loop.cycle(1.01))) == 1
+    assert not cycles(loop.cycle(1.02))
+
+
+def test_an_arrival_ends_the_goal():
+    loop = with_goal()
+    loop.cycle(1.02)
+    goal = see(loop, 1.05, x=0.02) + see(loop, 1.06, x=0.03)
+    assert statuses(goal) == []
+    for stamp in np.arange(1.07, 2.8, 0.01):
+        decisions = see(loop, float(stamp), x=1.2 * (stamp - 1.06) + 0.03)
+        if decisions:
+            break
+    assert statuses(decisions) == [SUCCEEDED]
+    assert loop.cycle(2.9) == []
+
+
+def test_cancel_ends_the_goal_once():
+    loop = with_goal()
+    assert statuses(loop.cancel()) == [CANCELED]
+    assert loop.cancel() == []
+
+
+def test_a_refused_goal_is_aborted_with_the_reason_and_ends_the_one_before():
+    loop = with_goal()
+    decisions = loop.refuse_goal(bytes(16), "pose.position: got nan, 0, expected finite numbers")
+    assert statuses(decisions) == [ABORTED]
+    assert notices(decisions) == [(ERROR, "goal refused: pose.position: got nan, 0, expected finite numbers")]
+    assert not loop.goal.active
+
+
+def test_a_goal_inside_what_the_scan_shows_is_aborted():
+    loop = with_goal(goal=np.array([0.0, 0.47]))
+    decisions = loop.cycle(1.02)
+    assert statuses(decisions) == [ABORTED]
+    assert "inside an obstacle that the scan shows" in loop.trouble
+
+
+def test_a_goal_not_reached_in_time_is_given_up_whether_poses_come_or_not():
+    loop = with_goal(SETTINGS.with_values({"planner.goal_timeout": 0.5}))
+    assert statuses(loop.cycle(1.02)) == [EXECUTING]
+    decisions = loop.cycle(1.6)
+    assert statuses(decisions) == [ABORTED]
+    assert loop.trouble == "goal given up: not reached within planner.goal_timeout, 0.5 s"
+
+
+def failing(memory, local_map, state, goal, settings, deadline=never):
+    raise NoPlan("nothing to aim at")
+
+
+def test_trouble_is_said_once_when_it_begins_and_once_when_it_ends(monkeypatch):
+    monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, plan=failing))
+    loop = with_goal()
+    assert notices(loop.cycle(1.02)) == [(WARNING, "no plan: nothing to aim at")]
+    for stamp in (1.1, 1.2, 1.3):
+        see(loop, stamp)
+        assert loop.cycle(stamp) == []
+    assert loop.refusals["no_plan"] == 4
+    monkeypatch.setitem(PLANNERS, "custom", STRAIGHT)
+    loop.change_settings(SETTINGS.with_values({"planner.strategy": "harness"}))
+    loop.change_settings(SETTINGS)
+    see(loop, 1.4)
+    assert (INFO, "plans again") in notices(loop.cycle(1.4))
+
+
+def test_a_goal_that_stays_closed_off_is_given_up_one_that_was_for_a_moment_is_not(monkeypatch):
+    closing = replace(STRAIGHT, plan=failing, gives_up_closed_off_goal=True)
+    monkeypatch.setitem(PLANNERS, "custom", closing)
+    loop = with_goal()
+    stamps = np.arange(1.02, 1.02 + current_goal.CLOSED_OFF_TIME + 0.3, 0.1).tolist()
+    ended = []
+    for stamp in stamps:
+        see(loop, stamp)
+        ended += [stamp for status in statuses(loop.cycle(stamp)) if status == ABORTED]
+    assert len(ended) == 1
+    assert ended[0] - 1.02 == pytest.approx(current_goal.CLOSED_OFF_TIME, abs=0.11)
+
+
+def test_stale_inputs_make_no_plan_and_are_named():
+    loop = with_goal()
+    assert notices(loop.cycle(1.2)) == [(WARNING, "no plan: pose 0.19 s old, limit 0.15 s")]
+    loop.refuse("pose", "orientation: got (0, 0, 0, 0), expected a quaternion of length 1")
+    assert loop.why_stale(1.2).startswith("pose refused: orientation")
+
+
+def test_a_reason_from_elsewhere_makes_no_plan():
+    loop = with_goal()
+    assert notices(loop.cycle(1.02, "robot.radius differs")) == [(WARNING, "no plan: robot.radius differs")]
+
+
+def test_an_impact_is_planned_for_at_once_from_a_pose_that_is_as_late():
+    loop = with_goal()
+    loop.cycle(1.02)
+    assert not cycles(loop.take_impact(1.05, CHANGE, 1.04))
+    assert not cycles(see(loop, 1.04))
+    (cycle,) = cycles(see(loop, 1.05))
+    assert cycle.plan.stamp == 1.05
+    assert not cycles(see(loop, 1.06))
+
+
+def test_impacts_soon_after_each_other_or_of_another_time_are_refused():
+    loop = with_goal()
+    loop.cycle(1.02)
+    assert cycles(loop.take_impact(1.01, CHANGE, 1.03)) == []  # of the pose that the plan is from
+    see(loop, 1.05)
+    loop.take_impact(1.05, CHANGE, 1.03 + 0.9 * ALARM_PERIODS * PERIOD)
+    assert loop.refusals["impact"] == 1
+    loop.take_impact(99.0, CHANGE, 1.06)
+    assert loop.refusals["impact"] == 2
+    assert loop.n_impacts == 3
+
+
+def test_after_a_break_of_the_poses_the_goal_has_a_later_stamp_and_plans_go_on():
+    loop = with_goal()
+    loop.cycle(1.02)
+    decisions = loop.take_pose(at(1.03, x=0.8), 1.03)
+    assert statuses(decisions) == [EXECUTING]
+    assert decisions[0].stamp == 1.03
+    see(loop, 1.04, x=0.8)
+    (cycle,) = cycles(loop.cycle(1.04))
+    np.testing.assert_allclose(cycle.plan.positions[0], [0.8, 0.0])
+
+
+def test_a_known_map_is_what_each_goal_begins_with(monkeypatch):
+    seen = []
+
+    def plan(memory, *arguments):
+        seen.append(memory)
+        return STRAIGHT.plan(0, *arguments)
+
+    monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, plan=plan))
+    loop = PlannerLoop(SETTINGS, lambda settings: never, known_map=41)
+    for stamp in (1.0, 2.0):
+        see(loop, stamp)
+        loop.take_goal(IDENTITY, AHEAD, stamp)
+        for later in (0.01, 0.02):
+            see(loop, stamp + later)
+            loop.cycle(stamp + later)
+    assert seen == [41, 1, 41, 1]

@@ -1,0 +1,176 @@
+"""Trial and graph decide alike: the inputs of a trial, fed to the nodes as messages, give equal plans and commands."""
+
+import numpy as np
+import pytest
+
+from collplan_core.deadline import never
+from collplan_core.goal import Goal
+from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.decisions import Cycle
+from collplan_core.loop.planner_loop import PlannerLoop
+from collplan_core.parameters import Settings
+from collplan_core.worlds import load_world
+from collplan_ros.messages import conversions, plans
+from collplan_ros.messages.goal_status import goal_from_status, goal_to_status
+from collplan_ros.nodes import planner_node
+from collplan_ros.nodes.controller_node import ControllerNode
+from omnipuck_sim import trial
+
+MAP, BASE = "map", "base_link"
+NAME = "/planner_node"
+RUNS = (("corridor", "harness"), ("random:7", "low_risk"), ("u:17", "bounce"))
+
+
+def recorded(world, strategy, monkeypatch) -> list[tuple]:
+    """What a trial's planner and controller are given: (kind, message or None, local time), in order.
+
+    As messages, because those round stamps to nanoseconds and ranges to single precision.
+    """
+    events = []
+
+    class RecordedPlanner(PlannerLoop):
+        def take_pose(self, state, local):
+            events.append(("mocap/odom", conversions.state_to_odometry(state, MAP, BASE), local))
+            return super().take_pose(state, local)
+
+        def take_scan(self, scan, local):
+            events.append(("scan", conversions.scan_to_message(scan, BASE), local))
+            super().take_scan(scan, local)
+
+        def take_impact(self, stamp, change, local):
+            events.append(("impact", conversions.impact_to_message(stamp, change, MAP), local))
+            return super().take_impact(stamp, change, local)
+
+        def take_goal(self, identity, position, local):
+            events.append(("goal_pose", conversions.goal_to_message(position, MAP), local))
+            return super().take_goal(identity, position, local)
+
+        def cycle(self, local, forbidden=""):
+            events.append(("planner", None, local))
+            return super().cycle(local, forbidden)
+
+    class RecordedController(ControllerLoop):
+        def tick(self, local, forbidden=""):
+            events.append(("controller", None, local))
+            return super().tick(local, forbidden)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(trial, "PlannerLoop", RecordedPlanner)
+        patched.setattr(trial, "ControllerLoop", RecordedController)
+        trial.run_trial(load_world(world), settings_of(strategy), 1)
+    return events
+
+
+def settings_of(strategy: str) -> Settings:
+    return Settings().with_values({"planner.strategy": strategy, "trial.timeout": 6.0})
+
+
+class Loops:
+    """The two loops as a trial feeds them."""
+
+    def __init__(self, strategy):
+        settings = settings_of(strategy)
+        self.planner, self.controller = PlannerLoop(settings, lambda settings: never), ControllerLoop(settings)
+        self.plans, self.statuses, self.commands = [], [], []
+
+    def take(self, kind, message, local):
+        if kind == "mocap/odom":
+            state = conversions.state_from_odometry(message, MAP, BASE)
+            self.controller.take_pose(state, local)
+            self.pass_on(self.planner.take_pose(state, local), local)
+        elif kind == "scan":
+            scan = conversions.scan_from_message(message, BASE)
+            self.controller.take_scan(scan, local)
+            self.planner.take_scan(scan, local)
+        elif kind == "impact":
+            self.pass_on(self.planner.take_impact(*conversions.impact_from_message(message, MAP), local), local)
+        elif kind == "goal_pose":
+            position = conversions.goal_from_message(message, MAP)
+            self.pass_on(self.planner.take_goal(bytes(16), position, local), local)
+        elif kind == "planner":
+            self.pass_on(self.planner.cycle(local), local)
+        else:
+            self.commands.append(conversions.command_to_twist(self.controller.tick(local)))
+
+    def pass_on(self, decisions, local):
+        for decision in decisions:
+            if isinstance(decision, Goal):
+                self.statuses.append(decision.status)
+                self.controller.take_goal(goal_from_status(goal_to_status(decision)))
+            elif isinstance(decision, Cycle):
+                path = plans.plan_to_path(decision.plan, MAP)
+                validity = plans.validity_to_message(decision.plan.stamp, decision.valid_until, NAME)
+                self.plans.append(path)
+                self.controller.take_valid_until(*plans.validity_from_message(validity))
+                self.controller.take_plan(plans.plan_from_path(path, MAP), local)
+
+
+class Nodes:
+    """The two nodes, with the time of a trial, their callbacks called one by one, what they publish handed on."""
+
+    def __init__(self, ros, strategy):
+        overrides = {"planner.strategy": strategy}
+        self.local = 0.0
+        self.nodes = ros.make(planner_node.PlannerNode, overrides), ros.make(ControllerNode, overrides)
+        self.plans, self.statuses, self.commands = [], [], []
+        self.callbacks = {}
+        for node in self.nodes:
+            node._local = lambda: self.local
+            for subscription in node.subscriptions:
+                name = subscription.topic_name.removeprefix("/")
+                self.callbacks.setdefault(name, []).append(subscription.callback)
+            for publisher in node.publishers:
+                name = publisher.topic_name.removeprefix("/")
+                publisher.publish = lambda message, name=name: self.hear(name, message)
+
+    def hear(self, name, message):
+        if name == "plan":
+            self.plans.append(message)
+        elif name == "goal_status":
+            self.statuses.append(goal_from_status(message).status)
+        elif name == "cmd_vel":
+            self.commands.append(message)
+        if name in ("plan", "planner/valid_until", "planner/foreseen_impacts", "goal_status"):
+            for callback in self.callbacks[name]:
+                callback(message)
+
+    def take(self, kind, message, local):
+        self.local = local
+        if kind == "planner":
+            self.nodes[0]._on_timer()
+        elif kind == "controller":
+            self.nodes[1]._on_timer()
+        else:
+            # as in a trial the controller has a pose or a scan before the planner plans with it
+            for callback in reversed(self.callbacks[kind]):
+                callback(message)
+
+
+@pytest.mark.parametrize(("world", "strategy"), RUNS)
+def test_equal_inputs_give_equal_decisions(ros, monkeypatch, world, strategy):
+    events = recorded(world, strategy, monkeypatch)
+    monkeypatch.setattr(planner_node, "deadline", lambda settings: never)
+    loops, nodes = Loops(strategy), Nodes(ros, strategy)
+    for event in events:
+        loops.take(*event)
+        nodes.take(*event)
+    assert len(loops.plans) > 8
+    assert "executing" in loops.statuses
+    assert any(command.linear.x for command in loops.commands)
+    assert nodes.statuses == loops.statuses
+    assert nodes.plans == loops.plans
+    assert nodes.commands == loops.commands
+    if strategy == "bounce":
+        assert "impact" in {kind for kind, _, _ in events}
+
+
+def test_what_is_compared_can_differ(ros, monkeypatch):
+    """The plans of two strategies over the same inputs are not the same."""
+    events = recorded("corridor", "harness", monkeypatch)[:400]
+    one, other = Loops("harness"), Loops("low_risk")
+    for event in events:
+        one.take(*event)
+        other.take(*event)
+    assert len(one.plans) == len(other.plans) > 0
+    ends = [np.array([[path.poses[-1].pose.position.x for path in each.plans]]) for each in (one, other)]
+    assert not np.array_equal(*ends)
