@@ -15,6 +15,7 @@ from vectorised import vectorised_plans
 
 from collplan_core.deadline import Deadline
 from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.loop import planner_loop
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.planners import planner_for
@@ -24,7 +25,7 @@ from collplan_core.time_to_goal_planner import initial_plans
 from collplan_core.time_to_goal_planner import plan_cycle as cycle
 from collplan_core.time_to_goal_planner.coarse_search import CoarsePlans
 from collplan_core.worlds import load_world
-from omnipuck_sim import trial
+from omnipuck_sim.trial import run_trial
 
 SETTINGS = Settings().with_values({"planner.strategy": "bounce"})
 FAMILIES = ("l", "u", "z", "baffles", "random", "serpentine")
@@ -69,7 +70,7 @@ def logged_calls(families: Sequence[str]) -> list[Call]:
     calls: list[Call] = []
     with _listening(calls):
         for family in families:
-            trial.run_trial(load_world(f"{family}:{SEED}"), SETTINGS, seed=0)
+            run_trial(load_world(f"{family}:{SEED}"), SETTINGS, seed=0)
     return calls
 
 
@@ -93,7 +94,10 @@ def _listening(calls: list[Call]) -> Iterator[None]:
         return result
 
     planner = replace(planner_for("bounce"), plan=plan_of)
-    with patch.object(trial, "build_local_map", map_of), patch.object(trial, "planner_for", lambda _: planner):
+    with (
+        patch.object(planner_loop, "build_local_map", map_of),
+        patch.object(planner_loop, "planner_for", lambda _: planner),
+    ):
         yield
 
 

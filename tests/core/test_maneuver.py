@@ -16,7 +16,7 @@ from collplan_core.control.references import (
     flow_reference,
     update_engaged,
 )
-from collplan_core.local_map.contact_point import find_contact
+from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.parameters import Control
 from scenes import RADIUS, box, cluttered_worlds, free_polygon, map_of, rotation, unit, world_of
 
@@ -182,3 +182,21 @@ def test_on_the_way_past_a_contact_phi_is_on_once():
         stage = update_engaged(stage, np.array([x, 0.02]), CONTACT, RELEASE, DELTA)
         seen.append(stage)
     assert [s for i, s in enumerate(seen) if i == 0 or s != seen[i - 1]] == [WAITING, ENGAGED, RELEASED]
+
+
+@pytest.mark.parametrize(("depth", "through"), [(0.02, False), (0.04, False), (0.06, True), (0.3, True)])
+def test_by_hand_a_path_that_comes_back_passes_through_only_where_it_is_deep(depth, through):
+    local_map = before_a_wall()
+    path = line((0, -0.1), (GAP + depth, 0.0), (0, 0.1))
+    assert passes_through(path, find_contact(path, local_map), local_map) == through
+    ending = line((0, 0), (GAP + depth, 0.1))
+    assert passes_through(ending, find_contact(ending, local_map), local_map)
+
+
+def test_by_hand_a_path_that_grazes_the_end_of_a_wall_and_goes_on_unseen_does_not_pass_through_it():
+    """The wall ends at y = 0.2; behind its end, seen from the robot, nothing is known."""
+    local_map = map_of(world_of([box(GAP + RADIUS, -4.0, 2.0, 0.2)]))
+    graze = line((0, 0), (GAP + 0.01, 0.19), (GAP + 0.05, 0.5), (1.5, 1.2))
+    contact = find_contact(graze, local_map)
+    assert contact is not None
+    assert not passes_through(graze, contact, local_map)

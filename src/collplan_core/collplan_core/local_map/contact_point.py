@@ -96,11 +96,15 @@ GRAZE = 0.05
 
 
 @njit
-def _passes_through(border: np.ndarray, surface: np.ndarray, number: int, path: np.ndarray, first: int) -> bool:
-    """Whether the path, beyond the numbered surface from sample `first` on, ends there or goes deeper than GRAZE."""
+def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int, path: np.ndarray, first: int) -> bool:
+    """Whether the path, beyond the numbered surface from sample `first` on, ends there or goes deeper than GRAZE.
+
+    It is no longer beyond it where it is in F again, or behind a frontier. `free` is border, surface and shadow of F.
+    """
+    border, surface, shadow = free
     for i in range(first, len(path)):
         px, py = path[i, 0], path[i, 1]
-        if inside(border, px, py):
+        if inside(border, px, py) or boundary_at(surface, shadow, sector(px, py, len(border))) < 0:
             return False
         x, y = nearest_on_surface(border, surface, number, px, py)
         if math.hypot(px - x, py - y) > GRAZE:
@@ -110,5 +114,5 @@ def _passes_through(border: np.ndarray, surface: np.ndarray, number: int, path: 
 
 def passes_through(path: np.ndarray, contact: ContactPoint, local_map: LocalMap) -> bool:
     """Whether a path (n, 2) goes on beyond the boundary at its contact point, instead of reflecting there."""
-    border, surface = local_map.border, local_map.surface
-    return _passes_through(border, surface, contact.surface, path - local_map.position, contact.index)
+    free = local_map.border, local_map.surface, local_map.shadow
+    return _passes_through(free, contact.surface, path - local_map.position, contact.index)
