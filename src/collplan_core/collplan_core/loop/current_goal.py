@@ -12,7 +12,7 @@ CLOSED_OFF_TIME = 2.0
 
 
 class CurrentGoal:
-    """The newest goal, if any, and since when it is as it is.
+    """The newest goal, if any, and since when it is as it is. What changes it returns the goal to be announced.
 
     Attributes:
         goal: the newest goal; None before the first.
@@ -40,32 +40,34 @@ class CurrentGoal:
         """Status of the newest goal."""
         return NO_GOAL if self.goal is None else self.goal.status
 
-    def accept(self, goal: Goal, now: float | None) -> None:
+    def accept(self, goal: Goal, now: float | None) -> Goal:
         """Replaces the goal. Its time counts from `now` [s, poses' clock]; None is before the first pose."""
         self.goal, self._since, self._closed_since = goal, now, None
+        return goal
 
-    def refuse(self, goal: Goal) -> None:
+    def refuse(self, goal: Goal) -> Goal:
         """Takes an invalid goal as aborted; the previous one has ended all the same."""
         self.goal = replace(goal, status=ABORTED)
+        return self.goal
 
-    def end(self, status: str) -> bool:
-        """Sets the status; returns whether it is another one."""
+    def end(self, status: str) -> Goal | None:
+        """Sets the status; returns the goal if it is another one."""
         return self._set(status)
 
-    def planned(self) -> bool:
-        """Notes that a plan leads to the goal; returns whether it is the first one."""
+    def planned(self) -> Goal | None:
+        """Notes that a plan leads to the goal; returns the goal at the first one."""
         self._closed_since = None
         return self._set(EXECUTING)
 
-    def restamp(self, stamp: float) -> bool:
-        """Gives an active goal a new stamp [s], so that every plan made up to then is refused; whether there is one."""
+    def restamp(self, stamp: float) -> Goal | None:
+        """Gives an active goal a new stamp [s], so that every plan made up to then is refused; returns it, if any."""
         if self.goal is None or not self.goal.active:
-            return False
+            return None
         if self._since is not None:  # the poses' clock may have been set back
             self._since = min(self._since, stamp)
         self._closed_since = None
         self.goal = replace(self.goal, stamp=stamp)
-        return True
+        return self.goal
 
     def is_reached(self, state: State, tolerance: float) -> bool:
         """Whether the robot is within `tolerance` [m] of an active goal."""
@@ -83,8 +85,9 @@ class CurrentGoal:
             self._closed_since = local
         return local - self._closed_since >= CLOSED_OFF_TIME
 
-    def _set(self, status: str) -> bool:
+    def _set(self, status: str) -> Goal | None:
         assert self.goal is not None
-        changes = status != self.goal.status
+        if status == self.goal.status:
+            return None
         self.goal = replace(self.goal, status=status)
-        return changes
+        return self.goal

@@ -121,17 +121,14 @@ class PlannerLoop:
     def take_goal(self, identity: bytes, position: np.ndarray, local: float) -> list[Decision]:
         """A goal (2,) [m], which replaces the one before."""
         self._begin_goal()
-        goal = Goal(identity, self._planned_until, position)
-        self.goal.accept(goal, self._sensors.now(local))
+        goal = self.goal.accept(Goal(identity, self._planned_until, position), self._sensors.now(local))
         self._decisions += [goal, Notice(INFO, f"goal {position[0]:.3f}, {position[1]:.3f} accepted")]
         return self._decided()
 
     def refuse_goal(self, identity: bytes, reason: str) -> list[Decision]:
         """A goal that cannot be used; the one before has ended all the same."""
         self._begin_goal()
-        self.goal.refuse(Goal(identity, self._planned_until, np.full(2, np.nan)))
-        assert self.goal.goal is not None
-        self._decisions.append(self.goal.goal)
+        self._decisions.append(self.goal.refuse(Goal(identity, self._planned_until, np.full(2, np.nan))))
         self._refuse_goal(reason)
         return self._decided()
 
@@ -150,8 +147,9 @@ class PlannerLoop:
         self._alarm.forget()
         self._rebounds.forget()
         self.trouble = ""
-        if self.goal.restamp(stamp) and self.goal.goal is not None:
-            self._decisions.append(self.goal.goal)
+        goal = self.goal.restamp(stamp)
+        if goal is not None:
+            self._decisions.append(goal)
 
     # ---- end of the goal
 
@@ -159,9 +157,9 @@ class PlannerLoop:
         self.trouble = self._reported = ""
         self._announce(self.goal.end(status))
 
-    def _announce(self, changed: bool) -> None:
-        if changed and self.goal.goal is not None:
-            self._decisions += [self.goal.goal, Notice(INFO, f"goal {self.goal.status}")]
+    def _announce(self, changed: Goal | None) -> None:
+        if changed is not None:
+            self._decisions += [changed, Notice(INFO, f"goal {changed.status}")]
 
     def _give_up(self, reason: str) -> None:
         self._end_goal(ABORTED)
