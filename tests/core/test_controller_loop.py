@@ -20,9 +20,9 @@ def goal(status=EXECUTING, stamp=0.5, identity=IDENTITY) -> Goal:
     return Goal(identity, stamp, np.full(2, math.nan), status)
 
 
-def driving(until: float | None = None) -> ControllerLoop:
+def driving(until: float | None = None, why_forbidden=lambda: "") -> ControllerLoop:
     """A loop that follows a plan of 1.0 s, told to be good until then."""
-    loop = ControllerLoop(SETTINGS)
+    loop = ControllerLoop(SETTINGS, why_forbidden)
     loop.take_goal(goal())
     see(loop, 1.0)
     if until is not None:
@@ -123,7 +123,11 @@ def test_refused_scans_are_named_as_refused():
 
 
 def test_a_reason_from_elsewhere_stops():
-    assert driving().tick(1.0, "robot.radius: 0.09 here, 0.15 in /driver_node").maneuver == STOPPED
+    reasons = [""]
+    loop = driving(why_forbidden=lambda: reasons[-1])
+    reasons.append("robot.radius: 0.09 here, 0.15 in /driver_node")
+    assert loop.tick(1.0).maneuver == STOPPED
+    assert loop.tick(1.0).reason == reasons[-1]
 
 
 def test_a_plan_waits_for_the_pose_it_begins_at():

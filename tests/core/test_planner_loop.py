@@ -25,9 +25,9 @@ def straight(monkeypatch):
     monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, replans_after_impact=True))
 
 
-def with_goal(settings=SETTINGS, goal=AHEAD) -> PlannerLoop:
+def with_goal(settings=SETTINGS, goal=AHEAD, why_forbidden=lambda: "") -> PlannerLoop:
     """A loop with a goal since 1.0 s, and a pose and a scan of 1.01 s."""
-    loop = PlannerLoop(settings, lambda settings: never)
+    loop = PlannerLoop(settings, lambda settings: never, why_forbidden=why_forbidden)
     see(loop, 1.0)
     assert statuses(loop.take_goal(IDENTITY, goal, 1.0)) == [ACCEPTED]
     see(loop, 1.01)
@@ -143,8 +143,17 @@ def test_stale_inputs_make_no_plan_and_are_named():
 
 
 def test_a_reason_from_elsewhere_makes_no_plan():
-    loop = with_goal()
-    assert notices(loop.cycle(1.02, "robot.radius differs")) == [(WARNING, "no plan: robot.radius differs")]
+    loop = with_goal(why_forbidden=lambda: "robot.radius differs")
+    assert notices(loop.cycle(1.02)) == [(WARNING, "no plan: robot.radius differs")]
+
+
+def test_a_reason_from_elsewhere_makes_no_plan_after_an_impact_either():
+    reasons = [""]
+    loop = with_goal(why_forbidden=lambda: reasons[-1])
+    loop.cycle(1.02)
+    reasons.append("robot.radius differs")
+    see(loop, 1.05)
+    assert notices(loop.take_impact(1.05, CHANGE, 1.05)) == [(WARNING, "no plan: robot.radius differs")]
 
 
 def test_an_impact_is_planned_for_at_once_from_a_pose_that_is_as_late():

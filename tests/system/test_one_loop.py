@@ -45,14 +45,14 @@ def recorded(world, strategy, monkeypatch) -> list[tuple]:
             events.append(("goal_pose", conversions.goal_to_message(position, MAP), local))
             return super().take_goal(identity, position, local)
 
-        def cycle(self, local, forbidden=""):
+        def cycle(self, local):
             events.append(("planner", None, local))
-            return super().cycle(local, forbidden)
+            return super().cycle(local)
 
     class RecordedController(ControllerLoop):
-        def tick(self, local, forbidden=""):
+        def tick(self, local):
             events.append(("controller", None, local))
-            return super().tick(local, forbidden)
+            return super().tick(local)
 
     with monkeypatch.context() as patched:
         patched.setattr(trial, "PlannerLoop", RecordedPlanner)

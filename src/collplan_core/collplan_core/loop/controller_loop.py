@@ -5,6 +5,7 @@ begins at and a scan of then or before have come, with the local map of the newe
 """
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from collplan_core.command import Command, stopped
@@ -41,11 +42,12 @@ class ControllerLoop:
         refusals: counts of what was refused.
     """
 
-    def __init__(self, settings: Settings) -> None:
-        """Starts at rest."""
+    def __init__(self, settings: Settings, why_forbidden: Callable[[], str] = lambda: "") -> None:
+        """Starts at rest; `why_forbidden` gives a reason from elsewhere to stand still, empty where there is none."""
         self.goal: Goal | None = None
         self.refusals = Refusals()
         self._settings = settings
+        self._why_forbidden = why_forbidden
         self._sensors = Sensors(settings.limits.pose_history, self.refusals)
         self._waiting: Plan | None = None
         self._followed: FollowedPlan | None = None
@@ -144,10 +146,10 @@ class ControllerLoop:
 
     # ---- control
 
-    def tick(self, local: float, forbidden: str = "") -> Command:
-        """The command of one control period; `forbidden` is a reason from elsewhere to stand still."""
+    def tick(self, local: float) -> Command:
+        """The command of one control period."""
         self._adopt()
-        reason = forbidden or self._stop_reason(local)
+        reason = self._why_forbidden() or self._stop_reason(local)
         followed, state, now = self._followed, self._sensors.state, self._sensors.now(local)
         if reason or followed is None or state is None or now is None:
             self._memory = ControllerMemory(heading=self._memory.heading)

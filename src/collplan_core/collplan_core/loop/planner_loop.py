@@ -56,9 +56,20 @@ class PlannerLoop:
     """
 
     def __init__(
-        self, settings: Settings, make_deadline: Callable[[Settings], Deadline], known_map: Any = None
+        self,
+        settings: Settings,
+        make_deadline: Callable[[Settings], Deadline],
+        known_map: Any = None,
+        why_forbidden: Callable[[], str] = lambda: "",
     ) -> None:
-        """`make_deadline` is asked at the start of each cycle; `known_map` is what each goal's memory begins with."""
+        """Starts without a goal.
+
+        Args:
+            settings: everything that planning needs.
+            make_deadline: gives the deadline of a cycle at its start.
+            known_map: what each goal's memory begins with.
+            why_forbidden: a reason from elsewhere to make no plan, asked in each cycle; empty where there is none.
+        """
         self.goal = CurrentGoal()
         self.refusals = Refusals()
         self.trouble = ""
@@ -66,6 +77,7 @@ class PlannerLoop:
         self._settings = settings
         self._planner = planner_for(settings.planner.strategy)
         self._make_deadline = make_deadline
+        self._why_forbidden = why_forbidden
         self._known_map = self._memory = known_map
         self._sensors = Sensors(settings.limits.pose_history, self.refusals)
         self._alarm = ImpactAlarm()
@@ -173,28 +185,28 @@ class PlannerLoop:
 
     # ---- planning
 
-    def cycle(self, local: float, forbidden: str = "") -> list[Decision]:
-        """What map_period calls for; `forbidden` is a reason from elsewhere to make no plan."""
+    def cycle(self, local: float) -> list[Decision]:
+        """What map_period calls for."""
         if self.goal.active:
-            self._cycle(local, forbidden)
+            self._cycle(local)
         return self._decided()
 
     def why_stale(self, local: float) -> str:
-        """Why poses or scans are not to be used, "" where they are."""
-        return self._sensors.why_stale(local, self._settings.limits)
+        """Why no plan is made: forbidden from elsewhere, or poses or scans are not to be used; "" where they are."""
+        return self._why_forbidden() or self._sensors.why_stale(local, self._settings.limits)
 
     def _plan_after_impact(self, local: float) -> None:
         due = self._alarm.is_due(self._sensors.state)
         if due and self._planner.replans_after_impact and self.goal.active:
-            self._cycle(local, "")
+            self._cycle(local)
 
-    def _cycle(self, local: float, forbidden: str) -> None:
+    def _cycle(self, local: float) -> None:
         settings, now = self._settings, self._sensors.now(local)
         deadline = self._make_deadline(settings)
         if self.goal.is_overdue(now, settings.planner.goal_timeout):
             self._give_up(f"not reached within planner.goal_timeout, {settings.planner.goal_timeout:g} s")
             return
-        stale = forbidden or self.why_stale(local)
+        stale = self.why_stale(local)
         if stale or now is None:
             self._report_no_plan("stale", stale, local)
             return

@@ -45,11 +45,11 @@ class ControllerNode(Node):
         declare(self, *GROUPS)
         self._settings = read_settings(self, *GROUPS)
         self._local_clock = local_clock(self)
-        self._loop = ControllerLoop(self._settings)
+        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        self._loop = ControllerLoop(self._settings, why_forbidden=lambda: self._constants.disagreement)
         self._period = ControlPeriod()
         warm_up()
         self._outputs = ControllerOutputs(self, self._settings)
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
         self._make_inputs()
         on_change(self, self._take_settings, *GROUPS)
         self._diagnostics = Diagnostics(self, self._health)
@@ -99,7 +99,7 @@ class ControllerNode(Node):
     def _on_timer(self) -> None:
         local = self._local()
         self._period.tick(local)
-        command = self._loop.tick(local, self._constants.disagreement)
+        command = self._loop.tick(local)
         self._outputs.send(command, self._loop, self._loop.now(local) or 0.0)
 
     # ---- diagnostics

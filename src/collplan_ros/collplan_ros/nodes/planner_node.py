@@ -67,14 +67,14 @@ class PlannerNode(Node):
         declare(self, *GROUPS)
         self._settings = read_settings(self, *GROUPS)
         self._local_clock = local_clock(self)
-        self._loop = PlannerLoop(self._settings, deadline)
+        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        self._loop = PlannerLoop(self._settings, deadline, why_forbidden=lambda: self._constants.disagreement)
         self._planning_time = 0.0
         warm_up()
         self._outputs = PlanOutputs(self)
         self._status = self.create_publisher(GoalStatus, "goal_status", qos.LATCHED)
         # a planner that ran earlier may have left a goal active
         self._status.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
-        self._constants = SharedConstants(self, self._settings, *GROUPS)
         self._inputs = Inputs(self, self._loop.refusals)
         listen_to_sensors(self._inputs, self._loop, self._on_pose, self._on_scan, self._settings.frames)
         self._inputs.listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
@@ -126,7 +126,7 @@ class PlannerNode(Node):
         return response
 
     def _on_timer(self) -> None:
-        self._act(self._timed(lambda: self._loop.cycle(self._local(), self._constants.disagreement)))
+        self._act(self._timed(lambda: self._loop.cycle(self._local())))
 
     # ---- what was decided
 
@@ -174,7 +174,7 @@ class PlannerNode(Node):
             "impacts": loop.n_impacts,
             **loop.refusals.values,
         }
-        stale = self._constants.disagreement or loop.why_stale(self._local())
+        stale = loop.why_stale(self._local())
         if stale:
             return Health(ERROR if active else WARN, stale, values)
         if loop.trouble:
