@@ -58,7 +58,7 @@ def test_why_an_input_is_stale(age, expected):
 
 
 def test_plan_of_the_present_goal_is_followed():
-    assert why_refuse_plan(plan(2.0), goal_stamp=1.9, now=2.1) == ""
+    assert why_refuse_plan(plan(2.0), goal_stamp=1.9, now=2.1, pose_age=LIMITS.pose_age) == ""
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_plan_of_the_present_goal_is_followed():
     ],
 )
 def test_plan_is_refused_with_its_reason(goal_stamp, now, expected):
-    assert why_refuse_plan(plan(2.0), goal_stamp, now) == expected
+    assert why_refuse_plan(plan(2.0), goal_stamp, now, LIMITS.pose_age) == expected
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)

@@ -28,16 +28,13 @@ def plan_lifetime(map_period: float) -> float:
     return 2.0 * map_period + 0.2
 
 
-EARLY = 0.15
-"""A plan may begin so much after the newest pose that is known where it is to be followed: that one may be late [s]."""
-
-
-def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None) -> str:
+def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None, pose_age: float) -> str:
     """Why a plan is not to be followed.
 
     Args:
         goal_stamp: when the active goal was taken [s], None without one; a plan of before is another goal's.
         now: time on the poses' clock [s]; None before the first pose.
+        pose_age: how much later a plan may begin [s], limits.pose_age: the pose it was made from may come that late.
     """
     if goal_stamp is None:
         return "no active goal"
@@ -45,7 +42,7 @@ def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None) -> 
         return "no pose yet"
     if not plan.stamp > goal_stamp:
         return f"made at {plan.stamp:.3f}, expected later than the goal's {goal_stamp:.3f}"
-    if plan.stamp > now + EARLY:
+    if plan.stamp > now + pose_age:
         return f"begins at {plan.stamp:.3f}, it is {now:.3f}"
     return "" if plan.times[-1] > now else f"ended at {plan.times[-1]:.3f}, it is {now:.3f}"
 

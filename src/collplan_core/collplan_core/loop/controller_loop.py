@@ -120,7 +120,7 @@ class ControllerLoop:
     def take_plan(self, plan: Plan, local: float) -> str:
         """A plan; returns why it is refused, or "" where it will be followed."""
         goal_stamp = self.goal.stamp if self.goal is not None and self.goal.active else None
-        reason = why_refuse_plan(plan, goal_stamp, self._sensors.now(local))
+        reason = why_refuse_plan(plan, goal_stamp, self._sensors.now(local), self._settings.limits.pose_age)
         if reason:
             return reason
         if self._waiting is not None:
