@@ -108,8 +108,9 @@ class SharedConstants:
         self.disagreement = disagreement(self._ours, self._others)
 
     def _check(self) -> None:
-        self._drop_ended()
-        self._compare()
+        if self.disagreement:  # whether nodes that agree are still there makes no difference
+            self._drop_ended()
+            self._compare()
         self._log_change()
 
     def _drop_ended(self) -> None:

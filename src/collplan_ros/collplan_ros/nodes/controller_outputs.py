@@ -40,16 +40,18 @@ class ControllerOutputs:
             x, y = command.reference.tolist()
             head = header(now, self._settings.frames.map)
             self._reference.publish(PointStamped(header=head, point=Point(x=x, y=y, z=0.0)))
-        if command.maneuver != self.command.maneuver:
-            self._maneuver.publish(String(data=command.maneuver))
-        self.command = command
+        self._take(command)
         self._say(loop, now)
 
     def send_last(self, command: Command, now: float) -> None:
         """Publishes the last command and waits until the robot has received it."""
-        if self.command.maneuver != command.maneuver:
-            self._maneuver.publish(String(data=command.maneuver))
+        self._take(command)
         publish_acknowledged(self._cmd_vel, command_to_message(command, now, self._settings))
+
+    def _take(self, command: Command) -> None:
+        if command.maneuver != self.command.maneuver:
+            self._maneuver.publish(String(data=command.maneuver))
+        self.command = command
 
     def _say(self, loop: ControllerLoop, now: float) -> None:
         plan, active = loop.plan, loop.goal_active
