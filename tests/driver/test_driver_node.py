@@ -43,10 +43,13 @@ rclpy.spin(node)
 
 
 def stop_age(robot, end) -> float | None:
-    """Age of the last command at the stop after `end()`, by the emulator's clock; None where that stalled itself."""
+    """Age of the last command at the stop after `end()`, by the emulator's clock; None where this process stalled."""
     before, lost = robot.stops, robot.emulator._room.lost
     end()
-    robot.until(lambda: robot.stops > before)
+    robot.until(lambda: robot.stops > before or robot.speed < STANDING)
+    if robot.stops == before:
+        # held up while it drove: the stop came, and was counted, before `end()`
+        return None
     if robot.odometry[-1].pose.pose.position.x > 15.0:
         robot.call("reset")
     return robot.stop_age if robot.emulator._room.lost == lost else None
