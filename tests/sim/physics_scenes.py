@@ -12,7 +12,7 @@ NO_CIRCLES = np.zeros((0, 3))
 QUIET = Settings(simulator=Simulation(noise=0.0))
 RADIUS = QUIET.robot.radius
 RESTITUTION = QUIET.simulator.restitution
-RETENTION = QUIET.simulator.tangential_retention
+FRICTION = QUIET.simulator.friction
 
 
 def make_world(polygons=(), circles=NO_CIRCLES, walled=False, bounds=(-5.0, -5.0, 5.0, 5.0), start=None) -> World:

@@ -8,8 +8,8 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omnipuck_sim.robot.impact import IMPACT_SPEED
 from omnipuck_sim.robot.physics import SAME_CONTACT, Simulator
-from omnipuck_sim.robot.rebound import IMPACT_SPEED
 from physics_scenes import QUIET, RADIUS, RESTITUTION, RETENTION, flight, launched, make_world, quiet, unit
 
 V_MAX = QUIET.robot.max_speed

@@ -5,10 +5,10 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from omnipuck_sim.robot.rebound import IMPACT_SPEED, Ring, closing_speed, rebound, slide
 
 from collplan_core.parameters import Simulation
 from collplan_core.plane import rotate
-from omnipuck_sim.robot.rebound import IMPACT_SPEED, Ring, closing_speed, rebound, slide
 from physics_scenes import QUIET, RADIUS, RESTITUTION, RETENTION, flight, launched, make_world, quiet, unit
 
 PENTAGON = np.array([[0.30, 0.05], [0.10, 0.35], [-0.28, 0.20], [-0.25, -0.22], [0.12, -0.30]])

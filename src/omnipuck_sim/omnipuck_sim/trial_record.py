@@ -12,7 +12,7 @@ from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
-from omnipuck_sim.robot.rebound import Impact
+from omnipuck_sim.robot.impact import Impact
 
 
 @dataclass(frozen=True, eq=False)

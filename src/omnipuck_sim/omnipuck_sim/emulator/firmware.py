@@ -24,8 +24,8 @@ from omnipuck_driver.messages import (
     Hello,
     Telemetry,
 )
+from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
-from omnipuck_sim.robot.rebound import Impact
 
 LONGEST_LIFE = 0.5
 """Longest life of a command, whatever it asks for [s]."""

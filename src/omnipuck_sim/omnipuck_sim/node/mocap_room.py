@@ -16,8 +16,8 @@ from collplan_ros.messages.conversions import impact_to_message, pose_to_message
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds
 from omnipuck_sim.node.pacing import Pacing
+from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
-from omnipuck_sim.robot.rebound import Impact
 
 FASTEST_TIMER = 0.001
 """Shortest period of the timer; what is due between two calls is then published together [s]."""

@@ -1,0 +1,114 @@
+"""The robot's body among obstacles: a dynamic pymunk body with mass, inertia, restitution and friction, stepped."""
+
+import numpy as np
+import pymunk
+
+from collplan_core.parameters import Robot, Simulation
+from collplan_core.worlds import World
+from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
+from omnipuck_sim.robot.vector import Vector
+from omnipuck_sim.robot.walls import wall_shapes
+
+SLOP = 1e-4
+"""Overlap that the solver leaves between body and wall [m]; pymunk's own is 0.1 m."""
+SAME_CONTACT = 0.05
+"""Impacts on one surface within this time count once [s]."""
+BODY, WALL = 1, 2
+
+
+class Disc:
+    """One rigid disc in a space of its own; time passes only in `step`.
+
+    Restitution may fall with the speed into the wall, and differ from hit to hit and from wall to wall; what does the
+    rebound is pymunk's solver.
+
+    Attributes:
+        body: the pymunk body; position, velocity, angle and angular velocity are read and set there.
+    """
+
+    def __init__(self, world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> None:
+        """`random` draws the spread of each hit and of each wall."""
+        self._simulation, self._random = simulation, random
+        self._radius = robot.radius
+        self._step = 1.0 / simulation.physics_rate
+        self._space = pymunk.Space()
+        self._space.collision_slop = SLOP
+        self.body = _body(robot, simulation)
+        self._add_ring()
+        self._wall_factor = self._add_walls(world)
+        self._last_impact: dict[int, float] = {}
+        self._begun: list[tuple[int, Vector, Vector, Vector]] = []
+        self._impacts: list[Impact] = []
+        self._space.on_collision(BODY, WALL, begin=self._begin, pre_solve=self._choose_restitution)
+
+    def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
+        """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
+        self.body.position, self.body.velocity = position, velocity
+        self.body.angle, self.body.angular_velocity = yaw, 0.0
+        self._space.reindex_shapes_for_body(self.body)
+        self._last_impact.clear()
+
+    def step(self, time: float, force: Vector, torque: float) -> None:
+        """One physics step that ends at `time` [s], under a force [N, world frame] and a torque [N m]."""
+        self.body.force, self.body.torque = force, torque
+        self._space.step(self._step)
+        if self._begun:
+            self._record(time)
+
+    def take_impacts(self) -> list[Impact]:
+        """The impacts since the last call, in order."""
+        taken, self._impacts = self._impacts, []
+        return taken
+
+    def _add_ring(self) -> None:
+        ring = pymunk.Circle(self.body, self._radius)
+        # pymunk multiplies what two shapes have: the walls' are 1
+        ring.elasticity, ring.friction = self._simulation.restitution, self._simulation.friction
+        ring.collision_type = BODY
+        self._space.add(self.body, ring)
+
+    def _add_walls(self, world: World) -> dict[int, float]:
+        self._surface_of: dict[pymunk.Shape, int] = {}
+        for surface, shape in wall_shapes(world, self._space.static_body):
+            shape.elasticity, shape.friction, shape.collision_type = 1.0, 1.0, WALL
+            self._space.add(shape)
+            self._surface_of[shape] = surface
+        spread = self._simulation.wall_spread
+        surfaces = sorted(set(self._surface_of.values()))
+        draws = self._random.uniform(-1.0, 1.0, len(surfaces)).tolist()
+        return {surface: 1.0 + spread * draw for surface, draw in zip(surfaces, draws, strict=True)}
+
+    def _begin(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        normal = arbiter.contact_point_set.normal
+        point = arbiter.contact_point_set.points[0].point_b
+        velocity = self.body.velocity
+        surface = self._surface_of[arbiter.shapes[1]]
+        self._begun.append((surface, (point.x, point.y), (-normal.x, -normal.y), (velocity.x, velocity.y)))
+
+    def _choose_restitution(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        if not arbiter.is_first_contact:
+            return
+        simulation, normal, velocity = self._simulation, arbiter.contact_point_set.normal, self.body.velocity
+        into = max(velocity.dot(normal), 0.0)
+        spread, rough = self._random.uniform(-1.0, 1.0, 2).tolist()
+        restitution = (simulation.restitution - simulation.restitution_slope * into) * self._wall_factor[
+            self._surface_of[arbiter.shapes[1]]
+        ] + spread * simulation.restitution_spread
+        arbiter.restitution = min(max(restitution, 0.0), 1.0)
+        arbiter.friction = max(simulation.friction + rough * simulation.friction_spread, 0.0)
+
+    def _record(self, time: float) -> None:
+        after = np.array(self.body.velocity)
+        for surface, point, normal, before in self._begun:
+            into = -(before[0] * normal[0] + before[1] * normal[1])
+            if into <= IMPACT_SPEED or time - self._last_impact.get(surface, -np.inf) <= SAME_CONTACT:
+                continue
+            self._last_impact[surface] = time
+            self._impacts.append(Impact(time, np.array(point), np.array(normal), np.array(before), after))
+        self._begun.clear()
+
+
+def _body(robot: Robot, simulation: Simulation) -> pymunk.Body:
+    mass = simulation.mass_ratio * robot.mass
+    share = robot.inertia_factor
+    return pymunk.Body(mass, mass * robot.radius**2 * share / (1.0 - share))
