@@ -1,4 +1,4 @@
-"""Grazing, corners, chains, thin walls: no double hit, no sticking, no tunnelling, no energy from nowhere."""
+"""Grazing, chains, wedges, clutter: no double hit, no sticking, no tunnelling, no energy from nowhere."""
 
 from itertools import pairwise
 
@@ -8,14 +8,21 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from omnipuck_sim.robot.disc import SAME_CONTACT, SLOP
 from omnipuck_sim.robot.impact import IMPACT_SPEED
-from omnipuck_sim.robot.physics import SAME_CONTACT, Simulator
-from physics_scenes import QUIET, RADIUS, RESTITUTION, RETENTION, flight, launched, make_world, quiet, unit
+from omnipuck_sim.robot.physics import Simulator
+from physics_scenes import FRICTION, QUIET, RADIUS, RESTITUTION, energy_of, flight, launched, make_world, quiet, unit
 
 V_MAX = QUIET.robot.max_speed
+STEPS = round(QUIET.simulator.physics_rate)
 FLOOR = [(-5.0, -1.0), (5.0, -1.0), (5.0, 0.0), (-5.0, 0.0)]
 BALL = 0.075
 CHAIN = np.array([(2 * BALL * i - 2.1, -BALL, BALL) for i in range(29)])
+
+
+def overlap(speed: float) -> float:
+    """How deep a disc of this speed may be inside a wall at the end of a step [m]: its travel in one, and the slop."""
+    return speed / QUIET.simulator.physics_rate + SLOP + 1e-6
 
 
 def solid(world) -> shapely.Geometry:
@@ -49,19 +56,22 @@ def test_grazing_hits_once_and_goes_on(angle, speed):
     _, positions, velocities = flight(sim, 1.0)
     impacts = sim.take_impacts()
     assert len(impacts) == (speed * np.sin(angle) > IMPACT_SPEED)
-    assert velocities[-1][0] >= RETENTION * speed * np.cos(angle) - 1e-9
+    into = speed * np.sin(angle)
+    assert velocities[-1][0] >= speed * np.cos(angle) - FRICTION * (1 + RESTITUTION) * into - 1e-9
     assert velocities[-1][1] >= 0.0
-    assert room(world, positions).min() >= -1e-9
+    assert room(world, positions).min() >= -overlap(into)
 
 
 @pytest.mark.parametrize("angle", np.radians([2.0, 10.0, 30.0, 60.0]))
-def test_pressing_along_a_wall_slides_without_drag(angle):
+def test_pressing_along_a_wall_slides_on(angle):
     sim = Simulator(make_world([FLOOR]), QUIET, 0, start=np.array([-2.0, RADIUS + 1e-5]))
-    for _ in range(400 * 2):
-        sim.command(0.8 * unit(-angle), 0.0)
+    for _ in range(STEPS * 2):
+        sim.command(0.8 * unit(-angle - sim.state.yaw), -2.0 * sim.state.yaw)
         sim.step()
-    assert sim.state.velocity == pytest.approx([0.8 * np.cos(angle), 0.0], abs=0.02)
-    assert sim.state.position[1] == pytest.approx(RADIUS, abs=1e-4)
+    # friction takes mu of what presses it on, at most a_max
+    drag = FRICTION * np.tan(angle) if angle < 1.0 else 0.4
+    assert 0.8 * np.cos(angle) * (1 - drag) - 0.03 <= sim.state.velocity[0] <= 0.8 * np.cos(angle) + 0.01
+    assert sim.state.position[1] == pytest.approx(RADIUS, abs=1e-3)
 
 
 @pytest.mark.parametrize("angle", np.radians([0.0, 2.0, 10.0, 30.0]))
@@ -69,13 +79,13 @@ def test_pressing_along_a_chain_of_circles_keeps_moving(angle):
     world = make_world(circles=CHAIN)
     sim = Simulator(world, QUIET, 0, start=np.array([-1.9, RADIUS + 0.01]))
     positions = []
-    for _ in range(400 * 4):
-        sim.command(0.6 * unit(-angle), 0.0)
+    for _ in range(STEPS * 4):
+        sim.command(0.6 * unit(-angle - sim.state.yaw), -2.0 * sim.state.yaw)
         sim.step()
         positions.append(sim.state.position)
-    progress = np.diff(np.array(positions)[::400, 0])
+    progress = np.diff(np.array(positions)[::STEPS, 0])
     assert progress.min() > 0.1
-    assert room(world, np.array(positions)).min() >= -1e-9
+    assert room(world, np.array(positions)).min() >= -overlap(V_MAX)
     assert_counted_once(sim.take_impacts())
 
 
@@ -91,7 +101,7 @@ def test_a_chain_of_circles_throws_back_once(angle, offset):
     impacts = sim.take_impacts()
     assert 1 <= len(impacts) <= 3
     assert_counted_once(impacts)
-    assert room(world, positions).min() >= -1e-9
+    assert room(world, positions).min() >= -overlap(V_MAX)
     assert np.linalg.norm(velocities[-1]) > 0.2
 
 
@@ -105,20 +115,6 @@ def test_the_notch_between_two_circles_counts_once():
     assert len(sim.take_impacts()) == 1
 
 
-@pytest.mark.parametrize("direction", np.radians([-10.0, -30.0, -45.0, -60.0, -80.0]))
-def test_a_square_corner_sends_it_back_the_way_it_came(direction):
-    """Worked by hand: e on one wall, k_t on the other, whichever comes first."""
-    velocity = V_MAX * unit(direction)
-    world = make_world(walled=True, bounds=(0.0, 0.0, 1.0, 1.0))
-    corner = np.array([1.0 - RADIUS, RADIUS])
-    sim = launched(world, corner - 0.1 * velocity + [0.0, 0.001], velocity)
-    _, positions, velocities = flight(sim, 0.15)
-    first, second = sim.take_impacts()
-    assert velocities[-1] == pytest.approx(-RESTITUTION * RETENTION * velocity, abs=1e-9)
-    assert {tuple(np.round(i.normal) + 0.0) for i in (first, second)} == {(-1.0, 0.0), (0.0, 1.0)}
-    assert room(world, positions).min() >= -1e-9
-
-
 @pytest.mark.parametrize("half_angle", np.radians([10.0, 20.0, 45.0, 80.0]))
 @pytest.mark.parametrize("speed", [0.4, 3.6])
 def test_a_wedge_does_not_hold_the_robot(half_angle, speed):
@@ -126,28 +122,27 @@ def test_a_wedge_does_not_hold_the_robot(half_angle, speed):
     upper = np.array([(0.0, 0.0), 2 * unit(half_angle), 2 * unit(half_angle + 0.1)])
     world = make_world([upper, upper * [1, -1]])
     sim = launched(world, (1.0, 0.0), (-speed, 0.003))
-    _, positions, velocities = flight(sim, 1.0)
-    assert room(world, positions).min() >= -1e-9
-    assert (np.diff(np.linalg.norm(velocities, axis=1)) <= 1e-12).all()
+    _, positions, _ = flight(sim, 1.0)
+    assert room(world, positions).min() >= -2 * overlap(speed)
     sim.drive = True
     for direction in (-1.0, 1.0):
         deepest = sim.state.position[0]
-        for _ in range(400):
-            sim.command(np.array([0.8 * direction, 0.0]), 0.0)
+        for _ in range(2 * STEPS):
+            sim.command(0.8 * direction * unit(-sim.state.yaw), -2.0 * sim.state.yaw)
             sim.step()
     assert sim.state.position[0] > deepest + 0.3
 
 
-@pytest.mark.parametrize("shift", np.linspace(0.0, 3 * V_MAX / 240, 7))
+@pytest.mark.parametrize("shift", np.linspace(0.0, 3 * V_MAX / 400, 7))
 def test_nothing_tunnels_at_three_times_full_speed(shift):
     """A wall of 1 mm and a pole of 1 mm, at the slowest physics rate."""
     wall = [(1.0, -1.0), (1.001, -1.0), (1.001, 1.0), (1.0, 1.0)]
     world = make_world([wall], circles=[(-1.0, 0.0, 0.001)])
     for sign in (1.0, -1.0):
-        sim = launched(world, (shift, 0.0), (sign * 3 * V_MAX, 0.0), quiet(physics_rate=240.0))
+        sim = launched(world, (shift, 0.0), (sign * 3 * V_MAX, 0.0), quiet(physics_rate=400.0))
         _, positions, velocities = flight(sim, 0.4)
-        assert np.abs(positions[:, 0]).max() <= 1.0 - RADIUS
-        assert velocities[-1] == pytest.approx([-RESTITUTION * sign * 3 * V_MAX, 0.0], abs=1e-9)
+        assert np.abs(positions[:, 0]).max() <= 1.0 - RADIUS + 3 * V_MAX / 400 + SLOP
+        assert velocities[-1] == pytest.approx([-RESTITUTION * sign * 3 * V_MAX, 0.0], abs=1e-6)
 
 
 CLUTTER = make_world(
@@ -163,21 +158,17 @@ CLUTTER = make_world(
 
 
 def check_free_flight(seed: int, direction: float, speed: float, duration: float) -> None:
-    config = quiet(restitution_spread=0.2, direction_spread=0.4)
+    config = quiet(restitution_spread=0.2, friction_spread=0.1, wall_spread=0.2)
     sim = launched(CLUTTER, (0.8, 0.4), speed * unit(direction), config, seed)
-    _, positions, velocities = flight(sim, duration)
-    assert room(CLUTTER, positions).min() >= -1e-9
-    energy = (velocities**2).sum(axis=1)
-    assert (np.diff(energy) <= 1e-12).all()
-    before = speed * unit(direction)
+    positions, energies = [], [energy_of(sim)]
+    for _ in range(round(duration * STEPS)):
+        sim.step()
+        positions.append(sim.state.position)
+        energies.append(energy_of(sim))
+    assert room(CLUTTER, np.array(positions)).min() >= -2 * overlap(speed)
+    assert (np.diff(energies) <= 1e-9 * energies[0] + 1e-12).all()
     for impact in sim.take_impacts():
-        assert impact.velocity_before @ impact.velocity_before <= before @ before + 1e-12
-        assert impact.velocity_after @ impact.normal >= -1e-12
         assert impact.velocity_before @ impact.normal < 0.0
-        # no wall pushes harder than an elastic one
-        change = np.linalg.norm(impact.velocity_after - impact.velocity_before)
-        assert change <= 2 * np.linalg.norm(impact.velocity_before)
-        before = impact.velocity_after
 
 
 flights = (st.integers(0, 2**31 - 1), st.floats(-np.pi, np.pi), st.floats(0.05, 3 * V_MAX))
@@ -204,10 +195,10 @@ def test_driven_at_random_it_stays_outside_and_unstuck(seed):
     positions = []
     for _ in range(30):
         velocity = V_MAX * unit(random.uniform(-np.pi, np.pi))
-        for k in range(80):
-            if k % 20 == 0:
+        for k in range(200):
+            if k % 50 == 0:
                 sim.command(velocity, 0.0)
             sim.step()
             positions.append(sim.state.position)
-    assert room(CLUTTER, np.array(positions)).min() >= -1e-9
-    assert np.linalg.norm(np.diff(np.array(positions)[::160], axis=0), axis=1).max() > 0.1
+    assert room(CLUTTER, np.array(positions)).min() >= -2 * overlap(V_MAX)
+    assert np.linalg.norm(np.diff(np.array(positions)[::400], axis=0), axis=1).max() > 0.1

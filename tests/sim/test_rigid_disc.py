@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from collplan_core.parameters import Settings, Simulation
-from physics_scenes import QUIET, RADIUS, launched, make_world, unit
+from physics_scenes import QUIET, RADIUS, energy_of, launched, make_world, unit
 
 E, MU = QUIET.simulator.restitution, QUIET.simulator.friction
 V_MAX = QUIET.robot.max_speed
@@ -88,22 +88,17 @@ def test_an_inner_corner_is_two_hits_in_order(direction):
     np.testing.assert_allclose(second.velocity_after, rigid_disc(after, spin, second.normal)[0], atol=1e-6)
 
 
-def energy(sim) -> float:
-    body = sim._disc.body
-    return 0.5 * body.mass * float(body.velocity.dot(body.velocity)) + 0.5 * body.moment * body.angular_velocity**2
-
-
 @pytest.mark.parametrize("seed", range(12))
 def test_energy_falls_and_nothing_goes_through_a_wall_at_three_times_full_speed(seed):
     thin = [(1.0, -1.0), (1.001, -1.0), (1.001, 1.0), (1.0, 1.0)]
     wedge = [(0.0, 0.6), (0.5, 0.62), (0.0, 0.9)]
     world = make_world([thin, wedge], circles=[(-0.5, 0.0, 0.001)], walled=True, bounds=(-1.5, -1.0, 1.5, 1.0))
     sim = launched(world, (0.3, 0.2), 3 * V_MAX * unit(0.5 * seed))
-    before = energy(sim)
+    before = energy_of(sim)
     for _ in range(2000):
         sim.step()
-        assert energy(sim) <= before * (1 + 1e-9) + 1e-12
-        before = energy(sim)
+        assert energy_of(sim) <= before * (1 + 1e-9) + 1e-12
+        before = energy_of(sim)
         x, y = sim.state.position
         depth = 3 * V_MAX / QUIET.simulator.physics_rate + 1e-4
         assert -1.5 + RADIUS - depth <= x <= 1.0 - RADIUS + depth
