@@ -220,6 +220,7 @@ class Lidar(Parameters):
     angle_span: float = parameter(2 * pi, "Angle covered; a full turn does not repeat its first beam", unit="rad", low=0.1, high=2 * pi)
     range_min: float = parameter(0.02, "Nearest range; nearer is -Inf", unit="m", low=0.0, high=1.0)
     range_max: float = parameter(5.0, "Farthest range; farther is +Inf", unit="m", low=0.1, high=100.0)
+    sensor: str = parameter("ideal", "What a scan suffers: ideal casts rays as the paper does, low_cost is a spinning low-cost sensor with noise, lost and mixed returns, latency and sweep", choices=("ideal", "low_cost"))
 
 
 @dataclass(frozen=True)
@@ -227,6 +228,7 @@ class Simulation(Parameters):
     """The simulated Omnipuck: the truth, which the planner is not given. Restitution, friction, noise are assumed."""
 
     group = "simulator"
+    engine: str = parameter("pymunk", "Who computes contacts: pymunk rigid, mujoco with a compliant ring; the latter is an extra to install", choices=("pymunk", "mujoco"))
     world: str = parameter("corridor", "World simulated: NAME, FILE or FAMILY:SEED")
     seed: int = parameter(0, "Seed of every random number", low=0, high=2**31 - 1)
     physics_rate: float = parameter(1000.0, "Physics steps per second", unit="Hz", low=400.0, high=10000.0)
@@ -237,6 +239,7 @@ class Simulation(Parameters):
     wall_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution's factor from wall to wall", low=0.0, high=0.9)
     friction: float = parameter(0.12, "True Coulomb friction of ring and wall (assumed)", low=0.0, high=5.0)
     friction_spread: float = parameter(0.0, "Half width of the uniform spread of the friction from hit to hit", low=0.0, high=5.0)
+    contact_time: float = parameter(0.015, "How long a compliant ring touches in a hit, mujoco only (assumed)", unit="s", low=0.005, high=0.1)
     mass_ratio: float = parameter(1.0, "True mass over robot.mass, with the same motors: acceleration and lag follow", low=0.2, high=5.0)
     acceleration_ratio: float = parameter(1.0, "True acceleration of the motors over robot.max_acceleration", low=0.2, high=5.0)
     wheel_mass: float = parameter(0.0, "Reflected mass of wheels and motors, which a hit does not stop (assumed)", unit="kg", low=0.0, high=10.0)
@@ -247,6 +250,8 @@ class Simulation(Parameters):
     actuation_bias: float = parameter(0.03, "Velocity bias of a run, standard deviation by axis, at level 1", unit="m/s", low=0.0, high=1.0)
     mocap_noise: float = parameter(0.002, "Position noise of a mocap pose, standard deviation by axis, at level 1", unit="m", low=0.0, high=0.1)
     start_noise: float = parameter(0.01, "Spread of the start, standard deviation by axis, at level 1", unit="m", low=0.0, high=0.1)
+    mocap_yaw_noise: float = parameter(0.0, "Yaw noise of a mocap pose, standard deviation, at level 1", unit="rad", low=0.0, high=0.2)
+    mocap_latency: float = parameter(0.0, "Time from a pose's stamp until the motion capture sends it", unit="s", low=0.0, high=0.5)
     mocap_rate: float = parameter(100.0, "Mocap poses per second", unit="Hz", low=10.0, high=400.0)
     marker_offset_x: float = parameter(0.0, "Where the measured body's origin is on the robot: forward", unit="m", low=-1.0, high=1.0)
     marker_offset_y: float = parameter(0.0, "Where the measured body's origin is on the robot: to the left", unit="m", low=-1.0, high=1.0)
