@@ -200,3 +200,14 @@ def test_by_hand_a_path_that_grazes_the_end_of_a_wall_and_goes_on_unseen_does_no
     contact = find_contact(graze, local_map)
     assert contact is not None
     assert not passes_through(graze, contact, local_map)
+
+
+def test_by_hand_a_path_that_reflects_past_the_end_of_what_is_seen_of_a_wall_does_not_pass_through_it():
+    """The wall goes on beyond the map; the path touches it there and comes back."""
+    local_map = map_of(world_of([box(-4.0, -4.0, 4.0, -0.1 - RADIUS)]))
+    path = line((0, 0), (0.57, -0.095), (0.8, -0.12), (1.3, -0.05))
+    contact = find_contact(path, local_map)
+    assert contact is not None
+    assert not passes_through(path, contact, local_map)
+    straight = line((0, 0), (0.3, -0.2), (1.3, -0.4))
+    assert passes_through(straight, find_contact(straight, local_map), local_map)

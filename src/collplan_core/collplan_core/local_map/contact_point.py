@@ -91,15 +91,28 @@ def nearest_on_surface(border: np.ndarray, surface: np.ndarray, number: int, x: 
     return nearest_x, nearest_y
 
 
+SAME_POINT = 1e-9
+"""Points nearer to each other than this are one [m]."""
 GRAZE = 0.05
 """A path that comes back from beyond a boundary by less than this touches it, as one does that reflects there [m]."""
+
+
+@njit
+def _is_end(border: np.ndarray, surface: np.ndarray, number: int, x: float, y: float) -> bool:
+    """Whether (x, y) is a vertex of the border (n, 2) at which what is seen of the numbered surface ends."""
+    n = len(border)
+    for k in range(n):
+        if surface[k] == number and math.hypot(border[k, 0] - x, border[k, 1] - y) < SAME_POINT:
+            return surface[(k + 1) % n] != number or surface[k - 1] != number
+    return False
 
 
 @njit
 def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int, path: np.ndarray, first: int) -> bool:
     """Whether the path, beyond the numbered surface from sample `first` on, ends there or goes deeper than GRAZE.
 
-    It is no longer beyond it where it is in F again, or behind a frontier. `free` is border, surface and shadow of F.
+    It is no longer beyond it where it is in F again, behind a frontier, or past the end of what is seen of the surface.
+    `free` is border, surface and shadow of F.
     """
     border, surface, shadow = free
     for i in range(first, len(path)):
@@ -107,6 +120,8 @@ def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int
         if inside(border, px, py) or boundary_at(surface, shadow, sector(px, py, len(border))) < 0:
             return False
         x, y = nearest_on_surface(border, surface, number, px, py)
+        if _is_end(border, surface, number, x, y):
+            return False
         if math.hypot(px - x, py - y) > GRAZE:
             return True
     return True
