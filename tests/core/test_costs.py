@@ -36,6 +36,7 @@ from collplan_core.paper_planner.costs.velocity import (
     velocity_costs,
 )
 from collplan_core.parameters import all_specs
+from collplan_core.reflection import Ring
 from scenes import rotation, star_map, unit
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
@@ -52,8 +53,7 @@ MODEL = CostModel(
     velocity_weight=4.0,
     speed_floor=0.05,
     time_floor=0.05,
-    restitution=0.7,
-    retention=0.8,
+    ring=Ring(0.7, 0.12, 1.0 / 3.0),
     rebound_horizon=0.3,
     rebound_penalty=-1.0,
 )

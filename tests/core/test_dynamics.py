@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.reflection import rebound
+from collplan_core.reflection import Ring, rebound
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, clearance_at
 from collplan_core.time_to_goal_planner.dynamics import (
     NO_CONTACT,
@@ -25,6 +25,7 @@ MODEL = robot_model(with_strategy("bounce"))
 SPEED = MODEL.max_speed
 angles = st.floats(-np.pi, np.pi)
 shares = st.floats(0.0, 1.0)
+rings = st.builds(Ring, shares, st.floats(0.0, 1.0), st.floats(0.05, 0.5))
 velocities = st.tuples(st.floats(0.0, SPEED), angles).map(lambda v: v[0] * unit(v[1]))
 incidences = st.floats(np.radians(-75.0), np.radians(75.0))
 HALF = 0.3
@@ -32,9 +33,9 @@ ROOM = problem_over(faces_field(*((k * np.pi / 2, HALF) for k in range(4)), half
 """The disc's centre stays within |x|, |y| <= HALF."""
 
 
-def coasting(restitution: float = MODEL.restitution, retention: float = MODEL.retention) -> RobotModel:
+def coasting(ring: Ring = MODEL.ring) -> RobotModel:
     """A robot without wheels: nothing but boundaries changes its velocity."""
-    return RobotModel(SPEED, MODEL.wheels._replace(max_acceleration=1e-15), restitution, retention)
+    return RobotModel(SPEED, MODEL.wheels._replace(max_acceleration=1e-15), ring)
 
 
 def with_model(problem: Problem, model: RobotModel) -> Problem:
@@ -57,12 +58,12 @@ def at_wall(bearing: float, incidence: float, speed: float, share: float) -> np.
 
 
 @QUICK
-@given(wall=walls, incidence=incidences, speed=st.floats(0.4, SPEED), share=st.floats(0.0, 0.95), e=shares, k=shares)
-def test_a_contact_is_the_rebound_and_the_rest_of_the_step_goes_on_from_it(wall, incidence, speed, share, e, k):
+@given(wall=walls, incidence=incidences, speed=st.floats(0.4, SPEED), share=st.floats(0.0, 0.95), ring=rings)
+def test_a_contact_is_the_rebound_and_the_rest_of_the_step_goes_on_from_it(wall, incidence, speed, share, ring):
     bearing, problem = wall
     begin = at_wall(bearing, incidence, speed, share)
-    ((motion, contact),) = stepped(with_model(problem, coasting(e, k)), begin, [(0.0, 0.0)])
-    expected = rebound(begin[2:], unit(bearing), e, k)
+    ((motion, contact),) = stepped(with_model(problem, coasting(ring)), begin, [(0.0, 0.0)])
+    expected = rebound(begin[2:], unit(bearing), ring)
     assert contact.kind == OBSERVED
     assert contact.normal_speed == pytest.approx(speed * np.cos(incidence), abs=1e-9)
     assert contact.share == pytest.approx(share, abs=2e-2 if share < 0.05 else 1e-9)
@@ -76,7 +77,7 @@ def test_a_contact_is_the_rebound_and_the_rest_of_the_step_goes_on_from_it(wall,
 def test_a_perfect_rebound_keeps_the_speed_and_drives_the_mirrored_path(wall, incidence, speed, share):
     bearing, problem = wall
     begin, normal = at_wall(bearing, incidence, speed, share), unit(bearing)
-    ((motion, _),) = stepped(with_model(problem, coasting(1.0, 1.0)), begin, [(0.0, 0.0)])
+    ((motion, _),) = stepped(with_model(problem, coasting(Ring(1.0, 0.0, 0.3))), begin, [(0.0, 0.0)])
     onward = begin[:2] + STEP * begin[2:]
     assert np.hypot(*motion[2:4]) == pytest.approx(speed, abs=1e-12)
     np.testing.assert_allclose(motion[:2], onward - 2.0 * (onward @ normal) * normal, atol=1e-9)
@@ -113,9 +114,9 @@ def rows_of(steps) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 @FEW
-@given(begin=places, v=velocities, u=commands, e=shares, k=shares)
-def test_no_contact_gives_energy_and_none_leads_through_a_wall(begin, v, u, e, k):
-    model = MODEL._replace(restitution=e, retention=k)
+@given(begin=places, v=velocities, u=commands, ring=rings)
+def test_no_contact_gives_energy_and_none_leads_through_a_wall(begin, v, u, ring):
+    model = MODEL._replace(ring=ring)
     rows, kinds, contacts = rows_of(stepped(with_model(ROOM, model), [*begin, *v], u))
     before = np.vstack([v, rows[:-1, 2:4]])
     # a driven step ends between the velocity it has and the commanded one
@@ -127,9 +128,9 @@ def test_no_contact_gives_energy_and_none_leads_through_a_wall(begin, v, u, e, k
 
 
 @FEW
-@given(begin=places, v=velocities, e=shares, k=shares)
-def test_a_coasting_robot_only_loses_speed(begin, v, e, k):
-    rows, _, _ = rows_of(stepped(with_model(ROOM, coasting(e, k)), [*begin, *v], np.zeros((60, 2))))
+@given(begin=places, v=velocities, ring=rings)
+def test_a_coasting_robot_only_loses_speed(begin, v, ring):
+    rows, _, _ = rows_of(stepped(with_model(ROOM, coasting(ring)), [*begin, *v], np.zeros((60, 2))))
     speeds = np.hypot(*rows[:, 2:4].T)
     assert (np.diff(speeds, prepend=np.hypot(*v)) <= 1e-12).all()
 
@@ -179,7 +180,7 @@ def test_inferred_solid_takes_the_speed_into_it():
     ((motion, contact),) = stepped(with_model(problem, coasting()), at_wall(0.0, 0.5, 1.0, 0.5), [(0.0, 0.0)])
     assert contact.kind == INFERRED
     np.testing.assert_allclose(
-        motion[2:4], rebound(np.array([-np.cos(0.5), -np.sin(0.5)]), unit(0.0), 0.0, MODEL.retention)
+        motion[2:4], rebound(np.array([-np.cos(0.5), -np.sin(0.5)]), unit(0.0), MODEL.ring._replace(restitution=0.0))
     )
 
 

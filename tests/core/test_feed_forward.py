@@ -54,7 +54,7 @@ def open_loop(rows: np.ndarray, duration: float, wall: bool, phase: int = 0) -> 
         x, y = x + 0.5 * (vx + wx) * h, y + 0.5 * (vy + wy) * h
         vx, vy = wx, wy
         if wall and WALL_AT + (x, y) @ NORMAL < 0.0 and (vx, vy) @ NORMAL < 0.0:
-            vx, vy = rebound(np.array([vx, vy]), NORMAL, MODEL.restitution, MODEL.retention)
+            vx, vy = rebound(np.array([vx, vy]), NORMAL, MODEL.ring)
         result.append(((k + 1) * h, x, y, vx, vy))
     return np.array(result)
 

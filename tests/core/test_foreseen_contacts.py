@@ -7,7 +7,7 @@ from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from scenes import RADIUS, SETTINGS, box, map_of, world_of
 
 TIMES = np.linspace(7.0, 8.0, 64)
-E, K = SETTINGS.rebound.restitution, SETTINGS.rebound.tangential_retention
+E, MU = SETTINGS.rebound.restitution, SETTINGS.rebound.friction
 
 
 def straight(start, end) -> tuple[np.ndarray, np.ndarray]:
@@ -22,7 +22,7 @@ def test_by_hand_an_observed_boundary_on_the_way():
     contacts = foreseen_contacts(local_map, TIMES, *straight((0, 0), (0.5, 0.2)), SETTINGS)
     np.testing.assert_allclose(contacts.times, [7.6], atol=1e-3)
     np.testing.assert_allclose(contacts.points, [[0.3 + RADIUS, 0.12]], atol=1e-3)
-    np.testing.assert_allclose(contacts.velocities_after, [[-E * 0.5, K * 0.2]], atol=1e-6)
+    np.testing.assert_allclose(contacts.velocities_after, [[-E * 0.5, 0.2 - 0.2 / 3.0]], atol=1e-6)
 
 
 def test_by_hand_a_predicted_boundary_behind_the_end():
@@ -36,7 +36,7 @@ def test_by_hand_a_predicted_boundary_behind_the_end():
     contacts = foreseen_contacts(local_map, TIMES, path, velocities, longer)
     np.testing.assert_allclose(contacts.times, [8.0 + 1 / 3], atol=1e-6)
     np.testing.assert_allclose(contacts.points, [[0.8, 0.2 + RADIUS]], atol=1e-6)
-    np.testing.assert_allclose(contacts.velocities_after, [[K * 0.6, -E * 0.15]], atol=1e-6)
+    np.testing.assert_allclose(contacts.velocities_after, [[0.6 - MU * (1.0 + E) * 0.15, -E * 0.15]], atol=1e-6)
 
 
 @pytest.mark.parametrize("end", [(0.2, 0.1), (-0.5, 0.0)])

@@ -240,7 +240,7 @@ def test_the_deadline_is_asked_between_changes_and_the_best_so_far_is_kept():
         ("rebound.restitution", 1.01, "[0, 1]"),
         ("rebound.restitution", -0.01, "[0, 1]"),
         ("rebound.restitution", float("nan"), "[0, 1]"),
-        ("rebound.tangential_retention", 1.5, "[0, 1]"),
+        ("rebound.friction", -0.1, "[0, 5]"),
         ("simulator.restitution", 2.0, "[0, 1]"),
         ("time_to_goal.hit_cost", -0.1, "[0, 100] s per m/s"),
         ("time_to_goal.averse_cost", -1.0, "[0, 1000] s"),
@@ -267,8 +267,8 @@ def test_a_value_that_makes_no_sense_is_refused_by_name(key, value, expected):
 @pytest.mark.parametrize(
     "values",
     [
-        {"rebound__restitution": 0.0, "rebound__tangential_retention": 0.0},
-        {"rebound__restitution": 1.0, "rebound__tangential_retention": 1.0},
+        {"rebound__restitution": 0.0, "rebound__friction": 5.0},
+        {"rebound__restitution": 1.0, "rebound__friction": 0.0},
         {"time_to_goal__speed_limit": 0.0, "time_to_goal__limit_cost": 1000.0, "time_to_goal__hit_cost": 100.0},
         {"robot__velocity_lag": 0.0, "robot__max_acceleration": 20.0},
         {"time_to_goal__horizon": 0.2, "time_to_goal__longest_plan": 1.0},

@@ -136,7 +136,12 @@ def test_a_goal_that_is_closed_off_ends_as_stuck_without_a_plan():
 
 def test_a_hit_that_nobody_foresaw_is_survived():
     """A planner that believes in a tame ring and a robot that is thrown back harder and aside."""
-    wild = {"simulator.restitution": 1.0, "rebound.restitution": 0.3, "simulator.direction_spread": 0.4}
+    wild = {
+        "simulator.restitution": 1.0,
+        "rebound.restitution": 0.3,
+        "simulator.friction": 1.0,
+        "simulator.friction_spread": 0.5,
+    }
     result = run_trial(TURN, SETTINGS.with_values({"planner.strategy": "tolerate", **wild}), 1)
     assert result.outcome == REACHED
     assert all(np.isfinite(plan).all() for plan in result.plans)

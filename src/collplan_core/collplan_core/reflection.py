@@ -1,25 +1,64 @@
-"""The rebound of the disc from a boundary. Paper: II-B3, Garwin-type reflection."""
+"""The rebound of the disc from a boundary: restitution across it, Coulomb friction and spin along it. Paper: II-B3.
+
+The paper simplifies to the model of R. L. Garwin, "Kinematics of an Ultraelastic Rough Ball", American Journal of
+Physics 37 (1969), a disc that grips; here its rim slides where friction does not suffice to grip.
+"""
+
+import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.parameters import Settings
+
+
+class Ring(NamedTuple):
+    """The reflection ring as it is believed to be.
+
+    Attributes:
+        restitution: e, share of the speed into the boundary that comes back.
+        friction: mu, Coulomb friction of ring and boundary.
+        inertia_factor: 1 / (1 + m r^2 / I), share of the slip of the rim that gripping takes from the velocity.
+    """
+
+    restitution: float
+    friction: float
+    inertia_factor: float
+
+
+def believed_ring(settings: Settings) -> Ring:
+    """The ring as the parameters have it."""
+    return Ring(settings.rebound.restitution, settings.rebound.friction, settings.robot.inertia_factor)
 
 
 @njit
-def reflect(vx: float, vy: float, nx: float, ny: float, restitution: float, retention: float) -> tuple[float, float]:
-    """Velocity after a rebound, -e v_n n + k_t v_t [m/s]; even in the unit normal n, so that its sign is irrelevant."""
+def reflect(vx: float, vy: float, rim: float, nx: float, ny: float, ring: Ring) -> tuple[float, float, float]:
+    """Velocity [m/s] and rim speed [m/s] after a rebound; even in the unit normal n, so that its sign is irrelevant.
+
+    v_n' = -e v_n, and v_t changes by -sign(s) min(mu (1 + e) |v_n|, |s| / (1 + m r^2 / I)) where the rim slips by s,
+    the velocity along the boundary of the point that touches it. `rim` is omega r, the speed of the rim by spin,
+    counter-clockwise.
+    """
     vn = vx * nx + vy * ny
-    tx, ty = vx - vn * nx, vy - vn * ny
-    return retention * tx - restitution * vn * nx, retention * ty - restitution * vn * ny
+    if vn > 0.0:
+        nx, ny, vn = -nx, -ny, -vn
+    # along the boundary, to the left of the normal; the point touched lies against the normal
+    tx, ty = -ny, nx
+    slip = vx * tx + vy * ty - rim
+    grip = min(-ring.friction * (1.0 + ring.restitution) * vn, abs(slip) * ring.inertia_factor)
+    change = -math.copysign(grip, slip)
+    bounce = -(1.0 + ring.restitution) * vn
+    rim_change = -change * (1.0 / ring.inertia_factor - 1.0)
+    return vx + bounce * nx + change * tx, vy + bounce * ny + change * ty, rim + rim_change
 
 
-def rebound(velocity: np.ndarray, normal: np.ndarray, restitution: float, tangential_retention: float) -> np.ndarray:
-    """Velocity (2,) right after the contact [m/s].
+def rebound(velocity: np.ndarray, normal: np.ndarray, ring: Ring) -> np.ndarray:
+    """Velocity (2,) right after the contact of a disc without spin [m/s].
 
     Args:
         velocity: (2,) before it [m/s].
         normal: (2,) unit normal of the boundary, either sign.
-        restitution: share of the normal speed that comes back, in [0, 1].
-        tangential_retention: share of the tangential speed that is kept, in [0, 1].
+        ring: what touches.
     """
-    return np.array(reflect(velocity[0], velocity[1], normal[0], normal[1], restitution, tangential_retention))
+    return np.array(reflect(velocity[0], velocity[1], 0.0, normal[0], normal[1], ring)[:2])

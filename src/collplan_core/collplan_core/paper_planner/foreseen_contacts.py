@@ -9,7 +9,7 @@ from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.costs.risk import contact_distance
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
-from collplan_core.reflection import rebound
+from collplan_core.reflection import believed_ring, rebound
 
 
 def foreseen_contacts(
@@ -42,5 +42,5 @@ def foreseen_contacts(
 
 def _contact(time: float, center: np.ndarray, velocity: np.ndarray, normal: np.ndarray, settings: Settings) -> Contacts:
     """The contact at a time [s] of a disc with center (2,) [m] and velocity (2,) [m/s], and the rebound from it."""
-    after = rebound(velocity, normal, settings.rebound.restitution, settings.rebound.tangential_retention)
+    after = rebound(velocity, normal, believed_ring(settings))
     return Contacts(np.array([time]), (center - settings.robot.radius * normal)[None], after[None])

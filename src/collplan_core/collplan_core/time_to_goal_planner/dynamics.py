@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.reflection import reflect
+from collplan_core.reflection import Ring, reflect
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     INFERRED,
     OBSERVED,
@@ -99,7 +99,7 @@ def _step_with_contact(
 ) -> tuple[Motion, Contact]:
     """A step that meets a boundary: motion up to the contact, and on under u for the rest of the step.
 
-    At the contact, above IMPACT_SPEED, the rebound v' = -e v_n n + k_t v_t (`reflect`); below it the normal speed is
+    At the contact, above IMPACT_SPEED, the rebound of a disc without spin (`reflect`); below it the normal speed is
     removed.
     """
     share = _contact_share(clearance, grid, motion, end)
@@ -110,8 +110,9 @@ def _step_with_contact(
     kind, rx, ry = SLIDES, sx, sy
     if normal_speed > IMPACT_SPEED:
         kind = OBSERVED if source_at(source, grid, cx, cy) != INFERRED else INFERRED
-        restitution = model.restitution if kind == OBSERVED else 0.0
-        rx, ry = reflect(sx, sy, nx, ny, restitution, model.retention)
+        restitution = model.ring.restitution if kind == OBSERVED else 0.0
+        ring = Ring(restitution, model.ring.friction, model.ring.inertia_factor)
+        rx, ry, _ = reflect(sx, sy, 0.0, nx, ny, ring)
     elif normal_speed > 0.0:
         rx, ry = sx + normal_speed * nx, sy + normal_speed * ny
     rest = (1.0 - share) * STEP

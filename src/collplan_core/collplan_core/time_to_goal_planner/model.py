@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.parameters import Settings
+from collplan_core.reflection import Ring, believed_ring
 from collplan_core.strategies import BY_SPEED, FREE, REFLECTS, contact_terms
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import ClearanceField, Grid
 from collplan_core.time_to_goal_planner.shortest_paths.record import PathLookup, ShortestPaths
@@ -23,12 +24,11 @@ IMPACT_SPEED = 0.08
 
 
 class RobotModel(NamedTuple):
-    """How the robot moves: its top speed [m/s], its wheels, and the shares of its velocity that a contact leaves."""
+    """How the robot moves: its top speed [m/s], its wheels, and the ring that contacts are made with."""
 
     max_speed: float
     wheels: VelocityLaw
-    restitution: float
-    retention: float
+    ring: Ring
 
 
 class ContactCosts(NamedTuple):
@@ -97,10 +97,9 @@ class Problem(NamedTuple):
 
 def robot_model(settings: Settings) -> RobotModel:
     """The robot as the chosen strategy takes it to be."""
-    reflects = contact_terms(settings).contact_law == REFLECTS
-    restitution = settings.rebound.restitution if reflects else 0.0
+    ring, reflects = believed_ring(settings), contact_terms(settings).contact_law == REFLECTS
     wheels = velocity_law(settings.robot, STEP)
-    return RobotModel(settings.robot.max_speed, wheels, restitution, settings.rebound.tangential_retention)
+    return RobotModel(settings.robot.max_speed, wheels, ring if reflects else ring._replace(restitution=0.0))
 
 
 def contact_costs(settings: Settings) -> ContactCosts:

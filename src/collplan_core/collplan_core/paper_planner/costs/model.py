@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from collplan_core.parameters import Settings
+from collplan_core.reflection import Ring, believed_ring
 from collplan_core.strategies import weights_of
 
 
@@ -13,7 +14,7 @@ class CostModel(NamedTuple):
         position_weight, risk_weight, velocity_weight: w_p, w_r, w_v.
         speed_floor: delta v, closing speed assumed at rest [m/s].
         time_floor: smallest time to collision told apart [s].
-        restitution, retention: shares of normal and tangential speed that a rebound keeps.
+        ring: what rebounds are made with.
         rebound_horizon: time after the rebound at which p_ref is taken [s].
         rebound_penalty: reward of a rebound that ends in known free space [m/s].
     """
@@ -23,23 +24,21 @@ class CostModel(NamedTuple):
     velocity_weight: float
     speed_floor: float
     time_floor: float
-    restitution: float
-    retention: float
+    ring: Ring
     rebound_horizon: float
     rebound_penalty: float
 
 
 def cost_model(settings: Settings) -> CostModel:
     """The scalars of the chosen strategy."""
-    weights, planner, law = weights_of(settings), settings.planner, settings.rebound
+    weights, planner = weights_of(settings), settings.planner
     return CostModel(
         weights.position,
         weights.risk,
         weights.velocity,
         planner.speed_floor,
         planner.time_floor,
-        law.restitution,
-        law.tangential_retention,
+        believed_ring(settings),
         planner.rebound_horizon,
         planner.rebound_penalty,
     )

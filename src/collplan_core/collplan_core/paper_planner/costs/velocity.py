@@ -46,7 +46,7 @@ def rebound_reward(
         goal_direction: (2,) unit vector to the goal.
     """
     # n_p = Rot(e_p, pi/2); its sign has no effect
-    rx, ry = reflect(vx, vy, -tangent[1], tangent[0], model.restitution, model.retention)
+    rx, ry, _ = reflect(vx, vy, 0.0, -tangent[1], tangent[0], model.ring)
     if inside(border, contact_x + rx * model.rebound_horizon, contact_y + ry * model.rebound_horizon):
         return model.rebound_penalty
     return rx * goal_direction[0] + ry * goal_direction[1]
