@@ -275,7 +275,7 @@ def test_by_hand_the_reward_of_a_rebound_into_the_unseen():
     """Square onto a wall 1 m ahead at 1 m/s: v_ref = -0.7 x; p_ref = (0.79, 0); goal ahead or behind."""
     assert rebound_reward(1.0, 0.0, 1.0, 0.0, UP, NEAR_FREE, ALONG_X, MODEL) == pytest.approx(-0.7)
     assert rebound_reward(1.0, 0.0, 1.0, 0.0, UP, NEAR_FREE, -ALONG_X, MODEL) == pytest.approx(0.7)
-    assert rebound_reward(1.0, 1.0, 1.0, 1.0, UP, NEAR_FREE, UP, MODEL) == pytest.approx(0.8)
+    assert rebound_reward(1.0, 1.0, 1.0, 1.0, UP, NEAR_FREE, UP, MODEL) == pytest.approx(0.796)
 
 
 def test_by_hand_a_rebound_into_known_free_space_is_penalised():

@@ -114,9 +114,9 @@ def test_it_is_linear_in_the_size_of_the_velocity(v, normal, ring, scale):
         ((0.3, -1.0), 0.0, (0.2, 0.7, -0.2)),
         ((0.0, -1.0), 0.0, (0.0, 0.7, 0.0)),
         ((1.0, 0.0), 0.0, (1.0, 0.0, 0.0)),
-        # spin alone drives it along the wall; it rolls where the rim is as fast as the centre
-        ((0.0, -1.0), 0.3, (0.1, 0.7, 0.1)),
-        ((0.5, -1.0), 0.5, (0.5, 0.7, 0.5)),
+        # clockwise spin alone drives it along the wall; it rolls where the rim is as fast as the centre
+        ((0.0, -1.0), -0.3, (0.1, 0.7, -0.1)),
+        ((0.5, -1.0), -0.5, (0.5, 0.7, -0.5)),
     ],
 )
 def test_by_hand_a_wall_below(v, rim, after):
