@@ -107,7 +107,7 @@ def test_a_chain_of_circles_throws_back_once(angle, offset):
 
 def test_the_notch_between_two_circles_counts_once():
     """With little restitution one circle throws it onto the other; the chain is one surface."""
-    start, config = (BALL + 0.001, RADIUS + 0.05), quiet(restitution=0.2)
+    start, config = (BALL + 0.001, RADIUS + 0.05), quiet(restitution=0.2, physics_rate=2000.0)
     sim = launched(make_world(circles=CHAIN), start, (0.0, -V_MAX), config)
     _, _, velocities = flight(sim, 0.2)
     changes = np.linalg.norm(np.diff(velocities, axis=0), axis=1)

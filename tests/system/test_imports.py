@@ -154,3 +154,13 @@ def test_executables_are_those_of_the_graph():
 @pytest.mark.parametrize("executable", executables(), ids=lambda executable: executable.name)
 def test_executable_has_its_function(executable):
     assert callable(executable.load())
+
+
+def test_the_simulated_robot_knows_nothing_of_what_the_planners_believe():
+    """What plans and what judges share no law of rebound or drive."""
+    believed = {"collplan_core.reflection", "collplan_core.velocity_law"}
+    for module in FILES:
+        if module.startswith("omnipuck_sim.robot"):
+            used = all_modules(module)
+            assert used & believed == set(), module
+            assert not [name for name in used if any(planner in name for planner in PLANNERS)], module

@@ -231,7 +231,7 @@ class Simulation(Parameters):
     engine: str = parameter("pymunk", "Who computes contacts: pymunk rigid, mujoco with a compliant ring; the latter is an extra to install", choices=("pymunk", "mujoco"))
     world: str = parameter("corridor", "World simulated: NAME, FILE or FAMILY:SEED")
     seed: int = parameter(0, "Seed of every random number", low=0, high=2**31 - 1)
-    physics_rate: float = parameter(1000.0, "Physics steps per second", unit="Hz", low=400.0, high=10000.0)
+    physics_rate: float = parameter(800.0, "Physics steps per second", unit="Hz", low=400.0, high=10000.0)
     speed_factor: float = parameter(1.0, "Simulated seconds per second; other than 1 needs use_sim_time everywhere", low=0.05, high=50.0)
     restitution: float = parameter(0.7, "True restitution of the ring (assumed)", low=0.0, high=1.0)
     restitution_slope: float = parameter(0.0, "How much the restitution falls with the speed into the wall", unit="s/m", low=0.0, high=0.5)
