@@ -47,7 +47,7 @@ class Device:
         self.say(CommandMessage(session, sent, age, round(life * 1e3), flags, wheels))
 
     def run(self, seconds: float) -> None:
-        for _ in range(round(seconds * 400)):
+        for _ in range(round(seconds * Settings().simulator.physics_rate)):
             self.firmware.advance()
             self.simulator.step()
             for impact in self.simulator.take_impacts():
