@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.loop.sweeps import Sweeps, sweeps_of
 from collplan_core.parameters import Lidar
 from collplan_core.sensing.spinning_lidar import LD19, blended, noisy, swept_scan
+from collplan_core.sensing.sweeps import Sweeps, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import World, load_world
 from collplan_core.worlds.raycast import simulate_scan

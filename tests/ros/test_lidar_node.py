@@ -10,9 +10,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
-from collplan_core.loop.sweeps import sweeps_of
 from collplan_core.parameters import Lidar
 from collplan_core.sensing.spinning_lidar import LD19
+from collplan_core.sensing.sweeps import sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import WorldError, load_world
 from collplan_core.worlds.raycast import simulate_scan

@@ -26,9 +26,9 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.control.follow import follow
     from collplan_core.control.memory import ControllerMemory
     from collplan_core.local_map import build_local_map
-    from collplan_core.loop.sweeps import sweeps_of
     from collplan_core.parameters import Lidar, Settings
     from collplan_core.planners import planner_for
+    from collplan_core.sensing.sweeps import sweeps_of
     from collplan_core.state import State
     from collplan_core.strategies import TIME_TO_GOAL
     from collplan_core.warm_up import warm_up

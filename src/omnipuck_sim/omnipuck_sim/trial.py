@@ -15,12 +15,12 @@ from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.loop.planner_loop import PlannerLoop
-from collplan_core.loop.sweeps import Sweeps, sweeps_of
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.sensing.sweeps import Sweeps, sweeps_of
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.worlds import World, WorldError

@@ -8,11 +8,11 @@ from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
 from collplan_core.loop.poses_clock import PosesClock
-from collplan_core.loop.sweeps import sweeps_of
 from collplan_core.parameters import Frames, Lidar, Limits, Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing import spinning_lidar
 from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS
+from collplan_core.sensing.sweeps import sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
