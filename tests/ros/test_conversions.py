@@ -159,6 +159,20 @@ def test_scan(stamp, values, first, step):
     np.testing.assert_allclose(back.angles, scan.angles, atol=1e-5)
 
 
+def test_times_of_a_sweep():
+    """As sensor_msgs/LaserScan defines them: from beam to beam, and from the first beam to that of the next scan."""
+    scan = Scan(3.0, -math.pi, 2 * math.pi / 450, 0.02, 12.0, np.full(450, 1.0), time_increment=0.1 / 450)
+    message = sent(c.scan_to_message(scan, "base_link"))
+    assert message.time_increment == pytest.approx(0.1 / 450)
+    assert message.scan_time == pytest.approx(0.1)
+    assert c.scan_from_message(message, "base_link").time_increment == message.time_increment
+
+
+def test_beams_of_one_instant():
+    message = c.scan_to_message(Scan(3.0, 0.0, 0.1, 0.02, 12.0, np.full(30, 1.0)), "base_link")
+    assert (message.time_increment, message.scan_time) == (0.0, 0.0)
+
+
 @pytest.mark.parametrize("beams", [30, 360, 2000])
 def test_full_turn(beams):
     scan = Scan(0.0, -math.pi, 2 * math.pi / beams, 0.02, 5.0, np.full(beams, 1.0))
@@ -175,6 +189,7 @@ def test_full_turn(beams):
         ("angle_increment", math.nan),
         ("angle_increment", 0.5),
         ("angle_min", math.inf),
+        ("time_increment", math.nan),
         ("range_max", 0.0),
         ("range_min", math.nan),
         ("ranges", []),

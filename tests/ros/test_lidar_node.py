@@ -11,6 +11,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
 from collplan_core.parameters import Lidar
+from collplan_core.sensing.spinning_lidar import LD19
+from collplan_core.sensing.sweeps import sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import WorldError, load_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -107,3 +109,68 @@ def test_beams_are_parameters(ros):
 def test_world_that_does_not_exist(ros, world):
     with pytest.raises(WorldError, match=world.split(":", maxsplit=1)[0]):
         ros.make(LidarNode, {"lidar.world": world})
+
+
+# ---- a spinning sensor
+
+
+class SpinningBench(LidarBench):
+    """The node with the low-cost sensor, and poses of a robot that drives along x, at 100 Hz of their own clock."""
+
+    def __init__(self, ros, **parameters):
+        super().__init__(ros, {"lidar.sensor": "low_cost", **parameters})
+        self.sent = []
+
+    def drive(self, n, pause=0.0):
+        """Sends the next n poses, each once the one before was taken, the first after a pause of the poses' clock."""
+        start = start_of("corridor")
+        for _ in range(n):
+            stamp = self.sent[-1].stamp + 0.01 + pause if self.sent else start.stamp
+            travelled = np.array([0.4 * (stamp - start.stamp), 0.0])
+            self.sent.append(replace(start, stamp=stamp, position=start.position + travelled))
+            self.send(self.sent[-1])
+            assert self.ros.wait_until(self.has_taken_all)
+            pause = 0.0
+
+    def has_taken_all(self):
+        taken = self.node._state
+        return taken is not None and abs(taken.stamp - self.sent[-1].stamp) < 1e-6
+
+
+@pytest.mark.parametrize("seed", [0, 5])
+def test_a_spinning_sensor_scans_from_where_the_robot_was_at_each_beam(ros, seed):
+    bench = SpinningBench(ros, **{"lidar.seed": seed})
+    bench.drive(34)
+    assert ros.wait_until(lambda: len(bench.scans) == 3)
+    sweeps = sweeps_of(load_world("corridor"), Lidar(sensor="low_cost"), seed)
+    expected = [scan for scan in map(sweeps.take_pose, bench.sent) if scan is not None]
+    for message, scan in zip(bench.scans, expected, strict=True):
+        received = scan_from_message(message, "base_link")
+        assert received.stamp == pytest.approx(scan.stamp, abs=1e-6)
+        np.testing.assert_allclose(received.ranges, scan.ranges, rtol=1e-5)
+        assert message.time_increment == pytest.approx(LD19.time_increment)
+        assert message.scan_time == pytest.approx(LD19.sweep_time)
+
+
+def test_a_scan_comes_with_the_pose_that_is_its_latency_after_the_sweep(ros):
+    bench = SpinningBench(ros)
+    bench.drive(11)
+    ros.spin(0.2)
+    assert not bench.scans
+    # 0.11 s after the first beam: the sweep and 10 ms of latency are over
+    bench.drive(1)
+    assert ros.wait_until(lambda: bench.scans)
+    bench.drive(9)
+    ros.spin(0.2)
+    assert len(bench.scans) == 1
+
+
+def test_no_scan_over_a_silence_of_the_poses(ros):
+    bench = SpinningBench(ros)
+    bench.drive(6)
+    bench.drive(12, pause=1.0)
+    assert ros.wait_until(lambda: bench.scans)
+    ros.spin(0.2)
+    assert [scan_from_message(message, "base_link").stamp for message in bench.scans] == [
+        pytest.approx(bench.sent[6].stamp, abs=1e-6)
+    ]

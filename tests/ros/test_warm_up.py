@@ -26,8 +26,9 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.control.follow import follow
     from collplan_core.control.memory import ControllerMemory
     from collplan_core.local_map import build_local_map
-    from collplan_core.parameters import Settings
+    from collplan_core.parameters import Lidar, Settings
     from collplan_core.planners import planner_for
+    from collplan_core.sensing.sweeps import sweeps_of
     from collplan_core.state import State
     from collplan_core.strategies import TIME_TO_GOAL
     from collplan_core.warm_up import warm_up
@@ -41,6 +42,9 @@ def compiled_beyond_warm_up() -> list[str]:
     state = conversions.state_from_odometry(conversions.state_to_odometry(state, "map", "base"), "map", "base")
     scan = conversions.scan_to_message(simulate_scan(hall(0.1), state, LIDAR), "base")
     local_map = build_local_map(conversions.scan_from_message(scan, "base"), state, settings.robot, settings.local_map)
+    sweeps = sweeps_of(hall(0.1), Lidar(sensor="low_cost"), 0)
+    scans = [sweeps.take_pose(State(0.01 * k, state.position, state.velocity, state.yaw)) for k in range(12)]
+    assert scans[-1] is not None
     for strategy in ("harness", *TIME_TO_GOAL):
         chosen = settings.with_values({"planner.strategy": strategy})
         memory = None

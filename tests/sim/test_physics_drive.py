@@ -152,6 +152,23 @@ def test_measured_poses_scatter_about_the_truth():
     assert samples.std(axis=0) == pytest.approx([0.002, 0.002], rel=0.1)
 
 
+@pytest.mark.parametrize("offset", [0.0, 3.1])
+def test_measured_yaws_scatter_about_the_truth(offset):
+    sim = Simulator(OPEN, noisy(mocap_yaw_noise=0.05, marker_offset_yaw=offset), 0)
+    yaws = np.array([sim.measured_pose().yaw for _ in range(4000)])
+    assert (abs(yaws) <= np.pi).all()
+    errors = (yaws - sim.state.yaw - offset + np.pi) % (2 * np.pi) - np.pi
+    # four standard errors
+    assert errors.mean() == pytest.approx(0.0, abs=4 * 0.05 / np.sqrt(4000))
+    assert errors.std() == pytest.approx(0.05, rel=4 / np.sqrt(8000))
+
+
+def test_without_yaw_noise_the_yaw_is_the_true_one_to_the_bit():
+    sim = Simulator(OPEN, noisy(), 0)
+    sim.place(np.zeros(2), yaw=0.3)
+    assert sim.measured_pose().yaw == sim.state.yaw
+
+
 def test_strategies_meet_the_same_noise():
     """Whatever is measured or commanded before, the errors at one time are the same."""
     a, b = (Simulator(OPEN, noisy(start_noise=0.0), 5) for _ in range(2))

@@ -110,6 +110,17 @@ def test_poses_come_at_100_hz_with_noise_and_the_truth_beside_them(bench):
     assert 0.001 < np.std(offsets) < 0.003
 
 
+def test_poses_are_sent_late_by_the_latency_of_the_motion_capture(bench):
+    latency = 0.4
+    b = bench(**{"simulator.mocap_latency": latency})
+    b.until(lambda: len(b.heard["mocap/pose"]) > 50)
+    # what is sent as it is: the truth, and what it tells of the simulated time when a pose came
+    poses, truths = b.heard["mocap/pose"], b.odometry
+    assert {seconds(p.header.stamp) for p in poses} <= {seconds(o.header.stamp) for o in truths}
+    late = seconds(truths[-1].header.stamp) - seconds(poses[-1].header.stamp)
+    assert late == pytest.approx(latency, abs=0.15)
+
+
 def test_a_command_moves_it_and_silence_stops_it_by_its_own_clock(bench):
     b = bench()
     b.drive_until(lambda: b.speed > 0.95 * V_MAX, x=V_MAX)

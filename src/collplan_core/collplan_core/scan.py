@@ -37,11 +37,12 @@ class Scan:
     """One turn of the LIDAR in the robot's frame (REP-117).
 
     Attributes:
-        stamp: time on the poses' clock [s].
+        stamp: time of the first beam on the poses' clock [s].
         angle_min: direction of the first beam [rad, robot frame].
         angle_increment: step from beam to beam [rad], not zero.
         range_min, range_max: limits of a valid range [m].
         ranges: (n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured.
+        time_increment: time from beam to beam [s]; 0 where all are of one instant.
 
     Raises:
         ScanError: wrong shape, fewer than 2 beams, more than a full turn, bad limits, finite ranges outside them,
@@ -54,6 +55,7 @@ class Scan:
     range_min: float
     range_max: float
     ranges: np.ndarray
+    time_increment: float = 0.0
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=np.float64)
@@ -64,6 +66,8 @@ class Scan:
                 f"angles: got angle_min {self.angle_min}, angle_increment {self.angle_increment}, "
                 "expected finite numbers and a step other than 0"
             )
+        if not isfinite(self.time_increment):
+            raise ScanError(f"time_increment: got {self.time_increment}, expected a finite time")
         if abs(self.angle_increment) * (len(ranges) - 1) > 2 * np.pi + 1e-3:
             raise ScanError(f"angles: {len(ranges)} beams of {self.angle_increment} rad, expected at most a full turn")
         if not (0.0 <= self.range_min < self.range_max < np.inf):

@@ -13,7 +13,7 @@ from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
-from collplan_core.sensing import pose_filter
+from collplan_core.sensing import pose_filter, spinning_lidar
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -22,6 +22,7 @@ from collplan_core.worlds.raycast import simulate_scan
 def warm_up() -> None:
     """One pass of the whole loop in a shipped arena: poses, scan, map, plan, control."""
     pose_filter.warm_up()
+    spinning_lidar.warm_up()
     settings = Settings()
     world = load_world("corridor")
     assert world.start is not None, "the shipped arenas have a start"

@@ -3,6 +3,7 @@
 `run_trial` is one call and returns a plain record. Equal arguments give equal records bit by bit, wall times aside.
 """
 
+from collections import deque
 from collections.abc import Callable
 from time import perf_counter
 
@@ -16,7 +17,10 @@ from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
+from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
+from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.sensing.sweeps import Sweeps, sweeps_of
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.worlds import World, WorldError
@@ -43,11 +47,23 @@ class _Nodes:
         self._controller = ControllerLoop(settings)
         self._monitor = RunMonitor(settings.trial, self.simulator.time)
         self._state: State | None = None
+        self._measured: deque[PoseSample] = deque()
+        self._sweeps: Sweeps | None = sweeps_of(world, settings.lidar, seed)
         self._pass_on(self._planner.take_goal(b"the only goal...", goal, self.simulator.time))
+
+    def step(self) -> None:
+        """Time passes, and with it the sweep of a sensor that has one, from where the robot truly is."""
+        self.simulator.step()
+        scan = None if self._sweeps is None else self._sweeps.take_pose(self.simulator.state)
+        if scan is not None:
+            self._take_scan(scan)
+
+    def measure(self) -> None:
+        self._measured.append(self.simulator.measured_pose())
 
     def mocap(self) -> None:
         now = self.simulator.time
-        sample = self.simulator.measured_pose()
+        sample = self._measured.popleft()
         result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, self.settings)
         if result.state is None:
             return
@@ -58,10 +74,8 @@ class _Nodes:
         self._plan(lambda: self._planner.take_pose(state, now))
 
     def lidar(self) -> None:
-        if self._state is not None:
-            scan = simulate_scan(self.world, self._state, self.settings.lidar)
-            self._planner.take_scan(scan, self.simulator.time)
-            self._controller.take_scan(scan, self.simulator.time)
+        if self._state is not None and self._sweeps is None:
+            self._take_scan(simulate_scan(self.world, self._state, self.settings.lidar))
 
     def planner(self) -> None:
         self._plan(lambda: self._planner.cycle(self.simulator.time))
@@ -77,6 +91,10 @@ class _Nodes:
         if ended or self._state is None:
             return ended
         return self._monitor.outcome(self._state.stamp, self._state.position)
+
+    def _take_scan(self, scan: Scan) -> None:
+        self._planner.take_scan(scan, self.simulator.time)
+        self._controller.take_scan(scan, self.simulator.time)
 
     def _plan(self, decide: Callable[[], list[Decision]]) -> None:
         begun = perf_counter()
@@ -138,14 +156,19 @@ def _run(nodes: _Nodes) -> str:
     """Runs to the end; returns the outcome."""
     settings, simulator, record = nodes.settings, nodes.simulator, nodes.record
     rate = settings.simulator.physics_rate
-    mocap, lidar = _Timer(settings.simulator.mocap_rate, rate), _Timer(settings.lidar.rate, rate)
+    measuring, lidar = _Timer(settings.simulator.mocap_rate, rate), _Timer(settings.lidar.rate, rate)
+    mocap = _Timer(settings.simulator.mocap_rate, rate, settings.simulator.mocap_latency)
     planner = _Timer(1.0 / map_period_of(settings), rate, PLANNER_PHASE)
     controller = _Timer(settings.controller.rate, rate, CONTROLLER_PHASE)
-    timers = (mocap, lidar, planner, controller)
+    timers = (measuring, mocap, lidar, planner, controller)
     step = 0
     while True:
+        measures = measuring.due(step)
+        if measures:
+            nodes.measure()
         if mocap.due(step):
             nodes.mocap()
+        if measures:
             record.moved(simulator.state)
             outcome = nodes.outcome()
             if outcome:
@@ -158,6 +181,6 @@ def _run(nodes: _Nodes) -> str:
             nodes.controller()
         wake = min(timer.next for timer in timers)
         for _ in range(wake - step):
-            simulator.step()
+            nodes.step()
         record.impacts += simulator.take_impacts()
         step = wake

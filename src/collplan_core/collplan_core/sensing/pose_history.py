@@ -4,6 +4,8 @@ from bisect import bisect_left
 from collections import deque
 from math import remainder, tau
 
+import numpy as np
+
 from collplan_core.state import State
 
 
@@ -37,6 +39,15 @@ class PoseHistory:
         if self._states[after].stamp == stamp:
             return self._states[after]
         return None if after == 0 else _between(self._states[after - 1], self._states[after], stamp)
+
+    def at_each(self, stamps: np.ndarray) -> np.ndarray | None:
+        """(n, 3) x, y [m] and yaw [rad], not wrapped, at stamps (n,) [s], rising; None where one is outside."""
+        if not self._states or stamps[0] < self._states[0].stamp or stamps[-1] > self._states[-1].stamp:
+            return None
+        times = np.array([state.stamp for state in self._states])
+        poses = np.array([(*state.position.tolist(), state.yaw) for state in self._states])
+        columns = poses[:, 0], poses[:, 1], np.unwrap(poses[:, 2])
+        return np.column_stack([np.interp(stamps, times, column) for column in columns])
 
 
 def _between(a: State, b: State, stamp: float) -> State:

@@ -63,6 +63,22 @@ def simulate_scan(world: World, state: State, lidar: Lidar) -> Scan:
     return Scan(state.stamp, lidar.angle_min, increment, lidar.range_min, lidar.range_max, ranges)
 
 
+def cast_beams(world: World, origins: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Distance to the nearest surface along beams that begin where each likes, in the world frame.
+
+    Args:
+        world: what is solid.
+        origins: (n, 2) where each beam begins [m].
+        angles: (n,) its direction [rad].
+
+    Returns:
+        (n,) [m]; +Inf without a surface, -Inf where the beam begins on or in an obstacle, or beyond the walls.
+    """
+    scene = ray_scene(world)
+    points, directions = np.ascontiguousarray(origins, dtype=float), np.ascontiguousarray(angles, dtype=float)
+    return _along_each(points, directions, scene.segments, scene.polygon_starts, scene.circles, scene.bounds)
+
+
 def beam_increment(lidar: Lidar) -> float:
     """Step from beam to beam [rad]; over a full turn the last beam stops one step short of the first."""
     full_turn = lidar.angle_span > 2 * np.pi - 1e-6
@@ -106,6 +122,48 @@ def _nearest(
     for c in range(len(circles)):
         _cast_circle(circles[c, 0] - x, circles[c, 1] - y, circles[c, 2], first, increment, beams, ranges)
     return ranges
+
+
+@njit
+def _along_each(
+    origins: np.ndarray,
+    angles: np.ndarray,
+    segments: np.ndarray,
+    polygon_starts: np.ndarray,
+    circles: np.ndarray,
+    bounds: np.ndarray,
+) -> np.ndarray:
+    ranges = np.empty(len(angles))
+    for k in range(len(angles)):
+        x, y = origins[k, 0], origins[k, 1]
+        if _blocked(x, y, segments, polygon_starts, circles, bounds):
+            ranges[k] = -np.inf
+        else:
+            ranges[k] = _along(x, y, math.cos(angles[k]), math.sin(angles[k]), segments, circles)
+    return ranges
+
+
+@njit
+def _along(x: float, y: float, beam_x: float, beam_y: float, segments: np.ndarray, circles: np.ndarray) -> float:
+    """Distance to the nearest surface along one beam (beam_x, beam_y), of length 1, +Inf where there is none."""
+    nearest = np.inf
+    for s in range(len(segments)):
+        x0, y0 = segments[s, 0] - x, segments[s, 1] - y
+        edge_x, edge_y = segments[s, 2] - segments[s, 0], segments[s, 3] - segments[s, 1]
+        steepness = beam_x * edge_y - beam_y * edge_x
+        if steepness == 0.0:
+            continue  # seen edge-on: the edges beside it hold its ends
+        share = (x0 * beam_y - y0 * beam_x) / steepness
+        if -EDGE_TOLERANCE <= share <= 1.0 + EDGE_TOLERANCE:
+            distance = (x0 + share * edge_x) * beam_x + (y0 + share * edge_y) * beam_y
+            if distance >= 0.0:
+                nearest = min(nearest, distance)
+    for c in range(len(circles)):
+        centre_x, centre_y, radius = circles[c, 0] - x, circles[c, 1] - y, circles[c, 2]
+        miss, ahead = centre_x * beam_y - centre_y * beam_x, centre_x * beam_x + centre_y * beam_y
+        if ahead > 0.0 and abs(miss) <= radius:
+            nearest = min(nearest, max(0.0, ahead - math.sqrt((radius - miss) * (radius + miss))))
+    return nearest
 
 
 @njit

@@ -25,7 +25,7 @@ class Options:
         world: NAME, FILE or FAMILY:SEED.
         strategy: name of a strategy.
         goal: x, y [m]; None is the world's own.
-        seed: seed of every random number of the simulator.
+        seed: seed of every random number of the simulator and its LIDAR.
         params: ROS parameter file.
         out: parent of the run folder.
         timeout: longest run [s].
@@ -57,6 +57,7 @@ class Options:
             "simulator.world": self.world,
             "planner.strategy": self.strategy,
             "simulator.seed": self.seed,
+            "lidar.seed": self.seed,
             "trial.timeout": self.timeout,
             "robot.max_speed": self.max_speed,
         }

@@ -167,12 +167,14 @@ def vector3(xy: np.ndarray) -> Vector3:
 
 
 def scan_to_message(scan: Scan, frame: str) -> LaserScan:
-    """Message of a scan in the robot's frame `frame`; all beams are of one instant."""
+    """Message of a scan in the robot's frame `frame`; scan_time is that of a sweep, 0 where it is one instant."""
     return LaserScan(
         header=header(scan.stamp, frame),
         angle_min=float(scan.angle_min),
         angle_max=float(scan.angle_min + scan.angle_increment * (len(scan.ranges) - 1)),
         angle_increment=float(scan.angle_increment),
+        time_increment=float(scan.time_increment),
+        scan_time=float(scan.time_increment * len(scan.ranges)),
         range_min=float(scan.range_min),
         range_max=float(scan.range_max),
         ranges=array("f", scan.ranges.astype(np.float32).tobytes()),
@@ -199,6 +201,7 @@ def scan_from_message(message: LaserScan, frame: str) -> Scan:
         range_min=float(message.range_min),
         range_max=float(message.range_max),
         ranges=ranges,
+        time_increment=float(message.time_increment),
     )
 
 

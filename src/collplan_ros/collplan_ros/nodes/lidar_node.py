@@ -1,4 +1,4 @@
-"""The simulated LIDAR, as in the paper (IV-A): rays cast from the measured pose against a known world."""
+"""The simulated LIDAR: as in the paper (IV-A) rays cast from the measured pose, or a low-cost spinning sensor."""
 
 from typing import Any
 
@@ -9,7 +9,10 @@ from sensor_msgs.msg import LaserScan
 
 from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.parameters import Frames, Lidar, Limits, Settings
-from collplan_core.scan import ScanError
+from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing import spinning_lidar
+from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS
+from collplan_core.sensing.sweeps import sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -26,7 +29,11 @@ GROUPS = (Lidar, Limits, Frames)
 
 
 class LidarNode(Node):
-    """Subscribes mocap/odom; publishes scan at lidar.rate, cast from and stamped with the newest pose, if fresh."""
+    """Subscribes mocap/odom; publishes scan.
+
+    The ideal sensor casts at lidar.rate from the newest pose, if fresh, and stamps the scan with it. Of a spinning one
+    each beam is cast from between two poses, and the scan comes with the pose that shows that its latency is over.
+    """
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("lidar_node", **kwargs)
@@ -45,13 +52,19 @@ class LidarNode(Node):
         self._inputs.listen(Odometry, "mocap/odom", self._take_odometry, POSE_SUBSCRIBED, kind="pose")
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         lidar = self._settings.lidar
-        self.create_timer(1.0 / lidar.rate, self._scan, clock=self._local)
+        self._sweeps = sweeps_of(self._world, lidar, lidar.seed)
+        if self._sweeps is None:
+            self.create_timer(1.0 / lidar.rate, self._scan, clock=self._local)
         self._warm_up()
         self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
-        self._inputs.ready(f"world {self._world.name}, {lidar.n_beams} beams at {lidar.rate:g} Hz")
+        sensor = SPINNING_SENSORS.get(lidar.sensor, lidar)
+        self._inputs.ready(f"world {self._world.name}, {sensor.n_beams} beams at {sensor.rate:g} Hz")
 
     def _warm_up(self) -> None:
         """Compiles the ray casting, so that the first scan is not late."""
+        if self._sweeps is not None:
+            spinning_lidar.warm_up()
+            return
         x_min, y_min, x_max, y_max = self._world.bounds
         middle = State(0.0, np.array([x_min + x_max, y_min + y_max]) / 2, np.zeros(2), 0.0)
         simulate_scan(self._world, middle, self._settings.lidar)
@@ -63,6 +76,9 @@ class LidarNode(Node):
         frames = self._settings.frames
         self._state = state_from_odometry(message, frames.map, frames.base)
         self._poses_clock.received(self._state.stamp, seconds(self._local))
+        scan = None if self._sweeps is None else self._sweeps.take_pose(self._state)
+        if scan is not None:
+            self._publish(scan)
 
     def _scan(self) -> None:
         state = self._state
@@ -74,6 +90,9 @@ class LidarNode(Node):
         except ScanError as error:
             self._inputs.refused("mocap/odom", str(error))
             return
+        self._publish(scan)
+
+    def _publish(self, scan: Scan) -> None:
         self._publisher.publish(scan_to_message(scan, self._settings.frames.base))
         self._scans += 1
 

@@ -1,5 +1,6 @@
 """The simulated robot in a room with motion capture, in real time: its poses, and the truth, on the graph."""
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from math import floor
@@ -46,6 +47,7 @@ class MocapRoom:
         self._pacing = Pacing(simulation.physics_rate, simulation.speed_factor, seconds(self._steady))
         self._epoch = 0.0
         self._poses = 0
+        self._unsent: deque[tuple[float, PoseStamped]] = deque()
         self._pose_publisher = node.create_publisher(PoseStamped, "mocap/pose", POSE_PUBLISHED)
         self._odometry_publisher = node.create_publisher(Odometry, "ground_truth/odom", EVENT)
         self._impact_publisher = node.create_publisher(Vector3Stamped, "ground_truth/impact", EVENT)
@@ -74,13 +76,14 @@ class MocapRoom:
             if before_step is not None:
                 before_step()
             self.simulator.step()
-            self._publish_poses()
+            self._measure_pose()
+            self._send_poses()
         impacts = self.simulator.take_impacts()
         for impact in impacts:
             self._publish_impact(impact)
         return impacts
 
-    def _publish_poses(self) -> None:
+    def _measure_pose(self) -> None:
         due = floor(self.simulator.time * self._settings.simulator.mocap_rate + 1e-6)
         if due <= self._poses:
             return
@@ -89,9 +92,16 @@ class MocapRoom:
         if self._clock_publisher is not None:
             self._clock_publisher.publish(ClockMessage(clock=stamp_from_seconds(stamp)))
         measured = replace(self.simulator.measured_pose(), stamp=stamp)
-        self._pose_publisher.publish(pose_to_message(measured, frames.map))
+        send_at = self.simulator.time + self._settings.simulator.mocap_latency
+        self._unsent.append((send_at, pose_to_message(measured, frames.map)))
         truth = replace(self.simulator.state, stamp=stamp)
         self._odometry_publisher.publish(state_to_odometry(truth, frames.map, frames.base))
+
+    def _send_poses(self) -> None:
+        # half a step of tolerance: sums of decimal times must not decide
+        now = self.simulator.time + 0.5 / self._settings.simulator.physics_rate
+        while self._unsent and self._unsent[0][0] <= now:
+            self._pose_publisher.publish(self._unsent.popleft()[1])
 
     def _publish_impact(self, impact: Impact) -> None:
         self.impacts += 1

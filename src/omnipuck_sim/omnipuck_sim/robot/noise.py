@@ -13,8 +13,8 @@ class Noise:
     """Noise of one run, drawn from its seed; equal in every process."""
 
     def __init__(self, settings: Simulation, seed: int) -> None:
-        streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(5)]
-        self._actuation, bias, self._mocap, self._start, self.rebound = streams
+        streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(6)]
+        self._actuation, bias, self._mocap, self._start, self.rebound, self._yaw = streams
         self._settings = settings
         self._bias = _pair(bias, settings.noise * settings.actuation_bias)
 
@@ -26,6 +26,10 @@ class Noise:
     def mocap(self) -> Vector:
         """Error of one measured position [m]."""
         return _pair(self._mocap, self._settings.noise * self._settings.mocap_noise)
+
+    def mocap_yaw(self) -> float:
+        """Error of one measured yaw [rad]."""
+        return float(self._settings.noise * self._settings.mocap_yaw_noise * self._yaw.standard_normal())
 
     def start(self) -> Vector:
         """Error of the start [m]."""

@@ -1,5 +1,6 @@
 """The simulated Omnipuck: a rigid disc among obstacles that pymunk steps, pushed by wheels that lag."""
 
+from dataclasses import replace
 from math import floor, isfinite, pi, remainder
 
 import numpy as np
@@ -119,7 +120,8 @@ class Simulator:
         """The pose that the motion capture measures now: that of the body of markers on the robot, with noise."""
         truth = self.state
         robot = PoseSample(self.time, truth.position + self._noise.mocap(), truth.yaw)
-        return with_offset(robot, *self._marker_offset)
+        body = with_offset(robot, *self._marker_offset)
+        return replace(body, yaw=remainder(body.yaw + self._noise.mocap_yaw(), 2 * pi))
 
     def _halt(self) -> None:
         self._command = (0.0, 0.0)

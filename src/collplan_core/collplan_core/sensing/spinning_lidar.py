@@ -1,0 +1,123 @@
+"""A low-cost spinning LIDAR in a known world: what one of its sweeps reports.
+
+The sensor turns while the robot drives, so each beam is cast from where the robot was at the beam's own instant. A beam
+has a width: where it straddles an edge, the range is a blend of both surfaces. Ranges have noise, and some are lost.
+"""
+
+from dataclasses import dataclass
+from math import radians, tau
+
+import numpy as np
+
+from collplan_core.scan import Scan
+from collplan_core.worlds import World, load_world
+from collplan_core.worlds.raycast import cast_beams
+
+FOOTPRINT = np.linspace(-0.5, 0.5, 5)
+"""Where across a beam's width it is sampled."""
+
+
+@dataclass(frozen=True)
+class SpinningSensor:
+    """What a spinning LIDAR is like.
+
+    Attributes:
+        rate: turns per second, each one scan [Hz].
+        n_beams: beams of a turn.
+        range_min, range_max: limits of a valid range [m].
+        noise: standard deviation of a range [m].
+        noise_share: further, independent standard deviation, as a share of the range.
+        lost: share of the beams that report nothing.
+        divergence: full width of a beam [rad].
+        latency: time from the end of a sweep to its message [s].
+    """
+
+    rate: float
+    n_beams: int
+    range_min: float
+    range_max: float
+    noise: float
+    noise_share: float
+    lost: float
+    divergence: float
+    latency: float
+
+    @property
+    def sweep_time(self) -> float:
+        """Time of one turn [s]."""
+        return 1.0 / self.rate
+
+    @property
+    def time_increment(self) -> float:
+        """Time from beam to beam [s]."""
+        return self.sweep_time / self.n_beams
+
+    def beam_times(self, stamp: float) -> np.ndarray:
+        """(n_beams,) the instant of each beam of a sweep that begins at `stamp` [s]."""
+        return stamp + self.time_increment * np.arange(self.n_beams)
+
+
+LD19 = SpinningSensor(
+    # from the data sheet, typical values; the noise is that from 0.3 m on, 4500 ranges a second make 450 a turn
+    rate=10.0,
+    n_beams=450,
+    range_min=0.02,
+    range_max=12.0,
+    noise=0.010,
+    # the data sheet has none of these: assumed
+    noise_share=0.005,
+    lost=0.01,
+    divergence=radians(0.5),
+    latency=0.01,
+)
+"""LDROBOT LD19, a small time-of-flight sensor. Noise share, loss, width and latency are assumed."""
+
+SPINNING_SENSORS = {"low_cost": LD19}
+"""The sensors that `lidar.sensor` names, but for ideal."""
+
+
+def swept_scan(
+    world: World, poses: np.ndarray, stamp: float, sensor: SpinningSensor, angle_min: float, random: np.random.Generator
+) -> Scan:
+    """The scan of one sweep.
+
+    Args:
+        world: what is solid.
+        poses: (n_beams, 3) x, y [m] and yaw [rad] of the robot at each of `sensor.beam_times(stamp)`.
+        stamp: time of the first beam [s].
+        sensor: what scans.
+        angle_min: direction of the first beam [rad, robot frame].
+        random: two draws a beam are taken from it, whatever the beam meets.
+    """
+    increment = tau / sensor.n_beams
+    angles = poses[:, 2] + angle_min + increment * np.arange(sensor.n_beams)
+    ranges = noisy(blended(world, poses[:, :2], angles, sensor), sensor, random)
+    return Scan(stamp, angle_min, increment, sensor.range_min, sensor.range_max, ranges, sensor.time_increment)
+
+
+def blended(world: World, origins: np.ndarray, angles: np.ndarray, sensor: SpinningSensor) -> np.ndarray:
+    """(n,) mean range over the width of each beam [m], of the part that meets a surface within range_max.
+
+    +Inf where no part does, -Inf from inside an obstacle. Takes origins (n, 2) [m] and angles (n,) [rad], world frame.
+    """
+    each = (angles[:, np.newaxis] + sensor.divergence * FOOTPRINT).ravel()
+    ranges = cast_beams(world, np.repeat(origins, len(FOOTPRINT), axis=0), each).reshape(len(angles), len(FOOTPRINT))
+    met = ranges <= sensor.range_max
+    count = met.sum(axis=1)
+    return np.where(count > 0, np.where(met, ranges, 0.0).sum(axis=1) / np.maximum(count, 1), np.inf)
+
+
+def noisy(ranges: np.ndarray, sensor: SpinningSensor, random: np.random.Generator) -> np.ndarray:
+    """(n,) the ranges (n,) [m] as the sensor reports them: with noise, and NaN where one is lost."""
+    errors, fates = random.standard_normal(len(ranges)), random.random(len(ranges))
+    finite = np.where(np.isfinite(ranges), ranges, 0.0)
+    measured = np.maximum(finite + np.hypot(sensor.noise, sensor.noise_share * finite) * errors, 0.0)
+    return np.where(fates < sensor.lost, np.nan, np.where(np.isfinite(ranges), measured, ranges))
+
+
+def warm_up() -> None:
+    """Compiles the casting by one sweep of a robot at rest, so that the first scan is not late."""
+    world = load_world("corridor")
+    assert world.start is not None, "the shipped arenas have a start"
+    poses = np.tile((*np.asarray(world.start, dtype=float).tolist(), 0.0), (LD19.n_beams, 1))
+    swept_scan(world, poses, 0.0, LD19, 0.0, np.random.default_rng(0))
