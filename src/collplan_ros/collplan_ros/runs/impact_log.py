@@ -95,7 +95,7 @@ def _measured_rows(log: RunLog, velocity_window: float) -> np.ndarray:
 def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, velocity before and velocity after (2,) of a true impact, between two true poses."""
     last, following = _poses_around(impact.stamp, log.truth)
-    within = [other for other in log.true_impacts if last.stamp <= other.stamp < following.stamp]
+    within = [other for other in log.true_impacts if last.stamp < other.stamp <= following.stamp]
     earlier = _total_change(other for other in within if other.stamp < impact.stamp)
     # the change that the impacts between the poses do not explain is the wheels' doing, spread evenly
     driven = _velocity(following) - _velocity(last) - _total_change(within)
@@ -134,8 +134,8 @@ def _velocity(row: PoseRow) -> np.ndarray:
 
 
 def _poses_around(stamp: float, track: list[PoseRow]) -> tuple[PoseRow, PoseRow]:
-    """The last pose up to a stamp [s] and the first one after it."""
-    following = int(np.searchsorted([row.stamp for row in track], stamp, side="right"))
+    """The last pose before a stamp [s] and the first one from then on: at the stamp of an impact it is over."""
+    following = int(np.searchsorted([row.stamp for row in track], stamp))
     return track[max(following - 1, 0)], track[min(following, len(track) - 1)]
 
 
