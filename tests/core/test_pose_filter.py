@@ -137,7 +137,7 @@ def hits_found(change, deviation, seed):
         time += rng.uniform(0.8, 1.6)
     config = SETTINGS.with_values({"mocap.position_noise": deviation})
     results, _ = feed(noisy(driven(time, seed, hits), seed, deviation), config=config)
-    reports = [(k * PERIOD, r.impact) for k, r in enumerate(results) if r.impact is not None]
+    reports = [(k * PERIOD, r.impact.change) for k, r in enumerate(results) if r.impact is not None]
     delays, errors = [], []
     for begin, true in hits:
         mine = [report for report in reports if 0.0 < report[0] - begin < 0.15]
@@ -170,7 +170,9 @@ def test_velocity_after_a_hit_forgets_the_one_before():
     results, _ = feed(points)
     (found,) = [k for k, r in enumerate(results) if r.impact is not None]
     assert found <= 33
-    np.testing.assert_allclose(results[found].impact, [-1.7, 0.0], atol=0.05)
+    np.testing.assert_allclose(results[found].impact.change, [-1.7, 0.0], atol=0.05)
+    assert results[found].impact.time == pytest.approx(0.3, abs=0.001)
+    np.testing.assert_allclose(results[found].impact.center, [0.3, 0.09], atol=0.001)
     for result in results[found:]:
         np.testing.assert_allclose(result.state.velocity, [-0.7, 0.3], atol=0.1)
     np.testing.assert_allclose(results[-1].state.velocity, [-0.7, 0.3], atol=1e-9)
@@ -193,7 +195,9 @@ def test_turned_and_mirrored_poses_give_turned_and_mirrored_hits(angle, mirrored
     for a, b in zip(plain, turned, strict=True):
         assert (a.impact is None) == (b.impact is None)
         if a.impact is not None:
-            np.testing.assert_allclose(turn @ a.impact, b.impact, atol=1e-6)
+            np.testing.assert_allclose(turn @ a.impact.change, b.impact.change, atol=1e-6)
+            np.testing.assert_allclose(turn @ a.impact.center + shift, b.impact.center, atol=1e-6)
+            assert a.impact.time == pytest.approx(b.impact.time, abs=1e-6)
         if a.state is not None:
             np.testing.assert_allclose(turn @ a.state.velocity, b.state.velocity, atol=1e-6)
 

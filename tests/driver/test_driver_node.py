@@ -8,14 +8,16 @@ import sys
 import time
 from itertools import pairwise
 
+import numpy as np
 import pytest
-from geometry_msgs.msg import Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from serial_robot import SerialRobot, twist
 
 from collplan_core.control.arming import WAITING
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
+from collplan_ros.messages.conversions import impact_contact_from_message, seconds_from_stamp
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver import port, serial_link
@@ -219,17 +221,25 @@ def test_battery_and_link_are_reported(serial_robot):
 
 def test_a_ring_that_senses_tells_of_impacts_in_the_map_frame(ros, tmp_path):
     told, truth = ros.listen(Vector3Stamped, "impact", EVENT), ros.listen(Vector3Stamped, "ground_truth/impact", EVENT)
+    contacts = ros.listen(PoseStamped, "impact/contact", EVENT)
     robot = SerialRobot(ros, tmp_path, **{"emulator.senses_impacts": True, "mocap.accept_frozen": True})
     odometry = ros.listen(Odometry, "mocap/odom", EVENT)
     ros.make(MocapNode, {"mocap.detect_impacts": False, "mocap.accept_frozen": True})
     robot.ready()
     robot.until(lambda: odometry)
     robot.drive_until(lambda: abs(2 * odometry[-1].pose.pose.orientation.z) > 1.0, yaw_rate=1.5)
-    robot.drive_until(lambda: told and truth, x=-0.7, y=0.7)
+    robot.drive_until(lambda: told and truth and contacts, x=-0.7, y=0.7)
     assert told[0].header.frame_id == "map"
     assert (told[0].vector.x, told[0].vector.y) == pytest.approx((truth[0].vector.x, truth[0].vector.y), abs=0.15)
-    stamps = [m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in (told[0], truth[0])]
+    stamps = [seconds_from_stamp(m.header.stamp) for m in (told[0], truth[0])]
     assert stamps[0] == pytest.approx(stamps[1], abs=0.15)
+    contact = impact_contact_from_message(contacts[0], "map")
+    assert contact.time == stamps[0]
+    normal = np.array([told[0].vector.x, told[0].vector.y])
+    np.testing.assert_allclose(contact.normal, normal / np.hypot(*normal), atol=1e-6)
+    # the hall's wall where the robot went: x = -1 or y = 3 or -3
+    x, y = contact.point
+    assert min(abs(x + 1.0), abs(abs(y) - 3.0)) < 0.02 + 0.7 * abs(stamps[0] - stamps[1])
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from collplan_core.command import Command
 from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c
@@ -139,6 +140,32 @@ def test_impact(stamp, change):
     np.testing.assert_array_equal(value, change)
 
 
+@given(stamps, points, yaws)
+@FEW
+def test_impact_contact(stamp, point, angle):
+    normal = np.array([math.cos(angle), math.sin(angle)])
+    message = sent(c.impact_contact_to_message(ImpactContact(stamp, point, normal), "map"))
+    contact = c.impact_contact_from_message(message, "map")
+    assert contact.time == stamp
+    np.testing.assert_array_equal(contact.point, point)
+    np.testing.assert_allclose(contact.normal, normal, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("point", "frame", "w", "words"),
+    [
+        ((math.nan, 0.0), "map", 1.0, r"pose\.position"),
+        ((0.0, 0.0), "lab", 1.0, "'lab', expected 'map'"),
+        ((0.0, 0.0), "map", 0.0, "orientation"),
+    ],
+)
+def test_impact_contact_that_is_refused(point, frame, w, words):
+    message = c.impact_contact_to_message(ImpactContact(1.0, np.array(point), np.array([1.0, 0.0])), frame)
+    message.pose.orientation.w = w
+    with pytest.raises(c.MessageError, match=words):
+        c.impact_contact_from_message(message, "map")
+
+
 # ---- scans
 
 ranges = st.one_of(st.floats(0.02, 5.0), st.sampled_from([math.inf, -math.inf, math.nan]))
@@ -247,5 +274,6 @@ def test_every_kind_of_number_goes_out_as_itself(kind):
     c.pose_to_message(PoseSample(1.0, two, kind(1)), "map")
     c.state_to_odometry(State(1.0, two, two, kind(0)), "map", "base_link")
     c.impact_to_message(kind(1), two, "map")
+    c.impact_contact_to_message(ImpactContact(kind(1), two, two), "map")
     command = c.command_to_twist_stamped(Command(two, kind(1), "free_space", two), kind(1), "base_link")
     assert (command.twist.linear.x, command.twist.linear.y, command.twist.angular.z) == (1.0, 2.0, 1.0)

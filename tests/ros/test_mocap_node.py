@@ -10,7 +10,12 @@ from nav_msgs.msg import Odometry
 
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseSample
-from collplan_ros.messages.conversions import pose_to_message, state_from_odometry
+from collplan_ros.messages.conversions import (
+    impact_contact_from_message,
+    pose_to_message,
+    seconds_from_stamp,
+    state_from_odometry,
+)
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
 from collplan_ros.nodes.mocap_node import MocapNode
 
@@ -25,6 +30,7 @@ class MocapBench:
         self.ros = ros
         self.odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
         self.impacts = ros.listen(Vector3Stamped, "impact", EVENT)
+        self.contacts = ros.listen(PoseStamped, "impact/contact", EVENT)
         self.reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
         self.node = ros.make(MocapNode, parameters)
         self.poses = ros.publisher(PoseStamped, "mocap/pose", POSE_PUBLISHED)
@@ -74,6 +80,13 @@ def test_hit_is_published_once(ros, bench):
     change = bench.impacts[0]
     assert change.header.frame_id == "map"
     assert (change.vector.x, change.vector.y) == pytest.approx((-1.7, 0.0), abs=0.1)
+    assert ros.wait_until(lambda: bench.contacts)
+    assert len(bench.contacts) == 1
+    contact = impact_contact_from_message(bench.contacts[0], "map")
+    assert contact.time == pytest.approx(5.25, abs=0.002)
+    assert contact.time < seconds_from_stamp(change.header.stamp) - 0.005
+    np.testing.assert_allclose(contact.point, [0.34, 0.05], atol=0.005)
+    np.testing.assert_allclose(contact.normal, [-1.0, 0.0], atol=0.05)
 
 
 def broken(**fields):

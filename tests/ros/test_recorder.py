@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from std_msgs.msg import String
 
 from collplan_core.parameters import Settings
+from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import World
-from collplan_ros.messages.conversions import impact_to_message, state_to_odometry
+from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.recorder import Recorder
 from collplan_ros.runs.run_log import RunLog
@@ -209,6 +210,22 @@ def test_truth_that_comes_after_the_last_pose_is_recorded_up_to_that_pose():
         ears.take["ground_truth/impact"](impact)
     assert [row.stamp for row in recorder.log.truth] == pytest.approx(STAMP + 0.01 * np.arange(6))
     assert [impact.stamp for impact in recorder.log.true_impacts] == pytest.approx(STAMP + 0.01 * np.arange(1, 6))
+
+
+def test_a_detected_impact_is_recorded_with_its_own_time_and_place_and_none_after_the_end():
+    ears = Ears()
+    recorder = Recorder(ears, Settings())
+    recorder.begin()
+    ears.take["mocap/odom"](truth(20)[0], {"source_timestamp": round(WALL_CLOCK * 1e9)})
+    recorder.finish()
+    for time in (STAMP + 0.1, STAMP + 0.3):
+        place = ImpactContact(time, np.array([1.0, 2.0]), np.array([0.0, -1.0]))
+        ears.take["impact/contact"](impact_contact_to_message(place, Settings().frames.map))
+    ears.take["impact/contact"](impact_contact_to_message(place, "elsewhere"))
+    ((stamp, x, y, *normal),) = recorder.log.detected_impacts
+    assert (stamp, x, y) == pytest.approx((STAMP + 0.1, 1.0, 2.0))
+    assert normal == pytest.approx([0.0, -1.0])
+    assert recorder.log.n_impacts == 1
 
 
 def test_a_robot_without_truth_is_waited_for_by_nobody():

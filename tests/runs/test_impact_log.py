@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from logged_trials import detected
 
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
 from collplan_core.sensing.pose_filter import FRESH, PoseSample, filter_pose
 from collplan_ros.runs.impact_log import impacts_of, nearest_surface
-from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
+from collplan_ros.runs.run_log import DetectedImpactRecord, ImpactRecord, PoseRow, RunLog
 from made_runs import EPOCH, HIT_AT, RADIUS, SPEED, WALL, WINDOW, bouncing_run, room
 
 
@@ -34,16 +35,24 @@ def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
     assert np.isnan(impacts.direction_errors).all()
 
 
-def test_an_impact_that_the_ring_sensed_between_two_poses_has_the_velocities_of_the_poses_around():
+def test_a_detected_impact_has_the_velocities_of_the_poses_around_and_its_own_place():
     log = bouncing_run()
-    log.truth, log.detected_impacts = [], [ImpactRecord(EPOCH + HIT_AT - 0.003, -0.7, 0.0)]
+    log.truth, log.detected_impacts = [], [DetectedImpactRecord(EPOCH + HIT_AT - 0.003, WALL, 0.1, -1.0, 0.0)]
     # the velocities that the poses show are fitted over the last moments: they lag
     lagging = [max(-0.5 * SPEED, SPEED - 0.25 * (k - 99)) if k > 99 else SPEED for k in range(len(log.poses))]
     log.poses = [row._replace(vx=vx) for row, vx in zip(log.poses, lagging, strict=True)]
     impacts = impacts_of(log, room(), WINDOW)
+    assert impacts.times[0] == EPOCH + HIT_AT - 0.003
     assert impacts.points[0] == pytest.approx([WALL, 0.1], abs=1e-9)
+    assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
     assert impacts.before[0] == pytest.approx([SPEED, 0.0])
     assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
+    assert impacts.deliberate.tolist() == [True]
+
+
+def test_a_detected_impact_before_any_pose_is_left_out():
+    log = RunLog(detected_impacts=[DetectedImpactRecord(EPOCH, WALL, 0.1, -1.0, 0.0)])
+    assert len(impacts_of(log, room(), WINDOW)) == 0
 
 
 def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
@@ -67,6 +76,16 @@ def test_two_impacts_between_two_samples_are_kept_apart():
     assert impacts.before[:, 0] == pytest.approx([SPEED, 0.0], abs=1e-9)
     assert impacts.after[:, 0] == pytest.approx([0.0, -0.5 * SPEED], abs=1e-9)
     assert impacts.foreseen.sum() == 1
+
+
+def test_a_true_impact_at_the_stamp_of_a_pose_is_over_in_that_pose():
+    """The simulator stamps an impact with the end of its step; the pose of that moment has the velocity after it."""
+    log = bouncing_run()
+    log.true_impacts = [ImpactRecord(log.truth[100].stamp, -1.5 * SPEED, 0.0)]
+    impacts = impacts_of(log, room(), WINDOW)
+    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
+    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
+    assert impacts.deliberate.tolist() == [True]
 
 
 @given(st.floats(-1.99, 2.49), st.floats(-1.49, 1.49))
@@ -93,7 +112,7 @@ def detected_run(before: np.ndarray, after: np.ndarray, noise: float) -> RunLog:
         point = place + (before if t < met else after) * (t - met) + random.normal(0.0, noise, 2)
         result, memory = filter_pose(memory, PoseSample(EPOCH + t, point, 0.0), t, Settings())
         if result.impact is not None:
-            log.detected_impacts.append(ImpactRecord(EPOCH + t, *result.impact.tolist()))
+            log.detected_impacts.append(detected(result.impact, Settings()))
         if result.state is not None:
             log.poses.append(PoseRow(EPOCH + t, *point.tolist(), 0.0, *result.state.velocity.tolist(), 77.0 + t))
         if k % 20 == 10:
@@ -110,6 +129,11 @@ def test_an_impact_detected_in_the_poses_has_its_velocities_before_and_after(bef
     assert len(impacts) == 1
     assert impacts.before[0] == pytest.approx(before, abs=0.04 + 60.0 * noise)
     assert impacts.after[0] == pytest.approx(after, abs=0.02 + 60.0 * noise)
-    assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
+    assert impacts.times[0] == pytest.approx(EPOCH + HIT_AT + 0.004, abs=0.002 + 3.0 * noise)
+    change = np.subtract(after, before)
+    normal = change / np.hypot(*change)
+    assert impacts.normals[0] == pytest.approx(normal, abs=0.02 + 100.0 * noise)
+    place = np.array([WALL - RADIUS, 0.1]) - RADIUS * normal
+    assert impacts.points[0] == pytest.approx(place, abs=0.003 + 10.0 * noise)
     assert impacts.deliberate.tolist() == [True]
     assert impacts.direction_errors[0] < 0.3

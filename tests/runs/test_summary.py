@@ -5,9 +5,9 @@ import pytest
 
 from collplan_core.parameters import Settings
 from collplan_ros.runs.impact_log import impacts_of
-from collplan_ros.runs.run_log import ImpactRecord
+from collplan_ros.runs.run_log import DetectedImpactRecord
 from collplan_ros.runs.summary import summarize
-from made_runs import EPOCH, HIT_AT, SPEED, WINDOW, bouncing_run, room
+from made_runs import EPOCH, HIT_AT, SPEED, WALL, WINDOW, bouncing_run, room
 
 
 def test_the_summary_of_a_run_worked_by_hand():
@@ -27,10 +27,10 @@ def test_the_summary_of_a_run_worked_by_hand():
 
 def test_without_a_truth_the_poses_and_the_detected_impacts_count():
     log = bouncing_run()
-    log.truth, log.detected_impacts = [], [ImpactRecord(EPOCH + HIT_AT, -0.7, 0.0)]
+    log.truth, log.detected_impacts = [], [DetectedImpactRecord(EPOCH + HIT_AT - 0.003, WALL, 0.1, -1.0, 0.0)]
     impacts = impacts_of(log, room(), WINDOW)
     assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
-    assert impacts.before[0] == pytest.approx([0.7 - 0.5 * SPEED, 0.0])
+    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
     summary = summarize(log, impacts, "timeout", np.array([0.0, 0.1]), Settings())
     assert (summary["impacts"], summary["impacts_foreseen"], summary["impacts_deliberate"]) == (1, 1, 1)
     assert summary["arrival_time_s"] is None

@@ -225,7 +225,7 @@ def test_diagnostics_carry_the_same_figures(robot):
 
 @pytest.mark.parametrize("direction", [-1.0, pytest.param(1.0, marks=pytest.mark.soak)])
 def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(make_robot, ros, direction):
-    told = ros.listen(Vector3Stamped, "impact", EVENT)
+    told, contacts = ros.listen(Vector3Stamped, "impact", EVENT), ros.listen(PoseStamped, "impact/contact", EVENT)
     robot = make_robot(**{"simulator.noise": 0.1})
     odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
     ros.make(MocapNode)
@@ -233,10 +233,14 @@ def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(make_robot
     robot.drive_until(lambda: 2 * odometry[-1].pose.pose.orientation.z * direction > 1.0, yaw_rate=2.0 * direction)
     yaw = 2 * math.asin(odometry[-1].pose.pose.orientation.z)
     # to the wall at x = -1 m, whose push is along x of the map
-    robot.drive_until(lambda: told, x=-0.8 * math.cos(yaw), y=0.8 * math.sin(yaw))
+    robot.drive_until(lambda: told and contacts, x=-0.8 * math.cos(yaw), y=0.8 * math.sin(yaw))
     assert told[0].header.frame_id == "map"
     assert told[0].vector.x > 0.8
     assert abs(told[0].vector.y) < 0.4
+    assert contacts[0].pose.position.x == pytest.approx(-1.0, abs=0.03)
+    assert contacts[0].header.stamp.sec + 1e-9 * contacts[0].header.stamp.nanosec < (
+        told[0].header.stamp.sec + 1e-9 * told[0].header.stamp.nanosec
+    )
 
 
 def test_a_robot_restarted_stands_until_a_fresh_command_comes(robot):

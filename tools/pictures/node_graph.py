@@ -35,7 +35,7 @@ class Box(NamedTuple):
 ROBOT = "the robot, one of"
 BOXES = {
     ROBOT: Box(1.8, 6.0, 1.65, 3.1),
-    "mocap_node": Box(7.3, 8.7, 1.15, 0.45),
+    "mocap_node": Box(7.3, 8.7, 1.15, 0.6),
     "lidar_node": Box(9.7, 5.8, 0.95, 0.45),
     "planner_node": Box(15.7, 8.4, 1.9, 1.05),
     "controller_node": Box(15.7, 2.75, 1.9, 1.0),

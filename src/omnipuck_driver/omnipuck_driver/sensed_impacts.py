@@ -1,7 +1,7 @@
-"""Impacts that the ring has sensed, on the topic `impact`: in the map frame and the poses' time."""
+"""Impacts that the ring has sensed, on `impact` and `impact/contact`: in the map frame and the poses' time."""
 
 import numpy as np
-from geometry_msgs.msg import Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.node import Node
@@ -9,9 +9,10 @@ from rclpy.node import Node
 from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
+from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
-from collplan_ros.messages.conversions import impact_to_message, state_from_odometry
+from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_from_odometry
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED
 from collplan_ros.node_kit.clock import seconds
 from collplan_ros.node_kit.inputs import Inputs
@@ -25,7 +26,7 @@ class SensedImpacts:
 
     Attributes:
         published: impacts published.
-        missed: impacts for which a pose, or their telemetry, was missing.
+        missed: impacts for which a pose, or their telemetry, was missing, or that changed no velocity.
     """
 
     def __init__(self, node: Node, inputs: Inputs, settings: Settings, clock: Clock) -> None:
@@ -33,12 +34,14 @@ class SensedImpacts:
         self.published = 0
         self.missed = 0
         self._frames = settings.frames
+        self._radius = settings.robot.radius
         self._history = PoseHistory(settings.limits.pose_history)
         self._clock = PosesClock()
         self._counted: tuple[int, int] | None = None
         self._local = clock
         self._newest: State | None = None
-        self._publisher = node.create_publisher(Vector3Stamped, "impact", EVENT)
+        self._contact = node.create_publisher(PoseStamped, "impact/contact", EVENT)
+        self._impact = node.create_publisher(Vector3Stamped, "impact", EVENT)
         inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose")
 
     def take(self, telemetry: Telemetry) -> None:
@@ -55,15 +58,18 @@ class SensedImpacts:
 
     def _publish(self, telemetry: Telemetry) -> bool:
         now = self._clock.now(seconds(self._local))
-        if now is None or telemetry.impact_age == NEVER:
+        if now is None or telemetry.impact_age == NEVER or not any(telemetry.impact):
             return False
         stamp = now - telemetry.impact_age * 1e-3
-        # the newest pose will do for the heading where none is as new as the impact
+        # where no pose is as new as the impact the newest one leads to it
         state = self._history.at(stamp) or self._newest
         if state is None:
             return False
         change = np.array(rotate(*telemetry.impact, state.yaw))
-        self._publisher.publish(impact_to_message(stamp, change, self._frames.map))
+        center = state.position + (stamp - state.stamp) * state.velocity
+        contact = impact_contact(stamp, center, change, self._radius)
+        self._contact.publish(impact_contact_to_message(contact, self._frames.map))
+        self._impact.publish(impact_to_message(stamp, change, self._frames.map))
         return True
 
     def _take_pose(self, message: Odometry) -> None:

@@ -70,7 +70,7 @@ class _Nodes:
         state = self._state = result.state
         self._controller.take_pose(state, now)
         if result.impact is not None:
-            self._pass_on(self._planner.take_impact(sample.stamp, result.impact, now))
+            self._pass_on(self._planner.take_impact(sample.stamp, result.impact.change, now))
         self._plan(lambda: self._planner.take_pose(state, now))
 
     def lidar(self) -> None:

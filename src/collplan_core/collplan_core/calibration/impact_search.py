@@ -22,6 +22,5 @@ def find_impacts(times: np.ndarray, points: np.ndarray, settings: Settings) -> l
     for time, point in zip(times.tolist(), points, strict=True):
         result, memory = filter_pose(memory, PoseSample(time, point, 0.0), time, watching)
         if result.impact is not None:
-            # the track begins anew at the impact
-            impacts.append(float(memory.track.times[0]))
+            impacts.append(result.impact.time)
     return impacts

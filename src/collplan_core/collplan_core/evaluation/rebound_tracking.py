@@ -8,6 +8,7 @@ import numpy as np
 
 from collplan_core.evaluation.impact_matching import UNMATCHED, Prediction, match_contacts
 from collplan_core.plan import Plan
+from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.state import State
 
 KEPT = 0.3
@@ -53,8 +54,7 @@ class ReboundTracker:
 
     def impact(self, stamp: float, change: np.ndarray, state: State, radius: float) -> None:
         """An impact was found at `stamp` [s]: change of velocity (2,) [m/s], newest state, radius of the disc [m]."""
-        # the ring touches where the change comes from, but for what the boundary brakes along itself
-        point = state.position - radius * change / max(math.hypot(*change), 1e-9)
+        point = impact_contact(stamp, state.position, change, radius).point
         self._impact = MeasuredImpact(stamp, point, self._foreseen(stamp, point), np.full(2, math.nan))
 
     def moved(self, state: State, settled: float) -> MeasuredImpact | None:

@@ -97,13 +97,13 @@ class FilterResult:
 
     Attributes:
         state: None when the pose was refused, or while the first window fills.
-        impact: (2,) change of velocity [m/s, world frame] of an impact, once, when it is found; else None.
+        impact: an impact, once, when it is found; else None.
         refused: why, empty when accepted: not_finite, stamp or leap.
         relocated: the robot is somewhere else now; what was planned is void.
     """
 
     state: State | None
-    impact: np.ndarray | None = None
+    impact: DetectedImpact | None = None
     refused: str = ""
     relocated: bool = False
 
@@ -142,7 +142,7 @@ def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[Fil
         track = _since(track, impact)
     velocity = _velocity(track, settings.mocap)
     state = None if velocity is None else State(sample.stamp, sample.position, velocity, sample.yaw)
-    return FilterResult(state, None if impact is None else impact.change), FilterMemory(track)
+    return FilterResult(state, impact), FilterMemory(track)
 
 
 def _disagreement(track: Track, sample: PoseSample, received: float, settings: Settings) -> str:
@@ -177,9 +177,9 @@ def _extended(track: Track, sample: PoseSample, received: float, settings: Setti
 
 
 def _since(track: Track, impact: DetectedImpact) -> Track:
-    """The track from an impact on: its point and the poses after it."""
+    """The track from an impact on: the centre then and the poses after it."""
     times = np.append(impact.time, track.times[impact.first_after :])
-    points = np.concatenate([impact.point[np.newaxis], track.points[impact.first_after :]])
+    points = np.concatenate([impact.center[np.newaxis], track.points[impact.first_after :]])
     return Track(times, points, track.begun, track.received)
 
 

@@ -123,7 +123,7 @@ class Bringup:
         if begin is not None and pose.stamp >= begin:
             distance = float(np.hypot(pose.x - target[0], pose.y - target[1]))
             maneuver = self.log.maneuver_at(pose.sent)
-            self.progress.show(pose.stamp - begin, distance, maneuver, len(self.log.impacts))
+            self.progress.show(pose.stamp - begin, distance, maneuver, self.log.n_impacts)
 
     def come_to_rest(self) -> None:
         """Ends the recording, and waits until it is whole, the robot rests, and the goal's final status is reported."""

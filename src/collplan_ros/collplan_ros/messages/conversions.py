@@ -20,6 +20,7 @@ from std_msgs.msg import Header
 from collplan_core.command import Command
 from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 
@@ -156,6 +157,26 @@ def impact_from_message(message: Vector3Stamped, frame: str) -> tuple[float, np.
     x, y = float(message.vector.x), float(message.vector.y)
     check_finite("vector", x, y)
     return seconds_from_stamp(message.header.stamp), np.array([x, y])
+
+
+def impact_contact_to_message(contact: ImpactContact, frame: str) -> PoseStamped:
+    """Message of the place of an impact in `frame`: its time, the contact point, and the x axis along the normal."""
+    x, y = contact.normal.tolist()
+    return pose_to_message(PoseSample(contact.time, contact.point, math.atan2(y, x)), frame)
+
+
+def impact_contact_from_message(message: PoseStamped, frame: str) -> ImpactContact:
+    """The place of an impact in a message, in `frame`.
+
+    Raises:
+        MessageError: another frame, not finite, or not a unit quaternion.
+    """
+    check_frame("header.frame_id", message.header.frame_id, frame)
+    x, y = float(message.pose.position.x), float(message.pose.position.y)
+    check_finite("pose.position", x, y)
+    yaw = yaw_from_quaternion(message.pose.orientation)
+    normal = np.array([math.cos(yaw), math.sin(yaw)])
+    return ImpactContact(seconds_from_stamp(message.header.stamp), np.array([x, y]), normal)
 
 
 def vector3(xy: np.ndarray) -> Vector3:

@@ -3,16 +3,18 @@
 from collections import Counter
 from typing import Any
 
-from geometry_msgs.msg import Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
+from collplan_core.sensing.impact_contact import impact_contact
+from collplan_core.sensing.impact_detection import DetectedImpact
 from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose
 from collplan_core.sensing.pose_filter import FRESH, FilterResult, PoseError, PoseSample, filter_pose, warm_up
 from collplan_core.state import State
-from collplan_ros.messages.conversions import impact_to_message, state_to_odometry
+from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
 from collplan_ros.messages.qos import EVENT, POSE_LISTENED, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import described_age, local_clock, seconds
@@ -28,7 +30,7 @@ SAME_POSE = "nothing but the same pose (mocap.accept_frozen: false)"
 
 
 class MocapNode(Node):
-    """Subscribes mocap.topic; publishes at most one mocap/odom per pose, and impact when one is detected."""
+    """Subscribes mocap.topic; publishes at most one mocap/odom per pose, and impact and impact/contact."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("mocap_node", **kwargs)
@@ -44,6 +46,7 @@ class MocapNode(Node):
         self._poses_clock = PosesClock()
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
         self._odometry = self.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
+        self._contact = self.create_publisher(PoseStamped, "impact/contact", EVENT)
         self._impact = self.create_publisher(Vector3Stamped, "impact", EVENT)
         mocap = self._settings.mocap
         self._read = FORMATS[mocap.format].read
@@ -100,10 +103,17 @@ class MocapNode(Node):
     def _publish(self, stamp: float, result: FilterResult) -> None:
         self._counts["relocations"] += result.relocated
         if result.impact is not None:
-            self._counts["impacts"] += 1
-            self._impact.publish(impact_to_message(stamp, result.impact, self._settings.frames.map))
+            self._publish_impact(stamp, result.impact)
         if result.state is not None:
             self._publish_state(result.state)
+
+    def _publish_impact(self, stamp: float, impact: DetectedImpact) -> None:
+        """`impact` gets the stamp of the pose that shows the velocity after it, `impact/contact` its own time."""
+        self._counts["impacts"] += 1
+        frame, radius = self._settings.frames.map, self._settings.robot.radius
+        contact = impact_contact(impact.time, impact.center, impact.change, radius)
+        self._contact.publish(impact_contact_to_message(contact, frame))
+        self._impact.publish(impact_to_message(stamp, impact.change, frame))
 
     def _publish_state(self, state: State) -> None:
         frames = self._settings.frames

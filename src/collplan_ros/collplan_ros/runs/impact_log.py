@@ -19,8 +19,8 @@ from collplan_core.worlds import World, world_segments
 from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
 
 VECTORS = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
-SLACK = 1e-4
-"""Stamps are not evenly spaced to the last digit [s]."""
+SETTLED = 1.1
+"""So long after an impact a velocity is fitted to poses after it alone, in velocity_windows."""
 COLUMNS = ("t", *VECTORS, "direction_error", "foreseen", "deliberate")
 
 
@@ -28,11 +28,12 @@ COLUMNS = ("t", *VECTORS, "direction_error", "foreseen", "deliberate")
 class Impacts:
     """The impacts of a run, world frame, in order of time.
 
-    Of a simulated robot: contacts begun at more than 0.08 m/s into the wall; contacts within 50 ms of one on the same
-    surface belong to it. Of a real robot: the impacts that were detected.
+    Of a simulated robot: contacts begun at more than 0.08 m/s into the wall, placed on the nearest surface of the
+    world; contacts within 50 ms of one on the same surface belong to it. Of a real robot: the impacts that were
+    detected in the poses or sensed by the ring, placed where they were measured.
 
     Attributes:
-        times: (k,) [s], of detection where the robot is real.
+        times: (k,) when each impact was, also where it was found later [s].
         points: (k, 2) on the obstacle [m].
         normals: (k, 2) unit normals out of the obstacle.
         before: (k, 2) velocity before each impact [m/s].
@@ -60,34 +61,41 @@ class Impacts:
 
 
 def impacts_of(log: RunLog, world: World, velocity_window: float) -> Impacts:
-    """The impacts of a run, each on the surface of `world` that was nearest to the robot.
+    """The impacts of a run.
 
     Args:
         log: the run.
-        world: the world that the robot was in.
+        world: the world that the robot was in; true impacts are placed on it.
         velocity_window: mocap.velocity_window, over which velocities of measured poses are fitted [s].
     """
-    rows = np.array([_row(impact, log, world, velocity_window) for impact in log.impacts]).reshape(-1, 9)
+    rows = _true_rows(log, world) if log.truth else _measured_rows(log, velocity_window)
     times, points, normals, before, after = rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7], rows[:, 7:9]
     predictions = [Prediction(made, contacts) for made, contacts in sorted(log.contacts.items())]
     errors = foreseen_rebounds(times, points, after, predictions)[:, 0]
     return Impacts(times, points, normals, before, after, errors, foreseen_impacts(times, points, predictions))
 
 
-def _row(impact: ImpactRecord, log: RunLog, world: World, velocity_window: float) -> list[float]:
-    """Time, point, normal, velocity before and velocity after of an impact."""
-    if log.truth:
+def _true_rows(log: RunLog, world: World) -> np.ndarray:
+    """(k, 9) time, point, normal, velocity before and velocity after of each true impact."""
+    rows = []
+    for impact in log.true_impacts:
         position, before, after = _true_motion(impact, log)
-    else:
-        position, before, after = _measured_motion(impact, log, velocity_window)
-    point, normal = nearest_surface(world, position)
-    return [impact.stamp, *point, *normal, *before, *after]
+        point, normal = nearest_surface(world, position)
+        rows.append([impact.stamp, *point, *normal, *before, *after])
+    return np.array(rows).reshape(-1, 9)
+
+
+def _measured_rows(log: RunLog, velocity_window: float) -> np.ndarray:
+    """(k, 9) time, point, normal, velocity before and velocity after of each detected impact."""
+    detected = log.detected_impacts if log.poses else []
+    rows = [[*impact, *_measured_velocities(impact.stamp, log, velocity_window)] for impact in detected]
+    return np.array(rows).reshape(-1, 9)
 
 
 def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, velocity before and velocity after (2,) of a true impact, between two true poses."""
     last, following = _poses_around(impact.stamp, log.truth)
-    within = [other for other in log.impacts if last.stamp <= other.stamp < following.stamp]
+    within = [other for other in log.true_impacts if last.stamp < other.stamp <= following.stamp]
     earlier = _total_change(other for other in within if other.stamp < impact.stamp)
     # the change that the impacts between the poses do not explain is the wheels' doing, spread evenly
     driven = _velocity(following) - _velocity(last) - _total_change(within)
@@ -96,23 +104,17 @@ def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndar
     return _position(last) + before * elapsed, before, before + _change(impact)
 
 
-def _measured_motion(
-    impact: ImpactRecord, log: RunLog, velocity_window: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, velocity before and velocity after (2,) of a detected impact.
+def _measured_velocities(impact: float, log: RunLog, velocity_window: float) -> list[float]:
+    """Velocity before and velocity after (4,) a detected impact at a stamp [s], as measured poses show them.
 
-    The velocity after it is that of the last pose within `velocity_window` [s] and before the next impact, as that of
-    earlier poses is fitted to few points.
+    Before it: that of the last pose, as none fitted later is free of the impact. After it: that of the first pose that
+    is fitted to poses after it alone, or of the last one before the next impact, or of all, where that is earlier.
     """
     stamps = [row.stamp for row in log.poses]
-    later = min((other.stamp for other in log.impacts if other.stamp > impact.stamp), default=math.inf)
-    settled = min(np.searchsorted(stamps, impact.stamp + velocity_window + SLACK), np.searchsorted(stamps, later)) - 1
-    after = _velocity(log.poses[max(int(settled), 0)])
-    last, _ = _poses_around(impact.stamp, log.poses)
-    if last.stamp == impact.stamp:
-        # found in the poses: this pose's velocity is already the one after it, with the error of the change
-        return _position(last), _velocity(last) - _change(impact), after
-    return _position(last) + _velocity(last) * (impact.stamp - last.stamp), _velocity(last), after
+    later = min((other.stamp for other in log.detected_impacts if other.stamp > impact), default=math.inf)
+    settled = min(np.searchsorted(stamps, impact + SETTLED * velocity_window), np.searchsorted(stamps, later) - 1)
+    last, _ = _poses_around(impact, log.poses)
+    return [*_velocity(last), *_velocity(log.poses[max(int(settled), 0)])]
 
 
 def _change(impact: ImpactRecord) -> np.ndarray:
@@ -132,8 +134,8 @@ def _velocity(row: PoseRow) -> np.ndarray:
 
 
 def _poses_around(stamp: float, track: list[PoseRow]) -> tuple[PoseRow, PoseRow]:
-    """The last pose up to a stamp [s] and the first one after it."""
-    following = int(np.searchsorted([row.stamp for row in track], stamp, side="right"))
+    """The last pose before a stamp [s] and the first one from then on: at the stamp of an impact it is over."""
+    following = int(np.searchsorted([row.stamp for row in track], stamp))
     return track[max(following - 1, 0)], track[min(following, len(track) - 1)]
 
 

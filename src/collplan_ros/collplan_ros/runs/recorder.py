@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PointStamped, Twist, TwistStamped, Vector3Stamped
+from geometry_msgs.msg import PointStamped, PoseStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -22,13 +22,23 @@ from collplan_core.scan import ScanError
 from collplan_ros.messages.cmd_vel import command_type, twist_of
 from collplan_ros.messages.conversions import (
     MessageError,
+    impact_contact_from_message,
     impact_from_message,
     scan_from_message,
     state_from_odometry,
 )
 from collplan_ros.messages.plans import contacts_from_message, plan_from_path
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
-from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver, SentReference
+from collplan_ros.runs.run_log import (
+    DetectedImpactRecord,
+    ImpactRecord,
+    PlanRow,
+    PoseRow,
+    RunLog,
+    SentCommand,
+    SentManeuver,
+    SentReference,
+)
 
 # no message may be lost, so the queue bridges a stall of some seconds
 EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
@@ -120,8 +130,8 @@ class Recorder:
         listen(GoalStatus, "goal_status", self._take_goal_status, LATCHED)
         listen(Odometry, "mocap/odom", self._take_pose)
         listen(Odometry, "ground_truth/odom", self._take_truth)
-        listen(Vector3Stamped, "ground_truth/impact", lambda m: self._take_impact(m, self.log.true_impacts))
-        listen(Vector3Stamped, "impact", lambda m: self._take_impact(m, self.log.detected_impacts))
+        listen(Vector3Stamped, "ground_truth/impact", self._take_true_impact)
+        listen(PoseStamped, "impact/contact", self._take_detected_impact)
         listen(LaserScan, "scan", self._take_scan, SENSOR_DATA)
         of_the_run = self._of_the_run
         listen(Path, "plan", of_the_run(self._take_plan))
@@ -167,11 +177,18 @@ class Recorder:
             if row.stamp <= self._end.stamp:
                 self.log.truth.append(row)
 
-    def _take_impact(self, message: Vector3Stamped, impacts: list[ImpactRecord]) -> None:
+    def _take_true_impact(self, message: Vector3Stamped) -> None:
         with suppress(MessageError):
-            impact = self._impact_record(message)
-            if impact.stamp <= self._end.stamp:
-                impacts.append(impact)
+            stamp, change = impact_from_message(message, self._frames.map)
+            if stamp <= self._end.stamp:
+                self.log.true_impacts.append(ImpactRecord(stamp, *change.tolist()))
+
+    def _take_detected_impact(self, message: PoseStamped) -> None:
+        with suppress(MessageError):
+            contact = impact_contact_from_message(message, self._frames.map)
+            if contact.time <= self._end.stamp:
+                place = *contact.point.tolist(), *contact.normal.tolist()
+                self.log.detected_impacts.append(DetectedImpactRecord(contact.time, *place))
 
     def _take_scan(self, message: LaserScan) -> None:
         with suppress(ScanError):
@@ -206,10 +223,6 @@ class Recorder:
         state = state_from_odometry(message, self._frames.map, self._frames.base)
         (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
         return PoseRow(state.stamp, x, y, state.yaw, vx, vy)
-
-    def _impact_record(self, message: Vector3Stamped) -> ImpactRecord:
-        stamp, change = impact_from_message(message, self._frames.map)
-        return ImpactRecord(stamp, *change.tolist())
 
 
 def _when_sent(info: dict[str, Any]) -> float:

@@ -65,11 +65,21 @@ class CommandRow(NamedTuple):
 
 
 class ImpactRecord(NamedTuple):
-    """The change of velocity at an impact [m/s, world frame]."""
+    """A true impact: when, and the change of velocity [m/s, world frame]."""
 
     stamp: float
     dvx: float
     dvy: float
+
+
+class DetectedImpactRecord(NamedTuple):
+    """A detected impact: when it was, point on the obstacle [m] and unit normal out of it, world frame."""
+
+    stamp: float
+    x: float
+    y: float
+    normal_x: float
+    normal_y: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +105,7 @@ class RunLog:
         contacts: contacts that each plan foresaw, by its stamp [s].
         scans: scans received.
         true_impacts: true impacts, of a simulated robot only.
-        detected_impacts: impacts as published on the topic impact; one found in the poses has the stamp of the pose at
-            which it was found, and that pose's velocity is already the one after it.
+        detected_impacts: impacts as published on the topic impact/contact, each with its own time.
         costs: figures of each planning cycle.
         reached_sent: when the planner sent that the goal is reached; None before.
     """
@@ -110,14 +119,14 @@ class RunLog:
     contacts: dict[float, Contacts] = field(default_factory=dict)
     scans: list[Scan] = field(default_factory=list)
     true_impacts: list[ImpactRecord] = field(default_factory=list)
-    detected_impacts: list[ImpactRecord] = field(default_factory=list)
+    detected_impacts: list[DetectedImpactRecord] = field(default_factory=list)
     costs: list[dict[str, float]] = field(default_factory=list)
     reached_sent: float | None = None
 
     @property
-    def impacts(self) -> list[ImpactRecord]:
-        """The true impacts of a simulated robot, else the detected ones."""
-        return self.true_impacts if self.truth else self.detected_impacts
+    def n_impacts(self) -> int:
+        """Number of the true impacts of a simulated robot, else of the detected ones."""
+        return len(self.true_impacts if self.truth else self.detected_impacts)
 
     @property
     def track(self) -> list[PoseRow]:

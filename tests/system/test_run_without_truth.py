@@ -1,0 +1,59 @@
+"""A run through the whole graph whose folder is written without ground truth, as that of a real robot."""
+
+import csv
+import io
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from logged_trials import pairs_of
+
+from collplan_core.parameters import Settings
+from collplan_core.warm_up import warm_up
+from collplan_core.worlds import load_world
+from collplan_ros.bringup.main import run
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.progress import Progress
+from collplan_ros.runs.impact_log import impacts_of
+from collplan_ros.runs.recorder import Recorder
+
+WORLD = "serpentine:0"
+
+
+def kept_apart(monkeypatch) -> SimpleNamespace:
+    """Keeps the truth out of the log of the next run; the truth, and the recorder."""
+    kept = SimpleNamespace(truth=[], recorder=None)
+
+    def aside(self, message):
+        kept.recorder = self
+        kept.truth.append(self._pose_row(message))
+
+    monkeypatch.setattr(Recorder, "_take_truth", aside)
+    return kept
+
+
+@pytest.mark.timeout(300)
+def test_impacts_of_a_run_without_truth_are_told_as_they_were(tmp_path, monkeypatch):
+    warm_up()
+    kept, said = kept_apart(monkeypatch), io.StringIO()
+    options = Options(world=WORLD, strategy="bounce", out=tmp_path / "runs", pictures=False)
+    result = run(options, Progress(said))
+    assert result.outcome == "reached", said.getvalue()
+    assert result.summary["path_length_source"] != "ground_truth"
+    log, window = kept.recorder.log, Settings().mocap.velocity_window
+    found = impacts_of(log, load_world(WORLD), window)
+    log.truth[:] = [row for row in kept.truth if row.stamp <= log.poses[-1].stamp]
+    true = impacts_of(log, load_world(WORLD), window)
+    rows = list(csv.DictReader((result.folder / "impacts.csv").open()))
+    assert [float(row["t"]) for row in rows] == [float(f"{t - log.begin:.6f}") for t in found.times]
+    assert [row["deliberate"] for row in rows] == [str(bool(told)).lower() for told in found.deliberate]
+    assert result.summary["impacts_deliberate"] == found.deliberate.sum()
+    pairs = pairs_of(found.times, true.times, 0.08)
+    assert len(pairs) == len(found) >= 1, (found.times, true.times)
+    late = [abs(found.times[i] - true.times[j]) for i, j in pairs]
+    off = [
+        [np.hypot(*(a[i] - b[j])) for a, b in zip((found.before, found.after), (true.before, true.after), strict=True)]
+        for i, j in pairs
+    ]
+    assert np.median(late) <= 0.03, late
+    assert np.median(off) <= 0.1, off
