@@ -17,7 +17,14 @@ setup(
         ("share/" + PACKAGE, ["package.xml"]),
     ],
     python_requires=">=3.10",
-    install_requires=["collplan-core", "collplan-ros", "omnipuck-driver", "numpy>=1.26.4", "pymunk>=7", "shapely>=2.0.3"],
+    install_requires=[
+        "collplan-core",
+        "collplan-ros",
+        "omnipuck-driver",
+        "numpy>=1.26.4",
+        "pymunk>=7",
+        "shapely>=2.0.3",
+    ],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={
