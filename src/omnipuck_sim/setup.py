@@ -18,7 +18,11 @@ setup(
     ],
     python_requires=">=3.10",
     install_requires=["collplan-core", "collplan-ros", "omnipuck-driver", "numpy>=1.26.4", "pymunk>=7"],
-    extras_require={"test": ["pytest"]},
+    extras_require={
+        # no wheels for Python 3.10
+        "mujoco": ['mujoco-core>=4.0.1; python_version >= "3.11"'],
+        "test": ["pytest"],
+    },
     zip_safe=False,
     entry_points={
         "console_scripts": [

@@ -6,8 +6,9 @@ import pymunk
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
 from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
+from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
-from omnipuck_sim.robot.walls import wall_shapes
+from omnipuck_sim.robot.walls import Edge, Pole, outlines
 
 SLOP = 1e-4
 """Overlap that the solver leaves between body and wall [m]; pymunk's own is 0.1 m."""
@@ -33,7 +34,7 @@ class Disc:
         self._step = 1.0 / simulation.physics_rate
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
-        self.body = _body(robot, simulation)
+        self.body = pymunk.Body(*true_inertia(robot, simulation))
         self._add_ring()
         self._wall_factor = self._add_walls(world)
         self._last_impact: dict[int, float] = {}
@@ -69,10 +70,11 @@ class Disc:
 
     def _add_walls(self, world: World) -> dict[int, float]:
         self._surface_of: dict[pymunk.Shape, int] = {}
-        for surface, shape in wall_shapes(world, self._space.static_body):
+        for piece in outlines(world):
+            shape = _shape(piece, self._space.static_body)
             shape.elasticity, shape.friction, shape.collision_type = 1.0, 1.0, WALL
             self._space.add(shape)
-            self._surface_of[shape] = surface
+            self._surface_of[shape] = piece.surface
         spread = self._simulation.wall_spread
         surfaces = sorted(set(self._surface_of.values()))
         draws = self._random.uniform(-1.0, 1.0, len(surfaces)).tolist()
@@ -108,7 +110,7 @@ class Disc:
         self._begun.clear()
 
 
-def _body(robot: Robot, simulation: Simulation) -> pymunk.Body:
-    mass = simulation.mass_ratio * robot.mass
-    share = robot.inertia_factor
-    return pymunk.Body(mass, mass * robot.radius**2 * share / (1.0 - share))
+def _shape(piece: Edge | Pole, body: pymunk.Body) -> pymunk.Shape:
+    if isinstance(piece, Pole):
+        return pymunk.Circle(body, piece.radius, piece.centre)
+    return pymunk.Segment(body, piece.a, piece.b, 0.0)
