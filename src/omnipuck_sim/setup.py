@@ -17,7 +17,15 @@ setup(
         ("share/" + PACKAGE, ["package.xml"]),
     ],
     python_requires=">=3.10",
-    install_requires=["collplan-core", "collplan-ros", "omnipuck-driver", "numpy>=1.26.4", "pymunk>=7"],
+    install_requires=[
+        "collplan-core",
+        "collplan-ros",
+        "omnipuck-driver",
+        "numpy>=1.26.4",
+        "pymunk>=7",
+        "scipy>=1.11.4",
+        "shapely>=2.0.3",
+    ],
     extras_require={
         # no wheels for Python 3.10
         "mujoco": ['mujoco-core>=4.0.1; python_version >= "3.11"'],

@@ -21,16 +21,20 @@ REFUSED = 2
 
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point of `compare_engines`; exit code 2 where the studies cannot be compared."""
-    parser = argparse.ArgumentParser(prog="compare_engines", description=DESCRIPTION)
-    parser.add_argument("first", type=Path, help="folder of a study made with --bounces")
-    parser.add_argument("second", type=Path, help="folder of the same study with another --engine")
-    parsed = parser.parse_args(args)
+    parsed = _parser().parse_args(args)
     try:
         print("\n".join(comparison(read_study(parsed.first), read_study(parsed.second))))
     except (StudyError, WorldError, OSError) as error:
         print(f"compare_engines: {error}", file=sys.stderr)
         return REFUSED
     return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="compare_engines", description=DESCRIPTION)
+    parser.add_argument("first", type=Path, help="folder of a study made with --bounces")
+    parser.add_argument("second", type=Path, help="folder of the same study with another --engine")
+    return parser
 
 
 def comparison(first: StudyData, second: StudyData) -> Iterator[str]:

@@ -97,7 +97,7 @@ class MujocoDisc:
         self._substep = step / self._substeps
         mass, moment = true_inertia(robot, simulation)
         pieces = list(outlines(world))
-        self._model = _model(pieces, robot.radius, mass, moment, self._substep, simulation.contact_time)
+        self._model = _model(pieces, robot, simulation, self._substep)
         self._data = mujoco.MjData(self._model)
         self.body = MujocoBody(self._data, mass, moment)
         self._ring = self._model.geom(RING).id
@@ -172,9 +172,7 @@ class MujocoDisc:
         restitution = (simulation.restitution - simulation.restitution_slope * into) * self._wall_factor[
             self._surfaces[piece]
         ] + spread * simulation.restitution_spread
-        stiffness, damping = spring_and_damper(simulation.contact_time, restitution)
-        # negative numbers are MuJoCo's sign for stiffness and damping, instead of time constant and damping ratio
-        self._model.pair_solref[piece] = -stiffness, -damping
+        self._model.pair_solref[piece] = _solref(simulation, restitution)
         self._model.pair_friction[piece, :2] = max(simulation.friction + rough * simulation.friction_spread, 0.0)
 
     def _begin(self, touch: _Touch) -> None:
@@ -190,13 +188,12 @@ class MujocoDisc:
             self._ended[touch.surface] = time
 
 
-def _model(
-    pieces: Sequence[Edge | Pole], radius: float, mass: float, moment: float, step: float, contact_time: float
-) -> mujoco.MjModel:
+def _model(pieces: Sequence[Edge | Pole], robot: Robot, simulation: Simulation, step: float) -> mujoco.MjModel:
     """Model of the plane: a sphere that slides in it and turns about its normal, and the outline of what is solid.
 
     The geoms of the pieces, and the pairs of each of them with the ring, have the pieces' numbers.
     """
+    mass, moment = true_inertia(robot, simulation)
     spec = mujoco.MjSpec()
     option = spec.option
     option.timestep, option.gravity, option.cone = step, (0.0, 0.0, 0.0), mujoco.mjtCone.mjCONE_ELLIPTIC
@@ -209,7 +206,7 @@ def _model(
     for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
         body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
     body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0.0, 0.0, 1.0))
-    body.add_geom(name=RING, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(radius, 0.0, 0.0))
+    body.add_geom(name=RING, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(robot.radius, 0.0, 0.0))
     for number in range(len(pieces)):
         spec.add_pair(
             name=str(number),
@@ -217,10 +214,19 @@ def _model(
             geomname2=str(number),
             condim=3,
             gap=NEAR,
-            solreffriction=(SLIP_SHARE * contact_time, 1.0),
+            solref=_solref(simulation, simulation.restitution),
+            solreffriction=(SLIP_SHARE * simulation.contact_time, 1.0),
+            friction=(simulation.friction, simulation.friction, 0.0, 0.0, 0.0),
             solimp=(IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0),
         )
     return spec.compile()
+
+
+def _solref(simulation: Simulation, restitution: float) -> Vector:
+    """MuJoCo's parameters of a contact."""
+    stiffness, damping = spring_and_damper(simulation.contact_time, restitution)
+    # negative numbers are stiffness and damping, positive ones would be a time constant and a damping ratio
+    return -stiffness, -damping
 
 
 def _capsule(piece: Edge | Pole) -> tuple[tuple[float, ...], float]:
