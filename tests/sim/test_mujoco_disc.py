@@ -7,6 +7,7 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed: it needs Python 3
 
 from omnipuck_sim.robot import mujoco_disc
 from omnipuck_sim.robot.impact import IMPACT_SPEED
+from omnipuck_sim.robot.physics import Simulator
 from physics_scenes import QUIET, RADIUS, energy_of, flight, launched, make_world, quiet, unit
 
 V_MAX = QUIET.robot.max_speed
@@ -178,6 +179,22 @@ def test_pressing_on_a_wall_is_one_impact_that_ends():
         sim.step()
     assert len(sim.take_impacts()) == 1
     assert sim.state.position[0] == pytest.approx(0.5 - RADIUS, abs=1e-3)
+
+
+@pytest.mark.parametrize("friction", [0.12, 0.5])
+@pytest.mark.parametrize("angle", np.radians([2.0, 30.0, 60.0]))
+def test_pressed_along_a_wall_it_slides_as_the_rigid_disc(angle, friction):
+    floor = make_world([[(-5.0, -1.0), (5.0, -1.0), (5.0, 0.0), (-5.0, 0.0)]])
+    ends = []
+    for name in ("pymunk", "mujoco"):
+        sim = Simulator(floor, quiet(engine=name, friction=friction), 0, start=np.array([-2.0, RADIUS + 1e-5]))
+        for _ in range(2000):
+            sim.command(0.8 * unit(-angle - sim.state.yaw), -2.0 * sim.state.yaw)
+            sim.step()
+        assert sim.take_impacts() == []
+        ends.append(sim.state.position)
+    np.testing.assert_allclose(*ends, atol=0.005)
+    assert ends[1][0] > -1.9
 
 
 def test_a_placed_disc_has_forgotten_its_contacts():

@@ -105,14 +105,20 @@ class MujocoDisc:
         surfaces = sorted(set(self._surfaces))
         factors = 1.0 + simulation.wall_spread * random.uniform(-1.0, 1.0, len(surfaces))
         self._wall_factor = dict(zip(surfaces, factors.tolist(), strict=True))
-        self._forget()
+        self._draws: dict[int, Vector] = {}
+        self._touching: dict[int, _Touch] = {}
+        self._ended: dict[int, float] = {}
+        self._impacts: list[_Touch] = []
 
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
         """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
         mujoco.mj_resetData(self._model, self._data)
         self._data.qpos[:] = *position, yaw
         self._data.qvel[:] = *velocity, 0.0
-        self._forget()
+        self._draws.clear()
+        self._touching.clear()
+        self._ended.clear()
+        self._impacts = [touch for touch in self._impacts if touch.after is not None]
 
     def step(self, time: float, force: Vector, torque: float) -> None:
         """One physics step that ends at `time` [s], under a force [N, world frame] and a torque [N m]."""
@@ -130,12 +136,6 @@ class MujocoDisc:
         while self._impacts and self._impacts[0].after is not None:
             taken.append(self._impacts.pop(0).impact())
         return taken
-
-    def _forget(self) -> None:
-        self._draws: dict[int, Vector] = {}
-        self._touching: dict[int, _Touch] = {}
-        self._ended: dict[int, float] = {}
-        self._impacts: list[_Touch] = []
 
     def _follow_contacts(self, time: float, before: Vector) -> None:
         """What came near, began and ended in the substep up to `time`, which was entered with the velocity `before`."""
