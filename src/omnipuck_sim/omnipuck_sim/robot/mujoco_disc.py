@@ -10,6 +10,7 @@ import numpy as np
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
 from omnipuck_sim.robot.compliant_ring import spring_and_damper
+from omnipuck_sim.robot.hit_law import HitLaw
 from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
@@ -91,7 +92,7 @@ class MujocoDisc:
 
     def __init__(self, world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> None:
         """`random` draws the spread of each hit and of each wall."""
-        self._simulation, self._random = simulation, random
+        self._simulation = simulation
         step = 1.0 / simulation.physics_rate
         self._substeps = ceil(step / LONGEST_STEP - 1e-9)
         self._substep = step / self._substeps
@@ -102,9 +103,7 @@ class MujocoDisc:
         self.body = MujocoBody(self._data, mass, moment)
         self._ring = self._model.geom(RING).id
         self._surfaces = [piece.surface for piece in pieces]
-        surfaces = sorted(set(self._surfaces))
-        factors = 1.0 + simulation.wall_spread * random.uniform(-1.0, 1.0, len(surfaces))
-        self._wall_factor = dict(zip(surfaces, factors.tolist(), strict=True))
+        self._law = HitLaw(simulation, self._surfaces, random)
         self._draws: dict[int, Vector] = {}
         self._touching: dict[int, _Touch] = {}
         self._ended: dict[int, float] = {}
@@ -165,15 +164,11 @@ class MujocoDisc:
     def _choose_hit(self, piece: int, normal: np.ndarray) -> None:
         """Spring, damper and friction of the hit that would come now."""
         if piece not in self._draws:
-            spread, rough = self._random.uniform(-1.0, 1.0, 2).tolist()
-            self._draws[piece] = spread, rough
-        simulation, (spread, rough) = self._simulation, self._draws[piece]
-        into = max(-float(normal @ self._data.qvel[:2]), 0.0)
-        restitution = (simulation.restitution - simulation.restitution_slope * into) * self._wall_factor[
-            self._surfaces[piece]
-        ] + spread * simulation.restitution_spread
-        self._model.pair_solref[piece] = _solref(simulation, restitution)
-        self._model.pair_friction[piece, :2] = max(simulation.friction + rough * simulation.friction_spread, 0.0)
+            self._draws[piece] = self._law.drawn()
+        into = -float(normal @ self._data.qvel[:2])
+        restitution, friction = self._law.of(self._surfaces[piece], into, self._draws[piece])
+        self._model.pair_solref[piece] = _solref(self._simulation, restitution)
+        self._model.pair_friction[piece, :2] = friction
 
     def _begin(self, touch: _Touch) -> None:
         self._touching[touch.surface] = touch
