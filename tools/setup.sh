@@ -41,5 +41,5 @@ pip() {
 pip pip setuptools wheel
 # shellcheck disable=SC2086
 pip --no-build-isolation --config-settings editable_mode=compat -r requirements-dev.txt $ros \
-    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e src/omnipuck_sim -e src/collplan_study
+    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study
 echo "$PWD" >"$ready"

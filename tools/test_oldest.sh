@@ -19,7 +19,7 @@ if [ "$(cat .venv-oldest/.ready 2>/dev/null)" != "$PWD $sum" ]; then
     }
     pip pip setuptools wheel
     pip --no-build-isolation --config-settings editable_mode=compat -r requirements-test.txt \
-        -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e src/omnipuck_sim -e src/collplan_study
+        -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study
     echo "$PWD $sum" >.venv-oldest/.ready
 fi
 [ "${1:-}" != --setup-only ] || exit 0

@@ -36,6 +36,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
+            "compare_engines = collplan_study.compare_engines:main",
             "study = collplan_study.main:main",
         ],
     },

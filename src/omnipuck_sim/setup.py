@@ -23,9 +23,14 @@ setup(
         "omnipuck-driver",
         "numpy>=1.26.4",
         "pymunk>=7",
+        "scipy>=1.11.4",
         "shapely>=2.0.3",
     ],
-    extras_require={"test": ["pytest"]},
+    extras_require={
+        # no wheels for Python 3.10
+        "mujoco": ['mujoco-core>=4.0.1; python_version >= "3.11"'],
+        "test": ["pytest"],
+    },
     zip_safe=False,
     entry_points={
         "console_scripts": [

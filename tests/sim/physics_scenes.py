@@ -49,7 +49,8 @@ def flight(sim: Simulator, duration: float) -> tuple[np.ndarray, np.ndarray, np.
 def energy_of(sim: Simulator) -> float:
     """Kinetic energy, spin included [J]."""
     body = sim._disc.body
-    return 0.5 * body.mass * float(body.velocity.dot(body.velocity)) + 0.5 * body.moment * body.angular_velocity**2
+    vx, vy = body.velocity
+    return 0.5 * body.mass * (vx**2 + vy**2) + 0.5 * body.moment * body.angular_velocity**2
 
 
 def unit(angle: float) -> np.ndarray:

@@ -165,8 +165,10 @@ def test_a_command_just_too_fast_is_clipped_with_its_direction_kept(bench):
     assert b.diagnosed("refused") == 0
 
 
-def test_an_impact_is_told_as_the_change_of_velocity(bench):
-    b = bench()
+@pytest.mark.parametrize("engine", ["pymunk", "mujoco"])
+def test_an_impact_is_told_as_the_change_of_velocity(bench, engine):
+    pytest.importorskip(engine, reason="MuJoCo is not installed: it needs Python 3.11")
+    b = bench(**{"simulator.engine": engine})
     b.drive_until(lambda: b.heard["ground_truth/impact"], x=-1.0)
     impact = b.heard["ground_truth/impact"][0]
     before = max(-o.twist.twist.linear.x for o in b.odometry)
@@ -228,6 +230,33 @@ def test_a_start_inside_an_obstacle_is_an_error(ros, tmp_path):
 def test_a_parameter_out_of_range_is_an_error(ros):
     with pytest.raises(ParameterError, match="physics_rate"):
         Bench(ros, "corridor", **{"simulator.physics_rate": 1.0})
+
+
+WITHOUT_MUJOCO = """
+import sys
+import omnipuck_sim.robot.engine
+omnipuck_sim.robot.engine.find_spec = lambda name: None
+from {module} import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize(
+    "module", ["omnipuck_sim.node.simulator_node", "omnipuck_sim.emulator.firmware_emulator"], ids=["node", "emulator"]
+)
+def test_an_engine_that_is_not_installed_is_one_line_and_code_2(module):
+    command = [sys.executable, "-c", WITHOUT_MUJOCO.format(module=module)]
+    run = subprocess.run(
+        [*command, "--ros-args", "-p", "simulator.engine:=mujoco"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert run.returncode == 2
+    assert "simulator.engine: got mujoco, which is not installed" in run.stderr
+    assert "pip install mujoco-core" in run.stderr
+    assert "Traceback" not in run.stderr
 
 
 def test_as_a_process_it_ends_cleanly_on_sigterm(ros):

@@ -10,13 +10,14 @@ import pytest
 
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
+from collplan_core.worlds import load_world
 from collplan_study.analysis import statistics
 from collplan_study.analysis.bounce_results import bounce_results_of
 from collplan_study.analysis.gains import gain_of
 from collplan_study.analysis.rows import Rows, read_rows
 from collplan_study.errors import StudyError
 from collplan_study.main import main
-from collplan_study.question.bounces import DEFAULTS, KNOWN_MAP, VARIANTS
+from collplan_study.question.bounces import DEFAULTS, KNOWN_MAP, VARIANTS, variants_of
 from collplan_study.question.grid import make_grid
 from collplan_study.question.held_out import FAMILIES, FIRST_SEED, FURTHER_FAMILIES, LAST_SEED, STUDY_SEED
 from collplan_study.question.options import parse
@@ -26,6 +27,7 @@ from collplan_study.report import pictures
 from collplan_study.report.write_report import write_report
 from collplan_study.tables.table_files import IMPACTS, TABLE, write_tables
 from fake_studies import fake_study, impact, reached, timed_out
+from omnipuck_sim.robot.physics import Simulator
 
 WORLDS = ("l:0-5", "random:0-5", "pillars:0-5")
 ASKED = question_from({**DEFAULTS, "bounces": True, "worlds": WORLDS, "seed": 5})
@@ -115,7 +117,7 @@ def test_strategies_and_changes_meet_the_same_noise_and_rebounds_spread_in_all(s
     for task in tasks:
         assert task.seed == seeds[task.world.name, task.labels["trial"]]
         simulated = task.settings.simulator
-        assert (simulated.restitution_spread, simulated.direction_spread) == (0.08, 0.06)
+        assert (simulated.restitution_spread, simulated.friction_spread) == (0.08, 0.04)
         assert task.settings.planner.map_period == task.labels["map_period_s"] == 0.05
 
 
@@ -123,8 +125,9 @@ def test_each_change_is_one_thing():
     known = Settings().values()
     changed = {name: {key for key in changes if known[key] != changes[key]} for name, changes in VARIANTS.items()}
     both = {"simulator.restitution", "rebound.restitution"}
-    assert [keys for keys in changed.values() if len(keys) > 1] == [both, both]
-    assert {tuple(changes.values()) for name, changes in VARIANTS.items() if "a_max" in name} == {
+    told = {"robot.mass", "robot.max_acceleration", "robot.velocity_lag"}
+    assert [keys for keys in changed.values() if len(keys) > 1] == [both, both, told]
+    assert {tuple(changes.values()) for name, changes in VARIANTS.items() if "m/s^2" in name} == {
         (1.0,),
         (2.0,),
         (3.0,),
@@ -132,6 +135,25 @@ def test_each_change_is_one_thing():
     assert changed[KNOWN_MAP] == {"trial.known_map"}
     assert VARIANTS["restitution 0.7, believed 0.4"] == {"rebound.restitution": 0.4}
     assert known["robot.max_acceleration"] == 1.5
+
+
+def test_a_doubled_mass_is_the_same_truth_told_or_not():
+    """Both drives push alike, whatever is believed."""
+    velocities = []
+    for change in ("mass doubled, not told", "mass doubled, told"):
+        settings = Settings().with_values({**VARIANTS[change], "simulator.noise": 0.0})
+        sim = Simulator(load_world("corridor"), settings, 0)
+        sim.command(np.array([0.8, 0.1]), 0.3)
+        for _ in range(150):
+            sim.step()
+        velocities.append([*sim.state.velocity, sim.spin, sim._disc.body.mass])
+    np.testing.assert_allclose(*velocities, rtol=1e-9)
+    assert velocities[0][3] == pytest.approx(2.0 * Settings().robot.mass)
+
+
+def test_only_the_engine_with_a_compliant_ring_has_a_softer_one():
+    assert variants_of("pymunk") == VARIANTS
+    assert variants_of("mujoco") == {**VARIANTS, "soft ring, 40 ms": {"simulator.contact_time": 0.04}}
 
 
 def test_savings_are_means_of_paired_ratios(found):
@@ -228,7 +250,8 @@ def test_the_document_has_the_tables_of_the_page(found):
         assert row[0] == "---" or row[0] in page
     assert "All figures are simulated." in text
     assert "a_max 1.5 m/s^2" in text
-    assert "spread 0.08 and 0.06 rad" in text
+    assert "spread 0.08 and 0.04 from hit to hit" in text
+    assert "engine pymunk" in text
 
 
 def test_runs_that_do_not_arrive_count_with_the_limit(tmp_path, sources):
@@ -279,17 +302,15 @@ def test_a_smaller_one_is_asked_by_option():
 
 
 def test_a_parameter_that_is_set_replaces_no_other():
-    asked = parse(
-        ["--bounces", "--set", "simulator.direction_spread=0", "--set", "robot.max_acceleration=2"]
-    ).question()
-    expected = ("simulator.restitution_spread=0.08", "simulator.direction_spread=0", "robot.max_acceleration=2")
+    asked = parse(["--bounces", "--set", "simulator.friction_spread=0", "--set", "robot.max_acceleration=2"]).question()
+    expected = ("simulator.restitution_spread=0.08", "simulator.friction_spread=0", "robot.max_acceleration=2")
     assert asked.values == expected
     again = parse(
-        ["--resume", "x", "--bounces", "--set", "simulator.direction_spread=0", "--set", "robot.max_acceleration=2"]
+        ["--resume", "x", "--bounces", "--set", "simulator.friction_spread=0", "--set", "robot.max_acceleration=2"]
     )
     assert again.question(asked) == asked
     with pytest.raises(StudyError, match="another study, its values"):
-        parse(["--resume", "x", "--set", "simulator.direction_spread=1"]).question(asked)
+        parse(["--resume", "x", "--set", "simulator.friction_spread=1"]).question(asked)
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def test_what_a_study_leaves(tmp_path, monkeypatch, capsys):
     text = (folder / "trials.csv").read_text().splitlines()
     assert text[0].split(",") == list(columns(axes))
     assert set(MEASURES) < set(columns(axes))
-    assert text[1].startswith("corridor,corridor,,harness,0.2,true,2.0,0,")
+    assert text[1].startswith("corridor,corridor,,pymunk,harness,0.2,true,2.0,0,")
     assert f"{folder.relative_to(tmp_path)}: 2 trials (simulated): 2 reached" in capsys.readouterr().out
 
 

@@ -104,6 +104,12 @@ def test_options_outrank_the_parameter_file_and_the_file_the_defaults(tmp_path):
     assert prepared.network == "local"
 
 
+def test_the_engine_is_a_parameter_with_an_option(capsys, tmp_path):
+    assert preparation.prepare(Options(engine="mujoco")).settings.simulator.engine == "mujoco"
+    assert main(["--engine", "bullet", "--out", str(tmp_path)]) == 2
+    assert "simulator.engine: got 'bullet', expected one of pymunk, mujoco" in capsys.readouterr().err
+
+
 def test_a_run_folder_that_cannot_be_written_stops_it_before_the_start(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["--out", str(tmp_path / "file")]) == 2

@@ -29,8 +29,8 @@ WITH_ROS_IN_SIM = {
 WITH_ROS_IN_RUNS = {"collplan_ros.runs.recorder"}
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
-PIP_NAMES = {"PIL": "pillow", "serial": "pyserial", "yaml": "PyYAML"}
-WITHOUT_ROSDEP_KEY = {"cobs", "distributed", "numba", "pyarrow", "pymunk"}
+PIP_NAMES = {"PIL": "pillow", "mujoco": "mujoco_core", "serial": "pyserial", "yaml": "PyYAML"}
+WITHOUT_ROSDEP_KEY = {"cobs", "distributed", "mujoco", "numba", "pyarrow", "pymunk"}
 OPTIONAL = {"tf2_ros"}
 
 
@@ -147,7 +147,7 @@ def executables() -> list:
 
 def test_executables_are_those_of_the_graph():
     nodes = {"mocap_node", "lidar_node", "planner_node", "controller_node", "simulator_node", "driver_node"}
-    programs = {"bringup", "fit_rebound", "beside", "study", "firmware_emulator"}
+    programs = {"bringup", "fit_rebound", "beside", "compare_engines", "study", "firmware_emulator"}
     assert {executable.name for executable in executables()} == nodes | programs
 
 

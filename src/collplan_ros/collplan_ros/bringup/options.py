@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from collplan_core.command_line import as_called, examples
-from collplan_core.parameters import Planning, Settings
-from collplan_core.parameters.spec import specs
+from collplan_core.parameters import Planning, Settings, Simulation
+from collplan_core.parameters.spec import Parameters, specs
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import RANGES
 from collplan_ros.bringup.robots import EXPECTED, robot_kind
@@ -25,6 +25,7 @@ class Options:
         world: NAME, FILE or FAMILY:SEED.
         strategy: name of a strategy.
         goal: x, y [m]; None is the world's own.
+        engine: simulator.engine, which computes the contacts.
         seed: seed of every random number of the simulator and its LIDAR.
         params: ROS parameter file.
         out: parent of the run folder.
@@ -40,6 +41,7 @@ class Options:
     world: str | None = None
     strategy: str | None = None
     goal: tuple[float, float] | None = None
+    engine: str | None = None
     seed: int | None = None
     params: Path | None = None
     out: Path = Path("runs")
@@ -56,6 +58,7 @@ class Options:
             "lidar.world": self.world,
             "simulator.world": self.world,
             "planner.strategy": self.strategy,
+            "simulator.engine": self.engine,
             "simulator.seed": self.seed,
             "lidar.seed": self.seed,
             "trial.timeout": self.timeout,
@@ -108,8 +111,13 @@ def _parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add("--robot", default="sim", type=_robot, help=f"{EXPECTED} (default sim, the simulated one)")
     add("--world", metavar="W", help=f"world: NAME, FILE or FAMILY:SEED (default {defaults.simulator.world})")
-    add("--strategy", metavar="NAME", help=f"{_choices()} (default {defaults.planner.strategy})")
+    add("--strategy", metavar="NAME", help=f"{_choices(Planning, 'strategy')} (default {defaults.planner.strategy})")
     add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default the world's own goal)")
+    add(
+        "--engine",
+        metavar="NAME",
+        help=f"simulator.engine: {_choices(Simulation, 'engine')} (default {defaults.simulator.engine})",
+    )
     add("--seed", type=int, metavar="N", help=f"seed of the simulated noise (default {defaults.simulator.seed})")
     add("--params", type=Path, metavar="FILE", help="ROS parameter file; the options above and below outrank it")
     add("--out", type=Path, default=Path("runs"), metavar="DIR", help="where run folders go (default runs)")
@@ -134,8 +142,8 @@ def _robot(spec: str) -> str:
     return spec
 
 
-def _choices() -> str:
-    return " | ".join(next(spec.choices for spec in specs(Planning) if spec.key == "planner.strategy"))
+def _choices(group: type[Parameters], name: str) -> str:
+    return " | ".join(next(spec.choices for spec in specs(group) if spec.key == f"{group.group}.{name}"))
 
 
 def parse(args: Sequence[str] | None = None) -> Options:

@@ -109,9 +109,7 @@ def bounce_results_of(strategies: Sequence[str], runs: Rows, impacts: Rows) -> B
         runs: rows of the runs done so far.
         impacts: rows of their impacts.
     """
-    ours = OURS if OURS in strategies else strategies[0]
-    others = [strategy for strategy in strategies if strategy != ours]
-    against = AGAINST if AGAINST in others else others[0]
+    ours, against, others = strategies_compared(strategies)
     main_runs, main_impacts = runs.where(ablation=""), impacts.where(ablation="")
     ablations, groups = runs.distinct("ablation"), list(groups_of(main_runs))
     variants = [name for name in ablations if name != KNOWN_MAP] if len(ablations) > 1 else []
@@ -122,6 +120,13 @@ def bounce_results_of(strategies: Sequence[str], runs: Rows, impacts: Rows) -> B
         variants=[_variant_results(group, name, runs, ours, against) for name in variants for group in groups],
         known_map=[_known_map_results(group, runs, ours, against) for group in groups if KNOWN_MAP in ablations],
     )
+
+
+def strategies_compared(strategies: Sequence[str]) -> tuple[str, str, list[str]]:
+    """Of at least two strategies the one judged, the one it is compared with in the variants, and all other ones."""
+    ours = OURS if OURS in strategies else strategies[0]
+    others = [strategy for strategy in strategies if strategy != ours]
+    return ours, AGAINST if AGAINST in others else others[0], others
 
 
 def _group_results(

@@ -10,6 +10,7 @@ from collplan_study.errors import StudyError
 OWN_OPTION = {
     "planner.strategy": "--strategies",
     "planner.map_period": "--map-periods",
+    "simulator.engine": "--engine",
     "simulator.seed": "--seed",
     "simulator.world": "--worlds",
     "lidar.world": "--worlds",

@@ -20,7 +20,7 @@ from collplan_study.question.question import Question
 from collplan_study.question.seeds import trial_seed
 from collplan_study.question.sources import Source
 
-STRATEGY, MAP_PERIOD = "planner.strategy", "planner.map_period"
+STRATEGY, MAP_PERIOD, ENGINE = "planner.strategy", "planner.map_period", "simulator.engine"
 
 PAPER_MAP_PERIODS: Mapping[str, tuple[float, ...]] = dict.fromkeys(PAPER_WEIGHTS, (0.2, 0.4, 0.6, 0.8, 1.0))
 """T_map [s] at which the paper evaluates its strategies, by name. Paper: IV-C."""
@@ -114,7 +114,7 @@ def make_grid(
     axes = parse_axes(question.values)
     points = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
     cells = tuple(
-        _cell_spec(source, name, changes, {**point, **strategy}, _trials(question, name))
+        _cell_spec(source, name, changes, {**point, **strategy, ENGINE: question.engine}, _trials(question, name))
         for name, changes in ablations.items()
         for source, strategy, point in product(sources, _strategies(question, name), points)
     )
@@ -160,16 +160,17 @@ def _check_once(option: str, values: Sequence[Any]) -> None:
 def _cell_spec(
     source: Source, ablation: str, changes: Mapping[str, Any], point: Mapping[str, Any], trials: int
 ) -> CellSpec:
-    """A cell: the world's own rules, the axes and strategy of `point`, and over them the changes of the ablation."""
+    """A cell: the world's own rules, axes, strategy and engine of `point`, and over them the ablation's changes."""
     settings = Settings().with_values({**source.values, **point, **changes})
     known = settings.values()
     labels = {
         "world": source.world.name,
         "family": source.family,
         "ablation": ablation,
+        "engine": point[ENGINE],
         "strategy": point[STRATEGY],
         "map_period_s": point[MAP_PERIOD],
-        **{key: known[key] for key in point if key not in (STRATEGY, MAP_PERIOD)},
+        **{key: known[key] for key in point if key not in (STRATEGY, MAP_PERIOD, ENGINE)},
     }
     return CellSpec(source, labels, settings, trials)
 

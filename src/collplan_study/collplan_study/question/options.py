@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from collplan_core.command_line import examples
+from collplan_core.parameters import all_specs
 from collplan_study.errors import StudyError
 from collplan_study.question.ablations import DEFAULTS as ABLATION_DEFAULTS
 from collplan_study.question.bounces import DEFAULTS as BOUNCE_DEFAULTS
@@ -87,6 +88,7 @@ examples:
   study --worlds random:0-99 --map-periods 0.2 --trials 4   worlds nobody tuned on
   study --set robot.max_acceleration=1,1.5,3                one more axis
   study --bounces --worlds u:0-7 --seed 1                   what deliberate bounces bring, in few worlds
+  study --bounces --engine mujoco --out runs/mujoco         the same with a compliant ring, for compare_engines
   study --resume runs/study-2026-01-31_12-00-00             what is missing there
   study --resume runs/study-2026-01-31_12-00-00 --run none  tables and report of what is there
 """
@@ -147,6 +149,7 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
     add("--set", dest="values", action="append", metavar="KEY=VALUE,...", help=changes)
     add("--start", type=float, nargs=2, metavar=("X", "Y"), help="where to begin [m] (default each world's own)")
     add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default each world's own)")
+    add("--engine", metavar="NAME", help=f"who computes contacts: {_engines()} (default {default.engine})")
     scale = "BARN's worlds so many times as large (default 1, as they are; 0.42 makes them as narrow for this robot as"
     add("--barn-scale", type=float, metavar="F", help=f"{scale} they are for their own)")
 
@@ -161,6 +164,10 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
     add("--ablation-trials", type=int, metavar="N", help="trials in each cell of an ablation (default as without)")
     held_out = "in worlds that nothing was tuned on, what deliberate bounces bring"
     add("--bounces", action="store_true", help=f"{held_out} ({_defaults_text(BOUNCE_DEFAULTS)})")
+
+
+def _engines() -> str:
+    return " or ".join(all_specs()["simulator.engine"].choices)
 
 
 def _defaults_text(question: Mapping[str, Any]) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from collplan_core.parameters import Simulation
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_study.errors import StudyError
 
@@ -24,6 +25,7 @@ class Question:
         ablations: whether every named ablation is run beside the main grid.
         ablation_strategies: strategies that the ablations are run with; None is all of them.
         ablation_trials: number in each cell of an ablation; None is `trials`.
+        engine: simulator.engine, which computes the contacts.
         bounces: whether the question is what deliberate bounces gain, with variants and a report of its own.
     """
 
@@ -39,6 +41,7 @@ class Question:
     ablations: bool = False
     ablation_strategies: tuple[str, ...] | None = None
     ablation_trials: int | None = None
+    engine: str = Simulation().engine
     bounces: bool = False
 
     def __post_init__(self) -> None:

@@ -1,11 +1,12 @@
 """The tables of a study of bounces as a Markdown document."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from collplan_study.analysis.bounce_results import BounceResults
 from collplan_study.report.bounce_page import METHOD, conditions, summary
 from collplan_study.report.bounce_tables import bounce_tables
+from collplan_study.report.markdown import markdown_table
 
 
 def bounce_document(results: BounceResults, provenance: Mapping[str, Any]) -> str:
@@ -22,10 +23,4 @@ def _lines(results: BounceResults, provenance: Mapping[str, Any]) -> Iterator[st
     yield from (f"- {line}" for line in summary(results))
     yield from ("", conditions(provenance), "", METHOD, "")
     for each in bounce_tables(results):
-        yield from (f"### {each.title}", "", each.note, "")
-        yield from map(_row, (each.head, ["---"] * len(each.head), *each.rows))
-        yield ""
-
-
-def _row(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+        yield from markdown_table(each)

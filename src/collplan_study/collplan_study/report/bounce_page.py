@@ -64,8 +64,10 @@ def conditions(provenance: Mapping[str, Any]) -> str:
     axes = parse_axes(provenance["question"]["values"])
     values = {**Settings().values(), **provenance["parameters"], **{key: value for key, (value,) in axes.items()}}
     return (
-        f"Main comparison: a_max {values['robot.max_acceleration']:g} m/s^2, v_max {values['robot.max_speed']:g} m/s, "
-        f"restitution {values['simulator.restitution']:g} (believed {values['rebound.restitution']:g}), spread "
-        f"{values['simulator.restitution_spread']:g} and {values['simulator.direction_spread']:g} rad from hit to hit, "
+        f"Main comparison: engine {values['simulator.engine']}, a_max {values['robot.max_acceleration']:g} m/s^2, "
+        f"v_max {values['robot.max_speed']:g} m/s, "
+        f"restitution {values['simulator.restitution']:g} (believed {values['rebound.restitution']:g}), friction "
+        f"{values['simulator.friction']:g}, spread {values['simulator.restitution_spread']:g} and "
+        f"{values['simulator.friction_spread']:g} from hit to hit, "
         f"noise {values['simulator.noise']:g}, all assumed."
     )

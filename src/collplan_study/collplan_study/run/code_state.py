@@ -9,7 +9,18 @@ import omnipuck_sim
 from collplan_core.jit import sources_digest
 
 SIMULATOR = Path(omnipuck_sim.__file__).parent
-LIBRARIES = ("numpy", "scipy", "shapely", "numba", "llvmlite", "pymunk", "PyYAML", "pyarrow", "distributed")
+LIBRARIES = (
+    "numpy",
+    "scipy",
+    "shapely",
+    "numba",
+    "llvmlite",
+    "pymunk",
+    "mujoco-core",
+    "PyYAML",
+    "pyarrow",
+    "distributed",
+)
 PROJECT = ("collplan-core", "omnipuck-sim", "collplan-study")
 
 
@@ -18,7 +29,7 @@ def trial_code() -> str:
 
     It covers every Python file of the two packages, in subfolders too.
     """
-    libraries = [version(name) for name in ("numpy", "numba", "pymunk")]
+    libraries = [version(name) for name in ("numpy", "numba", "pymunk")] + [_version("mujoco-core") or ""]
     return sha256("".join([sources_digest(), sources_digest(SIMULATOR), *libraries]).encode()).hexdigest()[:16]
 
 

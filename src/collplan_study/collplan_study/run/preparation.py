@@ -9,13 +9,14 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import WorldError
 from collplan_study.errors import StudyError
 from collplan_study.question.ablations import ABLATIONS
-from collplan_study.question.bounces import VARIANTS
+from collplan_study.question.bounces import variants_of
 from collplan_study.question.grid import NO_ABLATION, Grid, make_grid
-from collplan_study.question.options import Options
+from collplan_study.question.options import NONE, Options
 from collplan_study.question.question import Question, question_from
 from collplan_study.question.sources import Source, load_sources
 from collplan_study.run.provenance import Provenance, check_code, new_provenance
 from collplan_study.run.study_folder import check_new, read_provenance, read_sources
+from omnipuck_sim.robot.engine import check_installed
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +36,12 @@ def prepare(options: Options) -> Study:
         StudyError: the study cannot be run; the message gives the reason in one line.
     """
     try:
-        return _new(options) if options.resume is None else _resumed(options, options.resume)
+        study = _new(options) if options.resume is None else _resumed(options, options.resume)
+        if options.run != NONE:
+            check_installed(study.grid.cells[0].settings.simulator)
     except (WorldError, ParameterError) as error:
         raise StudyError(str(error)) from None
+    return study
 
 
 def _new(options: Options) -> Study:
@@ -63,4 +67,4 @@ def _resumed(options: Options, folder: Path) -> Study:
 def _ablations(question: Question) -> Mapping[str, Mapping[str, Any]]:
     if not question.ablations:
         return NO_ABLATION
-    return VARIANTS if question.bounces else ABLATIONS
+    return variants_of(question.engine) if question.bounces else ABLATIONS

@@ -15,6 +15,7 @@ from typing import Any
 
 from collplan_core.parameters import Settings
 from collplan_study.errors import StudyError
+from collplan_study.question.grid import ENGINE
 from collplan_study.question.options import Options
 from collplan_study.question.question import Question
 from collplan_study.question.sources import Source
@@ -29,7 +30,8 @@ def new_provenance(
 ) -> Provenance:
     """Provenance of a study of `trials` trials, before the first of them; its list of sessions is empty.
 
-    `parameters` are the defaults; what the cells of the grid change is in `question`, `sources` and `ablations`.
+    `parameters` are the defaults with the engine that was asked for; what the cells of the grid change is in
+    `question`, `sources` and `ablations`.
     """
     return {
         "results": "simulated",
@@ -37,7 +39,7 @@ def new_provenance(
         "sources": source_records(sources),
         "ablations": {name: dict(changes) for name, changes in ablations.items()},
         "trials": trials,
-        "parameters": Settings().values(),
+        "parameters": Settings().with_values({ENGINE: question.engine}).values(),
         "code": {"trial": trial_code(), "git": git_state()},
         "versions": versions(),
         "platform": _platform(),

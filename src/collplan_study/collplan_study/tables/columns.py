@@ -10,6 +10,7 @@ LABELS: dict[str, type] = {
     "world": str,
     "family": str,
     "ablation": str,
+    "engine": str,
     "strategy": str,
     "map_period_s": float,
 }

@@ -5,9 +5,11 @@ import pymunk
 
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
+from omnipuck_sim.robot.hit_law import HitLaw
 from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
+from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.vector import Vector
-from omnipuck_sim.robot.walls import wall_shapes
+from omnipuck_sim.robot.walls import Edge, Pole, outlines
 
 SLOP = 1e-4
 """Overlap that the solver leaves between body and wall [m]; pymunk's own is 0.1 m."""
@@ -28,18 +30,19 @@ class Disc:
 
     def __init__(self, world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> None:
         """`random` draws the spread of each hit and of each wall."""
-        self._simulation, self._random = simulation, random
+        self._simulation = simulation
         self._radius = robot.radius
         self._step = 1.0 / simulation.physics_rate
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
-        self.body = _body(robot, simulation)
+        self.body = pymunk.Body(*true_inertia(robot, simulation))
         self._add_ring()
-        self._wall_factor = self._add_walls(world)
+        self._surface_of = self._add_walls(world)
+        self._law = HitLaw(simulation, self._surface_of.values(), random)
         self._last_impact: dict[int, float] = {}
         self._begun: list[tuple[int, Vector, Vector, Vector]] = []
         self._impacts: list[Impact] = []
-        self._space.on_collision(BODY, WALL, begin=self._begin, pre_solve=self._choose_restitution)
+        self._space.on_collision(BODY, WALL, begin=self._begin, pre_solve=self._choose_hit)
 
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
         """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
@@ -67,16 +70,15 @@ class Disc:
         ring.collision_type = BODY
         self._space.add(self.body, ring)
 
-    def _add_walls(self, world: World) -> dict[int, float]:
-        self._surface_of: dict[pymunk.Shape, int] = {}
-        for surface, shape in wall_shapes(world, self._space.static_body):
+    def _add_walls(self, world: World) -> dict[pymunk.Shape, int]:
+        """The surface that each shape belongs to."""
+        surface_of: dict[pymunk.Shape, int] = {}
+        for piece in outlines(world):
+            shape = _shape(piece, self._space.static_body)
             shape.elasticity, shape.friction, shape.collision_type = 1.0, 1.0, WALL
             self._space.add(shape)
-            self._surface_of[shape] = surface
-        spread = self._simulation.wall_spread
-        surfaces = sorted(set(self._surface_of.values()))
-        draws = self._random.uniform(-1.0, 1.0, len(surfaces)).tolist()
-        return {surface: 1.0 + spread * draw for surface, draw in zip(surfaces, draws, strict=True)}
+            surface_of[shape] = piece.surface
+        return surface_of
 
     def _begin(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
         normal = arbiter.contact_point_set.normal
@@ -85,17 +87,12 @@ class Disc:
         surface = self._surface_of[arbiter.shapes[1]]
         self._begun.append((surface, (point.x, point.y), (-normal.x, -normal.y), (velocity.x, velocity.y)))
 
-    def _choose_restitution(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+    def _choose_hit(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
         if not arbiter.is_first_contact:
             return
-        simulation, normal, velocity = self._simulation, arbiter.contact_point_set.normal, self.body.velocity
-        into = max(velocity.dot(normal), 0.0)
-        spread, rough = self._random.uniform(-1.0, 1.0, 2).tolist()
-        restitution = (simulation.restitution - simulation.restitution_slope * into) * self._wall_factor[
-            self._surface_of[arbiter.shapes[1]]
-        ] + spread * simulation.restitution_spread
-        arbiter.restitution = min(max(restitution, 0.0), 1.0)
-        arbiter.friction = max(simulation.friction + rough * simulation.friction_spread, 0.0)
+        into = self.body.velocity.dot(arbiter.contact_point_set.normal)
+        surface = self._surface_of[arbiter.shapes[1]]
+        arbiter.restitution, arbiter.friction = self._law.of(surface, into, self._law.drawn())
 
     def _record(self, time: float) -> None:
         after = np.array(self.body.velocity)
@@ -108,7 +105,7 @@ class Disc:
         self._begun.clear()
 
 
-def _body(robot: Robot, simulation: Simulation) -> pymunk.Body:
-    mass = simulation.mass_ratio * robot.mass
-    share = robot.inertia_factor
-    return pymunk.Body(mass, mass * robot.radius**2 * share / (1.0 - share))
+def _shape(piece: Edge | Pole, body: pymunk.Body) -> pymunk.Shape:
+    if isinstance(piece, Pole):
+        return pymunk.Circle(body, piece.radius, piece.centre)
+    return pymunk.Segment(body, piece.a, piece.b, 0.0)

@@ -1,4 +1,4 @@
-"""The simulated Omnipuck: a rigid disc among obstacles that pymunk steps, pushed by wheels that lag."""
+"""The simulated Omnipuck: a disc among obstacles that a physics engine steps, pushed by wheels that lag."""
 
 from dataclasses import replace
 from math import floor, isfinite, pi, remainder
@@ -12,8 +12,8 @@ from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
-from omnipuck_sim.robot.disc import Disc
 from omnipuck_sim.robot.drive import Drive
+from omnipuck_sim.robot.engine import make_engine
 from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.noise import ACTUATION_RATE, Noise
 from omnipuck_sim.robot.vector import Vector
@@ -36,6 +36,7 @@ class Simulator:
 
     Raises:
         WorldError: no start given, or the robot would stand inside an obstacle.
+        ParameterError: simulator.engine is not installed.
     """
 
     def __init__(self, world: World, settings: Settings, seed: int, start: np.ndarray | None = None) -> None:
@@ -45,7 +46,7 @@ class Simulator:
         self._noise = Noise(settings.simulator, seed)
         markers = settings.simulator
         self._marker_offset = markers.marker_offset_x, markers.marker_offset_y, markers.marker_offset_yaw
-        self._disc = Disc(world, settings.robot, settings.simulator, self._noise.rebound)
+        self._disc = make_engine(world, settings.robot, settings.simulator, self._noise.rebound)
         self._drive = Drive(settings.robot, settings.simulator)
         self._command_life = settings.limits.command_age + 1.0 / settings.controller.rate
         self._steps = 0

@@ -1,12 +1,13 @@
-"""What is solid in a world, as pymunk shapes that a disc can slide along without a seam."""
+"""What is solid in a world, as edges and circles that a disc can slide along without a seam."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
-import pymunk
 import shapely
 
 from collplan_core.worlds import World
+from omnipuck_sim.robot.vector import Vector
 
 COLLINEAR = 1e-9
 """A corner nearer to the chord of its neighbours than this is no corner [m]."""
@@ -14,8 +15,26 @@ TOUCHING = 1e-6
 """Circles nearer to each other than this form one surface [m]."""
 
 
-def wall_shapes(world: World, body: pymunk.Body) -> Iterator[tuple[int, pymunk.Shape]]:
-    """The outlines of a world's obstacles as shapes of `body`, each with the number of the surface it belongs to.
+@dataclass(frozen=True)
+class Edge:
+    """A straight piece of the outline from `a` to `b` [m]; `surface` is the number of the surface it belongs to."""
+
+    surface: int
+    a: Vector
+    b: Vector
+
+
+@dataclass(frozen=True)
+class Pole:
+    """A circle of the outline; its centre and radius in m, `surface` as for an edge."""
+
+    surface: int
+    centre: Vector
+    radius: float
+
+
+def outlines(world: World) -> Iterator[Edge | Pole]:
+    """The outlines of a world's obstacles, and of its bounds where it is walled.
 
     Polygons that overlap or abut are united first and corners that are none are dropped: a disc that slides over the
     seam of two collinear pieces would be thrown off by it.
@@ -24,16 +43,16 @@ def wall_shapes(world: World, body: pymunk.Body) -> Iterator[tuple[int, pymunk.S
     united = shapely.union_all([shapely.Polygon(polygon) for polygon in world.polygons])
     for part in shapely.get_parts(united):
         for ring in (part.exterior, *part.interiors):
-            yield from ((surface, segment) for segment in _segments(_corners(ring), body))
+            yield from (Edge(surface, a, b) for a, b in _sides(_corners(ring)))
             surface += 1
     chains = _chains(np.asarray(world.circles))
     for chain, (x, y, r) in zip(chains, np.asarray(world.circles).tolist(), strict=True):
-        yield surface + chain, pymunk.Circle(body, r, (x, y))
+        yield Pole(surface + chain, (x, y), r)
     surface += len(chains)
     if world.walled:
         x0, y0, x1, y1 = map(float, world.bounds)
         room = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
-        yield from ((surface + side, segment) for side, segment in enumerate(_segments(room, body)))
+        yield from (Edge(surface + side, a, b) for side, (a, b) in enumerate(_sides(room)))
 
 
 def _corners(ring: shapely.LinearRing) -> np.ndarray:
@@ -60,9 +79,9 @@ def _distance_to_chord(point: np.ndarray, a: np.ndarray, b: np.ndarray) -> float
     return abs(float(chord[0] * (point[1] - a[1]) - chord[1] * (point[0] - a[0]))) / length
 
 
-def _segments(corners: np.ndarray, body: pymunk.Body) -> Iterator[pymunk.Segment]:
-    for a, b in zip(corners.tolist(), np.roll(corners, -1, axis=0).tolist(), strict=True):
-        yield pymunk.Segment(body, tuple(a), tuple(b), 0.0)
+def _sides(corners: np.ndarray) -> Iterator[tuple[Vector, Vector]]:
+    ends = [(x, y) for x, y in corners.tolist()]
+    yield from zip(ends, [*ends[1:], ends[0]], strict=True)
 
 
 def _chains(circles: np.ndarray) -> list[int]:

@@ -1,0 +1,88 @@
+"""The engines that compute motion and contacts of the simulated robot, and the choice between them."""
+
+from importlib.util import find_spec
+from typing import Protocol
+
+import numpy as np
+
+from collplan_core.parameters import Robot, Simulation
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.worlds import World
+from omnipuck_sim.robot.disc import Disc
+from omnipuck_sim.robot.impact import Impact
+from omnipuck_sim.robot.vector import Vector
+
+MUJOCO = "mujoco"
+
+
+class Body(Protocol):
+    """The rigid body of a disc."""
+
+    @property
+    def position(self) -> Vector:
+        """Its centre [m]."""
+
+    @property
+    def velocity(self) -> Vector:
+        """[m/s]."""
+
+    @property
+    def angle(self) -> float:
+        """[rad]."""
+
+    @property
+    def angular_velocity(self) -> float:
+        """Its yaw rate [rad/s]."""
+
+    @property
+    def moment(self) -> float:
+        """Its moment of inertia [kg m^2]."""
+
+
+class Engine(Protocol):
+    """One disc among obstacles; time passes only in `step`."""
+
+    @property
+    def body(self) -> Body:
+        """Where the disc is, how it moves, and what it weighs."""
+
+    def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
+        """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
+
+    def step(self, time: float, force: Vector, torque: float) -> None:
+        """One physics step that ends at `time` [s], under a force [N, world frame] and a torque [N m]."""
+
+    def take_impacts(self) -> list[Impact]:
+        """The impacts since the last call, in order."""
+
+
+def make_engine(world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> Engine:
+    """The disc of a robot in a world, by the engine that simulator.engine names.
+
+    Args:
+        world, robot, simulation: what is simulated.
+        random: draws the spread of each hit and of each wall.
+
+    Raises:
+        ParameterError: the engine is not installed.
+    """
+    check_installed(simulation)
+    if simulation.engine != MUJOCO:
+        return Disc(world, robot, simulation, random)
+    # an extra, which takes long to import
+    from omnipuck_sim.robot.mujoco_disc import MujocoDisc
+
+    return MujocoDisc(world, robot, simulation, random)
+
+
+def check_installed(simulation: Simulation) -> None:
+    """Refuses an engine that is not installed.
+
+    Raises:
+        ParameterError: it is not; the message says what to install.
+    """
+    if simulation.engine == MUJOCO and find_spec(MUJOCO) is None:
+        raise ParameterError(
+            "simulator.engine: got mujoco, which is not installed, expected pymunk, or MuJoCo installed by"
+            " `pip install mujoco-core` (Python 3.11 or later) or with the extra mujoco of omnipuck-sim"
+        )

@@ -1,0 +1,231 @@
+"""The robot's body among obstacles with a compliant ring: a planar body that MuJoCo steps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import mujoco
+import numpy as np
+
+from collplan_core.parameters import Robot, Simulation
+from collplan_core.worlds import World
+from omnipuck_sim.robot.compliant_ring import spring_and_damper
+from omnipuck_sim.robot.hit_law import HitLaw
+from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
+from omnipuck_sim.robot.inertia import true_inertia
+from omnipuck_sim.robot.vector import Vector
+from omnipuck_sim.robot.walls import Edge, Pole, outlines
+
+LONGEST_STEP = 5e-4
+"""MuJoCo's step is a whole fraction of a physics step and at most this [s]."""
+NEAR = 0.003
+"""A wall nearer than this is about to be hit, and what the hit will be is drawn [m]."""
+EDGE_RADIUS = 1e-6
+"""Edges are capsules of this radius [m]."""
+IMPEDANCE = 0.9999
+"""MuJoCo's largest: contacts accelerate the body as spring and damper say, whatever else pulls at it."""
+SLIP_SHARE = 2.0 / 3.0
+"""Time constant of the friction over the contact time. MuJoCo's friction is convex: one that stops the slip much faster
+pushes the wall away too and takes from the restitution, a slower one does not stop it within a hit."""
+SAME_CONTACT = 0.05
+"""Impacts on one surface within this time after one ended count once [s]."""
+LONGEST_CONTACT = 3.0
+"""An impact of which the body does not come off ends after so many contact times."""
+RING = "ring"
+
+
+class MujocoBody:
+    """The disc as MuJoCo's state has it: centre [m], velocity [m/s], angle [rad], yaw rate [rad/s]."""
+
+    def __init__(self, data: mujoco.MjData, mass: float, moment: float) -> None:
+        self._data = data
+        self.mass, self.moment = mass, moment
+
+    @property
+    def position(self) -> Vector:
+        x, y, _ = self._data.qpos.tolist()
+        return x, y
+
+    @property
+    def velocity(self) -> Vector:
+        x, y, _ = self._data.qvel.tolist()
+        return x, y
+
+    @property
+    def angle(self) -> float:
+        return float(self._data.qpos[2])
+
+    @property
+    def angular_velocity(self) -> float:
+        return float(self._data.qvel[2])
+
+    @angular_velocity.setter
+    def angular_velocity(self, spin: float) -> None:
+        self._data.qvel[2] = spin
+
+
+@dataclass(eq=False)
+class _Touch:
+    """A contact with a surface that has begun; `before` is the velocity then, `after` the one at its end."""
+
+    surface: int
+    begun: float
+    point: np.ndarray
+    normal: np.ndarray
+    before: np.ndarray
+    after: np.ndarray | None = None
+
+    def impact(self) -> Impact:
+        assert self.after is not None
+        return Impact(self.begun, self.point, self.normal, self.before, self.after)
+
+
+class MujocoDisc:
+    """One disc with a compliant ring in a model of its own; time passes only in `step`.
+
+    A hit lasts simulator.contact_time. Contact and friction are MuJoCo's; spring and damper are set for each hit, so
+    that the restitution may fall with the speed into the wall, and differ from hit to hit and from wall to wall.
+
+    Attributes:
+        body: position, velocity, angle and angular velocity are read there.
+    """
+
+    def __init__(self, world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> None:
+        """`random` draws the spread of each hit and of each wall."""
+        self._simulation = simulation
+        step = 1.0 / simulation.physics_rate
+        self._substeps = ceil(step / LONGEST_STEP - 1e-9)
+        self._substep = step / self._substeps
+        mass, moment = true_inertia(robot, simulation)
+        pieces = list(outlines(world))
+        self._model = _model(pieces, robot, simulation, self._substep)
+        self._data = mujoco.MjData(self._model)
+        self.body = MujocoBody(self._data, mass, moment)
+        self._ring = self._model.geom(RING).id
+        self._surfaces = [piece.surface for piece in pieces]
+        self._law = HitLaw(simulation, self._surfaces, random)
+        self._draws: dict[int, Vector] = {}
+        self._touching: dict[int, _Touch] = {}
+        self._ended: dict[int, float] = {}
+        self._impacts: list[_Touch] = []
+
+    def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
+        """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
+        mujoco.mj_resetData(self._model, self._data)
+        self._data.qpos[:] = *position, yaw
+        self._data.qvel[:] = *velocity, 0.0
+        self._draws.clear()
+        self._touching.clear()
+        self._ended.clear()
+        self._impacts = [touch for touch in self._impacts if touch.after is not None]
+
+    def step(self, time: float, force: Vector, torque: float) -> None:
+        """One physics step that ends at `time` [s], under a force [N, world frame] and a torque [N m]."""
+        data = self._data
+        data.qfrc_applied[:] = *force, torque
+        for left in reversed(range(self._substeps)):
+            before = self.body.velocity
+            mujoco.mj_step(self._model, data)
+            if data.ncon or self._touching:
+                self._follow_contacts(time - left * self._substep, before)
+
+    def take_impacts(self) -> list[Impact]:
+        """The impacts since the last call, in order of their begin; one is told when it has ended."""
+        taken = []
+        while self._impacts and self._impacts[0].after is not None:
+            taken.append(self._impacts.pop(0).impact())
+        return taken
+
+    def _follow_contacts(self, time: float, before: Vector) -> None:
+        """What came near, began and ended in the substep up to `time`, which was entered with the velocity `before`."""
+        found = self._data.contact
+        listed, touched = set(), set()
+        for (first, second), distance, frame, point in zip(
+            found.geom.tolist(), found.dist.tolist(), found.frame, found.pos, strict=True
+        ):
+            piece, normal = (second, -frame[:2]) if first == self._ring else (first, frame[:2].copy())
+            listed.add(piece)
+            if distance >= 0.0:
+                self._choose_hit(piece, normal)
+                continue
+            surface = self._surfaces[piece]
+            touched.add(surface)
+            if surface not in self._touching:
+                at = point[:2] - 0.5 * distance * normal
+                self._begin(_Touch(surface, time, at, normal, np.array(before)))
+        for piece in self._draws.keys() - listed:
+            del self._draws[piece]
+        for surface in self._touching.keys() - touched:
+            self._end(self._touching.pop(surface), time)
+        for touch in self._touching.values():
+            if touch.after is None and time - touch.begun > LONGEST_CONTACT * self._simulation.contact_time:
+                self._end(touch, time)
+
+    def _choose_hit(self, piece: int, normal: np.ndarray) -> None:
+        """Spring, damper and friction of the hit that would come now."""
+        if piece not in self._draws:
+            self._draws[piece] = self._law.drawn()
+        into = -float(normal @ self._data.qvel[:2])
+        restitution, friction = self._law.of(self._surfaces[piece], into, self._draws[piece])
+        self._model.pair_solref[piece] = _solref(self._simulation, restitution)
+        self._model.pair_friction[piece, :2] = friction
+
+    def _begin(self, touch: _Touch) -> None:
+        self._touching[touch.surface] = touch
+        again = touch.begun - self._ended.get(touch.surface, -np.inf) <= SAME_CONTACT
+        if -(touch.before @ touch.normal) > IMPACT_SPEED and not again:
+            self._impacts.append(touch)
+
+    def _end(self, touch: _Touch, time: float) -> None:
+        if touch.after is None:
+            touch.after = np.array(self.body.velocity)
+        if any(touch is impact for impact in self._impacts):
+            self._ended[touch.surface] = time
+
+
+def _model(pieces: Sequence[Edge | Pole], robot: Robot, simulation: Simulation, step: float) -> mujoco.MjModel:
+    """Model of the plane: a sphere that slides in it and turns about its normal, and the outline of what is solid.
+
+    The geoms of the pieces, and the pairs of each of them with the ring, have the pieces' numbers.
+    """
+    mass, moment = true_inertia(robot, simulation)
+    spec = mujoco.MjSpec()
+    option = spec.option
+    option.timestep, option.gravity, option.cone = step, (0.0, 0.0, 0.0), mujoco.mjtCone.mjCONE_ELLIPTIC
+    for number, piece in enumerate(pieces):
+        ends, thickness = _capsule(piece)
+        spec.worldbody.add_geom(
+            name=str(number), type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=ends, size=(thickness, 0.0, 0.0)
+        )
+    body = spec.worldbody.add_body(mass=mass, inertia=(moment, moment, moment), explicitinertial=True)
+    for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
+        body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0.0, 0.0, 1.0))
+    body.add_geom(name=RING, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(robot.radius, 0.0, 0.0))
+    for number in range(len(pieces)):
+        spec.add_pair(
+            name=str(number),
+            geomname1=RING,
+            geomname2=str(number),
+            condim=3,
+            gap=NEAR,
+            solref=_solref(simulation, simulation.restitution),
+            solreffriction=(SLIP_SHARE * simulation.contact_time, 1.0),
+            friction=(simulation.friction, simulation.friction, 0.0, 0.0, 0.0),
+            solimp=(IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0),
+        )
+    return spec.compile()
+
+
+def _solref(simulation: Simulation, restitution: float) -> Vector:
+    """MuJoCo's parameters of a contact."""
+    stiffness, damping = spring_and_damper(simulation.contact_time, restitution)
+    # negative numbers are stiffness and damping, positive ones would be a time constant and a damping ratio
+    return -stiffness, -damping
+
+
+def _capsule(piece: Edge | Pole) -> tuple[tuple[float, ...], float]:
+    """Ends of the axis (6) and radius of a capsule [m]."""
+    if isinstance(piece, Pole):
+        return (*piece.centre, -1.0, *piece.centre, 1.0), piece.radius
+    return (*piece.a, 0.0, *piece.b, 0.0), EDGE_RADIUS
