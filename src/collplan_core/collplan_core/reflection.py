@@ -20,16 +20,21 @@ class Ring(NamedTuple):
         restitution: e, share of the speed into the boundary that comes back.
         friction: mu, Coulomb friction of ring and boundary.
         inertia_factor: 1 / (1 + m r^2 / I), share of the slip of the rim that gripping takes from the velocity.
+        body_share: m / (m + m_w), share of a change of velocity that is left once traction has pulled body and wheels
+            together, some hundredths of a second later; a hit changes the velocity of the body alone.
     """
 
     restitution: float
     friction: float
     inertia_factor: float
+    body_share: float = 1.0
 
 
 def believed_ring(settings: Settings) -> Ring:
     """The ring as the parameters have it."""
-    return Ring(settings.rebound.restitution, settings.rebound.friction, settings.robot.inertia_factor)
+    robot = settings.robot
+    body_share = robot.mass / (robot.mass + robot.wheel_mass)
+    return Ring(settings.rebound.restitution, settings.rebound.friction, robot.inertia_factor, body_share)
 
 
 @njit
@@ -38,7 +43,7 @@ def reflect(vx: float, vy: float, rim: float, nx: float, ny: float, ring: Ring) 
 
     v_n' = -e v_n, and v_t changes by -sign(s) min(mu (1 + e) |v_n|, |s| / (1 + m r^2 / I)) where the rim slips by s,
     the velocity along the boundary of the point that touches it. `rim` is omega r, the speed of the rim by spin,
-    counter-clockwise.
+    counter-clockwise. Of the change of velocity `ring.body_share` is left.
     """
     vn = vx * nx + vy * ny
     if vn > 0.0:
@@ -50,7 +55,8 @@ def reflect(vx: float, vy: float, rim: float, nx: float, ny: float, ring: Ring) 
     change = -math.copysign(grip, slip)
     bounce = -(1.0 + ring.restitution) * vn
     rim_change = -change * (1.0 / ring.inertia_factor - 1.0)
-    return vx + bounce * nx + change * tx, vy + bounce * ny + change * ty, rim + rim_change
+    dx, dy = bounce * nx + change * tx, bounce * ny + change * ty
+    return vx + ring.body_share * dx, vy + ring.body_share * dy, rim + rim_change
 
 
 def rebound(velocity: np.ndarray, normal: np.ndarray, ring: Ring) -> np.ndarray:

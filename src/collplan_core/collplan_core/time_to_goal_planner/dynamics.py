@@ -111,7 +111,7 @@ def _step_with_contact(
     if normal_speed > IMPACT_SPEED:
         kind = OBSERVED if source_at(source, grid, cx, cy) != INFERRED else INFERRED
         restitution = model.ring.restitution if kind == OBSERVED else 0.0
-        ring = Ring(restitution, model.ring.friction, model.ring.inertia_factor)
+        ring = Ring(restitution, model.ring.friction, model.ring.inertia_factor, model.ring.body_share)
         rx, ry, _ = reflect(sx, sy, 0.0, nx, ny, ring)
     elif normal_speed > 0.0:
         rx, ry = sx + normal_speed * nx, sy + normal_speed * ny
