@@ -13,7 +13,7 @@ velocities = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)).map(np.array)
 angles = st.floats(-np.pi, np.pi)
 shares = st.floats(0.0, 1.0)
 rims = st.floats(-1.0, 1.0)
-rings = st.builds(Ring, shares, st.floats(0.0, 2.0), st.floats(0.05, 0.5))
+rings = st.builds(Ring, shares, st.floats(0.0, 2.0), st.floats(0.05, 0.5), st.just(1.0))
 QUICK = settings(derandomize=True, deadline=None, max_examples=100, print_blob=True)
 SHIPPED = Ring(0.7, 0.12, 1.0 / 3.0)
 
