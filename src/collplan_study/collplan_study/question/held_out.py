@@ -1,13 +1,13 @@
-"""Held-out worlds and noise: the time-to-goal strategies are not tuned on them.
+"""Held-out worlds and noise: nothing was tuned on them, and each set of seeds is run once.
 
-Tuning of these strategies takes worlds with seeds below FIRST_SEED and other study seeds. This file was committed
-before their first tuning run; a later change of it would void what was measured with it. The parameters that they
-share with the paper's strategies (map, controller, robot) are older and were chosen on worlds of `random` with seeds
-from 1000.
+Tuning takes worlds with seeds below 1000 and other study seeds. A set is committed before its first run; once its results
+were seen it is spent, and what is changed afterwards needs another. Spent: worlds 1000 to 1023 at study seed 61, before
+pymunk computed the contacts. Beside the worlds below, `corridor` and random:20200-20399 at STUDY_SEED are held out for the
+paper's strategies.
 """
 
-FIRST_SEED = 1000
-LAST_SEED = 1023
+FIRST_SEED = 20000
+LAST_SEED = 20023
 """Seeds of the 24 worlds of every family, both inclusive."""
 
 FAMILIES = ("l", "u", "z", "baffles", "random")
@@ -15,7 +15,7 @@ FAMILIES = ("l", "u", "z", "baffles", "random")
 FURTHER_FAMILIES = ("serpentine", "pillars")
 """Families compared one by one."""
 
-STUDY_SEED = 61
+STUDY_SEED = 62
 """Seed of the study, from which each trial's noise follows."""
 TRIALS = 2
 """Runs in each world, with different noise."""
