@@ -1,9 +1,9 @@
 """Held-out worlds and noise: nothing was tuned on them, and each set of seeds is run once.
 
-Tuning takes worlds with seeds below 1000 and other study seeds. A set is committed before its first run; once its results
-were seen it is spent, and what is changed afterwards needs another. Spent: worlds 1000 to 1023 at study seed 61, before
-pymunk computed the contacts. Beside the worlds below, `corridor` and random:20200-20399 at STUDY_SEED are held out for the
-paper's strategies.
+Tuning takes worlds with seeds below 1000 and other study seeds. A set is committed before its first run; once its
+results were seen it is spent, and what is changed afterwards needs another. Spent: worlds 1000 to 1023 at study seed
+61, before pymunk computed the contacts. Beside the worlds below, `corridor` and random:20200-20399 at STUDY_SEED are
+held out for the paper's strategies.
 """
 
 FIRST_SEED = 20000
