@@ -32,6 +32,7 @@ class Rebound(Parameters):
     group = "rebound"
     restitution: float = parameter(0.7, "Share of the speed into the wall that comes back (assumed)", low=0.0, high=1.0, live=True)
     tangential_retention: float = parameter(0.8, "Share of the speed along the wall that is kept (assumed)", low=0.0, high=1.0, live=True)
+    friction: float = parameter(0.12, "Coulomb friction of ring and wall (assumed)", low=0.0, high=5.0, live=True)
 
 
 @dataclass(frozen=True)
