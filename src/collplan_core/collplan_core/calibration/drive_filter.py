@@ -1,7 +1,7 @@
 """How likely measured poses are under the drive's law, for drives whose wheels make errors.
 
-The law dv/dt = (u + e + b - v) / lag, at most max_acceleration, is followed by a Gaussian filter over position, velocity,
-the wheels' error e and its mean b of the run. The error is redrawn once a command period. It must be within the law:
+The law dv/dt = (u + e + b - v) / lag, at most max_acceleration, is followed by a Gaussian filter over position,
+velocity, the wheels' error e and its mean b of the run. The error is redrawn once a command period. It must be within the law:
 the largest acceleration cuts it off, so that a law fitted without it would find a longer lag. What the law does to a
 Gaussian is integrated by Gauss-Hermite quadrature over u + e + b - v (K. Ito, K. Xiong, "Gaussian filters for nonlinear
 filtering problems", IEEE Trans. Automatic Control 45, 2000).
@@ -151,7 +151,7 @@ def _begin(
 def _respond(
     response: np.ndarray, x: np.ndarray, p: np.ndarray, law: VelocityLaw, wanted: np.ndarray, duration: float
 ) -> None:
-    """The change of velocity: mean (2,), slope (2, 2) by u + e + b - v, and covariance xx, xy, yy of what that leaves."""
+    """The change of velocity: mean (2,), slope (2, 2) by u + e + b - v, covariance xx, xy, yy of what that leaves."""
     gap_x, gap_y = wanted[0] + x[4] + x[6] - x[2], wanted[1] + x[5] + x[7] - x[3]
     xx, xy, yy = _gap_covariance(p, 0, 0), _gap_covariance(p, 0, 1), _gap_covariance(p, 1, 1)
     root_xx = math.sqrt(xx)
@@ -162,9 +162,7 @@ def _respond(
     for i in range(len(_POINTS)):
         for j in range(len(_POINTS)):
             z, w, share = _POINTS[i], _POINTS[j], _SHARES[i] * _SHARES[j]
-            dx, dy = velocity_after(
-                law, 0.0, 0.0, gap_x + root_xx * z, gap_y + root_yx * z + root_yy * w, duration
-            )
+            dx, dy = velocity_after(law, 0.0, 0.0, gap_x + root_xx * z, gap_y + root_yx * z + root_yy * w, duration)
             mean_x += share * dx
             mean_y += share * dy
             squares_xx += share * dx * dx
@@ -240,9 +238,7 @@ def _redraw(x: np.ndarray, p: np.ndarray, wheel_error: float) -> None:
 
 
 @njit
-def _correct(
-    x: np.ndarray, p: np.ndarray, point: np.ndarray, noise: float, room: np.ndarray
-) -> tuple[float, float]:
+def _correct(x: np.ndarray, p: np.ndarray, point: np.ndarray, noise: float, room: np.ndarray) -> tuple[float, float]:
     """Takes a measured point (2,) in; its squared distance in standard deviations, and their determinant [m^4]."""
     xx, xy, yy = p[0, 0] + noise**2, p[0, 1], p[1, 1] + noise**2
     determinant = xx * yy - xy * xy

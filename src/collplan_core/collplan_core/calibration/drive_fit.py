@@ -26,6 +26,8 @@ WIDEST_ACCELERATION, WIDEST_LAG = 0.2, 0.1
 
 _STEPS = np.array([0.003, 0.02, 0.04, 0.01])
 """Steps of the logarithms of the constants, small beside their uncertainty or about it."""
+_LAGS = (0.02, 0.05, 0.1, 0.2, 0.4)
+"""Lags that the search begins from [s]."""
 _MOST_ROUNDS = 8
 _NEAR = 0.02
 """Share of a deviation that the end of a search may be off."""
@@ -90,9 +92,7 @@ def fit_drive(runs: Sequence[DrivenStretches]) -> DriveFit:
     runs = [replace(run, stretches=_long_enough(run.stretches)) for run in runs]
     duration = sum(run.duration for run in runs)
     if duration < FEWEST_SECONDS:
-        raise TooLittle(
-            f"drive: {duration:.1f} s away from walls, expected at least {FEWEST_SECONDS:g} s: drive where there is room"
-        )
+        raise TooLittle(f"drive: {duration:.1f} s away from walls, expected at least {FEWEST_SECONDS:g} s: drive more")
     model = _likeliest_model(runs)
     _check_explained(model, runs)
     basis = f"{duration:.0f} s of driving"
@@ -215,12 +215,13 @@ def _shift(j: int) -> np.ndarray:
     return _STEPS[j] * np.eye(len(_STEPS))[j]
 
 
-def _minimum(cost: Callable[[np.ndarray], float], begin: np.ndarray) -> np.ndarray:
+def _minimum(cost: Callable[[np.ndarray], float], begin: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """The logarithms with the least cost, searched from `begin` with first steps `sizes`."""
     # costs more than all the rest to load
     from scipy.optimize import minimize
 
-    corners = begin + np.vstack([np.zeros(4), 0.3 * np.eye(4)])
-    options = {"initial_simplex": corners, "xatol": 0.005, "fatol": 0.1, "maxfev": 400}
+    corners = begin + np.vstack([np.zeros(4), np.diag(sizes)])
+    options = {"initial_simplex": corners, "xatol": 0.01, "fatol": 0.3, "maxfev": 400}
     return np.asarray(minimize(cost, begin, method="Nelder-Mead", options=options).x)
 
 
@@ -228,7 +229,14 @@ def _likeliest_model(runs: Sequence[DrivenStretches]) -> _Model:
     noise = float(np.mean([run.noise for run in runs]))
     begin = np.log([1.5, 0.1, 0.06, noise])
     periods = [ErrorPeriod(-1e-4, run.period) for run in runs]
-    rough = _minimum(lambda logs: _cost(logs, runs, periods), begin)
+
+    def cost(logs: np.ndarray) -> float:
+        return _cost(logs, runs, periods)
+
+    rough = _minimum(cost, begin, np.full(4, 0.3))
+    # the acceleration is known by far the best: in so narrow a valley the search may end before it is at the lag
+    others = [np.where([False, True, False, False], np.log(lag), rough) for lag in _LAGS]
+    rough = _minimum(cost, min([rough, *others], key=cost), 5.0 * _STEPS)
     constants = DriveConstants(*np.exp(rough).tolist())
     chosen = [_likeliest_period(constants, run) for run in runs]
     return _Model(runs, chosen, rough)
@@ -255,8 +263,8 @@ def _check_explained(model: _Model, runs: Sequence[DrivenStretches]) -> None:
     asked = "are commands, their frame and the clocks as recorded, and does nothing else push the robot?"
     if best.wheel_error > LARGEST_ERROR:
         raise Unexplained(
-            f"drive: with the best max_acceleration {best.max_acceleration:.2f} m/s^2 and lag {best.lag:.3f} s the wheels "
-            f"are off the drive law by {best.wheel_error:.2f} m/s, expected at most {LARGEST_ERROR:g} m/s: {asked}"
+            f"drive: with the best max_acceleration {best.max_acceleration:.2f} m/s^2 and lag {best.lag:.3f} s the "
+            f"wheels are off the drive law by {best.wheel_error:.2f} m/s, expected at most {LARGEST_ERROR:g} m/s: {asked}"
         )
     believed = max(run.noise for run in runs)
     if best.pose_noise > LARGEST_NOISE * believed:

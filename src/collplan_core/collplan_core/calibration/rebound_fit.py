@@ -2,8 +2,8 @@
 
     v_n' = -e v_n,      v_t' = v_t - sign(s) min(mu (1 + e) v_n, k |s|),
 
-s being the ring's velocity along the wall where it touches, k = robot.inertia_factor. With the first of the two the ring
-slides; with the second it sticks, which says only that mu is at least as large.
+s being the ring's velocity along the wall where it touches, k = robot.inertia_factor. With the first of the two
+the ring slides; with the second it sticks, which says only that mu is at least as large.
 
 The velocities before and after an impact are measured equally well, so the restitution is the slope of the line through
 the origin to which the points (before, after) are nearest; regression of one on the other would come out too small. The
@@ -100,8 +100,8 @@ def _friction(impacts: WallImpacts, inertia_factor: float) -> FittedConstant:
     if sliding < FEWEST:
         held = float(np.median((most / push)[most <= value * push])) if sliding < len(impacts) else value
         raise TooLittle(
-            f"friction: the ring slides in {sliding} of {len(impacts)} hits and sticks in the others, expected at least "
-            f"{FEWEST} that slide; the friction is about {held:.2f} or more: {more}"
+            f"friction: the ring slides in {sliding} of {len(impacts)} hits and sticks in the others, expected at "
+            f"least {FEWEST} that slide; the friction is about {held:.2f} or more: {more}"
         )
     low, high = _interval((stopped, push, most), _sliding_friction)
     if high - low > WIDEST:
@@ -129,8 +129,8 @@ def _warning(restitution: float, impacts: WallImpacts) -> str:
         else "the ring still pushes, so it is soft and touches for longer than 20 ms"
     )
     return (
-        f"after a hit the velocity changes by more than the drive does: the restitution is {early:.2f} from 20 to 60 ms "
-        f"after it and {late:.2f} from 60 to 120 ms after it (difference {DRIFT_LEVEL:.0%} surely {low:+.3f} to "
+        f"after a hit the velocity changes by more than the drive does: the restitution is {early:.2f} from 20 to 60 "
+        f"ms after it and {late:.2f} from 60 to 120 ms after it (difference {DRIFT_LEVEL:.0%} surely {low:+.3f} to "
         f"{high:+.3f}): {cause}. The value written lies between the two"
     )
 

@@ -39,7 +39,9 @@ def _clearances(world: World, points: np.ndarray) -> np.ndarray:
     import shapely
 
     surfaces = shapely.multilinestrings(np.reshape(world_segments(world), (-1, 2, 2)))
-    distances = shapely.distance(surfaces, shapely.points(points)) if not surfaces.is_empty else np.full(len(points), np.inf)
+    distances = (
+        shapely.distance(surfaces, shapely.points(points)) if not surfaces.is_empty else np.full(len(points), np.inf)
+    )
     for x, y, r in np.asarray(world.circles).tolist():
         distances = np.minimum(distances, np.hypot(points[:, 0] - x, points[:, 1] - y) - r)
     return np.asarray(distances)

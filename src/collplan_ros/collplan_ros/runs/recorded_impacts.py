@@ -22,8 +22,8 @@ SPIN_SPAN = 0.06
 def measured_impacts(runs: Sequence[RecordedRun], drive: DriveFit) -> tuple[WallImpacts, Counter[str]]:
     """The usable impacts of all runs, and the number of others by reason.
 
-    What the wheels did around an impact is told by the drive that was fitted to the same runs. The normal is that of the
-    world's nearest surface: from the change of velocity it could be found only if the friction were known.
+    What the wheels did around an impact is told by the drive that was fitted to the same runs. The normal is that of
+    the world's nearest surface: from the change of velocity it could be found only if the friction were known.
     """
     impacts, normals, spins, left_out = [], [], [], Counter[str]()
     for run, bias in zip(runs, drive.biases, strict=True):

@@ -68,8 +68,8 @@ def _check_one_robot(runs: Sequence[RecordedRun]) -> None:
         other = run.settings.robot.radius
         if other != radius:
             raise Unexplained(
-                f"robot.radius: {run.folder} was driven with {other:g} m and {first.folder} with {radius:g} m, expected "
-                "runs of one robot"
+                f"robot.radius: {run.folder} was driven with {other:g} m and {first.folder} with {radius:g} m, "
+                "expected runs of one robot"
             )
 
 
