@@ -14,7 +14,7 @@ from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog, SentCommand
 from omnipuck_sim.bumping_drive import SPEEDS, bumping_drive
 
-ROOM = "bounds: [0, 0, 2.4, 0.9]\nwalled: true\nstart: [0.4, 0.4]\n"
+ROOM = "bounds: [0, 0, 3.0, 0.9]\nwalled: true\nstart: [0.4, 0.4]\n"
 EPOCH = 1.7e9
 
 

@@ -15,8 +15,8 @@ from omnipuck_sim.robot.physics import Simulator
 
 SPEEDS, STRETCH = (0.4, 1.1), 0.6
 """Slowest and fastest command [m/s], in any direction, for so long [s]."""
-GRAZING, GRAZING_SPEEDS, GRAZING_STRETCH = (12.0, 24.0), (0.9, 1.2), 1.2
-"""Every other command: towards the far corner, at this angle to the x axis [deg], for hits at which the ring slides."""
+GRAZING, GRAZING_SPEEDS, GRAZING_STRETCH = (12.0, 22.0), (1.0, 1.2), 1.4
+"""Every other command: to the far end, at this angle to the nearer long wall [deg]: the ring slides."""
 YAW_GAIN = 2.0
 """[1/s]"""
 
@@ -74,4 +74,5 @@ def _command(
         return random.uniform(*speeds) * np.array([np.cos(angle), np.sin(angle)]), STRETCH
     graze = np.radians(random.uniform(*GRAZING))
     speed = random.uniform(*GRAZING_SPEEDS) * speeds[1] / SPEEDS[1]
-    return speed * np.array([np.cos(graze), np.sin(graze)]) * np.where(to_middle < 0.0, -1.0, 1.0), GRAZING_STRETCH
+    towards = np.where(to_middle * [1.0, -1.0] < 0.0, -1.0, 1.0)
+    return speed * towards * [np.cos(graze), np.sin(graze)], GRAZING_STRETCH

@@ -1,10 +1,10 @@
 """How likely measured poses are under the drive's law, for drives whose wheels make errors.
 
 The law dv/dt = (u + e + b - v) / lag, at most max_acceleration, is followed by a Gaussian filter over position,
-velocity, the wheels' error e and its mean b of the run. The error is redrawn once a command period. It must be within the law:
-the largest acceleration cuts it off, so that a law fitted without it would find a longer lag. What the law does to a
-Gaussian is integrated by Gauss-Hermite quadrature over u + e + b - v (K. Ito, K. Xiong, "Gaussian filters for nonlinear
-filtering problems", IEEE Trans. Automatic Control 45, 2000).
+velocity, the wheels' error e and its mean b of the run. The error is redrawn once a command period. It must be within
+the law: the largest acceleration cuts it off, so that a law fitted without it would find a longer lag. What the law
+does to a Gaussian is integrated by Gauss-Hermite quadrature over u + e + b - v (K. Ito, K. Xiong, "Gaussian filters
+for nonlinear filtering problems", IEEE Trans. Automatic Control 45, 2000).
 """
 
 import math

@@ -264,7 +264,8 @@ def _check_explained(model: _Model, runs: Sequence[DrivenStretches]) -> None:
     if best.wheel_error > LARGEST_ERROR:
         raise Unexplained(
             f"drive: with the best max_acceleration {best.max_acceleration:.2f} m/s^2 and lag {best.lag:.3f} s the "
-            f"wheels are off the drive law by {best.wheel_error:.2f} m/s, expected at most {LARGEST_ERROR:g} m/s: {asked}"
+            f"wheels are off the drive law by {best.wheel_error:.2f} m/s, expected at most {LARGEST_ERROR:g} m/s: "
+            f"{asked}"
         )
     believed = max(run.noise for run in runs)
     if best.pose_noise > LARGEST_NOISE * believed:

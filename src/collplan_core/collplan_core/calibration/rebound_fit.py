@@ -23,6 +23,8 @@ from collplan_core.calibration.wall_impacts import ALONG, INTO, SLOWEST, SLOWEST
 
 FEWEST = 8
 """Impacts needed for each constant; intervals from fewer are too narrow."""
+FEWEST_SLIDING = 5
+"""Impacts among them at which the ring slides that the friction needs."""
 LEAST_SPREAD = 0.2
 """Least difference between the slowest and the fastest impact; impacts all alike fit any law [m/s]."""
 WIDEST = 0.3
@@ -78,7 +80,10 @@ def _restitution(impacts: WallImpacts) -> FittedConstant:
             f"{LEAST_SPREAD:g}: drive at walls slowly and fast"
         )
     weights = impacts.deviations[:, INTO] ** -2
-    value, (low, high) = float(_slope(before, after, weights)), _interval((before, after, weights), _slope)
+    value, (low, high) = (
+        float(_slope(before, after, weights)),
+        _interval((before, after, weights), _slope, len(impacts)),
+    )
     found = f"restitution: {value:.2f}, interval {low:.2f} to {high:.2f}"
     if low > 1.0 or high < 0.0:
         raise TooLittle(f"{found}, expected one within 0 to 1: is the world as it is?")
@@ -97,13 +102,13 @@ def _friction(impacts: WallImpacts, inertia_factor: float) -> FittedConstant:
     most = inertia_factor * np.abs(impacts.slip)
     value = float(_sliding_friction(stopped, push, most))
     sliding = int(np.sum(most > value * push))
-    if sliding < FEWEST:
+    if sliding < FEWEST_SLIDING:
         held = float(np.median((most / push)[most <= value * push])) if sliding < len(impacts) else value
         raise TooLittle(
             f"friction: the ring slides in {sliding} of {len(impacts)} hits and sticks in the others, expected at "
-            f"least {FEWEST} that slide; the friction is about {held:.2f} or more: {more}"
+            f"least {FEWEST_SLIDING} that slide; the friction is about {held:.2f} or more: {more}"
         )
-    low, high = _interval((stopped, push, most), _sliding_friction)
+    low, high = _interval((stopped, push, most), _sliding_friction, sliding)
     if high - low > WIDEST:
         raise TooLittle(
             f"friction: {value:.2f}, interval {low:.2f} to {high:.2f}, expected one no wider than {WIDEST:g}: {more}"
@@ -119,7 +124,7 @@ def _warning(restitution: float, impacts: WallImpacts) -> str:
     if len(impacts) < FEWEST:
         return ""
     before, beyond = impacts.before[:, INTO], impacts.beyond
-    low, high = _interval((before, beyond[:, 0] - beyond[:, 1]), _regression, DRIFT_LEVEL)
+    low, high = _interval((before, beyond[:, 0] - beyond[:, 1]), _regression, len(impacts), DRIFT_LEVEL)
     if low <= 0.0 <= high:
         return ""
     early, late = (restitution + float(_regression(before, beyond[:, w])) for w in range(2))
@@ -165,8 +170,9 @@ def _sliding_friction(stopped: np.ndarray, push: np.ndarray, most: np.ndarray, a
 
 
 def _interval(
-    data: tuple[np.ndarray, ...], statistic: Callable[..., np.ndarray], level: float = LEVEL
+    data: tuple[np.ndarray, ...], statistic: Callable[..., np.ndarray], basis: int, level: float = LEVEL
 ) -> tuple[float, float]:
+    """Interval of a statistic that rests on `basis` of the impacts."""
     # costs more than all the rest to load
     from scipy.stats import bootstrap
 
@@ -177,7 +183,7 @@ def _interval(
         paired=True,
         vectorized=True,
         method="percentile",
-        confidence_level=_widened(len(data[0]), level),
+        confidence_level=_widened(basis, level),
         random_state=np.random.default_rng(SEED),
     )
     interval = resampled.confidence_interval

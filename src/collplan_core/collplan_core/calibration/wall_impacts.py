@@ -10,7 +10,7 @@ from collplan_core.calibration.impact_fit import ImpactFit
 
 INTO, ALONG = 0, 1
 """Components of a velocity in the frame of a wall."""
-SLOWEST = 0.25
+SLOWEST = 0.2
 """Speed into a wall below which noise outweighs the rebound [m/s]."""
 SLOWEST_SLIP = 0.3
 """Speed of the ring along a wall below which noise outweighs the friction [m/s]."""

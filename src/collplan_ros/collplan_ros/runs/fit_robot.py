@@ -8,7 +8,7 @@ from pathlib import Path
 from collplan_core.calibration.drive_fit import FEWEST_SECONDS
 from collplan_core.calibration.fitted_constant import TooLittle, Unexplained
 from collplan_core.calibration.impact_fit import FAR
-from collplan_core.calibration.rebound_fit import FEWEST
+from collplan_core.calibration.rebound_fit import FEWEST, FEWEST_SLIDING
 from collplan_core.calibration.wall_impacts import SLOWEST, SLOWEST_SLIP
 from collplan_core.command_line import examples
 from collplan_core.parameters.file import read_parameters, write_values
@@ -23,12 +23,12 @@ DESCRIPTION = f"""\
 Estimates the robot's constants, each with a 95 % interval, from the poses and commands that bringup recorded, and
 writes them into a ROS parameter file:
 
-  robot.max_acceleration  largest acceleration of the wheels  {FEWEST_SECONDS:g} s away from walls at least, with commands
+  robot.max_acceleration  largest acceleration of the wheels  {FEWEST_SECONDS:g} s away from walls, with commands
   robot.velocity_lag      time constant of the velocity loop  that change by 1 m/s and more
   rebound.restitution     share of the speed into a wall that {FEWEST} hits at least, at different speeds above
                           comes back                          {SLOWEST:g} m/s into a wall
-  rebound.friction        Coulomb friction of ring and wall   {FEWEST} hits at least at which the ring slides: at a
-                                                              grazing angle, above {SLOWEST_SLIP:g} m/s along a wall
+  rebound.friction        Coulomb friction of ring and wall   {FEWEST_SLIDING} hits at which it slides at least, at
+                                                              a grazing angle, above {SLOWEST_SLIP:g} m/s along a wall
 
 The drive is fitted first and then tells what the wheels did around each hit, so that what the runs believed of it does
 not count; where it lies outside the interval found, this is said. Hits are found again in the poses; those count that
@@ -104,8 +104,8 @@ def _check_radius(given: dict[str, object], file: Path | None, runs: Sequence[Re
     for run in runs:
         if radius not in (None, run.settings.robot.radius):
             raise RunError(
-                f"robot.radius: {run.folder} was driven with {run.settings.robot.radius:g} m, expected the {radius:g} m "
-                f"of --params {file}"
+                f"robot.radius: {run.folder} was driven with {run.settings.robot.radius:g} m, expected the {radius:g} "
+                f"m of --params {file}"
             )
 
 

@@ -17,7 +17,7 @@ LONGEST_GAP = 0.05
 def driven_stretches(run: RecordedRun) -> DrivenStretches:
     """The stretches of a run that are commanded and away from walls, and from touches some time before and after."""
     times, points, wanted = run.path.times, run.path.points, run.path.wanted
-    near = times[_clearances(run.world, points) < run.settings.robot.radius + CLEAR]
+    near = times[clearances(run.world, points) < run.settings.robot.radius + CLEAR]
     beside = np.concatenate([[-np.inf], near, [np.inf]])
     following = np.searchsorted(near, times)
     away = (times - beside[following] > FAR) & (beside[following + 1] - times > NEAR)
@@ -33,7 +33,7 @@ def driven_stretches(run: RecordedRun) -> DrivenStretches:
     )
 
 
-def _clearances(world: World, points: np.ndarray) -> np.ndarray:
+def clearances(world: World, points: np.ndarray) -> np.ndarray:
     """(n,) distance of each point from the nearest surface [m]."""
     # costs more than all the rest to load
     import shapely

@@ -11,6 +11,7 @@ from collplan_core.calibration.impact_fit import FAR, NEAR, ImpactFit, UnusableI
 from collplan_core.calibration.impact_search import find_impacts
 from collplan_core.calibration.wall_impacts import WallImpacts, seen_from_walls, sorted_out
 from collplan_ros.runs.impact_log import nearest_surface
+from collplan_ros.runs.recorded_drive import CLEAR, clearances
 from collplan_ros.runs.recorded_run import RecordedRun
 
 FARTHEST_WALL = 0.02
@@ -28,7 +29,7 @@ def measured_impacts(runs: Sequence[RecordedRun], drive: DriveFit) -> tuple[Wall
     impacts, normals, spins, left_out = [], [], [], Counter[str]()
     for run, bias in zip(runs, drive.biases, strict=True):
         driven = _with_drive(run, drive, bias)
-        times = find_impacts(driven.path.times, driven.path.points, driven.settings)
+        times = _hit_times(driven)
         for time in times:
             try:
                 impact, normal = _measured_impact(driven, time, times)
@@ -41,6 +42,20 @@ def measured_impacts(runs: Sequence[RecordedRun], drive: DriveFit) -> tuple[Wall
     radius = runs[0].settings.robot.radius
     usable, others = sorted_out(seen_from_walls(impacts, np.array(normals), spins, radius))
     return usable, left_out + others
+
+
+def _hit_times(run: RecordedRun) -> list[float]:
+    """Times of the hits [s]: of touches of the world's walls, and of kinks in the path far from any.
+
+    Kinks alone would leave out hits of little change, and so make what is found of the others too large.
+    """
+    times, points = run.path.times, run.path.points
+    distances = clearances(run.world, points) - run.settings.robot.radius
+    near = np.flatnonzero(distances < CLEAR)
+    touches = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1) if len(near) else []
+    hits = [float(times[touch[distances[touch].argmin()]]) for touch in touches]
+    kinks = find_impacts(times, points, run.settings)
+    return sorted(hits + [kink for kink in kinks if all(abs(kink - hit) > FAR for hit in hits)])
 
 
 def _with_drive(run: RecordedRun, drive: DriveFit, bias: tuple[float, float]) -> RecordedRun:
