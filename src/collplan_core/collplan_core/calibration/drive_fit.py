@@ -24,6 +24,9 @@ LARGEST_NOISE = 2.0
 WIDEST_ACCELERATION, WIDEST_LAG = 0.2, 0.1
 """Width of the interval above which an assumed value is as good: relative; [s]."""
 
+ACCELERATION_MARGIN, LAG_MARGIN = 3e-4, 0.001
+"""What stamps and the order of events within a pose's period add to either side of an interval: relative; [s]."""
+
 _STEPS = np.array([0.003, 0.02, 0.04, 0.01])
 """Steps of the logarithms of the constants, small beside their uncertainty or about it."""
 _LAGS = (0.02, 0.05, 0.1, 0.2, 0.4)
@@ -282,7 +285,7 @@ def _check_explained(model: _Model, runs: Sequence[DrivenStretches]) -> None:
 
 
 def _acceleration(interval: tuple[float, float, float], basis: str) -> FittedConstant:
-    value, low, high = interval
+    value, low, high = interval[0], interval[1] * (1.0 - ACCELERATION_MARGIN), interval[2] * (1.0 + ACCELERATION_MARGIN)
     if high - low > WIDEST_ACCELERATION * value:
         raise TooLittle(
             f"robot.max_acceleration: {value:.2f}, interval {low:.2f} to {high:.2f} m/s^2, expected one no wider than "
@@ -292,7 +295,7 @@ def _acceleration(interval: tuple[float, float, float], basis: str) -> FittedCon
 
 
 def _lag(interval: tuple[float, float, float], basis: str) -> FittedConstant:
-    value, low, high = interval
+    value, low, high = interval[0], max(interval[1] - LAG_MARGIN, 0.0), interval[2] + LAG_MARGIN
     if high - low > WIDEST_LAG:
         raise TooLittle(
             f"robot.velocity_lag: {value:.3f}, interval {low:.3f} to {high:.3f} s, expected one no wider than "

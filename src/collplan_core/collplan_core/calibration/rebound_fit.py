@@ -59,15 +59,20 @@ def fit_rebound(impacts: WallImpacts, inertia_factor: float) -> ReboundFit:
     Raises:
         TooLittle: too few impacts, impacts too similar, or a result that is too uncertain or not possible.
     """
-    constants, missing = [], []
-    for fit in (_restitution, lambda hits: _friction(hits, inertia_factor)):
-        try:
-            constants.append(fit(impacts))
-        except TooLittle as error:
-            missing.append(str(error))
-    if missing:
+    missing: list[str] = []
+    restitution = _or_missing(lambda: _restitution(impacts), missing)
+    friction = _or_missing(lambda: _friction(impacts, inertia_factor), missing)
+    if restitution is None or friction is None:
         raise TooLittle("; ".join(missing))
-    return ReboundFit(*constants, _warning(constants[0].value, impacts))
+    return ReboundFit(restitution, friction, _warning(restitution.value, impacts))
+
+
+def _or_missing(fit: Callable[[], FittedConstant], missing: list[str]) -> FittedConstant | None:
+    try:
+        return fit()
+    except TooLittle as error:
+        missing.append(str(error))
+        return None
 
 
 def _restitution(impacts: WallImpacts) -> FittedConstant:
