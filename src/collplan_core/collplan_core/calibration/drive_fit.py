@@ -97,7 +97,6 @@ def fit_drive(runs: Sequence[DrivenStretches]) -> DriveFit:
     if duration < FEWEST_SECONDS:
         raise TooLittle(f"drive: {duration:.1f} s away from walls, expected at least {FEWEST_SECONDS:g} s: drive more")
     model = _likeliest_model(runs)
-    _check_explained(model, runs)
     basis = f"{duration:.0f} s of driving"
     return DriveFit(
         _acceleration(model.interval(0), basis),
@@ -242,6 +241,7 @@ def _likeliest_model(runs: Sequence[DrivenStretches]) -> _Model:
     rough = _minimum(cost, min([rough, *others], key=cost), 5.0 * _STEPS)
     constants = DriveConstants(*np.exp(rough).tolist())
     chosen = [_likeliest_period(constants, run) for run in runs]
+    _check_explained(constants, runs, chosen)
     return _Model(runs, chosen, rough)
 
 
@@ -261,8 +261,8 @@ def _likeliest_period(constants: DriveConstants, run: DrivenStretches) -> ErrorP
     return min(tried, key=lambda period: _cost(np.log(constants), [run], [period]))
 
 
-def _check_explained(model: _Model, runs: Sequence[DrivenStretches]) -> None:
-    best = model.best
+def _check_explained(best: DriveConstants, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod]) -> None:
+    """Raises Unexplained where even the likeliest constants leave more than noise."""
     asked = "are commands, their frame and the clocks as recorded, and does nothing else push the robot?"
     if best.wheel_error > LARGEST_ERROR:
         raise Unexplained(
@@ -276,10 +276,11 @@ def _check_explained(model: _Model, runs: Sequence[DrivenStretches]) -> None:
             f"drive: the poses are off the drive law by {1e3 * best.pose_noise:.1f} mm, expected at most "
             f"{LARGEST_NOISE:g} times mocap.position_noise, {1e3 * believed:g} mm: {asked}"
         )
-    for run, part in zip(runs, model.parts(model.logs), strict=True):
-        if part.misfit > LARGEST_MISFIT:
+    for run, period in zip(runs, periods, strict=True):
+        misfit = likelihood(best, (run.times, run.points, run.wanted), run.stretches, period).misfit
+        if misfit > LARGEST_MISFIT:
             raise Unexplained(
-                f"drive: {run.name}: misfit {part.misfit:.2f}, expected at most {LARGEST_MISFIT:g}: its poses do not "
+                f"drive: {run.name}: misfit {misfit:.2f}, expected at most {LARGEST_MISFIT:g}: its poses do not "
                 "follow the drive law of the other runs; was the robot changed?"
             )
 
