@@ -126,15 +126,6 @@ def test_too_little_driving_is_refused_with_what_is_missing(tmp_path, capsys):
     assert not out.exists()
 
 
-def test_too_few_hits_are_refused_with_what_is_missing(tmp_path, capsys):
-    out = tmp_path / "o.yaml"
-    assert fitted(bumping(tmp_path, 32.0), out=out) == REFUSED
-    said = capsys.readouterr().err
-    assert "expected at least 8" in said
-    assert "drive at walls" in said
-    assert not out.exists()
-
-
 def test_a_robot_that_creeps_along_walls_is_refused(tmp_path, capsys):
     assert fitted(bumping(tmp_path, 60.0, speeds=(0.0, 0.05)), out=tmp_path / "o.yaml") == REFUSED
     assert "away from walls, expected at least" in capsys.readouterr().err
