@@ -31,6 +31,7 @@ setup(
             "planner_node = collplan_ros.nodes.planner_node:main",
             "controller_node = collplan_ros.nodes.controller_node:main",
             "bringup = collplan_ros.bringup.main:main",
+            "fit_robot = collplan_ros.runs.fit_robot:main",
             "fit_rebound = collplan_ros.runs.fit_rebound:main",
             "beside = collplan_ros.pictures.compare_runs:main",
         ],

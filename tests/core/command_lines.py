@@ -9,7 +9,7 @@ import collplan_core.parameters as parameters
 from collplan_core.parameters.spec import specs
 from collplan_ros.bringup.options import parse as parse_bringup
 from collplan_ros.pictures.compare_runs import _parser as beside_parser
-from collplan_ros.runs.fit_rebound import _parser as fit_rebound_parser
+from collplan_ros.runs.fit_robot import _parser as fit_robot_parser
 from collplan_study.compare_engines import _parser as compare_engines_parser
 from collplan_study.errors import StudyError
 from collplan_study.question.options import parse as parse_study
@@ -27,7 +27,7 @@ PARSERS = {
     "study": parse_study,
     "beside": beside_parser().parse_args,
     "compare_engines": compare_engines_parser().parse_args,
-    "fit_rebound": fit_rebound_parser().parse_args,
+    "fit_robot": fit_robot_parser().parse_args,
 }
 MODULES = {
     name: (path.split("/")[1], module)
@@ -38,7 +38,7 @@ MODULES = {
 """Package and module of each executable."""
 SHELL = {"export", "source", "rviz2"}
 HEADS = re.compile(
-    r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|fit_rebound|\.venv/bin/[a-z_]+)( |$)"
+    r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|fit_robot|\.venv/bin/[a-z_]+)( |$)"
 )
 
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from collplan_core.calibration.impact_fit import RecordedPath
 from collplan_core.parameters import Robot
-from collplan_core.reflection import rebound
 
 ROBOT = Robot()
 NOISE = 0.002
@@ -27,7 +26,7 @@ class KnownHit:
 
 
 def rebounding_path(
-    into: float, along: float, restitution: float, retention: float, angle: float = 0.0, end: float = 0.8
+    into: float, along: float, restitution: float, friction: float, angle: float = 0.0, end: float = 0.8
 ) -> tuple[RecordedPath, KnownHit]:
     """Driven at a wall and away again, 100 poses a second without noise; the wall's normal is turned by `angle`."""
     normal = np.array([np.cos(angle), np.sin(angle)])
@@ -46,11 +45,19 @@ def rebounding_path(
         velocity = velocity + _driven(velocity, wanted)
         position = position + velocity * _STEP
         if position @ normal < 0.0 and known is None:
-            after = rebound(velocity, normal, restitution, retention)
+            after = _rebound(velocity, normal, restitution, friction)
             known = KnownHit(step * _STEP, velocity, after, normal)
             velocity = after
     assert known is not None
     return RecordedPath(np.array(times), np.array(points), np.array(commands)), known
+
+
+def _rebound(velocity: np.ndarray, normal: np.ndarray, restitution: float, friction: float) -> np.ndarray:
+    """Coulomb friction, no spin before."""
+    into, tangent = -float(velocity @ normal), np.array([-normal[1], normal[0]])
+    along = float(velocity @ tangent)
+    stopped = np.sign(along) * min(friction * (1.0 + restitution) * into, abs(along) * ROBOT.inertia_factor)
+    return restitution * into * normal + (along - stopped) * tangent
 
 
 def _driven(velocity: np.ndarray, wanted: np.ndarray) -> np.ndarray:

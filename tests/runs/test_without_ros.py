@@ -21,7 +21,7 @@ from collplan_ros.pictures.compare_runs import main
 sys.exit(main(sys.argv[1:]))
 """
 FIT = """
-from collplan_ros.runs.fit_rebound import main
+from collplan_ros.runs.fit_robot import main
 sys.exit(main(sys.argv[1:]))
 """
 DRAW = """
@@ -73,7 +73,7 @@ def test_a_run_folder_is_read_and_its_trajectory_drawn(folders, tmp_path):
         assert len(image.convert("RGB").getcolors(1 << 20)) > 50
 
 
-def test_a_rebound_is_asked_for(folders, tmp_path):
-    done = run_without_ros(FIT, *folders, "--out", tmp_path / "rebound.yaml")
+def test_a_robot_is_asked_for(folders, tmp_path):
+    done = run_without_ros(FIT, *folders, "--out", tmp_path / "robot.yaml")
     assert done.returncode == 2, done.stderr
-    assert done.stderr.startswith("fit_rebound: ")
+    assert done.stderr.startswith("fit_robot: ")

@@ -147,7 +147,7 @@ def executables() -> list:
 
 def test_executables_are_those_of_the_graph():
     nodes = {"mocap_node", "lidar_node", "planner_node", "controller_node", "simulator_node", "driver_node"}
-    programs = {"bringup", "fit_rebound", "beside", "compare_engines", "study", "firmware_emulator"}
+    programs = {"bringup", "fit_robot", "fit_rebound", "beside", "compare_engines", "study", "firmware_emulator"}
     assert {executable.name for executable in executables()} == nodes | programs
 
 

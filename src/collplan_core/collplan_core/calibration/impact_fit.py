@@ -28,6 +28,11 @@ UNEXPLAINED = 0.02
 LARGEST_MISFIT = 1.6
 """Largest misfit of the poses, in standard deviations; beyond it something else happened as well."""
 
+WINDOWS = ((0.02, 0.06), (0.06, 0.12))
+"""Times after an impact within which the velocity is looked at once more [s]."""
+FEWEST_IN_WINDOW = 4
+"""Poses that such a window needs."""
+
 _MOST_ROUNDS = 4
 _SCALES = np.array([0.01, 0.01, 0.1, 0.1, 0.1, 0.1, 0.01])
 """Typical sizes of the seven unknowns: first position and velocity, velocity after, time [m, m/s, m/s, s]."""
@@ -67,6 +72,7 @@ class ImpactFit:
         position: (2,) centre of the robot then [m].
         before, after: (2,) velocity [m/s].
         covariance: (4, 4) covariance of (before, after) [m^2/s^2].
+        beyond: (2, 2) velocity in each of WINDOWS less that of the path fitted, NaN with too few poses [m/s].
     """
 
     time: float
@@ -74,6 +80,7 @@ class ImpactFit:
     before: np.ndarray
     after: np.ndarray
     covariance: np.ndarray
+    beyond: np.ndarray
 
 
 def fit_impact(path: RecordedPath, time: float, robot: Robot, noise: float) -> ImpactFit:
@@ -98,16 +105,18 @@ class _FittedPath(NamedTuple):
         unknowns: (7,) position and velocity at the first pose, velocity after the impact, its time.
         jacobian: (m, 7) derivatives of the distances from the poses by the unknowns.
         misfit: root mean square distance from the poses by axis [m].
+        off: (n, 2) distances of all poses from it, also of those that were not fitted [m].
     """
 
     unknowns: np.ndarray
     jacobian: np.ndarray
     misfit: float
+    off: np.ndarray
 
 
 def _checked(fitted: _FittedPath, around: RecordedPath, time: float, robot: Robot, noise: float) -> ImpactFit:
     """The impact at `time` [s] on a fitted path; raises UnusableImpact where the path misses the poses."""
-    unknowns, jacobian, misfit = fitted
+    unknowns, jacobian, misfit, off = fitted
     deviation = hypot(noise, UNEXPLAINED * 0.5 * (FAR - NEAR))
     if misfit > LARGEST_MISFIT * deviation:
         raise UnusableImpact("the poses around it are not those of one impact")
@@ -115,7 +124,17 @@ def _checked(fitted: _FittedPath, around: RecordedPath, time: float, robot: Robo
     slopes = _slopes(unknowns, around, robot)
     before = _right_before(unknowns, around, robot)
     covariance = slopes @ variances @ slopes.T + UNEXPLAINED**2 * np.eye(4)
-    return ImpactFit(time, before[:2], before[2:], unknowns[4:6], covariance)
+    since = around.times - unknowns[6]
+    beyond = np.array([_extra_velocity(since, off, *window) for window in WINDOWS])
+    return ImpactFit(time, before[:2], before[2:], unknowns[4:6], covariance, beyond)
+
+
+def _extra_velocity(since: np.ndarray, off: np.ndarray, begin: float, end: float) -> np.ndarray:
+    """Slope (2,) of the distances from the path within a window of time since the impact [m/s]."""
+    within = (since >= begin) & (since <= end)
+    if within.sum() < FEWEST_IN_WINDOW:
+        return np.full(2, np.nan)
+    return np.asarray(np.polyfit(since[within], off[within], 1)[0])
 
 
 def _fit_path(around: RecordedPath, robot: Robot) -> _FittedPath:
@@ -129,12 +148,13 @@ def _fit_path(around: RecordedPath, robot: Robot) -> _FittedPath:
 
     def off(unknowns: np.ndarray) -> np.ndarray:
         driven = _driven(unknowns, around.times, around.wanted, velocity_law(robot))
-        return np.asarray((driven[:-2] - around.points)[used].ravel())
+        return np.asarray(driven[:-2] - around.points)
 
     begin = [*around.points[0], *_slope(around, before), *_slope(around, after), 0.0]
-    found = least_squares(off, begin, method="lm", x_scale=_SCALES)
+    found = least_squares(lambda unknowns: off(unknowns)[used].ravel(), begin, method="lm", x_scale=_SCALES)
     freedom = 2 * used.sum() - len(_SCALES)
-    return _FittedPath(found.x, found.jac, float(np.sqrt(2.0 * found.cost / freedom)))
+    misfit = float(np.sqrt(2.0 * found.cost / freedom))
+    return _FittedPath(found.x, found.jac, misfit, -off(found.x))
 
 
 def _slope(around: RecordedPath, side: np.ndarray) -> np.ndarray:

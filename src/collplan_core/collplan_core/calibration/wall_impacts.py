@@ -10,10 +10,14 @@ from collplan_core.calibration.impact_fit import ImpactFit
 
 INTO, ALONG = 0, 1
 """Components of a velocity in the frame of a wall."""
-SLOWEST = (0.2, 0.3)
-"""Speeds into and along a wall below which noise outweighs the rebound [m/s]."""
+SLOWEST = 0.2
+"""Speed into a wall below which noise outweighs the rebound [m/s]."""
+SLOWEST_SLIP = 0.3
+"""Speed of the ring along a wall below which noise outweighs the friction [m/s]."""
 SURELY = 4.0
 """Standard deviations beyond which a velocity is no error of measurement."""
+MOST_STOPPED = 0.5
+"""Largest share of the ring's speed along a wall that a hit can take from the robot: all its mass in the ring."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,38 +26,57 @@ class WallImpacts:
 
     Attributes:
         before, after: (n, 2) velocity [m/s].
+        slip: (n,) velocity of the ring along the wall before, where it touches, spin included [m/s].
+        beyond: (n, 2) velocity out of the wall in each of WINDOWS less that of the path fitted, or NaN [m/s].
         deviations: (n, 2) standard deviation of before and after together [m/s].
     """
 
     before: np.ndarray
     after: np.ndarray
+    slip: np.ndarray
+    beyond: np.ndarray
     deviations: np.ndarray
 
     def __len__(self) -> int:
         return len(self.before)
 
     def __getitem__(self, chosen: np.ndarray) -> "WallImpacts":
-        return WallImpacts(self.before[chosen], self.after[chosen], self.deviations[chosen])
+        parts = (self.before, self.after, self.slip, self.beyond, self.deviations)
+        return WallImpacts(*(part[chosen] for part in parts))
 
 
-def seen_from_walls(impacts: Sequence[ImpactFit], normals: np.ndarray) -> WallImpacts:
-    """The n impacts in the frames of their walls, whose unit normals (n, 2) point out of the obstacles."""
+def seen_from_walls(
+    impacts: Sequence[ImpactFit], normals: np.ndarray, spins: Sequence[float], radius: float
+) -> WallImpacts:
+    """The n impacts in the frames of their walls.
+
+    Args:
+        impacts: their velocities, world frame.
+        normals: (n, 2) unit normals out of the obstacles.
+        spins: yaw rate before each [rad/s].
+        radius: of the ring [m].
+    """
     into = -np.reshape(normals, (-1, 2))
     axes = np.stack([into, np.stack([-into[:, 1], into[:, 0]], axis=1)], axis=1)
-    before = np.einsum("nij,nj->ni", axes, np.reshape([impact.before for impact in impacts], (-1, 2)))
-    after = np.einsum("nij,nj->ni", axes, np.reshape([impact.after for impact in impacts], (-1, 2)))
+
+    def seen(velocities: Sequence[np.ndarray]) -> np.ndarray:
+        return np.einsum("nij,nj->ni", axes, np.reshape(velocities, (-1, 2)))
+
+    before, after = seen([impact.before for impact in impacts]), seen([impact.after for impact in impacts])
+    beyond = np.einsum("nj,nwj->nw", -into, np.reshape([impact.beyond for impact in impacts], (-1, 2, 2)))
     together = [impact.covariance[:2, :2] + impact.covariance[2:, 2:] for impact in impacts]
     covariances = np.reshape(together, (-1, 2, 2))
     variances = np.einsum("nij,njk,nik->ni", axes, covariances, axes)
-    return WallImpacts(before, after * [-1.0, 1.0], np.sqrt(variances))
+    slip = before[:, ALONG] + radius * np.reshape(spins, -1)
+    return WallImpacts(before, after * [-1.0, 1.0], slip, beyond, np.sqrt(variances))
 
 
 def sorted_out(impacts: WallImpacts) -> tuple[WallImpacts, Counter[str]]:
     """The impacts that can be rebounds, all off the same ring, and how many others there were by reason."""
     reasons: Counter[str] = Counter()
     checks = {
-        f"slower than {SLOWEST[INTO]:g} m/s into the wall": _too_slow,
-        "faster after than before, or turned round along the wall": _impossible,
+        f"slower than {SLOWEST:g} m/s into the wall": _too_slow,
+        "faster after than before, or sped up along the wall": _impossible,
         "unlike all others": _unlike,
     }
     for reason, is_so in checks.items():
@@ -64,22 +87,22 @@ def sorted_out(impacts: WallImpacts) -> tuple[WallImpacts, Counter[str]]:
 
 
 def _too_slow(impacts: WallImpacts) -> np.ndarray:
-    return np.asarray(impacts.before[:, INTO] < SLOWEST[INTO])
+    return np.asarray(impacts.before[:, INTO] < SLOWEST)
 
 
 def _impossible(impacts: WallImpacts) -> np.ndarray:
-    kept, margin = impacts.after * np.sign(impacts.before), SURELY * impacts.deviations
-    return np.asarray(((kept < -margin) | (kept > np.abs(impacts.before) + margin)).any(axis=1))
+    out, margin = impacts.after[:, INTO], SURELY * impacts.deviations
+    stopped = (impacts.before - impacts.after)[:, ALONG] * np.sign(impacts.slip)
+    wrong_out = (out < -margin[:, INTO]) | (out > impacts.before[:, INTO] + margin[:, INTO])
+    most = MOST_STOPPED * np.abs(impacts.slip)
+    return np.asarray(wrong_out | (stopped < -margin[:, ALONG]) | (stopped > most + margin[:, ALONG]))
 
 
 def _unlike(impacts: WallImpacts) -> np.ndarray:
     """(n,) whether noise and the spread of the others cannot explain the distance from the median rebound."""
-    unlike = np.zeros(len(impacts), dtype=bool)
-    for component in (INTO, ALONG):
-        before, after = impacts.before[:, component], impacts.after[:, component]
-        fast = np.abs(before) >= SLOWEST[component]
-        if fast.any():
-            off = np.abs(after - np.median(after[fast] / before[fast]) * before)
-            # 1.48 times the median makes a standard deviation of normal errors
-            unlike |= off > SURELY * np.maximum(impacts.deviations[:, component], 1.48 * np.median(off))
-    return unlike
+    if len(impacts) == 0:
+        return np.zeros(0, dtype=bool)
+    before, after = impacts.before[:, INTO], impacts.after[:, INTO]
+    off = np.abs(after - np.median(after / before) * before)
+    # 1.48 times the median makes a standard deviation of normal errors
+    return np.asarray(off > SURELY * np.maximum(impacts.deviations[:, INTO], 1.48 * np.median(off)))

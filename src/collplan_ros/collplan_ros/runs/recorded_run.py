@@ -33,6 +33,7 @@ class RecordedRun:
         settings: the parameters used.
         world: the world that the robot was in.
         path: poses and commands; t counts from the first non-zero command.
+        yaws: (n,) measured yaw at each pose, without leaps of a turn [rad].
     """
 
     folder: Path
@@ -40,6 +41,7 @@ class RecordedRun:
     settings: Settings
     world: World
     path: RecordedPath
+    yaws: np.ndarray
 
 
 def read_run(folder: Path) -> RecordedRun:
@@ -58,7 +60,8 @@ def read_run(folder: Path) -> RecordedRun:
         raise RunError(str(error)) from None
     except (WorldError, OSError) as error:
         raise RunError(f"{parameters}: lidar.world: {error}") from None
-    return RecordedRun(folder, _simulated(folder / "summary.json"), settings, world, _path(folder / "trajectory.csv"))
+    path, yaws = _path(folder / "trajectory.csv")
+    return RecordedRun(folder, _simulated(folder / "summary.json"), settings, world, path, yaws)
 
 
 def _simulated(path: Path) -> bool:
@@ -80,7 +83,8 @@ def _text(path: Path) -> str:
         raise RunError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
-def _path(file: Path) -> RecordedPath:
+def _path(file: Path) -> tuple[RecordedPath, np.ndarray]:
+    """Poses with commands, and yaws (n,) [rad]."""
     rows = csv.DictReader(_text(file).splitlines())
     missing = [column for column in (*MEASURED, *COMMANDED) if column not in (rows.fieldnames or ())]
     if missing:
@@ -90,7 +94,8 @@ def _path(file: Path) -> RecordedPath:
     if len(falls):
         line, (before, after) = falls[0] + 3, numbers[falls[0] : falls[0] + 2, 0]
         raise RunError(f"{file}, line {line}, t: got {after:g} after {before:g}, expected times that rise")
-    return RecordedPath(numbers[:, 0], numbers[:, 1:3], rotate_rows(numbers[:, 4:6], numbers[:, 3]))
+    path = RecordedPath(numbers[:, 0], numbers[:, 1:3], rotate_rows(numbers[:, 4:6], numbers[:, 3]))
+    return path, np.unwrap(numbers[:, 3])
 
 
 def _numbers(where: str, row: dict[str, str]) -> list[float]:

@@ -1,0 +1,305 @@
+"""robot.max_acceleration and robot.velocity_lag, by maximum likelihood, from stretches driven away from walls.
+
+An interval holds the values whose likelihood, with all others at their best, falls short of the largest by no more than
+chance allows. How much that is, the stretches say themselves where they spread more than the law's Gaussian noise does
+(H. White, "Maximum Likelihood Estimation of Misspecified Models", Econometrica 50, 1982).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collplan_core.calibration.drive_filter import FIRST, DriveConstants, ErrorPeriod, Likelihood, likelihood
+from collplan_core.calibration.fitted_constant import LEVEL, FittedConstant, TooLittle, Unexplained
+
+FEWEST_SECONDS = 10.0
+"""Time of driving away from walls that is needed [s]."""
+LARGEST_ERROR = 0.2
+"""Standard deviation of the wheels' error by axis beyond which they do not follow the law [m/s] (assumed)."""
+LARGEST_MISFIT = 1.3
+"""Misfit of a run's poses beyond which it was driven by another drive than the others; chance makes 1.1."""
+LARGEST_NOISE = 2.0
+"""Largest pose noise found, as a multiple of the one believed."""
+WIDEST_ACCELERATION, WIDEST_LAG = 0.2, 0.1
+"""Width of the interval above which an assumed value is as good: relative; [s]."""
+
+ACCELERATION_MARGIN, LAG_MARGIN = 3e-4, 0.001
+"""What stamps and the order of events within a pose's period add to either side of an interval: relative; [s]."""
+
+_STEPS = np.array([0.003, 0.02, 0.04, 0.01])
+"""Steps of the logarithms of the constants, small beside their uncertainty or about it."""
+_LAGS = (0.02, 0.05, 0.1, 0.2, 0.4)
+"""Lags that the search begins from [s]."""
+_MOST_ROUNDS = 8
+_NEAR = 0.02
+"""Share of a deviation that the end of a search may be off."""
+_SHARES = (1.0, 0.5, 0.2, 0.05)
+"""Shares of a step that are tried where the whole one leads nowhere."""
+_FARTHEST = 3.0
+"""Logarithm of the largest factor between a value and the end of its interval."""
+_PHASES = 5
+"""Times within a command period at which the wheels' error may change, of which the likeliest is taken."""
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenStretches:
+    """A run away from walls.
+
+    Attributes:
+        name: what to call it.
+        times: (n,) strictly rising [s]; points: (n, 2) measured [m, world frame].
+        wanted: (n, 2) velocity commanded from each pose to the next [m/s, world frame].
+        stretches: (m, 2) first pose of each stretch, and the one after its last; each longer than FIRST.
+        period: time between two commands [s].
+        noise: standard deviation of a measured position that the run believed [m].
+    """
+
+    name: str
+    times: np.ndarray
+    points: np.ndarray
+    wanted: np.ndarray
+    stretches: np.ndarray
+    period: float
+    noise: float
+
+    @property
+    def duration(self) -> float:
+        """Time in all stretches [s]."""
+        return float(sum(self.times[last - 1] - self.times[first] for first, last in self.stretches))
+
+
+@dataclass(frozen=True)
+class DriveFit:
+    """The drive.
+
+    Attributes:
+        max_acceleration: [m/s^2]; velocity_lag: [s].
+        wheel_error: standard deviation by axis of the wheels' error in a command period [m/s].
+        biases: mean error of the wheels in each run [m/s, world frame].
+    """
+
+    max_acceleration: FittedConstant
+    velocity_lag: FittedConstant
+    wheel_error: float
+    biases: tuple[tuple[float, float], ...]
+
+
+def fit_drive(runs: Sequence[DrivenStretches]) -> DriveFit:
+    """Both constants of the drive, from all runs together.
+
+    Raises:
+        TooLittle: too little driving, or a drive that it does not determine.
+        Unexplained: a drive law that does not explain the poses.
+    """
+    runs = [replace(run, stretches=_long_enough(run.stretches)) for run in runs]
+    duration = sum(run.duration for run in runs)
+    if duration < FEWEST_SECONDS:
+        raise TooLittle(f"drive: {duration:.1f} s away from walls, expected at least {FEWEST_SECONDS:g} s: drive more")
+    model = _likeliest_model(runs)
+    basis = f"{duration:.0f} s of driving"
+    return DriveFit(
+        _acceleration(model.interval(0), basis),
+        _lag(model.interval(1), basis),
+        model.best.wheel_error,
+        tuple((float(part.bias[0]), float(part.bias[1])) for part in model.parts(model.logs)),
+    )
+
+
+def _long_enough(stretches: np.ndarray) -> np.ndarray:
+    return stretches[np.diff(stretches, axis=1)[:, 0] > 2 * FIRST]
+
+
+class _Model:
+    """The likelihood of all runs by the logarithms of the four constants, and where it is largest."""
+
+    def __init__(self, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod], begin: np.ndarray) -> None:
+        self._runs, self._periods = runs, periods
+        self.logs = begin
+        for _ in range(_MOST_ROUNDS):
+            self._slopes, self._curvature = self._expanded()
+            slope = self._slopes.sum(axis=0)
+            step = np.linalg.solve(self._curvature, slope)
+            if slope @ step < _NEAR**2:
+                break
+            here = self.cost(self.logs)
+            shares = (share for share in _SHARES if self.cost(self.logs - share * step) < here)
+            share = next(shares, 0.0)
+            self.logs = self.logs - share * step
+            if share == 0.0:
+                break
+        self.least = self.cost(self.logs)
+
+    @property
+    def best(self) -> DriveConstants:
+        return DriveConstants(*np.exp(self.logs).tolist())
+
+    def parts(self, logs: np.ndarray) -> list[Likelihood]:
+        constants = DriveConstants(*np.exp(logs).tolist())
+        return [
+            likelihood(constants, (run.times, run.points, run.wanted), run.stretches, period)
+            for run, period in zip(self._runs, self._periods, strict=True)
+        ]
+
+    def cost(self, logs: np.ndarray) -> float:
+        return -float(sum(part.by_stretch.sum() for part in self.parts(logs)))
+
+    def interval(self, i: int) -> tuple[float, float, float]:
+        """Value of constant `i`, and both ends of its interval."""
+        # costs more than all the rest to load
+        from scipy.stats import t
+
+        freedom = max(len(self._slopes) - len(self.logs), 1)
+        inverse = np.linalg.inv(self._curvature)
+        told = inverse[i, i]
+        met = (inverse @ (self._slopes.T @ self._slopes) @ inverse)[i, i] * len(self._slopes) / freedom
+        reach = float(t.ppf(0.5 + 0.5 * LEVEL, freedom)) * float(np.sqrt(max(1.0, met / told)))
+        deviation = float(np.sqrt(told))
+        low, high = (self.logs[i] + side * deviation * self._end(i, side * deviation, reach) for side in (-1.0, 1.0))
+        return float(np.exp(self.logs[i])), float(np.exp(low)), float(np.exp(high))
+
+    def _end(self, i: int, deviation: float, reach: float) -> float:
+        """Where the profile of constant `i` has risen by reach^2 / 2, in deviations."""
+        end, inner, fallen = reach, 0.0, 0.0
+        for _ in range(_MOST_ROUNDS):
+            risen = np.sqrt(2.0 * max(self._profile(i, self.logs[i] + end * deviation) - self.least, 0.0))
+            if abs(risen - reach) < _NEAR * reach or end * abs(deviation) > _FARTHEST:
+                break
+            # its root is nearly straight
+            slope = max((risen - fallen) / (end - inner), 0.2)
+            inner, fallen, end = end, risen, end + (reach - risen) / slope
+        return float(end)
+
+    def _profile(self, i: int, value: float) -> float:
+        """The least cost with constant `i` held: one Newton step of the others from where the quadratic has it."""
+        others = [j for j in range(len(self.logs)) if j != i]
+        inner = self._curvature[np.ix_(others, others)]
+        logs = self.logs.copy()
+        logs[others] -= np.linalg.solve(inner, self._curvature[others, i]) * (value - logs[i])
+        logs[i] = value
+        cost = self.cost(logs)
+        slope = np.array([(self.cost(logs + h) - cost) / h[j] for j, h in ((j, 0.3 * _shift(j)) for j in others)])
+        better = logs.copy()
+        better[others] -= np.linalg.solve(inner, slope)
+        return min(cost, self.cost(better))
+
+    def _expanded(self) -> tuple[np.ndarray, np.ndarray]:
+        """Slopes of each stretch's cost (m, 4), and the curvature (4, 4) of all."""
+        n = len(self.logs)
+
+        def costs(logs: np.ndarray) -> np.ndarray:
+            return -np.concatenate([part.by_stretch for part in self.parts(logs)])
+
+        here = costs(self.logs).sum()
+        ahead = [costs(self.logs + _shift(j)) for j in range(n)]
+        behind = [costs(self.logs - _shift(j)) for j in range(n)]
+        slopes = np.stack([(a - b) / (2.0 * h) for a, b, h in zip(ahead, behind, _STEPS, strict=True)], axis=1)
+        curvature = np.zeros((n, n))
+        for j in range(n):
+            curvature[j, j] = (ahead[j].sum() + behind[j].sum() - 2.0 * here) / _STEPS[j] ** 2
+            for k in range(j):
+                both = _shift(j) + _shift(k)
+                corners = self.cost(self.logs + both) + self.cost(self.logs - both) + 2.0 * here
+                edges = sum(side.sum() for side in (ahead[j], behind[j], ahead[k], behind[k]))
+                curvature[j, k] = curvature[k, j] = (corners - edges) / (2.0 * _STEPS[j] * _STEPS[k])
+        if np.linalg.eigvalsh(curvature)[0] <= 0.0:
+            raise TooLittle(
+                "drive: the poses do not tell max_acceleration and lag apart, expected both full acceleration and "
+                f"steady driving: {_MORE}"
+            )
+        return slopes, curvature
+
+
+_MORE = "drive to and fro, with changes of the command of 1 m/s and more and half a second after each"
+
+
+def _shift(j: int) -> np.ndarray:
+    return _STEPS[j] * np.eye(len(_STEPS))[j]
+
+
+def _minimum(cost: Callable[[np.ndarray], float], begin: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """The logarithms with the least cost, searched from `begin` with first steps `sizes`."""
+    # costs more than all the rest to load
+    from scipy.optimize import minimize
+
+    corners = begin + np.vstack([np.zeros(4), np.diag(sizes)])
+    options = {"initial_simplex": corners, "xatol": 0.01, "fatol": 0.3, "maxfev": 400}
+    return np.asarray(minimize(cost, begin, method="Nelder-Mead", options=options).x)
+
+
+def _likeliest_model(runs: Sequence[DrivenStretches]) -> _Model:
+    noise = float(np.mean([run.noise for run in runs]))
+    begin = np.log([1.5, 0.1, 0.06, noise])
+    periods = [ErrorPeriod(-1e-4, run.period) for run in runs]
+
+    def cost(logs: np.ndarray) -> float:
+        return _cost(logs, runs, periods)
+
+    rough = _minimum(cost, begin, np.full(4, 0.3))
+    # the acceleration is known by far the best: in so narrow a valley the search may end before it is at the lag
+    others = [np.where([False, True, False, False], np.log(lag), rough) for lag in _LAGS]
+    rough = _minimum(cost, min([rough, *others], key=cost), 5.0 * _STEPS)
+    constants = DriveConstants(*np.exp(rough).tolist())
+    chosen = [_likeliest_period(constants, run) for run in runs]
+    _check_explained(constants, runs, chosen)
+    return _Model(runs, chosen, rough)
+
+
+def _cost(logs: np.ndarray, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod]) -> float:
+    constants = DriveConstants(*np.exp(logs).tolist())
+    return -float(
+        sum(
+            likelihood(constants, (run.times, run.points, run.wanted), run.stretches, period).by_stretch.sum()
+            for run, period in zip(runs, periods, strict=True)
+        )
+    )
+
+
+def _likeliest_period(constants: DriveConstants, run: DrivenStretches) -> ErrorPeriod:
+    # just before the poses, as commands and poses of a simulator have common times
+    tried = [ErrorPeriod(-1e-4 + run.period * k / _PHASES, run.period) for k in range(_PHASES)]
+    return min(tried, key=lambda period: _cost(np.log(constants), [run], [period]))
+
+
+def _check_explained(best: DriveConstants, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod]) -> None:
+    """Raises Unexplained where even the likeliest constants leave more than noise."""
+    asked = "are commands, their frame and the clocks as recorded, and does nothing else push the robot?"
+    if best.wheel_error > LARGEST_ERROR:
+        raise Unexplained(
+            f"drive: with the best max_acceleration {best.max_acceleration:.2f} m/s^2 and lag {best.lag:.3f} s the "
+            f"wheels are off the drive law by {best.wheel_error:.2f} m/s, expected at most {LARGEST_ERROR:g} m/s: "
+            f"{asked}"
+        )
+    believed = max(run.noise for run in runs)
+    if best.pose_noise > LARGEST_NOISE * believed:
+        raise Unexplained(
+            f"drive: the poses are off the drive law by {1e3 * best.pose_noise:.1f} mm, expected at most "
+            f"{LARGEST_NOISE:g} times mocap.position_noise, {1e3 * believed:g} mm: {asked}"
+        )
+    for run, period in zip(runs, periods, strict=True):
+        misfit = likelihood(best, (run.times, run.points, run.wanted), run.stretches, period).misfit
+        if misfit > LARGEST_MISFIT:
+            raise Unexplained(
+                f"drive: {run.name}: misfit {misfit:.2f}, expected at most {LARGEST_MISFIT:g}: its poses do not "
+                "follow the drive law of the other runs; was the robot changed?"
+            )
+
+
+def _acceleration(interval: tuple[float, float, float], basis: str) -> FittedConstant:
+    value, low, high = interval[0], interval[1] * (1.0 - ACCELERATION_MARGIN), interval[2] * (1.0 + ACCELERATION_MARGIN)
+    if high - low > WIDEST_ACCELERATION * value:
+        raise TooLittle(
+            f"robot.max_acceleration: {value:.2f}, interval {low:.2f} to {high:.2f} m/s^2, expected one no wider than "
+            f"{100 * WIDEST_ACCELERATION:g} %: {_MORE}"
+        )
+    return FittedConstant(value, low, high, basis)
+
+
+def _lag(interval: tuple[float, float, float], basis: str) -> FittedConstant:
+    value, low, high = interval[0], max(interval[1] - LAG_MARGIN, 0.0), interval[2] + LAG_MARGIN
+    if high - low > WIDEST_LAG:
+        raise TooLittle(
+            f"robot.velocity_lag: {value:.3f}, interval {low:.3f} to {high:.3f} s, expected one no wider than "
+            f"{WIDEST_LAG:g} s: {_MORE}"
+        )
+    return FittedConstant(value, low, high, basis)

@@ -1,0 +1,34 @@
+"""A constant of the robot with its interval, and why there may be none."""
+
+from dataclasses import dataclass
+
+LEVEL = 0.95
+"""Level of the intervals."""
+
+
+class TooLittle(ValueError):
+    """Runs that do not determine the constants; the message says what is missing."""
+
+
+class Unexplained(ValueError):
+    """Poses that no constants explain; the message names the figure and what was expected."""
+
+
+@dataclass(frozen=True)
+class FittedConstant:
+    """One constant.
+
+    Attributes:
+        value: the estimate.
+        low, high: ends of its 95 % interval.
+        basis: what it is from, for a reader.
+    """
+
+    value: float
+    low: float
+    high: float
+    basis: str
+
+    def holds(self, value: float) -> bool:
+        """Whether the interval holds `value`."""
+        return self.low <= value <= self.high

@@ -1,0 +1,82 @@
+"""max_acceleration and lag from poses of a drive that is known."""
+
+import numpy as np
+import pytest
+
+from collplan_core.calibration.drive_fit import DrivenStretches, fit_drive
+from collplan_core.calibration.fitted_constant import TooLittle, Unexplained
+from collplan_core.parameters import Robot
+from collplan_core.velocity_law import velocity_after, velocity_law
+
+NOISE, PERIOD = 0.002, 0.05
+
+
+def driven(acceleration, lag, seed, duration=30.0, error=0.06, bias=0.03, leap=1.0):
+    """Poses of a robot whose command leaps within +- `leap` [m/s] every half second, in stretches of three seconds."""
+    random, law = np.random.default_rng(seed), velocity_law(Robot(max_acceleration=acceleration, velocity_lag=lag))
+    times = 0.01 * np.arange(round(100 * duration))
+    wanted = np.repeat(random.uniform(-leap, leap, (len(times) // 50 + 1, 2)), 50, axis=0)[: len(times)]
+    errors = np.repeat(random.normal(0.0, error, (len(times) // 5 + 1, 2)), 5, axis=0)[: len(times)]
+    aimed = wanted + errors + random.normal(0.0, bias, 2)
+    position, velocity, points = np.zeros(2), np.zeros(2), []
+    for aim in aimed:
+        points.append(position)
+        for _ in range(10):
+            before = velocity
+            velocity = np.array(velocity_after(law, *velocity, *aim, 0.001))
+            position = position + 0.0005 * (before + velocity)
+    measured = np.array(points) + random.normal(0.0, NOISE, (len(times), 2))
+    ends = np.arange(0, len(times) + 1, 300)
+    return DrivenStretches(
+        f"run {seed}", times, measured, wanted, np.stack([ends[:-1], ends[1:]], axis=1), PERIOD, NOISE
+    )
+
+
+@pytest.mark.parametrize(("acceleration", "lag"), [(1.5, 0.1), (3.0, 0.05), (0.8, 0.2), (2.2, 0.2)])
+def test_the_drive_is_found(acceleration, lag):
+    fit = fit_drive([driven(acceleration, lag, seed) for seed in (0, 1)])
+    assert fit.max_acceleration.value == pytest.approx(acceleration, rel=0.02)
+    assert fit.velocity_lag.value == pytest.approx(lag, abs=0.03)
+    assert fit.wheel_error == pytest.approx(0.06, rel=0.4)
+    for constant in (fit.max_acceleration, fit.velocity_lag):
+        assert constant.low < constant.value < constant.high
+
+
+def test_the_bias_of_each_run_is_found():
+    biased = driven(1.5, 0.1, 3, bias=0.0)
+    shifted = biased.wanted - [0.1, -0.05]
+    run = DrivenStretches("run", biased.times, biased.points, shifted, biased.stretches, PERIOD, NOISE)
+    assert fit_drive([run]).biases[0] == pytest.approx((0.1, -0.05), abs=0.03)
+
+
+def test_turned_poses_and_commands_give_the_same_drive():
+    run = driven(1.8, 0.12, 4)
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    turned = DrivenStretches(
+        "turned", run.times + 7.0, run.points @ turn.T + 3.0, run.wanted @ turn.T, run.stretches, PERIOD, NOISE
+    )
+    here, there = fit_drive([run]), fit_drive([turned])
+    assert there.max_acceleration.value == pytest.approx(here.max_acceleration.value, rel=1e-3)
+    assert there.velocity_lag.value == pytest.approx(here.velocity_lag.value, rel=0.02)
+
+
+def test_too_little_driving_is_said():
+    with pytest.raises(TooLittle, match=r"drive: \d\.\d s away from walls, expected at least 10 s"):
+        fit_drive([driven(1.5, 0.1, 0, duration=9.0)])
+
+
+def test_driving_without_full_acceleration_is_said():
+    with pytest.raises(TooLittle, match="changes of the command of 1 m/s and more"):
+        fit_drive([driven(3.0, 0.2, 0, leap=0.1)])
+
+
+def test_a_robot_that_does_something_else_is_refused():
+    run = driven(1.5, 0.1, 0)
+    other = DrivenStretches("run", run.times, run.points, run.wanted[:, ::-1].copy(), run.stretches, PERIOD, NOISE)
+    with pytest.raises(Unexplained, match=r"off the drive law by \d+\.\d+ m/s, expected at most 0\.2 m/s"):
+        fit_drive([other])
+
+
+def test_two_drives_are_not_taken_for_one():
+    with pytest.raises(Unexplained):
+        fit_drive([driven(1.5, 0.1, 0), driven(1.5, 0.1, 1), driven(0.9, 0.1, 2)])
