@@ -95,6 +95,8 @@ SAME_POINT = 1e-9
 """Points nearer to each other than this are one [m]."""
 GRAZE = 0.05
 """A path that comes back from beyond a boundary by less than this touches it, as one does that reflects there [m]."""
+CLIPPED = 0.01
+"""A path that was deeper than this beyond a boundary before its end clips it, and does not go round the end [m]."""
 
 
 @njit
@@ -111,18 +113,20 @@ def _is_end(border: np.ndarray, surface: np.ndarray, number: int, x: float, y: f
 def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int, path: np.ndarray, first: int) -> bool:
     """Whether the path, beyond the numbered surface from sample `first` on, ends there or goes deeper than GRAZE.
 
-    It is no longer beyond it where it is in F again, behind a frontier, or past the end of what is seen of the surface.
-    `free` is border, surface and shadow of F.
+    It is no longer beyond it where it is in F again or behind a frontier, or where it goes round the end of what is seen
+    of the surface. `free` is border, surface and shadow of F.
     """
     border, surface, shadow = free
+    clipped = 0.0
     for i in range(first, len(path)):
         px, py = path[i, 0], path[i, 1]
         if inside(border, px, py) or boundary_at(surface, shadow, sector(px, py, len(border))) < 0:
             return False
         x, y = nearest_on_surface(border, surface, number, px, py)
-        if _is_end(border, surface, number, x, y):
+        if clipped <= CLIPPED and _is_end(border, surface, number, x, y):
             return False
-        if math.hypot(px - x, py - y) > GRAZE:
+        clipped = math.hypot(px - x, py - y)
+        if clipped > GRAZE:
             return True
     return True
 
