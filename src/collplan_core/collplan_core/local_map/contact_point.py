@@ -113,8 +113,8 @@ def _is_end(border: np.ndarray, surface: np.ndarray, number: int, x: float, y: f
 def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int, path: np.ndarray, first: int) -> bool:
     """Whether the path, beyond the numbered surface from sample `first` on, ends there or goes deeper than GRAZE.
 
-    It is no longer beyond it where it is in F again or behind a frontier, or where it goes round the end of what is seen
-    of the surface. `free` is border, surface and shadow of F.
+    It is no longer beyond it where it is in F again or behind a frontier, or where it goes round the end of what is
+    seen of the surface. `free` is border, surface and shadow of F.
     """
     border, surface, shadow = free
     clipped = 0.0
