@@ -21,7 +21,14 @@ setup(
         ("share/" + PACKAGE + "/rviz", glob(PACKAGE + "/rviz/*.rviz")),
     ],
     python_requires=">=3.10",
-    install_requires=["collplan-core", "matplotlib>=3.8", "numpy>=1.26.4", "pillow>=10.2", "PyYAML>=6.0.1"],
+    install_requires=[
+        "collplan-core",
+        "matplotlib>=3.8",
+        "numpy>=1.26.4",
+        "pillow>=10.2",
+        "PyYAML>=6.0.1",
+        "shapely>=2.0.3",
+    ],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={

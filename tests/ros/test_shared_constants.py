@@ -31,7 +31,8 @@ def test_what_is_shared_are_constants_of_robot_and_frames():
     keys = set(constants_of(Settings(), Robot, Frames, Limits))
     assert "robot.max_speed" not in keys  # live
     assert keys == {
-        *("robot.radius", "robot.mass", "robot.max_yaw_rate", "robot.max_acceleration", "robot.velocity_lag"),
+        *("robot.radius", "robot.mass", "robot.inertia_factor", "robot.wheel_mass"),
+        *("robot.max_yaw_rate", "robot.max_acceleration", "robot.velocity_lag"),
         *("frames.map", "frames.base"),
     }
     assert set(constants_of(Settings(), Limits, Frames)) == {"frames.map", "frames.base"}

@@ -45,11 +45,11 @@ def coulomb(angle: float, speed: float, simulation, spin: float = 0.0) -> float:
     "ring", [{}, {"contact_time": 0.04}, {"friction": 0.03}, {"friction": 0.5}, {"restitution": 0.4}], ids=str
 )
 def test_rebounds_follow_coulomb(ring, angle, speed):
-    """Within 0.03 where the hit is not oblique; MuJoCo's friction pushes off the wall, or holds, at the others."""
+    """Within 0.04 where the hit is not oblique; MuJoCo's friction pushes off the wall, or holds, at the others."""
     settings = soft(**ring)
     restitution, change = hit(angle, speed, settings)
     oblique = abs(angle) > np.radians(50.0)
-    assert restitution == pytest.approx(settings.simulator.restitution, abs=0.17 if oblique else 0.03)
+    assert restitution == pytest.approx(settings.simulator.restitution, abs=0.17 if oblique else 0.04)
     assert change == pytest.approx(coulomb(angle, speed, settings.simulator), abs=0.02)
 
 
@@ -85,7 +85,7 @@ def test_a_hit_lasts_the_contact_time(contact_time):
 def test_restitution_falls_with_speed_where_asked():
     for speed in SPEEDS:
         restitution, _ = hit(0.0, speed, soft(restitution_slope=0.2))
-        assert restitution == pytest.approx(0.7 - 0.2 * speed, abs=0.01)
+        assert restitution == pytest.approx(0.7 - 0.2 * speed, abs=0.02)
 
 
 def test_restitution_and_friction_spread_from_hit_to_hit_and_restitution_from_wall_to_wall():

@@ -123,7 +123,9 @@ def _step_with_contact(
     px, py = cx + 0.5 * (rx + wx) * rest, cy + 0.5 * (ry + wy) * rest
     measured = clearance_at(clearance, grid, px, py)
     if measured < 0.0:
-        px, py = px - measured * nx, py - measured * ny
+        # of another wall where it ends beyond that
+        out_x, out_y = normal_at(clearance, grid, px, py)
+        px, py = px - measured * out_x, py - measured * out_y
     bound = 0.0 if measured < 0.0 else measured
     return Motion(px, py, wx, wy, bound), Contact(kind, normal_speed, share, nx, ny)
 
