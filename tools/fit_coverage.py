@@ -15,12 +15,15 @@ import numpy as np
 
 from collplan_core.calibration.fitted_constant import TooLittle, Unexplained
 from collplan_core.calibration.impact_fit import RecordedPath
+from collplan_core.calibration.wall_impacts import SLOWEST
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate_rows
 from collplan_core.worlds import World
 from collplan_ros.runs.recorded_run import RecordedRun
 from collplan_ros.runs.robot_fit import RobotFit, fit_robot
-from omnipuck_sim.bumping_drive import bumping_drive
+from omnipuck_sim.bumping_drive import DrivenPose, bumping_drive
+from omnipuck_sim.robot.impact import Impact
+from omnipuck_sim.robot.physics import Simulator
 
 RANGES = {
     "rebound.restitution": (0.4, 0.9),
@@ -42,6 +45,16 @@ ROOM = World(
     start=np.array([0.4, 0.4]),
     goal=None,
 )
+FIELD = World(
+    name="field",
+    polygons=(np.array([(0.0, -9.0), (1.0, -9.0), (1.0, 9.0), (0.0, 9.0)]),),
+    circles=np.zeros((0, 3)),
+    bounds=(-2.0, -9.0, 2.0, 9.0),
+    walled=False,
+    start=None,
+    goal=None,
+)
+"""One long wall, for hits alone."""
 
 
 def drawn_truth(setup: int) -> dict[str, float]:
@@ -50,28 +63,53 @@ def drawn_truth(setup: int) -> dict[str, float]:
     return {key: float(random.uniform(*ends)) for key, ends in RANGES.items()}
 
 
-def recorded_runs(truth: dict[str, float], setup: int, engine: str, **values: float) -> list[RecordedRun]:
-    """The runs of a robot with these constants, as bringup records them; `values`: Settings, `__` for the dot."""
-    given = {key.replace("__", "."): value for key, value in values.items()}
-    believed = Settings().with_values({"simulator.engine": engine})
-    true = believed.with_values({TRUTH.get(key, key): value for key, value in truth.items()} | given)
-    return [_recorded(true, believed, 1000 * setup + i) for i in range(RUNS)]
+def driven_runs(true: Settings, setup: int) -> list[list[DrivenPose]]:
+    """The runs of a set-up by a robot with these settings."""
+    return [list(bumping_drive(ROOM, true, 1000 * setup + i, DURATION)) for i in range(RUNS)]
 
 
-def _recorded(true: Settings, believed: Settings, seed: int) -> RecordedRun:
-    rows = list(bumping_drive(ROOM, true, seed, DURATION))
+def recorded(rows: Sequence[DrivenPose], true: Settings, believed: Settings, name: str) -> RecordedRun:
+    """A run as bringup records it."""
     yaws = np.array([row.measured.yaw for row in rows])
     times, points = (np.array([getattr(row.measured, name) for row in rows]) for name in ("stamp", "position"))
     path = RecordedPath(times, points, rotate_rows(np.array([row.command for row in rows]), yaws))
-    return RecordedRun(Path(f"run {seed}"), True, believed, ROOM, path, np.unwrap(yaws))
+    return RecordedRun(Path(name), True, believed, ROOM, path, np.unwrap(yaws))
 
 
-def fitted(setup: int, engine: str) -> RobotFit | str:
-    """The fit of a set-up, or why there is none."""
+def true_restitution(impacts: Sequence[Impact], true: Settings) -> float:
+    """The restitution that the ring has in these hits, each repeated alone, without drive and spin.
+
+    By pymunk it is simulator.restitution; by MuJoCo it depends on the angle (docs/limits.md).
+    """
+    into, out = [], []
+    for impact in impacts:
+        speed, along = (
+            -(impact.velocity_before @ impact.normal),
+            impact.velocity_before @ np.array([-impact.normal[1], impact.normal[0]]),
+        )
+        if speed > SLOWEST:
+            robot = Simulator(FIELD, true, 0, start=np.array([-0.5, 0.0]))
+            robot.place(np.array([-true.robot.radius - 0.01, 0.0]), np.array([speed, along]))
+            robot.drive = False
+            for _ in range(round((0.01 / speed + 2.0 * true.simulator.contact_time) * true.simulator.physics_rate)):
+                robot.step()
+            into.append(speed)
+            out.append(-robot.state.velocity[0])
+    return float(np.dot(into, out) / np.dot(into, into))
+
+
+def fitted(setup: int, engine: str) -> tuple[dict[str, float], RobotFit | str]:
+    """The true constants of a set-up, and their fit, or why there is none."""
+    truth, believed = drawn_truth(setup), Settings().with_values({"simulator.engine": engine})
+    true = believed.with_values({TRUTH.get(key, key): value for key, value in truth.items()})
+    runs = driven_runs(true, setup)
+    impacts = [impact for rows in runs for row in rows for impact in row.impacts]
+    truth["rebound.restitution"] = true_restitution(impacts, true)
     try:
-        return fit_robot(recorded_runs(drawn_truth(setup), setup, engine))
+        names = (f"run {1000 * setup + i}" for i in range(RUNS))
+        return truth, fit_robot([recorded(rows, true, believed, name) for rows, name in zip(runs, names, strict=True)])
     except (TooLittle, Unexplained) as error:
-        return str(error).splitlines()[0]
+        return truth, str(error).splitlines()[0]
 
 
 def main(args: Sequence[str] | None = None) -> None:
@@ -84,7 +122,7 @@ def main(args: Sequence[str] | None = None) -> None:
     options = parser.parse_args(args)
     begun, errors, held, refusals = process_time(), {key: [] for key in RANGES}, Counter(), []
     for setup in range(options.first, options.first + options.setups):
-        truth, fit = drawn_truth(setup), fitted(setup, options.engine)
+        truth, fit = fitted(setup, options.engine)
         if isinstance(fit, str):
             refusals.append(f"set-up {setup}: {fit}")
             continue

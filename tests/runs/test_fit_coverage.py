@@ -18,12 +18,12 @@ MOST_REFUSED = 4
 def test_intervals_hold_the_truth_of_simulated_robots():
     tool = runpy.run_path(str(TOOL))
     fits = {setup: tool["fitted"](setup, "pymunk") for setup in range(SETUPS)}
-    refused = {setup: fit for setup, fit in fits.items() if isinstance(fit, str)}
+    refused = {setup: fit for setup, (_, fit) in fits.items() if isinstance(fit, str)}
     assert len(refused) <= MOST_REFUSED, refused
     for key in tool["RANGES"]:
         missed = [
             setup
-            for setup, fit in fits.items()
-            if setup not in refused and not fit.constants[key].holds(tool["drawn_truth"](setup)[key])
+            for setup, (truth, fit) in fits.items()
+            if setup not in refused and not fit.constants[key].holds(truth[key])
         ]
         assert len(missed) <= SETUPS - FEWEST, f"{key}: set-ups {missed}"
