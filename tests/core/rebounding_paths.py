@@ -26,9 +26,18 @@ class KnownHit:
 
 
 def rebounding_path(
-    into: float, along: float, restitution: float, friction: float, angle: float = 0.0, end: float = 0.8
+    into: float,
+    along: float,
+    restitution: float,
+    friction: float,
+    angle: float = 0.0,
+    end: float = 0.8,
+    contact: float = 0.0,
 ) -> tuple[RecordedPath, KnownHit]:
-    """Driven at a wall and away again, 100 poses a second without noise; the wall's normal is turned by `angle`."""
+    """Driven at a wall and away again, 100 poses a second without noise; the wall's normal is turned by `angle`.
+
+    The ring pushes for `contact` [s], during which the drive does nothing.
+    """
     normal = np.array([np.cos(angle), np.sin(angle)])
     tangent = np.array([-normal[1], normal[0]])
     wanted, velocity = -1.2 * into * normal + along * tangent, -into * normal + 0.9 * along * tangent
@@ -42,12 +51,17 @@ def rebounding_path(
             times.append(step * _STEP)
             points.append(position)
             commands.append(wanted)
-        velocity = velocity + _driven(velocity, wanted)
+        since = round(step - known.time / _STEP) if known is not None else 0
+        if known is not None and since <= round(contact / _STEP):
+            share = 0.5 - 0.5 * np.cos(np.pi * since * _STEP / contact)
+            velocity = known.before + share * (known.after - known.before)
+        else:
+            velocity = velocity + _driven(velocity, wanted)
         position = position + velocity * _STEP
         if position @ normal < 0.0 and known is None:
             after = _rebound(velocity, normal, restitution, friction)
             known = KnownHit(step * _STEP, velocity, after, normal)
-            velocity = after
+            velocity = after if contact == 0.0 else velocity
     assert known is not None
     return RecordedPath(np.array(times), np.array(points), np.array(commands)), known
 

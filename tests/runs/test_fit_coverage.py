@@ -15,9 +15,11 @@ MOST_REFUSED = 4
 
 @pytest.mark.soak
 @pytest.mark.timeout(3600)
-def test_intervals_hold_the_truth_of_simulated_robots():
+@pytest.mark.parametrize("engine", ["pymunk", "mujoco"])
+def test_intervals_hold_the_truth_of_simulated_robots(engine):
+    pytest.importorskip(engine, reason="MuJoCo is not installed: it needs Python 3.11")
     tool = runpy.run_path(str(TOOL))
-    fits = {setup: tool["fitted"](setup, "pymunk") for setup in range(SETUPS)}
+    fits = {setup: tool["fitted"](setup, engine) for setup in range(SETUPS)}
     refused = {setup: fit for setup, (_, fit) in fits.items() if isinstance(fit, str)}
     assert len(refused) <= MOST_REFUSED, refused
     for key in tool["RANGES"]:

@@ -71,6 +71,7 @@ class ImpactFit:
         time: when [s].
         position: (2,) centre of the robot then [m].
         before, after: (2,) velocity [m/s].
+        driven: (2, 2) acceleration by the wheels right before and right after [m/s^2].
         covariance: (4, 4) covariance of (before, after) [m^2/s^2].
         beyond: (2, 2) velocity in each of WINDOWS less that of the path fitted, NaN with too few poses [m/s].
     """
@@ -79,6 +80,7 @@ class ImpactFit:
     position: np.ndarray
     before: np.ndarray
     after: np.ndarray
+    driven: np.ndarray
     covariance: np.ndarray
     beyond: np.ndarray
 
@@ -126,7 +128,16 @@ def _checked(fitted: _FittedPath, around: RecordedPath, time: float, robot: Robo
     covariance = slopes @ variances @ slopes.T + UNEXPLAINED**2 * np.eye(4)
     since = around.times - unknowns[6]
     beyond = np.array([_extra_velocity(since, off, *window) for window in WINDOWS])
-    return ImpactFit(time, before[:2], before[2:], unknowns[4:6], covariance, beyond)
+    wanted = around.wanted[np.searchsorted(around.times, unknowns[6], side="right") - 1]
+    driven = np.array([_acceleration(velocity, wanted, robot) for velocity in (before[2:], unknowns[4:6])])
+    return ImpactFit(time, before[:2], before[2:], unknowns[4:6], driven, covariance, beyond)
+
+
+def _acceleration(velocity: np.ndarray, wanted: np.ndarray, robot: Robot) -> np.ndarray:
+    """Acceleration (2,) by the wheels at a velocity (2,), with `wanted` (2,) commanded [m/s^2]."""
+    moment = 1e-4
+    soon = velocity_after(velocity_law(robot), *velocity.tolist(), *wanted.tolist(), moment)
+    return (np.array(soon) - velocity) / moment
 
 
 def _extra_velocity(since: np.ndarray, off: np.ndarray, begin: float, end: float) -> np.ndarray:

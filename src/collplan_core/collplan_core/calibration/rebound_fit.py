@@ -9,6 +9,12 @@ The velocities before and after an impact are measured equally well, so the rest
 the origin to which the points (before, after) are nearest; regression of one on the other would come out too small. The
 friction is a least-squares fit of the change along the wall; (1 + e) v_n is measured with each impact.
 
+A ring that gives way touches for some milliseconds, in which the drive does not act as on a free robot: the restitution
+is that of the velocities at touch and release. The paths that `fit_impact` joins meet between the two, where the robot
+is past its first touch by its speed times the time since. The line of depths over speeds has that time as its slope,
+and an error of the wall's place or of the radius as its offset. Half a contact is taken to be left then: the force of a
+ring is about symmetric in time. Friction needs no such care: it acts as long as the push does, and both are measured.
+
 Intervals come from resampling the impacts. Percentiles of few resampled impacts are too narrow; they are widened as
 T. C. Hesterberg, "What Teachers Should Know About the Bootstrap", The American Statistician 69 (2015), advises.
 """
@@ -19,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from collplan_core.calibration.fitted_constant import LEVEL, FittedConstant, TooLittle
+from collplan_core.calibration.impact_fit import NEAR
 from collplan_core.calibration.wall_impacts import ALONG, INTO, SLOWEST, SLOWEST_SLIP, WallImpacts
 
 FEWEST = 8
@@ -84,18 +91,17 @@ def _restitution(impacts: WallImpacts) -> FittedConstant:
             f"restitution: all impacts {fast} are within {np.ptp(before):.2f} m/s, expected at least "
             f"{LEAST_SPREAD:g}: drive at walls slowly and fast"
         )
-    weights = impacts.deviations[:, INTO] ** -2
-    value, (low, high) = (
-        float(_slope(before, after, weights)),
-        _interval((before, after, weights), _slope, len(impacts)),
-    )
+    data = before, after, *impacts.driven.T, impacts.depths, impacts.deviations[:, INTO] ** -2
+    value, (low, high) = float(_touch_to_release(*data)), _interval(data, _touch_to_release, len(impacts))
     found = f"restitution: {value:.2f}, interval {low:.2f} to {high:.2f}"
     if low > 1.0 or high < 0.0:
         raise TooLittle(f"{found}, expected one within 0 to 1: is the world as it is?")
     if high - low > WIDEST:
         raise TooLittle(f"{found}, expected one no wider than {WIDEST:g}: drive at walls more often")
     value, low, high = np.clip([value, low, high], 0.0, 1.0).tolist()
-    return FittedConstant(value, low, high, f"{len(impacts)} hits, {before.min():.2f} to {before.max():.2f} m/s")
+    contact = 2e3 * _half_contact(before, impacts.depths).item()
+    basis = f"{len(impacts)} hits, {before.min():.2f} to {before.max():.2f} m/s, that touch for about {contact:.0f} ms"
+    return FittedConstant(value, low, high, basis)
 
 
 def _friction(impacts: WallImpacts, inertia_factor: float) -> FittedConstant:
@@ -149,6 +155,24 @@ def _check_enough(name: str, n: int, which: str, more: str) -> None:
     if n < FEWEST:
         impacts_are = "impact is" if n == 1 else "impacts are"
         raise TooLittle(f"{name}: {n} {impacts_are} {which}, expected at least {FEWEST}: {more}")
+
+
+def _touch_to_release(*data: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Restitution from the velocities at touch and release, along `axis`.
+
+    Args:
+        data: before, after, acceleration by the wheels into the wall before and after, depth, weight.
+    """
+    before, after, driven_before, driven_after, depths, weights = data
+    half = _half_contact(before, depths, axis)
+    return _slope(before - half * driven_before, after - half * driven_after, weights, axis)
+
+
+def _half_contact(before: np.ndarray, depths: np.ndarray, axis: int = -1) -> np.ndarray:
+    """Slope of the line of depths over speeds, at most NEAR [s], along `axis`, which is kept."""
+    off = before - np.mean(before, axis=axis, keepdims=True)
+    size = np.sum(off**2, axis=axis, keepdims=True)
+    return np.clip(np.sum(off * depths, axis=axis, keepdims=True) / np.where(size > 0.0, size, np.inf), 0.0, NEAR)
 
 
 def _slope(before: np.ndarray, after: np.ndarray, weights: np.ndarray, axis: int = -1) -> np.ndarray:

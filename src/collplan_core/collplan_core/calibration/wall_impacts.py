@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -27,6 +27,8 @@ class WallImpacts:
     Attributes:
         before, after: (n, 2) velocity [m/s].
         slip: (n,) velocity of the ring along the wall before, where it touches, spin included [m/s].
+        driven: (n, 2) acceleration by the wheels into the wall, right before and right after [m/s^2].
+        depths: (n,) how far the robot was past its first touch [m].
         beyond: (n, 2) velocity out of the wall in each of WINDOWS less that of the path fitted, or NaN [m/s].
         deviations: (n, 2) standard deviation of before and after together [m/s].
     """
@@ -34,6 +36,8 @@ class WallImpacts:
     before: np.ndarray
     after: np.ndarray
     slip: np.ndarray
+    driven: np.ndarray
+    depths: np.ndarray
     beyond: np.ndarray
     deviations: np.ndarray
 
@@ -41,18 +45,18 @@ class WallImpacts:
         return len(self.before)
 
     def __getitem__(self, chosen: np.ndarray) -> "WallImpacts":
-        parts = (self.before, self.after, self.slip, self.beyond, self.deviations)
-        return WallImpacts(*(part[chosen] for part in parts))
+        return WallImpacts(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
 def seen_from_walls(
-    impacts: Sequence[ImpactFit], normals: np.ndarray, spins: Sequence[float], radius: float
+    impacts: Sequence[ImpactFit], normals: np.ndarray, depths: Sequence[float], spins: Sequence[float], radius: float
 ) -> WallImpacts:
     """The n impacts in the frames of their walls.
 
     Args:
         impacts: their velocities, world frame.
         normals: (n, 2) unit normals out of the obstacles.
+        depths: how far the robot was past its first touch at each [m].
         spins: yaw rate before each [rad/s].
         radius: of the ring [m].
     """
@@ -63,12 +67,14 @@ def seen_from_walls(
         return np.einsum("nij,nj->ni", axes, np.reshape(velocities, (-1, 2)))
 
     before, after = seen([impact.before for impact in impacts]), seen([impact.after for impact in impacts])
+    driven = np.einsum("nj,nwj->nw", into, np.reshape([impact.driven for impact in impacts], (-1, 2, 2)))
     beyond = np.einsum("nj,nwj->nw", -into, np.reshape([impact.beyond for impact in impacts], (-1, 2, 2)))
     together = [impact.covariance[:2, :2] + impact.covariance[2:, 2:] for impact in impacts]
     covariances = np.reshape(together, (-1, 2, 2))
     variances = np.einsum("nij,njk,nik->ni", axes, covariances, axes)
     slip = before[:, ALONG] + radius * np.reshape(spins, -1)
-    return WallImpacts(before, after * [-1.0, 1.0], slip, beyond, np.sqrt(variances))
+    depth = np.reshape(depths, -1)
+    return WallImpacts(before, after * [-1.0, 1.0], slip, driven, depth, beyond, np.sqrt(variances))
 
 
 def sorted_out(impacts: WallImpacts) -> tuple[WallImpacts, Counter[str]]:

@@ -26,21 +26,22 @@ def measured_impacts(runs: Sequence[RecordedRun], drive: DriveFit) -> tuple[Wall
     What the wheels did around an impact is told by the drive that was fitted to the same runs. The normal is that of
     the world's nearest surface: from the change of velocity it could be found only if the friction were known.
     """
-    impacts, normals, spins, left_out = [], [], [], Counter[str]()
+    impacts, normals, depths, spins, left_out = [], [], [], [], Counter[str]()
     for run, bias in zip(runs, drive.biases, strict=True):
         driven = _with_drive(run, drive, bias)
         times = _hit_times(driven)
         for time in times:
             try:
-                impact, normal = _measured_impact(driven, time, times)
+                impact, normal, depth = _measured_impact(driven, time, times)
             except UnusableImpact as error:
                 left_out[str(error)] += 1
                 continue
             impacts.append(impact)
             normals.append(normal)
+            depths.append(depth)
             spins.append(_spin_before(driven, impact.time))
     radius = runs[0].settings.robot.radius
-    usable, others = sorted_out(seen_from_walls(impacts, np.array(normals), spins, radius))
+    usable, others = sorted_out(seen_from_walls(impacts, np.array(normals), depths, spins, radius))
     return usable, left_out + others
 
 
@@ -69,15 +70,17 @@ def _with_drive(run: RecordedRun, drive: DriveFit, bias: tuple[float, float]) ->
     return replace(run, settings=run.settings.with_values(found), path=path)
 
 
-def _measured_impact(run: RecordedRun, time: float, times: Sequence[float]) -> tuple[ImpactFit, np.ndarray]:
+def _measured_impact(run: RecordedRun, time: float, times: Sequence[float]) -> tuple[ImpactFit, np.ndarray, float]:
+    """The impact, the wall's normal (2,), and how far the robot was past its first touch [m]."""
     if sum(abs(other - time) < FAR for other in times) > 1:
         raise UnusableImpact(f"another hit within {FAR:g} s")
     impact = fit_impact(run.path, time, run.settings.robot, run.settings.mocap.position_noise)
     point, normal = nearest_surface(run.world, impact.position)
+    depth = run.settings.robot.radius - float(np.linalg.norm(impact.position - point))
     # negated, because the point is NaN in a world without surfaces
-    if not abs(np.linalg.norm(impact.position - point) - run.settings.robot.radius) <= FARTHEST_WALL:
+    if not abs(depth) <= FARTHEST_WALL:
         raise UnusableImpact("no surface of the world at the robot's rim")
-    return impact, normal
+    return impact, normal, depth
 
 
 def _spin_before(run: RecordedRun, time: float) -> float:
