@@ -68,7 +68,7 @@ def test_every_time_to_goal_strategy_reaches_the_goal_of_every_arena(tmp_path):
     assert missed == []
 
 
-def test_bounce_is_faster_than_avoid_round_a_u_turn_and_bounces_on_purpose_in_most_runs(tmp_path):
+def test_bounce_is_faster_than_avoid_round_a_u_turn_and_bounces_on_purpose(tmp_path):
     runs = {
         strategy: [through_the_graph(tmp_path, "u:17", strategy, seed) for seed in range(10)]
         for strategy in ("bounce", "avoid")
@@ -76,9 +76,8 @@ def test_bounce_is_faster_than_avoid_round_a_u_turn_and_bounces_on_purpose_in_mo
     assert all(run["reached"] for each in runs.values() for run in each)
     times = {strategy: [run["arrival_time_s"] for run in each] for strategy, each in runs.items()}
     assert np.median(times["bounce"]) < np.median(times["avoid"]), times
-    # eight of ten runs do, on average: fewer than six come by chance once in thirty
     deliberate = [run["impacts_deliberate"] for run in runs["bounce"]]
-    assert sum(count > 0 for count in deliberate) >= 6, deliberate
+    assert np.mean(deliberate) >= 1.0, deliberate
     assert [run["impacts_deliberate"] for run in runs["avoid"]] == [0] * 10
 
 

@@ -117,16 +117,16 @@ def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int
     seen of the surface. `free` is border, surface and shadow of F.
     """
     border, surface, shadow = free
-    clipped = 0.0
+    depth = 0.0
     for i in range(first, len(path)):
         px, py = path[i, 0], path[i, 1]
         if inside(border, px, py) or boundary_at(surface, shadow, sector(px, py, len(border))) < 0:
             return False
         x, y = nearest_on_surface(border, surface, number, px, py)
-        if clipped <= CLIPPED and _is_end(border, surface, number, x, y):
+        if depth <= CLIPPED and _is_end(border, surface, number, x, y):
             return False
-        clipped = math.hypot(px - x, py - y)
-        if clipped > GRAZE:
+        depth = math.hypot(px - x, py - y)
+        if depth > GRAZE:
             return True
     return True
 
