@@ -65,7 +65,7 @@ class DetectedImpact:
 
 def find_impact(times: np.ndarray, points: np.ndarray, robot: Robot, mocap: Mocap) -> DetectedImpact | None:
     """The impact in these poses: times (n,) strictly rising [s], points (n, 2) [m]; None if there is none."""
-    first = max(int(np.searchsorted(times, times[0] + mocap.impact_window - SLACK)), FEWEST_BEFORE)
+    first = max(int(times.searchsorted(times[0] + mocap.impact_window - SLACK)), FEWEST_BEFORE)
     last = len(times) - 1
     # accelerations that swing within the window are no parabola
     noise = math.hypot(mocap.position_noise, robot.max_acceleration * mocap.impact_window**2 / 4)

@@ -147,7 +147,7 @@ def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[Fil
 
 def _disagreement(track: Track, sample: PoseSample, received: float, settings: Settings) -> str:
     """Why a pose cannot follow a track, empty if it can."""
-    if not np.isfinite([sample.stamp, *sample.position, sample.yaw]).all():
+    if not all(map(math.isfinite, (sample.stamp, *sample.position.tolist(), sample.yaw))):
         return NOT_FINITE
     if len(track.times) == 0:
         return ""
@@ -168,10 +168,10 @@ def _extended(track: Track, sample: PoseSample, received: float, settings: Setti
     if len(track.times) == 0 or _is_silence(track, sample, settings):
         return Track(np.array([sample.stamp]), sample.position[np.newaxis], sample.stamp, received)
     span = max(IMPACT_SPAN * settings.mocap.impact_window, settings.mocap.velocity_window)
-    first = int(np.searchsorted(track.times, sample.stamp - span - _slack(settings.mocap)))
+    first = int(track.times.searchsorted(sample.stamp - span - _slack(settings.mocap)))
     # at a low rate the window alone would not hold the poses a line needs
     first = max(min(first, len(track.times) - FEWEST + 1), 0)
-    times = np.append(track.times[first:], sample.stamp)
+    times = np.concatenate([track.times[first:], [sample.stamp]])
     points = np.concatenate([track.points[first:], sample.position[np.newaxis]])
     return Track(times, points, track.begun, received)
 
@@ -188,7 +188,7 @@ def _velocity(track: Track, mocap: Mocap) -> np.ndarray | None:
     newest = track.times[-1]
     if newest - track.begun < mocap.velocity_window - _slack(mocap) or newest == track.times[0]:
         return None
-    first = int(np.searchsorted(track.times, newest - mocap.velocity_window - _slack(mocap)))
+    first = int(track.times.searchsorted(newest - mocap.velocity_window - _slack(mocap)))
     first = max(min(first, len(track.times) - FEWEST), 0)
     return _slope(track.times[first:], track.points[first:])
 

@@ -53,7 +53,9 @@ class Disc:
 
     def step(self, time: float, force: Vector, torque: float) -> None:
         """One physics step that ends at `time` [s], under a force [N, world frame] and a torque [N m]."""
-        self.body.force, self.body.torque = force, torque
+        self.body.force = force
+        if torque:
+            self.body.torque = torque
         self._space.step(self._step)
         if self._begun:
             self._record(time)

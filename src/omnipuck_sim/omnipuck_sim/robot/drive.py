@@ -23,6 +23,7 @@ class Drive:
         self._step = 1.0 / simulation.physics_rate
         self._mass = simulation.mass_ratio * robot.mass
         self._wheel_mass = simulation.wheel_mass
+        self._wheel_share = self._wheel_mass / (self._mass + self._wheel_mass)
         lag = robot.velocity_lag * simulation.mass_ratio
         # the exact share of a first-order lag, so that a lag shorter than the step stays stable
         self._share = 1.0 - exp(-self._step / lag) if lag > 0.0 else 1.0
@@ -38,34 +39,29 @@ class Drive:
 
     def force(self, body: Vector, wanted: Vector) -> Vector:
         """Force on a body at this velocity [m/s] during the next step, while the motors aim at `wanted` [m/s] [N]."""
-        if self._wheel_mass == 0.0:
-            self._wheels = body
-        pushed_x, pushed_y = self._motors(wanted)
-        total = self._mass + self._wheel_mass
-        # what would bring both to one velocity within the step
-        common_x = (self._mass * body[0] + self._wheel_mass * self._wheels[0] + total * pushed_x) / total
-        common_y = (self._mass * body[1] + self._wheel_mass * self._wheels[1] + total * pushed_y) / total
-        impulse_x, impulse_y = self._mass * (common_x - body[0]), self._mass * (common_y - body[1])
+        wheels_x, wheels_y = self._wheels if self._wheel_mass > 0.0 else body
+        # what the motors change of the common velocity
+        pushed_x, pushed_y = self._share * (wanted[0] - wheels_x), self._share * (wanted[1] - wheels_y)
+        change = hypot(pushed_x, pushed_y)
+        if change > self._largest_change:
+            pushed_x, pushed_y = pushed_x * self._largest_change / change, pushed_y * self._largest_change / change
+        # what would bring body and wheels to one velocity within the step
+        impulse_x = self._mass * (pushed_x + self._wheel_share * (wheels_x - body[0]))
+        impulse_y = self._mass * (pushed_y + self._wheel_share * (wheels_y - body[1]))
         impulse = hypot(impulse_x, impulse_y)
         if impulse > self._traction:
             impulse_x, impulse_y = impulse_x * self._traction / impulse, impulse_y * self._traction / impulse
         if self._wheel_mass > 0.0:
+            total = self._mass + self._wheel_mass
             self._wheels = (
-                self._wheels[0] + (total * pushed_x - impulse_x) / self._wheel_mass,
-                self._wheels[1] + (total * pushed_y - impulse_y) / self._wheel_mass,
+                wheels_x + (total * pushed_x - impulse_x) / self._wheel_mass,
+                wheels_y + (total * pushed_y - impulse_y) / self._wheel_mass,
             )
         return impulse_x / self._step, impulse_y / self._step
 
     def spin_change(self, spin: float, wanted: float) -> float:
         """Change of the yaw rate in the next step, from `spin` towards `wanted` [rad/s]."""
+        if spin == wanted:
+            return 0.0
         change = self._share * (wanted - spin)
         return min(max(change, -self._largest_spin_change), self._largest_spin_change)
-
-    def _motors(self, wanted: Vector) -> Vector:
-        """Change of the common velocity that the motors make in a step [m/s]."""
-        change_x = self._share * (wanted[0] - self._wheels[0])
-        change_y = self._share * (wanted[1] - self._wheels[1])
-        change = hypot(change_x, change_y)
-        if change > self._largest_change:
-            change_x, change_y = change_x * self._largest_change / change, change_y * self._largest_change / change
-        return change_x, change_y

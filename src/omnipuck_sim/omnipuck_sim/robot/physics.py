@@ -1,7 +1,6 @@
 """The simulated Omnipuck: a disc among obstacles that a physics engine steps, pushed by wheels that lag."""
 
-from dataclasses import replace
-from math import floor, isfinite, pi, remainder
+from math import isfinite, pi, remainder
 
 import numpy as np
 import shapely
@@ -43,14 +42,16 @@ class Simulator:
         self._rate = settings.simulator.physics_rate
         self._radius = settings.robot.radius
         self._world = world
+        self._steps_a_draw = self._rate / ACTUATION_RATE
         self._noise = Noise(settings.simulator, seed)
         markers = settings.simulator
         self._marker_offset = markers.marker_offset_x, markers.marker_offset_y, markers.marker_offset_yaw
         self._disc = make_engine(world, settings.robot, settings.simulator, self._noise.rebound)
         self._drive = Drive(settings.robot, settings.simulator)
+        self._moment = self._disc.body.moment
         self._command_life = settings.limits.command_age + 1.0 / settings.controller.rate
         self._steps = 0
-        self._drawn = -1
+        self._draws = 0
         self._error: Vector = (0.0, 0.0)
         self.drive = True
         """Whether the wheels drive; without them nothing but impacts changes the velocity."""
@@ -66,7 +67,8 @@ class Simulator:
     def state(self) -> State:
         """The true state now, world frame."""
         body = self._disc.body
-        return State(self.time, np.array(body.position), np.array(body.velocity), remainder(body.angle, 2 * pi))
+        (x, y), (vx, vy) = body.position, body.velocity
+        return State(self.time, np.array((x, y)), np.array((vx, vy)), remainder(body.angle, 2 * pi))
 
     @property
     def spin(self) -> float:
@@ -107,8 +109,12 @@ class Simulator:
 
     def step(self) -> None:
         """One physics step, 1 / simulator.physics_rate."""
-        self._expire_command()
-        self._draw_error()
+        # half a step of tolerance in both: sums of decimal times must not decide
+        if self._steps > self._expires * self._rate - 0.5:
+            self._halt()
+        if self._steps >= self._draws * self._steps_a_draw - 0.5:
+            self._error = self._noise.actuation()
+            self._draws += 1
         force, torque = self._push() if self.drive else ((0.0, 0.0), 0.0)
         self._steps += 1
         self._disc.step(self.time, force, torque)
@@ -119,40 +125,28 @@ class Simulator:
 
     def measured_pose(self) -> PoseSample:
         """The pose that the motion capture measures now: that of the body of markers on the robot, with noise."""
-        truth = self.state
-        robot = PoseSample(self.time, truth.position + self._noise.mocap(), truth.yaw)
+        (x, y), (error_x, error_y) = self._disc.body.position, self._noise.mocap()
+        yaw = remainder(self._disc.body.angle, 2 * pi)
+        robot = PoseSample(self.time, np.array((x + error_x, y + error_y)), yaw)
         body = with_offset(robot, *self._marker_offset)
-        return replace(body, yaw=remainder(body.yaw + self._noise.mocap_yaw(), 2 * pi))
+        return PoseSample(body.stamp, body.position, remainder(body.yaw + self._noise.mocap_yaw(), 2 * pi))
 
     def _halt(self) -> None:
         self._command = (0.0, 0.0)
         self._yaw_rate = 0.0
         self._expires = float("inf")
 
-    def _expire_command(self) -> None:
-        # half a step of tolerance: sums of decimal times must not decide
-        if self.time > self._expires - 0.5 / self._rate:
-            self._halt()
-
-    def _draw_error(self) -> None:
-        due = floor((self._steps + 0.5) * ACTUATION_RATE / self._rate)
-        while self._drawn < due:
-            self._error = self._noise.actuation()
-            self._drawn += 1
-
     def _push(self) -> tuple[Vector, float]:
         """Force [N, world frame] and torque [N m] of the wheels in the next step."""
         body = self._disc.body
         (vx, vy), spin = body.velocity, body.angular_velocity
-        torque = body.moment * self._drive.spin_change(spin, self._yaw_rate) * self._rate
-        return self._drive.force((vx, vy), self._wanted()), torque
-
-    def _wanted(self) -> Vector:
-        """Velocity that the wheels aim at [m/s, world frame]; without noise where the command is zero."""
-        if self._command == (0.0, 0.0):
-            return 0.0, 0.0
-        x, y = rotate(*self._command, self._disc.body.angle)
-        return x + self._error[0], y + self._error[1]
+        torque = self._moment * self._drive.spin_change(spin, self._yaw_rate) * self._rate
+        wanted_x, wanted_y = self._command
+        # without noise where the command is zero
+        if wanted_x or wanted_y:
+            wanted_x, wanted_y = rotate(wanted_x, wanted_y, body.angle)
+            wanted_x, wanted_y = wanted_x + self._error[0], wanted_y + self._error[1]
+        return self._drive.force((vx, vy), (wanted_x, wanted_y)), torque
 
     def _drawn_start(self, world: World, start: np.ndarray | None) -> Vector:
         chosen = world.start if start is None else start
