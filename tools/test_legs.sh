@@ -17,11 +17,14 @@ leg() {
   $name: $word, $(($(date +%s) - began)) s"
 }
 
+# two processes, each with a ROS domain of its own: tests of the graph wait more than they compute
+side_by_side="-n 2 --dist loadfile"
+# shellcheck disable=SC2086  # two options
 case $mode in
-test) leg "installed versions" .venv/bin/python -m pytest "$@" ;;
+test) leg "installed versions" .venv/bin/python -m pytest $side_by_side "$@" ;;
 soak)
-    leg "installed versions, with the long ones" .venv/bin/python -m pytest -m "soak or not soak" "$@"
-    leg "core without its compiler" env NUMBA_DISABLE_JIT=1 .venv/bin/python -m pytest tests/core "$@"
+    leg "installed versions, with the long ones" .venv/bin/python -m pytest $side_by_side -m "soak or not soak" "$@"
+    leg "core without its compiler" env NUMBA_DISABLE_JIT=1 .venv/bin/python -m pytest $side_by_side tests/core "$@"
     ;;
 *)
     echo "test_legs.sh: test or soak, not $mode" >&2
@@ -29,7 +32,7 @@ soak)
     ;;
 esac
 if why=$(tools/find_python.sh "3.11 3.12" 2>&1 >/dev/null); then
-    leg "oldest versions" tools/test_oldest.sh "$@"
+    leg "oldest versions" tools/test_oldest.sh $side_by_side "$@"
 else
     report="$report
   oldest versions: SKIPPED, NOT TESTED: $why"
