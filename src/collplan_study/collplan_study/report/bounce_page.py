@@ -67,7 +67,8 @@ def conditions(provenance: Mapping[str, Any]) -> str:
         f"Main comparison: engine {values['simulator.engine']}, a_max {values['robot.max_acceleration']:g} m/s^2, "
         f"v_max {values['robot.max_speed']:g} m/s, "
         f"restitution {values['simulator.restitution']:g} (believed {values['rebound.restitution']:g}), friction "
-        f"{values['simulator.friction']:g}, spread {values['simulator.restitution_spread']:g} and "
+        f"{values['simulator.friction']:g} (believed {values['rebound.friction']:g}), "
+        f"spread {values['simulator.restitution_spread']:g} and "
         f"{values['simulator.friction_spread']:g} from hit to hit, "
         f"noise {values['simulator.noise']:g}, all assumed."
     )
