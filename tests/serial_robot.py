@@ -1,6 +1,7 @@
 """The driver and the emulated firmware behind a pseudo-terminal, in the test's own process."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -9,7 +10,7 @@ from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
-from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 
@@ -24,6 +25,25 @@ def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
     message = Twist()
     message.linear.x, message.linear.y, message.angular.z = x, y, yaw_rate
     return message
+
+
+@contextmanager
+def let_move(ros) -> Iterator[None]:
+    """Somebody calls resume whenever the robot is held."""
+    client = ros.probe.create_client(Trigger, "resume")
+    assert ros.wait_until(client.service_is_ready, 20.0)
+
+    def resume_where_held(state: DiagnosticStatus) -> None:
+        held.append(state.message)
+        if ("state", "held") in [(item.key, item.value) for item in state.values]:
+            client.call_async(Trigger.Request())
+
+    held: list[str] = []
+    subscription = ros.probe.create_subscription(DiagnosticStatus, "robot/state", resume_where_held, LATCHED)
+    assert ros.wait_until(lambda: held and not held[-1], 20.0), held
+    yield
+    ros.probe.destroy_subscription(subscription)
+    ros.probe.destroy_client(client)
 
 
 class SerialRobot:
@@ -58,8 +78,13 @@ class SerialRobot:
         assert self.ros.wait_until(condition, timeout), f"waited in vain; {self.said}"
 
     def ready(self) -> None:
-        """Until the driver would take a command."""
-        self.until(lambda: self.driver._link.armed and self.commands.get_subscription_count() > 0)
+        """Until the driver would let a person let it move."""
+        self.until(lambda: not self.driver._link.trouble() and self.commands.get_subscription_count() > 0)
+
+    def go_until(self, condition: Callable[[], object], **velocity) -> None:
+        """As `drive_until`, with a person who lets the robot move, again where a stall of the test has held it."""
+        with let_move(self.ros):
+            self.drive_until(condition, **velocity)
 
     def drive_until(self, condition: Callable[[], object], message: Twist | None = None, **velocity) -> None:
         """Sends the command at 20 Hz until the condition holds."""

@@ -1,6 +1,7 @@
 """What the controller decides, input by input, without a node."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE, STOPPED
+from collplan_core.control.interlock import REMEDY
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
-from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.controller_loop import LONGEST_START, ControllerLoop
 from collplan_core.plan import Contacts
-from loop_scenes import IDENTITY, SETTINGS, at, see, see_until, straight_plan
+from loop_scenes import IDENTITY, SETTINGS, at, scan_at, see, see_until, straight_plan
 
 LIMITS = SETTINGS.limits
 
@@ -183,3 +185,71 @@ def test_no_command_is_faster_than_the_robot_whatever_the_plan_asks():
     see(loop, 1.0)
     loop.take_plan(straight_plan(1.0, end=(2.0, 0.0), duration=0.1), 1.0)
     assert np.hypot(*loop.tick(1.0).velocity) <= SETTINGS.robot.max_speed + 1e-9
+
+
+def without(loop: ControllerLoop, missing: str, begin: float, duration: float) -> str:
+    """Ticks for `duration` [s] from `begin` on while an input is missing; the last reason to stand still."""
+    reason = ""
+    for k in range(round(duration / 0.05) + 1):
+        now = begin + 0.05 * k
+        if missing != "pose":
+            loop.take_pose(at(now), now)
+        if missing != "scan":
+            loop.take_scan(scan_at(at(now)), now)
+        if missing != "plan" and loop.now(now) is not None:
+            loop.take_plan(straight_plan(now), now)
+        reason = loop.tick(now).reason
+    return reason
+
+
+INPUTS = ["pose", "scan", "plan"]
+
+
+@pytest.mark.parametrize("missing", INPUTS)
+def test_after_a_fault_of_less_than_a_second_it_goes_on(missing):
+    loop = driving()
+    assert without(loop, missing, 1.05, 0.9)
+    assert without(loop, "nothing", 2.0, 0.3) == ""
+
+
+@pytest.mark.parametrize("missing", INPUTS)
+@pytest.mark.parametrize("freed", ["resume", "goal"])
+def test_a_fault_of_over_a_second_holds_until_a_person_lets_it_go_on(missing, freed):
+    loop = driving()
+    assert without(loop, missing, 1.05, 2.0).startswith("held: ")
+    reason = without(loop, "nothing", 3.1, 20.0)
+    assert reason.startswith(f"held: {missing} ")
+    assert reason.endswith(REMEDY)
+    loop.take_goal(replace(loop.goal, stamp=23.0))
+    assert without(loop, "nothing", 23.15, 0.5).startswith("held: "), "the same goal with another stamp is no new one"
+    if freed == "resume":
+        loop.resume()
+    else:
+        loop.take_goal(goal(stamp=23.7, identity=bytes(16)))
+    assert without(loop, "nothing", 23.8, 0.5) == ""
+
+
+def test_before_the_first_plan_of_a_goal_inputs_may_take_longer():
+    loop = ControllerLoop(SETTINGS)
+    loop.take_goal(goal())
+    assert without(loop, "plan", 1.0, 9.0) == "no plan yet"
+    assert without(loop, "nothing", 10.05, 0.5) == ""
+    loop.take_goal(goal(stamp=10.6, identity=bytes(16)))
+    assert without(loop, "plan", 10.7, LONGEST_START + 0.5) == f"held: no plan yet; {REMEDY}"
+
+
+def test_without_a_goal_nothing_holds():
+    loop = ControllerLoop(SETTINGS)
+    assert without(loop, "pose", 1.0, 30.0) == "no active goal"
+    assert not loop.held
+
+
+@settings(derandomize=True, deadline=None, max_examples=30)
+@given(st.lists(st.tuples(st.sampled_from([*INPUTS, "nothing"]), st.floats(0.05, 2.0)), max_size=6))
+def test_once_held_no_course_of_inputs_moves_it(faults):
+    loop, now = driving(), 1.05
+    without(loop, "plan", now, 2.0)
+    now += 2.1
+    for missing, duration in faults:
+        assert without(loop, missing, now, duration).startswith("held: ")
+        now += duration + 0.1

@@ -10,19 +10,20 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from serial_robot import SerialRobot, twist
 
-from collplan_core.control.arming import WAITING
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.messages.conversions import impact_contact_from_message, seconds_from_stamp
-from collplan_ros.messages.qos import EVENT
+from collplan_ros.messages.qos import EVENT, LATCHED
 from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver import port, serial_link
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_driver.framing import VERSION
+from omnipuck_driver.messages import BATTERY_LOW, WheelCaps
 
 LONGEST = Settings().limits.command_age + 1.0 / Settings().controller.rate
 STANDING = 1e-3
@@ -60,7 +61,7 @@ def stop_age(robot, end) -> float | None:
 def silences(robot, runs: int) -> list[float]:
     ages = []
     while len(ages) < runs:
-        robot.drive_until(lambda: robot.speed > 0.1, x=0.4)
+        robot.go_until(lambda: robot.speed > 0.1, x=0.4)
         age = stop_age(robot, lambda: None)
         ages += [] if age is None else [age]
     return ages
@@ -80,7 +81,7 @@ def test_a_cable_pulled_stops_the_wheels_in_time(serial_robot):
     robot = serial_robot()
     ages = []
     for _ in range(ATTEMPTS):
-        robot.drive_until(lambda: robot.speed > 0.1, x=0.4)
+        robot.go_until(lambda: robot.speed > 0.1, x=0.4)
         age = stop_age(robot, lambda: robot.ask(unplugged=True))
         assert robot.stop_cause == "life"
         robot.ask(unplugged=False)
@@ -98,9 +99,10 @@ def stop_age_after_kill(robot, command, victim) -> float | None:
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
         try:
             if victim == "controller":
+                robot.until(lambda: robot.call("resume").success)
                 robot.until(lambda: robot.speed > 0.1)
             else:
-                robot.drive_until(lambda: robot.speed > 0.1, x=0.4)
+                robot.go_until(lambda: robot.speed > 0.1, x=0.4)
             return stop_age(robot, lambda: process.send_signal(signal.SIGKILL))
         finally:
             process.kill()
@@ -124,8 +126,8 @@ def test_a_killed_process_stops_the_wheels_in_time(ros, tmp_path, victim, causes
 
 
 def replug(robot) -> float:
-    """Time from plugging in again until the robot drives, commands coming all the while [s]."""
-    robot.drive_until(lambda: robot.speed > 0.1, x=0.3)
+    """Time from plugging in again until the robot drives, let move by a person as soon as that is taken [s]."""
+    robot.go_until(lambda: robot.speed > 0.1, x=0.3)
     robot.ask(unplugged=True)
     robot.drive_until(
         lambda: "lost" in robot.driver._link.trouble() or "no such device" in robot.driver._link.trouble()
@@ -133,7 +135,7 @@ def replug(robot) -> float:
     robot.until(lambda: robot.speed < STANDING)
     begun = time.monotonic()
     robot.ask(unplugged=False)
-    robot.drive_until(lambda: robot.speed > 0.05, x=0.3)
+    robot.go_until(lambda: robot.speed > 0.05, x=0.3)
     if robot.odometry[-1].pose.pose.position.x > 15.0:
         robot.call("reset")
     return time.monotonic() - begun
@@ -163,23 +165,117 @@ def test_replug_to_driving_takes_at_most_2_s_a_hundred_times(serial_robot):
     assert max(replug(robot) for _ in range(100)) <= 2.0
 
 
-def test_what_was_commanded_before_is_not_followed_after_a_replug_or_restart(serial_robot):
+@pytest.mark.parametrize("fault", [{"unplugged": True}, {"restarts": 1}], ids=str)
+@pytest.mark.parametrize("times", [1, pytest.param(33, marks=[pytest.mark.soak, pytest.mark.timeout(3600)])])
+def test_after_a_lost_link_or_a_restart_nothing_moves_it_but_a_person(serial_robot, fault, times):
     robot = serial_robot()
-    for fault in ({"unplugged": True}, {"restarts": 1}):
-        robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
-        robot.ask(**fault)
+    for n in range(times):
+        robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+        # restarts and stalls begin at each change of their number
+        robot.ask(**{key: value if value is True else value + n for key, value in fault.items()})
         robot.until(lambda: not robot.driver._link.armed)
         robot.ask(unplugged=False)
-        robot.until(lambda: robot.driver._link.armed and robot.speed < STANDING)
-        n = len(robot.odometry)
-        robot.until(lambda n=n: len(robot.odometry) > n + 40)
-        assert robot.speed < STANDING
+        robot.until(lambda: not robot.driver._link.trouble() and robot.speed < STANDING)
+        assert "held" in robot.driver._contract._state.name
+        for velocity in (0.3, 0.0, 0.3):
+            begun = len(robot.odometry)
+            robot.drive_until(lambda begun=begun: len(robot.odometry) > begun + 40, x=velocity)
+            assert robot.speed < STANDING
+        if robot.odometry[-1].pose.pose.position.x > 15.0:
+            robot.call("reset")
+
+
+def test_a_stall_of_over_a_second_holds_it(serial_robot):
+    robot = serial_robot()
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+    robot.ask(stall=1.2)
+    for velocity in (0.3, 0.0, 0.3):
+        begun = len(robot.odometry)
+        robot.drive_until(lambda begun=begun: len(robot.odometry) > begun + 60, x=velocity)
+    assert robot.speed < STANDING
+    assert robot.driver._contract._state.name == "held"
+
+
+def test_the_firmware_keeps_the_emergency_stop_over_a_restart_of_the_driver(serial_robot):
+    robot = serial_robot()
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+    assert robot.call("estop").success
+    robot.until(lambda: robot.driver._link.session.stop_latched)
+    robot.ros.remove(robot.driver)
+    robot.driver = robot.ros.make(DriverNode, robot.parameters)
+    robot.until(lambda: robot.driver._contract.stopped_by == "kept by the firmware")
+    assert not robot.call("resume").success
+    begun = len(robot.odometry)
+    robot.drive_until(lambda: len(robot.odometry) > begun + 40, x=0.3)
+    assert robot.speed < STANDING
+    assert robot.call("clear_estop").success
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+
+
+def test_the_driver_keeps_the_emergency_stop_over_a_restart_of_the_firmware(serial_robot):
+    robot = serial_robot()
+    assert robot.call("estop").success
+    robot.ask(restarts=1)
+    robot.until(lambda: robot.driver._link.session.stop_latched)
+    assert robot.call("clear_estop").success
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+
+
+def test_without_a_link_neither_the_stop_is_cleared_nor_the_robot_let_move(serial_robot):
+    robot = serial_robot()
+    assert robot.call("estop").success
+    robot.ask(unplugged=True)
+    robot.until(lambda: robot.driver._link.trouble())
+    answer = robot.call("clear_estop")
+    assert not answer.success
+    assert "the firmware, which keeps it, is not there" in answer.message
+    robot.ask(unplugged=False)
+    robot.ready()
+    assert robot.call("clear_estop").success
+
+
+@pytest.mark.parametrize(("fault", "words"), [("motor_fault", "a motor has failed"), ("too_hot", "too hot")])
+def test_a_failed_motor_and_heat_stop_it_at_once_and_hold_it(serial_robot, fault, words):
+    robot = serial_robot()
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+    stops = robot.stops
+    robot.ask(**{fault: True})
+    robot.drive_until(lambda: robot.stops > stops and robot.speed < STANDING, x=0.3)
+    assert robot.stop_cause == words.replace("a motor has failed", "motor fault")
+    robot.drive_until(lambda: words in robot.said["/driver_node"], x=0.3)
+    answer = robot.call("resume")
+    assert (answer.success, answer.message) == (False, words)
+    robot.ask(**{fault: False})
+    begun = len(robot.odometry)
+    robot.drive_until(lambda: len(robot.odometry) > begun + 40, x=0.3)
+    assert robot.speed < STANDING
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+
+
+def test_with_a_low_battery_it_goes_on_to_its_goal_and_refuses_the_next(serial_robot):
+    robot = serial_robot()
+    planner = robot.ros.publisher(GoalStatus, "goal_status", LATCHED)
+    for n in (1, 2):
+        robot.ros.wait_until(lambda: False, 0.1)
+        message = GoalStatus(status=GoalStatus.STATUS_EXECUTING)
+        message.goal_info.goal_id.uuid = np.full(16, n, dtype=np.uint8)
+        planner.publish(message)
+    robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+    robot.ask(battery=6.2)
+    robot.until(lambda: robot.driver._link.session.telemetry.status & BATTERY_LOW)
+    begun = len(robot.odometry)
+    robot.drive_until(lambda: len(robot.odometry) > begun + 40 and robot.speed > 0.2, x=0.3)
+    message.goal_info.goal_id.uuid = np.full(16, 3, dtype=np.uint8)
+    planner.publish(message)
+    robot.drive_until(lambda: robot.speed < STANDING, x=0.3)
+    robot.drive_until(lambda: "held, the battery is low: the next goal is refused" in robot.said["/driver_node"], x=0.3)
+    assert not robot.call("resume").success
 
 
 def test_bad_lines_are_driven_over(serial_robot):
     robot = serial_robot()
     robot.ask(flipped=0.01, lost=0.05, doubled=0.05, cut=0.05, split=0.1, noise=0.1)
-    robot.drive_until(lambda: robot.odometry[-1].pose.pose.position.x > 0.4, x=0.6)
+    robot.go_until(lambda: robot.odometry[-1].pose.pose.position.x > 0.4, x=0.6)
     decoder = robot.driver._link.session.decoder
     robot.drive_until(lambda: decoder.lost and {"crc", "repeated"} <= set(decoder.dropped), x=0.1)
     robot.ask(flipped=0.0, lost=0.0, doubled=0.0, cut=0.0, split=0.0, noise=0.0)
@@ -188,7 +284,7 @@ def test_bad_lines_are_driven_over(serial_robot):
 
 def test_a_stall_of_the_firmware_is_told_and_old_commands_are_not_made_up_for(serial_robot):
     robot = serial_robot()
-    robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
     robot.ask(stall=0.5)
     robot.until(lambda: robot.speed < STANDING)
     assert robot.emulator._room.lost > 0.3
@@ -196,23 +292,25 @@ def test_a_stall_of_the_firmware_is_told_and_old_commands_are_not_made_up_for(se
 
 def test_the_button_on_the_robot_latches(serial_robot):
     robot = serial_robot()
-    robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
     robot.ask(estop_pressed=True)
     robot.drive_until(lambda: robot.speed < STANDING and "button" in robot.said["/driver_node"], x=0.3)
     assert not robot.call("clear_estop").success
     robot.ask(estop_pressed=False)
-    robot.until(lambda: robot.driver._link.armed or not robot.driver._link.session.button_pressed)
+    robot.until(lambda: not robot.driver._link.session.button_pressed)
+    assert robot.driver._link.session.stop_latched
     assert robot.call("clear_estop").success
-    robot.drive_until(lambda: robot.said["/driver_node"] == WAITING, x=0.3)
+    robot.until(lambda: not robot.driver._link.session.stop_latched)
+    begun = len(robot.odometry)
+    robot.drive_until(lambda: len(robot.odometry) > begun + 40, x=0.3)
     assert robot.speed < STANDING
-    robot.until(lambda: robot.said["/driver_node"] != WAITING)
-    robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
 
 
 def test_battery_and_link_are_reported(serial_robot):
     robot = serial_robot()
     robot.ask(battery=6.2)
-    robot.drive_until(lambda: robot.said["/driver_node"] == "the battery is low", x=0.1)
+    robot.drive_until(lambda: "the battery is low" in robot.said["/driver_node"], x=0.1)
     assert float(robot.value("driver_node", "battery_v")) == pytest.approx(6.2)
     assert float(robot.value("driver_node", "quality_in")) > 0.5
     assert 0.0 <= float(robot.value("driver_node", "latency_s")) < 1.0
@@ -227,7 +325,7 @@ def test_a_ring_that_senses_tells_of_impacts_in_the_map_frame(ros, tmp_path):
     ros.make(MocapNode, {"mocap.detect_impacts": False, "mocap.accept_frozen": True})
     robot.ready()
     robot.until(lambda: odometry)
-    robot.drive_until(lambda: abs(2 * odometry[-1].pose.pose.orientation.z) > 1.0, yaw_rate=1.5)
+    robot.go_until(lambda: abs(2 * odometry[-1].pose.pose.orientation.z) > 1.0, yaw_rate=1.5)
     robot.drive_until(lambda: told and truth and contacts, x=-0.7, y=0.7)
     assert told[0].header.frame_id == "map"
     assert (told[0].vector.x, told[0].vector.y) == pytest.approx((truth[0].vector.x, truth[0].vector.y), abs=0.15)
@@ -245,7 +343,8 @@ def test_a_ring_that_senses_tells_of_impacts_in_the_map_frame(ros, tmp_path):
 @pytest.mark.parametrize(
     ("parameters", "said"),
     [
-        ({"emulator.protocol_version": 2}, f"speaks version 2 of the protocol, this driver version {VERSION}"),
+        ({"emulator.protocol_version": 1}, f"speaks version 1 of the protocol, this driver version {VERSION}"),
+        ({"emulator.protocol_version": 3}, f"speaks version 3 of the protocol, this driver version {VERSION}"),
         ({"emulator.n_wheels": 4}, "the firmware has 4 wheels, kinematics.wheel_angles 3"),
         ({"driver.baud": 57600}, "is driver.baud that of the firmware"),
     ],
@@ -276,7 +375,7 @@ def test_a_busy_device_is_named_and_taken_when_it_is_free(ros, tmp_path):
     driver = ros.make(DriverNode, {"driver.port": str(robot.path)})
     robot.until(lambda: "busy: another program" in robot.said.get("/driver_node", ""))
     other.close()
-    robot.until(lambda: driver._link.armed)
+    robot.until(lambda: not driver._link.trouble())
 
 
 @pytest.mark.parametrize(
@@ -301,7 +400,7 @@ def test_attempts_to_open_come_ever_more_seldom(monkeypatch):
         raise port.PortError("no")
 
     monkeypatch.setattr(serial_link, "open_port", refuse)
-    link = serial_link.SerialLink(Settings().driver, 3)
+    link = serial_link.SerialLink(Settings().driver, 3, WheelCaps(70.5, 500.0))
     while now < 5.0:
         link.receive(now)
         now += 0.02
@@ -321,7 +420,7 @@ def test_as_a_process_it_sends_zero_at_its_end(ros, tmp_path):
     command = [*DRIVER, "--ros-args", "-p", f"driver.port:={robot.path}"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         try:
-            robot.drive_until(lambda: robot.speed > 0.2, x=0.4)
+            robot.go_until(lambda: robot.speed > 0.2, x=0.4)
             timer = ros.probe.create_timer(0.05, lambda: robot.commands.publish(twist(x=0.4)))
             stop_age(robot, process.terminate)
             ros.probe.destroy_timer(timer)

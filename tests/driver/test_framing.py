@@ -1,22 +1,24 @@
 """Frames and the decoder: what was sent comes out, what was damaged does not, and memory stays bounded."""
 
 import random
+import struct
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from omnipuck_driver.codec import REASONS, Decoder, Encoder
-from omnipuck_driver.framing import DELIMITER, LARGEST_BODY, LARGEST_ENCODED, Frame, pack_frame, unpack_frame
-from omnipuck_driver.messages import NO_TEMPERATURE, Announce, CommandMessage, Hello, Telemetry
+from omnipuck_driver.framing import DELIMITER, LARGEST_BODY, LARGEST_ENCODED, VERSION, Frame, pack_frame, unpack_frame
+from omnipuck_driver.messages import NO_TEMPERATURE, Announce, CommandMessage, Hello, Telemetry, WheelCaps
 
 U8, U16, U32 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32))
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 WHEELS = st.lists(FLOATS, max_size=8).map(tuple)
 NAMES = st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=12)
-HELLOS = st.builds(Hello, U32)
-COMMANDS = st.builds(CommandMessage, U32, U32, U16, U16, U8, WHEELS)
-ANNOUNCEMENTS = st.builds(Announce, U32, U32, U8, U8, U16, NAMES)
+WHEEL_CAPS = st.builds(WheelCaps, *[st.floats(0.0, width=32, exclude_min=True, allow_infinity=False)] * 2)
+HELLOS = st.builds(Hello, U32, WHEEL_CAPS)
+COMMANDS = st.builds(CommandMessage, U32, U32, U16, U16, U8, U8, U8, WHEELS)
+ANNOUNCEMENTS = st.builds(Announce, U32, U32, U8, U8, U16, WHEEL_CAPS, NAMES)
 TELEMETRY = st.builds(
     Telemetry,
     U32,
@@ -33,9 +35,12 @@ TELEMETRY = st.builds(
     U16,
     U16,
     st.tuples(FLOATS, FLOATS),
+    U8,
+    U8,
     WHEELS,
 )
 MESSAGES = st.one_of(HELLOS, COMMANDS, ANNOUNCEMENTS, TELEMETRY)
+CAPS = WheelCaps(70.5, 500.0)
 QUICK = settings(derandomize=True, deadline=None, max_examples=150)
 
 
@@ -85,29 +90,33 @@ def dropped_by(*stream: bytes) -> dict[str, int]:
 
 
 def test_what_is_dropped_is_counted_by_its_reason():
-    hello = Hello(42).pack()
-    good = pack_frame(Frame(1, 0x01, 0, hello))
+    hello = Hello(42, CAPS).pack()
+    good = pack_frame(Frame(VERSION, 0x01, 0, hello))
     assert dropped_by(good, b"\x05\x01\x00") == {"cobs": 1}
     assert dropped_by(b"\x02\x41\x00") == {"short": 1}
     assert dropped_by(good[:5] + bytes([good[5] ^ 1]) + good[6:]) == {"crc": 1}
     assert dropped_by(b"\x01" * (LARGEST_ENCODED + 1), b"\x00") == {"oversized": 1}
-    assert dropped_by(pack_frame(Frame(2, 0x01, 0, hello))) == {"version": 1}
-    assert dropped_by(pack_frame(Frame(1, 0x33, 0, hello))) == {"type": 1}
-    assert dropped_by(pack_frame(Frame(1, 0x01, 0, hello + b"\x00"))) == {"content": 1}
-    nan = CommandMessage(1, 0, 0, 0, 0, (float("nan"),)).pack()
-    assert dropped_by(pack_frame(Frame(1, 0x02, 0, nan))) == {"content": 1}
+    assert dropped_by(pack_frame(Frame(1, 0x01, 0, hello))) == {"version": 1}
+    assert dropped_by(pack_frame(Frame(VERSION, 0x33, 0, hello))) == {"type": 1}
+    assert dropped_by(pack_frame(Frame(VERSION, 0x01, 0, hello + b"\x00"))) == {"content": 1}
+    nan = CommandMessage(1, 0, 0, 0, 0, 0, 0, (float("nan"),)).pack()
+    assert dropped_by(pack_frame(Frame(VERSION, 0x02, 0, nan))) == {"content": 1}
+    for caps in ((0.0, 500.0), (70.5, -1.0), (float("inf"), 500.0), (70.5, float("nan"))):
+        assert dropped_by(pack_frame(Frame(VERSION, 0x01, 0, struct.pack("<Iff", 42, *caps)))) == {"content": 1}
 
 
 def test_repetitions_are_dropped_and_gaps_counted():
     decoder = Decoder()
 
     def arrives(sequence: int) -> bool:
-        return bool(decoder.feed(pack_frame(Frame(1, 0x02, sequence, CommandMessage(1, 0, 0, 0, 0, ()).pack()))))
+        return bool(
+            decoder.feed(pack_frame(Frame(VERSION, 0x02, sequence, CommandMessage(1, 0, 0, 0, 0, 0, 0, ()).pack())))
+        )
 
     assert [arrives(n) for n in (65534, 65534, 65535, 0, 65535, 3, 2)] == [True, False, True, True, False, True, False]
     assert (decoder.lost, decoder.dropped["repeated"]) == (2, 3)
     # a hello begins the numbering anew
-    assert decoder.feed(pack_frame(Frame(1, 0x01, 1, Hello(1).pack())))
+    assert decoder.feed(pack_frame(Frame(VERSION, 0x01, 1, Hello(1, CAPS).pack())))
     assert arrives(2)
 
 
@@ -142,8 +151,10 @@ def accepted_damage(frames: int) -> int:
     decoder, encoder = Decoder(), Encoder()
     for n in range(frames):
         wheels = tuple(random_.randrange(-1280, 1280) / 16 for _ in range(3))  # whole in four bytes
-        command = CommandMessage(7, n, 20, 180, 0, wheels)
-        telemetry = Telemetry(7, 8, n, 1, 7400, NO_TEMPERATURE, n, 3, 20, n % 9, 0, 0, 0, (0.0, 0.0), wheels)
+        command = CommandMessage(7, n, 20, 180, 0, 0, n % 256, wheels)
+        telemetry = Telemetry(
+            7, 8, n, 1, 7400, NO_TEMPERATURE, n, 3, 20, n % 9, 0, 0, 0, (0.0, 0.0), 0, n % 256, wheels
+        )
         message = command if n % 2 else telemetry
         sent = encoder.encode(message)
         came = decoder.feed(damaged(sent, random_) + DELIMITER)
@@ -166,5 +177,5 @@ def test_none_of_a_million_damaged_frames_is_accepted():
 
 
 def test_a_frame_can_be_taken_apart():
-    frame = Frame(1, 0x82, 300, b"\x00\x01\x00")
+    frame = Frame(VERSION, 0x82, 300, b"\x00\x01\x00")
     assert unpack_frame(pack_frame(frame)[1:-1]) == frame

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.parameters import Kinematics
+from collplan_core.parameters import Cap, Kinematics, Robot
 from collplan_core.parameters.spec import ParameterError
 from omnipuck_driver.kinematics import OmniWheels
 
@@ -75,3 +75,13 @@ def test_saturation_keeps_the_direction(wheels, x, y, yaw_rate):
 def test_wheels_that_cannot_move_every_way_are_refused(values, named):
     with pytest.raises(ParameterError, match=named):
         OmniWheels(Kinematics(**values))
+
+
+@QUICK
+@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_a_robot_within_its_own_caps_asks_no_wheel_for_more_than_the_firmware_lets_through(x, y, turn):
+    robot, cap = Robot(), Cap()
+    wheels = OmniWheels(Kinematics())
+    velocity = cap.speed * np.array([x, y]) / max(np.hypot(x, y), 1.0)
+    speeds = wheels.speeds(velocity, turn * robot.max_yaw_rate)
+    assert np.abs(wheels.saturated(speeds)).max() <= wheels.caps(cap, robot).speed * (1 + 1e-6)

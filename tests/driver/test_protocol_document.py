@@ -4,22 +4,24 @@ import re
 from pathlib import Path
 
 from omnipuck_driver.codec import Decoder
-from omnipuck_driver.framing import Frame, pack_frame, unpack_frame
-from omnipuck_driver.messages import NO_TEMPERATURE, Announce, CommandMessage, Hello, Telemetry
+from omnipuck_driver.framing import VERSION, Frame, pack_frame, unpack_frame
+from omnipuck_driver.messages import NO_TEMPERATURE, Announce, CommandMessage, Hello, Telemetry, WheelCaps
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
 EXAMPLES = [bytes.fromhex(row) for row in re.findall(r"^\| .* \| `(00(?: [0-9a-f]{2})+)` \|$", DOCUMENT, re.MULTILINE)]
+BEFORE = 1000, 5, 25, 3, 1, 2, 300
 MEANT = [
-    (7, Hello(42)),
-    (8, CommandMessage(42, 1000, 20, 180, 0, (-25.0, 0.0, 25.0))),
-    (9, CommandMessage(42, 1020, 0, 200, 1, (0.0, 0.0, 0.0))),
-    (0, Announce(42, 7, 1, 3, 500, "puck 1.0")),
-    (1, Telemetry(42, 7, 5000, 1, 7400, NO_TEMPERATURE, 1000, 5, 25, 3, 1, 2, 300, (-0.5, 0.25), (-24.0, 0.0, 24.0))),
+    (7, Hello(42, WheelCaps(70.5, 500.0))),
+    (8, CommandMessage(42, 1000, 20, 180, 0, 0, 1, (-25.0, 0.0, 25.0))),
+    (9, CommandMessage(42, 1020, 0, 200, 1, 0, 1, (0.0, 0.0, 0.0))),
+    (10, CommandMessage(42, 1040, 0, 200, 2, 1, 1, (0.0, 0.0, 0.0))),
+    (0, Announce(42, 7, 1, 3, 500, WheelCaps(70.5, 500.0), "puck 2.0")),
+    (1, Telemetry(42, 7, 5000, 1, 7400, NO_TEMPERATURE, *BEFORE, (-0.5, 0.25), 0, 1, (-24.0, 0.0, 24.0))),
 ]
 
 
 def test_the_examples_are_what_the_code_makes():
-    assert [pack_frame(Frame(1, message.KIND, number, message.pack())) for number, message in MEANT] == EXAMPLES
+    assert [pack_frame(Frame(VERSION, message.KIND, number, message.pack())) for number, message in MEANT] == EXAMPLES
 
 
 def test_the_examples_are_what_the_code_reads():

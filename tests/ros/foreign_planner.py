@@ -44,6 +44,7 @@ class ForeignPlanner(Node):
         self._plans = self.create_publisher(Path, "plan", 1)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._statuses = self.create_publisher(GoalStatus, "goal_status", latched)
+        self._statuses.publish(GoalStatus())  # no goal yet: the first one that comes after it is a new one
         self.create_timer(PERIOD, self._plan)
 
     def _on_pose(self, message: Odometry) -> None:

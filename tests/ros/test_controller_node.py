@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PointStamped, Twist, TwistStamped
 from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
-from std_msgs.msg import String
+from std_msgs.msg import Empty, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.goal import EXECUTING, Goal
@@ -140,21 +140,36 @@ def test_stands_still_when_plans_stop(ros, bench):
 
 
 def test_stands_still_when_poses_stop(ros, bench):
-    bench.node.set_parameters([Parameter("limits.plan_age", value=5.0)])
+    bench.node.set_parameters([Parameter("limits.plan_age", value=2.0)])
     bench.drive()
     bench.robot.poses_on = False
     bench.wait_until_still("pose 0.")
 
 
+def test_poses_lost_for_over_a_second_hold_it_until_the_robot_says_that_a_person_resumed(ros, bench):
+    resumed = ros.publisher(Empty, "robot/resumed", EVENT)
+    bench.drive()
+    bench.robot.poses_on = False
+    bench.wait_until_still("held: pose ")
+    bench.robot.poses_on = True
+    ros.probe.create_timer(0.05, lambda: bench.plans.publish(bench.path()))
+    n = len(bench.commands)
+    assert ros.wait_until(lambda: len(bench.commands) > n + 10)
+    assert not any(is_moving(command) for command in bench.commands[n:])
+    assert bench.values()["held"].startswith("pose ")
+    resumed.publish(Empty())
+    assert ros.wait_until(bench.moves)
+
+
 def test_stands_still_when_scans_stop(ros, bench):
-    bench.node.set_parameters([Parameter("limits.plan_age", value=5.0)])
+    bench.node.set_parameters([Parameter("limits.plan_age", value=2.0)])
     bench.drive()
     bench.robot.scans_on = False
     bench.wait_until_still("scan 0.")
 
 
 def test_bad_scans_and_poses_are_counted_and_stop_the_robot(ros, bench):
-    bench.node.set_parameters([Parameter("limits.plan_age", value=5.0)])
+    bench.node.set_parameters([Parameter("limits.plan_age", value=2.0)])
     bench.drive()
     bench.robot.scans_on = bench.robot.poses_on = False
     for pose in bench.robot.bad_poses():

@@ -41,7 +41,7 @@ def bench(ros):
 @pytest.fixture
 def idle(ros):
     """A bench with a goal and a plan, whose next plan is long due, and a way to tell of hits."""
-    bench = rolling(ros, limits__pose_age=1.0)
+    bench = rolling(ros, limits__pose_age=0.5)
     bench.impacts = ros.publisher(Vector3Stamped, "impact", EVENT)
     wait_for_idleness(bench)
     return bench
@@ -136,7 +136,7 @@ def test_hits_of_another_time_are_refused_and_change_nothing(ros, idle):
 
 def test_a_flood_of_hits_neither_starves_the_node_nor_makes_it_plan_without_end(ros):
     period = 0.1
-    bench = rolling(ros, planner__map_period=period, limits__pose_age=1.0)
+    bench = rolling(ros, planner__map_period=period, limits__pose_age=0.5)
     bench.impacts = ros.publisher(Vector3Stamped, "impact", EVENT)
     bench.send_goal()
     bench.wait_for_plan()

@@ -4,6 +4,8 @@ from math import pi
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from collplan_core.parameters import Emulator, Settings
 from collplan_core.worlds import parse_world
@@ -11,22 +13,28 @@ from omnipuck_driver.codec import Decoder, Encoder
 from omnipuck_driver.messages import (
     ARMED,
     EMERGENCY_STOP,
+    ESTOP_LATCHED,
     ESTOP_PRESSED,
     EXPIRED,
+    HOLD,
+    MOTOR_FAULT,
     NEVER,
     SENSES_IMPACTS,
     Announce,
     CommandMessage,
     Hello,
     Telemetry,
+    WheelCaps,
 )
 from omnipuck_sim.emulator.faults import BadLine
-from omnipuck_sim.emulator.firmware import Firmware
+from omnipuck_sim.emulator.firmware import MOST_ACCELERATION, Firmware
 from omnipuck_sim.robot.physics import Simulator
 
 HALL = parse_world({"name": "hall", "bounds": [-1.0, -1.0, 9.0, 1.0], "start": [0.0, 0.0]}, "hall")
 FORWARD = (-20.0, 0.0, 20.0)
 REST = (0.0, 0.0, 0.0)
+CAPS = WheelCaps(60.0, 512.0)
+WHEEL = st.floats(width=32, allow_nan=False, allow_infinity=False)
 
 
 class Device:
@@ -34,17 +42,28 @@ class Device:
 
     def __init__(self, **emulator) -> None:
         values = {"simulator.noise": 0.0, **{f"emulator.{name}": value for name, value in emulator.items()}}
-        settings = Settings().with_values(values)
-        self.simulator = Simulator(HALL, settings, 0)
-        self.firmware = Firmware(self.simulator, settings, boot=7)
+        used = Settings().with_values(values)
+        self.simulator = Simulator(HALL, used, 0)
+        self.firmware = Firmware(self.simulator, used, boot=7)
         self.encoder, self.decoder = Encoder(), Decoder()
+        self.cleared = self.released = 0
+        self.clock = 5000
 
     def say(self, message) -> list:
         return self.decoder.feed(self.firmware.receive(self.encoder.encode(message)))
 
     def command(self, wheels, life=0.2, session=42, flags=0, late=0.0, age=0) -> None:
-        sent = round((self.simulator.time - late) * 1e3) + 5000
-        self.say(CommandMessage(session, sent, age, round(life * 1e3), flags, wheels))
+        sent = (round((self.simulator.time - late) * 1e3) + self.clock) % (1 << 32)
+        acts = self.cleared % 256, self.released % 256
+        self.say(CommandMessage(session, sent, age, round(life * 1e3), flags, *acts, wheels))
+
+    def release(self, **changes) -> None:
+        self.released += 1
+        self.command(REST, **changes)
+
+    def clear(self) -> None:
+        self.cleared += 1
+        self.command(REST)
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * Settings().simulator.physics_rate)):
@@ -54,9 +73,14 @@ class Device:
                 self.firmware.sense(impact)
 
     def armed(self) -> "Device":
-        self.say(Hello(42))
+        self.say(Hello(42, CAPS))
         self.command(REST)
+        self.release()
         return self
+
+    @property
+    def is_armed(self) -> bool:
+        return bool(self.telemetry.status & ARMED)
 
     @property
     def telemetry(self) -> Telemetry:
@@ -68,23 +92,46 @@ class Device:
 
 
 def test_hello_is_answered_with_what_it_is():
-    assert Device().say(Hello(42)) == [Announce(42, 7, 0, 3, 500, "emulator 1")]
-    assert Device(senses_impacts=True, n_wheels=4).say(Hello(1))[0].capabilities == SENSES_IMPACTS
+    assert Device().say(Hello(42, CAPS)) == [Announce(42, 7, 0, 3, 500, CAPS, "emulator 2")]
+    assert Device(senses_impacts=True, n_wheels=4).say(Hello(1, CAPS))[0].capabilities == SENSES_IMPACTS
 
 
-def test_nothing_but_zero_is_followed_before_zero_was():
+def test_nothing_but_zero_is_followed_before_a_person_has_let_it_move():
     device = Device()
+    device.released = 7  # of a session before: of the first command it is not known when that was
     device.command(FORWARD)
-    device.say(Hello(42))
-    device.command(FORWARD)
+    device.say(Hello(42, CAPS))
+    for _ in range(5):
+        device.command(FORWARD)
+        device.command(REST)
     assert not device.turning
-    device.command(REST, session=41)
-    assert not device.telemetry.status & ARMED
+    device.release(session=41)
+    device.released -= 1
     device.command(REST)
-    assert device.telemetry.status & ARMED
+    assert not device.is_armed
+    device.release()
+    assert device.is_armed
     device.command(FORWARD)
     assert device.turning
-    assert device.firmware.refused == 3
+    assert device.firmware.refused == 7
+
+
+@given(st.lists(st.sampled_from(["forward", "rest", "hold", "hello", "silence"]), max_size=40))
+@settings(derandomize=True, deadline=None, max_examples=100)
+def test_no_commands_arm_it_zero_or_not(what):
+    device, session = Device(), 42
+    device.say(Hello(session, CAPS))
+    device.command(REST, session=session)
+    for each in what:
+        if each == "silence":
+            device.run(1.1)
+        elif each == "hello":
+            session += 1
+            device.say(Hello(session, CAPS))
+        else:
+            device.command(FORWARD if each == "forward" else REST, session=session, flags=HOLD * (each == "hold"))
+        assert not device.is_armed
+        assert not device.turning
 
 
 def test_a_command_ends_with_its_life_by_the_clock_of_the_device():
@@ -120,7 +167,7 @@ def test_time_on_the_way_is_taken_off_the_life():
 def test_a_new_session_stops_and_disarms_and_so_does_silence():
     device = Device().armed()
     device.command(FORWARD)
-    device.say(Hello(43))
+    device.say(Hello(43, CAPS))
     assert device.firmware.take_stops()[0].cause == "session"
     assert not device.telemetry.status & ARMED
     device.command(REST, session=43)
@@ -131,12 +178,12 @@ def test_a_new_session_stops_and_disarms_and_so_does_silence():
 def test_the_same_hello_again_changes_nothing():
     device = Device().armed()
     device.command(FORWARD)
-    device.say(Hello(42))
+    device.say(Hello(42, CAPS))
     assert device.turning
 
 
 @pytest.mark.parametrize("how", ["flag", "button"])
-def test_an_emergency_stop_stops_and_disarms(how):
+def test_an_emergency_stop_is_latched_until_a_person_clears_it_and_lets_it_move(how):
     device = Device().armed()
     device.command(FORWARD)
     if how == "flag":
@@ -145,14 +192,106 @@ def test_an_emergency_stop_stops_and_disarms(how):
         device.firmware.estop_pressed = True
         device.run(0.01)
         assert device.telemetry.status & ESTOP_PRESSED
-        device.command(REST)
+        device.clear()
         device.firmware.estop_pressed = False
     assert device.firmware.take_stops()[0].cause == "emergency stop"
+    device.release()
+    device.command(FORWARD)
+    assert device.telemetry.status & ESTOP_LATCHED
+    assert not device.turning
+    # another host, or the same one after a restart, does not lift it by coming
+    device.say(Hello(43, CAPS))
+    device.cleared = device.released = 0
+    device.command(REST, session=43)
+    assert device.telemetry.status & ESTOP_LATCHED
+    device.cleared += 1
+    device.command(REST, session=43)
+    assert not device.telemetry.status & ESTOP_LATCHED
+    device.command(FORWARD, session=43)
+    assert not device.turning
+    device.released += 1
+    device.command(FORWARD, session=43)
+    assert device.turning
+
+
+def test_a_host_that_holds_it_disarms_and_its_next_release_arms():
+    device = Device().armed()
+    device.command(FORWARD)
+    device.command(FORWARD, flags=HOLD)
+    assert device.firmware.take_stops()[0].cause == "hold"
     device.command(FORWARD)
     assert not device.turning
-    device.command(REST)
+    device.release()
     device.command(FORWARD)
     assert device.turning
+
+
+@pytest.mark.parametrize(("fault", "cause"), [("motor_fault", "motor fault"), ("too_hot", "too hot")])
+def test_a_failed_motor_and_heat_stop_it_at_once_and_disarm(fault, cause):
+    device = Device().armed()
+    device.command(FORWARD)
+    device.run(0.05)
+    setattr(device.firmware, fault, True)
+    device.run(0.01)
+    (stop,) = device.firmware.take_stops()
+    assert (stop.cause, device.is_armed) == (cause, False)
+    assert bool(device.telemetry.status & MOTOR_FAULT) == (fault == "motor_fault")
+    device.release()
+    assert not device.is_armed
+    setattr(device.firmware, fault, False)
+    device.command(FORWARD)
+    assert not device.turning
+    device.release()
+    assert device.is_armed
+
+
+@given(st.lists(st.tuples(WHEEL, WHEEL, WHEEL), min_size=1, max_size=20), st.integers(0, 10))
+@settings(derandomize=True, deadline=None, max_examples=80)
+def test_no_wheel_exceeds_its_caps_whatever_is_commanded(commands, steps):
+    device = Device().armed()
+    step = 1.0 / Settings().simulator.physics_rate
+    before = np.zeros(3)
+    for wheels in commands:
+        device.command(wheels)
+        for _ in range(steps):
+            device.run(step)
+            speeds = device.firmware._speeds
+            assert np.abs(speeds).max() <= CAPS.speed * (1 + 1e-6)
+            slower = (np.sign(speeds) == np.sign(before)) & (np.abs(speeds) <= np.abs(before))
+            grown = np.where(np.sign(speeds) == np.sign(before), np.abs(speeds) - np.abs(before), np.abs(speeds))
+            assert (slower | (grown <= CAPS.acceleration * step * (1 + 1e-6))).all()
+            before = speeds
+
+
+def test_its_own_caps_hold_where_it_is_told_larger_ones():
+    device = Device()
+    (announced,) = device.say(Hello(42, WheelCaps(1e6, 1e6)))
+    assert announced.caps == WheelCaps(Settings().kinematics.max_wheel_speed, MOST_ACCELERATION)
+
+
+@pytest.mark.parametrize("clock", [2**32 - 5100, 2**32 - 5001, 0])
+def test_the_hosts_clock_may_pass_the_end_of_its_numbers(clock):
+    device = Device()
+    device.clock = clock
+    device.armed()
+    for _ in range(400):
+        device.command(FORWARD)
+        device.run(0.02)
+        assert device.turning
+    assert device.firmware.late == 0
+
+
+@pytest.mark.parametrize("hour", [-3600, 3600])
+def test_a_step_of_a_clock_costs_one_command_at_most(hour):
+    device = Device().armed()
+    device.command(FORWARD)
+    for n in range(200):
+        device.run(0.02)
+        device.clock = (5000 + 1000 * hour * (n >= 100)) % (1 << 32)
+        device.command(FORWARD)
+        assert device.turning
+    assert device.firmware.late <= 1
+    assert device.firmware.take_stops() == []
 
 
 def test_it_drives_where_the_wheels_say():
@@ -177,7 +316,7 @@ def test_a_ring_that_senses_tells_the_change_of_velocity_in_the_body_frame():
 
 def test_another_version_is_answered_in_its_own():
     device = Device(protocol_version=3)
-    assert device.say(Hello(42)) == []
+    assert device.say(Hello(42, CAPS)) == []
     assert device.decoder.other_version == 3
     assert device.firmware.telemetry()
 

@@ -13,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from serial_robot import let_move
 from std_srvs.srv import Trigger
 
 from collplan_core.parameters import Settings
@@ -59,6 +60,11 @@ class Bench:
         timer = self.ros.probe.create_timer(0.05, lambda: self.commands.publish(message))
         self.until(condition)
         self.ros.probe.destroy_timer(timer)
+
+    def go_until(self, condition: Callable[[], object], message=None, **velocity) -> None:
+        """As `drive_until`, with a person who lets it move, again where a stall of the test has held it."""
+        with let_move(self.ros):
+            self.drive_until(condition, message, **velocity)
 
     def call(self, name: str) -> Trigger.Response:
         return self.ros.call(Trigger, name)
@@ -123,7 +129,7 @@ def test_poses_are_sent_late_by_the_latency_of_the_motion_capture(bench):
 
 def test_a_command_moves_it_and_silence_stops_it_by_its_own_clock(bench):
     b = bench()
-    b.drive_until(lambda: b.speed > 0.95 * V_MAX, x=V_MAX)
+    b.go_until(lambda: b.speed > 0.95 * V_MAX, x=V_MAX)
     n = len(b.odometry)
     b.until(lambda: b.speed < 1e-3)
     stamps = [seconds(o.header.stamp) for o in b.odometry[n:]]
@@ -141,14 +147,14 @@ def test_a_command_moves_it_and_silence_stops_it_by_its_own_clock(bench):
 def test_a_stamped_command_moves_it_where_the_parameter_says_so(bench):
     b = bench(**{"controller.stamped_cmd_vel": True})
     message = TwistStamped(twist=twist(y=0.5))
-    b.drive_until(lambda: b.odometry[-1].twist.twist.linear.y > 0.4, message)
+    b.go_until(lambda: b.odometry[-1].twist.twist.linear.y > 0.4, message)
     assert b.odometry[-1].twist.twist.linear.x == pytest.approx(0.0, abs=1e-6)
 
 
 def test_bad_commands_are_refused_counted_and_stop_it(bench):
     b = bench()
     for bad in ({"x": math.nan}, {"y": math.inf}, {"yaw_rate": math.nan}, {"x": 1.51 * V_MAX}):
-        b.drive_until(lambda: b.speed > 0.25, x=0.3)
+        b.go_until(lambda: b.speed > 0.25, x=0.3)
         b.drive_until(lambda: b.speed < 1e-3, **bad)
     b.until(lambda: "refused" in b.heard["/diagnostics"][-1].status[0].message)
     assert b.heard["/diagnostics"][-1].status[0].level == b"\x01"
@@ -158,7 +164,7 @@ def test_bad_commands_are_refused_counted_and_stop_it(bench):
 
 def test_a_command_just_too_fast_is_clipped_with_its_direction_kept(bench):
     b = bench()
-    b.drive_until(lambda: b.speed > 0.98 * V_MAX and b.diagnosed("clipped") > 0, x=1.1 * V_MAX, y=-0.55 * V_MAX)
+    b.go_until(lambda: b.speed > 0.98 * V_MAX and b.diagnosed("clipped") > 0, x=1.1 * V_MAX, y=-0.55 * V_MAX)
     linear = b.odometry[-1].twist.twist.linear
     assert b.speed <= V_MAX + 1e-6
     assert linear.y / linear.x == pytest.approx(-0.5, abs=1e-3)
@@ -169,7 +175,7 @@ def test_a_command_just_too_fast_is_clipped_with_its_direction_kept(bench):
 def test_an_impact_is_told_as_the_change_of_velocity(bench, engine):
     pytest.importorskip(engine, reason="MuJoCo is not installed: it needs Python 3.11")
     b = bench(**{"simulator.engine": engine})
-    b.drive_until(lambda: b.heard["ground_truth/impact"], x=-1.0)
+    b.go_until(lambda: b.heard["ground_truth/impact"], x=-1.0)
     impact = b.heard["ground_truth/impact"][0]
     before = max(-o.twist.twist.linear.x for o in b.odometry)
     assert impact.header.frame_id == "map"
@@ -180,7 +186,7 @@ def test_an_impact_is_told_as_the_change_of_velocity(bench, engine):
 
 def test_estop_holds_until_it_is_cleared(bench):
     b = bench()
-    b.drive_until(lambda: b.speed > 0.5, x=0.6)
+    b.go_until(lambda: b.speed > 0.5, x=0.6)
     assert b.call("estop").success
     b.drive_until(lambda: b.speed < 1e-3, x=0.6)
     where, n = b.x, len(b.odometry)
@@ -191,12 +197,12 @@ def test_estop_holds_until_it_is_cleared(bench):
     n = len(b.odometry)
     b.until(lambda: len(b.odometry) > n + 30)
     assert b.speed < 1e-3  # clearing alone moves nothing
-    b.drive_until(lambda: b.speed > 0.5, x=0.6)
+    b.go_until(lambda: b.speed > 0.5, x=0.6)
 
 
 def test_reset_puts_it_back_at_rest_with_stamps_that_go_on(bench):
     b = bench()
-    b.drive_until(lambda: b.x > 0.3, x=0.6)
+    b.go_until(lambda: b.x > 0.3, x=0.6)
     before = seconds(b.odometry[-1].header.stamp)
     assert b.call("reset").success
     b.until(lambda: b.x == 0.0)

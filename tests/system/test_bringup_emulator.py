@@ -38,7 +38,7 @@ def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(t
     assert summary["path_length_source"] == "ground_truth"
     assert not (tmp_path / "runs" / "latest" / "serial").is_symlink()
     logs = "".join(log.read_text() for log in (tmp_path / "runs" / "latest" / "log").iterdir())
-    assert "connected, the firmware follows commands" in logs
+    assert "connected, the firmware answers commands" in logs
     assert "Traceback" not in logs
     assert "lost while open" not in logs
 

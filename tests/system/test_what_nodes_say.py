@@ -16,7 +16,7 @@ from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
 STOPPED = "emergency stop by its service: commands are ignored until clear_estop"
-CLEARED = "emergency stop cleared: commands are taken again after a zero command"
+CLEARED = "held, after the emergency stop: give a new goal, or call resume"
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def test_nodes_in_any_order_say_what_they_wait_for_and_when_it_comes(ros, termin
     simulator = ros.make(
         SimulatorNode, {"simulator.world": "slalom", "simulator.seed": 3, "simulator.start_noise": 0.0}
     )
-    terminal.says(simulator, INFO, "ready: listens to cmd_vel; world slalom, seed 3, start 0.250, 0.300")
+    terminal.says(simulator, INFO, "ready: listens to cmd_vel, goal_status; world slalom, seed 3, start 0.250, 0.300")
     terminal.says(simulator, INFO, "waits for cmd_vel")
     terminal.says(mocap, INFO, "mocap/pose comes")
     terminal.says(lidar, INFO, "mocap/odom comes")
@@ -59,13 +59,13 @@ def test_stop_clear_and_reset_of_the_simulated_robot(ros, terminal):
         ros.call(Trigger, name)
     terminal.says(node, INFO, "reset: back at the start, at rest")
     own = [line for line in terminal.lines(node) if "stop" in line[1]]
-    assert own == [(WARN, STOPPED), (INFO, CLEARED)]
+    assert own == [(WARN, STOPPED), (WARN, CLEARED)]
 
 
 def test_the_button_and_the_service_of_the_real_robot(ros, terminal, robot):
     button = "emergency stop by the button on the robot: commands are ignored until clear_estop"
-    terminal.says(robot.driver, INFO, f"ready: listens to cmd_vel; {robot.path} at 115200 bit/s, 3 wheels")
-    terminal.says(robot.driver, INFO, "connected, the firmware follows commands")
+    terminal.says(robot.driver, INFO, f"ready: listens to cmd_vel, goal_status; {robot.path} at 115200 bit/s, 3 wheels")
+    terminal.says(robot.driver, INFO, "connected, the firmware answers commands")
     robot.ask(estop_pressed=True)
     terminal.says(robot.driver, WARN, button)
     terminal.says(robot.emulator, WARN, "the emergency stop on the robot is pressed")
@@ -76,7 +76,7 @@ def test_the_button_and_the_service_of_the_real_robot(ros, terminal, robot):
     robot.until(lambda: not robot.driver._link.session.button_pressed)
     terminal.says(robot.emulator, INFO, "the emergency stop on the robot is released")
     robot.call("clear_estop")
-    terminal.says(robot.driver, INFO, CLEARED)
+    terminal.says(robot.driver, WARN, CLEARED)
     robot.call("estop")
     terminal.says(robot.driver, WARN, STOPPED)
     assert count(terminal.lines(robot.driver), button) == 1
@@ -90,7 +90,7 @@ def test_a_ring_that_senses_impacts_needs_poses(ros, terminal, tmp_path):
 
 
 def test_the_firmware_that_stops_the_robot_by_itself_is_told(terminal, robot):
-    robot.drive_until(lambda: robot.speed > 0.2, x=0.3)
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
     robot.ask(unplugged=True)
     robot.until(lambda: robot.stop_cause == "life")
     robot.ask(unplugged=False)
@@ -99,7 +99,7 @@ def test_the_firmware_that_stops_the_robot_by_itself_is_told(terminal, robot):
 
 
 def test_a_loose_cable_fills_no_terminal(ros, terminal, robot):
-    terminal.says(robot.driver, INFO, "connected, the firmware follows commands")
+    terminal.says(robot.driver, INFO, "connected, the firmware answers commands")
     for k in range(40):
         robot.ask(unplugged=k % 2 == 0)
         ros.spin(0.1)

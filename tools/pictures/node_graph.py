@@ -51,6 +51,7 @@ TOPICS = {
     "goal_status": (16.4, 6.55),
     "goal_pose": (15.7, 10.5),
     "cmd_vel": (7.3, 2.9),
+    "robot/resumed": (9.7, 1.4),
 }
 """Where the topics between nodes stand, and those that come from outside."""
 COMPANIONS = {"planner/foreseen_impacts": "plan", "planner/valid_until": "plan"}
@@ -63,6 +64,8 @@ AT_BOX = {
     ("scan", "controller_node"): (13.8, 3.5),
     ("planner_node", "plan"): (14.6, 7.35),
     ("goal_status", "controller_node"): (17.4, 3.75),
+    ("goal_status", ROBOT): (3.45, 6.6),
+    ("robot/resumed", "controller_node"): (13.8, 2.2),
 }
 """Where an arrow meets a box, if not where the box is nearest to the topic."""
 

@@ -1,20 +1,21 @@
 """The real Omnipuck as a robot on the graph: takes cmd_vel, speaks to the firmware over a serial device."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from collplan_core.parameters import Control, Driver, Frames, Kinematics, Limits, Robot
+from collplan_core.parameters import Cap, Control, Driver, Frames, Kinematics, Limits, Robot
 from collplan_ros.node_kit.clock import seconds
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.diagnostics import ERROR, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.node_parameters import declare, read_settings
+from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
+from collplan_ros.nodes.caps import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_driver.held_command import HeldCommand
 from omnipuck_driver.kinematics import OmniWheels
@@ -22,17 +23,20 @@ from omnipuck_driver.link_report import LinkReport
 from omnipuck_driver.messages import BATTERY_LOW, EXPIRED, MOTOR_FAULT, SENSES_IMPACTS, TOO_HOT, Telemetry
 from omnipuck_driver.sensed_impacts import SensedImpacts
 from omnipuck_driver.serial_link import SerialLink
-from omnipuck_driver.session import WheelCommand
+from omnipuck_driver.session import Permission, WheelCommand
 
-GROUPS = (Robot, Limits, Control, Frames, Driver, Kinematics)
+GROUPS = (Robot, Cap, Limits, Control, Frames, Driver, Kinematics)
 FINAL_ZEROS = 3
 """Zero commands sent at the end; one might be lost."""
 FINAL_WAIT = 0.2
 """Longest wait for the last zero command to leave the device [s]."""
 LOG_PERIOD = 1.0
 """Shortest time between two lines about the link: on a bad one they would come without end [s]."""
-FAULTS = {BATTERY_LOW: "the battery is low", MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
-LOGGED = {**FAULTS, EXPIRED: "stopped by the firmware: the last command outlived its life"}
+BATTERY = {BATTERY_LOW: "the battery is low: the next goal is refused until it is charged"}
+"""A robot that moves goes on to its goal."""
+FAULTS = {MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
+"""The robot stands still at once, and is held."""
+LOGGED = {**BATTERY, **FAULTS, EXPIRED: "stopped by the firmware: the last command outlived its life"}
 """What is logged when it begins, by its bit in the telemetry's status."""
 
 
@@ -42,22 +46,26 @@ class DriverNode(Node):
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("driver_node", **kwargs)
-        declare(self, *GROUPS)
+        declare(self, *GROUPS, live=LIVE, check=check_caps)
         self._settings = read_settings(self, *GROUPS)
         self._wheels = OmniWheels(self._settings.kinematics)
         # steady also where the graph follows /clock: the robot does not
         self._local_clock = Clock(clock_type=ClockType.STEADY_TIME)
-        self._link = SerialLink(self._settings.driver, len(self._wheels))
+        caps = self._wheels.caps(self._settings.cap, self._settings.robot)
+        self._link = SerialLink(self._settings.driver, len(self._wheels), caps)
         self._report = LinkReport(self._link)
         self._impacts: SensedImpacts | None = None
         self._command: HeldCommand | None = None
         self._expired = 0
+        self._session: int | None = None
+        self._was_armed = False
         self._reported_trouble = ""
         self._logged_trouble: str | None = None
         self._logged_at = float("-inf")
         self._status = 0
         self._inputs = Inputs(self)
         self._contract = RobotContract(self, self._inputs, self, self._settings)
+        on_change(self, self._contract.change_settings, *GROUPS)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         driver = self._settings.driver
         self.create_timer(1.0 / driver.rate, self._tick, clock=self._local_clock)
@@ -75,19 +83,25 @@ class DriverNode(Node):
         """Whether the firmware follows commands."""
         return self._link.armed
 
-    def follow(self, velocity: np.ndarray, yaw_rate: float) -> None:
+    def follow(self, velocity: np.ndarray, yaw_rate: float, age: float) -> None:
         """Holds the wheel speeds for a velocity (2,) [m/s, robot frame] and a yaw rate [rad/s] for the next frames."""
         wheels = self._wheels.saturated(self._wheels.speeds(velocity, yaw_rate))
-        self._command = HeldCommand(tuple(wheels.tolist()), self.now())
+        self._command = HeldCommand(tuple(wheels.tolist()), self.now() - age)
 
     def halt(self) -> None:
-        """Sends the emergency stop at once."""
+        """Sends at once that the robot may not move."""
         self._tick()
 
     def why_stay_stopped(self) -> str:
         """Why the emergency stop cannot be cleared, empty where it can."""
-        pressed = self._link.session.button_pressed
-        return "the emergency stop on the robot is still pressed: release it first" if pressed else ""
+        if self._link.session.button_pressed:
+            return "the emergency stop on the robot is still pressed: release it first"
+        trouble = self._link.trouble()
+        return f"the firmware, which keeps it, is not there: {trouble}" if trouble else ""
+
+    def why_not_start(self) -> str:
+        """Why the robot must not begin to move, empty where it may."""
+        return self._link.trouble() or self._faults(FAULTS | BATTERY)
 
     # ---- the link
 
@@ -95,11 +109,29 @@ class DriverNode(Node):
         now = self.now()
         for telemetry in self._link.receive(now):
             self._take_telemetry(telemetry)
-        self._link.send(self._wheel_command(now), now)
+        self._hold_where_the_link_was_lost()
+        self._send(now)
         self._report_changes(now)
 
+    def _send(self, now: float) -> None:
+        self._link.send(self._wheel_command(now), self._permission, now)
+
+    @property
+    def _permission(self) -> Permission:
+        contract = self._contract
+        held = not contract.may_move
+        return Permission(bool(contract.stopped_by), held, contract.clearances, contract.releases)
+
+    def _hold_where_the_link_was_lost(self) -> None:
+        session = self._link.session
+        if self._session is not None and session.begun != self._session:
+            self._session, self._was_armed = None, False
+            self._contract.hold(f"the serial link was lost: {session.ended_by}")
+        if session.connected:
+            self._session = session.begun
+
     def _wheel_command(self, now: float) -> WheelCommand:
-        if self._contract.stopped_by or not self._link.armed:
+        if not self._contract.may_move or not self._link.armed:
             # only a command that comes afterwards is followed
             self._command = None
         if self._command is not None:
@@ -108,21 +140,37 @@ class DriverNode(Node):
                 return wheel_command
             self._expired += 1
             self._command = None
-        rest = (0.0,) * len(self._wheels)
-        stop = bool(self._contract.stopped_by)
-        return WheelCommand(rest, 0.0, self._settings.limits.command_age, emergency_stop=stop)
+        return WheelCommand((0.0,) * len(self._wheels), 0.0, self._settings.limits.command_age)
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
         begun, self._status = telemetry.status & ~self._status, telemetry.status
         for words in (words for bit, words in LOGGED.items() if begun & bit):
             self.get_logger().warning(words, throttle_duration_sec=LOG_PERIOD)
-        if self._link.session.button_pressed:
-            self._contract.latch("by the button on the robot")
+        self._take_stops(telemetry)
         announced = self._link.session.announced
         if self._impacts is None and announced is not None and announced.capabilities & SENSES_IMPACTS:
             self._impacts = SensedImpacts(self, self._inputs, self._settings, self._local_clock)
         if self._impacts is not None:
             self._impacts.take(telemetry)
+
+    def _take_stops(self, telemetry: Telemetry) -> None:
+        """Latches, or holds the robot, where the firmware stands still by itself."""
+        contract, session = self._contract, self._link.session
+        faults = self._faults(FAULTS)
+        told = self._permission.is_told_by(telemetry)
+        if session.button_pressed:
+            contract.latch("by the button on the robot")
+        elif session.stop_latched and told and not contract.stopped_by:
+            contract.latch("kept by the firmware")
+        elif contract.may_move and faults:
+            contract.hold(faults)
+        elif contract.may_move and told and self._was_armed and not session.armed:
+            contract.hold("the firmware stands still by itself")
+        self._was_armed = told and session.armed
+
+    def _faults(self, known: Mapping[int, str]) -> str:
+        telemetry = self._link.session.telemetry
+        return ", ".join(words for bit, words in known.items() if telemetry is not None and telemetry.status & bit)
 
     def _report_changes(self, now: float) -> None:
         trouble = self._link.trouble()
@@ -135,7 +183,7 @@ class DriverNode(Node):
             if trouble:
                 log.warning(trouble)
             else:
-                log.info("connected, the firmware follows commands")
+                log.info("connected, the firmware answers commands")
 
     # ---- how it is
 
@@ -145,22 +193,16 @@ class DriverNode(Node):
         if self._impacts is not None:
             values |= {"impacts": self._impacts.published, "impacts_missed": self._impacts.missed}
             values |= self._inputs.refusals.values
-        if contract.stopped_by:
-            return Health(WARN, f"emergency stop {contract.stopped_by}: commands are ignored", values)
-        if self._link.trouble():
+        if self._link.trouble() and not contract.stopped_by:
             return Health(ERROR, self._link.trouble(), values)
-        if contract.trouble:
-            return Health(WARN, contract.trouble, values)
-        telemetry = self._link.session.telemetry
-        faults = [words for bit, words in FAULTS.items() if telemetry is not None and telemetry.status & bit]
-        return Health(WARN, ", ".join(faults), values) if faults else Health(OK, "connected", values)
+        return contract.health(values, self._faults(FAULTS | BATTERY), "connected")
 
     def stop(self) -> None:
         """Sends zero and waits until it has left."""
         self._command = None
         for _ in range(FINAL_ZEROS):
             now = self.now()
-            self._link.send(self._wheel_command(now), now)
+            self._send(now)
         deadline = time.monotonic() + FINAL_WAIT
         while not self._link.drained() and time.monotonic() < deadline:
             time.sleep(0.005)

@@ -9,7 +9,7 @@ from zlib import crc32
 
 from cobs import cobs
 
-VERSION = 1
+VERSION = 2
 DELIMITER = b"\0"
 LARGEST_BODY = 128
 """Most bytes of a frame before COBS, CRC included."""
@@ -48,7 +48,7 @@ class Frame:
 def pack_frame(frame: Frame) -> bytes:
     r"""A frame as it goes out. The delimiter before it ends whatever noise came first.
 
-    >>> pack_frame(Frame(1, 0x01, 7, b"\x2a\0\0\0")).hex(" ")
+    >>> pack_frame(Frame(2, 0x01, 7, b"\x2a\0\0\0")).hex(" ")
     '00 04 01 01 07 02 2a 01 01 05 a1 ab 75 dd 00'
     """
     body = _HEAD.pack(frame.version, frame.kind, frame.sequence) + frame.payload

@@ -7,12 +7,12 @@ from omnipuck_driver.session import WheelCommand
 
 @dataclass(frozen=True)
 class HeldCommand:
-    """Wheel speeds [rad/s] and when the command for them came [s, local clock]."""
+    """Wheel speeds [rad/s] and when the command for them was given [s, local clock]."""
 
     wheels: tuple[float, ...]
-    received: float
+    given: float
 
     def wheel_command(self, now: float, longest_age: float) -> WheelCommand | None:
         """The wheel command to send at `now` [s]; None once the command is older than `longest_age` [s]."""
-        age = now - self.received
+        age = now - self.given
         return WheelCommand(self.wheels, age, longest_age - age) if age < longest_age else None

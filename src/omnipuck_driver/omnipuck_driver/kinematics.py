@@ -6,9 +6,9 @@ counter-clockwise: r w_i = -sin(a_i) v_x + cos(a_i) v_y + L yaw_rate.
 
 import numpy as np
 
-from collplan_core.parameters import Kinematics
+from collplan_core.parameters import Cap, Kinematics, Robot
 from collplan_core.parameters.spec import ParameterError
-from omnipuck_driver.messages import MOST_WHEELS
+from omnipuck_driver.messages import MOST_WHEELS, WheelCaps
 
 FEWEST_WHEELS = 3
 SMALLEST_RATIO = 0.05
@@ -39,6 +39,7 @@ class OmniWheels:
         self._to_wheels = directions * scale / kinematics.wheel_radius
         self._to_body = np.linalg.pinv(self._to_wheels)
         self._fastest = kinematics.max_wheel_speed
+        self._mount_radius, self._wheel_radius = kinematics.mount_radius, kinematics.wheel_radius
 
     def __len__(self) -> int:
         return len(self._to_wheels)
@@ -51,6 +52,11 @@ class OmniWheels:
         """Velocity (2,) [m/s, body frame] and yaw rate [rad/s] nearest to wheel speeds (n,) [rad/s]."""
         x, y, yaw_rate = self._to_body @ speeds
         return np.array([x, y]), float(yaw_rate)
+
+    def caps(self, cap: Cap, robot: Robot) -> WheelCaps:
+        """What no wheel exceeds while the robot keeps its own caps and max_yaw_rate."""
+        speed = min(self._fastest, (cap.speed + self._mount_radius * robot.max_yaw_rate) / self._wheel_radius)
+        return WheelCaps(float(np.float32(speed)), float(np.float32(cap.acceleration / self._wheel_radius)))
 
     def saturated(self, speeds: np.ndarray) -> np.ndarray:
         """Wheel speeds (n,) slowed so that none is beyond max_wheel_speed; direction and curvature are kept."""

@@ -13,33 +13,64 @@ NEVER = 0xFFFF
 NO_TEMPERATURE = 0x7FFF
 
 # status bits of telemetry
-ARMED, ESTOP_PRESSED, BATTERY_LOW, EXPIRED, STALLED, MOTOR_FAULT, TOO_HOT = (1 << n for n in range(7))
+ARMED, ESTOP_PRESSED, BATTERY_LOW, EXPIRED, STALLED, MOTOR_FAULT, TOO_HOT, ESTOP_LATCHED = (1 << n for n in range(8))
 # capability bits of an announcement
 SENSES_IMPACTS, GIVES_TEMPERATURE = 1, 2
 # flags of a command
-EMERGENCY_STOP = 1
+EMERGENCY_STOP, HOLD = 1, 2
+ACTS = 1 << 8
+"""What a person does is counted modulo this."""
 
-_HELLO = struct.Struct("<I")
-_COMMAND = struct.Struct("<IIHHBB")
-_ANNOUNCE = struct.Struct("<IIBBH12s")
-_TELEMETRY = struct.Struct("<IIIHHhIHHHHHHffB")
+_HELLO = struct.Struct("<Iff")
+_COMMAND = struct.Struct("<IIHHBBBB")
+_ANNOUNCE = struct.Struct("<IIBBHff12s")
+_TELEMETRY = struct.Struct("<IIIHHhIHHHHHHffBBB")
+
+
+@dataclass(frozen=True)
+class WheelCaps:
+    """What no wheel exceeds.
+
+    Attributes:
+        speed: [rad/s], exactly a 32-bit float.
+        acceleration: of a wheel that is told to turn faster [rad/s^2], exactly a 32-bit float.
+    """
+
+    speed: float
+    acceleration: float
+
+    def __post_init__(self) -> None:
+        _check_finite(self.speed, self.acceleration)
+        if self.speed <= 0.0 or self.acceleration <= 0.0:
+            raise FrameError("content", f"caps {self.speed}, {self.acceleration}, expected more than 0")
+
+    def within(self, other: "WheelCaps") -> "WheelCaps":
+        """The smaller of each."""
+        return WheelCaps(min(self.speed, other.speed), min(self.acceleration, other.acceleration))
 
 
 @dataclass(frozen=True)
 class Hello:
-    """Driver to device: begin a session. The device ends the one before and stands still."""
+    """Driver to device: begin a session. The device ends the one before and stands still.
+
+    Attributes:
+        session: token of the session.
+        caps: what no wheel is to exceed in it, whatever is commanded.
+    """
 
     KIND: ClassVar[int] = 0x01
     session: int
+    caps: WheelCaps
 
     def pack(self) -> bytes:
         """The payload."""
-        return _HELLO.pack(self.session)
+        return _HELLO.pack(self.session, self.caps.speed, self.caps.acceleration)
 
     @classmethod
     def unpack(cls, payload: bytes) -> "Hello":
         """The message of a payload; raises `struct.error` or `FrameError` where it is none."""
-        return cls(*_HELLO.unpack(payload))
+        session, speed, acceleration = _HELLO.unpack(payload)
+        return cls(session, WheelCaps(speed, acceleration))
 
 
 @dataclass(frozen=True)
@@ -51,7 +82,9 @@ class CommandMessage:
         sent: driver's clock [ms, modulo 2^32].
         age: age of the command behind it when it was sent [ms].
         life: how much longer it may be followed [ms].
-        flags: EMERGENCY_STOP.
+        flags: EMERGENCY_STOP: stand still, latch and disarm; HOLD: stand still and disarm.
+        cleared: how often a person has cleared the emergency stop, modulo ACTS; a change within a session clears it.
+        released: how often a person has let the robot move, modulo ACTS; a change within a session arms.
         wheels: speeds [rad/s].
     """
 
@@ -61,12 +94,14 @@ class CommandMessage:
     age: int
     life: int
     flags: int
+    cleared: int
+    released: int
     wheels: tuple[float, ...]
 
     def pack(self) -> bytes:
         """The payload."""
-        head = _COMMAND.pack(self.session, self.sent, self.age, self.life, self.flags, len(self.wheels))
-        return head + _pack_wheels(self.wheels)
+        times, acts = (self.session, self.sent, self.age, self.life), (self.cleared, self.released)
+        return _COMMAND.pack(*times, self.flags, *acts, len(self.wheels)) + _pack_wheels(self.wheels)
 
     @classmethod
     def unpack(cls, payload: bytes) -> "CommandMessage":
@@ -85,6 +120,7 @@ class Announce:
         capabilities: SENSES_IMPACTS, GIVES_TEMPERATURE.
         n_wheels: number of wheels.
         longest_life: it shortens longer lives of commands to this [ms].
+        caps: what none of its wheels exceeds in this session: the smaller of those told and its own.
         firmware: name and version, up to 12 ASCII characters.
     """
 
@@ -94,18 +130,21 @@ class Announce:
     capabilities: int
     n_wheels: int
     longest_life: int
+    caps: WheelCaps
     firmware: str
 
     def pack(self) -> bytes:
         """The payload."""
         name = self.firmware.encode("ascii")
-        return _ANNOUNCE.pack(self.session, self.boot, self.capabilities, self.n_wheels, self.longest_life, name)
+        what = self.session, self.boot, self.capabilities, self.n_wheels, self.longest_life
+        return _ANNOUNCE.pack(*what, self.caps.speed, self.caps.acceleration, name)
 
     @classmethod
     def unpack(cls, payload: bytes) -> "Announce":
         """The message of a payload; raises `struct.error` or `FrameError` where it is none."""
-        *head, name = _ANNOUNCE.unpack(payload)
-        return cls(*(*head, name.rstrip(b"\0").decode("ascii", errors="replace")))
+        *head, speed, acceleration, name = _ANNOUNCE.unpack(payload)
+        firmware = name.rstrip(b"\0").decode("ascii", errors="replace")
+        return cls(*(*head, WheelCaps(speed, acceleration), firmware))
 
 
 @dataclass(frozen=True)
@@ -116,7 +155,7 @@ class Telemetry:
         session, boot: the present ones; session 0 before the first Hello.
         time: device's clock [ms, modulo 2^32].
         status: ARMED, ESTOP_PRESSED, BATTERY_LOW, EXPIRED (the last command outlived its life), STALLED (it was itself
-            held up since the last telemetry), MOTOR_FAULT, TOO_HOT.
+            held up since the last telemetry), MOTOR_FAULT, TOO_HOT, ESTOP_LATCHED.
         battery: voltage [mV].
         temperature: temperature [0.1 deg C], NO_TEMPERATURE where it measures none.
         echo: `sent` of the newest command accepted, 0 before the first.
@@ -126,6 +165,7 @@ class Telemetry:
         impacts: impacts sensed so far, modulo 2^16.
         impact_age: time since the newest impact [ms], NEVER where there is none.
         impact: its change of velocity in the body frame of then, x forward, y left [m/s].
+        cleared, released: of the newest command taken in this session, 0 before one.
         wheels: measured speeds [rad/s].
     """
 
@@ -144,6 +184,8 @@ class Telemetry:
     impacts: int
     impact_age: int
     impact: tuple[float, float]
+    cleared: int
+    released: int
     wheels: tuple[float, ...]
 
     def pack(self) -> bytes:
@@ -151,14 +193,15 @@ class Telemetry:
         state = self.session, self.boot, self.time, self.status, self.battery, self.temperature
         commands = self.echo, self.echo_delay, self.command_age, self.accepted, self.dropped
         impact = self.impacts, self.impact_age, *self.impact
-        return _TELEMETRY.pack(*state, *commands, *impact, len(self.wheels)) + _pack_wheels(self.wheels)
+        acts = self.cleared, self.released
+        return _TELEMETRY.pack(*state, *commands, *impact, *acts, len(self.wheels)) + _pack_wheels(self.wheels)
 
     @classmethod
     def unpack(cls, payload: bytes) -> "Telemetry":
         """The message of a payload; raises `struct.error` or `FrameError` where it is none."""
-        *head, x, y, count = _TELEMETRY.unpack_from(payload)
+        *head, x, y, cleared, released, count = _TELEMETRY.unpack_from(payload)
         _check_finite(x, y)
-        return cls(*(*head, (x, y), _unpack_wheels(payload[_TELEMETRY.size :], count)))
+        return cls(*(*head, (x, y), cleared, released, _unpack_wheels(payload[_TELEMETRY.size :], count)))
 
 
 Message = Hello | CommandMessage | Announce | Telemetry

@@ -5,9 +5,9 @@ from select import select
 import serial
 
 from collplan_core.parameters import Driver
-from omnipuck_driver.messages import Telemetry
+from omnipuck_driver.messages import Telemetry, WheelCaps
 from omnipuck_driver.port import PortError, open_port
-from omnipuck_driver.session import Session, WheelCommand
+from omnipuck_driver.session import Permission, Session, WheelCommand
 
 FIRST_WAIT = 0.05
 """Pause after the first attempt in vain; each further one takes twice as long, up to driver.longest_wait [s]."""
@@ -26,9 +26,9 @@ class SerialLink:
         sent, unsent: frames written, and those given up because the device was full.
     """
 
-    def __init__(self, driver: Driver, n_wheels: int) -> None:
-        """Opens nothing yet."""
-        self.session = Session(n_wheels, driver.link_timeout)
+    def __init__(self, driver: Driver, n_wheels: int, caps: WheelCaps) -> None:
+        """Opens nothing yet; no wheel is to exceed `caps`."""
+        self.session = Session(n_wheels, driver.link_timeout, caps)
         self.waits_for = f"{driver.port}: not opened yet"
         self.sent = 0
         self.unsent = 0
@@ -43,7 +43,7 @@ class SerialLink:
         return self._port is not None and self.session.armed
 
     def trouble(self) -> str:
-        """Why nothing can move, in words; empty while the firmware follows commands."""
+        """Why nothing can move, in words; empty while the firmware answers commands."""
         return self.waits_for or self.session.trouble()
 
     def receive(self, now: float) -> list[Telemetry]:
@@ -59,11 +59,11 @@ class SerialLink:
             return []
         return self.session.receive(data, now)
 
-    def send(self, wheel_command: WheelCommand, now: float) -> None:
+    def send(self, wheel_command: WheelCommand, permission: Permission, now: float) -> None:
         """Sends what the session allows of a wheel command at the local time `now` [s]."""
         if self._port is None:
             return
-        frame = self.session.outgoing(wheel_command, now)
+        frame = self.session.outgoing(wheel_command, permission, now)
         try:
             if frame and self._has_room():
                 self._port.write(frame)
@@ -103,10 +103,10 @@ class SerialLink:
             return
         self.waits_for = ""
         self._wait = FIRST_WAIT
-        self.session.begin()
+        self.session.begin("the device was opened")
 
     def _lose(self, now: float) -> None:
         self.close()
-        self.session.begin()
         self.waits_for = f"{self._driver.port}: lost while open: is the cable plugged in?"
+        self.session.begin(self.waits_for)
         self._next_attempt = now + self._wait

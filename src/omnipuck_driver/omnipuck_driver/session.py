@@ -6,7 +6,19 @@ from dataclasses import dataclass
 
 from omnipuck_driver.codec import Decoder, Encoder
 from omnipuck_driver.framing import VERSION
-from omnipuck_driver.messages import ARMED, EMERGENCY_STOP, ESTOP_PRESSED, Announce, CommandMessage, Hello, Telemetry
+from omnipuck_driver.messages import (
+    ACTS,
+    ARMED,
+    EMERGENCY_STOP,
+    ESTOP_LATCHED,
+    ESTOP_PRESSED,
+    HOLD,
+    Announce,
+    CommandMessage,
+    Hello,
+    Telemetry,
+    WheelCaps,
+)
 
 HELLO_PERIOD = 0.1
 """Time between two greetings [s]."""
@@ -21,17 +33,42 @@ class WheelCommand:
         wheels: speeds [rad/s].
         age: age of the velocity command behind them [s].
         life: how much longer they may be followed [s].
-        emergency_stop: stand still whatever comes, until a wheel command without it.
     """
 
     wheels: tuple[float, ...]
     age: float
     life: float
-    emergency_stop: bool = False
 
     def standing_still(self) -> "WheelCommand":
         """This command with the wheels at rest."""
-        return WheelCommand((0.0,) * len(self.wheels), self.age, self.life, self.emergency_stop)
+        return WheelCommand((0.0,) * len(self.wheels), self.age, self.life)
+
+
+@dataclass(frozen=True)
+class Permission:
+    """What a person lets the robot do; it goes with every command.
+
+    Attributes:
+        stopped: the emergency stop is latched.
+        held: the robot waits until a person lets it move.
+        cleared: how often the emergency stop was cleared.
+        released: how often a person has let the robot move.
+    """
+
+    stopped: bool
+    held: bool
+    cleared: int
+    released: int
+
+    @property
+    def flags(self) -> int:
+        """The flags of a command."""
+        return (EMERGENCY_STOP if self.stopped else 0) | (HOLD if self.held else 0)
+
+    def is_told_by(self, telemetry: Telemetry) -> bool:
+        """Whether the firmware had heard of it when it sent this: only then its status can be compared."""
+        acts = self.cleared % ACTS, self.released % ACTS
+        return bool(telemetry.echo) and (telemetry.cleared, telemetry.released) == acts
 
 
 def _new_token() -> int:
@@ -42,11 +79,12 @@ class Session:
     """One conversation with the firmware at a time.
 
     It begins with a Hello and a token that the firmware repeats in each message; a message with another token belongs
-    to an earlier conversation. Only after the firmware has taken a zero command in this session are others sent.
+    to an earlier conversation. Only zero is sent until the firmware says that it is armed.
 
     Args:
         n_wheels: number of wheels that the robot should have.
         timeout: silence after which a new session begins [s].
+        caps: what no wheel is to exceed.
         new_token: draws tokens, never 0.
 
     Attributes:
@@ -54,9 +92,12 @@ class Session:
         telemetry: its newest in this session, None before.
         latency: from sending a command to the telemetry that echoes it, without the firmware's own time [s].
         begun: sessions so far.
+        ended_by: why the session before has ended, in words.
     """
 
-    def __init__(self, n_wheels: int, timeout: float, new_token: Callable[[], int] = _new_token) -> None:
+    def __init__(
+        self, n_wheels: int, timeout: float, caps: WheelCaps, new_token: Callable[[], int] = _new_token
+    ) -> None:
         self.announced: Announce | None = None
         self.telemetry: Telemetry | None = None
         self.latency: float | None = None
@@ -65,12 +106,14 @@ class Session:
         self._encoder = Encoder()
         self._n_wheels = n_wheels
         self._timeout = timeout
+        self._caps = caps
         self._new_token = new_token
-        self.begin()
+        self.begin("nothing was sent yet")
 
-    def begin(self) -> None:
-        """Begins a new session with a greeting, as after a reconnect."""
+    def begin(self, ended_by: str) -> None:
+        """Begins a new session with a greeting; `ended_by` says what has ended the one before."""
         self.begun += 1
+        self.ended_by = ended_by
         self.announced = self.telemetry = self.latency = None
         self.decoder.forget()
         self._token = self._new_token()
@@ -80,12 +123,18 @@ class Session:
     @property
     def connected(self) -> bool:
         """Whether a firmware has answered that fits the robot."""
-        return self.announced is not None and self.announced.n_wheels == self._n_wheels
+        announced = self.announced
+        return announced is not None and announced.n_wheels == self._n_wheels and self._keeps_caps(announced)
 
     @property
     def armed(self) -> bool:
         """Whether the firmware follows commands other than zero."""
         return self.connected and self.telemetry is not None and bool(self.telemetry.status & ARMED)
+
+    @property
+    def stop_latched(self) -> bool:
+        """Whether the firmware has latched an emergency stop."""
+        return self.telemetry is not None and bool(self.telemetry.status & ESTOP_LATCHED)
 
     @property
     def button_pressed(self) -> bool:
@@ -107,10 +156,10 @@ class Session:
                     news.append(message)
         return news
 
-    def outgoing(self, wheel_command: WheelCommand, now: float) -> bytes:
+    def outgoing(self, wheel_command: WheelCommand, permission: Permission, now: float) -> bytes:
         """The bytes to send at the local time `now` [s]: a greeting, zero, or the wheel command."""
         if self.announced is not None and now - self._heard > self._timeout:
-            self.begin()
+            self.begin("the firmware fell silent")
         if not self.connected:
             return self._greeting(now)
         allowed = wheel_command if self.armed else wheel_command.standing_still()
@@ -120,23 +169,28 @@ class Session:
                 sent=_milliseconds(now) % MILLISECONDS,
                 age=min(_milliseconds(allowed.age), 0xFFFF),
                 life=min(max(_milliseconds(allowed.life), 1), 0xFFFF),
-                flags=EMERGENCY_STOP if allowed.emergency_stop else 0,
+                flags=permission.flags,
+                cleared=permission.cleared % ACTS,
+                released=permission.released % ACTS,
                 wheels=allowed.wheels,
             )
         )
 
     def trouble(self) -> str:
-        """Why nothing can move, in words; empty while the firmware follows commands."""
+        """Why nothing can move, in words; empty while the firmware answers commands."""
         if self.announced is None:
             return self._why_no_answer()
-        if not self.connected:
+        if self.announced.n_wheels != self._n_wheels:
             return (
                 f"the firmware has {self.announced.n_wheels} wheels, kinematics.wheel_angles {self._n_wheels}: "
                 "correct the parameter"
             )
+        if not self._keeps_caps(self.announced):
+            return f"the firmware lets through {self.announced.caps}, more than the {self._caps} it was told"
         if self.button_pressed:
             return "the emergency stop on the robot is pressed"
-        return "" if self.armed else "waiting until the firmware has taken a zero command"
+        taken = self.telemetry is not None and self.telemetry.echo
+        return "" if taken else "waiting until the firmware takes commands"
 
     def _why_no_answer(self) -> str:
         if self.decoder.other_version is not None:
@@ -152,16 +206,20 @@ class Session:
         if message.session == self._token:
             self.announced = message
             self.decoder.other_version = None
-        elif self.announced is not None:  # it has restarted
-            self.begin()
+        elif self.announced is not None:
+            self.begin("the firmware has restarted")
 
     def _is_of_this_session(self, message: Telemetry) -> bool:
         if self.announced is None:
             return False
         if (message.session, message.boot) == (self._token, self.announced.boot):
             return True
-        self.begin()
+        restarted = message.boot != self.announced.boot
+        self.begin("the firmware has restarted" if restarted else "the firmware has ended the session")
         return False
+
+    def _keeps_caps(self, announced: Announce) -> bool:
+        return announced.caps.within(self._caps) == announced.caps
 
     def _measure(self, message: Telemetry, now: float) -> None:
         if message.echo:
@@ -172,7 +230,7 @@ class Session:
         if now - self._greeted < HELLO_PERIOD:
             return b""
         self._greeted = now
-        return self._encoder.encode(Hello(self._token))
+        return self._encoder.encode(Hello(self._token, self._caps))
 
 
 def _milliseconds(seconds: float) -> int:

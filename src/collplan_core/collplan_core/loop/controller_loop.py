@@ -1,6 +1,7 @@
 """The controller's decisions: which plan to follow, and a command each period, without exception.
 
-The command is zero unless a goal is active and pose, scan and plan are fresh. A plan is followed once the pose it
+The command is zero unless a goal is active and pose, scan and plan are fresh. Where one of them was not for
+LONGEST_FAULT the robot is held until there is a new goal or it is told to resume. A plan is followed once the pose it
 begins at and a scan of then or before have come, with the local map of the newest such scan.
 """
 
@@ -10,6 +11,7 @@ from dataclasses import dataclass, replace
 
 from collplan_core.command import Command, stopped
 from collplan_core.control.follow import follow
+from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.memory import ControllerMemory
 from collplan_core.control.permission import why_refuse_plan, why_stale
 from collplan_core.control.tracking import clip_command
@@ -22,6 +24,8 @@ from collplan_core.plan import Contacts, Plan
 from collplan_core.scan import Scan
 from collplan_core.state import State
 
+LONGEST_START = 10.0
+"""How long inputs may be missing before the first plan of a goal is followed [s]; then that holds the robot too."""
 KEPT = 10
 """Companion messages kept: topics have no common order, a plan may come before or after what is said of it."""
 
@@ -54,6 +58,9 @@ class ControllerLoop:
         self._valid_until: deque[tuple[float, float]] = deque(maxlen=KEPT)
         self._contacts: deque[tuple[float, Contacts]] = deque(maxlen=KEPT)
         self._memory = ControllerMemory()
+        self._interlock = Interlock()
+        self._patience = LONGEST_START
+        self._fault_since: float | None = None
 
     def change_settings(self, settings: Settings) -> None:
         """Other settings from now on."""
@@ -68,6 +75,11 @@ class ControllerLoop:
     def goal_status(self) -> str:
         """Status of the newest goal."""
         return NO_GOAL if self.goal is None else self.goal.status
+
+    @property
+    def held(self) -> str:
+        """Why only a new goal or `resume` lets the robot move; empty where neither is needed."""
+        return self._interlock.reason
 
     @property
     def plan(self) -> Plan | None:
@@ -104,10 +116,16 @@ class ControllerLoop:
         """The goal's identity, stamp and status; the position is not needed."""
         if self.goal is None or self.goal.id != goal.id:
             self._memory = ControllerMemory()
+            self.resume()
         self.goal = goal
         plans = [plan for plan in (self._waiting, self.plan) if plan is not None]
         if not goal.active or any(plan.stamp <= goal.stamp for plan in plans):
             self._forget_plans()
+
+    def resume(self) -> None:
+        """A person lets the robot go on to its goal."""
+        self._interlock = self._interlock.resumed()
+        self._patience, self._fault_since = LONGEST_START, None
 
     def take_valid_until(self, stamp: float, until: float) -> None:
         """Until when the plan with this stamp may be followed [s, poses' clock]."""
@@ -149,7 +167,7 @@ class ControllerLoop:
     def tick(self, local: float) -> Command:
         """The command of one control period."""
         self._adopt()
-        reason = self._why_forbidden() or self._stop_reason(local)
+        reason = self._why_still(local)
         followed, state, now = self._followed, self._sensors.state, self._sensors.now(local)
         if reason or followed is None or state is None or now is None:
             self._memory = ControllerMemory(heading=self._memory.heading)
@@ -161,6 +179,23 @@ class ControllerLoop:
             self.refusals.add("command", f"{command.velocity.tolist()} m/s, {command.yaw_rate} rad/s")
             return stopped("the command is not finite or far beyond the limits")
         return replace(command, velocity=clipped[0], yaw_rate=clipped[1])
+
+    def _why_still(self, local: float) -> str:
+        """Why the robot must not move now, "" where it may; a reason that lasts holds it."""
+        reason = self._why_forbidden() or self._stop_reason(local)
+        if not reason or not self.goal_active:
+            self._fault_since = None
+        elif self._fault_since is None:
+            self._fault_since = local
+        elif not self.held and local - self._fault_since > self._patience:
+            self._interlock = self._interlock.held(reason)
+        if not self.goal_active:
+            return reason
+        if self.held:
+            return f"held: {self.held}; {REMEDY}"
+        if not reason:
+            self._patience = LONGEST_FAULT
+        return reason
 
     def _stop_reason(self, local: float) -> str:
         """Why the robot must not move now, "" where it may."""

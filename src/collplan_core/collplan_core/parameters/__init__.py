@@ -2,6 +2,7 @@
 
 from collplan_core.parameters.groups import (
     GROUPS,
+    Cap,
     Control,
     Driver,
     Emulator,
@@ -27,6 +28,7 @@ from collplan_core.parameters.spec import ParameterError
 
 __all__ = [
     "GROUPS",
+    "Cap",
     "Control",
     "Driver",
     "Emulator",

@@ -170,16 +170,25 @@ class Control(Parameters):
 
 
 @dataclass(frozen=True)
+class Cap(Parameters):
+    """What the robot's own end never exceeds, whatever is commanded or set: of the driver, told to the firmware, and of the simulated robot."""
+
+    group = "cap"
+    speed: float = parameter(1.2, "Largest speed that the robot's end lets through; robot.max_speed may not be above it", unit="m/s", low=0.05, high=5.0)
+    acceleration: float = parameter(10.0, "Largest change of the velocity let through, a stop aside (assumed: above what wheels on a floor make)", unit="m/s^2", low=0.5, high=50.0)
+
+
+@dataclass(frozen=True)
 class Limits(Parameters):
     """Ages, by local receipt, beyond which an input counts as lost and the robot stops."""
 
     group = "limits"
-    pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=5.0, live=True)
-    scan_age: float = parameter(0.3, "Oldest scan acted on", unit="s", low=0.02, high=5.0, live=True)
-    plan_age: float = parameter(0.6, "Oldest plan followed where planner/valid_until does not say until when it holds", unit="s", low=0.05, high=10.0, live=True)
-    command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=5.0)
+    pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=0.5, live=True)
+    scan_age: float = parameter(0.3, "Oldest scan acted on", unit="s", low=0.02, high=0.6, live=True)
+    plan_age: float = parameter(0.6, "Oldest plan followed where planner/valid_until does not say until when it holds", unit="s", low=0.05, high=2.0, live=True)
+    command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=0.5)
     pose_history: float = parameter(0.5, "Time for which poses are kept, to find the one at a scan's stamp", unit="s", low=0.1, high=10.0)
-    excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=10.0)
+    excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=3.0)
 
 
 @dataclass(frozen=True)
@@ -292,7 +301,7 @@ class Emulator(Parameters):
     baud: int = parameter(115200, "Rate that the firmware understands; at another one both ends read garbage", unit="bit/s", low=9600, high=4000000)
     telemetry_rate: float = parameter(50.0, "Telemetry frames per second", unit="Hz", low=1.0, high=100.0)
     senses_impacts: bool = parameter(False, "The ring senses impacts and the firmware reports them")
-    protocol_version: int = parameter(1, "Version of the protocol that the firmware speaks", low=0, high=255)
+    protocol_version: int = parameter(2, "Version of the protocol that the firmware speaks", low=0, high=255)
     n_wheels: int = parameter(0, "Wheels that the firmware announces; 0 for as many as kinematics.wheel_angles has", low=0, high=8)
     flipped: float = parameter(0.0, "Share of bytes with one bit flipped", low=0.0, high=1.0, live=True)
     lost: float = parameter(0.0, "Share of frames that vanish", low=0.0, high=1.0, live=True)
@@ -305,6 +314,8 @@ class Emulator(Parameters):
     unplugged: bool = parameter(False, "The cable is pulled", live=True)
     estop_pressed: bool = parameter(False, "The button on the robot is pressed", live=True)
     battery: float = parameter(7.6, "Voltage of the battery; low below 6.6 V", unit="V", low=0.0, high=60.0, live=True)
+    motor_fault: bool = parameter(False, "A motor has failed", live=True)
+    too_hot: bool = parameter(False, "The motors are too hot", live=True)
 
 
 @dataclass(frozen=True)
@@ -328,7 +339,7 @@ class Trial(Parameters):
 
 
 GROUPS: tuple[type[Parameters], ...] = (
-    Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Limits, Mocap, Lidar, Simulation, Kinematics, Driver,
+    Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Cap, Limits, Mocap, Lidar, Simulation, Kinematics, Driver,
     Emulator, Frames, Trial,
 )
 
@@ -345,6 +356,7 @@ class Settings:
     remembered: Remembered = Remembered()
     time_to_goal: TimeToGoal = TimeToGoal()
     controller: Control = Control()
+    cap: Cap = Cap()
     limits: Limits = Limits()
     mocap: Mocap = Mocap()
     lidar: Lidar = Lidar()

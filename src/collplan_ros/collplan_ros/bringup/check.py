@@ -138,11 +138,13 @@ class _Check:
     def _motions(self) -> BodyOffset | None:
         rate = min(self._settings.controller.max_yaw_rate, self._settings.robot.max_yaw_rate)
         self._ask(f"turn in place, once round at {rate:g} rad/s")
+        self._loop.resume()
         lever, share = turn_in_place(self._loop, rate)
         if not self._passes([turn_finding(share)]):
             return None
         ways = f"drive {100 * DISTANCE:g} cm forward, back, left and back, at {SPEED:g} m/s"
         self._ask(f"{ways}, up to {MOST_ROUNDS} times")
+        self._loop.resume()
         axes = drive_each_way(self._loop, lever, self._settings.robot.max_speed)
         offset = body_offset(axes, lever)
         found = offset_finding(offset, axes)

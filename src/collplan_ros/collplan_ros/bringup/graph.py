@@ -23,7 +23,7 @@ from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.messages.conversions import goal_to_message
-from collplan_ros.messages.qos import EVENT
+from collplan_ros.messages.qos import EVENT, LATCHED
 from collplan_ros.node_kit.diagnostics import ERROR
 from collplan_ros.runs.recorder import Recorder
 from collplan_ros.runs.run_log import PoseRow
@@ -72,6 +72,7 @@ class Graph:
         self._stop_request = StopRequest()
         self._stack = ExitStack()
         self._silence = 0.0
+        self._robot_knows_planner = False
 
     def __enter__(self) -> "Graph":
         with ExitStack() as stack:
@@ -149,6 +150,7 @@ class Graph:
         self.wait_until_poses_come()
         self.wait(lambda: recorder.scan_came, INPUT_PATIENCE, lambda: self._missing("scan", "best effort"))
         self.wait(lambda: self._goals.get_subscription_count() > 0, INPUT_PATIENCE, self._no_planner)
+        self.wait(lambda: self._robot_knows_planner, INPUT_PATIENCE, lambda: self._missing("robot/state", "reliable"))
 
     def give_goal(self, goal: np.ndarray) -> None:
         """Publishes a goal (2,) [m] and waits for the planner's answer."""
@@ -178,9 +180,14 @@ class Graph:
         self.recorder = Recorder(self.node, self._preparation.settings)
         stack.callback(self.recorder.finish)
         self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
+        self.node.create_subscription(DiagnosticStatus, "robot/state", self._take_robot_state, LATCHED)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
         stack.callback(self._executor.shutdown)
+
+    def _take_robot_state(self, message: DiagnosticStatus) -> None:
+        # a goal is new to the robot, and lets it move, only after it has heard of the planner
+        self._robot_knows_planner = ("knows_planner", "yes") in [(item.key, item.value) for item in message.values]
 
     def _ros_arguments(self) -> list[str]:
         arguments = ["--params-file", str(self._folder.parameters)]

@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 from nav_msgs.msg import Odometry
+from std_srvs.srv import Trigger
 
 from collplan_core.command import FREE_SPACE, Command, stopped
 from collplan_core.parameters import Settings
@@ -18,6 +19,10 @@ from collplan_ros.runs.recorder import EVERY_ONE
 
 HALTING_TIME = 0.6
 """Time within which the robot comes to rest [s]."""
+GREETING_TIME = 0.1
+"""Time for which the robot is commanded zero first: of its first command it cannot tell the age [s]."""
+PATIENCE = 3.0
+"""Longest wait for the robot's answer [s]."""
 RESTING_TIME = 0.4
 """Time over which poses are averaged to one [s]."""
 
@@ -47,6 +52,20 @@ class OpenLoop:
         """
         if self._graph.node.count_publishers("cmd_vel") > 1:
             raise GraphError(f"somebody else publishes on {self._publisher.topic_name}; end it first")
+
+    def resume(self) -> None:
+        """Lets the robot move, as a person has agreed to.
+
+        Raises:
+            GraphError: it refuses to.
+        """
+        client = self._graph.node.create_client(Trigger, "resume")
+        self._graph.wait(client.service_is_ready, PATIENCE, lambda: "resume: no such service of the robot")
+        answer = client.call_async(Trigger.Request())
+        self._graph.wait(answer.done, PATIENCE, lambda: "resume: no answer of the robot")
+        if not answer.result().success:
+            raise GraphError(f"the robot must not move: {answer.result().message}")
+        self._command(stopped("check"), GREETING_TIME)
 
     def drive(self, velocity: tuple[float, float], yaw_rate: float, duration: float) -> list[PoseSample]:
         """Commands a velocity [m/s, robot frame] and a yaw rate [rad/s] for `duration` [s], then zero until at rest.

@@ -1,6 +1,6 @@
 """The topics that a node listens to, and what it says about them at the terminal."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from rclpy.clock import Clock, ClockType
@@ -46,11 +46,15 @@ class Inputs:
 
     Attributes:
         refusals: counts of what was refused, for the node's diagnostics.
+        sent: when the message being taken was sent, by the wall clock of its sender [s].
+        number: the count of the message being taken among those of its publisher; None where DDS gives none.
     """
 
     def __init__(self, node: Node, refusals: Refusals | None = None) -> None:
         """Subscribes in `node`; counts in `refusals` where given, which others may share."""
         self.refusals = Refusals() if refusals is None else refusals
+        self.sent = 0.0
+        self.number: int | None = None
         self._node = node
         self._watches: dict[str, InputWatch] = {}
         self._kinds: dict[str, str] = {}
@@ -81,7 +85,8 @@ class Inputs:
         self._watches[topic] = watch
         self._kinds[topic] = kind or topic
 
-        def take(message: M) -> None:
+        def take(message: M, info: Mapping[str, Any]) -> None:
+            self.sent, self.number = 1e-9 * info["source_timestamp"], info["publication_sequence_number"]
             before = watch.n_refused
             try:
                 is_ours = callback(message) is not False

@@ -1,6 +1,6 @@
 """Parameter groups as ROS parameters of a node: declared, checked, read."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
@@ -14,24 +14,35 @@ Group = type[Parameters] | str
 """A parameter group, or the key of the one parameter that a node reads of another node's group."""
 
 
-def declare(node: Node, *groups: Group) -> None:
+def declare(
+    node: Node,
+    *groups: Group,
+    live: Sequence[Group] | None = None,
+    check: Callable[[Settings], None] = lambda settings: None,
+) -> None:
     """Declares every parameter of these groups, with description, range and the node's overrides.
 
     From then on a value that does not fit is refused with the reason, and parameters that are not live are read-only.
+
+    Args:
+        live: of the live parameters of `groups`, those that this node takes while it runs; None for all. The others
+            are read-only in this node: a value that is set and does nothing would mislead.
+        check: raises ParameterError where values of these groups do not fit each other in this node.
 
     Raises:
         ParameterError: an override that does not fit its parameter, or whose key no group of the project has.
     """
     overrides = _overrides(node)
+    taken = {spec.key for spec in specs_of(groups if live is None else tuple(live)) if spec.live}
     for key in overrides:
         if key not in all_specs() and not is_ros_key(key):
             raise unknown_key(key)
     for spec in specs_of(groups):
         # checked here, not by rclpy: one wording everywhere, and a whole number will do for a float
         value = spec.checked(overrides.get(spec.key, spec.default))
-        node.declare_parameter(spec.key, value, _descriptor(spec), ignore_override=True)
-    read_settings(node, *groups)  # some values must fit each other
-    node.add_on_set_parameters_callback(lambda parameters: _verdict(node, groups, parameters))
+        node.declare_parameter(spec.key, value, _descriptor(spec, spec.key not in taken), ignore_override=True)
+    check(read_settings(node, *groups))  # some values must fit each other
+    node.add_on_set_parameters_callback(lambda parameters: _verdict(node, groups, check, parameters))
 
 
 def read_settings(node: Node, *groups: Group) -> Settings:
@@ -61,19 +72,21 @@ def _overrides(node: Node) -> dict[str, object]:
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
 
 
-def _verdict(node: Node, groups: tuple[Group, ...], parameters: list[Parameter]) -> SetParametersResult:
+def _verdict(
+    node: Node, groups: tuple[Group, ...], check: Callable[[Settings], None], parameters: list[Parameter]
+) -> SetParametersResult:
     ours = {spec.key for spec in specs_of(groups)}
     try:
-        read_settings(node, *groups).with_values({p.name: p.value for p in parameters if p.name in ours})
+        check(read_settings(node, *groups).with_values({p.name: p.value for p in parameters if p.name in ours}))
     except ParameterError as error:
         return SetParametersResult(successful=False, reason=str(error))
     return SetParametersResult(successful=True)
 
 
-def _descriptor(spec: Spec) -> ParameterDescriptor:
+def _descriptor(spec: Spec, read_only: bool) -> ParameterDescriptor:
     unit = f" [{spec.unit}]" if spec.unit else ""
     descriptor = ParameterDescriptor(
-        description=spec.doc + unit, additional_constraints=spec.expected, read_only=not spec.live
+        description=spec.doc + unit, additional_constraints=spec.expected, read_only=read_only
     )
     if spec.low is not None and spec.high is not None:
         if isinstance(spec.default, int):

@@ -1,10 +1,12 @@
 """Checks of received velocity commands, shared by the simulated and the real robot."""
 
+import math
+
 import numpy as np
 from geometry_msgs.msg import Twist
 
-from collplan_core.control.tracking import clip_command
-from collplan_core.parameters import Limits, Robot
+from collplan_core.control.tracking import clip_command, saturate
+from collplan_core.parameters import Settings
 from collplan_ros.messages.conversions import MessageError, velocity_from_twist
 
 REFUSED = "last command refused: not finite or too fast"
@@ -12,34 +14,61 @@ REFUSED = "last command refused: not finite or too fast"
 
 
 class CommandCheck:
-    """Clips commands to the robot's limits, refuses those not finite or far beyond the limits, and counts both.
+    """Cuts commands to the limits of `robot` and of `cap`, refuses those not finite or far beyond, and counts both.
 
     Attributes:
         last_refused: whether the last command was refused.
     """
 
-    def __init__(self, robot: Robot, limits: Limits) -> None:
-        """Starts with both counts at zero."""
-        self._robot = robot
-        self._limits = limits
-        self._clipped = self._refused = 0
+    def __init__(self, settings: Settings) -> None:
+        """Starts at rest, with both counts at zero."""
         self.last_refused = False
+        self._settings = settings
+        self._clipped = self._refused = 0
+        self._followed = np.zeros(2)
+        self._followed_at = -math.inf
 
-    def followed(self, twist: Twist) -> tuple[np.ndarray, float]:
-        """Velocity (2,) [m/s, robot frame] and yaw rate [rad/s] to follow: the command clipped, or zero if refused."""
+    def change_settings(self, settings: Settings) -> None:
+        """Other settings from now on."""
+        self._settings = settings
+
+    def followed(self, twist: Twist, now: float) -> tuple[np.ndarray, float]:
+        """What to follow of a command that came at `now` [s]: it within the limits, or zero if refused.
+
+        Returns:
+            Velocity (2,) [m/s, robot frame] and yaw rate [rad/s].
+        """
+        settings = self._settings
         try:
             velocity, yaw_rate = velocity_from_twist(twist)
-            accepted = clip_command(velocity, yaw_rate, self._robot, self._limits)
+            accepted = clip_command(velocity, yaw_rate, settings.robot, settings.limits)
         except MessageError:
             accepted = None
         self.last_refused = accepted is None
         if accepted is None:
             self._refused += 1
+            self._follow(np.zeros(2), now)
             return np.zeros(2), 0.0
-        self._clipped += not np.array_equal(accepted[0], velocity)
-        return accepted
+        clipped, turn = accepted
+        self._clipped += not np.array_equal(clipped, velocity)
+        self._follow(self._capped(clipped, now), now)
+        return self._followed, turn
 
     @property
     def counts(self) -> dict[str, int]:
         """Clipped and refused commands so far, as values of a `Health`."""
         return {"clipped": self._clipped, "refused": self._refused}
+
+    def _capped(self, velocity: np.ndarray, now: float) -> np.ndarray:
+        """The velocity (2,) within both caps; a stop is never slowed."""
+        settings = self._settings
+        period = 1.0 / settings.controller.rate
+        silent = now - self._followed_at > settings.limits.command_age
+        before, passed = (np.zeros(2), period) if silent else (self._followed, min(now - self._followed_at, period))
+        wanted = saturate(velocity, settings.cap.speed)
+        if not wanted.any():
+            return wanted
+        return before + saturate(wanted - before, settings.cap.acceleration * passed)
+
+    def _follow(self, velocity: np.ndarray, now: float) -> None:
+        self._followed, self._followed_at = velocity, now

@@ -11,6 +11,7 @@ from action_msgs.msg import GoalStatus
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from sensor_msgs.msg import TimeReference
+from std_msgs.msg import Empty
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.command import stopped
@@ -63,6 +64,7 @@ class ControllerNode(Node):
         listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)
         listen.listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._on_contacts, qos.EVENT, EVENT)
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
+        listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
         self.create_timer(1.0 / self._settings.controller.rate, self._on_timer, clock=self._local_clock)
 
     def _local(self) -> float:
@@ -82,6 +84,9 @@ class ControllerNode(Node):
 
     def _on_status(self, message: GoalStatus) -> None:
         self._loop.take_goal(goal_from_status(message))
+
+    def _on_resumed(self, _: Empty) -> None:
+        self._loop.resume()
 
     def _on_plan(self, message: Path) -> None:
         reason = self._loop.take_plan(plan_from_path(message, self._settings.frames.map), self._local())
@@ -108,6 +113,7 @@ class ControllerNode(Node):
         values: dict[str, object] = {
             "maneuver": self._outputs.command.maneuver,
             "goal": self._loop.goal_status,
+            "held": self._loop.held,
             **self._period.values,
             **self._loop.refusals.values,
         }

@@ -26,6 +26,7 @@ from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 
 GROUPS = (Lidar, Limits, Frames)
+LIVE = ("limits.pose_age",)
 
 
 class LidarNode(Node):
@@ -37,7 +38,7 @@ class LidarNode(Node):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("lidar_node", **kwargs)
-        declare(self, *GROUPS)
+        declare(self, *GROUPS, live=LIVE)
         self._settings = read_settings(self, *GROUPS)
         on_change(self, self._change, *GROUPS)
         self._world = load_world(self._settings.lidar.world)

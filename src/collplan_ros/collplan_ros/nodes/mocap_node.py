@@ -26,6 +26,7 @@ from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.frame_broadcast import frame_broadcast
 
 GROUPS = (Robot, Mocap, Limits, Frames)
+LIVE = (Robot, Mocap, "limits.pose_age")
 SAME_POSE = "nothing but the same pose (mocap.accept_frozen: false)"
 
 
@@ -34,7 +35,7 @@ class MocapNode(Node):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("mocap_node", **kwargs)
-        declare(self, *GROUPS)
+        declare(self, *GROUPS, live=LIVE)
         self._settings = read_settings(self, *GROUPS)
         on_change(self, self._change, *GROUPS)
         self._memory = FRESH

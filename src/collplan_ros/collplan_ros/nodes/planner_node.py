@@ -49,6 +49,8 @@ from collplan_ros.nodes.plan_outputs import PlanOutputs
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
 GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Mocap, Limits, Frames)
+USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
+LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
 BUDGET_SHARE = 0.5
 """Time budget of refinement where time_to_goal.time_budget is 0, as a share of map_period: plans must not be late."""
 
@@ -64,7 +66,7 @@ class PlannerNode(Node):
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("planner_node", **kwargs)
-        declare(self, *GROUPS)
+        declare(self, *GROUPS, live=LIVE)
         self._settings = read_settings(self, *GROUPS)
         self._local_clock = local_clock(self)
         self._constants = SharedConstants(self, self._settings, *GROUPS)

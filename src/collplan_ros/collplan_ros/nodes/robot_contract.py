@@ -1,25 +1,41 @@
 """The robot's end of the contract on the graph: what each robot, simulated or real, does alike.
 
-It takes cmd_vel and serves estop and clear_estop. Commands are ignored while the emergency stop is latched, and after
-it until a zero command has come, or none for limits.command_age.
+It takes cmd_vel and serves estop, clear_estop and resume. It is held from its start, after an emergency stop, and after
+a fault, until a person gives a new goal or calls resume; nothing that is commanded frees it.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 import numpy as np
+from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
-from collplan_core.control.arming import ARMED, WAITING, Arming
+from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
+from collplan_core.control.smallest_delay import SmallestDelay
 from collplan_core.parameters import Settings
 from collplan_ros.messages.cmd_vel import command_type, twist_of
-from collplan_ros.messages.conversions import asks_for_rest
-from collplan_ros.messages.qos import NEWEST
-from collplan_ros.node_kit.input_watch import AWAITED
+from collplan_ros.messages.goal_status import goal_from_status
+from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST
+from collplan_ros.node_kit import input_watch
+from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
+from collplan_ros.nodes.commanders import Commanders
+from collplan_ros.nodes.robot_state import FREE, HELD, STOPPED, RobotState
+
+STARTED = "just started"
+"""Why a robot is held that nobody has let move yet."""
+LOOK_PERIOD = 0.05
+"""Time between two looks at what could hold the robot [s]."""
+LONGEST_STALL = 0.15
+"""A longer pause between two looks is a stall of this node: what was queued meanwhile is dropped [s]."""
 
 
 class Robot(Protocol):
@@ -31,8 +47,8 @@ class Robot(Protocol):
     def is_ready(self) -> bool:
         """Whether commands can be followed at all."""
 
-    def follow(self, velocity: np.ndarray, yaw_rate: float) -> None:
-        """Follows a velocity (2,) [m/s, robot frame] and a yaw rate [rad/s] from now on."""
+    def follow(self, velocity: np.ndarray, yaw_rate: float, age: float) -> None:
+        """Follows a velocity (2,) [m/s, robot frame] and a yaw rate [rad/s] of this age [s] from now on."""
 
     def halt(self) -> None:
         """Stands still at once."""
@@ -40,46 +56,184 @@ class Robot(Protocol):
     def why_stay_stopped(self) -> str:
         """Why the emergency stop cannot be cleared, empty where it can."""
 
+    def why_not_start(self) -> str:
+        """Why it must not begin to move, empty where it may; one that moves goes on."""
+
 
 class RobotContract:
-    """Commands and the emergency stop of one robot.
+    """Commands, the interlock and the emergency stop of one robot.
 
     Attributes:
         stopped_by: what latched the emergency stop, in words; empty while it is not latched.
-        ignored: commands ignored because of an emergency stop, or because the robot was not ready.
+        ignored: commands ignored because the robot was held or stopped, or not ready.
+        releases: how often a person has let the robot move.
+        clearances: how often the emergency stop was cleared.
     """
 
     def __init__(self, node: Node, inputs: Inputs, robot: Robot, settings: Settings) -> None:
         """Subscribes through `inputs` and serves in `node`."""
         self.stopped_by = ""
-        self.ignored = 0
+        self.ignored = self.releases = self.clearances = 0
         self._node = node
+        self._inputs = inputs
         self._robot = robot
-        self._silence = settings.limits.command_age
-        self._arming = ARMED
-        self._check = CommandCheck(settings.robot, settings.limits)
-        self._commands = 0
-        inputs.listen(command_type(settings), "cmd_vel", self._take_command, NEWEST, AWAITED)
+        self._settings = settings
+        self._interlock = Interlock(STARTED)
+        self._check = CommandCheck(settings)
+        self._delay = SmallestDelay()
+        self._commands = self._late = 0
+        self._taken_at = -math.inf
+        # steady even where the node follows /clock: a stall of this process is one of the machine
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._looked_at = seconds(self._steady)
+        self._stall_ended = -math.inf
+        self._commanders = Commanders(node, "cmd_vel")
+        self._state = RobotState(node)
+        self._resumed = node.create_publisher(Empty, "robot/resumed", EVENT)
+        inputs.listen(command_type(settings), "cmd_vel", self._take_command, NEWEST, input_watch.AWAITED)
+        inputs.listen(GoalStatus, "goal_status", self._take_goal, LATCHED, input_watch.EVENT)
         self._serve("estop", self._stop)
         self._serve("clear_estop", self._clear_stop)
+        self._serve("resume", self._resume)
+        node.create_timer(LOOK_PERIOD, self.look, clock=self._steady)
+        self._tell()
+
+    def change_settings(self, settings: Settings) -> None:
+        """Other settings from now on."""
+        self._settings = settings
+        self._check.change_settings(settings)
 
     def latch(self, by: str) -> None:
         """Latches the emergency stop; `by` says what did it: "by its service"."""
-        if by != self.stopped_by:
-            self.stopped_by = by
-            self._node.get_logger().warning(f"emergency stop {by}: commands are ignored until clear_estop")
+        self.stopped_by = by
+        self._tell()
+
+    def hold(self, reason: str) -> None:
+        """Stands still until a person lets the robot move."""
+        was_free = self.may_move
+        self._interlock = self._interlock.held(reason)
+        self._tell()
+        if was_free:
+            self._robot.halt()
 
     @property
-    def trouble(self) -> str:
-        """Why the last command was not followed though no emergency stop is latched; empty where it was."""
-        if self._is_waiting():
-            return WAITING
-        return REFUSED if self._check.last_refused else ""
+    def may_move(self) -> bool:
+        """Whether the robot may move: neither stopped nor held."""
+        return not self.stopped_by and not self._interlock.reason
+
+    def health(self, values: Mapping[str, object], warning: str, well: str) -> Health:
+        """A robot's health.
+
+        Args:
+            values: its figures by name.
+            warning: a fault that does not stop it, empty where there is none.
+            well: message of a robot that has none.
+        """
+        if self._commanders.why_refused:
+            return Health(ERROR, self._commanders.why_refused, values)
+        waits = self._state.message
+        if self.stopped_by or (waits and self._interlock.reason != STARTED):
+            return Health(WARN, waits, values)
+        trouble = warning or (REFUSED if self._check.last_refused else "")
+        return Health(WARN, trouble, values) if trouble else Health(OK, waits or well, values)
 
     @property
-    def counts(self) -> dict[str, int]:
-        """Commands by what became of them, ready for a `Health`."""
-        return {"commands": self._commands, "ignored": self.ignored, **self._check.counts}
+    def counts(self) -> dict[str, object]:
+        """State, and commands by what became of them, ready for a `Health`."""
+        commands = {"commands": self._commands, "ignored": self.ignored, "late": self._late}
+        return {"state": self._state.name, **commands, **self._check.counts}
+
+    def look(self) -> None:
+        """Holds the robot where something must: a second commander, silence. Notes stalls of this node."""
+        steady = seconds(self._steady)
+        if steady - self._looked_at > LONGEST_STALL:
+            self._stall_ended = steady
+        self._looked_at = steady
+        self._commanders.look(steady)
+        reason = self._why_hold()
+        if reason and self.may_move:
+            self.hold(reason)
+
+    def _why_hold(self) -> str:
+        if self._commanders.why_refused:
+            return self._commanders.why_refused
+        silence = self._robot.now() - self._taken_at
+        return f"no fresh command for {silence:.1f} s" if silence > LONGEST_FAULT else ""
+
+    # ---- commands
+
+    def _take_command(self, message: Twist | TwistStamped) -> None:
+        if seconds(self._steady) - self._looked_at > LONGEST_STALL:
+            self.look()
+        steady = seconds(self._steady)
+        is_first = math.isinf(self._delay.least)
+        self._delay, age = self._delay.measured(self._inputs.sent, steady)
+        self._commanders.took(self._inputs.number, steady)
+        # the first one's age is unknown, and what was queued in a stall was sent before its end
+        if is_first or age >= self._settings.limits.command_age or steady - age <= self._stall_ended:
+            self._late += 1
+            return
+        self._taken_at = self._robot.now()
+        if self.may_move and self._commanders.why_refused:
+            self.hold(self._commanders.why_refused)
+        if not self.may_move or not self._robot.is_ready():
+            self.ignored += 1
+            return
+        self._commands += 1
+        velocity, yaw_rate = self._check.followed(twist_of(message), self._taken_at)
+        self._robot.follow(velocity, yaw_rate, age)
+
+    # ---- what a person does
+
+    def _take_goal(self, message: GoalStatus) -> None:
+        goal = goal_from_status(message)
+        is_new = self._interlock.is_new(goal.id, goal.active)
+        self._interlock = self._interlock.after_goal(goal.id)
+        if is_new and not self.stopped_by:
+            self._release()
+        self._tell()
+
+    def _release(self) -> str:
+        """Lets the robot move where nothing is against it; returns what is."""
+        reason = self._commanders.why_refused or self._robot.why_not_start()
+        if reason:
+            self.hold(reason)
+            return reason
+        self._taken_at = self._robot.now()
+        if not self.may_move:
+            self._delay = SmallestDelay()
+            self.releases += 1
+        self._interlock = self._interlock.resumed()
+        self._tell()
+        return ""
+
+    def _resume(self) -> tuple[bool, str]:
+        if self.stopped_by:
+            return False, "the emergency stop is latched: call clear_estop first"
+        reason = self._release()
+        if reason:
+            return False, reason
+        self._resumed.publish(Empty())
+        return True, "commands are followed"
+
+    def _stop(self) -> tuple[bool, str]:
+        self.latch("by its service")
+        self._robot.halt()
+        return True, f"stopped until clear_estop; then {REMEDY}"
+
+    def _clear_stop(self) -> tuple[bool, str]:
+        reason = self._robot.why_stay_stopped()
+        if reason:
+            self._node.get_logger().warning(f"emergency stop not cleared: {reason}")
+            return False, reason
+        if self.stopped_by:
+            self.stopped_by = ""
+            self.clearances += 1
+            self._interlock = self._interlock.held("after the emergency stop")
+            self._tell()
+        return True, f"cleared; to move, {REMEDY}"
+
+    # ---- said
 
     def _serve(self, name: str, act: Callable[[], tuple[bool, str]]) -> None:
         def answer(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -88,32 +242,12 @@ class RobotContract:
 
         self._node.create_service(Trigger, name, answer)
 
-    def _take_command(self, message: Twist | TwistStamped) -> None:
-        twist = twist_of(message)
-        if self.stopped_by or self._is_waiting_after(twist) or not self._robot.is_ready():
-            self.ignored += 1
-            return
-        self._commands += 1
-        self._robot.follow(*self._check.followed(twist))
-
-    def _is_waiting_after(self, twist: Twist) -> bool:
-        self._arming = self._arming.after_command(asks_for_rest(twist), self._robot.now(), self._silence)
-        return self._is_waiting()
-
-    def _is_waiting(self) -> bool:
-        return self._arming.is_waiting(self._robot.now(), self._silence)
-
-    def _stop(self) -> tuple[bool, str]:
-        self.latch("by its service")
-        self._robot.halt()
-        return True, "stopped; commands are ignored until clear_estop"
-
-    def _clear_stop(self) -> tuple[bool, str]:
-        reason = self._robot.why_stay_stopped()
-        if reason:
-            self._node.get_logger().warning(f"emergency stop not cleared: {reason}")
-            return False, reason
+    def _tell(self) -> None:
+        knows_planner = self._interlock.goal is not None
         if self.stopped_by:
-            self.stopped_by, self._arming = "", Arming(self._robot.now())
-        self._node.get_logger().info("emergency stop cleared: commands are taken again after a zero command")
-        return True, "commands are taken again after a zero command"
+            message = f"emergency stop {self.stopped_by}: commands are ignored until clear_estop"
+            self._state.tell(STOPPED, message, knows_planner)
+        elif self._interlock.reason:
+            self._state.tell(HELD, f"held, {self._interlock.reason}: {REMEDY}", knows_planner)
+        else:
+            self._state.tell(FREE, "", knows_planner)

@@ -1,10 +1,10 @@
 """The firmware's end of the protocol around the simulated robot, without a port. Its clock is the simulator's."""
 
 from dataclasses import dataclass
-from math import isfinite
 
 import numpy as np
 
+from collplan_core.control.smallest_delay import SmallestDelay
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from omnipuck_driver.codec import Decoder, Encoder
@@ -13,16 +13,21 @@ from omnipuck_driver.messages import (
     ARMED,
     BATTERY_LOW,
     EMERGENCY_STOP,
+    ESTOP_LATCHED,
     ESTOP_PRESSED,
     EXPIRED,
+    HOLD,
+    MOTOR_FAULT,
     NEVER,
     NO_TEMPERATURE,
     SENSES_IMPACTS,
     STALLED,
+    TOO_HOT,
     Announce,
     CommandMessage,
     Hello,
     Telemetry,
+    WheelCaps,
 )
 from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
@@ -33,8 +38,8 @@ SESSION_TIMEOUT = 1.0
 """Silence after which a session is over [s]."""
 LOW_BATTERY = 6.6
 """Voltage below which the battery is reported as low [V]."""
-DRIFT = 1e-3
-"""Rate by which the driver's clock may be slow [s/s]."""
+MOST_ACCELERATION = 1024.0
+"""Its own cap of a wheel's acceleration [rad/s^2]; that of the speed is kinematics.max_wheel_speed."""
 COUNTS = 1 << 16
 CLOCK = 1 << 32
 
@@ -46,7 +51,7 @@ class Stop:
     Attributes:
         time: when it was [s].
         age: age of the last command followed, since the driver took it [s].
-        cause: command, life, emergency stop, session or restart.
+        cause: command, life, hold, emergency stop, motor fault, too hot, session or restart.
     """
 
     time: float
@@ -60,6 +65,7 @@ class Firmware:
     Attributes:
         estop_pressed: whether the button on the robot is pressed.
         battery: its voltage [V].
+        motor_fault, too_hot: whether a motor has failed, or they are too hot.
         stalled: whether the firmware was held up since the last telemetry.
         refused: commands that came whole and were not followed.
         late: refused commands that had outlived their life on the way.
@@ -69,6 +75,7 @@ class Firmware:
         emulator = settings.emulator
         self.estop_pressed = emulator.estop_pressed
         self.battery = emulator.battery
+        self.motor_fault, self.too_hot = emulator.motor_fault, emulator.too_hot
         self.stalled = False
         self.refused = 0
         self.late = 0
@@ -80,12 +87,19 @@ class Firmware:
         version = emulator.protocol_version
         self._encoder, self._decoder = Encoder(version), Decoder(version)
         self._session = 0
+        self._own_caps = WheelCaps(float(np.float32(settings.kinematics.max_wheel_speed)), MOST_ACCELERATION)
+        self._caps = self._own_caps
+        self._acts: tuple[int, int] | None = None
         self._armed = False
+        self._latched = False
         self._expired = False
         self._heard = 0.0
-        self._delay = float("inf")
+        self._delay = SmallestDelay()
+        self._sent = 0
         self._echo: tuple[int, float] | None = None
+        self._asked = np.zeros(len(self._wheels))
         self._speeds = np.zeros(len(self._wheels))
+        self._advanced = 0.0
         self._expires = 0.0
         self._born = 0.0
         self._impacts = 0
@@ -114,7 +128,12 @@ class Firmware:
         """Ends commands and sessions that have outlived their time; to be called before each step of the simulator."""
         now = self._simulator.time
         if self.estop_pressed:
+            self._latched = True
             self._disarm("emergency stop")
+        if self._fault:
+            self._disarm(self._fault)
+        self._turn(now - self._advanced)
+        self._advanced = now
         if self._turning and now >= self._expires:
             self._expired = True
             self._halt("life")
@@ -161,6 +180,8 @@ class Firmware:
                 impacts=self._impacts % COUNTS,
                 impact_age=_age(now - impact_time),
                 impact=impact,
+                cleared=self._acts[0] if self._acts else 0,
+                released=self._acts[1] if self._acts else 0,
                 wheels=tuple(wheels.tolist()),
             )
         )
@@ -169,7 +190,13 @@ class Firmware:
 
     @property
     def _turning(self) -> bool:
-        return bool(self._speeds.any())
+        return bool(self._asked.any())
+
+    @property
+    def _fault(self) -> str:
+        if self.motor_fault:
+            return "motor fault"
+        return "too hot" if self.too_hot else ""
 
     def _status(self) -> int:
         bits = {
@@ -178,20 +205,26 @@ class Firmware:
             BATTERY_LOW: self.battery < LOW_BATTERY,
             EXPIRED: self._expired,
             STALLED: self.stalled,
+            MOTOR_FAULT: self.motor_fault,
+            TOO_HOT: self.too_hot,
+            ESTOP_LATCHED: self._latched,
         }
         return sum(bit for bit, on in bits.items() if on)
 
     def _announcement(self, session: int) -> bytes:
         capabilities = SENSES_IMPACTS if self._senses else 0
+        life = round(LONGEST_LIFE * 1e3)
         return self._encoder.encode(
-            Announce(session, self._boot, capabilities, self._n_wheels, round(LONGEST_LIFE * 1e3), "emulator 1")
+            Announce(session, self._boot, capabilities, self._n_wheels, life, self._caps, "emulator 2")
         )
 
     def _greet(self, hello: Hello) -> bytes:
         self._heard = self._simulator.time
         if hello.session != self._session:
             self._session = hello.session
-            self._delay = float("inf")
+            self._caps = hello.caps.within(self._own_caps)
+            self._delay = SmallestDelay()
+            self._acts = None
             self._echo = None
             self._disarm("session")
         return self._announcement(hello.session)
@@ -201,38 +234,68 @@ class Firmware:
         if not self._session or command.session != self._session or len(command.wheels) != self._n_wheels:
             self.refused += 1
             return
-        spent = self._time_on_the_way(command.sent, now)
         self._heard = now
+        stop = bool(command.flags & EMERGENCY_STOP) or self.estop_pressed
+        spent = self._time_on_the_way(command.sent, now)
         life = min(command.life * 1e-3, LONGEST_LIFE) - spent
-        speeds = np.array(command.wheels)
-        if command.flags & EMERGENCY_STOP or self.estop_pressed:
+        if stop:
+            self._latched = True
             self._disarm("emergency stop")
-        elif not speeds.any():
-            self._armed = True
-            self._halt("command")
-        elif not self._armed:
-            self.refused += 1
-        elif life <= 0.0:
+        if life <= 0.0:
             self.refused += 1
             self.late += 1
-        else:
-            self._follow(speeds, life, now - command.age * 1e-3 - spent)
+            return
+        self._take_acts((command.cleared, command.released), stop, bool(command.flags & HOLD))
         self._echo = command.sent, now
+        speeds = np.array(command.wheels)
+        if not speeds.any():
+            self._halt("command")
+        elif self._armed:
+            self._follow(speeds, now + life, now - command.age * 1e-3 - spent)
+        else:
+            self.refused += 1
 
-    def _follow(self, speeds: np.ndarray, life: float, born: float) -> None:
-        now = self._simulator.time
-        self._speeds, self._expires, self._born = speeds, now + life, born
+    def _take_acts(self, acts: tuple[int, int], stop: bool, hold: bool) -> None:
+        """What a person did since the command before of this session; of the first one that is not known."""
+        (cleared, released), (cleared_before, released_before) = acts, self._acts or acts
+        self._acts = acts
+        if cleared != cleared_before and not stop:
+            self._latched = False
+        if hold:
+            self._disarm("hold")
+        elif released != released_before and not (self._latched or self._fault):
+            self._armed = True
+
+    def _follow(self, speeds: np.ndarray, expires: float, born: float) -> None:
+        peak = float(np.max(np.abs(speeds)))
+        self._asked = speeds * min(self._caps.speed / peak, 1.0)
+        self._expires, self._born = expires, born
         self._expired = False
-        velocity, yaw_rate = self._wheels.twist(speeds)
+        self._drive()
+
+    def _turn(self, duration: float) -> None:
+        """Brings the wheels nearer to the speeds asked for: slower at once, faster by the cap of acceleration."""
+        if not self._turning or np.array_equal(self._speeds, self._asked):
+            return
+        same_way = np.sign(self._speeds) == np.sign(self._asked)
+        slowed = np.where(same_way, np.sign(self._asked) * np.minimum(np.abs(self._speeds), np.abs(self._asked)), 0.0)
+        missing = self._asked - slowed
+        largest = float(np.max(np.abs(missing)))
+        # all alike, so that the direction is kept
+        share = min(self._caps.acceleration * duration / largest, 1.0) if largest else 1.0
+        self._speeds = slowed + share * missing
+        self._drive()
+
+    def _drive(self) -> None:
+        velocity, yaw_rate = self._wheels.twist(self._speeds)
         self._simulator.command(velocity, yaw_rate)
 
     def _time_on_the_way(self, sent: int, now: float) -> float:
         """Time that this frame took beyond the fastest one of this session [s]."""
-        delay = now - sent * 1e-3
-        if isfinite(self._delay):
-            self._delay += DRIFT * max(now - self._heard, 0.0)
-        self._delay = min(self._delay, delay)
-        return delay - self._delay
+        # numbers near each other differ by less than half of what the clock counts to
+        self._sent += (sent - self._sent + CLOCK // 2) % CLOCK - CLOCK // 2
+        self._delay, spent = self._delay.measured(self._sent * 1e-3, now)
+        return spent
 
     def _disarm(self, cause: str) -> None:
         self._armed = False
@@ -242,6 +305,7 @@ class Firmware:
         if self._turning:
             now = self._simulator.time
             self._stops.append(Stop(now, now - self._born, cause))
+            self._asked = np.zeros(len(self._wheels))
             self._speeds = np.zeros(len(self._wheels))
             self._simulator.command(np.zeros(2), 0.0)
 

@@ -37,7 +37,7 @@ class FirmwareEmulator(Node):
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("firmware_emulator", **kwargs)
-        declare(self, *GROUPS)
+        declare(self, *GROUPS, live=(Emulator,))
         self._settings = read_settings(self, *GROUPS)
         if self._settings.simulator.speed_factor != 1.0:
             raise ParameterError("simulator.speed_factor: expected 1 with the emulated firmware, a line has real time")
@@ -50,7 +50,7 @@ class FirmwareEmulator(Node):
         self._firmware = self._started()
         self._plug()
         self.create_service(Trigger, "reset", self._reset)
-        on_change(self, self._change, Emulator)
+        on_change(self, self._change, *GROUPS)
         self._room.call_each_pose(self._advance)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
@@ -75,6 +75,7 @@ class FirmwareEmulator(Node):
         if emulator.stall != before.stall:
             time.sleep(emulator.stall)
         self._firmware.estop_pressed, self._firmware.battery = emulator.estop_pressed, emulator.battery
+        self._firmware.motor_fault, self._firmware.too_hot = emulator.motor_fault, emulator.too_hot
 
     def _started(self) -> Firmware:
         return Firmware(self._room.simulator, self._settings, secrets.randbits(32))

@@ -4,16 +4,17 @@ import numpy as np
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from collplan_core.parameters import Control, Frames, Limits, Robot, Simulation
-from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
+from collplan_core.parameters import Cap, Control, Frames, Limits, Robot, Simulation
+from collplan_ros.node_kit.diagnostics import Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.node_parameters import declare, read_settings
+from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
+from collplan_ros.nodes.caps import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_sim.node.mocap_room import MocapRoom
 
-GROUPS = (Robot, Simulation, Limits, Control, Frames)
+GROUPS = (Robot, Cap, Simulation, Limits, Control, Frames)
 
 
 class SimulatorNode(Node):
@@ -21,11 +22,12 @@ class SimulatorNode(Node):
 
     def __init__(self, **kwargs: object) -> None:
         super().__init__("simulator_node", **kwargs)
-        declare(self, *GROUPS)
+        declare(self, *GROUPS, live=LIVE, check=check_caps)
         settings = read_settings(self, *GROUPS)
         self._room = MocapRoom(self, settings)
         self._inputs = Inputs(self)
         self._contract = RobotContract(self, self._inputs, self, settings)
+        on_change(self, self._contract.change_settings, *GROUPS)
         self._constants = SharedConstants(self, settings, *GROUPS)
         self.create_service(Trigger, "reset", self._reset)
         self._room.call_each_pose(self._room.advance)
@@ -43,17 +45,21 @@ class SimulatorNode(Node):
         """Always: there is no line between this node and the wheels."""
         return True
 
-    def follow(self, velocity: np.ndarray, yaw_rate: float) -> None:
-        """Commands the wheels from now on: velocity (2,) [m/s, robot frame] and yaw rate [rad/s]."""
+    def follow(self, velocity: np.ndarray, yaw_rate: float, age: float) -> None:
+        """Commands the wheels from now on: velocity (2,) [m/s, robot frame] and yaw rate [rad/s] of this age [s]."""
         self._room.advance()
-        self._room.simulator.command(velocity, yaw_rate)
+        self._room.simulator.command(velocity, yaw_rate, age)
 
     def halt(self) -> None:
         """Commands zero."""
-        self.follow(np.zeros(2), 0.0)
+        self.follow(np.zeros(2), 0.0, 0.0)
 
     def why_stay_stopped(self) -> str:
         """Nothing keeps the emergency stop latched."""
+        return ""
+
+    def why_not_start(self) -> str:
+        """Nothing: it has neither battery nor motors."""
         return ""
 
     # ---- its own
@@ -66,12 +72,10 @@ class SimulatorNode(Node):
         return response
 
     def _health(self) -> Health:
-        contract, room, trouble = self._contract, self._room, self._contract.trouble
+        contract, room = self._contract, self._room
         times = {"simulated_time": room.simulator.time, "time_lost_in_stalls": room.lost}
         values = {**contract.counts, "impacts": room.impacts, **times}
-        if contract.stopped_by:
-            return Health(WARN, "emergency stop: commands are ignored", values)
-        return Health(WARN, trouble, values) if trouble else Health(OK, "simulated", values)
+        return contract.health(values, "", "simulated")
 
 
 def main(args: list[str] | None = None) -> int:

@@ -92,10 +92,11 @@ class Simulator:
         self._drive.place((vx, vy))
         self._halt()
 
-    def command(self, velocity_body: np.ndarray, yaw_rate: float) -> None:
-        """Takes a velocity (2,) [m/s, body frame] and a yaw rate [rad/s], in force from now on.
+    def command(self, velocity_body: np.ndarray, yaw_rate: float, age: float = 0.0) -> None:
+        """Takes a velocity (2,) [m/s, body frame] and a yaw rate [rad/s] of this age [s], in force from now on.
 
-        The body zeroes them limits.command_age and one controller period later, unless another one comes.
+        The body zeroes them once they are older than limits.command_age and one controller period, unless another
+        command comes.
 
         Raises:
             ValueError: not finite.
@@ -105,7 +106,7 @@ class Simulator:
             raise ValueError(f"command: got {x}, {y}, {yaw_rate}, expected finite numbers")
         self._command: Vector = (x, y)
         self._yaw_rate = float(yaw_rate)
-        self._expires = self.time + self._command_life
+        self._expires = self.time + self._command_life - age
 
     def step(self) -> None:
         """One physics step, 1 / simulator.physics_rate."""

@@ -1,0 +1,44 @@
+"""Whether a robot may move: once held, it moves again only when a person gives a new goal or lets it go on.
+
+Both ends of the graph use it, each for its own faults: the controller for poses, scans and plans, the robot for
+commands, the line and the emergency stop.
+"""
+
+from dataclasses import dataclass, replace
+
+LONGEST_FAULT = 1.0
+"""A fault that lasts longer holds the robot [s]; after a shorter one it goes on."""
+REMEDY = "give a new goal, or call resume"
+"""What a person does, in words."""
+
+
+@dataclass(frozen=True)
+class Interlock:
+    """Held or free. No command, zero or not, changes it, nor does time.
+
+    Attributes:
+        reason: why the robot is held; empty where it may move.
+        goal: identity of the newest goal heard of, whatever became of it; None before the first.
+    """
+
+    reason: str = ""
+    goal: bytes | None = None
+
+    def held(self, reason: str) -> "Interlock":
+        """Held from now on."""
+        return replace(self, reason=reason)
+
+    def resumed(self) -> "Interlock":
+        """Free from now on."""
+        return replace(self, reason="")
+
+    def is_new(self, goal: bytes, active: bool) -> bool:
+        """Whether a person has given this goal since the last one.
+
+        The first goal heard of is none: it may have been given before a restart.
+        """
+        return active and self.goal is not None and goal != self.goal
+
+    def after_goal(self, goal: bytes) -> "Interlock":
+        """Notes a goal by its identity; held or free as before."""
+        return replace(self, goal=goal)

@@ -1,0 +1,49 @@
+"""The topic robot/state: whether the robot may move, and why not."""
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.node import Node
+
+from collplan_ros.messages import qos
+
+FREE, HELD, STOPPED = "free", "held", "stopped"
+"""It follows commands; it waits for a person; its emergency stop is latched."""
+
+
+class RobotState:
+    """Publishes robot/state, latched, at every change; says it at the terminal too.
+
+    Attributes:
+        name: FREE, HELD or STOPPED.
+        message: why the robot does not move; empty where it is free.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Publishes through `node`; `tell` is to be called with the first state."""
+        self.name = self.message = ""
+        self._knows_planner = False
+        self._log = node.get_logger()
+        self._source = node.get_fully_qualified_name()
+        self._out = node.create_publisher(DiagnosticStatus, "robot/state", qos.LATCHED)
+
+    def tell(self, name: str, message: str, knows_planner: bool) -> None:
+        """Publishes the present state if it is another one.
+
+        Args:
+            name: FREE, HELD or STOPPED.
+            message: why the robot does not move.
+            knows_planner: whether the planner has been heard: a goal given from then on is a new one.
+        """
+        if (name, message, knows_planner) == (self.name, self.message, self._knows_planner):
+            return
+        is_news, is_first = (name, message) != (self.name, self.message), not self.name
+        self.name, self.message, self._knows_planner = name, message, knows_planner
+        level = DiagnosticStatus.OK if name == FREE else DiagnosticStatus.WARN
+        values = {"state": name, "reason": message, "knows_planner": "yes" if knows_planner else "no"}
+        pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+        self._out.publish(DiagnosticStatus(level=level, name=self._source, message=message, values=pairs))
+        if not is_news:
+            return
+        if name == FREE or is_first:
+            self._log.info(message or "free: commands are followed")
+        else:
+            self._log.warning(message)
