@@ -9,7 +9,7 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.results import write_results
+from collplan_ros.bringup.results import draw_pictures, write_results
 from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.runs.run_log import RunLog
@@ -23,7 +23,8 @@ def prepared() -> Preparation:
 def test_all_files_are_written(tmp_path):
     folder = RunFolder(tmp_path / "runs")
     folder.become_latest()
-    write_results(folder, bouncing_run(), prepared(), "reached", Options())
+    results = write_results(folder, bouncing_run(), prepared(), "reached", Options())
+    assert draw_pictures(folder, results, prepared()) == ""
     latest = tmp_path / "runs" / "latest"
     summary = json.loads((latest / "summary.json").read_text())
     assert summary["simulated"] is True
@@ -46,7 +47,9 @@ def test_all_files_are_written(tmp_path):
 
 def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
     folder = RunFolder(tmp_path)
-    summary = write_results(folder, RunLog(), prepared(), "graph_lost", Options())
+    results = write_results(folder, RunLog(), prepared(), "graph_lost", Options())
+    summary = results.summary
+    assert draw_pictures(folder, results, prepared()) == ""
     assert summary["reached"] is False
     assert summary["plan_time_ms"] == {"p50": None, "p99": None, "n": 0}
     assert json.loads(folder.summary.read_text())["impacts"] == 0

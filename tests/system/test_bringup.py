@@ -26,7 +26,16 @@ NODES = {"simulator_node", "mocap_node", "lidar_node", "planner_node", "controll
 QUESTION = {"world", "strategy", "seed", "simulated", "repeat", "assumed"}
 FIGURES = {"reached", "outcome", "arrival_time_s", "path_length_m", "path_length_source", "impacts"}
 KEYS = QUESTION | FIGURES | {"plan_time_ms", "control_period_ms", "candidates", "maneuvers"}
-FILES = {"summary.json", "trajectory.csv", "impacts.csv", "trajectory.png", "run.gif", "parameters.yaml", "log"}
+FILES = {
+    "summary.json",
+    "trajectory.csv",
+    "impacts.csv",
+    "trajectory.png",
+    "run.gif",
+    "parameters.yaml",
+    "record.jsonl",
+    "log",
+}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -124,7 +133,7 @@ def test_a_bringup_that_falls_behind_tells_the_run_as_it_was(tmp_path, monkeypat
     step = Graph.step
 
     def falls_behind(self):
-        moved = self.recorder.log.time_zero is not None
+        moved = self.recorder.time_zero is not None
         if moved and not lateness:
             time.sleep(9.0)
         step(self)

@@ -259,8 +259,9 @@ class Recorder:
         self._write("reference", sent, *point)
 
     def _take_maneuver(self, message: String, sent: float) -> None:
-        self.maneuver = message.data
-        self._write("maneuver", sent, message.data)
+        # a text that is no Unicode could not be written to a file
+        self.maneuver = message.data.encode(errors="replace").decode()
+        self._write("maneuver", sent, self.maneuver)
 
     def _take_command(self, message: Twist | TwistStamped, sent: float) -> None:
         (vx, vy), wz = velocity_from_twist(twist_of(message))
