@@ -79,12 +79,13 @@ def _fit(options: argparse.Namespace) -> None:
     if options.out.exists() and not options.force:
         raise RunError(f"--out {options.out}: exists, expected a new file; --force replaces it")
     runs = _read(options.runs)
+    for note in filter(None, (run.note for run in runs)):
+        print(f"note: {note}")
     _check_radius(given, options.params, runs)
-    incomplete = [run.note for run in runs if run.note]
     fit = fit_robot(runs)
     print(hits_found(runs, fit.usable, fit.left_out))
     print(_table(fit))
-    notes = [*incomplete, *believed_otherwise(fit, runs), *([fit.rebound.warning] if fit.rebound.warning else [])]
+    notes = [*believed_otherwise(fit, runs), *([fit.rebound.warning] if fit.rebound.warning else [])]
     for note in notes:
         print(f"note: {note}")
     _write(options.out, given, fit, runs, notes)
