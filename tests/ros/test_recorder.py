@@ -304,6 +304,7 @@ ODD = {
     "ground_truth/impact": Vector3Stamped(),
     "impact/contact": PoseStamped(),
     "goal_status": GoalStatus(status=99),
+    "robot/state": DiagnosticStatus(),
     "/diagnostics": DiagnosticArray(status=[DiagnosticStatus(name="\udc80")]),
 }
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,7 +12,7 @@ from collplan_core.parameters import Settings, Trial
 from collplan_core.state import State
 from collplan_ros.bringup import graph
 from collplan_ros.bringup.failures import GraphError
-from collplan_ros.bringup.main import Bringup
+from collplan_ros.bringup.main import EMERGENCY_STOP, Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.outcome import outcome_of
 from collplan_ros.messages.conversions import state_to_odometry
@@ -138,6 +139,24 @@ def test_poses_on_time_tell_that_the_robot_is_stuck_or_takes_too_long(tmp_path):
     unplanned = fed(tmp_path, [0.0] * 200, [0.0] * 200, {})
     assert unplanned.drive() == STUCK
     assert unplanned.reason(STUCK).startswith("stuck: no plan within 10 s")
+
+
+def test_an_emergency_stop_ends_the_run_with_its_reason(tmp_path):
+    bringup = fed(tmp_path, [0.1 * k for k in range(200)], [0.0] * 200, {1: EXECUTING})
+    state = DiagnosticStatus(name="/driver_node", message="emergency stop latched by the button on the robot")
+    step = bringup.graph.step
+
+    def pressed() -> None:
+        step()
+        if bringup.graph.pose.x > 2.0:
+            state.values = [KeyValue(key="state", value="stopped")]
+            bringup.graph._take["robot/state"](state, {"source_timestamp": 0})
+
+    bringup.graph.step = pressed
+    assert bringup.drive() == EMERGENCY_STOP
+    assert bringup.graph.pose.x < 2.5
+    expected = "emergency stop: emergency stop latched by the button on the robot"
+    assert bringup.reason(EMERGENCY_STOP) == expected
 
 
 def test_what_late_poses_show_is_not_the_outcome_of_a_run_that_goes_on(tmp_path):

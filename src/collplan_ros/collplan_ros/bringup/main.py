@@ -34,6 +34,12 @@ from collplan_ros.runs.record_reading import read_record
 from collplan_ros.runs.run_log import RunLog
 
 PLANNER = "planner_node"
+MONITORED = (TIMEOUT, STUCK)
+"""Outcomes that no node tells."""
+BROKEN_OFF = (GraphError, Interrupted, RecordError)
+"""What ends a run before its outcome."""
+EMERGENCY_STOP = "emergency_stop"
+"""Outcome of a run in which the robot's emergency stop was latched."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +47,8 @@ class RunResult:
     """Result of a run.
 
     Attributes:
-        outcome: reached, timeout, stuck, aborted, canceled, node_died, graph_lost, record_lost or interrupted.
+        outcome: reached, timeout, stuck, aborted, canceled, emergency_stop, node_died, graph_lost, record_lost or
+            interrupted.
         exit_code: 0 only when the goal was reached.
         message: why the run was broken off or the goal not reached; empty where it was reached or canceled.
         folder: the run folder.
@@ -83,10 +90,15 @@ class Bringup:
             self.graph.__exit__()
             self.folder.discard()
             raise
+        except BROKEN_OFF as error:
+            self.progress.say(str(error))
+            raise
         return self
 
-    def __exit__(self, *exception: object) -> None:
-        self.graph.__exit__(*exception)
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, BROKEN_OFF):  # at once: to stop the nodes takes some seconds
+            self.progress.say(str(error))
+        self.graph.__exit__(kind, error, trace)
 
     def read_log(self, pictured: bool = True) -> RunLog:
         """The log of what is on disk of the run; without plans and scans where it is not `pictured`."""
@@ -96,7 +108,7 @@ class Bringup:
         """Gives the goal (2,) [m], the prepared one by default, and monitors the run.
 
         Returns:
-            The outcome: reached, aborted or canceled as the planner says, else timeout or stuck.
+            The outcome: reached, aborted or canceled as the planner says, else timeout, stuck or emergency_stop.
         """
         target = self.preparation.goal if goal is None else goal
         graph = self.graph
@@ -104,13 +116,16 @@ class Bringup:
         graph.give_goal(target)
         self._monitor = monitor = RunMonitor(self.preparation.settings.trial, graph.pose.stamp)
         while (outcome := outcome_of(graph.recorder.goal, graph.pose, monitor)) is None or self._is_outdated(outcome):
+            if graph.recorder.emergency_stop:
+                self.progress.say(self.reason(EMERGENCY_STOP))
+                return EMERGENCY_STOP
             self._show_progress(target)
             graph.step()
         return outcome
 
     def _is_outdated(self, outcome: str) -> bool:
         """Whether poses came too late to say TIMEOUT or STUCK; newer ones have then been taken."""
-        if outcome not in (TIMEOUT, STUCK) or self.graph.recorder.lateness <= LATE:
+        if outcome not in MONITORED or self.graph.recorder.lateness <= LATE:
             return False
         self.graph.catch_up()
         return True
@@ -140,8 +155,10 @@ class Bringup:
         said = self.graph.last_message(PLANNER)
         if outcome == ABORTED:
             return said
+        if outcome == EMERGENCY_STOP:
+            return f"emergency stop: {self.graph.recorder.emergency_stop}"
         monitored = self._monitor.reason if self._monitor else ""
-        return f"{outcome}: {monitored}; {PLANNER}: {said}" if outcome in (TIMEOUT, STUCK) else ""
+        return f"{outcome}: {monitored}; {PLANNER}: {said}" if outcome in MONITORED else ""
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:
@@ -153,7 +170,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
     bringup = Bringup(options, progress)
     folder, preparation, say = bringup.folder, bringup.preparation, bringup.progress.say
     outcome, exit_code, message = _driven(bringup)
-    if message:
+    if outcome in (*MONITORED, ABORTED):
         say(message)
     try:
         with StopRequest().listening():  # another Ctrl-C does not cost what is written now

@@ -15,6 +15,7 @@
 | costs | sent, figures by name |
 | goal | sent, status |
 | health | sent, node, level, message; at every change |
+| robot | sent, state, why it does not move; at every change |
 | end | stamp and sent of the pose that ends the run |
 """
 
@@ -116,6 +117,7 @@ class _Reading:
             "costs": lambda _, figures: log.costs.append(figures),
             "goal": self._take_goal,
             "health": lambda *_: None,
+            "robot": lambda *_: None,
             "end": self._take_end,
         }
 

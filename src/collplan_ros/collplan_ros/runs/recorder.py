@@ -46,6 +46,9 @@ FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning")
 ODD = (ArithmeticError, LookupError, TypeError, ValueError)
 """What a message that nobody expects can raise while it is read."""
 
+EMERGENCY_STOPPED = "stopped"
+"""The state on robot/state while the emergency stop is latched."""
+
 
 class End(NamedTuple):
     """End of a recording: time of its last pose, and when that was sent [s]."""
@@ -75,6 +78,7 @@ class Recorder:
         reported: newest diagnostics, by the node's full name.
         goal: newest report of the goal given last; None before the first.
         newest: newest pose, also while not recording; None before the first.
+        emergency_stop: why the robot's emergency stop is latched, in words; empty while it is not.
         scan_came: whether a valid scan was received.
         lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
         maneuver: the maneuver begun last.
@@ -88,6 +92,7 @@ class Recorder:
         self.reported: dict[str, DiagnosticStatus] = {}
         self.goal: GoalReport | None = None
         self.newest: PoseRow | None = None
+        self.emergency_stop = ""
         self.scan_came = False
         self.lateness = 0.0
         self.maneuver = STOPPED
@@ -155,6 +160,7 @@ class Recorder:
 
         listen(DiagnosticArray, "/diagnostics", self._take_diagnostics, DIAGNOSTICS_SUBSCRIBED)
         listen(GoalStatus, "goal_status", self._take_goal_status, LATCHED)
+        listen(DiagnosticStatus, "robot/state", self._take_robot_state, LATCHED)
         listen(Odometry, "mocap/odom", self._take_pose)
         listen(Odometry, "ground_truth/odom", self._take_truth)
         listen(Vector3Stamped, "ground_truth/impact", self._take_true_impact)
@@ -190,6 +196,11 @@ class Recorder:
             if before is None or (before.level, before.message) != (status.level, status.message):
                 self._write("health", sent, status.name, status.level[0], status.message)
             self.reported[status.name] = status
+
+    def _take_robot_state(self, message: DiagnosticStatus, sent: float) -> None:
+        state = {item.key: item.value for item in message.values}.get("state", "")
+        self.emergency_stop = (message.message or message.name) if state == EMERGENCY_STOPPED else ""
+        self._write("robot", sent, state, message.message)
 
     def _take_goal_status(self, message: GoalStatus, sent: float) -> None:
         if sent >= self._asked:
