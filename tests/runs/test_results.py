@@ -45,6 +45,35 @@ def test_all_files_are_written(tmp_path):
             assert image.convert("L").getextrema()[0] < image.convert("L").getextrema()[1]
 
 
+def test_what_a_drawing_library_refuses_costs_no_figures(tmp_path, monkeypatch):
+    from collplan_ros.pictures import trajectory_png
+
+    def refuse(*_):
+        raise ValueError("no such font")
+
+    monkeypatch.setattr(trajectory_png, "draw_trajectory", refuse)
+    folder = RunFolder(tmp_path)
+    results = write_results(folder, bouncing_run(), prepared(), "reached", Options())
+    assert draw_pictures(folder, results, prepared()) == "pictures not drawn: ValueError: no such font"
+    assert sorted(entry.name for entry in folder.path.iterdir()) == [
+        "impacts.csv",
+        "log",
+        "summary.json",
+        "trajectory.csv",
+    ]
+
+
+def test_the_trajectory_is_there_although_the_impacts_cannot_be_told(tmp_path, monkeypatch):
+    def fail(*_):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("collplan_ros.bringup.results.impacts_of", fail)
+    folder = RunFolder(tmp_path)
+    with pytest.raises(ZeroDivisionError):
+        write_results(folder, bouncing_run(), prepared(), "reached", Options())
+    assert len(folder.trajectory.read_text().splitlines()) == 201
+
+
 def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
     folder = RunFolder(tmp_path)
     results = write_results(folder, RunLog(), prepared(), "graph_lost", Options())
