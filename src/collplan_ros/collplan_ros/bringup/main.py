@@ -98,7 +98,11 @@ class Bringup:
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         if isinstance(error, BROKEN_OFF):  # at once: to stop the nodes takes some seconds
             self.progress.say(str(error))
-        self.graph.__exit__(kind, error, trace)
+        try:
+            self.graph.__exit__(kind, error, trace)
+        except RecordError as lost:  # the last lines do not fit on the disk
+            self.progress.say(str(lost))
+            raise
 
     def read_log(self, pictured: bool = True) -> RunLog:
         """The log of what is on disk of the run; without plans and scans where it is not `pictured`."""
