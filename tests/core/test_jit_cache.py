@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import collplan_core.jit
-from collplan_core.jit import sources_digest
+from collplan_core.jit import private_folder, sources_digest
 
 INNER = """
 from collplan_core.jit import njit
@@ -73,3 +73,35 @@ def test_digest_notices_every_change_of_the_sources(package, change):
     assert sources_digest(package) == before
     change(package)
     assert sources_digest(package) != before
+
+
+@pytest.mark.parametrize("mode", [0o700, 0o755, 0o775, 0o777])
+def test_the_folder_of_the_cache_is_the_users_alone_and_holds_nothing_that_others_may_have_put_there(tmp_path, mode):
+    folder = tmp_path / "cache"
+    folder.mkdir()
+    (folder / "planted.nbi").touch()
+    folder.chmod(mode)
+    assert private_folder(folder) == folder
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert (folder / "planted.nbi").exists() == (mode in (0o700, 0o755))
+
+
+def test_a_folder_of_somebody_else_or_a_link_is_no_cache(tmp_path, monkeypatch):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(PermissionError, match="link: expected a folder of user"):
+        private_folder(tmp_path / "link")
+    monkeypatch.setattr(os, "getuid", lambda: 4711)
+    with pytest.raises(PermissionError, match="elsewhere: expected a folder of user 4711"):
+        private_folder(tmp_path / "elsewhere")
+
+
+def test_where_the_home_cannot_be_used_the_cache_is_a_private_folder_elsewhere(tmp_path):
+    (tmp_path / "home").write_text("no folder")
+    (tmp_path / "tmp").mkdir()
+    env = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "home"), "TMPDIR": str(tmp_path / "tmp")}
+    code = "import collplan_core.jit, os; print(os.environ['NUMBA_CACHE_DIR'])"
+    said = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True, timeout=60)
+    folder = Path(said.stdout.strip())
+    assert folder.is_relative_to(tmp_path / "tmp" / f"collplan-{os.getuid()}")
+    assert {each.stat().st_mode & 0o777 for each in (folder, folder.parent)} == {0o700}

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings, all_specs
-from collplan_core.parameters.file import NODES, read_parameters, write_parameters
+from collplan_core.parameters.file import LONGEST, NODES, read_parameters, write_parameters
 from collplan_core.parameters.groups import SHORTEST_MAP_PERIOD
 from collplan_core.parameters.spec import ParameterError, Spec
 
@@ -121,6 +121,32 @@ def test_error_names_file_key_value_and_range(tmp_path, kind):
 def test_missing_file(tmp_path):
     with pytest.raises(ParameterError, match="No such file"):
         read_parameters(tmp_path / "none.yaml")
+
+
+HOSTILE = {
+    "alias of itself": ("a: &a\n  b: *a\n", "line 2: got the alias *a, expected a value"),
+    "alias": (in_every_node("robot: &r {radius: 0.1}\n    limits: *r"), "got the alias *r, expected a value"),
+    "many": ("a: &a [x]\n" + "".join(f"k{k}: [*a, *a]\n" for k in range(40)), "got the alias *a"),
+    "deep": ("[" * 20_000, "nested too deep"),
+    "long": ("#" * (LONGEST + 1), f"longer than {LONGEST} bytes, expected a parameter file"),
+}
+
+
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_a_file_that_is_not_meant_for_reading_is_one_clear_line(tmp_path, kind):
+    text, expected = HOSTILE[kind]
+    path = tmp_path / "hostile.yaml"
+    path.write_text(text)
+    with pytest.raises(ParameterError) as error:
+        read_parameters(path)
+    assert str(error.value).startswith(f"{path}: ")
+    assert expected in str(error.value)
+    assert len(str(error.value)) < 300
+
+
+def test_a_file_without_end_is_not_read_to_it():
+    with pytest.raises(ParameterError, match="/dev/zero: longer than"):
+        read_parameters("/dev/zero")
 
 
 def test_every_node_with_parameters_can_have_a_section():

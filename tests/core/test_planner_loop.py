@@ -103,6 +103,17 @@ def test_a_goal_not_reached_in_time_is_given_up_whether_poses_come_or_not():
     assert loop.trouble == "goal given up: not reached within planner.goal_timeout, 0.5 s"
 
 
+@pytest.mark.parametrize("step", [3600.0, -900.0])
+def test_the_time_for_a_goal_is_that_of_the_local_clock_whatever_the_poses_stamps_do(step):
+    loop = with_goal(SETTINGS.with_values({"planner.goal_timeout": 1.0}))
+    for local in np.arange(1.05, 2.0, 0.05).tolist():
+        loop.take_pose(at(local + (step if local > 1.2 else 0.0)), local)
+        assert loop.goal.active, local
+        loop.cycle(local)
+    assert loop.goal.active
+    assert ABORTED in statuses(loop.cycle(2.01))
+
+
 def failing(memory, local_map, state, goal, settings, deadline=never):
     raise NoPlan("nothing to aim at")
 

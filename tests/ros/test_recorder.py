@@ -1,24 +1,41 @@
 """What a run's log says does not depend on when its messages were taken."""
 
+import csv
+import tempfile
 from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import Point, PointStamped, Twist, Vector3
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Point, PointStamped, PoseStamped, Twist, Vector3, Vector3Stamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
+from nav_msgs.msg import Path as Path_
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
+from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from collplan_core.parameters import Settings
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import World
-from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
+from collplan_ros.messages.conversions import (
+    impact_contact_to_message,
+    impact_to_message,
+    seconds_from_stamp,
+    stamp_from_seconds,
+    state_to_odometry,
+)
 from collplan_ros.runs.impact_log import impacts_of
+from collplan_ros.runs.record_file import RecordFile
+from collplan_ros.runs.record_reading import RECORD, read_record
 from collplan_ros.runs.recorder import Recorder
 from collplan_ros.runs.run_log import RunLog
+from collplan_ros.runs.send_times import SendTimes
 from collplan_ros.runs.summary import summarize
 from collplan_ros.runs.trajectory_file import write_trajectory
 
@@ -29,14 +46,28 @@ SENT_LATE = 0.003
 WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None, None)
 
 
-class Ears:
-    """Stands in for a node: keeps what would be called, by topic."""
+class Recording:
+    """A recorder whose node is none: messages are handed to it, each with its time of sending [s after WALL_CLOCK]."""
 
-    def __init__(self) -> None:
-        self.take = {}
+    def __init__(self, wall: Callable[[], float] = lambda: WALL_CLOCK) -> None:
+        self._take = {}
+        self._folder = tempfile.TemporaryDirectory()
+        self._path = Path(self._folder.name) / RECORD
+        self._file = RecordFile(self._path)
+        # by the steady clock the recorder begins at 0
+        self.recorder = Recorder(self, Settings(), self._file, SendTimes(wall, lambda: wall() - WALL_CLOCK))
+        self.recorder.begin(True, GOAL)
 
     def create_subscription(self, _kind, topic, take, _qos) -> None:
-        self.take[topic] = take
+        self._take[topic] = take
+
+    def take(self, topic: str, sent: float, message: object) -> None:
+        self._take[topic](message, {"source_timestamp": round((WALL_CLOCK + sent) * 1e9)})
+
+    @property
+    def log(self) -> RunLog:
+        self._file.flush()
+        return read_record(self._path).log
 
 
 def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]:
@@ -59,14 +90,11 @@ def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]
 
 def recorded(order: list[str]) -> RunLog:
     """The log of a run whose messages are taken in this order of their topics."""
-    ears, topics = Ears(), sent_messages()
-    recorder = Recorder(ears, Settings())
-    recorder.begin()
+    recording, topics = Recording(), sent_messages()
     for topic in order:
-        sent, message = topics[topic].pop(0)
-        ears.take[topic](message, {"source_timestamp": round((WALL_CLOCK + sent) * 1e9)})
+        recording.take(topic, *topics[topic].pop(0))
     assert not any(topics.values())
-    return recorder.log
+    return recording.log
 
 
 def in_time() -> list[str]:
@@ -130,23 +158,19 @@ def driven_on() -> dict[str, list[tuple[float, object]]]:
 
 def recorded_to_the_end(order: list[str], patience: int) -> RunLog:
     """The log of such a run, finished so many messages after the report and a pose sent later have been taken."""
-    ears, topics = Ears(), driven_on()
-    recorder = Recorder(ears, Settings())
-    recorder.begin()
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("collplan_ros.runs.recorder.time.time", lambda: WALL_CLOCK)
-        recorder.ask(GOAL)
+    recording, topics = Recording(), driven_on()
+    recorder = recording.recorder
+    recorder.ask(GOAL)
     for topic in order:
-        sent, message = topics[topic].pop(0)
-        info = {"source_timestamp": round((WALL_CLOCK + sent) * 1e9)}
-        ears.take[topic](message, *([] if topic.startswith("ground_truth") else [info]))
-        if recorder.newest and recorder.newest.sent >= (recorder.log.reached_sent or np.inf):
+        recording.take(topic, *topics[topic].pop(0))
+        reached = recorder.goal is not None and recorder.goal.status == GoalStatus.STATUS_SUCCEEDED
+        if reached and recorder.newest and recorder.newest.sent >= recorder.goal.sent:
             patience -= 1
             if patience == 0:
                 recorder.finish()
     recorder.finish()
     assert recorder.is_complete
-    return recorder.log
+    return recording.log
 
 
 @given(st.randoms(use_true_random=False), st.integers(1, 300))
@@ -166,24 +190,22 @@ def test_the_log_ends_with_the_pose_that_arrived_whatever_was_taken_when(random,
 
 def test_where_poses_were_lost_the_planner_tells_the_arrival():
     log = recorded(in_time())
-    log.reached_sent = WALL_CLOCK + ARRIVAL + SENT_LATE + 0.001
+    log.reached_sent = ARRIVAL + SENT_LATE + 0.001
     assert log.arrival == log.poses[-1].stamp
     lost = 20
-    log.poses[-lost:] = [log.poses[-1]._replace(stamp=STAMP + ARRIVAL + 3.0, sent=WALL_CLOCK + ARRIVAL + 3.0)]
+    log.poses[-lost:] = [log.poses[-1]._replace(stamp=STAMP + ARRIVAL + 3.0, sent=ARRIVAL + 3.0)]
     assert log.arrival == pytest.approx(STAMP + ARRIVAL + 0.001, abs=1e-5)
 
 
-def test_a_report_of_an_earlier_goal_is_not_about_the_new_one(monkeypatch):
-    ears = Ears()
-    recorder = Recorder(ears, Settings())
-    monkeypatch.setattr("collplan_ros.runs.recorder.time.time", lambda: WALL_CLOCK)
-    recorder.ask(np.zeros(2))
+def test_a_report_of_an_earlier_goal_is_not_about_the_new_one():
+    recording = Recording()
+    recording.recorder.ask(np.zeros(2))
     done = GoalStatus(status=GoalStatus.STATUS_SUCCEEDED)
-    ears.take["goal_status"](done, {"source_timestamp": round((WALL_CLOCK - 0.1) * 1e9)})
-    assert recorder.goal is recorder.log.reached_sent is None
-    ears.take["goal_status"](done, {"source_timestamp": round((WALL_CLOCK + 0.1) * 1e9)})
-    assert recorder.goal.status == GoalStatus.STATUS_SUCCEEDED
-    assert recorder.log.reached_sent == recorder.goal.sent
+    recording.take("goal_status", -0.1, done)
+    assert recording.recorder.goal is recording.log.reached_sent is None
+    recording.take("goal_status", 0.1, done)
+    assert recording.recorder.goal.status == GoalStatus.STATUS_SUCCEEDED
+    assert recording.log.reached_sent == recording.recorder.goal.sent == pytest.approx(0.1, abs=1e-6)
 
 
 def truth(k: int):
@@ -195,41 +217,109 @@ def truth(k: int):
 
 
 def test_truth_that_comes_after_the_last_pose_is_recorded_up_to_that_pose():
-    ears = Ears()
-    recorder = Recorder(ears, Settings())
-    recorder.begin()
-    assert recorder.is_complete
-    ears.take["ground_truth/odom"](truth(0)[0])
+    recording = Recording()
+    assert recording.recorder.is_complete
+    recording.take("ground_truth/odom", 0.0, truth(0)[0])
     for k in range(6):
-        ears.take["mocap/odom"](truth(k)[0], {"source_timestamp": round((WALL_CLOCK + 0.01 * k) * 1e9)})
-    recorder.finish()
+        recording.take("mocap/odom", 0.01 * k, truth(k)[0])
+    recording.recorder.finish()
     for k in range(1, 9):
-        assert recorder.is_complete == (k > 5)
+        assert recording.recorder.is_complete == (k > 5)
         odometry, impact = truth(k)
-        ears.take["ground_truth/odom"](odometry)
-        ears.take["ground_truth/impact"](impact)
-    assert [row.stamp for row in recorder.log.truth] == pytest.approx(STAMP + 0.01 * np.arange(6))
-    assert [impact.stamp for impact in recorder.log.true_impacts] == pytest.approx(STAMP + 0.01 * np.arange(1, 6))
+        recording.take("ground_truth/odom", 0.01 * k, odometry)
+        recording.take("ground_truth/impact", 0.01 * k, impact)
+    log = recording.log
+    assert [row.stamp for row in log.truth] == pytest.approx(STAMP + 0.01 * np.arange(6))
+    assert [impact.stamp for impact in log.true_impacts] == pytest.approx(STAMP + 0.01 * np.arange(1, 6))
 
 
 def test_a_detected_impact_is_recorded_with_its_own_time_and_place_and_none_after_the_end():
-    ears = Ears()
-    recorder = Recorder(ears, Settings())
-    recorder.begin()
-    ears.take["mocap/odom"](truth(20)[0], {"source_timestamp": round(WALL_CLOCK * 1e9)})
-    recorder.finish()
+    recording = Recording()
+    recording.take("mocap/odom", 0.0, truth(20)[0])
+    recording.recorder.finish()
     for time in (STAMP + 0.1, STAMP + 0.3):
         place = ImpactContact(time, np.array([1.0, 2.0]), np.array([0.0, -1.0]))
-        ears.take["impact/contact"](impact_contact_to_message(place, Settings().frames.map))
-    ears.take["impact/contact"](impact_contact_to_message(place, "elsewhere"))
-    ((stamp, x, y, *normal),) = recorder.log.detected_impacts
+        recording.take("impact/contact", 0.0, impact_contact_to_message(place, Settings().frames.map))
+    recording.take("impact/contact", 0.0, impact_contact_to_message(place, "elsewhere"))
+    ((stamp, x, y, *normal),) = recording.log.detected_impacts
     assert (stamp, x, y) == pytest.approx((STAMP + 0.1, 1.0, 2.0))
     assert normal == pytest.approx([0.0, -1.0])
-    assert recorder.log.n_impacts == 1
+    assert recording.recorder.n_impacts == recording.log.n_impacts == 1
 
 
 def test_a_robot_without_truth_is_waited_for_by_nobody():
-    recorder = Recorder(Ears(), Settings())
-    recorder.begin()
+    recorder = Recording().recorder
     recorder.finish()
     assert recorder.is_complete
+
+
+HOUR = 3600.0
+
+
+def run_with_steps(mocap: float, wall: float, at: float) -> RunLog:
+    """A run whose poses' clock and whose wall clock are set by so much [s], after so many seconds of it."""
+    clock = {"now": 0.0, "wall": 0.0}
+    recording = Recording(wall=lambda: WALL_CLOCK + clock["now"])
+    times = SendTimes(lambda: WALL_CLOCK + clock["now"] + clock["wall"], lambda: clock["now"])
+    recording.recorder._send_times = times
+    recording.recorder.ask(GOAL)
+    topics = driven_on()
+    in_order = sorted((sent, topic, k) for topic, rows in topics.items() for k, (sent, _) in enumerate(rows))
+    for sent, topic, k in in_order:
+        stepped = sent > at
+        clock.update(now=sent + 0.001, wall=wall if stepped else 0.0)
+        message = topics[topic][k][1]
+        if stepped and topic == "mocap/odom":
+            message.header.stamp = stamp_from_seconds(seconds_from_stamp(message.header.stamp) + mocap)
+        recording.take(topic, sent + clock["wall"], message)
+    recording.recorder.finish()
+    assert recording.recorder.is_complete
+    return recording.log
+
+
+@pytest.mark.parametrize("at", [0.2, 1.2])
+@pytest.mark.parametrize(("mocap", "wall"), [(HOUR, 0.0), (-HOUR, 0.0), (0.0, HOUR), (0.0, -HOUR), (HOUR, HOUR)])
+def test_clocks_that_are_set_in_a_run_change_neither_its_arrival_nor_its_rows(tmp_path, mocap, wall, at):
+    log, usual = run_with_steps(mocap, wall, at), run_with_steps(0.0, 0.0, at)
+    assert arrival(log) == pytest.approx(arrival(usual), abs=0.005)
+    rows, expected = (list(csv.DictReader(trajectory(each, tmp_path).splitlines())) for each in (log, usual))
+    for column in ("t", "x", "cmd_vx", "ref_x"):
+        np.testing.assert_allclose(
+            [float(row[column]) for row in rows], [float(row[column]) for row in expected], atol=0.005
+        )
+    assert [impact.stamp for impact in log.true_impacts] == [impact.stamp for impact in usual.true_impacts]
+    assert len(log.truth) == pytest.approx(len(usual.truth), abs=1)
+
+
+ODD = {
+    "planner/costs": DiagnosticArray(status=[DiagnosticStatus(values=[KeyValue(key="candidates", value="many")])]),
+    "cmd_vel": Twist(linear=Vector3(x=float("nan"))),
+    "controller/reference": PointStamped(point=Point(x=float("inf"))),
+    "maneuver": String(data="\udc80\n\0"),
+    "plan": Path_(),
+    "planner/foreseen_impacts": MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()]),
+    "scan": LaserScan(),
+    "mocap/odom": Odometry(),
+    "ground_truth/odom": Odometry(),
+    "ground_truth/impact": Vector3Stamped(),
+    "impact/contact": PoseStamped(),
+    "goal_status": GoalStatus(status=99),
+    "robot/state": DiagnosticStatus(),
+    "/diagnostics": DiagnosticArray(status=[DiagnosticStatus(name="\udc80")]),
+}
+
+
+@pytest.mark.parametrize("topic", ODD)
+def test_an_odd_message_neither_ends_a_run_nor_spoils_its_record(tmp_path, topic):
+    recording, topics = Recording(), sent_messages()
+    for sent, name, k in sorted((sent, name, k) for name, rows in topics.items() for k, (sent, _) in enumerate(rows)):
+        recording.take(name, sent, topics[name][k][1])
+        if k == 3:
+            recording.take(topic, sent, ODD[topic])
+    log = recording.log
+    assert arrival(log) == pytest.approx(ARRIVAL - FIRST_MOVE - 0.004, abs=1e-5)
+    assert len(trajectory(log, tmp_path).splitlines()) >= len(log.poses) + 1
+
+
+def test_every_topic_that_is_recorded_has_its_odd_message():
+    assert set(Recording()._take) == set(ODD)

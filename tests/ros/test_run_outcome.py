@@ -1,10 +1,9 @@
 """What bringup makes of the planner's word and the poses, however late and in whatever order they come."""
 
-import time
-
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,12 +12,14 @@ from collplan_core.parameters import Settings, Trial
 from collplan_core.state import State
 from collplan_ros.bringup import graph
 from collplan_ros.bringup.failures import GraphError
-from collplan_ros.bringup.main import Bringup
+from collplan_ros.bringup.main import EMERGENCY_STOP, Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.outcome import outcome_of
 from collplan_ros.messages.conversions import state_to_odometry
+from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.recorder import GoalReport, Recorder
 from collplan_ros.runs.run_log import PoseRow
+from collplan_ros.runs.send_times import SendTimes
 
 STAMP, SENT = 100.0, 1.7e9
 LIMITS = Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05)
@@ -94,7 +95,9 @@ class FedGraph(graph.Graph):
         super().__init__(bringup.preparation, bringup.folder, bringup.progress)
         self._take: dict[str, object] = {}
         self._poses, self._reports = iter(enumerate(poses)), reports
-        self.recorder = Recorder(self, bringup.preparation.settings)
+        self._record, self._now = RecordFile(bringup.folder.record), 0.0
+        times = SendTimes(lambda: self._now, lambda: self._now)
+        self.recorder = Recorder(self, bringup.preparation.settings, self._record, times)
 
     def create_subscription(self, _kind, topic, take, _qos) -> None:
         self._take[topic] = take
@@ -104,16 +107,16 @@ class FedGraph(graph.Graph):
 
     def give_goal(self, goal) -> None:
         self.recorder.ask(goal)
-        self.recorder.goal = GoalReport(ACCEPTED, time.time())
+        self.recorder.goal = GoalReport(ACCEPTED, self._now)
         self.step()
 
     def step(self) -> None:
         number, (state, late) = next(self._poses)
+        sent = {"source_timestamp": round(1e9 * (state.stamp - STAMP))}
+        self._now = state.stamp - STAMP + late
         if number in self._reports:
-            sent = {"source_timestamp": time.time_ns()}
             self._take["goal_status"](GoalStatus(status=self._reports[number]), sent)
         frames = Settings().frames
-        sent = {"source_timestamp": time.time_ns() - round(1e9 * late)}
         self._take["mocap/odom"](state_to_odometry(state, frames.map, frames.base), sent)
 
 
@@ -128,14 +131,32 @@ def fed(tmp_path, positions: list[float], lateness: list[float], reports: dict[i
 def test_poses_on_time_tell_that_the_robot_is_stuck_or_takes_too_long(tmp_path):
     standing = fed(tmp_path, [0.0] * 200, [0.0] * 200, {1: EXECUTING})
     assert standing.drive() == STUCK
-    assert standing.log.poses[-1].stamp == pytest.approx(STAMP + 5.1)
+    assert standing.graph.pose.stamp == pytest.approx(STAMP + 5.1)
     assert standing.reason(STUCK) == "stuck: less than 0.05 m away within 5 s; planner_node: as usual"
     driving = fed(tmp_path, [0.1 * k for k in range(200)], [0.0] * 200, {1: EXECUTING})
     assert driving.drive() == TIMEOUT
-    assert driving.log.poses[-1].stamp == pytest.approx(STAMP + 10.1, abs=1e-3)
+    assert driving.graph.pose.stamp == pytest.approx(STAMP + 10.1, abs=1e-3)
     unplanned = fed(tmp_path, [0.0] * 200, [0.0] * 200, {})
     assert unplanned.drive() == STUCK
     assert unplanned.reason(STUCK).startswith("stuck: no plan within 10 s")
+
+
+def test_an_emergency_stop_ends_the_run_with_its_reason(tmp_path):
+    bringup = fed(tmp_path, [0.1 * k for k in range(200)], [0.0] * 200, {1: EXECUTING})
+    state = DiagnosticStatus(name="/driver_node", message="emergency stop latched by the button on the robot")
+    step = bringup.graph.step
+
+    def pressed() -> None:
+        step()
+        if bringup.graph.pose.x > 2.0:
+            state.values = [KeyValue(key="state", value="stopped")]
+            bringup.graph._take["robot/state"](state, {"source_timestamp": 0})
+
+    bringup.graph.step = pressed
+    assert bringup.drive() == EMERGENCY_STOP
+    assert bringup.graph.pose.x < 2.5
+    expected = "emergency stop: emergency stop latched by the button on the robot"
+    assert bringup.reason(EMERGENCY_STOP) == expected
 
 
 def test_what_late_poses_show_is_not_the_outcome_of_a_run_that_goes_on(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.results import write_results
+from collplan_ros.bringup.results import draw_pictures, write_results
 from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.runs.run_log import RunLog
@@ -23,7 +23,8 @@ def prepared() -> Preparation:
 def test_all_files_are_written(tmp_path):
     folder = RunFolder(tmp_path / "runs")
     folder.become_latest()
-    write_results(folder, bouncing_run(), prepared(), "reached", Options())
+    results = write_results(folder, bouncing_run(), prepared(), "reached", Options())
+    assert draw_pictures(folder, results, prepared()) == ""
     latest = tmp_path / "runs" / "latest"
     summary = json.loads((latest / "summary.json").read_text())
     assert summary["simulated"] is True
@@ -44,9 +45,40 @@ def test_all_files_are_written(tmp_path):
             assert image.convert("L").getextrema()[0] < image.convert("L").getextrema()[1]
 
 
+def test_what_a_drawing_library_refuses_costs_no_figures(tmp_path, monkeypatch):
+    from collplan_ros.pictures import trajectory_png
+
+    def refuse(*_):
+        raise ValueError("no such font")
+
+    monkeypatch.setattr(trajectory_png, "draw_trajectory", refuse)
+    folder = RunFolder(tmp_path)
+    results = write_results(folder, bouncing_run(), prepared(), "reached", Options())
+    assert draw_pictures(folder, results, prepared()) == "pictures not drawn: ValueError: no such font"
+    assert sorted(entry.name for entry in folder.path.iterdir()) == [
+        "impacts.csv",
+        "log",
+        "summary.json",
+        "trajectory.csv",
+    ]
+
+
+def test_the_trajectory_is_there_although_the_impacts_cannot_be_told(tmp_path, monkeypatch):
+    def fail(*_):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("collplan_ros.bringup.results.impacts_of", fail)
+    folder = RunFolder(tmp_path)
+    with pytest.raises(ZeroDivisionError):
+        write_results(folder, bouncing_run(), prepared(), "reached", Options())
+    assert len(folder.trajectory.read_text().splitlines()) == 201
+
+
 def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
     folder = RunFolder(tmp_path)
-    summary = write_results(folder, RunLog(), prepared(), "graph_lost", Options())
+    results = write_results(folder, RunLog(), prepared(), "graph_lost", Options())
+    summary = results.summary
+    assert draw_pictures(folder, results, prepared()) == ""
     assert summary["reached"] is False
     assert summary["plan_time_ms"] == {"p50": None, "p99": None, "n": 0}
     assert json.loads(folder.summary.read_text())["impacts"] == 0

@@ -10,6 +10,13 @@ from collplan_ros.runs.impact_log import impacts_of
 from made_runs import WINDOW, bouncing_run, room
 
 
+def test_a_world_whose_path_looks_like_a_formula_is_drawn_as_it_is_written(tmp_path):
+    log = bouncing_run()
+    impacts, title = impacts_of(log, room(), WINDOW), "/tmp/a $\\x{ and $ b/my_arena.yaml, harness"
+    draw_trajectory(tmp_path / "a.png", log, impacts, room(), np.zeros(2), Settings(), title)
+    assert (tmp_path / "a.png").stat().st_size > 1000
+
+
 @pytest.mark.parametrize("height", [0.5, 3.0, 12.0], ids=["wide", "room", "tall"])
 def test_legend_and_axis_label_lie_apart(tmp_path, monkeypatch, height):
     from matplotlib.figure import Figure

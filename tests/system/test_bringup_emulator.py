@@ -8,6 +8,7 @@ from statistics import median
 
 import pytest
 
+from collplan_core.parameters import Settings
 from collplan_ros.bringup import graph, preparation
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.main import run
@@ -65,7 +66,8 @@ def test_a_ring_that_senses_replaces_detection(tmp_path):
 def test_a_serial_robot_that_is_not_there_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(preparation, "NODES", ())
     monkeypatch.setattr(graph, "LINK_PATIENCE", 0.5)
-    result = run(Options(robot="serial:/dev/no_such_robot@57600", network="local", out=tmp_path / "runs"))
+    said = {"world": "corridor", "goal": (1.0, 0.3), "network": "local"}
+    result = run(Options(robot="serial:/dev/no_such_robot@57600", out=tmp_path / "runs", **said))
     assert (result.exit_code, result.summary["simulated"]) == (3, False)
     assert result.message.startswith("driver_node: /dev/no_such_robot: no such device: is the cable plugged in")
 
@@ -73,10 +75,43 @@ def test_a_serial_robot_that_is_not_there_is_named(tmp_path, monkeypatch):
 def test_a_serial_robot_sets_device_rate_and_network():
     robot = robot_kind("serial:/dev/ttyACM1@57600")
     assert robot.values == {"driver.port": "/dev/ttyACM1", "driver.baud": 57600}
-    assert (robot.simulated, robot.network, robot.nodes) == (False, "subnet", ("driver_node",))
+    assert (robot.simulated, robot.network, robot.nodes) == (False, None, ("driver_node",))
     assert robot_kind("serial:/dev/serial/by-id/usb@odd@9600").values["driver.port"] == "/dev/serial/by-id/usb@odd"
-    prepared = prepare(Options(robot="serial:/dev/ttyACM1", max_speed=0.3))
-    assert (prepared.settings.driver.port, prepared.settings.robot.max_speed) == ("/dev/ttyACM1", 0.3)
+    prepared = prepare(Options(robot="serial:/dev/ttyACM1", **SAID))
+    assert (prepared.settings.driver.port, prepared.network) == ("/dev/ttyACM1", "subnet")
+
+
+SAID = {"world": "corridor", "goal": (1.0, 0.3), "network": "subnet"}
+
+
+@pytest.mark.parametrize("missing", [("world",), ("goal",), ("network",), ("world", "network"), tuple(SAID)])
+def test_where_a_real_robot_is_and_goes_and_who_may_command_it_has_to_be_said(tmp_path, missing):
+    file = tmp_path / "last.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    lidar: {world: corridor}\n    simulator: {world: corridor}\n")
+    said = {key: value for key, value in SAID.items() if key not in missing}
+    named = " and ".join(", ".join(f"--{key}" for key in missing).rsplit(", ", 1))
+    expected = (
+        f"^--robot serial:/dev/x is not simulated, so --world, --goal and --network must be said; missing: {named}$"
+    )
+    with pytest.raises(StartError, match=expected):
+        prepare(Options(robot="serial:/dev/x", params=file, **said))
+    for robot in ("sim", "emulator"):
+        assert prepare(Options(robot=robot)).network == "local"
+
+
+def test_the_check_of_a_real_robot_needs_no_more_than_the_network():
+    assert prepare(Options(robot="serial:/dev/x", check=True, network="subnet")).network == "subnet"
+    with pytest.raises(StartError, match=r"so --network must be said; missing: --network$"):
+        prepare(Options(robot="serial:/dev/x", check=True))
+
+
+def test_a_real_robot_is_slow_unless_told_otherwise(tmp_path):
+    file = tmp_path / "fast.yaml"
+    file.write_text("/**:\n  ros__parameters:\n    robot: {max_speed: 0.8}\n")
+    for given, speed in (({}, 0.3), ({"params": file}, 0.8), ({"params": file, "max_speed": 0.5}, 0.5)):
+        prepared = prepare(Options(robot="serial:/dev/x", **SAID, **given))
+        assert prepared.settings.robot.max_speed == speed
+    assert prepare(Options(robot="emulator")).settings.robot.max_speed == Settings().robot.max_speed
 
 
 @pytest.mark.parametrize("spec", ["serial", "serial:", "serial:/dev/ttyUSB0@fast", "tank", "sim:x", "emulator@9600"])

@@ -16,7 +16,7 @@ from collplan_ros.bringup import graph, preparation, processes
 from collplan_ros.bringup.failures import NodeDied
 from collplan_ros.bringup.main import main, run
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.processes import NodeProcess, stop_all
+from collplan_ros.bringup.processes import NodeProcess, stop, stop_all
 from collplan_ros.bringup.robots import ROBOTS, RobotKind
 
 WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0], [1.0, 1], [0.8, 1]]\n"
@@ -202,7 +202,8 @@ def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_de
     while not all((tmp_path / name).read_text() for name in started):
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    assert stop_all(list(started.values()), "controller", ("device",)) == ["stubborn"]
+    stop([started["controller"]])
+    assert stop_all(list(started.values()), ("device",)) == ["stubborn"]
     ended = {name: float((tmp_path / name).read_text().split()[1]) for name in ("other", "controller", "device")}
     assert sorted(ended, key=ended.__getitem__) == ["controller", "other", "device"]
     with pytest.raises(NodeDied, match=r"stubborn was killed by SIGKILL; its last lines:\n  up"):

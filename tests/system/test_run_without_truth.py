@@ -15,18 +15,20 @@ from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.runs.impact_log import impacts_of
+from collplan_ros.runs.record_reading import read_record
 from collplan_ros.runs.recorder import Recorder
+from collplan_ros.runs.run_log import PoseRow
 
 WORLD = "serpentine:0"
 
 
 def kept_apart(monkeypatch) -> SimpleNamespace:
-    """Keeps the truth out of the log of the next run; the truth, and the recorder."""
-    kept = SimpleNamespace(truth=[], recorder=None)
+    """Keeps the truth out of the record of the next run, and gives it."""
+    kept = SimpleNamespace(truth=[])
 
-    def aside(self, message):
-        kept.recorder = self
-        kept.truth.append(self._pose_row(message))
+    def aside(self, message, _):
+        state = self._state(message)
+        kept.truth.append(PoseRow(state.stamp, *state.position.tolist(), state.yaw, *state.velocity.tolist()))
 
     monkeypatch.setattr(Recorder, "_take_truth", aside)
     return kept
@@ -40,7 +42,7 @@ def test_impacts_of_a_run_without_truth_are_told_as_they_were(tmp_path, monkeypa
     result = run(options, Progress(said))
     assert result.outcome == "reached", said.getvalue()
     assert result.summary["path_length_source"] != "ground_truth"
-    log, window = kept.recorder.log, Settings().mocap.velocity_window
+    log, window = read_record(result.folder / "record.jsonl").log, Settings().mocap.velocity_window
     found = impacts_of(log, load_world(WORLD), window)
     log.truth[:] = [row for row in kept.truth if row.stamp <= log.poses[-1].stamp]
     true = impacts_of(log, load_world(WORLD), window)

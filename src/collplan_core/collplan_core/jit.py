@@ -1,11 +1,14 @@
 """Compiled loops, with a cache that notices every change.
 
 numba's file cache looks at one file at a time and returns stale code when a called function in another file has
-changed. The cache folder is therefore named by a hash over all sources of this package and numba's version.
+changed. The cache folder is therefore named by a hash over all sources of this package and numba's version. numba runs
+what lies there, so the folder is the user's alone.
 """
 
 import hashlib
 import os
+import shutil
+import stat
 import tempfile
 from importlib.metadata import version
 from pathlib import Path
@@ -22,14 +25,32 @@ def sources_digest(package: Path = PACKAGE) -> str:
     return digest.hexdigest()[:16]
 
 
+def private_folder(path: Path) -> Path:
+    """Makes a folder that nobody but this user can read or write, or empties and closes one that others could write.
+
+    Raises:
+        OSError: it cannot be made, is no folder, or belongs to another user.
+    """
+    path.mkdir(mode=0o700, parents=True, exist_ok=True)
+    found = path.lstat()  # a link may lead to what somebody else owns
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
+        raise PermissionError(f"{path}: expected a folder of user {os.getuid()}, and no link")
+    if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        shutil.rmtree(path, ignore_errors=True)
+        path.mkdir(mode=0o700, exist_ok=True)
+    path.chmod(0o700)
+    return path
+
+
 def _cache_dir() -> str:
     home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    name = Path("collplan") / f"numba-{sources_digest()}"
-    try:
-        (home / name).mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return str(Path(tempfile.gettempdir()) / f"{os.getuid()}" / name)
-    return str(home / name)
+    name = f"numba-{sources_digest()}"
+    for parent in (home / "collplan", Path(tempfile.gettempdir()) / f"collplan-{os.getuid()}"):
+        try:
+            return str(private_folder(private_folder(parent) / name))
+        except OSError:
+            continue
+    return tempfile.mkdtemp(prefix="collplan-numba-")
 
 
 os.environ["NUMBA_CACHE_DIR"] = _cache_dir()

@@ -18,7 +18,7 @@ OUTCOMES = {goal.SUCCEEDED: REACHED, goal.ABORTED: ABORTED, goal.CANCELED: CANCE
 
 
 class RunMonitor:
-    """Tells a run that goes on too long, or makes no progress, from its poses; times are stamps of poses [s].
+    """Tells a run that goes on too long, or makes no progress, from its poses; times are of a clock without steps [s].
 
     Attributes:
         reason: why the run has ended, in words; "" while it goes on.
@@ -45,7 +45,7 @@ class RunMonitor:
         for trial.stuck_time since the first plan; or trial.timeout has passed without a plan.
 
         Args:
-            stamp: of the newest pose [s].
+            stamp: time of the newest pose [s].
             position: of the newest pose (2,) [m].
         """
         limits = self._limits

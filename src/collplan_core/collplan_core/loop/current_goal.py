@@ -21,7 +21,7 @@ class CurrentGoal:
     def __init__(self) -> None:
         """Starts without a goal."""
         self.goal: Goal | None = None
-        self._since: float | None = None
+        self._since = 0.0
         self._closed_since: float | None = None
 
     @property
@@ -40,9 +40,9 @@ class CurrentGoal:
         """Status of the newest goal."""
         return NO_GOAL if self.goal is None else self.goal.status
 
-    def accept(self, goal: Goal, now: float | None) -> Goal:
-        """Replaces the goal. Its time counts from `now` [s, poses' clock]; None is before the first pose."""
-        self.goal, self._since, self._closed_since = goal, now, None
+    def accept(self, goal: Goal, local: float) -> Goal:
+        """Replaces the goal. Its time counts from `local` [s, local clock]."""
+        self.goal, self._since, self._closed_since = goal, local, None
         return goal
 
     def refuse(self, goal: Goal) -> Goal:
@@ -63,8 +63,6 @@ class CurrentGoal:
         """Gives an active goal a new stamp [s], so that every plan made up to then is refused; returns it, if any."""
         if self.goal is None or not self.goal.active:
             return None
-        if self._since is not None:  # the poses' clock may have been set back
-            self._since = min(self._since, stamp)
         self._closed_since = None
         self.goal = replace(self.goal, stamp=stamp)
         return self.goal
@@ -73,11 +71,9 @@ class CurrentGoal:
         """Whether the robot is within `tolerance` [m] of an active goal."""
         return self.active and float(np.hypot(*(state.position - self.position))) <= tolerance
 
-    def is_overdue(self, now: float | None, timeout: float) -> bool:
-        """Whether the goal was not reached within `timeout` [s] by the poses' clock; a timeout of 0 never passes."""
-        if self._since is None:  # accepted before the first pose
-            self._since = now
-        return bool(timeout) and now is not None and self._since is not None and now - self._since > timeout
+    def is_overdue(self, local: float, timeout: float) -> bool:
+        """Whether the goal was not reached within `timeout` [s] at `local` [s, local clock]; 0 never passes."""
+        return bool(timeout) and local - self._since > timeout
 
     def is_closed_off(self, local: float) -> bool:
         """Notes that no way leads to the goal at `local` [s, local clock]; whether that has lasted CLOSED_OFF_TIME."""

@@ -3,7 +3,7 @@
 Once per map_period a plan is made if it can be: from the newest scan and the pose at its stamp, or from the newest pose
 and all scans so far, as the planner has it; with some planners also at once after an impact. A new goal replaces the
 old one. A goal ends when it is reached, canceled, inside an obstacle that the scan shows, not reached within
-planner.goal_timeout by the poses' clock, or closed off for a while by the boundaries seen. When the poses leap, fall
+planner.goal_timeout by the local clock, or closed off for a while by the boundaries seen. When the poses leap, fall
 silent or start over, memory is dropped and the goal gets a new stamp, which refuses every earlier plan.
 """
 
@@ -133,7 +133,7 @@ class PlannerLoop:
     def take_goal(self, identity: bytes, position: np.ndarray, local: float) -> list[Decision]:
         """A goal (2,) [m], which replaces the one before."""
         self._begin_goal()
-        goal = self.goal.accept(Goal(identity, self._planned_until, position), self._sensors.now(local))
+        goal = self.goal.accept(Goal(identity, self._planned_until, position), local)
         self._decisions += [goal, Notice(INFO, f"goal {position[0]:.3f}, {position[1]:.3f} accepted")]
         return self._decided()
 
@@ -203,7 +203,7 @@ class PlannerLoop:
     def _cycle(self, local: float) -> None:
         settings, now = self._settings, self._sensors.now(local)
         deadline = self._make_deadline(settings)
-        if self.goal.is_overdue(now, settings.planner.goal_timeout):
+        if self.goal.is_overdue(local, settings.planner.goal_timeout):
             self._give_up(f"not reached within planner.goal_timeout, {settings.planner.goal_timeout:g} s")
             return
         stale = self.why_stale(local)

@@ -31,13 +31,22 @@ NODES = (
 )
 """Names of the nodes that have parameters."""
 
+LONGEST = 1 << 20
+"""Largest parameter file [bytes]; one with every parameter has a hundredth of it."""
+
 _PARAMETERS = "ros__parameters"
 _EVERY_NODE = "/**"
 _WILDCARDS = ("*", "**")
 
 
 class _Loader(yaml.SafeLoader):
-    """Takes 1e-3 for a number, as ROS does; YAML 1.1 does not."""
+    """Takes 1e-3 for a number and refuses aliases, as ROS does; YAML 1.1 does neither."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            event = self.peek_event()
+            raise ParameterError(f"line {event.start_mark.line + 1}: got the alias *{event.anchor}, expected a value")
+        return super().compose_node(parent, index)
 
 
 _Loader.add_implicit_resolver(
@@ -85,7 +94,13 @@ def is_ros_key(key: str) -> bool:
 
 def _loaded(path: str | Path) -> Any:
     try:
-        return yaml.load(Path(path).read_text(), _Loader)
+        with Path(path).open("rb") as file:
+            text = file.read(LONGEST + 1)
+        if len(text) > LONGEST:
+            raise ParameterError(f"longer than {LONGEST} bytes, expected a parameter file")
+        return yaml.load(text.decode(), _Loader)
+    except RecursionError:
+        raise ParameterError(f"nested too deep, expected NODE: {_PARAMETERS}: KEY: VALUE") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ParameterError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
     except yaml.YAMLError as error:

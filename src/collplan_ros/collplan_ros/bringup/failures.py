@@ -1,8 +1,8 @@
 """Exit codes and exceptions of a run that fails."""
 
-NOT_REACHED, NOT_STARTED, GRAPH_LOST = 1, 2, 3
+NOT_REACHED, NOT_STARTED, GRAPH_LOST, RECORD_LOST = 1, 2, 3, 4
 FOUND_WRONG = 1
-"""Exit code of a check that found something wrong; NOT_REACHED, NOT_STARTED and GRAPH_LOST are those of a run."""
+"""Exit code of a check that found something wrong; the others are those of a run."""
 
 
 class StartError(RuntimeError):

@@ -1,5 +1,6 @@
 """The running graph: one process per node, and bringup's own node, which records and publishes the goal."""
 
+import math
 import os
 import time
 from collections import Counter
@@ -14,23 +15,37 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
+from collplan_ros.bringup.commanders import TOPIC, other_commanders
 from collplan_ros.bringup.failures import GraphError, StartError
 from collplan_ros.bringup.network import described, environment_set, graph_environment
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.processes import NodeProcess, stop_all
+from collplan_ros.bringup.processes import NodeProcess, stop, stop_all
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.messages.conversions import goal_to_message
 from collplan_ros.messages.qos import EVENT, LATCHED
 from collplan_ros.node_kit.diagnostics import ERROR
+from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.recorder import Recorder
 from collplan_ros.runs.run_log import PoseRow
 
 NAME = "bringup"
-FIRST_STOPPED = "controller_node"
-"""The node stopped first: its last command is zero, and the robot must still run to receive it."""
+COMMANDER = "controller_node"
+"""The only node that commands the robot. It is stopped first: its last command is zero, and the robot must still run to
+receive it."""
+COMMANDERS_PERIOD = 0.5
+"""Period at which the publishers of commands are looked at [s]."""
+REST_SPEED = 0.03
+"""Speed below which the robot counts as at rest [m/s]."""
+REST_PATIENCE = 5.0
+"""Longest wait for the robot to stop after a run [s]."""
+WHOLE_PATIENCE = 10.0
+"""Longest wait for what is still under way of a run's record [s]."""
+SILENCE = 1.0
+"""Time without poses after which none is waited for while the graph is stopped [s]."""
 LISTENING_TIME = 0.5
 """Time within which other nodes in the domain are discovered [s]."""
 READY_PATIENCE = 300.0
@@ -60,7 +75,7 @@ class Graph:
 
     Raises:
         StartError: on entering, when a node of the same name is in the domain already.
-        NodeDied, GraphError, Interrupted: from every method that waits.
+        NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
     """
 
     def __init__(self, preparation: Preparation, folder: RunFolder, progress: Progress) -> None:
@@ -73,6 +88,8 @@ class Graph:
         self._stack = ExitStack()
         self._silence = 0.0
         self._robot_knows_planner = False
+        self._record = RecordFile(folder.record)
+        self._commanders_due = math.inf
 
     def __enter__(self) -> "Graph":
         with ExitStack() as stack:
@@ -107,10 +124,22 @@ class Graph:
         return self.recorder.newest
 
     def step(self) -> None:
-        """Handles one message, waiting up to SPIN_TIME for it; raises on a signal or the end of a node."""
+        """Handles one message, waiting up to SPIN_TIME for it.
+
+        Raises:
+            Interrupted: a signal came.
+            NodeDied: a node has ended.
+            GraphError: another node commands the robot too.
+            RecordError: the record of the run cannot be written.
+        """
         self._stop_request.check()
         for process in self._processes:
             process.check()
+        self._refuse_other_commanders()
+        self._take_one()
+        self._record.flush_when_due()
+
+    def _take_one(self) -> None:
         newest, begun = self.recorder.newest, time.monotonic()
         self._executor.spin_once(timeout_sec=SPIN_TIME)
         waited = min(time.monotonic() - begun, LONGEST_STEP)
@@ -151,6 +180,17 @@ class Graph:
         self.wait(lambda: recorder.scan_came, INPUT_PATIENCE, lambda: self._missing("scan", "best effort"))
         self.wait(lambda: self._goals.get_subscription_count() > 0, INPUT_PATIENCE, self._no_planner)
         self.wait(lambda: self._robot_knows_planner, INPUT_PATIENCE, lambda: self._missing("robot/state", "reliable"))
+        self._commanders_due = 0.0
+        self._refuse_other_commanders()
+
+    def _refuse_other_commanders(self) -> None:
+        if time.monotonic() < self._commanders_due:
+            return
+        self._commanders_due = time.monotonic() + COMMANDERS_PERIOD
+        others = other_commanders(self.node, COMMANDER)
+        if others:
+            topic = self._name(TOPIC)
+            raise GraphError(f"{_in_words(others)} publishes on {topic} beside {COMMANDER}; end it first")
 
     def give_goal(self, goal: np.ndarray) -> None:
         """Publishes a goal (2,) [m] and waits for the planner's answer."""
@@ -166,6 +206,21 @@ class Graph:
 
         self.wait(answered, INPUT_PATIENCE, self._no_planner)
 
+    def cancel_goal(self) -> None:
+        """Asks the planner to end the goal; what it says of it comes as its status."""
+        if self._cancel.service_is_ready():
+            self._cancel.call_async(Trigger.Request())
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the robot is commanded to rest and does."""
+        return not self.recorder.commanded and self._speed <= REST_SPEED
+
+    @property
+    def _speed(self) -> float:
+        pose = self.recorder.newest
+        return math.inf if pose is None else math.hypot(pose.vx, pose.vy)
+
     def last_message(self, node: str) -> str:
         """Message of a node's newest health report; "" before the first."""
         status = self.recorder.reported.get(self._full_name(node))
@@ -177,8 +232,8 @@ class Graph:
         stack.callback(context.try_shutdown)
         self.node = Node(NAME, context=context)
         stack.callback(self.node.destroy_node)
-        self.recorder = Recorder(self.node, self._preparation.settings)
-        stack.callback(self.recorder.finish)
+        self.recorder = Recorder(self.node, self._preparation.settings, self._record)
+        self._cancel = self.node.create_client(Trigger, "cancel")
         self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
         self.node.create_subscription(DiagnosticStatus, "robot/state", self._take_robot_state, LATCHED)
         self._executor = SingleThreadedExecutor(context=context)
@@ -198,9 +253,27 @@ class Graph:
         return arguments
 
     def _stop_processes(self) -> None:
-        devices = self._preparation.robot.nodes[1:]
-        for name in stop_all(self._processes, FIRST_STOPPED, devices):
-            self._progress.say(f"{name} did not stop when asked to and was killed")
+        try:
+            stop([process for process in self._processes if process.name == COMMANDER])
+            if self.recorder.recording:
+                self._record_to_the_end()
+        finally:
+            devices = self._preparation.robot.nodes[1:]
+            for name in stop_all(self._processes, devices):
+                self._progress.say(f"{name} did not stop when asked to and was killed")
+
+    def _record_to_the_end(self) -> None:
+        """Takes what comes until the robot rests and its record is whole, while poses come."""
+        self._silence = 0.0
+        self._take_until(lambda: self._speed <= REST_SPEED, REST_PATIENCE)
+        self.recorder.finish()
+        self._take_until(lambda: self.recorder.is_complete, WHOLE_PATIENCE)
+        self._record.flush()
+
+    def _take_until(self, condition: Callable[[], bool], patience: float) -> None:
+        deadline = time.monotonic() + patience
+        while not condition() and self._silence < SILENCE and time.monotonic() < deadline:
+            self._take_one()
 
     def _names(self) -> Counter[str]:
         """Number of visible nodes for each name of this graph, in its namespace."""

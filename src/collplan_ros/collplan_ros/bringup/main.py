@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,27 +15,31 @@ from collplan_ros.bringup.failures import (
     GRAPH_LOST,
     NOT_REACHED,
     NOT_STARTED,
+    RECORD_LOST,
     GraphError,
     Interrupted,
     NodeDied,
     StartError,
 )
-from collplan_ros.bringup.graph import LATE, Graph
+from collplan_ros.bringup.graph import LATE, REST_PATIENCE, Graph
 from collplan_ros.bringup.options import Options, parse
 from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
 from collplan_ros.bringup.preparation import prepare, write_used_parameters
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.results import counted_impacts, write_results
+from collplan_ros.bringup.results import counted_impacts, draw_pictures, write_results
 from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.bringup.signals import StopRequest
+from collplan_ros.runs.record_file import RecordError
+from collplan_ros.runs.record_reading import read_record
 from collplan_ros.runs.run_log import RunLog
 
-WHOLE_PATIENCE = 10.0
-"""Longest wait for what is still under way of a run's record [s]."""
-REST_PATIENCE = 2.0
-"""Longest wait for the robot to stop after a run [s]."""
-REST_SPEED = 0.03
-"""Speed below which the robot counts as at rest [m/s]."""
 PLANNER = "planner_node"
+MONITORED = (TIMEOUT, STUCK)
+"""Outcomes that no node tells."""
+BROKEN_OFF = (GraphError, Interrupted, RecordError)
+"""What ends a run before its outcome."""
+EMERGENCY_STOP = "emergency_stop"
+"""Outcome of a run in which the robot's emergency stop was latched."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +47,12 @@ class RunResult:
     """Result of a run.
 
     Attributes:
-        outcome: reached, timeout, stuck, aborted, canceled, node_died, graph_lost or interrupted.
+        outcome: reached, timeout, stuck, aborted, canceled, emergency_stop, node_died, graph_lost, record_lost or
+            interrupted.
         exit_code: 0 only when the goal was reached.
         message: why the run was broken off or the goal not reached; empty where it was reached or canceled.
         folder: the run folder.
-        summary: content of summary.json.
+        summary: content of summary.json; empty where it could not be written.
     """
 
     outcome: str
@@ -65,7 +70,7 @@ class Bringup:
 
     Raises:
         StartError: what is asked for cannot be done; nothing was started.
-        NodeDied, GraphError, Interrupted: from every method that waits.
+        NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
     """
 
     def __init__(self, options: Options, progress: Progress | None = None) -> None:
@@ -85,71 +90,79 @@ class Bringup:
             self.graph.__exit__()
             self.folder.discard()
             raise
+        except BROKEN_OFF as error:
+            self.progress.say(str(error))
+            raise
         return self
 
-    def __exit__(self, *exception: object) -> None:
-        self.graph.__exit__(*exception)
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, BROKEN_OFF):  # at once: to stop the nodes takes some seconds
+            self.progress.say(str(error))
+        try:
+            self.graph.__exit__(kind, error, trace)
+        except RecordError as lost:  # the last lines do not fit on the disk
+            self.progress.say(str(lost))
+            raise
 
-    @property
-    def log(self) -> RunLog:
-        """Log of everything received so far."""
-        return self.graph.recorder.log
+    def read_log(self, pictured: bool = True) -> RunLog:
+        """The log of what is on disk of the run; without plans and scans where it is not `pictured`."""
+        return read_record(self.folder.record, pictured).log
 
     def drive(self, goal: np.ndarray | None = None) -> str:
         """Gives the goal (2,) [m], the prepared one by default, and monitors the run.
 
         Returns:
-            The outcome: reached, aborted or canceled as the planner says, else timeout or stuck.
+            The outcome: reached, aborted or canceled as the planner says, else timeout, stuck or emergency_stop.
         """
         target = self.preparation.goal if goal is None else goal
         graph = self.graph
-        graph.recorder.begin()
+        graph.recorder.begin(self.preparation.robot.simulated, target)
         graph.give_goal(target)
         self._monitor = monitor = RunMonitor(self.preparation.settings.trial, graph.pose.stamp)
         while (outcome := outcome_of(graph.recorder.goal, graph.pose, monitor)) is None or self._is_outdated(outcome):
+            if graph.recorder.emergency_stop:
+                self.progress.say(self.reason(EMERGENCY_STOP))
+                return EMERGENCY_STOP
             self._show_progress(target)
             graph.step()
         return outcome
 
     def _is_outdated(self, outcome: str) -> bool:
         """Whether poses came too late to say TIMEOUT or STUCK; newer ones have then been taken."""
-        if outcome not in (TIMEOUT, STUCK) or self.graph.recorder.lateness <= LATE:
+        if outcome not in MONITORED or self.graph.recorder.lateness <= LATE:
             return False
         self.graph.catch_up()
         return True
 
     def _show_progress(self, target: np.ndarray) -> None:
-        pose, begin = self.graph.pose, self.log.time_zero
+        pose, recorder = self.graph.pose, self.graph.recorder
+        begin = recorder.time_zero
         if begin is not None and pose.stamp >= begin:
             distance = float(np.hypot(pose.x - target[0], pose.y - target[1]))
-            maneuver = self.log.maneuver_at(pose.sent)
-            self.progress.show(pose.stamp - begin, distance, maneuver, self.log.n_impacts)
+            self.progress.show(pose.stamp - begin, distance, recorder.maneuver, recorder.n_impacts)
 
     def come_to_rest(self) -> None:
-        """Ends the recording, and waits until it is whole, the robot rests, and the goal's final status is reported."""
-        recorder = self.graph.recorder
-        recorder.finish()
+        """Cancels a goal that has not ended, and waits until it has and the robot rests, at most REST_PATIENCE."""
+        graph, deadline = self.graph, time.monotonic() + REST_PATIENCE
+        if not self._goal_has_ended:
+            graph.cancel_goal()
+        while not (self._goal_has_ended and graph.at_rest) and time.monotonic() < deadline:
+            graph.step()
 
-        def at_rest() -> bool:
-            pose, goal = self.graph.pose, recorder.goal
-            return (goal is None or goal.status in OUTCOMES) and float(np.hypot(pose.vx, pose.vy)) <= REST_SPEED
-
-        self._step_until(lambda: recorder.is_complete, WHOLE_PATIENCE)
-        self._step_until(at_rest, REST_PATIENCE)
-
-    def _step_until(self, condition: Callable[[], bool], patience: float) -> None:
-        """Steps until the condition holds, at most `patience` [s]."""
-        deadline = time.monotonic() + patience
-        while time.monotonic() < deadline and not condition():
-            self.graph.step()
+    @property
+    def _goal_has_ended(self) -> bool:
+        goal = self.graph.recorder.goal
+        return goal is None or goal.status in OUTCOMES
 
     def reason(self, outcome: str) -> str:
         """Why the goal was not reached, in words, for the outcome of `drive`; the planner's word may come after it."""
         said = self.graph.last_message(PLANNER)
         if outcome == ABORTED:
             return said
+        if outcome == EMERGENCY_STOP:
+            return f"emergency stop: {self.graph.recorder.emergency_stop}"
         monitored = self._monitor.reason if self._monitor else ""
-        return f"{outcome}: {monitored}; {PLANNER}: {said}" if outcome in (TIMEOUT, STUCK) else ""
+        return f"{outcome}: {monitored}; {PLANNER}: {said}" if outcome in MONITORED else ""
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:
@@ -159,11 +172,20 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
         StartError: what is asked for cannot be done; nothing was started.
     """
     bringup = Bringup(options, progress)
+    folder, preparation, say = bringup.folder, bringup.preparation, bringup.progress.say
     outcome, exit_code, message = _driven(bringup)
-    if message:
-        bringup.progress.say(message)
-    summary = write_results(bringup.folder, bringup.log, bringup.preparation, outcome, options)
-    return RunResult(outcome, exit_code, message, bringup.folder.path, summary)
+    if outcome in (*MONITORED, ABORTED):
+        say(message)
+    try:
+        with StopRequest().listening():  # another Ctrl-C does not cost what is written now
+            results = write_results(folder, bringup.read_log(options.pictures), preparation, outcome, options)
+    except (RecordError, OSError) as error:
+        say(f"{error}; what was recorded until then is in {folder.record}")
+        return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
+    undrawn = draw_pictures(folder, results, preparation) if options.pictures else ""
+    if undrawn:
+        say(undrawn)
+    return RunResult(outcome, exit_code, message, folder.path, results.summary)
 
 
 def _driven(bringup: Bringup) -> tuple[str, int, str]:
@@ -179,6 +201,8 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
         return "node_died", GRAPH_LOST, str(error)
     except GraphError as error:
         return "graph_lost", GRAPH_LOST, str(error)
+    except RecordError as error:
+        return "record_lost", RECORD_LOST, str(error)
     except Interrupted as error:
         return "interrupted", 128 + error.number, str(error)
     return outcome, 0 if outcome == REACHED else NOT_REACHED, reason
@@ -186,14 +210,17 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
 
 def _announcement(bringup: Bringup) -> str:
     settings, goal = bringup.preparation.settings, bringup.preparation.goal
+    speed = "" if bringup.preparation.robot.simulated else f", at most {settings.robot.max_speed:g} m/s"
     return (
         f"world {settings.simulator.world}, strategy {settings.planner.strategy}, seed {settings.simulator.seed}, "
-        f"goal ({goal[0]:g}, {goal[1]:g}); starting {', '.join(bringup.graph.pids)}"
+        f"goal ({goal[0]:g}, {goal[1]:g}){speed}; starting {', '.join(bringup.graph.pids)}"
     )
 
 
 def _conclusion(result: RunResult) -> str:
     summary = result.summary
+    if not summary:
+        return f"run ended: {result.outcome}\n{result.folder}"
     arrival = summary["arrival_time_s"]
     end = f"goal reached in {arrival:.2f} s" if arrival is not None else f"goal not reached: {result.outcome}"
     kind = "simulated, " if summary["simulated"] else ""

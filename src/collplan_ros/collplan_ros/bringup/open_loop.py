@@ -10,8 +10,9 @@ from collplan_core.command import FREE_SPACE, Command, stopped
 from collplan_core.parameters import Settings
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
+from collplan_ros.bringup.commanders import TOPIC, other_commanders
 from collplan_ros.bringup.failures import GraphError
-from collplan_ros.bringup.graph import Graph
+from collplan_ros.bringup.graph import NAME, Graph
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import NEWEST
@@ -41,7 +42,7 @@ class OpenLoop:
         self.received: list[float] = []
         self._graph = graph
         self._settings = settings
-        self._publisher = graph.node.create_publisher(command_type(settings), "cmd_vel", NEWEST)
+        self._publisher = graph.node.create_publisher(command_type(settings), TOPIC, NEWEST)
         graph.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE)
 
     def refuse_other_publishers(self) -> None:
@@ -50,8 +51,9 @@ class OpenLoop:
         Raises:
             GraphError: another node publishes commands.
         """
-        if self._graph.node.count_publishers("cmd_vel") > 1:
-            raise GraphError(f"somebody else publishes on {self._publisher.topic_name}; end it first")
+        others = other_commanders(self._graph.node, NAME)
+        if others:
+            raise GraphError(f"{', '.join(others)} publishes on {self._publisher.topic_name} too; end it first")
 
     def resume(self) -> None:
         """Lets the robot move, as a person has agreed to.

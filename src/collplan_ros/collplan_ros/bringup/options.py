@@ -13,7 +13,7 @@ from collplan_core.parameters import Planning, Settings, Simulation
 from collplan_core.parameters.spec import Parameters, specs
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import RANGES
-from collplan_ros.bringup.robots import EXPECTED, robot_kind
+from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, robot_kind
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Options:
         params: ROS parameter file.
         out: parent of the run folder.
         timeout: longest run [s].
-        network: local or subnet; None is the robot's own.
+        network: local or subnet; None is the robot's own, where it has one.
         max_speed: robot.max_speed [m/s].
         pictures: whether trajectory.png and run.gif are made.
         check: whether the robot and its motion capture are checked instead of a run.
@@ -71,16 +71,21 @@ class Options:
         # argparse takes -1e-05 for an option
         x, y = (np.format_float_positional(value, trim="0") for value in goal)
         network = ["--network", self.network] if self.network else []
-        return shlex.join(
-            [as_called("bringup"), "--robot", self.robot, *network, "--params", str(parameters), "--goal", x, y]
-        )
+        # a robot that is not simulated wants it said
+        world = [] if robot_kind(self.robot).simulated else ["--world", self.world or ""]
+        given = ["--robot", self.robot, *network, *world, "--params", str(parameters), "--goal", x, y]
+        return shlex.join([as_called("bringup"), *given])
 
 
 DESCRIPTION = """\
 Starts a robot and the nodes that plan and control it, gives it a goal, and watches until it is there.
 
 The goal is reached: exit code 0. Time is up, stuck or given up: 1. Something asked for cannot be done: 2.
-A node died, the graph did not come up or this machine is too slow for it: 3. Stopped by a signal: 128 + its number.
+A node died, the graph did not come up, somebody else commands the robot or this machine is too slow for it: 3.
+A file of the run cannot be written, as on a full disk: 4. Stopped by a signal: 128 + its number.
+
+A robot that is not simulated needs --world, --goal and --network, and drives at 0.3 m/s at most unless --max-speed or
+the parameter file says otherwise.
 """
 EPILOG = """\
 examples:
@@ -88,14 +93,16 @@ examples:
   bringup --world random:7 --strategy low_risk      another arena, another strategy
   bringup --world my_arena.yaml --goal 2.0 0.4      your own world and goal
   bringup --robot emulator                          over serial bytes, to an emulated firmware
-  bringup --robot serial:/dev/ttyUSB0 --max-speed 0.3
-      the real robot
+  bringup --robot serial:/dev/ttyUSB0 --world floor.yaml --goal 1.0 0.5 --network subnet
+      the real robot, slow
   bringup --params runs/latest/parameters.yaml --goal 2.0 0.4
       the last run's parameters, and a goal: no file holds one
-  bringup --check --params mocap.yaml               before the first run of a robot
+  bringup --check --robot serial:/dev/ttyUSB0 --network subnet --params mocap.yaml
+      before the first run of a robot
 
-Each run leaves a folder: summary.json, trajectory.csv and .png, impacts.csv, run.gif, parameters.yaml and the
-output of each node in log/. The command line that repeats it is said at its end, and in summary.json.
+Each run leaves a folder: summary.json, trajectory.csv and .png, impacts.csv, run.gif, parameters.yaml, the output of
+each node in log/, and record.jsonl, which is written while it goes on. The command line that repeats it is said at its
+end, and in summary.json.
 ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
 """
 
@@ -125,9 +132,14 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "--network",
         choices=sorted(RANGES),
-        help="who may take part: this machine or the subnet (default local; subnet for serial)",
+        help="who may take part: this machine or the subnet (default local; to be said for serial)",
     )
-    add("--max-speed", type=float, metavar="V", help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s)")
+    add(
+        "--max-speed",
+        type=float,
+        metavar="V",
+        help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s; {FIRST_SPEED:g} for serial)",
+    )
     add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png and run.gif")
     add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")
     add("--yes", action="store_true", help="with --check: move the robot without asking")

@@ -41,9 +41,10 @@ def prepare(options: Options) -> Preparation:
 
     Raises:
         StartError: an unknown robot, world, strategy or parameter, a value that does not fit, a goal that cannot be
-            reached, or a program that is not installed.
+            reached, a program that is not installed, or something that a robot which is not simulated needs.
     """
     robot = robot_kind(options.robot)
+    _refuse_unsaid(options, robot)
     try:
         settings = _settings(options, robot)
         world = load_world(settings.simulator.world)
@@ -51,7 +52,7 @@ def prepare(options: Options) -> Preparation:
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
     found = {name: find_executable(name) for name in (*robot.nodes, *NODES)}
-    return Preparation(robot, options.network or robot.network, settings, world, goal, found)
+    return Preparation(robot, options.network or robot.network or "local", settings, world, goal, found)
 
 
 def write_used_parameters(path: Path, settings: Settings) -> None:
@@ -66,8 +67,26 @@ def write_used_parameters(path: Path, settings: Settings) -> None:
         raise StartError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
+def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
+    """Refuses to guess where a robot that is not simulated is, where it goes, and who may command it."""
+    needed: dict[str, object] = {"--network": options.network}
+    if not options.check:
+        needed = {"--world": options.world, "--goal": options.goal, **needed}
+    missing = [option for option, value in needed.items() if value is None]
+    if missing and not robot.simulated:
+        raise StartError(
+            f"--robot {options.robot} is not simulated, so {_in_words(list(needed))} must be said; "
+            f"missing: {_in_words(missing)}"
+        )
+
+
+def _in_words(options: list[str]) -> str:
+    *first, last = options
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def _settings(options: Options, robot: RobotKind) -> Settings:
-    values = read_parameters(options.params) if options.params else {}
+    values = {**robot.defaults, **(read_parameters(options.params) if options.params else {})}
     values.update(robot.values)
     values.update(options.values())
     for key in ("lidar.world", "simulator.world"):

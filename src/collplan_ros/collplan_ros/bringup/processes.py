@@ -1,23 +1,23 @@
 """Processes of nodes: found by name, started such that they cannot outlive bringup, stopped in order."""
 
-import ctypes
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from collplan_ros.bringup import die_with_parent
 from collplan_ros.bringup.failures import NodeDied, StartError
 
-PR_SET_PDEATHSIG = 1
 PATIENCE = 5.0
 """Time after SIGTERM at which a node that still runs is killed [s]."""
 POLL_PERIOD = 0.01
-_libc = ctypes.CDLL(None, use_errno=True)
+# alone and without site-packages: what those do at a start would be done twice
+_DIES_WITH = (sys.executable, "-I", "-S", die_with_parent.__file__)
 
 
 def find_executable(name: str) -> str:
@@ -41,16 +41,6 @@ def find_executable(name: str) -> str:
     return found
 
 
-def _die_with(parent: int) -> Callable[[], None]:
-    def in_child() -> None:
-        # SIGKILL, because a node that hangs would ignore SIGTERM; the setting survives exec
-        _libc.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # the parent died before prctl took effect
-            os._exit(1)
-
-    return in_child
-
-
 class NodeProcess:
     """Process of one node, with its output in a file.
 
@@ -64,13 +54,12 @@ class NodeProcess:
         self._log = log
         with log.open("wb") as output:
             self._process = subprocess.Popen(
-                command,
+                [*_DIES_WITH, str(os.getpid()), *command],
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 env={**os.environ, "PYTHONUNBUFFERED": "1"},
                 start_new_session=True,
-                preexec_fn=_die_with(os.getpid()),
             )
 
     @property
@@ -114,22 +103,22 @@ def _how_it_ended(code: int) -> str:
     return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
 
 
-def stop_all(processes: Sequence[NodeProcess], first: str, last: Collection[str] = ()) -> list[str]:
-    """Stops the node called `first`, then the others at once, then those called `last`.
+def stop_all(processes: Sequence[NodeProcess], last: Collection[str] = ()) -> list[str]:
+    """Stops the nodes at once, but those called `last` after the others.
 
     Returns:
         The names of those that had to be killed.
     """
-    _stop([process for process in processes if process.name == first])
-    _stop([process for process in processes if process.name not in last])
-    _stop(processes)
+    stop([process for process in processes if process.name not in last])
+    stop(processes)
     stubborn = [process.name for process in processes if process.running]
     for process in processes:
         process.kill()
     return stubborn
 
 
-def _stop(processes: Sequence[NodeProcess]) -> None:
+def stop(processes: Sequence[NodeProcess]) -> None:
+    """Asks processes to stop, and waits until they have, at most PATIENCE."""
     for process in processes:
         process.ask_to_stop()
     deadline = time.monotonic() + PATIENCE

@@ -1,5 +1,6 @@
 """Progress output of a run."""
 
+import os
 import sys
 import time
 from typing import TextIO
@@ -9,7 +10,10 @@ PLAIN_PERIOD = 1.0
 
 
 class Progress:
-    """Prints progress: one line rewritten in place on a terminal, else a plain line a second."""
+    """Prints progress: one line rewritten in place on a terminal, else a plain line a second.
+
+    Where nobody reads it any more it goes nowhere.
+    """
 
     def __init__(self, stream: TextIO | None = None) -> None:
         """Writes to `stream`, by default to standard output."""
@@ -31,12 +35,19 @@ class Progress:
             return
         self._last = time.monotonic()
         line = f"{elapsed:6.1f} s   {distance:5.2f} m to the goal   {maneuver:<18}   impacts {impacts}"
-        self._stream.write(f"\r{line}" if self._live else f"{line}\n")
-        self._stream.flush()
+        self._write(f"\r{line}" if self._live else f"{line}\n")
         self._open = self._live
 
     def say(self, text: str) -> None:
         """Prints a line that later progress does not overwrite."""
-        self._stream.write(("\n" if self._open else "") + text + "\n")
-        self._stream.flush()
+        self._write(("\n" if self._open else "") + text + "\n")
         self._open = False
+
+    def _write(self, text: str) -> None:
+        try:
+            self._stream.write(text)
+            self._stream.flush()
+        except OSError:  # the pipe, the terminal or the disk behind it is gone, and the run goes on
+            # what is left in the stream's buffer must have somewhere to go when the interpreter ends
+            with open(os.devnull, "wb") as nowhere:
+                os.dup2(nowhere.fileno(), self._stream.fileno())

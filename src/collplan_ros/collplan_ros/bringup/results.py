@@ -1,24 +1,45 @@
 """Result files of a run."""
 
+from dataclasses import dataclass
 from typing import Any
 
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.runs.impact_log import impacts_of, write_impacts
+from collplan_ros.runs.impact_log import Impacts, impacts_of, write_impacts
 from collplan_ros.runs.run_log import RunLog
 from collplan_ros.runs.summary import assumed_constants, summarize, write_summary
 from collplan_ros.runs.trajectory_file import write_trajectory
+from collplan_ros.runs.whole_file import replacing
 
 
-def write_results(
-    folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, options: Options
-) -> dict[str, Any]:
-    """Writes trajectory, impacts, summary and, unless turned off, the pictures of a run; returns the summary."""
+@dataclass(frozen=True, eq=False)
+class Results:
+    """What was made of a run.
+
+    Attributes:
+        log: the run.
+        impacts: its impacts.
+        summary: content of summary.json.
+    """
+
+    log: RunLog
+    impacts: Impacts
+    summary: dict[str, Any]
+
+
+def write_results(folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, options: Options) -> Results:
+    """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
+
+    Raises:
+        RecordError: a file cannot be written.
+    """
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
+    with replacing(folder.trajectory) as path:
+        write_trajectory(path, log)
     impacts = impacts_of(log, world, settings.mocap.velocity_window)
-    write_trajectory(folder.trajectory, log)
-    write_impacts(folder.impacts, impacts, log.begin)
+    with replacing(folder.impacts) as path:
+        write_impacts(path, impacts, log.begin)
     simulated = preparation.robot.simulated
     summary = {
         "simulated": simulated,
@@ -28,20 +49,30 @@ def write_results(
         "repeat": options.repeat(goal, folder.parameters),
         "assumed": assumed_constants(settings, simulated),
     }
-    write_summary(folder.summary, summary)
-    if options.pictures and log.poses:
-        _draw(folder, log, impacts, preparation, summary)
-    return summary
+    with replacing(folder.summary) as path:
+        write_summary(path, summary)
+    return Results(log, impacts, summary)
 
 
-def _draw(folder: RunFolder, log: RunLog, impacts: Any, preparation: Preparation, summary: dict[str, Any]) -> None:
+def draw_pictures(folder: RunFolder, results: Results, preparation: Preparation) -> str:
+    """Draws picture and animation of a run with poses; returns why there are none, or ""."""
+    if not results.log.poses:
+        return ""
     # imported late: both are slow to load
     from collplan_ros.pictures.animation import draw_animation
     from collplan_ros.pictures.trajectory_png import draw_trajectory
 
-    settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    draw_trajectory(folder.picture, log, impacts, world, goal, settings, _title(summary))
-    draw_animation(folder.animation, log, impacts, world, goal, settings)
+    log, impacts, goal = results.log, results.impacts, preparation.goal
+    settings, world = preparation.settings, preparation.world
+    try:
+        with replacing(folder.picture) as path:
+            draw_trajectory(path, log, impacts, world, goal, settings, _title(results.summary))
+        if log.scans:
+            with replacing(folder.animation) as path:
+                draw_animation(path, log, impacts, world, goal, settings)
+    except Exception as error:  # whatever a drawing library finds: the run is over, and its figures are written
+        return f"pictures not drawn: {type(error).__name__}: {error}"
+    return ""
 
 
 def _title(summary: dict[str, Any]) -> str:

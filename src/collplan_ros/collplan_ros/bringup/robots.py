@@ -16,16 +16,18 @@ class RobotKind:
         nodes: its nodes, first the one that receives commands, then the devices it speaks to; each executable is named
             like its node.
         simulated: whether the motion of the robot is simulated.
-        network: default discovery range, local or subnet.
+        network: default discovery range, local or subnet; None where it has to be said.
         emulated: whether a pseudo-terminal replaces the serial device.
         values: parameters set for this robot, by key.
+        defaults: parameters that hold for this robot unless they are given, by key.
     """
 
     nodes: tuple[str, ...]
     simulated: bool
-    network: str
+    network: str | None
     emulated: bool = False
     values: Mapping[str, object] = field(default_factory=dict)
+    defaults: Mapping[str, object] = field(default_factory=dict)
 
 
 ROBOTS = {
@@ -33,6 +35,8 @@ ROBOTS = {
     "emulator": RobotKind(nodes=("driver_node", "firmware_emulator"), simulated=True, network="local", emulated=True),
 }
 EXPECTED = f"{', '.join(ROBOTS)}, {SERIAL}:PATH or {SERIAL}:PATH@BAUD"
+FIRST_SPEED = 0.3
+"""robot.max_speed of a robot that is not simulated, unless another is given [m/s]."""
 NODES = ("mocap_node", "lidar_node", "planner_node", "controller_node")
 """Nodes that run beside every robot; each executable is named like its node."""
 
@@ -52,4 +56,5 @@ def robot_kind(spec: str) -> RobotKind:
     values: dict[str, object] = {"driver.port": path}
     if rate:
         values["driver.baud"] = int(rate)
-    return RobotKind(nodes=("driver_node",), simulated=False, network="subnet", values=values)
+    slow = {"robot.max_speed": FIRST_SPEED}
+    return RobotKind(nodes=("driver_node",), simulated=False, network=None, values=values, defaults=slow)

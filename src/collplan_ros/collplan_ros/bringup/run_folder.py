@@ -9,6 +9,7 @@ from itertools import count
 from pathlib import Path
 
 from collplan_ros.bringup.failures import StartError
+from collplan_ros.runs.record_reading import RECORD
 
 
 class RunFolder:
@@ -57,6 +58,11 @@ class RunFolder:
     def serial(self) -> Path:
         """Link to the pseudo-terminal of an emulated firmware while it runs."""
         return self.path / "serial"
+
+    @property
+    def record(self) -> Path:
+        """What came of the run, written while it goes on."""
+        return self.path / RECORD
 
     @property
     def trajectory(self) -> Path:

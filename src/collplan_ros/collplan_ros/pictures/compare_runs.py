@@ -35,6 +35,8 @@ def main(args: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(args)
     try:
         runs = _runs(options.runs)
+        for note in filter(None, (run.recorded.note for run in runs)):
+            print(f"note: {note}")
         draw_side_by_side(options.out, runs, options.speed)
     except RunError as error:
         return _refused(str(error))

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from collplan_ros.pictures.drawing import Marks, Trail, trail_of
+from collplan_ros.runs.impact_log import impacts_of
+from collplan_ros.runs.record_reading import Record
 from collplan_ros.runs.recorded_run import RecordedRun, RunError, read_run
 
 IMPACT = ("t", "x", "y", "deliberate")
@@ -47,10 +49,21 @@ def read_shown_run(folder: Path) -> ShownRun:
     """
     run = read_run(folder)
     if len(run.path.times) == 0:
-        raise RunError(f"{folder / 'trajectory.csv'}: no poses, expected those of a run")
+        raise RunError(run.note or f"{folder / 'trajectory.csv'}: no poses, expected those of a run")
+    if run.unfinished is not None:
+        return _unfinished(run, run.unfinished)
     trail = trail_of(run.path.times, run.path.points, run.settings.robot.max_speed)
     goal, outcome = _end(folder / "summary.json")
     return ShownRun(run, trail, _marks(folder / "impacts.csv"), goal, outcome)
+
+
+def _unfinished(run: RecordedRun, record: Record) -> ShownRun:
+    """A run without results, as far as it was recorded."""
+    log = record.log
+    impacts = impacts_of(log, run.world, run.settings.mocap.velocity_window)
+    trail = trail_of(run.path.times, run.path.points, run.settings.robot.max_speed)
+    marks = Marks(impacts.times - log.begin, impacts.points, impacts.deliberate)
+    return ShownRun(run, trail, marks, record.goal, "incomplete")
 
 
 def _end(file: Path) -> tuple[np.ndarray, str]:

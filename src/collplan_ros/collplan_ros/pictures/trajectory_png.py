@@ -129,4 +129,5 @@ def _label(axes: "Axes", world: World, title: str) -> None:
     axes.set(
         aspect="equal", xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin), xlabel="x [m]", ylabel="y [m]"
     )
-    axes.set_title(title, fontsize=10)
+    # a world's path may hold what matplotlib takes for formulas
+    axes.set_title(title, fontsize=10, parse_math=False)

@@ -79,6 +79,8 @@ def _fit(options: argparse.Namespace) -> None:
     if options.out.exists() and not options.force:
         raise RunError(f"--out {options.out}: exists, expected a new file; --force replaces it")
     runs = _read(options.runs)
+    for note in filter(None, (run.note for run in runs)):
+        print(f"note: {note}")
     _check_radius(given, options.params, runs)
     fit = fit_robot(runs)
     print(hits_found(runs, fit.usable, fit.left_out))

@@ -1,6 +1,7 @@
 """Reading a run folder of bringup: measured poses and commands."""
 
 import csv
+import io
 import json
 import math
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ from collplan_core.parameters.file import read_parameters
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.plane import rotate_rows
 from collplan_core.worlds import World, WorldError, load_world
+from collplan_ros.runs.record_reading import RECORD, Record, read_record
+from collplan_ros.runs.trajectory_file import write_trajectory_rows
 
 MEASURED = ("t", "x", "y", "yaw")
 COMMANDED = ("cmd_vx", "cmd_vy")
@@ -34,6 +37,7 @@ class RecordedRun:
         world: the world that the robot was in.
         path: poses and commands; t counts from the first non-zero command.
         yaws: (n,) measured yaw at each pose, without leaps of a turn [rad].
+        unfinished: the record of a run that bringup did not live to write its files of, and that these were read from.
     """
 
     folder: Path
@@ -42,6 +46,15 @@ class RecordedRun:
     world: World
     path: RecordedPath
     yaws: np.ndarray
+    unfinished: Record | None = None
+
+    @property
+    def note(self) -> str:
+        """What to tell of the run; "" where it is complete."""
+        if self.unfinished is None:
+            return ""
+        end = f"up to {self.path.times[-1]:.2f} s" if len(self.path.times) else "nothing of its poses"
+        return f"{self.folder}: incomplete, bringup ended before the run did; {RECORD} holds it {end}"
 
 
 def read_run(folder: Path) -> RecordedRun:
@@ -60,8 +73,29 @@ def read_run(folder: Path) -> RecordedRun:
         raise RunError(str(error)) from None
     except (WorldError, OSError) as error:
         raise RunError(f"{parameters}: lidar.world: {error}") from None
-    path, yaws = _path(folder / "trajectory.csv")
+    unfinished = _unfinished(folder)
+    if unfinished is not None:
+        path, yaws = _path(folder / RECORD, _trajectory_of(unfinished))
+        return RecordedRun(folder, unfinished.simulated, settings, world, path, yaws, unfinished)
+    trajectory = folder / "trajectory.csv"
+    path, yaws = _path(trajectory, _text(trajectory))
     return RecordedRun(folder, _simulated(folder / "summary.json"), settings, world, path, yaws)
+
+
+def _unfinished(folder: Path) -> Record | None:
+    """The record of a run without results, if any; the summary is the last of them that readers need."""
+    if (folder / "summary.json").exists() or not (folder / RECORD).exists():
+        return None
+    try:
+        return read_record(folder / RECORD, pictured=False)
+    except (OSError, LookupError, TypeError, ValueError) as error:
+        raise RunError(f"{folder / RECORD}: expected what bringup writes: {error!r}") from None
+
+
+def _trajectory_of(record: Record) -> str:
+    rows = io.StringIO()
+    write_trajectory_rows(rows, record.log)
+    return rows.getvalue()
 
 
 def _simulated(path: Path) -> bool:
@@ -83,9 +117,9 @@ def _text(path: Path) -> str:
         raise RunError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
-def _path(file: Path) -> tuple[RecordedPath, np.ndarray]:
-    """Poses with commands, and yaws (n,) [rad]."""
-    rows = csv.DictReader(_text(file).splitlines())
+def _path(file: Path, text: str) -> tuple[RecordedPath, np.ndarray]:
+    """Poses with commands, and yaws (n,) [rad], in the text of a trajectory."""
+    rows = csv.DictReader(text.splitlines())
     missing = [column for column in (*MEASURED, *COMMANDED) if column not in (rows.fieldnames or ())]
     if missing:
         raise RunError(f"{file}: no column {', '.join(missing)}, expected what bringup writes")

@@ -1,7 +1,6 @@
-"""Recording of a run: subscribes to every topic of the graph and fills a log, without ever waiting."""
+"""Recording of a run: subscribes to every topic of the graph and writes what comes, without ever waiting."""
 
 import math
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -17,28 +16,26 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
+from collplan_core.command import STOPPED
+from collplan_core.goal import NO_GOAL
 from collplan_core.parameters import Settings
-from collplan_core.scan import ScanError
+from collplan_core.state import State
 from collplan_ros.messages.cmd_vel import command_type, twist_of
 from collplan_ros.messages.conversions import (
-    MessageError,
+    check_finite,
     impact_contact_from_message,
     impact_from_message,
     scan_from_message,
     state_from_odometry,
+    velocity_from_twist,
 )
+from collplan_ros.messages.goal_status import NAMES
 from collplan_ros.messages.plans import contacts_from_message, plan_from_path
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
-from collplan_ros.runs.run_log import (
-    DetectedImpactRecord,
-    ImpactRecord,
-    PlanRow,
-    PoseRow,
-    RunLog,
-    SentCommand,
-    SentManeuver,
-    SentReference,
-)
+from collplan_ros.runs.record_file import RecordFile
+from collplan_ros.runs.run_log import PoseRow
+from collplan_ros.runs.run_times import RunTimes, continued
+from collplan_ros.runs.send_times import SendTimes
 
 # no message may be lost, so the queue bridges a stall of some seconds
 EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
@@ -46,9 +43,15 @@ EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durab
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning")
 """Figures of planner/costs that are recorded."""
 
+ODD = (ArithmeticError, LookupError, TypeError, ValueError)
+"""What a message that nobody expects can raise while it is read."""
+
+EMERGENCY_STOPPED = "stopped"
+"""The state on robot/state while the emergency stop is latched."""
+
 
 class End(NamedTuple):
-    """End of a recording: stamp of its last pose, and when that was sent [s]."""
+    """End of a recording: time of its last pose, and when that was sent [s]."""
 
     stamp: float
     sent: float
@@ -59,172 +62,224 @@ OPEN, NEVER = End(math.inf, math.inf), End(-math.inf, -math.inf)
 
 
 class GoalReport(NamedTuple):
-    """The planner's report of a goal: GoalStatus.STATUS_*, and when it was sent [s, wall clock]."""
+    """The planner's report of a goal: GoalStatus.STATUS_*, and when it was sent [s, steady clock]."""
 
     status: int
     sent: float
 
 
 class Recorder:
-    """Fills `log` from `begin()` to `finish()`, whole up to the last pose, however late and in whatever order it comes.
+    """Writes from `begin()` on what comes, and keeps the newest of it; `finish()` says where the run ends.
+
+    What is written is whole up to there, however late and in whatever order it comes. A message that cannot be read is
+    left out; the node that drops it counts it.
 
     Attributes:
-        log: everything recorded.
         reported: newest diagnostics, by the node's full name.
         goal: newest report of the goal given last; None before the first.
         newest: newest pose, also while not recording; None before the first.
+        emergency_stop: why the robot's emergency stop is latched, in words; empty while it is not.
         scan_came: whether a valid scan was received.
         lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
+        maneuver: the maneuver begun last.
+        commanded: whether the newest command is another than zero.
+        time_zero: time of the first such command, by the newest pose then [s]; None before it.
+        n_impacts: number of the true impacts of a simulated robot, else of the detected ones.
     """
 
-    def __init__(self, node: Node, settings: Settings) -> None:
-        """Subscribes through `node`."""
-        self.log = RunLog()
+    def __init__(self, node: Node, settings: Settings, record: RecordFile, send_times: SendTimes | None = None) -> None:
+        """Subscribes through `node`, and writes to `record`."""
         self.reported: dict[str, DiagnosticStatus] = {}
         self.goal: GoalReport | None = None
         self.newest: PoseRow | None = None
+        self.emergency_stop = ""
         self.scan_came = False
         self.lateness = 0.0
+        self.maneuver = STOPPED
+        self.commanded = False
+        self.time_zero: float | None = None
+        self._send_times = send_times or SendTimes()
+        self._run_times = RunTimes(settings.simulator.speed_factor)
+        self._record = record
         self._frames = settings.frames
         self._tolerance = settings.planner.goal_tolerance
         self._target = np.full(2, np.nan)
         self._asked = 0.0
         self._end = NEVER
-        self._newest_truth = -math.inf
+        self._last: PoseRow | None = None
+        self._arrived: PoseRow | None = None
+        self._newest_truth: float | None = None
+        self._impacts = {"true_impact": 0, "impact": 0}
         self._subscribe(node, settings)
 
-    def begin(self) -> None:
-        """Starts recording."""
+    @property
+    def n_impacts(self) -> int:
+        return self._impacts["impact" if self._newest_truth is None else "true_impact"]
+
+    def begin(self, simulated: bool, goal: np.ndarray) -> None:
+        """Starts recording a run to `goal` (2,) [m]."""
+        header = {"simulated": simulated, "goal": goal.tolist(), "wall_clock_ahead": self._send_times.ahead}
+        self._record.write("run", header)
         self._end = OPEN
 
-    def finish(self) -> None:
-        """Ends the log with the pose that arrived at the goal, or else with the newest one.
+    @property
+    def recording(self) -> bool:
+        """Whether it has begun and is not finished."""
+        return self._end == OPEN
 
-        What is of the time up to that pose and still under way is taken all the same.
+    def finish(self) -> None:
+        """Ends the run with the pose that arrived at the goal, or else with the newest one.
+
+        What is of the time up to that pose and still under way is written all the same.
         """
-        poses, reached = self.log.poses, self.log.reached_sent is not None
-        last = self.log.arrival_pose(self._target, self._tolerance, self._asked) if reached else None
-        last = last or (poses[-1] if poses else None)
+        if not self.recording:
+            return
+        reached = self.goal is not None and self.goal.status == GoalStatus.STATUS_SUCCEEDED
+        last = (self._arrived if reached else None) or self._last
         if last is None:
             self._end = NEVER
             return
-        self.log.end_with(last)
         self._end = End(last.stamp, last.sent)
+        self._record.write("end", *self._end)
 
     @property
     def is_complete(self) -> bool:
         """Whether the truth of a simulated robot has come up to the last pose recorded."""
-        return not self.log.truth or self._newest_truth >= self._end.stamp
+        return self._newest_truth is None or self._newest_truth >= self._end.stamp
 
     def ask(self, target: np.ndarray) -> None:
         """Discards reports of earlier goals; to be called before the goal `target` (2,) [m] is given."""
-        self.goal = self.log.reached_sent = None
+        self.goal = self._arrived = None
         self._target = target
-        self._asked = time.time()
+        self._asked = self._send_times.now()
+        self._record.write("asked", self._asked)
 
     def _subscribe(self, node: Node, settings: Settings) -> None:
-        def listen(kind: type, topic: str, take: Callable[..., None], qos: QoSProfile = EVERY_ONE) -> None:
-            node.create_subscription(kind, topic, take, qos)
+        def listen(kind: type, topic: str, take: Callable[[Any, float], None], qos: QoSProfile = EVERY_ONE) -> None:
+            node.create_subscription(kind, topic, self._guarded(take), qos)
 
         listen(DiagnosticArray, "/diagnostics", self._take_diagnostics, DIAGNOSTICS_SUBSCRIBED)
         listen(GoalStatus, "goal_status", self._take_goal_status, LATCHED)
+        listen(DiagnosticStatus, "robot/state", self._take_robot_state, LATCHED)
         listen(Odometry, "mocap/odom", self._take_pose)
         listen(Odometry, "ground_truth/odom", self._take_truth)
         listen(Vector3Stamped, "ground_truth/impact", self._take_true_impact)
         listen(PoseStamped, "impact/contact", self._take_detected_impact)
         listen(LaserScan, "scan", self._take_scan, SENSOR_DATA)
-        of_the_run = self._of_the_run
-        listen(Path, "plan", of_the_run(self._take_plan))
-        listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", of_the_run(self._take_contacts))
-        listen(DiagnosticArray, "planner/costs", of_the_run(self._take_costs))
-        listen(PointStamped, "controller/reference", of_the_run(self._take_reference))
-        listen(String, "maneuver", of_the_run(self._take_maneuver), LATCHED)
-        listen(command_type(settings), "cmd_vel", of_the_run(self._take_command))
+        listen(Path, "plan", self._take_plan)
+        listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._take_contacts)
+        listen(DiagnosticArray, "planner/costs", self._take_costs)
+        listen(PointStamped, "controller/reference", self._take_reference)
+        listen(String, "maneuver", self._take_maneuver, LATCHED)
+        listen(command_type(settings), "cmd_vel", self._take_command)
 
-    def _of_the_run(self, take: Callable[[Any, float], None]) -> Callable[[Any, dict[str, Any]], None]:
+    def _guarded(self, take: Callable[[Any, float], None]) -> Callable[[Any, dict[str, Any]], None]:
         # with a second argument rclpy passes the message's info, which holds the time of sending
         def guarded(message: Any, info: dict[str, Any]) -> None:
-            sent = _when_sent(info)
-            # a message that no node can use is not recorded; the node that drops it counts it
-            with suppress(MessageError):
-                if sent <= self._end.sent:
-                    take(message, sent)
+            with suppress(*ODD):
+                # the sender's middleware stamps it; delays of the receiver are not in it
+                take(message, self._send_times.steady(1e-9 * info["source_timestamp"]))
 
         return guarded
 
-    def _take_diagnostics(self, message: DiagnosticArray) -> None:
-        self.reported.update({status.name: status for status in message.status})
+    def _write(self, kind: str, sent: float, *entries: object) -> None:
+        if sent <= self._end.sent:
+            self._record.write(kind, sent, *entries)
 
-    def _take_goal_status(self, message: GoalStatus, info: dict[str, Any]) -> None:
-        report = GoalReport(message.status, _when_sent(info))
-        if report.sent >= self._asked:
-            self.goal = report
-            self.log.reached_sent = report.sent if report.status == GoalStatus.STATUS_SUCCEEDED else None
+    def _time(self, stamp: float) -> float:
+        """Time of the run [s] at a stamp of another message than a pose."""
+        return continued(stamp, self.newest.stamp if self.newest else stamp, self._run_times.corrections)
 
-    def _take_pose(self, message: Odometry, info: dict[str, Any]) -> None:
-        try:
-            self.newest = self._pose_row(message)._replace(sent=_when_sent(info))
-        except MessageError:
-            return
-        self.lateness = max(0.0, time.time() - self.newest.sent)
-        if self.newest.sent <= self._end.sent:
-            self.log.poses.append(self.newest)
-
-    def _take_truth(self, message: Odometry) -> None:
-        with suppress(MessageError):
-            row = self._pose_row(message)
-            self._newest_truth = row.stamp
-            if row.stamp <= self._end.stamp:
-                self.log.truth.append(row)
-
-    def _take_true_impact(self, message: Vector3Stamped) -> None:
-        with suppress(MessageError):
-            stamp, change = impact_from_message(message, self._frames.map)
-            if stamp <= self._end.stamp:
-                self.log.true_impacts.append(ImpactRecord(stamp, *change.tolist()))
-
-    def _take_detected_impact(self, message: PoseStamped) -> None:
-        with suppress(MessageError):
-            contact = impact_contact_from_message(message, self._frames.map)
-            if contact.time <= self._end.stamp:
-                place = *contact.point.tolist(), *contact.normal.tolist()
-                self.log.detected_impacts.append(DetectedImpactRecord(contact.time, *place))
-
-    def _take_scan(self, message: LaserScan) -> None:
-        with suppress(ScanError):
-            scan = scan_from_message(message, self._frames.base)
-            self.scan_came = True
-            if scan.stamp <= self._end.stamp:
-                self.log.scans.append(scan)
-
-    def _take_plan(self, message: Path, _: float) -> None:
-        plan = plan_from_path(message, self._frames.map)
-        self.log.plans.append(PlanRow(plan.stamp, plan.times, plan.positions))
-
-    def _take_contacts(self, message: MultiDOFJointTrajectory, _: float) -> None:
-        stamp, contacts = contacts_from_message(message, self._frames.map)
-        self.log.contacts[stamp] = contacts
-
-    def _take_costs(self, message: DiagnosticArray, _: float) -> None:
+    def _take_diagnostics(self, message: DiagnosticArray, sent: float) -> None:
         for status in message.status:
-            self.log.costs.append({item.key: float(item.value) for item in status.values if item.key in FIGURES})
+            before = self.reported.get(status.name)
+            if before is None or (before.level, before.message) != (status.level, status.message):
+                self._write("health", sent, status.name, status.level[0], status.message)
+            self.reported[status.name] = status
+
+    def _take_robot_state(self, message: DiagnosticStatus, sent: float) -> None:
+        state = {item.key: item.value for item in message.values}.get("state", "")
+        self.emergency_stop = (message.message or message.name) if state == EMERGENCY_STOPPED else ""
+        self._write("robot", sent, state, message.message)
+
+    def _take_goal_status(self, message: GoalStatus, sent: float) -> None:
+        if sent >= self._asked:
+            self.goal = GoalReport(message.status, sent)
+            self._write("goal", sent, NAMES.get(int(message.status), NO_GOAL))
+
+    def _take_pose(self, message: Odometry, sent: float) -> None:
+        state = self._state(message)
+        before = self._run_times.corrections
+        (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
+        self.newest = pose = PoseRow(self._run_times.of_pose(state.stamp, sent), x, y, state.yaw, vx, vy, sent)
+        if self._run_times.corrections is not before:
+            self._record.write("clock", self._run_times.corrections)
+        self.lateness = max(0.0, self._send_times.now() - sent)
+        if sent > self._end.sent:
+            return
+        self._record.write("pose", *pose)
+        self._last = pose
+        away = math.hypot(pose.x - self._target[0], pose.y - self._target[1])
+        if self._arrived is None and sent >= self._asked and away <= self._tolerance:
+            self._arrived = pose
+
+    def _take_truth(self, message: Odometry, sent: float) -> None:
+        state = self._state(message)
+        self._newest_truth = self._time(state.stamp)
+        if self._newest_truth <= self._end.stamp:
+            motion = *state.position.tolist(), state.yaw, *state.velocity.tolist()
+            self._record.write("truth", state.stamp, *motion, sent)
+
+    def _take_true_impact(self, message: Vector3Stamped, sent: float) -> None:
+        stamp, change = impact_from_message(message, self._frames.map)
+        self._take_impact("true_impact", sent, stamp, *change.tolist())
+
+    def _take_detected_impact(self, message: PoseStamped, sent: float) -> None:
+        contact = impact_contact_from_message(message, self._frames.map)
+        self._take_impact("impact", sent, contact.time, *contact.point.tolist(), *contact.normal.tolist())
+
+    def _take_impact(self, kind: str, sent: float, stamp: float, *entries: float) -> None:
+        if self._time(stamp) <= self._end.stamp:
+            self._impacts[kind] += 1
+            self._record.write(kind, sent, stamp, *entries)
+
+    def _take_scan(self, message: LaserScan, sent: float) -> None:
+        scan = scan_from_message(message, self._frames.base)
+        self.scan_came = True
+        limits = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, scan.time_increment)
+        self._write("scan", sent, scan.stamp, *limits, scan.ranges.round(4).tolist())
+
+    def _take_plan(self, message: Path, sent: float) -> None:
+        plan = plan_from_path(message, self._frames.map)
+        self._write("plan", sent, plan.stamp, plan.times.tolist(), plan.positions.round(5).tolist())
+
+    def _take_contacts(self, message: MultiDOFJointTrajectory, sent: float) -> None:
+        stamp, contacts = contacts_from_message(message, self._frames.map)
+        vectors = contacts.points.tolist(), contacts.velocities_after.tolist()
+        self._write("contacts", sent, stamp, contacts.times.tolist(), *vectors)
+
+    def _take_costs(self, message: DiagnosticArray, sent: float) -> None:
+        for status in message.status:
+            figures = {item.key: float(item.value) for item in status.values if item.key in FIGURES}
+            check_finite("planner/costs", *figures.values())
+            self._write("costs", sent, figures)
 
     def _take_reference(self, message: PointStamped, sent: float) -> None:
-        self.log.sent_references.append(SentReference(sent, message.point.x, message.point.y))
+        point = float(message.point.x), float(message.point.y)
+        check_finite("controller/reference", *point)
+        self._write("reference", sent, *point)
 
     def _take_maneuver(self, message: String, sent: float) -> None:
-        self.log.sent_maneuvers.append(SentManeuver(sent, message.data))
+        # a text that is no Unicode could not be written to a file
+        self.maneuver = message.data.encode(errors="replace").decode()
+        self._write("maneuver", sent, self.maneuver)
 
     def _take_command(self, message: Twist | TwistStamped, sent: float) -> None:
-        twist = twist_of(message)
-        self.log.sent_commands.append(SentCommand(sent, twist.linear.x, twist.linear.y, twist.angular.z))
+        (vx, vy), wz = velocity_from_twist(twist_of(message))
+        self.commanded = bool(vx or vy or wz)
+        if self.commanded and self.time_zero is None and self.newest is not None and self.recording:
+            self.time_zero = self.newest.stamp + sent - self.newest.sent
+        self._write("command", sent, float(vx), float(vy), wz)
 
-    def _pose_row(self, message: Odometry) -> PoseRow:
-        state = state_from_odometry(message, self._frames.map, self._frames.base)
-        (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
-        return PoseRow(state.stamp, x, y, state.yaw, vx, vy)
-
-
-def _when_sent(info: dict[str, Any]) -> float:
-    """When the sender passed a message to its middleware [s, wall clock]; delays of the receiver are not in it."""
-    return float(1e-9 * info["source_timestamp"])
+    def _state(self, message: Odometry) -> State:
+        return state_from_odometry(message, self._frames.map, self._frames.base)

@@ -1,0 +1,160 @@
+"""Reading record.jsonl back: the log of a run, also of one that was killed.
+
+| kind | entries |
+|---|---|
+| run | `{"simulated": ..., "goal": [x, y], "wall_clock_ahead": ...}`; the last is against the clock of `sent` [s] |
+| asked | when the goal was given |
+| pose, truth | stamp, x, y, yaw, vx, vy, sent |
+| clock | everything that was added to the stamps of poses so far |
+| command, maneuver, reference | sent, and what was sent |
+| plan | sent, stamp, times, positions |
+| contacts | sent, stamp of the plan, times, points, velocities after |
+| scan | sent, stamp, angle_min, angle_increment, range_min, range_max, time_increment, ranges |
+| true_impact | sent, stamp, dvx, dvy |
+| impact | sent, stamp, x, y, normal_x, normal_y |
+| costs | sent, figures by name |
+| goal | sent, status |
+| health | sent, node, level, message; at every change |
+| robot | sent, state, why it does not move; at every change |
+| end | stamp and sent of the pose that ends the run |
+"""
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from collplan_core.goal import SUCCEEDED
+from collplan_core.plan import Contacts
+from collplan_core.scan import Scan
+from collplan_ros.runs.run_log import (
+    DetectedImpactRecord,
+    ImpactRecord,
+    PlanRow,
+    PoseRow,
+    RunLog,
+    SentCommand,
+    SentManeuver,
+    SentReference,
+)
+from collplan_ros.runs.run_times import continued
+
+RECORD = "record.jsonl"
+PICTURED = ("plan", "scan")
+"""Kinds that nothing but the pictures need, and most of a record is."""
+
+
+@dataclass
+class Record:
+    """What was recorded of a run.
+
+    Attributes:
+        log: the log of the run, up to its end.
+        simulated: whether the robot was simulated.
+        goal: (2,) [m]; NaN where the run was killed before it had one.
+        ended: whether bringup recorded the run to its end.
+    """
+
+    log: RunLog = field(default_factory=RunLog)
+    simulated: bool = False
+    goal: np.ndarray = field(default_factory=lambda: np.full(2, math.nan))
+    ended: bool = False
+
+
+def read_record(path: Path, pictured: bool = True) -> Record:
+    """The run in a file; without plans and scans where it is not `pictured`. Without such a file the run is empty.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    reading = _Reading()
+    if path.exists():
+        for kind, *entries in _lines(path, () if pictured else PICTURED):
+            reading.take[kind](*entries)
+    return reading.record()
+
+
+def _lines(path: Path, without: tuple[str, ...]) -> Iterator[list[Any]]:
+    beginnings = tuple(f'["{kind}",' for kind in without)
+    with path.open() as file:
+        for line in file:
+            if beginnings and line.startswith(beginnings):
+                continue
+            try:
+                yield json.loads(line)
+            except ValueError:  # cut off where the process was killed or the disk was full
+                return
+
+
+class _Reading:
+    """Takes the lines of a record by their kind."""
+
+    def __init__(self) -> None:
+        self._record = Record()
+        self._corrections = [0.0]
+        self._end: PoseRow | None = None
+        log = self._log = self._record.log
+        self.take: dict[str, Callable[..., None]] = {
+            "run": self._take_header,
+            "asked": self._take_asked,
+            "pose": lambda *entries: log.poses.append(PoseRow(*entries)),
+            "clock": self._take_clock,
+            "command": lambda *entries: log.sent_commands.append(SentCommand(*entries)),
+            "maneuver": lambda *entries: log.sent_maneuvers.append(SentManeuver(*entries)),
+            "reference": lambda *entries: log.sent_references.append(SentReference(*entries)),
+            "truth": lambda stamp, *entries: log.truth.append(PoseRow(self._time(stamp), *entries[:-1])),
+            "plan": self._take_plan,
+            "contacts": self._take_contacts,
+            "scan": self._take_scan,
+            "true_impact": lambda _, stamp, *change: log.true_impacts.append(ImpactRecord(self._time(stamp), *change)),
+            "impact": lambda _, stamp, *place: log.detected_impacts.append(
+                DetectedImpactRecord(self._time(stamp), *place)
+            ),
+            "costs": lambda _, figures: log.costs.append(figures),
+            "goal": self._take_goal,
+            "health": lambda *_: None,
+            "robot": lambda *_: None,
+            "end": self._take_end,
+        }
+
+    def record(self) -> Record:
+        """Everything taken, up to the end of the run."""
+        if self._end is not None:
+            self._log.end_with(self._end)
+        return self._record
+
+    def _time(self, stamp: float) -> float:
+        """Time of the run [s] at a stamp of another message than a pose."""
+        return continued(stamp, self._log.poses[-1].stamp if self._log.poses else stamp, self._corrections)
+
+    def _take_header(self, header: dict[str, Any]) -> None:
+        self._record.simulated, self._record.goal = header["simulated"], np.array(header["goal"], dtype=float)
+
+    def _take_asked(self, _: float) -> None:
+        self._log.reached_sent, self._end, self._record.ended = None, None, False
+
+    def _take_clock(self, corrections: list[float]) -> None:
+        self._corrections = corrections
+
+    def _take_goal(self, sent: float, status: str) -> None:
+        self._log.reached_sent = sent if status == SUCCEEDED else None
+
+    def _take_end(self, stamp: float, sent: float) -> None:
+        self._end, self._record.ended = PoseRow(stamp, 0.0, 0.0, 0.0, 0.0, 0.0, sent), True
+
+    def _take_plan(self, _: float, stamp: float, times: list[float], positions: list[list[float]]) -> None:
+        at = self._time(stamp)
+        self._log.plans.append(PlanRow(at, at - stamp + np.array(times), np.array(positions).reshape(-1, 2)))
+
+    def _take_contacts(self, _: float, stamp: float, times: list[float], *vectors: list[list[float]]) -> None:
+        at = self._time(stamp)
+        points, after = (np.array(each).reshape(-1, 2) for each in vectors)
+        self._log.contacts[at] = Contacts(at - stamp + np.array(times), points, after)
+
+    def _take_scan(self, _: float, stamp: float, *entries: Any) -> None:
+        first, step, nearest, farthest, between, ranges = entries
+        self._log.scans.append(Scan(self._time(stamp), first, step, nearest, farthest, np.array(ranges), between))

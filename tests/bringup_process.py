@@ -1,0 +1,65 @@
+"""bringup as a process, and the processes that it leaves."""
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+PATIENCE = 100.0
+NODES = {"simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node"}
+
+
+def nodes_of(out: Path) -> dict[str, int]:
+    """Name and pid of each living node that was given the parameters of a run under `out`."""
+    found = {}
+    for entry in Path("/proc").iterdir():
+        try:
+            arguments = (entry / "cmdline").read_bytes().decode().split("\0") if entry.name.isdigit() else []
+            state = (entry / "stat").read_text().rpartition(")")[2].split()[0] if arguments else "Z"
+        except (OSError, UnicodeDecodeError):
+            continue
+        if state != "Z" and any(argument.startswith(f"{out.resolve()}/") for argument in arguments):
+            found[next(Path(a).name for a in arguments if Path(a).name in NODES)] = int(entry.name)
+    return found
+
+
+def wait_for(condition, patience: float = PATIENCE):
+    deadline = time.monotonic() + patience
+    while not (value := condition()):
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.02)
+    return value
+
+
+class Run:
+    """A bringup process that cannot outlive its test."""
+
+    def __init__(self, out: Path, *options: str, code: str = "") -> None:
+        """`code` is a program that takes the place of bringup's own."""
+        self.out = out
+        self.output = out.with_suffix(".txt")
+        program = ["-c", code] if code else ["-m", "collplan_ros.bringup.main"]
+        command = [sys.executable, *program, "--out", str(out), *options]
+        self.process = subprocess.Popen(command, stdout=self.output.open("wb"), stderr=subprocess.STDOUT)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+
+    @property
+    def text(self) -> str:
+        return self.output.read_text()
+
+    def moving(self) -> bool:
+        assert self.process.poll() is None, self.text
+        return "free_space" in self.text or "boundary_following" in self.text
+
+    def end(self) -> int:
+        return self.process.wait(PATIENCE)
+
+    def summary(self) -> dict:
+        return json.loads((self.out / "latest" / "summary.json").read_text())

@@ -1,0 +1,198 @@
+"""The record of a run on disk: read back as it was written, also cut off anywhere, and what a full disk does to it."""
+
+import errno
+import json
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_parameters
+from collplan_ros.pictures.shown_run import read_shown_run
+from collplan_ros.runs.impact_log import impacts_of
+from collplan_ros.runs.record_file import RecordError, RecordFile
+from collplan_ros.runs.record_reading import RECORD, read_record
+from collplan_ros.runs.recorded_run import RunError, read_run
+from collplan_ros.runs.run_log import RunLog
+from collplan_ros.runs.run_times import RunTimes, continued
+from collplan_ros.runs.send_times import SendTimes
+from collplan_ros.runs.whole_file import replacing
+from made_runs import EPOCH, WINDOW, bouncing_run, room
+
+GOAL = np.array([0.0, 0.1])
+HOUR = 3600.0
+
+
+def record(path: Path, log: RunLog) -> None:
+    """Writes what a recorder would have written of this run, without its end."""
+    file = RecordFile(path)
+    file.write("run", {"simulated": True, "goal": GOAL.tolist(), "wall_clock_ahead": EPOCH})
+    rows = [(row.sent, "pose", row) for row in log.poses] + [(row.sent, "truth", row) for row in log.truth]
+    rows += [(row.sent, "command", row) for row in log.sent_commands]
+    rows += [(row.sent, "maneuver", row) for row in log.sent_maneuvers]
+    rows += [(77.0 + i.stamp - EPOCH, "true_impact", (77.0, *i)) for i in log.true_impacts]
+    rows += [
+        (77.0 + s - EPOCH, "contacts", (77.0, s, c.times.tolist(), c.points.tolist(), c.velocities_after.tolist()))
+        for s, c in log.contacts.items()
+    ]
+    rows += [
+        (77.0 + p.stamp - EPOCH, "plan", (77.0, p.stamp, p.times.tolist(), p.positions.tolist())) for p in log.plans
+    ]
+    for scan in log.scans:
+        limits = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, scan.time_increment
+        rows.append((77.0 + scan.stamp - EPOCH, "scan", (77.0, scan.stamp, *limits, scan.ranges.tolist())))
+    for _, kind, entries in sorted(rows, key=lambda row: row[0]):
+        file.write(kind, *entries)
+    file.flush()
+
+
+def test_what_was_written_is_read(tmp_path):
+    log = bouncing_run()
+    record(tmp_path / RECORD, log)
+    read = read_record(tmp_path / RECORD)
+    assert (read.simulated, read.goal.tolist(), read.ended) == (True, GOAL.tolist(), False)
+    assert read.log.poses == log.poses
+    assert read.log.commands == log.commands
+    assert read.log.true_impacts == log.true_impacts
+    assert [s.stamp for s in read.log.scans] == [s.stamp for s in log.scans]
+    np.testing.assert_array_equal(read.log.scans[3].ranges, log.scans[3].ranges)
+    np.testing.assert_allclose(read.log.plans[2].times, log.plans[2].times, atol=1e-6)
+    unpictured = read_record(tmp_path / RECORD, pictured=False).log
+    assert (unpictured.scans, unpictured.plans, unpictured.poses) == ([], [], log.poses)
+
+
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory):
+    """The folder of a run whose bringup was killed: parameters, and a record that was cut off in a line."""
+    folder = tmp_path_factory.mktemp("runs") / "killed"
+    folder.mkdir()
+    (folder.parent / "room.yaml").write_text(
+        "bounds: [-2.0, -1.5, 2.5, 1.5]\npolygons: [[[1, -1], [2, -1], [2, 1], [1, 1]]]\n"
+    )
+    world = {"lidar.world": str(folder.parent / "room.yaml"), "simulator.world": str(folder.parent / "room.yaml")}
+    write_parameters(Settings().with_values(world), folder / "parameters.yaml")
+    record(folder / RECORD, bouncing_run())
+    with (folder / RECORD).open("a") as file:
+        file.write('["pose",1700000002.0,0.1')
+    return folder
+
+
+def test_a_killed_run_is_read_as_far_as_it_is_recorded_and_said_to_be_incomplete(killed):
+    run, log = read_run(killed), bouncing_run()
+    assert run.simulated
+    assert len(run.path.times) == len(log.poses)
+    np.testing.assert_allclose(run.path.points[:, 0], [row.x for row in log.poses], atol=1e-6)
+    assert run.note == f"{killed}: incomplete, bringup ended before the run did; record.jsonl holds it up to 1.84 s"
+    shown, impacts = read_shown_run(killed), impacts_of(log, room(), WINDOW)
+    assert shown.outcome == "incomplete"
+    np.testing.assert_allclose(shown.marks.times, impacts.times - log.begin, atol=1e-6)
+    assert shown.marks.deliberate.tolist() == impacts.deliberate.tolist()
+
+
+def test_the_programs_that_read_runs_say_that_one_is_incomplete(killed, tmp_path, capsys):
+    from collplan_ros.pictures.compare_runs import main as beside
+    from collplan_ros.runs.fit_robot import main as fit_robot
+
+    assert beside([str(killed), str(killed), "--out", str(tmp_path / "both.gif")]) == 0
+    assert "note: " + read_run(killed).note in capsys.readouterr().out
+    assert fit_robot([str(killed), "--out", str(tmp_path / "lab.yaml")]) == 2
+    assert "note: " + read_run(killed).note in capsys.readouterr().out
+
+
+def test_a_record_that_is_none_is_named(killed, tmp_path):
+    folder = tmp_path / "odd"
+    shutil.copytree(killed, folder)
+    (folder / RECORD).write_text('["pose", 1]\n')
+    with pytest.raises(RunError, match=r"odd/record.jsonl: expected what bringup writes"):
+        read_run(folder)
+
+
+@given(st.integers(0, 4000))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_a_record_cut_off_anywhere_holds_what_came_before(cut):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / RECORD
+        file = RecordFile(path)
+        for k in range(50):
+            file.write("pose", EPOCH + k, 0.0, 0.0, 0.0, 0.0, 0.0, 77.0 + k)
+        file.flush()
+        text = path.read_bytes()[:cut]
+        path.write_bytes(text)
+        read = read_record(path).log.poses
+        assert text.count(b"\n") <= len(read) <= text.count(b"\n") + 1
+
+
+def test_a_full_disk_is_said_once_with_the_file_and_the_reason():
+    file = RecordFile(Path("/dev/full"))
+    file.write("asked", 1.0)
+    with pytest.raises(RecordError, match=r"^/dev/full: cannot be written: No space left on device$"):
+        file.flush()
+    file.write("asked", 2.0)
+    file.flush()
+
+
+def _write_half(path: Path) -> None:
+    with replacing(path) as new:
+        new.write_text("half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_file_takes_its_place_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "summary.json"
+    path.write_text("old")
+    with pytest.raises(RecordError, match=r"summary.json: cannot be written: No space left"):
+        _write_half(path)
+    assert path.read_text() == "old"
+    with replacing(path) as new:
+        new.write_text("new")
+    assert path.read_text() == "new"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["summary.json"]
+
+
+# ---- clocks
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 2.0), st.sampled_from([0.0, HOUR, -HOUR, 0.5, -0.5])), min_size=1, max_size=60),
+    st.floats(0.0, 0.05),
+)
+@settings(derandomize=True, deadline=None, max_examples=100)
+def test_times_of_sending_rise_evenly_however_the_wall_clock_is_set(steps, delay):
+    clock = {"steady": 100.0, "ahead": EPOCH}
+    times = SendTimes(lambda: clock["steady"] + clock["ahead"], lambda: clock["steady"])
+    for pause, step in steps:
+        clock["steady"] += pause
+        sent, stamp = clock["steady"], clock["steady"] + clock["ahead"]
+        clock["ahead"] += step if abs(step) > 1.0 else 0.0  # set while the message is on its way
+        clock["steady"] += delay
+        assert times.steady(stamp) == pytest.approx(sent, abs=1e-5)
+
+
+@given(st.lists(st.tuples(st.integers(1, 40), st.sampled_from([HOUR, -HOUR, 60.0, -1.0])), max_size=5))
+@settings(derandomize=True, deadline=None, max_examples=100)
+def test_the_time_of_a_run_goes_on_where_the_stamps_step(stretches):
+    times, sent, ahead, before = RunTimes(), 10.0, 50.0, None
+    for length, step in [*stretches, (20, 0.0)]:
+        for _ in range(length):
+            sent += 0.01
+            time = times.of_pose(sent + ahead, sent)
+            assert time == pytest.approx(sent + 50.0, abs=1e-6)
+            assert before is None or time > before
+            before = time
+            assert continued(sent + ahead - 0.02, time, times.corrections) == pytest.approx(time - 0.02, abs=1e-6)
+        ahead += step
+
+
+def test_json_is_pythons_own(tmp_path):
+    file = RecordFile(tmp_path / RECORD)
+    file.write("scan", float("inf"), float("nan"))
+    file.flush()
+    kind, far, unknown = json.loads((tmp_path / RECORD).read_text())
+    assert (kind, far) == ("scan", float("inf"))
+    assert np.isnan(unknown)

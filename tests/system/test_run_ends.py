@@ -1,0 +1,260 @@
+"""How a run ends on the real graph: the robot rests, recorded until it does, whatever ended it."""
+
+import csv
+import io
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bringup_process import Run, nodes_of, wait_for
+from rclpy.context import Context
+from rclpy.node import Node
+
+from collplan_core.warm_up import warm_up
+from collplan_ros.bringup.commanders import other_commanders
+from collplan_ros.bringup.main import Bringup, run
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.progress import Progress
+from collplan_ros.runs.record_reading import RECORD, read_record
+from collplan_ros.runs.recorded_run import read_run
+from collplan_ros.runs.run_log import RunLog
+
+AT_ONCE = 0.1
+"""Longest time from the outcome of a run to the first zero command [s]."""
+AT_REST = 0.03
+"""[m/s]"""
+LOST = 1.0
+"""What a killed bringup may lose of a run at most [s]."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiled():
+    warm_up()
+
+
+def ends_early(folder: Path, **trial: float) -> Path:
+    """A parameter file under which a run ends while the robot drives."""
+    file = folder / "early.yaml"
+    file.write_text(f"/**:\n  ros__parameters:\n    trial: {json.dumps(trial)}\n")
+    return file
+
+
+def last_commands(log: RunLog) -> tuple[float, float]:
+    """When the last command to move and the zero after it were sent [s, steady clock]."""
+    moving = [k for k, c in enumerate(log.sent_commands) if c.vx or c.vy or c.wz]
+    return log.sent_commands[moving[-1]].sent, log.sent_commands[moving[-1] + 1].sent
+
+
+@pytest.mark.parametrize(
+    ("outcome", "limits"),
+    [("timeout", {"timeout": 1.5}), ("stuck", {"stuck_time": 0.5, "stuck_distance": 1.0})],
+)
+def test_a_run_that_is_over_is_canceled_at_once_and_recorded_until_the_robot_rests(
+    tmp_path, monkeypatch, outcome, limits
+):
+    ended = []
+    come_to_rest = Bringup.come_to_rest
+
+    def noted(self):
+        ended.append(time.monotonic())
+        come_to_rest(self)
+
+    monkeypatch.setattr(Bringup, "come_to_rest", noted)
+    said = io.StringIO()
+    options = Options(out=tmp_path / "runs", pictures=False, params=ends_early(tmp_path, **limits))
+    result = run(options, Progress(said))
+    assert (result.outcome, result.exit_code) == (outcome, 1), said.getvalue()
+    record = read_record(result.folder / RECORD)
+    _, zero = last_commands(record.log)
+    assert record.ended
+    assert zero - ended[0] <= AT_ONCE, said.getvalue()
+    rows = list(csv.DictReader((result.folder / "trajectory.csv").open()))
+    assert np.hypot(float(rows[-1]["vx"]), float(rows[-1]["vy"])) < AT_REST
+    assert max(np.hypot(float(row["vx"]), float(row["vy"])) for row in rows) > 0.2
+    assert "goal canceled" in (result.folder / "log" / "planner_node.log").read_text()
+
+
+# ---- a second commander
+
+ROGUE = """
+import rclpy, sys, time
+from geometry_msgs.msg import Twist
+rclpy.init()
+node = rclpy.create_node("rogue")
+publisher = node.create_publisher(Twist, "cmd_vel", 1)
+print("up", flush=True)
+while True:
+    rclpy.spin_once(node, timeout_sec=0.02)
+"""
+
+
+def test_a_second_commander_is_named_and_ends_the_run(tmp_path):
+    with Run(tmp_path / "runs", "--no-pictures") as run:
+        wait_for(run.moving)
+        rogue = subprocess.Popen([sys.executable, "-c", ROGUE], stdout=subprocess.PIPE)
+        try:
+            assert rogue.stdout.readline() == b"up\n"
+            begun = time.monotonic()
+            wait_for(lambda: "/rogue" in run.text, patience=5.0)
+            noticed = time.monotonic() - begun
+            assert run.end() == 3, run.text
+        finally:
+            rogue.kill()
+            rogue.wait()
+    assert "/rogue publishes on /cmd_vel beside controller_node; end it first" in run.text
+    assert noticed < 2.0
+    assert nodes_of(run.out) == {}
+
+
+def test_the_commander_is_told_from_others(ros):
+    from geometry_msgs.msg import Twist
+
+    def others() -> list[str]:
+        return other_commanders(ros.probe, "controller_node")
+
+    context = Context()
+    context.init()
+    nodes = [Node("controller_node", context=context), Node("teleop", namespace="/far", context=context)]
+    try:
+        nodes[0].create_publisher(Twist, "cmd_vel", 1)
+        ros.spin(0.5)
+        assert others() == []
+        nodes[1].create_publisher(Twist, "/cmd_vel", 1)
+        assert ros.wait_until(lambda: others() == ["/far/teleop"])
+    finally:
+        for node in nodes:
+            node.destroy_node()
+        context.shutdown()
+
+
+# ---- what is left of a run that was killed, or whose disk is full
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(50, marks=[pytest.mark.soak, pytest.mark.timeout(3600)])])
+def test_a_killed_bringup_loses_a_second_at_most(tmp_path, count):
+    moments, losses = random.Random(7), []
+    for k in range(count):
+        with Run(tmp_path / f"runs_{k}", "--no-pictures", "--world", "serpentine:0") as run:
+            wait_for(run.moving)
+            time.sleep(moments.uniform(0.0, 3.0))
+            assert run.process.poll() is None, run.text
+            run.process.kill()
+            killed = time.monotonic()
+            run.end()
+        folder = (run.out / "latest").resolve()
+        left = read_run(folder)
+        log = read_record(folder / RECORD, pictured=False).log
+        losses.append(killed - log.poses[-1].sent)
+        assert losses[-1] <= LOST, (k, losses)
+        assert len(left.path.times) == len(log.poses)
+        assert "incomplete" in left.note
+        wait_for(lambda run=run: not nodes_of(run.out), patience=5.0)
+    print(f"lost of {count} killed runs [s]: median {np.median(losses):.2f}, most {max(losses):.2f}")
+
+
+FULL = """
+import resource, signal, sys
+from collplan_ros.bringup.main import main
+from collplan_ros.runs.recorder import Recorder
+
+begin = Recorder.begin
+
+def full(self, *given):
+    begin(self, *given)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
+
+Recorder.begin = full
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_a_full_disk_ends_the_run_with_a_sentence_and_its_own_exit_code(tmp_path):
+    with Run(tmp_path / "runs", "--no-pictures", code=FULL) as run:
+        assert run.end() == 4, run.text
+    folder = (run.out / "latest").resolve()
+    assert f"{folder / RECORD}: cannot be written: File too large" in run.text
+    assert "Traceback" not in run.text
+    assert nodes_of(run.out) == {}
+    assert len(read_record(folder / RECORD).log.poses) > 20
+    rows = list(csv.DictReader((folder / "trajectory.csv").open()))
+    assert all(None not in row.values() for row in rows)
+    assert json.loads((folder / "summary.json").read_text())["outcome"] == "record_lost"
+
+
+def test_a_closed_stdout_ends_no_run(tmp_path):
+    command = [sys.executable, "-m", "collplan_ros.bringup.main", "--no-pictures", "--out", str(tmp_path / "runs")]
+    errors = tmp_path / "errors.txt"
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors.open("wb")) as process:
+        process.stdout.readline()
+        process.stdout.close()
+        try:
+            assert process.wait(100.0) == 0, errors.read_text()
+        finally:
+            process.kill()
+    assert errors.read_text() == ""
+    assert json.loads((tmp_path / "runs" / "latest" / "summary.json").read_text())["reached"]
+
+
+# ---- signals
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+def test_a_signal_at_any_moment_leaves_no_node_no_traceback_and_zero_as_the_last_command(tmp_path):
+    moments = random.Random(3)
+    for k in range(24):
+        number = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[k % 3]
+        with Run(tmp_path / f"runs_{k}", "--no-pictures") as run:
+            wait_for(lambda run=run: (run.out / "latest").is_symlink())
+            if k >= 8:
+                wait_for(run.moving)
+            time.sleep(moments.uniform(0.0, 3.0))
+            ended = run.process.poll()
+            run.process.send_signal(number)
+            again = moments.random() < 0.3
+            if again:
+                time.sleep(0.05)
+                run.process.send_signal(number)
+            assert run.end() in ((128 + number,) if ended is None else (0,)), (k, number, run.text)
+        said = run.text + "".join(log.read_text() for log in (run.out / "latest" / "log").iterdir())
+        assert "Traceback" not in said, (k, number, said)
+        assert nodes_of(run.out) == {}
+        commands = read_record(run.out / "latest" / RECORD).log.sent_commands
+        if commands:
+            assert commands[-1][1:] == (0.0, 0.0, 0.0), (k, number)
+            assert (run.out / "latest" / "summary.json").exists()
+
+
+# ---- memory
+
+
+def resident() -> int:
+    """Memory of this process [bytes]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+def test_memory_is_flat_between_goals(tmp_path):
+    minutes = float(os.environ.get("COLLPLAN_MEMORY_MINUTES", "30"))
+    options = Options(world="l_corridor", strategy="bounce", out=tmp_path / "runs", pictures=False)
+    sizes = []
+    with Bringup(options, Progress(io.StringIO())) as bringup:
+        bringup.graph.wait_until_ready()
+        there, back = bringup.preparation.goal, bringup.preparation.world.start
+        end = time.monotonic() + 60.0 * minutes
+        while time.monotonic() < end:
+            for goal in (there, back):
+                bringup.drive(goal)
+                bringup.come_to_rest()
+                sizes.append(resident())
+    settled = sizes[len(sizes) // 10]
+    print(f"{len(sizes)} goals in {minutes:g} min: {settled / 1e6:.1f} MB, at the end {sizes[-1] / 1e6:.1f} MB")
+    assert max(sizes[len(sizes) // 10 :]) <= 1.05 * settled
