@@ -43,7 +43,7 @@ from collplan_ros.runs.run_log import (
 # no message may be lost, so the queue bridges a stall of some seconds
 EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 
-FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning")
+FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
 """Figures of planner/costs that are recorded."""
 
 
