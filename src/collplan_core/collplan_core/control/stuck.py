@@ -16,8 +16,9 @@ def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) 
     """Why the robot counts as stuck, in words; "" where it does not.
 
     Stuck is a robot that was commanded at least COMMANDED all through the last WINDOW, in whatever direction, and
-    stayed where it was. What it should have gone is the commanded speed over that time, or less where from rest it could not.
-    As long as poses or commands do not reach back so far, nothing is said. How often they come makes no difference.
+    stayed where it was. What it should have gone is the commanded speed over that time, or less where from rest it
+    could not. As long as poses or commands do not reach back so far, nothing is said. How often they come makes no
+    difference.
 
     Args:
         poses: (n, 3) time [s], x, y [m], times rising; the newest one is now.

@@ -23,9 +23,9 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
 
     They cover the time from the first non-zero command to the end of the log; a run that reached its goal ends with the
     first pose within goal_tolerance. The rebound error is the median over the impacts that the last plan before each
-    foresaw.
-    Impacts and plans above limits.impact_speed are counted by the speed into the obstacle. Maneuvers are counted in control periods. The control period and the time of the first command come from
-    the controller's middleware, which stamps its messages, so that the load of bringup does not affect them.
+    foresaw. Impacts and plans above limits.impact_speed are counted by the speed into the obstacle. Maneuvers are
+    counted in control periods. The control period and the time of the first command come from the controller's
+    middleware, which stamps its messages, so that the load of bringup does not affect them.
     """
     begin, limit = log.time_zero, settings.limits.impact_speed
     commands = [c for c in log.commands if begin is not None and begin <= c.stamp]
