@@ -188,6 +188,31 @@ def test_at_full_speed_toward_a_wall_each_strategy_does_its_own():
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("limit", [0.2, 0.5])
+def test_no_contact_above_the_limit_is_planned(strategy, limit):
+    plans, _ = driven_on(TURN, cheap(strategy, limits__impact_speed=limit), cycles=4)
+    for plan in plans:
+        assert len(plan.contacts.speeds) == len(plan.contacts.times)
+        assert plan.contacts.hardest <= limit
+
+
+def test_a_limit_changes_what_bounce_plans():
+    """What is excluded by the limits above is what it does without them."""
+    hardest = [max(plan.contacts.hardest for plan in driven_on(TURN, cheap(), cycles=4)[0])]
+    assert max(hardest) > 0.2
+
+
+@pytest.mark.parametrize("strategy", ["bounce", "tolerate", "avoid"])
+def test_where_a_contact_above_the_limit_cannot_be_avoided_the_least_is_taken(strategy):
+    """5 cm before a wall at full speed: braking with all it has, it hits at 1.14 m/s."""
+    world, state = world_of([box(0.05 + RADIUS, -2.0, 0.6, 2.0)]), state_at(velocity=(1.2, 0.0))
+    hard, _ = cycle(None, world, state, (-0.6, 0.0), cheap(strategy, limits__impact_speed=0.3))
+    braked = np.sqrt(1.2**2 - 2.0 * SETTINGS.robot.max_acceleration * 0.05)
+    assert hard.contacts.hardest == pytest.approx(braked, abs=STEP_CHANGE)
+    assert hard.terms["total"] > 100.0
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
 def test_a_goal_very_far_away_is_driven_to(strategy):
     plan, _ = cycle(None, OPEN, state_at(), (130.0, 0.0), cheap(strategy))
     assert plan.positions[-1, 0] > 5.0
