@@ -4,7 +4,6 @@ from collections.abc import Callable
 from threading import Event, Thread
 from time import monotonic
 
-from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
@@ -40,7 +39,7 @@ class Heartbeat:
             self._at_each()
             try:
                 self._publisher.publish(Empty())
-            except InvalidHandle:  # the node was destroyed without an end
+            except RuntimeError:  # rcl's own errors: the node or its context has ended before
                 return
             # by the clock, not by the time since the last one; none is made up for
             due = max(due + PERIOD, monotonic())
