@@ -201,13 +201,28 @@ def test_what_a_contact_costs():
     bounce, tolerate, avoid = (contact_costs(with_strategy(name)) for name in ("bounce", "tolerate", "avoid"))
     p = SETTINGS.time_to_goal
     assert cost_of(bounce, OBSERVED, 1.0) == pytest.approx(p.hit_cost)
-    assert cost_of(bounce, OBSERVED, p.speed_limit + 0.01) > p.limit_cost
     assert cost_of(tolerate, OBSERVED, 1.0) == 0.0
     assert cost_of(avoid, OBSERVED, 0.5) == pytest.approx(p.averse_cost + 0.5 * p.averse_speed_cost)
     assert cost_of(bounce, INFERRED, 1.0) == cost_of(tolerate, INFERRED, 1.0) == pytest.approx(p.inferred_cost)
     assert cost_of(avoid, INFERRED, 0.5) == cost_of(avoid, OBSERVED, 0.5)
     for costs in (bounce, tolerate, avoid):
         assert cost_of(costs, SLIDES, 0.05) == cost_of(costs, NO_CONTACT, 0.0) == 0.0
+
+
+@QUICK
+@given(limit=st.floats(0.1, 1.2), over=st.floats(1e-3, 1.0), more=st.floats(1e-3, 1.0))
+@pytest.mark.parametrize("strategy", ["bounce", "tolerate", "avoid", "stop_guarantee"])
+def test_a_contact_above_the_limit_costs_more_than_any_other_plan_and_the_least_such_one_the_least(
+    strategy, limit, over, more
+):
+    costs = contact_costs(with_strategy(strategy, limits__impact_speed=limit))
+    longest = SETTINGS.time_to_goal.longest_plan
+    for kind in (OBSERVED, INFERRED):
+        assert cost_of(costs, kind, limit) < 5.0
+        assert cost_of(costs, kind, limit + over) > 10.0 * longest
+        # by far more than a way round one and a contact less on it are worth
+        assert cost_of(costs, kind, limit + over + more) - cost_of(costs, kind, limit + over) > 500.0 * more
+    assert cost_of(costs, SLIDES, limit + over) == 0.0
 
 
 @QUICK

@@ -20,6 +20,9 @@ def values_of(spec: Spec) -> st.SearchStrategy:
         return st.integers(int(spec.low) // 4, int(spec.high) // 4).map(lambda quarter: 4 * quarter)
     if spec.key == "planner.map_period":
         return st.just(0.0) | st.floats(SHORTEST_MAP_PERIOD, spec.high)
+    if spec.key == "limits.fence":
+        sides = st.floats(0.1, 1e3)
+        return st.just(()) | st.tuples(sides, sides).map(lambda side: (0.0, 0.0, side[0], 0.0, 0.0, side[1]))
     if spec.choices:
         return st.sampled_from(spec.choices)
     if kind is bool:
@@ -75,6 +78,7 @@ def in_every_node(text: str) -> str:
 
 
 BAD = {
+    "a key that is gone": (in_every_node("time_to_goal.speed_limit: 1.3"), ["no longer", "limits.impact_speed"]),
     "unknown key": (in_every_node("planner.map_periods: 0.3"), ["planner.map_periods", "planner.map_period"]),
     "wrong type": (in_every_node("robot.max_speed: fast"), ["robot.max_speed", "'fast'", "0.05", "5"]),
     "bool for a number": (in_every_node("robot.max_speed: true"), ["robot.max_speed", "True"]),

@@ -29,7 +29,9 @@ def refusal(spec: Spec, value: object) -> str:
 
 
 def of_kind(number: float, spec: Spec) -> object:
-    """A value of the parameter's type made of a number."""
+    """A value of the parameter's type made of a number: of a fence, three corners."""
+    if spec.key == "limits.fence":
+        return (0.0, 0.0, number, 0.0, 0.0, number)
     return (number,) if isinstance(spec.default, tuple) else type(spec.default)(number)
 
 

@@ -130,7 +130,7 @@ def test_equal_cycles_give_equal_plans(strategy):
 
 EVEN = {
     "rebound__restitution": 0.0, "time_to_goal__hit_cost": 0.4, "time_to_goal__averse_speed_cost": 0.4,
-    "time_to_goal__inferred_cost": 0.4, "time_to_goal__averse_cost": 0.0, "time_to_goal__limit_cost": 0.0,
+    "time_to_goal__inferred_cost": 0.4, "time_to_goal__averse_cost": 0.0,
     "time_to_goal__tolerant_distance": 0.02, "time_to_goal__averse_distance": 0.02,
 }  # fmt: skip
 
@@ -145,7 +145,7 @@ def test_bounce_and_avoid_differ_in_nothing_but_what_contacts_do_and_cost():
 
 
 def test_tolerate_is_bounce_without_a_rebound_and_a_price():
-    values = {**EVEN, "time_to_goal__hit_cost": 0.0, "time_to_goal__limit_cost": 0.0}
+    values = {**EVEN, "time_to_goal__hit_cost": 0.0}
     bounce, tolerate = cheap("bounce", **values), cheap("tolerate", **values)
     assert robot_model(bounce) == robot_model(tolerate)
     for one, other in zip(*(driven_on(TURN, each, cycles=3)[0] for each in (bounce, tolerate)), strict=True):
@@ -185,6 +185,31 @@ def test_at_full_speed_toward_a_wall_each_strategy_does_its_own():
     # nothing stops it in time: it brakes with all it has
     after = plans["stop_guarantee"].times[3] - plans["stop_guarantee"].times[0]
     assert plans["stop_guarantee"].velocities[3] == pytest.approx((1.2 - after * 1.5, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("limit", [0.2, 0.5])
+def test_no_contact_above_the_limit_is_planned(strategy, limit):
+    plans, _ = driven_on(TURN, cheap(strategy, limits__impact_speed=limit), cycles=4)
+    for plan in plans:
+        assert len(plan.contacts.speeds) == len(plan.contacts.times)
+        assert plan.contacts.hardest <= limit
+
+
+def test_a_limit_changes_what_bounce_plans():
+    """What is excluded by the limits above is what it does without them."""
+    hardest = [max(plan.contacts.hardest for plan in driven_on(TURN, cheap(), cycles=4)[0])]
+    assert max(hardest) > 0.2
+
+
+@pytest.mark.parametrize("strategy", ["bounce", "tolerate", "avoid"])
+def test_where_a_contact_above_the_limit_cannot_be_avoided_the_least_is_taken(strategy):
+    """5 cm before a wall at full speed: braking with all it has, it hits at 1.14 m/s."""
+    world, state = world_of([box(0.05 + RADIUS, -2.0, 0.6, 2.0)]), state_at(velocity=(1.2, 0.0))
+    hard, _ = cycle(None, world, state, (-0.6, 0.0), cheap(strategy, limits__impact_speed=0.3))
+    braked = np.sqrt(1.2**2 - 2.0 * SETTINGS.robot.max_acceleration * 0.05)
+    assert hard.contacts.hardest == pytest.approx(braked, abs=STEP_CHANGE)
+    assert hard.terms["total"] > 100.0
 
 
 @pytest.mark.parametrize("strategy", STRATEGIES)
@@ -247,8 +272,8 @@ def test_the_deadline_is_asked_between_changes_and_the_best_so_far_is_kept():
         ("time_to_goal.averse_speed_cost", -1.0, "[0, 1000]"),
         ("time_to_goal.inferred_cost", -0.3, "[0, 100]"),
         ("time_to_goal.clearance_cost", -0.3, "[0, 100]"),
-        ("time_to_goal.speed_limit", -1.3, "[0, 10] m/s"),
-        ("time_to_goal.limit_cost", float("inf"), "[0, 1000] s"),
+        ("limits.impact_speed", -1.3, "[0, 10] m/s"),
+        ("limits.impact_speed", float("inf"), "[0, 10] m/s"),
         ("time_to_goal.time_budget", -0.01, "[0, 1] s"),
         ("time_to_goal.proposals", 1.5, "whole number"),
         ("planner.map_period", 0.02, "at least 0.05"),
@@ -269,7 +294,7 @@ def test_a_value_that_makes_no_sense_is_refused_by_name(key, value, expected):
     [
         {"rebound__restitution": 0.0, "rebound__friction": 5.0},
         {"rebound__restitution": 1.0, "rebound__friction": 0.0},
-        {"time_to_goal__speed_limit": 0.0, "time_to_goal__limit_cost": 1000.0, "time_to_goal__hit_cost": 100.0},
+        {"limits__impact_speed": 0.0, "time_to_goal__hit_cost": 100.0},
         {"robot__velocity_lag": 0.0, "robot__max_acceleration": 20.0},
         {"time_to_goal__horizon": 0.2, "time_to_goal__longest_plan": 1.0},
         {"time_to_goal__horizon": 1.31, "time_to_goal__n_starts": 20, "time_to_goal__longest_plan": 1.0},

@@ -5,7 +5,8 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from collplan_core.parameters import GROUPS, Lidar, LocalMapping, Mocap, Robot, Settings
+from collplan_core.parameters import GROUPS, Lidar, Limits, LocalMapping, Mocap, Robot, Settings
+from collplan_core.parameters.file import write_values
 from collplan_core.parameters.spec import ParameterError, specs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 
@@ -127,3 +128,13 @@ def test_one_parameter_of_another_nodes_group(ros):
     assert not node.has_parameter("mocap.topic")
     assert set_on(ros, "mocap.leap_margin", 0.3).successful
     assert not set_on(ros, "mocap.leap_margin", 99.0).successful
+
+
+@pytest.mark.parametrize("fence", [(), (0.0, 0.0, 2.0, 0.0, 2.0, 1.5)])
+def test_a_list_of_a_parameter_file_is_read_an_empty_one_too(ros, tmp_path, fence):
+    path = tmp_path / "lab.yaml"
+    write_values({"limits.fence": list(fence)}, path)
+    node = ros.make(
+        lambda **kwargs: Declaring((Limits,), cli_args=["--ros-args", "--params-file", str(path)], **kwargs)
+    )
+    assert read_settings(node, Limits).limits.fence == fence

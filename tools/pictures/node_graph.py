@@ -54,13 +54,14 @@ TOPICS = {
     "robot/resumed": (9.7, 1.4),
 }
 """Where the topics between nodes stand, and those that come from outside."""
-COMPANIONS = {"planner/foreseen_impacts": "plan", "planner/valid_until": "plan"}
+COMPANIONS = {"planner/foreseen_impacts": "plan", "planner/valid_until": "plan", "planner/heartbeat": "plan"}
 """Topics that are drawn in the place of another one, which they go with."""
 AT_BOX = {
     (ROBOT, "impact"): (3.45, 7.0),
     ("mocap/odom", "planner_node"): (13.8, 7.9),
     ("mocap/odom", "controller_node"): (13.8, 3.1),
     ("scan", "planner_node"): (13.95, 7.35),
+    ("cmd_vel", "planner_node"): (14.2, 7.35),
     ("scan", "controller_node"): (13.8, 3.5),
     ("planner_node", "plan"): (14.6, 7.35),
     ("goal_status", "controller_node"): (17.4, 3.75),

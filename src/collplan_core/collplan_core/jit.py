@@ -63,8 +63,11 @@ numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]
 
 
 def njit(function: Any) -> Any:
-    """numba's nopython compiler, cached, without reordering of floating point (runs must be bit-reproducible)."""
-    return numba.njit(cache=True)(function)
+    """numba's nopython compiler, cached, without reordering of floating point (runs must be bit-reproducible).
+
+    Compiled code lets the other threads of Python run: a planner's heartbeat goes on while it plans.
+    """
+    return numba.njit(cache=True, nogil=True)(function)
 
 
 def jitable(function: Any) -> Any:

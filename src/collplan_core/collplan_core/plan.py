@@ -1,7 +1,7 @@
 """What leaves every planner: a plan, or the reason why there is none."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,18 @@ class Contacts:
         times: (k,) [s].
         points: (k, 2) where the ring touches the obstacle, not the disc's centre [m].
         velocities_after: (k, 2) [m/s].
+        speeds: (k,) into the obstacle [m/s]; empty where they are not known, as of a plan that was published.
     """
 
     times: np.ndarray
     points: np.ndarray
     velocities_after: np.ndarray
+    speeds: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def hardest(self) -> float:
+        """The largest speed into an obstacle [m/s]; 0 without a contact, or where it is not known."""
+        return float(self.speeds.max(initial=0.0))
 
     @staticmethod
     def none() -> "Contacts":

@@ -16,6 +16,7 @@ from collplan_core.state import State
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.model import MAP_PERIOD as ROLLOUT_MAP_PERIOD
+from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory
 from collplan_core.time_to_goal_planner.plan_cycle import plan_cycle as plan_rollout
 
 
@@ -49,6 +50,7 @@ class Planner:
         replans_after_impact: whether an impact asks for a plan at once.
         gives_up_closed_off_goal: whether NoPlan means that what was seen closes off the goal.
         boundaries: memory -> what the planner remembers of boundaries, for display; None where it remembers none.
+        without_plan: memory -> what is left of it where the robot was led aside and the plan in force is no more.
     """
 
     plan: PlanFunction
@@ -57,6 +59,7 @@ class Planner:
     replans_after_impact: bool
     gives_up_closed_off_goal: bool
     boundaries: Callable[[Any], RememberedBoundaries | None]
+    without_plan: Callable[[Any], Any] = lambda memory: None
 
 
 PAPER = Planner(
@@ -74,6 +77,7 @@ ROLLOUTS = Planner(
     replans_after_impact=True,
     gives_up_closed_off_goal=True,
     boundaries=lambda memory: memory.remembered,
+    without_plan=PlannerMemory.without_plan,
 )
 
 PLANNERS: dict[str, Planner] = {

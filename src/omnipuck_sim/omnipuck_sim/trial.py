@@ -37,9 +37,9 @@ CONTROLLER_PHASE = 0.025
 class _Nodes:
     """The graph's nodes around one simulator, one method a node."""
 
-    def __init__(self, world: World, settings: Settings, seed: int, goal: np.ndarray) -> None:
+    def __init__(self, world: World, settings: Settings, seed: int, goal: np.ndarray, solid: World) -> None:
         self.world, self.settings = world, settings
-        self.simulator = Simulator(world, settings, seed)
+        self.simulator = Simulator(solid, settings, seed)
         self.record = TrialRecord(world.name, settings, seed)
         self._filter_memory = pose_filter.FRESH
         known_map = given_map(world, settings) if settings.trial.known_map else None
@@ -83,6 +83,7 @@ class _Nodes:
     def controller(self) -> None:
         command = self._controller.tick(self.simulator.time)
         self.simulator.command(command.velocity, command.yaw_rate)
+        self._planner.take_command(command.velocity, self.simulator.time)
         self.record.commanded(command, self.simulator.time)
 
     def outcome(self) -> str | None:
@@ -139,8 +140,13 @@ class _Timer:
         return True
 
 
-def run_trial(world: World, settings: Settings, seed: int, goal: np.ndarray | None = None) -> TrialResult:
+def run_trial(
+    world: World, settings: Settings, seed: int, goal: np.ndarray | None = None, solid: World | None = None
+) -> TrialResult:
     """One run from the world's start to the goal, the world's own by default.
+
+    Args:
+        solid: what the robot runs into, where that is not what the LIDAR sees.
 
     Raises:
         WorldError: the world has no start or no goal, or the start is inside an obstacle.
@@ -148,7 +154,7 @@ def run_trial(world: World, settings: Settings, seed: int, goal: np.ndarray | No
     goal = world.goal if goal is None else goal
     if goal is None:
         raise WorldError(f"{world.name}: goal: missing, expected x, y")
-    nodes = _Nodes(world, settings, seed, np.asarray(goal, dtype=float))
+    nodes = _Nodes(world, settings, seed, np.asarray(goal, dtype=float), world if solid is None else solid)
     return nodes.record.result(_run(nodes))
 
 

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from collplan_core.fence import is_outside
 from collplan_core.parameters import Limits, LocalMapping, Robot
 from collplan_core.plan import Plan
 from collplan_core.scan import Scan
@@ -58,6 +59,29 @@ def is_relocated(before: State, after: State, robot: Robot, limits: Limits, leap
         return True
     distance = math.hypot(*(after.position - before.position))
     return distance > limits.excess_speed * robot.max_speed * silence + leap_margin
+
+
+def why_outside(position: np.ndarray, limits: Limits) -> str:
+    """Why the robot must not move where it is, at (2,) [m]: outside of the fence; "" where it is not."""
+    outside = is_outside(limits.fence, position)
+    return f"the robot at {position[0]:.2f}, {position[1]:.2f} is outside of limits.fence" if outside else ""
+
+
+def why_refuse_goal(goal: np.ndarray, position: np.ndarray | None, limits: Limits) -> str:
+    """Why a goal (2,) [m] is not to be planned for: goal or robot are outside of the fence, or the goal is too far.
+
+    Args:
+        position: (2,) of the robot [m]; None where it is not known yet.
+    """
+    if is_outside(limits.fence, goal):
+        return f"{goal[0]:.6g}, {goal[1]:.6g} lies outside of limits.fence"
+    if position is None:
+        return ""
+    distance = math.hypot(*(goal - position))
+    if not distance <= limits.goal_distance:
+        away = f"{goal[0]:.6g}, {goal[1]:.6g} is {distance:.6g} m away"
+        return f"{away}, expected at most {limits.goal_distance:g} m (limits.goal_distance)"
+    return why_outside(position, limits)
 
 
 def is_blocked(goal: np.ndarray, scan: Scan, state: State, robot: Robot, mapping: LocalMapping) -> bool:

@@ -1,8 +1,8 @@
 """The controller's decisions: which plan to follow, and a command each period, without exception.
 
-The command is zero unless a goal is active and pose, scan and plan are fresh. Where one of them was not for
-LONGEST_FAULT the robot is held until there is a new goal or it is told to resume. A plan is followed once the pose it
-begins at and a scan of then or before have come, with the local map of the newest such scan.
+The command is zero unless a goal is active, pose, scan and plan are fresh, and the robot is within the fence. Where that
+was not so for LONGEST_FAULT the robot is held until there is a new goal or it is told to resume. A plan is followed once
+the pose it begins at and a scan of then or before have come, with the local map of the newest such scan.
 """
 
 from collections import deque
@@ -13,7 +13,7 @@ from collplan_core.command import Command, stopped
 from collplan_core.control.follow import follow
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.memory import ControllerMemory
-from collplan_core.control.permission import why_refuse_plan, why_stale
+from collplan_core.control.permission import why_outside, why_refuse_plan, why_stale
 from collplan_core.control.tracking import clip_command
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.local_map import LocalMap, build_local_map
@@ -201,7 +201,9 @@ class ControllerLoop:
         """Why the robot must not move now, "" where it may."""
         if not self.goal_active:
             return "no active goal"
-        return self._sensors.why_stale(local, self._settings.limits) or self._why_plan_is_stale(local)
+        limits, state = self._settings.limits, self._sensors.state
+        outside = "" if state is None else why_outside(state.position, limits)
+        return self._sensors.why_stale(local, limits) or outside or self._why_plan_is_stale(local)
 
     def _why_plan_is_stale(self, local: float) -> str:
         plan, now = self.plan, self._sensors.now(local)

@@ -3,8 +3,10 @@
 Once per map_period a plan is made if it can be: from the newest scan and the pose at its stamp, or from the newest pose
 and all scans so far, as the planner has it; with some planners also at once after an impact. A new goal replaces the
 old one. A goal ends when it is reached, canceled, inside an obstacle that the scan shows, not reached within
-planner.goal_timeout by the local clock, or closed off for a while by the boundaries seen. When the poses leap, fall
-silent or start over, memory is dropped and the goal gets a new stamp, which refuses every earlier plan.
+planner.goal_timeout by the local clock, or closed off for a while by the boundaries seen; when the robot leaves the
+fence; and when it was stuck too often. A robot that is commanded and does not move backs out along where it came from,
+and what it ran into counts as an obstacle from then on, until that leaves no way. When the poses leap, fall silent or
+start over, memory is dropped and the goal gets a new stamp, which refuses every earlier plan.
 """
 
 import math
@@ -14,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from collplan_core.control.permission import is_blocked, plan_lifetime
+from collplan_core.control.permission import is_blocked, plan_lifetime, why_outside, why_refuse_goal
 from collplan_core.deadline import Deadline
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
 from collplan_core.goal import ABORTED, CANCELED, SUCCEEDED, Goal
@@ -22,12 +24,15 @@ from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop.current_goal import CurrentGoal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, Notice
 from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
+from collplan_core.loop.recovery import Recovery
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import Settings
-from collplan_core.plan import NoPlan
+from collplan_core.plan import NoPlan, Plan
+from collplan_core.plane import rotate
 from collplan_core.planners import map_period_of, planner_for
 from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.felt_obstacles import with_felt
 from collplan_core.state import State
 
 NOTICE_PAUSE = 1.0
@@ -38,7 +43,10 @@ ALARM_PERIODS = 2.0
 
 @dataclass(frozen=True, eq=False)
 class PlacedScan:
-    """The newest scan whose pose is known, the state at its stamp, and the local map made from both."""
+    """The newest scan whose pose is known, the state at its stamp, and the local map made from both.
+
+    Obstacles that were felt are in the local map, and not in the scan.
+    """
 
     scan: Scan
     state: State
@@ -53,6 +61,7 @@ class PlannerLoop:
         refusals: counts of what was refused.
         trouble: why there is no plan or the goal has ended, in words; empty while plans are made.
         n_plans, n_impacts: plans made, impacts heard of.
+        n_hard_plans: plans that foresaw a contact faster than limits.impact_speed.
     """
 
     def __init__(
@@ -73,7 +82,7 @@ class PlannerLoop:
         self.goal = CurrentGoal()
         self.refusals = Refusals()
         self.trouble = ""
-        self.n_plans = self.n_impacts = 0
+        self.n_plans = self.n_impacts = self.n_hard_plans = 0
         self._settings = settings
         self._planner = planner_for(settings.planner.strategy)
         self._make_deadline = make_deadline
@@ -82,6 +91,7 @@ class PlannerLoop:
         self._sensors = Sensors(settings.limits.pose_history, self.refusals)
         self._alarm = ImpactAlarm()
         self._rebounds = ReboundTracker()
+        self._recovery = Recovery()
         self._impact: MeasuredImpact | None = None
         self._placed: PlacedScan | None = None
         self._planned_until = 0.0
@@ -104,9 +114,22 @@ class PlannerLoop:
             self._forget_before(state.stamp)
         if self.goal.is_reached(state, settings.planner.goal_tolerance):
             self._end_goal(SUCCEEDED)
+        outside = why_outside(state.position, settings.limits)
+        if outside and self.goal.active:
+            self._give_up(outside)
         self._impact = self._rebounds.moved(state, settings.mocap.velocity_window) or self._impact
+        stuck = self._recovery.moved(state, settings)
+        if stuck and self.goal.active:
+            self._recover(stuck, state)
         self._plan_after_impact(local)
         return self._decided()
+
+    def take_command(self, velocity: np.ndarray, local: float) -> None:
+        """A velocity (2,) [m/s, body frame] that the robot is commanded from now on."""
+        state, now = self._sensors.state, self._sensors.now(local)
+        if state is not None and now is not None:
+            x, y = (float(value) for value in velocity)
+            self._recovery.commanded(np.array(rotate(x, y, state.yaw)), now)
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """A scan."""
@@ -132,6 +155,10 @@ class PlannerLoop:
 
     def take_goal(self, identity: bytes, position: np.ndarray, local: float) -> list[Decision]:
         """A goal (2,) [m], which replaces the one before."""
+        state = self._sensors.state
+        reason = why_refuse_goal(position, None if state is None else state.position, self._settings.limits)
+        if reason:
+            return self.refuse_goal(identity, reason)
         self._begin_goal()
         goal = self.goal.accept(Goal(identity, self._planned_until, position), local)
         self._decisions += [goal, Notice(INFO, f"goal {position[0]:.3f}, {position[1]:.3f} accepted")]
@@ -152,12 +179,14 @@ class PlannerLoop:
 
     def _begin_goal(self) -> None:
         self._memory, self._planned_until, self.trouble = self._known_map, self._sensors.newest_stamp, ""
+        self._recovery.begin_goal()
 
     def _forget_before(self, stamp: float) -> None:
         """Drops memory and plans from before a break in the poses at `stamp` [s]; an active goal is kept."""
         self._memory, self._placed, self._planned_until = self._known_map, None, stamp
         self._alarm.forget()
         self._rebounds.forget()
+        self._recovery.forget()
         self.trouble = ""
         goal = self.goal.restamp(stamp)
         if goal is not None:
@@ -210,6 +239,8 @@ class PlannerLoop:
         if stale or now is None:
             self._report_no_plan("stale", stale, local)
             return
+        if self._recovery.is_backing_out(now):
+            return
         try:
             self._update_local_map()
         except ScanError as error:
@@ -226,7 +257,9 @@ class PlannerLoop:
         settings = self._settings
         placed = self._sensors.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
         if placed is not None:
-            self._placed = PlacedScan(*placed, build_local_map(*placed, settings.robot, settings.local_map))
+            scan, state = placed
+            shown = with_felt(scan, state, self._recovery.felt, settings.robot.radius)
+            self._placed = PlacedScan(scan, state, build_local_map(shown, state, settings.robot, settings.local_map))
 
     def _initial_state(self) -> State | None:
         """Where a plan starts: at the newest pose or at that of the newest scan, as the planner has it."""
@@ -239,31 +272,57 @@ class PlannerLoop:
     def _plan(self, initial: State, valid_until: float, local: float, deadline: Deadline) -> None:
         settings, placed, goal = self._settings, self._placed, self.goal.position
         assert placed is not None, "there is no initial state without it"
+        reason = why_refuse_goal(goal, initial.position, settings.limits)
         if is_blocked(goal, placed.scan, placed.state, settings.robot, settings.local_map):
+            reason = f"{goal[0]:.3f}, {goal[1]:.3f} lies inside an obstacle that the scan shows"
+        if reason:
             self._end_goal(ABORTED)
-            self._refuse_goal(f"{goal[0]:.3f}, {goal[1]:.3f} lies inside an obstacle that the scan shows")
+            self._refuse_goal(reason)
             return
         try:
             plan, self._memory = self._planner.plan(self._memory, placed.local_map, initial, goal, settings, deadline)
         except NoPlan as error:
             self._memory = error.memory or self._memory
+            if len(self._recovery.felt):
+                self._try_the_same_way_again()
+                return
             self._report_no_plan("no_plan", str(error), local)
             if self._planner.gives_up_closed_off_goal and self.goal.is_closed_off(local):
                 self._give_up(str(error))
             return
-        boundaries = self._planner.boundaries(self._memory)
-        self._decide_on(Cycle(plan, valid_until, placed.local_map, boundaries, self._impact))
+        self._decide_on(plan, valid_until, placed.local_map)
 
-    def _decide_on(self, cycle: Cycle) -> None:
+    def _recover(self, stuck: str, state: State) -> None:
+        """Backs out of a place where the robot is stuck, or gives the goal up where it was stuck too often."""
+        recovery, most = self._recovery, self._settings.planner.recovery_tries
+        where = f"stuck at {state.position[0]:.2f}, {state.position[1]:.2f}, {stuck}"
+        if recovery.tries >= most:
+            self._give_up(f"{where}; {most} tries of planner.recovery_tries made")
+            return
+        plan = recovery.begin(state, self._settings)
+        self._decisions.append(Notice(WARNING, f"{where}; try {recovery.tries} of {most}"))
+        self._memory = None if self._memory is None else self._planner.without_plan(self._memory)
+        if plan is not None and self._placed is not None:
+            lasts = float(plan.times[-1]) + plan_lifetime(map_period_of(self._settings))
+            self._decide_on(plan, lasts, self._placed.local_map)
+
+    def _try_the_same_way_again(self) -> None:
+        """What was felt leaves no way: it may have been less than it was taken for."""
+        self._recovery.forget_felt()
+        self._memory, self._placed = self._known_map, None
+
+    def _decide_on(self, plan: Plan, valid_until: float, local_map: LocalMap) -> None:
+        boundaries = None if self._memory is None else self._planner.boundaries(self._memory)
         self._announce(self.goal.planned())
-        self._decisions.append(cycle)
+        self._decisions.append(Cycle(plan, valid_until, local_map, boundaries, self._impact))
         if self._reported:
             self._decisions.append(Notice(INFO, "plans again"))
-        self._rebounds.planned(cycle.plan)
+        self._rebounds.planned(plan)
         self._impact = None
-        self._planned_until = cycle.plan.stamp
+        self._planned_until = plan.stamp
         self.trouble = self._reported = ""
         self.n_plans += 1
+        self.n_hard_plans += plan.contacts.hardest > self._settings.limits.impact_speed
 
     def _report_no_plan(self, kind: str, reason: str, local: float) -> None:
         self.trouble = reason

@@ -43,4 +43,5 @@ def foreseen_contacts(
 def _contact(time: float, center: np.ndarray, velocity: np.ndarray, normal: np.ndarray, settings: Settings) -> Contacts:
     """The contact at a time [s] of a disc with center (2,) [m] and velocity (2,) [m/s], and the rebound from it."""
     after = rebound(velocity, normal, believed_ring(settings))
-    return Contacts(np.array([time]), (center - settings.robot.radius * normal)[None], after[None])
+    point, speed = center - settings.robot.radius * normal, -float(velocity @ normal)
+    return Contacts(np.array([time]), point[None], after[None], np.array([max(speed, 0.0)]))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 from math import pi, radians
 from typing import Any
 
+from collplan_core.fence import why_no_polygon
 from collplan_core.parameters.spec import ParameterError, Parameters, Spec, parameter, specs
 
 
@@ -76,6 +77,7 @@ class Planning(Parameters):
     map_period: float = parameter(0.0, "T_map, time between two plans, at least 0.05; 0 is the strategy's own: 0.2 for the paper's, 0.05 for the others", unit="s", low=0.0, high=2.0, live=True)
     goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
     goal_timeout: float = parameter(120.0, "A goal not reached so long after it was accepted is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)
+    recovery_tries: int = parameter(3, "How often a robot that is stuck backs out and tries again on the way to one goal, before the goal is given up", low=0, high=100, live=True)
     frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True)
     shortest_frontier: float = parameter(0.05, "Shorter frontiers are passed over where a longer one is seen", unit="m", low=0.0, high=0.5, live=True)
     n_directions: int = parameter(8, "N_l, number of candidate velocity directions", low=4, high=64, live=True)
@@ -141,8 +143,6 @@ class TimeToGoal(Parameters):
     graze_cost: float = parameter(0.5, "Cost of an arrival that passes the goal at goal_tolerance, by the square of the distance: it may miss", unit="s", low=0.0, high=10.0, live=True)
     longest_plan: float = parameter(8.0, "Longest plan; one that has not arrived by then is charged the time to go from its end", unit="s", low=1.0, high=60.0)
     hit_cost: float = parameter(0.03, "bounce: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=100.0)
-    speed_limit: float = parameter(1.3, "Impact speed above which the ring may break (assumed)", unit="m/s", low=0.0, high=10.0)
-    limit_cost: float = parameter(5.0, "bounce: cost of a contact faster than speed_limit", unit="s", low=0.0, high=1000.0)
     averse_cost: float = parameter(0.5, "avoid, stop_guarantee: cost of any contact", unit="s", low=0.0, high=1000.0)
     averse_speed_cost: float = parameter(2.0, "avoid, stop_guarantee: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=1000.0)
     inferred_cost: float = parameter(0.3, "bounce, tolerate: cost of running into inferred solid, by the speed into it", unit="s per m/s", low=0.0, high=100.0)
@@ -180,7 +180,7 @@ class Cap(Parameters):
 
 @dataclass(frozen=True)
 class Limits(Parameters):
-    """Ages, by local receipt, beyond which an input counts as lost and the robot stops."""
+    """Ages, by local receipt, beyond which an input counts as lost and the robot stops; and what else bounds it."""
 
     group = "limits"
     pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=0.5, live=True)
@@ -189,6 +189,16 @@ class Limits(Parameters):
     command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=0.5)
     pose_history: float = parameter(0.5, "Time for which poses are kept, to find the one at a scan's stamp", unit="s", low=0.1, high=10.0)
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=3.0)
+    heartbeat_age: float = parameter(0.2, "Silence of planner/heartbeat after which the robot stops, once one was heard", unit="s", low=0.1, high=0.5)
+    goal_distance: float = parameter(100.0, "A goal farther from the robot is refused", unit="m", low=1.0, high=1000.0)
+    fence: tuple[float, ...] = parameter((), "Corners x, y, x, y, ... in frames.map of a polygon that goals and the robot's centre must be in; empty for none", unit="m", low=-1e6, high=1e6)
+    impact_speed: float = parameter(1.2, "Contacts faster than this into an obstacle are not planned by the time-to-goal strategies, and counted with the paper's; v_max excludes none (assumed)", unit="m/s", low=0.0, high=10.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        reason = why_no_polygon(self.fence)
+        if reason:
+            raise ParameterError(f"limits.fence: got {list(self.fence)}, {reason}")
 
 
 @dataclass(frozen=True)
@@ -387,14 +397,23 @@ class Settings:
         return {f"{g.name}.{f.name}": getattr(getattr(self, g.name), f.name) for g in fields(self) for f in fields(getattr(self, g.name))}
 
 
+GONE = {
+    "time_to_goal.speed_limit": "limits.impact_speed takes its place",
+    "time_to_goal.limit_cost": "contacts faster than limits.impact_speed have no price, they are not planned",
+}
+"""Parameters that are no more, and what to do about it."""
+
+
 def all_specs() -> dict[str, Spec]:
     """Every parameter of the project by key."""
     return {spec.key: spec for group in GROUPS for spec in specs(group)}
 
 
 def unknown_key(key: str) -> ParameterError:
-    """The error for a key that no group declares, with the nearest known ones."""
+    """The error for a key that no group declares, with what has taken its place or the nearest known ones."""
     from difflib import get_close_matches
 
+    if key in GONE:
+        return ParameterError(f"{key}: no longer a parameter, {GONE[key]}")
     near = get_close_matches(key, all_specs(), n=3, cutoff=0.8)
     return ParameterError(f"{key}: unknown parameter" + (f", did you mean {' or '.join(near)}?" if near else ""))

@@ -15,7 +15,14 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     normal_at,
     source_at,
 )
-from collplan_core.time_to_goal_planner.model import IMPACT_SPEED, STEP, ContactCosts, RobotModel
+from collplan_core.time_to_goal_planner.model import (
+    EXCLUDED,
+    EXCLUDED_BY_SPEED,
+    IMPACT_SPEED,
+    STEP,
+    ContactCosts,
+    RobotModel,
+)
 from collplan_core.velocity_law import VelocityLaw, velocity_after, velocity_after_step
 
 NO_CONTACT, SLIDES = 0, 3
@@ -146,13 +153,15 @@ def _contact_share(clearance: np.ndarray, grid: Grid, motion: Motion, end: Motio
 
 @njit
 def contact_cost(costs: ContactCosts, contact: Contact) -> float:
-    """What a contact costs [s]."""
+    """What a contact costs [s]: more than any way round where it is excluded, and the more the harder it is."""
     speed = contact.normal_speed
     if contact.kind == OBSERVED:
-        return costs.fixed + costs.by_speed * speed + (costs.over if speed > costs.limit else 0.0)
-    if contact.kind == INFERRED:
-        return costs.inferred_fixed + costs.inferred_by_speed * speed
-    return 0.0
+        cost = costs.fixed + costs.by_speed * speed
+    elif contact.kind == INFERRED:
+        cost = costs.inferred_fixed + costs.inferred_by_speed * speed
+    else:
+        return 0.0
+    return cost + (EXCLUDED + EXCLUDED_BY_SPEED * (speed - costs.limit) if speed > costs.limit else 0.0)
 
 
 @njit

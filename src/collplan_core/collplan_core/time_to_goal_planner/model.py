@@ -21,6 +21,8 @@ CONTROL_INTERVAL = INTERVAL_STEPS * STEP
 """Time for which one command holds [s]."""
 IMPACT_SPEED = 0.08
 """A contact slower than this slides and costs nothing [m/s]."""
+EXCLUDED, EXCLUDED_BY_SPEED = 100.0, 1000.0
+"""Cost of a contact above limits.impact_speed [s], and of how far above it is [s per m/s]: all else weighs less."""
 
 
 class RobotModel(NamedTuple):
@@ -36,14 +38,13 @@ class ContactCosts(NamedTuple):
 
     Attributes:
         fixed, by_speed: cost of a contact, and by its normal speed [s per m/s].
-        over, limit: cost in addition, and the normal speed [m/s] above which it applies.
+        limit: normal speed above which a contact is excluded [m/s]: taken only where none is below it, then the least.
         inferred_fixed, inferred_by_speed: cost of a contact with inferred solid, and by its normal speed [s per m/s].
         clearance: cost, by its speed [s per m/s], of a chord that would touch if it were driven `distance` [m] aside.
     """
 
     fixed: float
     by_speed: float
-    over: float
     limit: float
     inferred_fixed: float
     inferred_by_speed: float
@@ -106,13 +107,13 @@ def contact_costs(settings: Settings) -> ContactCosts:
     """What contacts cost under the chosen strategy."""
     p, tolerance = settings.time_to_goal, contact_terms(settings).contact_tolerance
     if tolerance == BY_SPEED:
-        observed, inferred, distance = (0.0, p.hit_cost, p.limit_cost), (0.0, p.inferred_cost), p.tolerant_distance
+        observed, inferred, distance = (0.0, p.hit_cost), (0.0, p.inferred_cost), p.tolerant_distance
     elif tolerance == FREE:
-        observed, inferred, distance = (0.0, 0.0, 0.0), (0.0, p.inferred_cost), p.tolerant_distance
+        observed, inferred, distance = (0.0, 0.0), (0.0, p.inferred_cost), p.tolerant_distance
     else:
         averse = p.averse_cost, p.averse_speed_cost
-        observed, inferred, distance = (*averse, 0.0), averse, p.averse_distance
-    return ContactCosts(*observed, p.speed_limit, *inferred, p.clearance_cost, distance)
+        observed, inferred, distance = averse, averse, p.averse_distance
+    return ContactCosts(*observed, settings.limits.impact_speed, *inferred, p.clearance_cost, distance)
 
 
 def problem_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, settings: Settings) -> Problem:

@@ -62,6 +62,10 @@ class PlannerMemory:
     expected: Expected | None = None
     cycle: int = 0
 
+    def without_plan(self) -> "PlannerMemory":
+        """What is remembered, and no plan in force."""
+        return replace(self, commands=np.zeros((0, 2)), expected=None)
+
 
 def plan_cycle(
     memory: PlannerMemory | None,
@@ -169,7 +173,7 @@ def _plan(
         times=times,
         positions=positions,
         velocities=velocities,
-        contacts=Contacts(stamp + contacts[:, 0], contacts[:, 1:3], contacts[:, 3:]),
+        contacts=Contacts(stamp + contacts[:, 0], contacts[:, 1:3], contacts[:, 3:5], contacts[:, 5]),
         aim=positions[-1],
         aim_velocity=velocities[-1],
         terms={"total": best.cost, "arrival_time": best.cost - paid, "contact_and_clearance": paid},

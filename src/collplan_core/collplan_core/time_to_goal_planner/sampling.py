@@ -23,11 +23,12 @@ def sample_trajectory(
 
     Returns:
         rows (k, 5): time since the beginning [s], x, y, vx, vy, also at the moment of every contact;
-        contacts (c, 5): time, point touched x, y, velocity after vx, vy; those with inferred solid are left out.
+        contacts (c, 6): time, point touched x, y, velocity after vx, vy, speed into the boundary; those with inferred
+        solid are left out.
     """
     grid, goal, model, _ = problem.constants
     most = len(commands) * INTERVAL_STEPS
-    rows, contacts = np.empty((2 * most + 1, 5)), np.empty((most, 5))
+    rows, contacts = np.empty((2 * most + 1, 5)), np.empty((most, 6))
     motion, count, touched = initial, 1, 0
     _put(rows, 0, 0.0, motion.x, motion.y, motion)
     for k in range(most):
@@ -42,6 +43,7 @@ def sample_trajectory(
                 count += 1
             if contact.kind == OBSERVED:
                 _put(contacts, touched, time + share * STEP, cx - radius * contact.nx, cy - radius * contact.ny, motion)
+                contacts[touched, 5] = contact.normal_speed
                 touched += 1
         _put(rows, count, time + STEP, motion.x, motion.y, motion)
         count += 1

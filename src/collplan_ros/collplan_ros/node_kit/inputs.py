@@ -11,7 +11,8 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from collplan_core.loop.refusals import Refusals
 from collplan_core.scan import ScanError
 from collplan_ros.messages.conversions import MessageError
-from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatch, Remark
+from collplan_ros.node_kit.backlog import Backlog
+from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STATE, STREAM, InputWatch, Remark
 
 M = TypeVar("M")
 NOTHING = "nothing received"
@@ -50,12 +51,16 @@ class Inputs:
         number: the count of the message being taken among those of its publisher; None where DDS gives none.
     """
 
-    def __init__(self, node: Node, refusals: Refusals | None = None) -> None:
-        """Subscribes in `node`; counts in `refusals` where given, which others may share."""
+    def __init__(self, node: Node, refusals: Refusals | None = None, backlog: Backlog | None = None) -> None:
+        """Subscribes in `node`; counts in `refusals` where given, which others may share.
+
+        Where a `backlog` is given it drops what queues up while the node is frozen, but for what is a STATE.
+        """
         self.refusals = Refusals() if refusals is None else refusals
         self.sent = 0.0
         self.number: int | None = None
         self._node = node
+        self._backlog = backlog
         self._watches: dict[str, InputWatch] = {}
         self._kinds: dict[str, str] = {}
         self._others: dict[str, bool] = {}
@@ -85,7 +90,11 @@ class Inputs:
         self._watches[topic] = watch
         self._kinds[topic] = kind or topic
 
+        backlog = None if need == STATE else self._backlog
+
         def take(message: M, info: Mapping[str, Any]) -> None:
+            if backlog is not None and backlog.holds():
+                return
             self.sent, self.number = 1e-9 * info["source_timestamp"], info["publication_sequence_number"]
             before = watch.n_refused
             try:
@@ -97,7 +106,9 @@ class Inputs:
                 watch.took()
             self._others[topic] = not is_ours
 
-        self._node.create_subscription(message_type, topic, take, qos)
+        subscription = self._node.create_subscription(message_type, topic, take, qos)
+        if backlog is not None:
+            backlog.watch(subscription)
 
     def refused(self, topic: str, reason: str, kind: str = "") -> None:
         """Counts a message as refused, as `kind` or as the kind of its topic; the next look logs the reason.

@@ -39,7 +39,9 @@ def declare(
             raise unknown_key(key)
     for spec in specs_of(groups):
         # checked here, not by rclpy: one wording everywhere, and a whole number will do for a float
-        value = spec.checked(overrides.get(spec.key, spec.default))
+        given = overrides.get(spec.key, spec.default)
+        # ROS reads an empty list in a parameter file as nothing
+        value = spec.checked(() if given is None and spec.default == () else given)
         node.declare_parameter(spec.key, value, _descriptor(spec, spec.key not in taken), ignore_override=True)
     check(read_settings(node, *groups))  # some values must fit each other
     node.add_on_set_parameters_callback(lambda parameters: _verdict(node, groups, check, parameters))

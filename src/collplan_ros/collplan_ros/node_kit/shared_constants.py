@@ -18,14 +18,14 @@ CHECK_PERIOD = 1.0
 """Time between two looks at which nodes are still there [s]."""
 PATIENCE = 3
 """Looks in a row at which a node is not there until it counts as ended: its message may come before ROS lists it."""
-GROUPS = ("robot.", "frames.")
+GROUPS = ("robot.", "frames.", "limits.fence")
 """Where keys of constants that must be shared begin."""
 UNKNOWN = "_NODE_NAME_UNKNOWN_"
 """Name under which ROS lists a node until it is discovered whole."""
 
 
 def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:
-    """What of these groups all nodes must have alike, by key, as Python prints it: robot.* and frames.* unless live."""
+    """What of these groups all nodes must have alike, by key, as Python prints it: by GROUPS, unless live."""
     values = settings.values()
     keys = [spec.key for spec in specs_of(groups) if spec.key.startswith(GROUPS) and not spec.live]
     return {key: repr(values[key]) for key in sorted(keys)}

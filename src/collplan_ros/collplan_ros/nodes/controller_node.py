@@ -23,6 +23,7 @@ from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.goal_status import goal_from_status
 from collplan_ros.messages.plans import contacts_from_message, plan_from_path, validity_from_message
+from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.input_watch import AWAITED, EVENT, STATE
@@ -32,6 +33,7 @@ from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.controller_outputs import ControllerOutputs
+from collplan_ros.nodes.heartbeat import HeartbeatWatch
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
 GROUPS = (Robot, LocalMapping, Control, Limits, Frames, "mocap.leap_margin")
@@ -47,7 +49,7 @@ class ControllerNode(Node):
         self._settings = read_settings(self, *GROUPS)
         self._local_clock = local_clock(self)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
-        self._loop = ControllerLoop(self._settings, why_forbidden=lambda: self._constants.disagreement)
+        self._loop = ControllerLoop(self._settings, self._why_forbidden)
         self._period = ControlPeriod()
         warm_up()
         self._outputs = ControllerOutputs(self, self._settings)
@@ -57,8 +59,9 @@ class ControllerNode(Node):
         self._inputs.ready(f"a command every {1e3 / self._settings.controller.rate:g} ms")
 
     def _make_inputs(self) -> None:
-        loop, listen = self._loop, Inputs(self, self._loop.refusals)
+        loop, listen = self._loop, Inputs(self, self._loop.refusals, Backlog(self))
         self._inputs = listen
+        self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age)
         listen_to_sensors(listen, loop, self._on_pose, self._on_scan, self._settings.frames)
         listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED)
         listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)
@@ -66,6 +69,9 @@ class ControllerNode(Node):
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
         self.create_timer(1.0 / self._settings.controller.rate, self._on_timer, clock=self._local_clock)
+
+    def _why_forbidden(self) -> str:
+        return self._constants.disagreement or self._heartbeat.why_silent()
 
     def _local(self) -> float:
         return seconds(self._local_clock)

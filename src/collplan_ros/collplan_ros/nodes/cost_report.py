@@ -28,6 +28,7 @@ def costs_message(
         "candidates": len(plan.candidates.costs),
         "candidates_before_pruning": plan.n_before_pruning,
         "foreseen_contacts": len(plan.contacts.times),
+        "hardest_contact": plan.contacts.hardest,
         **plan.terms,
         "strategy": strategy,
         **({} if impact is None else _rebound_values(impact)),

@@ -9,8 +9,9 @@ from collections.abc import Callable, Sequence
 from time import perf_counter
 from typing import Any
 
+import numpy as np
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -36,8 +37,10 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
+from collplan_ros.messages.cmd_vel import command_type, twist_of
 from collplan_ros.messages.conversions import MessageError, goal_from_message, impact_from_message
 from collplan_ros.messages.goal_status import goal_to_status
+from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.input_watch import AWAITED, EVENT
@@ -45,10 +48,12 @@ from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
+from collplan_ros.nodes.heartbeat import Heartbeat
 from collplan_ros.nodes.plan_outputs import PlanOutputs
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
-GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Mocap, Limits, Frames)
+STAMPED = "controller.stamped_cmd_vel"
+GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Mocap, Limits, Frames, STAMPED)
 USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
 LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
 BUDGET_SHARE = 0.5
@@ -61,7 +66,7 @@ def deadline(settings: Settings) -> Deadline:
 
 
 class PlannerNode(Node):
-    """Subscribes mocap/odom, scan, goal_pose, impact; publishes plan, goal_status and planner/*; serves cancel."""
+    """Hears mocap/odom, scan, goal_pose, impact, cmd_vel; publishes plan, goal_status, planner/*; serves cancel."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
@@ -77,14 +82,17 @@ class PlannerNode(Node):
         self._status = self.create_publisher(GoalStatus, "goal_status", qos.LATCHED)
         # a planner that ran earlier may have left a goal active
         self._status.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
-        self._inputs = Inputs(self, self._loop.refusals)
+        backlog = Backlog(self)
+        self._inputs = Inputs(self, self._loop.refusals, backlog)
         listen_to_sensors(self._inputs, self._loop, self._on_pose, self._on_scan, self._settings.frames)
         self._inputs.listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
         self._inputs.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
+        self._inputs.listen(command_type(self._settings), "cmd_vel", self._on_command, qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._timer = self.create_timer(map_period_of(self._settings), self._on_timer, clock=self._local_clock)
         on_change(self, self._take_settings, *GROUPS)
         self._diagnostics = Diagnostics(self, self._health)
+        self._heartbeat = Heartbeat(self, backlog.tick)
         self._inputs.ready(self._about())
 
     def _about(self) -> str:
@@ -120,6 +128,10 @@ class PlannerNode(Node):
     def _on_impact(self, message: Vector3Stamped) -> None:
         stamp, change = impact_from_message(message, self._settings.frames.map)
         self._act_at_once(self._timed(lambda: self._loop.take_impact(stamp, change, self._local())))
+
+    def _on_command(self, message: Twist | TwistStamped) -> None:
+        twist = twist_of(message)
+        self._loop.take_command(np.array([twist.linear.x, twist.linear.y]), self._local())
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
@@ -174,6 +186,7 @@ class PlannerNode(Node):
             "plans": loop.n_plans,
             "planning_time_ms": 1e3 * self._planning_time,
             "impacts": loop.n_impacts,
+            "plans_above_impact_speed": loop.n_hard_plans,
             **loop.refusals.values,
         }
         stale = loop.why_stale(self._local())
@@ -188,6 +201,11 @@ class PlannerNode(Node):
         for decision in self._loop.cancel():
             if isinstance(decision, Goal):
                 publish_acknowledged(self._status, goal_to_status(decision))
+
+    def destroy_node(self) -> None:
+        """Ends the heartbeat first."""
+        self._heartbeat.end()
+        super().destroy_node()
 
 
 def main(args: Sequence[str] | None = None) -> int:

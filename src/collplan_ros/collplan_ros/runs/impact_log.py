@@ -58,7 +58,12 @@ class Impacts:
     @property
     def deliberate(self) -> np.ndarray:
         """(k,) whether each impact was foreseen, and faster into the wall than a graze."""
-        return deliberate_impacts(self.foreseen, -(self.before * self.normals).sum(axis=1))
+        return deliberate_impacts(self.foreseen, self.speeds)
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """(k,) speed of each impact into the obstacle [m/s]."""
+        return -(self.before * self.normals).sum(axis=1)
 
 
 def impacts_of(log: RunLog, world: World, velocity_window: float) -> Impacts:

@@ -40,7 +40,7 @@ from collplan_ros.runs.send_times import SendTimes
 # no message may be lost, so the queue bridges a stall of some seconds
 EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 
-FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning")
+FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
 """Figures of planner/costs that are recorded."""
 
 ODD = (ArithmeticError, LookupError, TypeError, ValueError)

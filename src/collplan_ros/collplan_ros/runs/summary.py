@@ -23,10 +23,11 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
 
     They cover the time from the first non-zero command to the end of the log; a run that reached its goal ends with the
     first pose within goal_tolerance. The rebound error is the median over the impacts that the last plan before each
-    foresaw. Maneuvers are counted in control periods. The control period and the time of the first command come from
-    the controller's middleware, which stamps its messages, so that the load of bringup does not affect them.
+    foresaw. Impacts and plans above limits.impact_speed are counted by the speed into the obstacle. Maneuvers are
+    counted in control periods. The control period and the time of the first command come from the controller's
+    middleware, which stamps its messages, so that the load of bringup does not affect them.
     """
-    begin = log.time_zero
+    begin, limit = log.time_zero, settings.limits.impact_speed
     commands = [c for c in log.commands if begin is not None and begin <= c.stamp]
     return {
         "outcome": outcome,
@@ -37,6 +38,9 @@ def summarize(log: RunLog, impacts: Impacts, outcome: str, goal: np.ndarray, set
         "impacts": len(impacts),
         "impacts_foreseen": int(impacts.foreseen.sum()),
         "impacts_deliberate": int(impacts.deliberate.sum()),
+        "impacts_above_impact_speed": int((impacts.speeds > limit).sum()),
+        "hardest_impact_m_s": float(impacts.speeds.max(initial=0.0)),
+        "plans_above_impact_speed": sum(costs.get("hardest_contact", 0.0) > limit for costs in log.costs),
         "rebound_direction_error_deg": _median(np.degrees(impacts.direction_errors)),
         "goal": [float(value) for value in goal],
         "strategy": settings.planner.strategy,

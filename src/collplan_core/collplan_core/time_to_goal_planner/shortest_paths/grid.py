@@ -11,6 +11,8 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, Cl
 PADDING = 0.15
 """Free space around everything known [m]."""
 MOST_CELLS = 60_000
+MOST_ALONG = 6_000
+"""Cells along one axis: a strip thinner than a cell would have any number of them."""
 
 
 class Cells(NamedTuple):
@@ -60,7 +62,8 @@ def cells_around(field: ClearanceField, goal: np.ndarray, around: np.ndarray, sp
         the cells, of more than the spacing [m] where there would be more than about 60,000; the goal's as flat index.
     """
     low, high = _covered(field, goal, around)
-    spacing = max(spacing, math.sqrt(float(np.prod(high - low)) / MOST_CELLS))
+    width, height = (float(side) for side in high - low)
+    spacing = max(spacing, math.sqrt(width / MOST_CELLS * height), max(width, height) / MOST_ALONG)
     first, last = np.floor(low / spacing).astype(int), np.ceil(high / spacing).astype(int)
     x, y = (float(v) for v in goal + spacing * first)
     blocked = np.empty(last - first + 1, dtype=np.bool_)

@@ -1,0 +1,97 @@
+"""What the planner does about a robot that is stuck: it backs out, and takes the place for an obstacle from then on."""
+
+from collections import deque
+
+import numpy as np
+
+from collplan_core.control.back_out import DISTANCE, back_out
+from collplan_core.control.stuck import WINDOW, why_stuck
+from collplan_core.parameters import Settings
+from collplan_core.plan import Plan
+from collplan_core.state import State
+
+STEP = 0.01
+"""Spacing of the places on the trail [m]."""
+LONGEST_TRAIL = 200
+"""Places kept on it."""
+
+
+class Recovery:
+    """The trail of the robot, whether it is stuck, and what came of that since the goal was taken.
+
+    Attributes:
+        tries: how often it was stuck.
+        felt: (n, 2) centres of the discs of the robot's radius that are taken for obstacles, world frame [m].
+    """
+
+    def __init__(self) -> None:
+        """Starts without a trail."""
+        self._trail: deque[np.ndarray] = deque(maxlen=LONGEST_TRAIL)
+        self.begin_goal()
+
+    def begin_goal(self) -> None:
+        """Counts anew; the trail is kept."""
+        self.tries = 0
+        self._until = -np.inf
+        self.forget_felt()
+        self._forget_motion()
+
+    def forget(self) -> None:
+        """Drops the trail and what was felt, as after a break in the poses; the tries still count."""
+        self._trail.clear()
+        self._until = -np.inf
+        self.forget_felt()
+        self._forget_motion()
+
+    def forget_felt(self) -> None:
+        """Takes nothing but what is seen for an obstacle."""
+        self.felt = np.zeros((0, 2))
+
+    def _forget_motion(self) -> None:
+        self._poses: deque[tuple[float, float, float]] = deque()
+        self._commands: deque[tuple[float, float]] = deque()
+        self._pushed = np.zeros(2)
+
+    def is_backing_out(self, now: float) -> bool:
+        """Whether the plan that backs out is in force at `now` [s, poses' clock]."""
+        return now < self._until
+
+    def commanded(self, velocity: np.ndarray, now: float) -> None:
+        """A velocity (2,) [m/s, world frame] is commanded from `now` on [s, poses' clock]."""
+        speed = float(np.hypot(*velocity))
+        if self._commands and now < self._commands[-1][0]:
+            self._forget_motion()
+        self._commands.append((now, speed))
+        if speed > 0.0:
+            self._pushed = np.array(velocity, dtype=float)
+        while len(self._commands) > 1 and self._commands[1][0] < now - WINDOW:
+            self._commands.popleft()
+
+    def moved(self, state: State, settings: Settings) -> str:
+        """A pose; why the robot is stuck, "" where it is not. A command older than limits.command_age is none."""
+        x, y = state.position.tolist()
+        if not self.is_backing_out(state.stamp) and self._is_farther(state.position):
+            self._trail.append(np.array(state.position))
+        self._poses.append((state.stamp, x, y))
+        # one before the window: it must be full
+        while len(self._poses) > 1 and self._poses[1][0] < state.stamp - WINDOW:
+            self._poses.popleft()
+        if not self._commands or state.stamp - self._commands[-1][0] > settings.limits.command_age:
+            return ""
+        return why_stuck(np.array(self._poses), np.array(self._commands), settings.robot.max_acceleration)
+
+    def _is_farther(self, position: np.ndarray) -> bool:
+        return not self._trail or float(np.hypot(*(position - self._trail[-1]))) >= STEP
+
+    def begin(self, state: State, settings: Settings) -> Plan | None:
+        """The plan that backs out; None where the robot was backing out already: then any other way will do."""
+        robot, was_backing_out = settings.robot, self.is_backing_out(state.stamp)
+        ahead = self._pushed / max(float(np.hypot(*self._pushed)), 1e-9)
+        self.felt = np.vstack([self.felt, state.position + 2.0 * robot.radius * ahead])
+        self.tries += 1
+        plan = None if was_backing_out else back_out(state, np.array(self._trail), self._pushed, robot.max_speed)
+        self._until = -np.inf if plan is None else float(plan.times[-1])
+        for _ in range(min(round(DISTANCE / STEP), len(self._trail))):
+            self._trail.pop()
+        self._forget_motion()
+        return plan

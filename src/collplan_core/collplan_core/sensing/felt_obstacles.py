@@ -1,0 +1,30 @@
+"""Obstacles that were felt and not seen: where the robot got stuck, as a scan that sees them would show them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from collplan_core.scan import Scan
+from collplan_core.state import State
+
+
+def with_felt(scan: Scan, state: State, centers: np.ndarray, radius: float) -> Scan:
+    """The scan with discs added to what it shows.
+
+    Args:
+        state: the robot at the scan's stamp.
+        centers: (n, 2) of the discs, world frame [m].
+        radius: of the discs [m]; one that the robot is inside of is left out.
+    """
+    ranges = np.array(scan.ranges, dtype=float)
+    angles = scan.angles + state.yaw
+    for x, y in centers - state.position:
+        # where beams meet the circle: the nearer root
+        along = x * np.cos(angles) + y * np.sin(angles)
+        reach = along**2 - (x * x + y * y - radius * radius)
+        if x * x + y * y <= radius * radius:
+            continue
+        met = (reach >= 0.0) & (along > 0.0)
+        near = along - np.sqrt(np.maximum(reach, 0.0))
+        ranges = np.where(met & ~(ranges <= near), near, ranges)
+    return replace(scan, ranges=ranges)

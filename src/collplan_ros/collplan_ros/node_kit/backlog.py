@@ -1,0 +1,64 @@
+"""What queued up in a node's subscriptions while the node was frozen: it would be taken for new, and is dropped."""
+
+from threading import Lock
+from time import monotonic
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+
+from collplan_ros.node_kit.stall import StallGuard
+
+TICK_PERIOD = 0.05
+"""Period of the steady timer [s]."""
+
+
+class Backlog:
+    """Drops the queues of a node's subscriptions after a gap in its steady timer.
+
+    A node whose callbacks take long has another thread `tick`: then only a process that does not run at all has a gap.
+
+    Attributes:
+        guard: the gaps so far.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Makes the timer in `node`."""
+        self.guard = StallGuard()
+        self._log = node.get_logger()
+        self._subscriptions: list[Subscription] = []
+        self._due = False
+        self._lock = Lock()
+        # steady even where the node follows /clock: what stands still is the process
+        node.create_timer(TICK_PERIOD, self._drop, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def watch(self, subscription: Subscription) -> None:
+        """Has the queue of a subscription dropped from now on."""
+        self._subscriptions.append(subscription)
+
+    def tick(self) -> None:
+        """Registers that the process runs; from any thread."""
+        with self._lock:
+            self._due = self.guard.tick(monotonic()) or self._due
+
+    def holds(self) -> bool:
+        """Whether the message whose callback asks this has queued up in a gap; the rest of the queues goes with it."""
+        return self._drop()
+
+    def _drop(self) -> bool:
+        self.tick()
+        with self._lock:
+            due, self._due = self._due, False
+        if due:
+            dropped = sum(map(_emptied, self._subscriptions))
+            self._log.warning(f"did not run for {self.guard.gap:.2f} s: {dropped} messages that queued up are dropped")
+        return due
+
+
+def _emptied(subscription: Subscription) -> int:
+    """Takes everything out of a subscription's queue; how much it was, at most the depth of the queue."""
+    with subscription.handle:
+        for count in range(subscription.qos_profile.depth):
+            if subscription.handle.take_message(subscription.msg_type, subscription.raw) is None:
+                return count
+    return int(subscription.qos_profile.depth)

@@ -1,0 +1,64 @@
+"""The planner's heartbeat: it goes on while a plan takes long, and ends with the process or where that is frozen."""
+
+from collections.abc import Callable
+from threading import Event, Thread
+from time import monotonic
+
+from rclpy.node import Node
+from std_msgs.msg import Empty
+
+from collplan_core.control.permission import why_stale
+from collplan_ros.messages import qos
+from collplan_ros.node_kit.input_watch import EVENT
+from collplan_ros.node_kit.inputs import Inputs
+
+TOPIC = "planner/heartbeat"
+PERIOD = 0.05
+"""Between two beats [s]."""
+
+
+class Heartbeat:
+    """Publishes an empty message each PERIOD from a thread of its own, until `end`."""
+
+    def __init__(self, node: Node, at_each: Callable[[], None]) -> None:
+        """Publishes through `node`, and calls `at_each` in that thread at each beat."""
+        self._publisher = node.create_publisher(Empty, TOPIC, qos.NEWEST)
+        self._at_each = at_each
+        self._ended = Event()
+        self._thread = Thread(target=self._beat, name="heartbeat", daemon=True)
+        self._thread.start()
+
+    def end(self) -> None:
+        """Ends it, before the node is destroyed; a second call does nothing."""
+        self._ended.set()
+        self._thread.join()
+
+    def _beat(self) -> None:
+        due = monotonic()
+        while not self._ended.is_set():
+            self._at_each()
+            try:
+                self._publisher.publish(Empty())
+            except RuntimeError:  # rcl's own errors: the node or its context has ended before
+                return
+            # by the clock, not by the time since the last one; none is made up for
+            due = max(due + PERIOD, monotonic())
+            self._ended.wait(due - monotonic())
+
+
+class HeartbeatWatch:
+    """Whether the planner's heartbeat has stopped. A planner that never had one is not missed."""
+
+    def __init__(self, inputs: Inputs, limit: float) -> None:
+        """Listens through `inputs`; a silence longer than `limit` [s] is a stop."""
+        self._limit = limit
+        self._heard: float | None = None
+        inputs.listen(Empty, TOPIC, self._take, qos.NEWEST, EVENT)
+
+    def why_silent(self) -> str:
+        """Why the planner counts as frozen or dead, "" where it does not."""
+        # steady even under /clock: a process that is frozen is so in real time
+        return "" if self._heard is None else why_stale("planner heartbeat", monotonic() - self._heard, self._limit)
+
+    def _take(self, _: Empty) -> None:
+        self._heard = monotonic()

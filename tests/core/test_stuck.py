@@ -1,0 +1,96 @@
+"""When a robot counts as stuck: commanded, and not moving."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.control.stuck import COMMANDED, SHARE, WINDOW, why_stuck
+from collplan_core.parameters import Settings
+from collplan_core.velocity_law import velocity_after, velocity_law
+from scenes import rotation
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+ROBOT = Settings().robot
+ACCELERATION = ROBOT.max_acceleration
+NOISE = 0.002
+rates = st.sampled_from([30.0, 100.0, 240.0])
+seeds = st.integers(0, 2**31)
+
+
+def standing(duration: float, rate: float = 100.0, seed: int = 0) -> np.ndarray:
+    """Poses of a robot that does not move, with the noise of a motion capture."""
+    times = np.arange(0.0, duration + 1e-9, 1.0 / rate)
+    noise = np.random.default_rng(seed).normal(0.0, NOISE, (len(times), 2))
+    return np.column_stack([times, noise])
+
+
+def commanded(speed: float, duration: float, period: float = 0.05) -> np.ndarray:
+    times = np.arange(0.0, duration + 1e-9, period)
+    return np.column_stack([times, np.full(len(times), speed)])
+
+
+def driven(speed: float, duration: float, noise: int = 0) -> np.ndarray:
+    """Poses of a robot that takes on a commanded speed along x from rest, by its own law."""
+    law, step = velocity_law(ROBOT), 0.01
+    v = x = 0.0
+    rows = [(0.0, 0.0, 0.0)]
+    for k in range(1, round(duration / step) + 1):
+        w, _ = velocity_after(law, v, 0.0, speed, 0.0, step)
+        x, v = x + 0.5 * (v + w) * step, w
+        rows.append((k * step, x, 0.0))
+    poses = np.array(rows)
+    poses[:, 1:] += np.random.default_rng(noise).normal(0.0, NOISE, (len(poses), 2))
+    return poses
+
+
+@QUICK
+@given(speed=st.floats(COMMANDED, 1.2), rate=rates, seed=seeds)
+def test_commanded_and_not_moving_is_noticed_within_a_second(speed, rate, seed):
+    times = np.arange(0.05, 1.0, 0.01)
+    noticed = [t for t in times if why_stuck(standing(t, rate, seed), commanded(speed, t), ACCELERATION)]
+    assert noticed
+    assert WINDOW <= noticed[0] < 1.0
+
+
+@QUICK
+@given(speed=st.floats(COMMANDED, 1.2), duration=st.floats(0.0, 3.0), seed=seeds)
+def test_a_robot_that_does_as_commanded_is_not_stuck_from_rest_on(speed, duration, seed):
+    assert why_stuck(driven(speed, duration, seed), commanded(speed, duration), ACCELERATION) == ""
+
+
+@QUICK
+@given(speed=st.floats(0.0, COMMANDED - 1e-6), duration=st.floats(0.0, 3.0))
+def test_without_a_command_nobody_is_stuck(speed, duration):
+    assert why_stuck(standing(duration), commanded(speed, duration), ACCELERATION) == ""
+    assert why_stuck(standing(duration), np.zeros((0, 2)), ACCELERATION) == ""
+    assert why_stuck(np.zeros((0, 3)), commanded(1.0, duration), ACCELERATION) == ""
+
+
+@QUICK
+@given(at=st.floats(0.31, 1.0))
+def test_a_moment_without_a_command_begins_anew(at):
+    commands = commanded(1.0, 1.0)
+    commands[int(at / 0.05), 1] = 0.0
+    assert why_stuck(standing(1.0), commands, ACCELERATION) == ""
+
+
+@QUICK
+@given(angle=st.floats(-np.pi, np.pi), shift=st.floats(-5.0, 5.0), later=st.floats(0.0, 1e6))
+def test_where_and_when_it_is_makes_no_difference(angle, shift, later):
+    poses, commands = driven(0.5, 1.0), commanded(0.5, 1.0)
+    assert why_stuck(poses, commands, ACCELERATION) == ""
+    poses[:, 1:] = 0.2 * poses[:, 1:] @ rotation(angle).T + shift
+    poses[:, 0] += later
+    commands[:, 0] += later
+    assert why_stuck(poses[-80:], commands, ACCELERATION) != ""
+
+
+@pytest.mark.parametrize(("size", "stuck"), [(0.9, True), (1.1, False)])
+def test_by_hand_what_counts_as_moving(size, stuck):
+    # 0.4 m/s for 0.7 s is 0.28 m; a quarter of it, back and forth
+    poses = standing(1.0)
+    poses[:, 1:] = 0.0
+    poses[:, 1] = size * SHARE * 0.4 * WINDOW * (np.arange(len(poses)) % 2)
+    reason = why_stuck(poses, commanded(0.4, 1.0), ACCELERATION)
+    assert reason == ("commanded 0.40 m/s for 0.7 s and moved 0.06 m" if stuck else "")

@@ -1,0 +1,75 @@
+"""Gaps in a node's steady timer, and what queued up in them."""
+
+import time
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from std_msgs.msg import String
+
+from collplan_ros.messages.qos import EVENT, LATCHED
+from collplan_ros.node_kit.backlog import Backlog
+from collplan_ros.node_kit.input_watch import STATE
+from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.stall import StallGuard
+
+STALL = 0.3
+"""Longer than what a guard lets pass [s]."""
+
+
+@settings(derandomize=True, deadline=None, max_examples=100, print_blob=True)
+@given(begin=st.floats(0.0, 1e6), steps=st.lists(st.floats(0.0, 0.4), max_size=30), limit=st.floats(0.05, 0.3))
+def test_a_guard_tells_each_gap_beyond_its_limit_and_no_other(begin, steps, limit):
+    guard, now = StallGuard(limit), begin
+    assert not guard.tick(now)
+    told = []
+    for step in steps:
+        before, now = now, now + step
+        told.append((guard.tick(now), now - before > limit, now - before))
+    assert all(ended == longer for ended, longer, _ in told)
+    gaps = [step for ended, _, step in told if ended]
+    assert guard.count == len(gaps)
+    assert guard.gap == (gaps[-1] if gaps else 0.0)
+
+
+class Listener:
+    """A node that hears a stream and a state, with a backlog."""
+
+    def __init__(self, ros):
+        import rclpy
+
+        self.node = ros.add(rclpy.create_node("listener", context=ros.context))
+        self.backlog = Backlog(self.node)
+        inputs = Inputs(self.node, backlog=self.backlog)
+        self.heard, self.states = [], []
+        inputs.listen(String, "stream", lambda message: self.heard.append(message.data), EVENT)
+        inputs.listen(String, "state", lambda message: self.states.append(message.data), LATCHED, STATE)
+
+
+def test_what_queues_up_while_a_node_does_not_run_is_dropped_but_for_a_state(ros):
+    listener = Listener(ros)
+    stream, state = ros.publisher(String, "stream", EVENT), ros.publisher(String, "state", LATCHED)
+    for name in ("one", "two"):
+        stream.publish(String(data=name))
+    assert ros.wait_until(lambda: listener.heard == ["one", "two"])
+    stream.publish(String(data="late"))
+    stream.publish(String(data="later"))
+    state.publish(String(data="as it is"))
+    time.sleep(STALL)
+    assert ros.wait_until(lambda: listener.states == ["as it is"])
+    assert ros.wait_until(lambda: listener.backlog.guard.count >= 1)
+    assert listener.backlog.guard.gap >= STALL
+    assert ros.wait_until(lambda: stream.publish(String(data="new")) or "new" in listener.heard)
+    assert "late" not in listener.heard
+    assert "later" not in listener.heard
+
+
+def test_a_thread_that_ticks_keeps_long_callbacks_from_being_gaps(ros):
+    listener = Listener(ros)
+    stream = ros.publisher(String, "stream", EVENT)
+    stream.publish(String(data="kept"))
+    end = time.monotonic() + STALL
+    while time.monotonic() < end:
+        listener.backlog.tick()
+        time.sleep(0.01)
+    # a stall of the machine is told as one
+    assert ros.wait_until(lambda: listener.heard == ["kept"] or listener.backlog.guard.count, 2.0)
