@@ -53,7 +53,7 @@ TOPICS = {
     "cmd_vel": (7.3, 2.9),
 }
 """Where the topics between nodes stand, and those that come from outside."""
-COMPANIONS = {"planner/foreseen_impacts": "plan", "planner/valid_until": "plan"}
+COMPANIONS = {"mocap/refused": "mocap/odom", "planner/foreseen_impacts": "plan", "planner/valid_until": "plan"}
 """Topics that are drawn in the place of another one, which they go with."""
 AT_BOX = {
     (ROBOT, "impact"): (3.45, 7.0),

@@ -11,6 +11,7 @@ from action_msgs.msg import GoalStatus
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from sensor_msgs.msg import TimeReference
+from std_msgs.msg import String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.command import stopped
@@ -37,7 +38,7 @@ GROUPS = (Robot, LocalMapping, Control, Limits, Frames, "mocap.leap_margin")
 
 
 class ControllerNode(Node):
-    """Subscribes mocap/odom, scan, plan, planner/*, goal_status; publishes cmd_vel, maneuver and controller/*."""
+    """Subscribes mocap/*, scan, plan, planner/*, goal_status; publishes cmd_vel, maneuver and controller/*."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
@@ -59,6 +60,7 @@ class ControllerNode(Node):
         loop, listen = self._loop, Inputs(self, self._loop.refusals)
         self._inputs = listen
         listen_to_sensors(listen, loop, self._on_pose, self._on_scan, self._settings.frames)
+        listen.listen(String, "mocap/refused", self._on_refused, qos.POSE_SUBSCRIBED, EVENT)
         listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED)
         listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)
         listen.listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._on_contacts, qos.EVENT, EVENT)
@@ -76,6 +78,9 @@ class ControllerNode(Node):
 
     def _on_pose(self, state: State) -> None:
         self._loop.take_pose(state, self._local())
+
+    def _on_refused(self, message: String) -> None:
+        self._loop.refuse("pose", message.data)
 
     def _on_scan(self, scan: Scan) -> None:
         self._loop.take_scan(scan, self._local())
