@@ -15,6 +15,7 @@ from collplan_core.control.permission import why_refuse_plan, why_stale
 from collplan_core.control.tracking import clip_command
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import Settings
@@ -40,12 +41,14 @@ class ControllerLoop:
     Attributes:
         goal: the goal that planner and robot are about; None before the first.
         refusals: counts of what was refused.
+        motion: how the robot moves, compared with what it was told.
     """
 
     def __init__(self, settings: Settings, why_forbidden: Callable[[], str] = lambda: "") -> None:
         """Starts at rest; `why_forbidden` gives a reason from elsewhere to stand still, empty where there is none."""
         self.goal: Goal | None = None
         self.refusals = Refusals()
+        self.motion = MotionWatch()
         self._settings = settings
         self._why_forbidden = why_forbidden
         self._sensors = Sensors(settings.limits.pose_history, self.refusals)
@@ -89,12 +92,15 @@ class ControllerLoop:
 
     def take_pose(self, state: State, local: float) -> None:
         """A pose."""
-        if not self._sensors.take_pose(state, local, self._settings):
+        joins = self._sensors.take_pose(state, local, self._settings)
+        self.motion.take_pose(state, local, joins, self._settings)
+        if not joins:
             self._forget_plans()
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """A scan."""
         self._sensors.take_scan(scan, local)
+        self.motion.take_scan(self._sensors.newest_placed(), self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
         """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
@@ -104,6 +110,7 @@ class ControllerLoop:
         """The goal's identity, stamp and status; the position is not needed."""
         if self.goal is None or self.goal.id != goal.id:
             self._memory = ControllerMemory()
+            self.motion.release()
         self.goal = goal
         plans = [plan for plan in (self._waiting, self.plan) if plan is not None]
         if not goal.active or any(plan.stamp <= goal.stamp for plan in plans):
@@ -148,6 +155,12 @@ class ControllerLoop:
 
     def tick(self, local: float) -> Command:
         """The command of one control period."""
+        self.motion.judge(local, self._settings)
+        command = self._command(local)
+        self.motion.commanded(command, local)
+        return command
+
+    def _command(self, local: float) -> Command:
         self._adopt()
         reason = self._why_forbidden() or self._stop_reason(local)
         followed, state, now = self._followed, self._sensors.state, self._sensors.now(local)
@@ -166,7 +179,8 @@ class ControllerLoop:
         """Why the robot must not move now, "" where it may."""
         if not self.goal_active:
             return "no active goal"
-        return self._sensors.why_stale(local, self._settings.limits) or self._why_plan_is_stale(local)
+        stale = self._sensors.why_stale(local, self._settings.limits) or self._why_plan_is_stale(local)
+        return self.motion.why_stop or stale
 
     def _why_plan_is_stale(self, local: float) -> str:
         plan, now = self.plan, self._sensors.now(local)
