@@ -6,7 +6,8 @@ first (`sensing/motion_fit.py`): how badly a way explains the motion is an integ
 which lags too, is not taken for a late one. A verdict needs an advantage over all other explanations. What a wall does
 is left out: judging begins anew SETTLE after the last pose near one.
 
-Where poses carry the time at which they were measured, a delay that grows is told at once, by receipt less stamp.
+Where poses carry the time at which they were measured, a delay that grows shows without motion, in receipt less stamp.
+Commands must come at 4 Hz or more.
 """
 
 import math
@@ -51,12 +52,15 @@ MOST_LEARNT = 0.01
 """Most that they pay, so that a change is seen [m^2/s]."""
 SMOOTHED = 0.2
 """Weight of a new estimate of the delay against the earlier ones."""
+GROWTH_TIME = 0.25
+"""Time for which poses must come later than they did [s]."""
 DRIFT = 0.002
 """How fast the smallest delay seen is forgotten: two clocks need not run alike [s/s]."""
 BEFOREHAND = np.tile(HEAVY, (len(DELAYS), 1))
 """(n, m) what each of DELAYS and MASSES costs before anything was seen [m^2/s]."""
 _KEPT = max(WINDOW + LONGEST_DELAY, STUCK_TIME) + 0.3
-_OWN_STALL = 0.15
+_OWN_STALL = 0.3
+_OFTEN = 5
 
 
 @dataclass(frozen=True)
@@ -125,8 +129,7 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     if not commands[:, 1:].any() or len(motion) < 3:
         return MotionVerdict(OK, record.delay), record
     limit = settings.limits.motion_delay
-    recent = motion[motion[:, 0] > now - 0.1]
-    growth = float((recent[:, 0] - recent[:, 1]).min() - record.quickest) if len(recent) >= 3 else 0.0
+    growth = _growth(record, now)
     if growth > limit:
         return _late(growth, limit, "poses come later than they did, by"), record
     places = motion[:, [0, 4, 5]]
@@ -147,6 +150,15 @@ def warm_up() -> None:
 
 def _late(delay: float, limit: float, what: str) -> MotionVerdict:
     return MotionVerdict(LATE, delay, f"{what} {delay:.2f} s, limit {limit:.2f} s")
+
+
+def _growth(record: MotionRecord, now: float) -> float:
+    """By how much later than the quickest all poses of the last GROWTH_TIME came [s]; 0 where these are too few."""
+    recent = record.motion[record.motion[:, 0] > now - GROWTH_TIME]
+    # what has waited in a queue comes all at once
+    if len(recent) < _OFTEN or recent[-1, 0] - recent[0, 0] < 0.6 * GROWTH_TIME:
+        return 0.0
+    return float((recent[:, 0] - recent[:, 1]).min() - record.quickest)
 
 
 def _window(record: MotionRecord, now: float, settings: Settings) -> tuple[float, np.ndarray] | None:

@@ -42,9 +42,9 @@ class MotionWatch:
         self._yaw = math.nan
 
     def release(self) -> None:
-        """Forgets why the robot was stopped, as with a new goal."""
+        """Forgets why the robot was stopped and what was learnt till then, as with a new goal."""
         self.why_stop = ""
-        self._record = begun_anew(self._record)
+        self._record = MotionRecord(delay=self._record.delay)
 
     def take_pose(self, state: State, local: float, joins: bool, settings: Settings) -> None:
         """A pose; one that does not join those before begins anew."""

@@ -178,7 +178,7 @@ class Limits(Parameters):
     scan_age: float = parameter(0.3, "Oldest scan acted on", unit="s", low=0.02, high=5.0, live=True)
     plan_age: float = parameter(0.6, "Oldest plan followed where planner/valid_until does not say until when it holds", unit="s", low=0.05, high=10.0, live=True)
     command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=5.0)
-    motion_delay: float = parameter(0.1, "Longest delay from a command to the motion measured, beyond which the robot stops", unit="s", low=0.05, high=0.3, live=True)
+    motion_delay: float = parameter(0.1, "Longest delay from a command to the motion measured, beyond which the robot stops", unit="s", low=0.05, high=0.4, live=True)
     pose_history: float = parameter(0.5, "Time for which poses are kept, to find the one at a scan's stamp", unit="s", low=0.1, high=10.0)
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=10.0)
 

@@ -113,11 +113,14 @@ class ControllerNode(Node):
         values: dict[str, object] = {
             "maneuver": self._outputs.command.maneuver,
             "goal": self._loop.goal_status,
+            "motion": self._loop.motion.verdict.kind,
+            "motion_delay_s": self._loop.motion.verdict.delay,
             **self._period.values,
             **self._loop.refusals.values,
         }
         if not self._outputs.command.reason:
-            return Health(OK, "moving", values)
+            trouble = self._loop.motion.verdict.reason
+            return Health(WARN, trouble, values) if trouble else Health(OK, "moving", values)
         troubled = self._loop.goal_active or self._constants.disagreement
         return Health(WARN if troubled else OK, f"standing still: {self._outputs.command.reason}", values)
 
