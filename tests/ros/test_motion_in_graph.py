@@ -8,7 +8,7 @@ from std_msgs.msg import Float64
 
 from collplan_core.worlds import save_world
 from collplan_ros.messages.conversions import seconds_from_stamp
-from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED
+from collplan_ros.messages.qos import LATCHED, NEWEST, POSE_SUBSCRIBED
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
