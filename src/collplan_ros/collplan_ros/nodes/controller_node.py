@@ -34,7 +34,7 @@ from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.controller_outputs import ControllerOutputs
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
-GROUPS = (Robot, LocalMapping, Control, Limits, Frames, "mocap.leap_margin")
+GROUPS = (Robot, LocalMapping, Control, Limits, Frames, "mocap.leap_margin", "mocap.velocity_window")
 
 
 class ControllerNode(Node):
