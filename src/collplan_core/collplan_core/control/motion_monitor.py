@@ -195,7 +195,7 @@ def _compared(
         return _late(measured, limit, "motion comes after its command by"), record
     if min(float(plain.min()), dead) - turned > WRONG_ADVANTAGE:
         return MotionVerdict(REVERSED, record.delay, "motion is turned or mirrored against the commands"), record
-    if float(plain.min()) - dead > WRONG_ADVANTAGE:
+    if float(plain[in_time].min()) - dead > WRONG_ADVANTAGE:
         return MotionVerdict(SLIP, record.delay, "motion does not follow the commands: the wheels lack force"), record
     return MotionVerdict(OK, record.delay), record
 
