@@ -21,7 +21,14 @@ from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.goal_status import NAMES, goal_to_status
 from collplan_ros.messages.plans import contacts_to_message, plan_to_path
-from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
+from collplan_ros.messages.qos import (
+    CONSTANTS_PUBLISHED,
+    DIAGNOSTICS_SUBSCRIBED,
+    EVENT,
+    LATCHED,
+    NEWEST,
+    POSE_PUBLISHED,
+)
 from collplan_ros.nodes.controller_node import ControllerNode
 from fake_robot import FakeRobot, hall
 
@@ -179,6 +186,18 @@ def test_bad_scans_and_poses_are_counted_and_stop_the_robot(ros, bench):
         ros.spin(0.02)
     assert ros.wait_until(lambda: (bench.node._loop.refusals["pose"], bench.node._loop.refusals["scan"]) == (3, 6))
     bench.wait_until_still("pose refused: orientation")
+
+
+def test_refused_poses_stop_the_robot_before_the_last_one_is_old(ros, bench):
+    bench.node.set_parameters([Parameter("limits.plan_age", value=5.0), Parameter("limits.pose_age", value=5.0)])
+    refusals = ros.publisher(String, "mocap/refused", POSE_PUBLISHED)
+    bench.drive()
+    bench.robot.poses_on = False
+    refusals.publish(String(data="yaw: pose 0.0, 0.0, 0.1, yaw 3.14, tilt 0.00 at 101.00"))
+    bench.wait_until_still("pose refused: yaw")
+    bench.robot.poses_on = True
+    bench.plans.publish(bench.path())
+    assert ros.wait_until(bench.moves)
 
 
 def test_a_planner_that_begins_anew_without_a_goal_stops(bench):

@@ -7,6 +7,8 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
+from rclpy.parameter import Parameter
+from std_msgs.msg import String
 
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseSample
@@ -29,6 +31,7 @@ class MocapBench:
     def __init__(self, ros, parameters=None):
         self.ros = ros
         self.odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
+        self.refusals = ros.listen(String, "mocap/refused", POSE_SUBSCRIBED)
         self.impacts = ros.listen(Vector3Stamped, "impact", EVENT)
         self.contacts = ros.listen(PoseStamped, "impact/contact", EVENT)
         self.reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
@@ -112,6 +115,9 @@ BROKEN = {
     "no_quaternion": ("quaternion", broken(pose__orientation__w=0.0)),
     "frame": ("frame", broken(header__frame_id="odom")),
     "leap": ("leap", broken(pose__position__x=3.0)),
+    "turned": ("yaw", broken(pose__orientation__z=1.0, pose__orientation__w=0.0)),
+    "tipped": ("tilt", broken(pose__orientation__x=math.sin(0.2), pose__orientation__w=math.cos(0.2))),
+    "lifted": ("height", broken(pose__position__z=0.2)),
 }
 
 
@@ -126,6 +132,14 @@ def test_what_is_no_pose_goes_nowhere(ros, bench, kind):
     bench.node._diagnostics.publish()
     assert ros.wait_until(lambda: bench.values().get(f"refused_{reason}") == "1")
     assert reason in bench.reports[-1].status[0].message
+    assert ros.wait_until(lambda: bench.refusals)
+    assert [message.data.split(":")[0] for message in bench.refusals] == [reason]
+
+
+def test_where_the_markers_sit_cannot_be_changed_live(bench):
+    for key in ("x", "y", "yaw"):
+        (result,) = bench.node.set_parameters([Parameter(f"mocap.body_offset_{key}", value=0.5)])
+        assert not result.successful
 
 
 def test_stamp_that_does_not_rise_goes_nowhere(ros, bench):

@@ -54,7 +54,12 @@ TOPICS = {
     "robot/resumed": (9.7, 1.4),
 }
 """Where the topics between nodes stand, and those that come from outside."""
-COMPANIONS = {"planner/foreseen_impacts": "plan", "planner/valid_until": "plan", "planner/heartbeat": "plan"}
+COMPANIONS = {
+    "mocap/refused": "mocap/odom",
+    "planner/foreseen_impacts": "plan",
+    "planner/valid_until": "plan",
+    "planner/heartbeat": "plan",
+}
 """Topics that are drawn in the place of another one, which they go with."""
 AT_BOX = {
     (ROBOT, "impact"): (3.45, 7.0),

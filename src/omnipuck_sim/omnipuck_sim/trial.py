@@ -65,6 +65,8 @@ class _Nodes:
         now = self.simulator.time
         sample = self._measured.popleft()
         result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, self.settings)
+        if result.refused:
+            self._controller.refuse("pose", result.refused)
         if result.state is None:
             return
         state = self._state = result.state

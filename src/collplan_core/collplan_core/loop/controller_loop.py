@@ -17,6 +17,7 @@ from collplan_core.control.permission import why_outside, why_refuse_plan, why_s
 from collplan_core.control.tracking import clip_command
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import Settings
@@ -44,12 +45,14 @@ class ControllerLoop:
     Attributes:
         goal: the goal that planner and robot are about; None before the first.
         refusals: counts of what was refused.
+        motion: how the robot moves, compared with what it was told.
     """
 
     def __init__(self, settings: Settings, why_forbidden: Callable[[], str] = lambda: "") -> None:
         """Starts at rest; `why_forbidden` gives a reason from elsewhere to stand still, empty where there is none."""
         self.goal: Goal | None = None
         self.refusals = Refusals()
+        self.motion = MotionWatch()
         self._settings = settings
         self._why_forbidden = why_forbidden
         self._sensors = Sensors(settings.limits.pose_history, self.refusals)
@@ -101,12 +104,15 @@ class ControllerLoop:
 
     def take_pose(self, state: State, local: float) -> None:
         """A pose."""
-        if not self._sensors.take_pose(state, local, self._settings):
+        joins = self._sensors.take_pose(state, local, self._settings)
+        self.motion.take_pose(state, local, joins, self._settings)
+        if not joins:
             self._forget_plans()
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """A scan."""
         self._sensors.take_scan(scan, local)
+        self.motion.take_scan(self._sensors.newest_placed(), self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
         """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
@@ -125,6 +131,7 @@ class ControllerLoop:
     def resume(self) -> None:
         """A person lets the robot go on to its goal."""
         self._interlock = self._interlock.resumed()
+        self.motion.release()
         self._patience, self._fault_since = LONGEST_START, None
 
     def take_valid_until(self, stamp: float, until: float) -> None:
@@ -166,6 +173,12 @@ class ControllerLoop:
 
     def tick(self, local: float) -> Command:
         """The command of one control period."""
+        self.motion.judge(local, self._settings)
+        command = self._command(local)
+        self.motion.commanded(command, local)
+        return command
+
+    def _command(self, local: float) -> Command:
         self._adopt()
         reason = self._why_still(local)
         followed, state, now = self._followed, self._sensors.state, self._sensors.now(local)
@@ -203,7 +216,8 @@ class ControllerLoop:
             return "no active goal"
         limits, state = self._settings.limits, self._sensors.state
         outside = "" if state is None else why_outside(state.position, limits)
-        return self._sensors.why_stale(local, limits) or outside or self._why_plan_is_stale(local)
+        stale = self._sensors.why_stale(local, limits) or outside or self._why_plan_is_stale(local)
+        return self.motion.why_stop or stale
 
     def _why_plan_is_stale(self, local: float) -> str:
         plan, now = self.plan, self._sensors.now(local)

@@ -11,6 +11,9 @@ from collplan_core.scan import Scan
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
 
+REFUSED_POSE_AGE = 0.05
+"""Oldest pose acted on while newer ones come and are refused [s]; one of them alone stops nothing at 100 Hz."""
+
 
 class Sensors:
     """The recent poses and scans, and their age since local receipt [s]. A pose that does not join clears both.
@@ -63,7 +66,8 @@ class Sensors:
 
     def why_stale(self, local: float, limits: Limits) -> str:
         """Why poses or scans are not to be used: none yet, too old, or the last ones were refused; "" if they are."""
-        return self._why("pose", self._clock.age(local), limits.pose_age) or self._why(
+        pose_age = min(REFUSED_POSE_AGE, limits.pose_age) if "pose" in self._refused else limits.pose_age
+        return self._why("pose", self._clock.age(local), pose_age) or self._why(
             "scan", local - self._scan_received, limits.scan_age
         )
 

@@ -1,7 +1,7 @@
 """The robot's pose from that of a body of markers, as a motion capture measures it in its own units and axes."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -56,13 +56,14 @@ def _z_up(vector: tuple[float, ...]) -> tuple[float, float, float]:
 
 def with_offset(robot: PoseSample, x: float, y: float, yaw: float) -> PoseSample:
     """The pose of a body that sits at x, y [m], turned by `yaw` [rad], on a robot with this pose."""
-    return PoseSample(robot.stamp, robot.position + np.array(rotate(x, y, robot.yaw)), _wrapped(robot.yaw + yaw))
+    position = robot.position + np.array(rotate(x, y, robot.yaw))
+    return replace(robot, position=position, yaw=_wrapped(robot.yaw + yaw))
 
 
 def without_offset(body: PoseSample, x: float, y: float, yaw: float) -> PoseSample:
     """The pose of the robot on which a body with this pose sits at x, y [m], turned by `yaw` [rad]."""
     heading = _wrapped(body.yaw - yaw)
-    return PoseSample(body.stamp, body.position - np.array(rotate(x, y, heading)), heading)
+    return replace(body, position=body.position - np.array(rotate(x, y, heading)), yaw=heading)
 
 
 def _wrapped(angle: float) -> float:

@@ -7,6 +7,11 @@ impact: it goes through its point and the poses since, so the velocity before it
 
 A pose that `robot.max_speed` cannot explain, or whose stamp does not rise, is refused, until `mocap.relocation_time` of
 such poses agree with each other: then the robot was carried, or the motion capture restarted.
+
+A pose that is tipped or off the floor is refused for as long as it is. So is a heading that leaps while the position
+goes on: nobody turns a robot like that, but markers that are nearly symmetric are taken for one another. It is trusted
+again when it is back, or by the rule above after a silence of `mocap.relocation_time`, in which the robot may have been
+turned.
 """
 
 import math
@@ -17,6 +22,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.parameters import Mocap, Settings
 from collplan_core.sensing.impact_detection import IMPACT_SPAN, DetectedImpact, find_impact
+from collplan_core.sensing.six_degrees import YAW, tilt_of, turns, why_off_floor
 from collplan_core.state import State
 
 SPEED_ALLOWANCE = 1.2
@@ -37,11 +43,21 @@ class PoseError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class PoseSample:
-    """One measured pose: stamp [s], position (2,) [m, world frame], yaw [rad]."""
+    """One measured pose, world frame.
+
+    Attributes:
+        stamp: [s].
+        position: (2,) [m].
+        yaw: heading [rad].
+        height: position along the vertical [m].
+        tilt: angle between the body's z axis and the vertical [rad].
+    """
 
     stamp: float
     position: np.ndarray
     yaw: float
+    height: float = 0.0
+    tilt: float = 0.0
 
 
 def check_pose_fields(
@@ -61,7 +77,7 @@ def check_pose_fields(
     if abs(math.hypot(x, y, z, w) - 1.0) > tolerance:
         raise PoseError(QUATERNION, f"orientation: got {quaternion}, expected a quaternion of length 1")
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return PoseSample(stamp, np.array(position[:2], dtype=float), yaw)
+    return PoseSample(stamp, np.array(position[:2], dtype=float), yaw, position[2], tilt_of(quaternion))
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,20 +88,31 @@ class Track:
         times: (n,) strictly rising [s]; points: (n, 2) [m].
         begun: stamp of the first pose, also where that is no longer kept [s].
         received: local time at which the newest pose was received [s].
+        yaw: heading of the newest pose [rad].
     """
 
     times: np.ndarray = field(default_factory=lambda: np.zeros(0))
     points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     begun: float = math.nan
     received: float = math.nan
+    yaw: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)
 class FilterMemory:
-    """The filter's memory: the robot's track, and a track of refused poses that may turn out to be a relocation."""
+    """The filter's memory between two poses.
+
+    Attributes:
+        track: the robot's.
+        suspects: track of refused poses that may turn out to be a relocation.
+        floor: height of the first pose taken [m]; None before it.
+        heard: local time at which the newest pose came, refused or not [s].
+    """
 
     track: Track = field(default_factory=Track)
     suspects: Track = field(default_factory=Track)
+    floor: float | None = None
+    heard: float = math.inf
 
 
 FRESH = FilterMemory()
@@ -98,7 +125,7 @@ class FilterResult:
     Attributes:
         state: None when the pose was refused, or while the first window fills.
         impact: an impact, once, when it is found; else None.
-        refused: why, empty when accepted: not_finite, stamp or leap.
+        refused: why, empty when accepted: not_finite, tilt, height, stamp, leap or yaw.
         relocated: the robot is somewhere else now; what was planned is void.
     """
 
@@ -112,17 +139,27 @@ def filter_pose(
     memory: FilterMemory, sample: PoseSample, received: float, settings: Settings
 ) -> tuple[FilterResult, FilterMemory]:
     """Filters one pose that was received at a local time [s]; uses settings.robot, .mocap and .limits.pose_age."""
+    if not _is_finite(sample):
+        return FilterResult(None, refused=NOT_FINITE), memory
+    silence, memory = received - memory.heard, replace(memory, heard=received)
+    off_floor = why_off_floor(
+        sample.tilt, 0.0 if memory.floor is None else sample.height - memory.floor, settings.mocap
+    )
+    if off_floor:
+        return FilterResult(None, refused=off_floor), replace(memory, suspects=Track())
+    if memory.floor is None:
+        memory = replace(memory, floor=sample.height)
     refused = _disagreement(memory.track, sample, received, settings)
     if not refused:
-        return _accepted(_extended(memory.track, sample, received, settings), sample, settings)
-    if refused == NOT_FINITE:
-        return FilterResult(None, refused=refused), memory
+        return _accepted(memory, _extended(memory.track, sample, received, settings), sample, settings)
+    if refused == YAW and len(memory.suspects.times) == 0 and silence <= settings.mocap.relocation_time:
+        return FilterResult(None, refused=YAW), memory
     broken = _disagreement(memory.suspects, sample, received, settings)
     # after a silence this begins anew by itself
     suspects = _extended(Track() if broken else memory.suspects, sample, received, settings)
     if sample.stamp - suspects.begun < settings.mocap.relocation_time - _slack(settings.mocap):
         return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
-    result, memory = _accepted(suspects, sample, settings)
+    result, memory = _accepted(memory, suspects, sample, settings)
     return replace(result, relocated=True), memory
 
 
@@ -133,7 +170,9 @@ def warm_up() -> None:
         memory = filter_pose(memory, PoseSample(0.01 * k, np.array([0.005 * k, 0.0]), 0.0), 0.01 * k, Settings())[1]
 
 
-def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[FilterResult, FilterMemory]:
+def _accepted(
+    memory: FilterMemory, track: Track, sample: PoseSample, settings: Settings
+) -> tuple[FilterResult, FilterMemory]:
     """The result of a pose that was added to its track, and the memory with that track, cut at an impact."""
     impact = None
     if settings.mocap.detect_impacts:
@@ -142,21 +181,31 @@ def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[Fil
         track = _since(track, impact)
     velocity = _velocity(track, settings.mocap)
     state = None if velocity is None else State(sample.stamp, sample.position, velocity, sample.yaw)
-    return FilterResult(state, impact), FilterMemory(track)
+    return FilterResult(state, impact), replace(memory, track=track, suspects=Track())
+
+
+def _is_finite(sample: PoseSample) -> bool:
+    values = sample.stamp, *sample.position.tolist(), sample.yaw, sample.height, sample.tilt
+    return all(map(math.isfinite, values))
 
 
 def _disagreement(track: Track, sample: PoseSample, received: float, settings: Settings) -> str:
     """Why a pose cannot follow a track, empty if it can."""
-    if not all(map(math.isfinite, (sample.stamp, *sample.position.tolist(), sample.yaw))):
-        return NOT_FINITE
     if len(track.times) == 0:
         return ""
     if sample.stamp <= track.times[-1]:
         return STAMP
     # a stamp that runs ahead of the local clock buys no distance
     silence = min(sample.stamp - track.times[-1], received - track.received + settings.limits.pose_age)
-    reach = SPEED_ALLOWANCE * settings.robot.max_speed * max(silence, 0.0) + settings.mocap.leap_margin
-    return LEAP if math.dist(sample.position, track.points[-1]) > reach else ""
+    mocap = settings.mocap
+    reach = SPEED_ALLOWANCE * settings.robot.max_speed * max(silence, 0.0) + mocap.leap_margin
+    # once the wheels are told zero, a spin does not last
+    turned = not turns(sample.yaw - track.yaw, min(silence, settings.limits.pose_age), mocap)
+    # where the heading alone is wrong, so is the centre that was computed with it
+    lever = 2.0 * math.hypot(mocap.body_offset_x, mocap.body_offset_y) if turned else 0.0
+    if math.dist(sample.position, track.points[-1]) > reach + lever:
+        return LEAP
+    return YAW if turned else ""
 
 
 def _is_silence(track: Track, sample: PoseSample, settings: Settings) -> bool:
@@ -166,21 +215,21 @@ def _is_silence(track: Track, sample: PoseSample, settings: Settings) -> bool:
 def _extended(track: Track, sample: PoseSample, received: float, settings: Settings) -> Track:
     """The track with one more pose, without what is too old; after a silence it begins anew."""
     if len(track.times) == 0 or _is_silence(track, sample, settings):
-        return Track(np.array([sample.stamp]), sample.position[np.newaxis], sample.stamp, received)
+        return Track(np.array([sample.stamp]), sample.position[np.newaxis], sample.stamp, received, sample.yaw)
     span = max(IMPACT_SPAN * settings.mocap.impact_window, settings.mocap.velocity_window)
     first = int(track.times.searchsorted(sample.stamp - span - _slack(settings.mocap)))
     # at a low rate the window alone would not hold the poses a line needs
     first = max(min(first, len(track.times) - FEWEST + 1), 0)
     times = np.concatenate([track.times[first:], [sample.stamp]])
     points = np.concatenate([track.points[first:], sample.position[np.newaxis]])
-    return Track(times, points, track.begun, received)
+    return Track(times, points, track.begun, received, sample.yaw)
 
 
 def _since(track: Track, impact: DetectedImpact) -> Track:
     """The track from an impact on: the centre then and the poses after it."""
     times = np.append(impact.time, track.times[impact.first_after :])
     points = np.concatenate([impact.center[np.newaxis], track.points[impact.first_after :]])
-    return Track(times, points, track.begun, track.received)
+    return Track(times, points, track.begun, track.received, track.yaw)
 
 
 def _velocity(track: Track, mocap: Mocap) -> np.ndarray | None:

@@ -96,8 +96,15 @@ def pose_to_message(sample: PoseSample, frame: str) -> PoseStamped:
     """Message of a measured pose in `frame`."""
     message = PoseStamped(header=header(sample.stamp, frame))
     message.pose.position.x, message.pose.position.y = (float(v) for v in sample.position)
-    message.pose.orientation = quaternion_from_yaw(float(sample.yaw))
+    message.pose.position.z = float(sample.height)
+    message.pose.orientation = _tipped(quaternion_from_yaw(float(sample.yaw)), float(sample.tilt))
     return message
+
+
+def _tipped(upright: Quaternion, tilt: float) -> Quaternion:
+    """A turn about the vertical, after one about the body's x axis by `tilt` [rad]."""
+    c, s = math.cos(0.5 * tilt), math.sin(0.5 * tilt)
+    return Quaternion(w=c * upright.w, x=s * upright.w, y=s * upright.z, z=c * upright.z)
 
 
 def goal_to_message(goal: np.ndarray, frame: str, stamp: float = 0.0) -> PoseStamped:

@@ -11,7 +11,7 @@ from action_msgs.msg import GoalStatus
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from sensor_msgs.msg import TimeReference
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.command import stopped
@@ -36,11 +36,11 @@ from collplan_ros.nodes.controller_outputs import ControllerOutputs
 from collplan_ros.nodes.heartbeat import HeartbeatWatch
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
-GROUPS = (Robot, LocalMapping, Control, Limits, Frames, "mocap.leap_margin")
+GROUPS = (Robot, LocalMapping, Control, Limits, Frames, "mocap.leap_margin", "mocap.velocity_window")
 
 
 class ControllerNode(Node):
-    """Subscribes mocap/odom, scan, plan, planner/*, goal_status; publishes cmd_vel, maneuver and controller/*."""
+    """Subscribes mocap/*, scan, plan, planner/*, goal_status; publishes cmd_vel, maneuver and controller/*."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
@@ -63,6 +63,7 @@ class ControllerNode(Node):
         self._inputs = listen
         self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age)
         listen_to_sensors(listen, loop, self._on_pose, self._on_scan, self._settings.frames)
+        listen.listen(String, "mocap/refused", self._on_refused, qos.POSE_SUBSCRIBED, EVENT)
         listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED)
         listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)
         listen.listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._on_contacts, qos.EVENT, EVENT)
@@ -84,6 +85,9 @@ class ControllerNode(Node):
 
     def _on_pose(self, state: State) -> None:
         self._loop.take_pose(state, self._local())
+
+    def _on_refused(self, message: String) -> None:
+        self._loop.refuse("pose", message.data)
 
     def _on_scan(self, scan: Scan) -> None:
         self._loop.take_scan(scan, self._local())
@@ -120,11 +124,14 @@ class ControllerNode(Node):
             "maneuver": self._outputs.command.maneuver,
             "goal": self._loop.goal_status,
             "held": self._loop.held,
+            "motion": self._loop.motion.verdict.kind,
+            "motion_delay_s": self._loop.motion.verdict.delay,
             **self._period.values,
             **self._loop.refusals.values,
         }
         if not self._outputs.command.reason:
-            return Health(OK, "moving", values)
+            trouble = self._loop.motion.verdict.reason
+            return Health(WARN, trouble, values) if trouble else Health(OK, "moving", values)
         troubled = self._loop.goal_active or self._constants.disagreement
         return Health(WARN if troubled else OK, f"standing still: {self._outputs.command.reason}", values)
 

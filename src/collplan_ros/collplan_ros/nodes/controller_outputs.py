@@ -1,8 +1,10 @@
 """What controller_node publishes each period, and says at the terminal when what it does changes."""
 
+import math
+
 from geometry_msgs.msg import Point, PointStamped
 from rclpy.node import Node
-from std_msgs.msg import String
+from std_msgs.msg import Float64, String
 
 from collplan_core.command import Command, stopped
 from collplan_core.control.activity import describe
@@ -16,7 +18,7 @@ from collplan_ros.nodes.state_output import StateOutput
 
 
 class ControllerOutputs:
-    """Publishes cmd_vel, maneuver, controller/state and controller/reference.
+    """Publishes cmd_vel, maneuver, controller/state, controller/reference and controller/motion_delay.
 
     Attributes:
         command: the newest command sent.
@@ -31,6 +33,8 @@ class ControllerOutputs:
         self._maneuver = node.create_publisher(String, "maneuver", qos.LATCHED)
         self._state = StateOutput(node)
         self._reference = node.create_publisher(PointStamped, "controller/reference", qos.EVENT)
+        self._motion_delay = node.create_publisher(Float64, "controller/motion_delay", qos.LATCHED)
+        self._told_delay = math.nan
         self._maneuver.publish(String(data=self.command.maneuver))
 
     def send(self, command: Command, loop: ControllerLoop, now: float) -> None:
@@ -41,6 +45,7 @@ class ControllerOutputs:
             head = header(now, self._settings.frames.map)
             self._reference.publish(PointStamped(header=head, point=Point(x=x, y=y, z=0.0)))
         self._take(command)
+        self._tell_delay(loop.motion.verdict.delay)
         self._say(loop, now)
 
     def send_last(self, command: Command, now: float) -> None:
@@ -52,6 +57,11 @@ class ControllerOutputs:
         if command.maneuver != self.command.maneuver:
             self._maneuver.publish(String(data=command.maneuver))
         self.command = command
+
+    def _tell_delay(self, delay: float) -> None:
+        if math.isfinite(delay) and delay != self._told_delay:
+            self._motion_delay.publish(Float64(data=delay))
+            self._told_delay = delay
 
     def _say(self, loop: ControllerLoop, now: float) -> None:
         plan, active = loop.plan, loop.goal_active

@@ -6,6 +6,7 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
+from std_msgs.msg import String
 
 from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
@@ -31,7 +32,7 @@ SAME_POSE = "nothing but the same pose (mocap.accept_frozen: false)"
 
 
 class MocapNode(Node):
-    """Subscribes mocap.topic; publishes at most one mocap/odom per pose, and impact and impact/contact."""
+    """Subscribes mocap.topic; publishes a mocap/odom or mocap/refused for a pose, and impact and impact/contact."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("mocap_node", **kwargs)
@@ -47,6 +48,7 @@ class MocapNode(Node):
         self._poses_clock = PosesClock()
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
         self._odometry = self.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
+        self._refusal = self.create_publisher(String, "mocap/refused", POSE_PUBLISHED)
         self._contact = self.create_publisher(PoseStamped, "impact/contact", EVENT)
         self._impact = self.create_publisher(Vector3Stamped, "impact", EVENT)
         mocap = self._settings.mocap
@@ -96,7 +98,7 @@ class MocapNode(Node):
         received = seconds(self._local)
         result, self._memory = filter_pose(self._memory, sample, received, self._settings)
         if result.refused:
-            self._refuse(result.refused, f"pose {sample.position.round(3).tolist()} at {sample.stamp:.3f}")
+            self._refuse(result.refused, _described(sample))
             return
         self._poses_clock.received(sample.stamp, received)
         self._publish(sample.stamp, result)
@@ -126,6 +128,7 @@ class MocapNode(Node):
 
     def _refuse(self, reason: str, what: str) -> None:
         self._refused += 1
+        self._refusal.publish(String(data=f"{reason}: {what}"))
         self._inputs.refused(self._settings.mocap.topic, f"{reason}: {what}", reason)
 
     def _age(self) -> float:
@@ -147,6 +150,11 @@ class MocapNode(Node):
         if self._is_late():
             return Health(ERROR, f"no pose on {topic} {described_age(age)}", values)
         return Health(OK, "poses come in", values)
+
+
+def _described(sample: PoseSample) -> str:
+    place = ", ".join(f"{value:.3f}" for value in (*sample.position.tolist(), sample.height))
+    return f"pose {place}, yaw {sample.yaw:.2f}, tilt {sample.tilt:.2f} at {sample.stamp:.3f}"
 
 
 def main(args: list[str] | None = None) -> int:

@@ -11,13 +11,15 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Settings, Simulation
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.node_parameters import on_change
 from omnipuck_sim.node.pacing import Pacing
 from omnipuck_sim.robot.impact import Impact
+from omnipuck_sim.robot.mocap_faults import added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator
 
 FASTEST_TIMER = 0.001
@@ -43,6 +45,8 @@ class MocapRoom:
         self.impacts = 0
         self._node = node
         self._settings = settings
+        self._fault = simulation.mocap_fault
+        on_change(node, self._take_fault, Simulation)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._pacing = Pacing(simulation.physics_rate, simulation.speed_factor, seconds(self._steady))
         self._epoch = 0.0
@@ -83,6 +87,9 @@ class MocapRoom:
             self._publish_impact(impact)
         return impacts
 
+    def _take_fault(self, settings: Settings) -> None:
+        self._fault = settings.simulator.mocap_fault
+
     def _measure_pose(self) -> None:
         due = floor(self.simulator.time * self._settings.simulator.mocap_rate + 1e-6)
         if due <= self._poses:
@@ -91,8 +98,8 @@ class MocapRoom:
         frames, stamp = self._settings.frames, self._epoch + self.simulator.time
         if self._clock_publisher is not None:
             self._clock_publisher.publish(ClockMessage(clock=stamp_from_seconds(stamp)))
-        measured = replace(self.simulator.measured_pose(), stamp=stamp)
-        send_at = self.simulator.time + self._settings.simulator.mocap_latency
+        measured = faulty(replace(self.simulator.measured_pose(), stamp=stamp), self._fault)
+        send_at = self.simulator.time + self._settings.simulator.mocap_latency + added_latency(self._fault)
         self._unsent.append((send_at, pose_to_message(measured, frames.map)))
         truth = replace(self.simulator.state, stamp=stamp)
         self._odometry_publisher.publish(state_to_odometry(truth, frames.map, frames.base))

@@ -1,0 +1,221 @@
+"""Commanded against measured motion: the whole delay between them, and whether the robot moves as it was told at all.
+
+Commands and measured velocities of the last WINDOW are compared under many ways in which the second may follow from the
+first (`sensing/motion_fit.py`): how badly a way explains the motion is an integral of the squared error of the velocity
+[m^2/s]. Delays and masses of the robot pay for what they explained badly before, so that a heavier robot than believed,
+which lags too, is not taken for a late one. A verdict needs an advantage over all other explanations. What a wall does
+is left out: judging begins anew SETTLE after the last pose near one.
+
+Where poses carry the time at which they were measured, a delay that grows shows without motion, in receipt less stamp.
+Commands must come at 4 Hz or more.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from collplan_core.control import stuck
+from collplan_core.parameters import Settings
+from collplan_core.sensing.motion_fit import DELAYS, LONGEST_DELAY, MASSES, STEP, misfits, ways
+from collplan_core.state import State
+from collplan_core.velocity_law import velocity_law
+
+OK, LATE, STUCK, SLIP, REVERSED = "ok", "late", "stuck", "slip", "reversed"
+STOPPING = (LATE, REVERSED)
+"""Kinds of verdict at which the controller stops."""
+
+WINDOW = 0.6
+"""[s]"""
+SHORTEST_WINDOW = 0.15
+"""[s]"""
+SETTLE = 0.1
+"""Time after a touch until wheels that it did not stop roll again [s]."""
+LATE_ADVANTAGE = 2.5e-3
+"""Advantage of the delays beyond the limit from which motion is late [m^2/s].
+
+0.6e-3 is the most that 88 simulated trials without delay gave, of all strategies, wheels with inertia, masses doubled.
+"""
+WRONG_ADVANTAGE = 6e-3
+"""Advantage of turned commands, or of wheels without force, from which motion is reversed or slips [m^2/s]."""
+CLEAR = 1.5e-3
+"""Advantage of a delay over those that differ by 0.1 s from which it is published [m^2/s]."""
+FOLLOWING = 0.5e-3
+"""Advantage over wheels without force from which motion teaches anything [m^2/s]."""
+FORCELESS = 1e-3
+"""What wheels without force cost beforehand [m^2/s]."""
+HEAVY = (0.0, 0.0, 1e-3, 2e-3, 2e-3)
+"""What each of MASSES costs beforehand [m^2/s]."""
+LEARNT = 0.3
+"""Share of the misfit of each window, of which there are 12 in WINDOW, that a delay and a mass pay from then on."""
+MOST_LEARNT = 0.01
+"""Most that they pay, so that a change is seen [m^2/s]."""
+SMOOTHED = 0.2
+"""Weight of a new estimate of the delay against the earlier ones."""
+GROWTH_TIME = 0.25
+"""Time for which poses must come later than they did [s]."""
+DRIFT = 0.002
+"""How fast the smallest delay seen is forgotten: two clocks need not run alike [s/s]."""
+BEFOREHAND = np.tile(HEAVY, (len(DELAYS), 1))
+"""(n, m) what each of DELAYS and MASSES costs before anything was seen [m^2/s]."""
+_KEPT = max(WINDOW + LONGEST_DELAY, stuck.WINDOW) + 0.3
+_OWN_STALL = 0.3
+_OFTEN = 5
+
+
+@dataclass(frozen=True)
+class MotionVerdict:
+    """How the robot moves, compared with what it was told.
+
+    Attributes:
+        kind: OK, LATE, STUCK (commanded and not moving), SLIP (moves, and not by the commands) or REVERSED.
+        delay: from command to measured motion, as last estimated [s]; NaN before.
+        reason: a few words on it; empty where it is OK.
+    """
+
+    kind: str = OK
+    delay: float = math.nan
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionRecord:
+    """What was commanded and measured of late, times on the local clock.
+
+    Attributes:
+        commands: (n, 3) time [s] and velocity [m/s, world frame].
+        motion: (m, 7) receipt [s], stamp [s], velocity [m/s], position [m], yaw [rad].
+        free_since: since when nothing but the wheels moved the robot [s].
+        quickest: smallest difference of receipt and stamp seen, drift added [s].
+        learnt: (k, l) what each of DELAYS and MASSES pays [m^2/s].
+        delay: as last estimated [s]; NaN before.
+    """
+
+    commands: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    motion: np.ndarray = field(default_factory=lambda: np.zeros((0, 7)))
+    free_since: float = -math.inf
+    quickest: float = math.inf
+    learnt: np.ndarray = field(default_factory=lambda: BEFOREHAND)
+    delay: float = math.nan
+
+
+def begun_anew(record: MotionRecord) -> MotionRecord:
+    """The record after a break in the poses: what was learnt stays, what was seen does not join."""
+    return replace(MotionRecord(), learnt=record.learnt, delay=record.delay)
+
+
+def moved(record: MotionRecord, state: State, local: float, touching: bool) -> MotionRecord:
+    """The record with a pose received at `local` [s]; `touching` where a wall is within reach of the ring."""
+    row = np.array([[local, state.stamp, *state.velocity, *state.position, state.yaw]])
+    since = local - record.motion[-1, 0] if len(record.motion) else 0.0
+    return replace(
+        record,
+        motion=_kept(record.motion, row),
+        free_since=local + SETTLE if touching else record.free_since,
+        quickest=min(record.quickest + DRIFT * since, local - state.stamp),
+    )
+
+
+def commanded(record: MotionRecord, velocity: np.ndarray, local: float) -> MotionRecord:
+    """The record with a command: velocity (2,) [m/s, world frame], sent at `local` [s]."""
+    if len(record.commands) and local - record.commands[-1, 0] > _OWN_STALL:
+        record = begun_anew(record)
+    return replace(record, commands=_kept(record.commands, np.array([[local, *velocity]])))
+
+
+def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[MotionVerdict, MotionRecord]:
+    """The verdict at `now` [s], and the record with what was learnt; uses settings.robot, .limits and .mocap."""
+    commands, motion = record.commands, record.motion
+    if not commands[:, 1:].any() or len(motion) < 3:
+        return MotionVerdict(OK, record.delay), record
+    limit = settings.limits.motion_delay
+    growth = _growth(record, now)
+    if growth > limit:
+        return _late(growth, limit, "poses come later than they did, by"), record
+    speeds = np.column_stack([commands[:, 0], np.hypot(commands[:, 1], commands[:, 2])])
+    why_stuck = stuck.why_stuck(motion[:, [0, 4, 5]], speeds, settings.robot.max_acceleration)
+    if why_stuck:
+        return MotionVerdict(STUCK, record.delay, why_stuck), record
+    window = _window(record, now, settings)
+    return (MotionVerdict(OK, record.delay), record) if window is None else _compared(record, *window, settings)
+
+
+def warm_up() -> None:
+    """Compiles the comparison, so that no command has to wait for it."""
+    record = MotionRecord()
+    for k in range(40):
+        record = moved(record, State(0.01 * k, np.zeros(2), np.zeros(2), 0.0), 0.01 * k, False)
+        record = commanded(record, np.array([0.1, 0.0]), 0.01 * k)
+    judge_motion(record, 0.4, Settings())
+
+
+def _late(delay: float, limit: float, what: str) -> MotionVerdict:
+    return MotionVerdict(LATE, delay, f"{what} {delay:.2f} s, limit {limit:.2f} s")
+
+
+def _growth(record: MotionRecord, now: float) -> float:
+    """By how much later than the quickest all poses of the last GROWTH_TIME came [s]; 0 where these are too few."""
+    recent = record.motion[record.motion[:, 0] > now - GROWTH_TIME]
+    # what has waited in a queue comes all at once
+    if len(recent) < _OFTEN or recent[-1, 0] - recent[0, 0] < 0.6 * GROWTH_TIME:
+        return 0.0
+    return float((recent[:, 0] - recent[:, 1]).min() - record.quickest)
+
+
+def _window(record: MotionRecord, now: float, settings: Settings) -> tuple[float, np.ndarray] | None:
+    """Begin [s] and measured velocities (n, 2), STEP apart; None where too little can be judged."""
+    motion = record.motion
+    offset = (motion[:, 0] - motion[:, 1]).min()
+    times = motion[:, 1] + offset - 0.5 * settings.mocap.velocity_window
+    end = times[-1]
+    begin = max(end - WINDOW, record.free_since, times[0])
+    n = int((end - begin) / STEP + 1e-6) + 1
+    if (n - 1) * STEP < SHORTEST_WINDOW or now - end > 0.2:
+        return None
+    begin = end - (n - 1) * STEP
+    grid = begin + np.arange(n) * STEP
+    return float(begin), np.column_stack([np.interp(grid, times, motion[:, axis]) for axis in (2, 3)])
+
+
+def _compared(
+    record: MotionRecord, begin: float, velocities: np.ndarray, settings: Settings
+) -> tuple[MotionVerdict, MotionRecord]:
+    """The verdict of one window, and the record with what it taught."""
+    law, limit = velocity_law(settings.robot), settings.limits.motion_delay
+    all_ways = ways(float(record.motion[-1, 6]))
+    costs = misfits(record.commands, velocities, begin, all_ways.rows, law.max_acceleration, law.lag)
+    plain = costs[: all_ways.n_plain].reshape(len(DELAYS), len(MASSES))
+    dead = float(costs[all_ways.n_plain : all_ways.n_plain + all_ways.n_dead].min())
+    turned = float(costs[all_ways.n_plain + all_ways.n_dead :].min())
+    record = _taught(record, plain, dead)
+    by_delay = (plain + record.learnt).min(axis=1)
+    in_time, too_late = limit + 1e-9 >= DELAYS, limit + 1.2 * STEP < DELAYS
+    normal = min(float(by_delay[in_time].min()), dead + FORCELESS)
+    if normal - float(by_delay[too_late].min()) > LATE_ADVANTAGE:
+        measured = float(DELAYS[too_late][int(by_delay[too_late].argmin())])
+        return _late(measured, limit, "motion comes after its command by"), record
+    if min(float(plain.min()), dead) - turned > WRONG_ADVANTAGE:
+        return MotionVerdict(REVERSED, record.delay, "motion is turned or mirrored against the commands"), record
+    if float(plain[in_time].min()) - dead > WRONG_ADVANTAGE:
+        return MotionVerdict(SLIP, record.delay, "motion does not follow the commands: the wheels lack force"), record
+    return MotionVerdict(OK, record.delay), record
+
+
+def _taught(record: MotionRecord, plain: np.ndarray, dead: float) -> MotionRecord:
+    """The record with what one window says of delay and mass: misfits (k, l), and that of wheels without force."""
+    if plain.min() > dead - FOLLOWING:
+        return record
+    learnt = record.learnt + LEARNT * plain
+    learnt = np.minimum(learnt - learnt.min(), MOST_LEARNT)
+    by_delay = (plain + learnt).min(axis=1)
+    best = int(by_delay.argmin())
+    delay = record.delay
+    if by_delay[abs(DELAYS - DELAYS[best]) >= 0.1].min() - by_delay[best] > CLEAR:
+        delay = float(DELAYS[best]) if math.isnan(delay) else delay + SMOOTHED * (float(DELAYS[best]) - delay)
+    return replace(record, learnt=learnt, delay=delay)
+
+
+def _kept(rows: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """Rows by time with one more, without what is too old to be compared."""
+    first = int(rows[:, 0].searchsorted(row[0, 0] - _KEPT)) if len(rows) else 0
+    return np.concatenate([rows[first:], row])

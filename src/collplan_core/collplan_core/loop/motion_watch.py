@@ -1,0 +1,78 @@
+"""What the controller sees of its robot's motion, and whether it must stop for it."""
+
+import math
+
+import numpy as np
+
+from collplan_core.command import Command
+from collplan_core.control.motion_monitor import (
+    STOPPING,
+    MotionRecord,
+    MotionVerdict,
+    begun_anew,
+    commanded,
+    judge_motion,
+    moved,
+)
+from collplan_core.parameters import Settings
+from collplan_core.plane import rotate
+from collplan_core.scan import Scan
+from collplan_core.state import State
+
+TOUCH = 0.03
+"""Distance of the ring from a surface seen within which that may push: noise of poses and ranges, and their age [m]."""
+NEARBY = 0.5
+"""Surfaces farther from the ring than this are not kept: they are seen again before they are near [m]."""
+
+
+class MotionWatch:
+    """Takes poses, scans and commands, each with the local time [s]; judges the motion each period.
+
+    Attributes:
+        verdict: the newest.
+        why_stop: the reason of the first verdict that stops the robot, until `release`; empty before.
+    """
+
+    def __init__(self) -> None:
+        """Starts without having seen anything."""
+        self.verdict = MotionVerdict()
+        self.why_stop = ""
+        self._record = MotionRecord()
+        self._surfaces = np.zeros((0, 2))
+        self._yaw = math.nan
+
+    def release(self) -> None:
+        """Forgets why the robot was stopped and what was learnt till then, as with a new goal."""
+        self.why_stop = ""
+        self._record = MotionRecord(delay=self._record.delay)
+
+    def take_pose(self, state: State, local: float, joins: bool, settings: Settings) -> None:
+        """A pose; one that does not join those before begins anew."""
+        if not joins:
+            self._record = begun_anew(self._record)
+        apart = self._surfaces - state.position
+        reach = settings.robot.radius + TOUCH
+        touching = bool((np.einsum("ij,ij->i", apart, apart) < reach * reach).any())
+        self._record = moved(self._record, state, local, touching)
+        self._yaw = state.yaw
+
+    def take_scan(self, placed: tuple[Scan, State] | None, settings: Settings) -> None:
+        """The newest scan whose pose is known, and that pose."""
+        if placed is None:
+            return
+        scan, state = placed
+        near = np.isfinite(scan.ranges) & (scan.ranges < settings.robot.radius + NEARBY)
+        angles, ranges = scan.angles[near] + state.yaw, scan.ranges[near]
+        self._surfaces = state.position + np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+
+    def judge(self, now: float, settings: Settings) -> None:
+        """Judges what was seen up to `now` [s]."""
+        self.verdict, self._record = judge_motion(self._record, now, settings)
+        if self.verdict.kind in STOPPING and not self.why_stop:
+            self.why_stop = self.verdict.reason
+
+    def commanded(self, command: Command, local: float) -> None:
+        """A command that is sent now."""
+        if math.isfinite(self._yaw):
+            x, y = command.velocity.tolist()
+            self._record = commanded(self._record, np.array(rotate(x, y, self._yaw)), local)

@@ -1,0 +1,181 @@
+"""What commands and measured motion say of each other, on a robot that follows the believed law, late or turned."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.control.motion_monitor import (
+    LATE,
+    OK,
+    REVERSED,
+    SLIP,
+    STUCK,
+    MotionRecord,
+    commanded,
+    judge_motion,
+    moved,
+)
+from collplan_core.parameters import Settings
+from collplan_core.state import State
+
+SETTINGS = Settings()
+LIMIT = SETTINGS.limits.motion_delay
+STEP, CONTROL = 0.005, 0.05
+NO_TURN = np.eye(2)
+
+
+def turn(angle):
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s], [s, c]])
+
+
+class Drive:
+    """A robot that takes on commands by the believed law, `delay` late, with another mass or turned ones."""
+
+    def __init__(self, delay=0.0, mass=1.0, matrix=NO_TURN, seed=0, touching=lambda now: False):
+        self.record, self.verdicts = MotionRecord(), []
+        self.delay, self.mass, self.matrix, self.touching = delay, mass, matrix, touching
+        self.random = np.random.default_rng(seed)
+        self.commands, self.position, self.velocity, self.way = [(-1e9, np.zeros(2))], np.zeros(2), np.zeros(2), 0.0
+        self.earlier = [np.zeros(2)] * round(0.5 * SETTINGS.mocap.velocity_window / STEP)
+
+    def run(self, wanted, until, begin=0.0):
+        """Commands `wanted(time)` from `begin` on, while poses come with noise as shipped."""
+        robot = SETTINGS.robot
+        for k in range(round(begin / STEP), round(until / STEP)):
+            now = k * STEP
+            if k % round(CONTROL / STEP) == 0:
+                verdict, self.record = judge_motion(self.record, now, SETTINGS)
+                self.verdicts.append((now, verdict))
+                command = np.asarray(wanted(now), dtype=float)
+                self.commands.append((now, command))
+                self.record = commanded(self.record, command, now)
+            if k % 2 == 0:
+                # as a slope over a window, so half of it old
+                velocity = self.earlier[0] + self.random.normal(0.0, 0.04, 2)
+                state = State(now, self.position + self.random.normal(0.0, 0.002, 2), velocity, 0.0)
+                self.record = moved(self.record, state, now, self.touching(now))
+            applied = next(u for time, u in reversed(self.commands) if time <= now - self.delay)
+            pull = (self.matrix @ applied - self.velocity) / (robot.velocity_lag * self.mass)
+            largest = robot.max_acceleration / self.mass
+            pull *= min(1.0, largest / max(np.hypot(*pull), 1e-12))
+            self.earlier = [*self.earlier[1:], self.velocity]
+            self.velocity = self.velocity + STEP * pull
+            self.position = self.position + STEP * self.velocity
+            self.way += STEP * float(np.hypot(*self.velocity))
+        return self
+
+    @property
+    def kinds(self):
+        return {verdict.kind for _, verdict in self.verdicts}
+
+    def first(self, kind):
+        return next((now for now, verdict in self.verdicts if verdict.kind == kind), math.inf)
+
+
+def turning(now):
+    """To and fro and round, as a drive around obstacles."""
+    angle = 1.3 * now + math.sin(2.0 * now)
+    return 0.9 * math.cos(angle), 0.9 * math.sin(angle)
+
+
+def straight(now):
+    return 1.0, 0.0
+
+
+@given(delay=st.floats(0.0, 0.07), mass=st.sampled_from([0.8, 1.0, 1.5, 2.0]), seed=st.integers(0, 1000))
+@settings(derandomize=True, deadline=None, max_examples=12)
+def test_in_time_and_of_any_mass_nothing_is_said(delay, mass, seed):
+    assert Drive(delay, mass, seed=seed).run(turning, 6.0).kinds == {OK}
+
+
+@given(delay=st.floats(0.2, 0.4), seed=st.integers(0, 1000))
+@settings(derandomize=True, deadline=None, max_examples=12)
+def test_late_motion_is_named_within_0_3_s_of_its_first_centimetre(delay, seed):
+    drive = Drive(delay, seed=seed).run(straight, 1.5)
+    first_centimetre = math.sqrt(2.0 * 0.01 / SETTINGS.robot.max_acceleration)
+    assert drive.first(LATE) <= delay + first_centimetre + 0.3
+    assert "limit 0.10 s" in next(v.reason for _, v in drive.verdicts if v.kind == LATE)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.025, 0.05, 0.075, 0.15, 0.25])
+def test_the_delay_is_estimated(delay):
+    drive = Drive(delay).run(turning, 5.0)
+    assert drive.record.delay == pytest.approx(delay, abs=0.025)
+
+
+TURNED = {
+    "left": turn(math.pi / 2),
+    "right": turn(-math.pi / 2),
+    "back": turn(math.pi),
+    "x": np.diag([-1.0, 1.0]),
+    "y": np.diag([1.0, -1.0]),
+}
+
+
+@pytest.mark.parametrize("name", TURNED)
+def test_turned_axes_are_named_within_0_3_m(name):
+    drive = Drive(matrix=TURNED[name])
+    wanted = (0.7, 0.7) if name in "xy" else (1.0, 0.0)
+    for k in range(20):
+        if REVERSED not in drive.kinds:
+            drive.run(lambda now: wanted, CONTROL * (k + 1), begin=CONTROL * k)
+    assert REVERSED in drive.kinds
+    assert drive.way <= 0.15
+    assert drive.kinds <= {OK, REVERSED}
+
+
+def test_wheels_that_do_not_turn_are_stuck_within_a_second_and_not_late():
+    drive = Drive(mass=1e9).run(straight, 3.0)
+    assert drive.first(STUCK) <= 1.0
+    assert LATE not in drive.kinds
+
+
+def test_a_robot_that_begins_to_listen_is_not_late():
+    """An emergency stop was cleared while it was commanded on."""
+    drive = Drive(mass=1e9).run(turning, 3.0)
+    drive.mass = 1.0
+    drive.run(turning, 6.0, begin=3.0)
+    assert LATE not in drive.kinds
+    assert drive.verdicts[-1][1].kind == OK
+
+
+def test_a_robot_that_stops_by_itself_is_not_late():
+    drive = Drive().run(turning, 3.0)
+    drive.matrix = np.zeros((2, 2))
+    drive.run(turning, 6.0, begin=3.0)
+    assert LATE not in drive.kinds
+    assert drive.verdicts[-1][1].kind in (STUCK, SLIP)
+
+
+def test_wheels_almost_without_force_slip():
+    drive = Drive(mass=25.0).run(turning, 4.0)
+    assert SLIP in drive.kinds
+    assert not {LATE, REVERSED} & drive.kinds
+
+
+def test_what_a_wall_does_is_left_out():
+    """Every second its velocity is turned round, near a wall."""
+    drive = Drive(touching=lambda now: now % 1.0 < 0.05)
+    for second in range(1, 8):
+        drive.run(turning, float(second), begin=second - 1.0)
+        drive.velocity = -drive.velocity
+    assert drive.kinds == {OK}
+
+
+def test_poses_that_come_later_than_they_did_are_late_at_once():
+    """Stamps tell it, without any motion; a stall after which the newest pose is on time is none."""
+    record = MotionRecord()
+    for k in range(200):
+        now = 0.01 * k
+        record = moved(record, State(now - (0.15 if k > 150 else 0.0), np.zeros(2), np.zeros(2), 0.0), now, False)
+        record = commanded(record, np.array([0.1, 0.0]), now)
+    verdict, _ = judge_motion(record, 2.0, SETTINGS)
+    assert (verdict.kind, verdict.reason) == (LATE, "poses come later than they did, by 0.15 s, limit 0.10 s")
+    stalled = record
+    for k in range(30):
+        stalled = moved(stalled, State(2.0 + 0.01 * k, np.zeros(2), np.zeros(2), 0.0), 2.3, False)
+    assert judge_motion(stalled, 2.3, SETTINGS)[0].kind != LATE

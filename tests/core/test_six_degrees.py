@@ -1,0 +1,174 @@
+"""Heading, tilt and height of a measured pose: what a robot on a floor cannot do is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.parameters import Mocap, Settings
+from collplan_core.sensing.pose_filter import FRESH, PoseSample, check_pose_fields, filter_pose
+from collplan_core.sensing.six_degrees import tilt_of
+
+FEW = settings(derandomize=True, deadline=None, max_examples=30)
+SETTINGS = Settings()
+PERIOD = 0.01
+SPEED = 0.6
+
+
+def feed(poses, memory=FRESH, begin=0, config=SETTINGS):
+    """A result for each (yaw, height, tilt), 10 ms apart on the way along x, and the memory after the last."""
+    results = []
+    for k, (yaw, height, tilt) in enumerate(poses, begin):
+        stamp = PERIOD * k
+        sample = PoseSample(stamp, np.array([SPEED * stamp, 0.0]), math.remainder(yaw, math.tau), height, tilt)
+        result, memory = filter_pose(memory, sample, stamp, config)
+        results.append(result)
+    return results, memory
+
+
+def upright(n, yaw=0.0, height=0.1):
+    return [(yaw, height, 0.0)] * n
+
+
+def refusals(results):
+    return {result.refused for result in results}
+
+
+@pytest.mark.parametrize("angle", [math.pi / 2, -math.pi / 2, math.pi, -2.0])
+def test_a_heading_that_leaps_is_refused_for_as_long_as_it_lasts(angle):
+    _, memory = feed(upright(30, yaw=2.8))
+    results, memory = feed(upright(1000, yaw=2.8 + angle), memory, 30)
+    assert refusals(results) == {"yaw"}
+    results, _ = feed(upright(5, yaw=2.8), memory, 1030)
+    assert refusals(results) == {""}
+
+
+@given(angle=st.floats(0.3, 1.5))
+@FEW
+def test_a_smaller_leap_is_refused_until_the_robot_can_have_turned_so_far(angle):
+    _, memory = feed(upright(30))
+    results, _ = feed(upright(40, yaw=angle), memory, 30)
+    taken = [not result.refused for result in results]
+    first = taken.index(True)
+    assert first >= 1
+    assert PERIOD * first <= SETTINGS.limits.pose_age
+    assert all(taken[first:])
+
+
+@given(spin=st.floats(-8.9, 8.9), yaw=st.floats(-math.pi, math.pi))
+@FEW
+def test_no_spin_that_a_hit_can_give_is_refused(spin, yaw):
+    results, _ = feed([(yaw + spin * PERIOD * k, 0.0, 0.0) for k in range(60)])
+    assert refusals(results) == {""}
+
+
+def test_the_largest_spin_of_a_rolling_rim_counts_as_motion():
+    robot = SETTINGS.robot
+    assert (1.0 - robot.inertia_factor) * robot.max_speed / robot.radius < SETTINGS.mocap.max_spin
+
+
+def test_no_quarter_turn_is_motion_in_any_silence_that_the_robot_drives_through():
+    reach = SETTINGS.mocap.max_spin * SETTINGS.limits.pose_age + SETTINGS.mocap.yaw_margin
+    assert reach < math.pi / 2
+
+
+def test_turned_while_nothing_was_seen_is_a_relocation():
+    _, memory = feed(upright(30))
+    results, _ = feed(upright(70, yaw=math.pi), memory, 30 + 51)
+    assert refusals(results[:50]) == {"yaw"}
+    assert [k for k, result in enumerate(results) if result.relocated] == [50]
+    assert refusals(results[50:]) == {""}
+
+
+def test_a_flip_behind_a_short_occlusion_is_none():
+    _, memory = feed(upright(30))
+    results, _ = feed(upright(300, yaw=math.pi), memory, 30 + 30)
+    assert refusals(results) == {"yaw"}
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.1, -0.3])
+def test_a_flip_is_one_wherever_the_markers_sit(offset):
+    """Turned by pi about markers ahead of it, the computed centre leaps by twice that: no relocation."""
+    config = SETTINGS.with_values({"mocap.body_offset_x": offset})
+    _, memory = feed(upright(30), config=config)
+    for k in range(30, 300):
+        stamp = PERIOD * k
+        sample = PoseSample(stamp, np.array([SPEED * stamp + 2.0 * offset, 0.0]), math.pi)
+        result, memory = filter_pose(memory, PoseSample(*vars(sample).values()), stamp, config)
+        assert result.refused in ("height", "yaw")
+
+
+def test_carried_elsewhere_and_turned_is_a_relocation():
+    _, memory = feed(upright(30))
+    relocated = []
+    for k in range(30, 100):
+        stamp = PERIOD * k
+        sample = PoseSample(stamp, np.array([5.0, 1.0]), math.pi, 0.1)
+        result, memory = filter_pose(memory, sample, stamp, SETTINGS)
+        relocated.append(result.relocated)
+    assert relocated.index(True) == 50
+
+
+@pytest.mark.parametrize(("fault", "reason"), [((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height")])
+def test_tipped_or_lifted_is_refused_for_as_long_as_it_lasts(fault, reason):
+    _, memory = feed(upright(30))
+    results, memory = feed([fault] * 1000, memory, 30)
+    assert refusals(results) == {reason}
+    results, _ = feed(upright(5), memory, 1030)
+    assert refusals(results) == {""}
+
+
+def test_let_down_below_the_first_pose_is_a_wrong_height():
+    _, memory = feed(upright(30, height=1.0))
+    results, _ = feed(upright(200, height=0.1), memory, 30)
+    assert refusals(results) == {"height"}
+
+
+@given(height=st.floats(-3.0, 3.0), wobble=st.floats(-0.049, 0.049), tilt=st.floats(0.0, 0.26))
+@FEW
+def test_within_the_limits_nothing_is_refused(height, wobble, tilt):
+    results, _ = feed([(0.0, height + wobble * (k % 2), tilt) for k in range(30)])
+    assert refusals(results) == {""}
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_not_finite_is_refused_without_a_trace(value):
+    _, memory = feed(upright(30))
+    for fault in ((0.0, value, 0.0), (0.0, 0.0, value)):
+        results, after = feed([fault], memory, 30)
+        assert (results[0].refused, after) == ("not_finite", memory)
+
+
+@given(yaw=st.floats(-math.pi, math.pi), tilt=st.floats(0.0, math.pi), around=st.floats(-math.pi, math.pi))
+@FEW
+def test_the_tilt_of_a_quaternion_is_the_angle_to_the_vertical(yaw, tilt, around):
+    half = 0.5 * tilt
+    lean = math.sin(half) * math.cos(around), math.sin(half) * math.sin(around), 0.0, math.cos(half)
+    turn = 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)
+    assert tilt_of(product(turn, lean)) == pytest.approx(tilt, abs=1e-6)
+    assert tilt_of(product(lean, turn)) == pytest.approx(tilt, abs=1e-6)
+
+
+def product(a, b):
+    """The turn b, then a; x, y, z, w."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def test_height_and_tilt_are_read_from_the_fields():
+    sample = check_pose_fields(1.0, (0.5, -0.5, 0.12), (math.sin(0.2), 0.0, 0.0, math.cos(0.2)), 0.01)
+    assert (sample.height, sample.tilt) == (0.12, pytest.approx(0.4))
+
+
+def test_where_the_markers_sit_cannot_be_changed_under_way():
+    from collplan_core.parameters.spec import specs
+
+    assert not any(spec.live for spec in specs(Mocap) if "body_offset" in spec.key)

@@ -1,0 +1,178 @@
+"""Trials of a robot that moves late, turned or not at all against its commands."""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP, STOPPING, STUCK
+from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.parameters import Settings
+from collplan_core.worlds import load_world, parse_world
+from omnipuck_sim import trial
+from omnipuck_sim.robot.physics import Simulator
+from omnipuck_sim.trial import run_trial
+
+HALL = parse_world({"name": "hall", "bounds": [-1, -1, 6, 1], "start": [0.0, 0.0], "goal": [5.0, 0.0]}, "hall")
+STRATEGIES = ("harness", "high_risk", "low_risk", "bounce", "tolerate", "avoid", "stop_guarantee")
+ROBOTS = {
+    "as shipped": {},
+    "low cost": {
+        "lidar.sensor": "low_cost",
+        "simulator.mocap_latency": 0.03,
+        "simulator.mocap_yaw_noise": 0.01,
+    },
+    "heavy": {"simulator.mass_ratio": 2.0},
+    "wheels with inertia": {"simulator.wheel_mass": 0.35},
+}
+VISIBLE = 0.01
+"""Way from which a motion is seen [m]."""
+
+
+@dataclass
+class Watched:
+    """What the controller said of each period, and where it believed the robot."""
+
+    times: list[float] = field(default_factory=list)
+    speeds: list[float] = field(default_factory=list)
+    kinds: list[str] = field(default_factory=list)
+    stops: list[str] = field(default_factory=list)
+    poses: list[tuple[float, float, float]] = field(default_factory=list)
+    delay: float = math.nan
+
+    @property
+    def seen_moving(self) -> float:
+        """When the first motion was seen [s]."""
+        _, x, y = self.poses[0]
+        return next(t for t, px, py in self.poses if math.hypot(px - x, py - y) > VISIBLE)
+
+    @property
+    def last_moving_command(self) -> float:
+        return max((t for t, speed in zip(self.times, self.speeds, strict=True) if speed > 0.0), default=-math.inf)
+
+
+@pytest.fixture
+def watched(monkeypatch):
+    """A Watched that fills while trials run."""
+    seen = Watched()
+    tick, take_pose = ControllerLoop.tick, ControllerLoop.take_pose
+
+    def ticked(self, local):
+        command = tick(self, local)
+        seen.times.append(local)
+        seen.speeds.append(float(np.hypot(*command.velocity)))
+        seen.kinds.append(self.motion.verdict.kind)
+        seen.stops.append(self.motion.why_stop)
+        seen.delay = self.motion.verdict.delay
+        return command
+
+    def posed(self, state, local):
+        seen.poses.append((local, *state.position.tolist()))
+        return take_pose(self, state, local)
+
+    monkeypatch.setattr(ControllerLoop, "tick", ticked)
+    monkeypatch.setattr(ControllerLoop, "take_pose", posed)
+    return seen
+
+
+def run(world=HALL, strategy="avoid", seed=1, timeout=3.0, **values):
+    named = {key.replace("__", "."): value for key, value in values.items()}
+    settings = Settings().with_values({"planner.strategy": strategy, "trial.timeout": timeout, **named})
+    return run_trial(world, settings, seed)
+
+
+@pytest.mark.parametrize("latency", [0.2, 0.3])
+@pytest.mark.parametrize("strategy", ["avoid", "bounce", "harness"])
+def test_late_poses_stop_it_within_0_3_s_of_its_first_motion(watched, latency, strategy):
+    run(strategy=strategy, simulator__mocap_latency=latency)
+    assert watched.last_moving_command <= watched.seen_moving + 0.3
+    assert watched.stops[-1].startswith("motion comes after its command by 0.")
+    assert LATE in watched.kinds
+
+
+def test_stamps_that_lie_do_not_hide_it(watched, monkeypatch):
+    """The receiver stamps what it sends with the present."""
+    measure, kept = Simulator.measured_pose, []
+
+    def measured(self):
+        kept.append(measure(self))
+        return replace(kept[max(len(kept) - 23, 0)], stamp=self.time)
+
+    monkeypatch.setattr(Simulator, "measured_pose", measured)
+    run()
+    assert watched.last_moving_command <= watched.seen_moving + 0.3
+
+
+def test_poses_that_become_late_under_way_stop_it_for_good(watched, monkeypatch):
+    deliver = trial._Nodes.mocap
+
+    def mocap(self):
+        late = 0.2 if self.simulator.time > 1.2 else 0.0
+        if self._measured[0].stamp <= self.simulator.time - late + 1e-6:
+            deliver(self)
+
+    monkeypatch.setattr(trial._Nodes, "mocap", mocap)
+    run()
+    assert 1.0 < watched.last_moving_command <= 1.2 + 0.2 + 0.3
+    assert watched.stops[-1].startswith("poses come later than they did")
+
+
+def turn_commands(monkeypatch, matrix):
+    command = Simulator.command
+
+    def commanded(self, velocity, yaw_rate):
+        command(self, matrix @ np.asarray(velocity), yaw_rate)
+
+    monkeypatch.setattr(Simulator, "command", commanded)
+
+
+@pytest.mark.parametrize("angle", [math.pi / 2, math.pi, -math.pi / 2])
+@pytest.mark.parametrize("strategy", ["avoid", "harness"])
+def test_turned_axes_stop_it_within_0_3_m(watched, monkeypatch, angle, strategy):
+    c, s = math.cos(angle), math.sin(angle)
+    turn_commands(monkeypatch, np.array([[c, -s], [s, c]]))
+    result = run(strategy=strategy)
+    assert result.path_length <= 0.3
+    assert REVERSED in watched.kinds
+
+
+def test_wheels_that_do_not_turn_are_reported_within_a_second_and_stop_nothing(watched, monkeypatch):
+    turn_commands(monkeypatch, np.zeros((2, 2)))
+    run()
+    begun = next(t for t, speed in zip(watched.times, watched.speeds, strict=True) if speed > 0.0)
+    assert watched.times[watched.kinds.index(STUCK)] <= begun + 1.0
+    assert not any(watched.stops)
+
+
+def test_wheels_that_slip_are_reported(watched):
+    run(simulator__mass_ratio=5.0, simulator__acceleration_ratio=0.2, strategy="harness")
+    assert SLIP in watched.kinds
+    assert not any(watched.stops)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("strategy", ["bounce", "harness"])
+def test_no_false_stop(watched, robot, strategy):
+    result = run(load_world("baffles:1000"), strategy, 3, 8.0, **ROBOTS[robot])
+    assert len(watched.times) > 30
+    assert not any(watched.stops), (robot, strategy, watched.stops[-1])
+    assert result.path_length > 1.0
+    assert watched.delay == pytest.approx(ROBOTS[robot].get("simulator.mocap_latency", 0.0), abs=0.05)
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(14400)
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_no_false_stop_in_half_an_hour_each(watched, robot):
+    """Two hours and more than 1000 impacts over all robots."""
+    families = ("serpentine", "u", "z", "l", "baffles", "pillars", "random")
+    impacts = n = 0
+    while len(watched.times) < 20.0 * 1800.0 or impacts < 300:
+        strategy, family = STRATEGIES[n % 7], families[(n // 7) % 7]
+        result = run(load_world(f"{family}:{2000 + n}"), strategy, n, 15.0, **ROBOTS[robot])
+        impacts += len(result.impacts)
+        stopped = [reason for reason in watched.stops if reason]
+        assert not stopped, (robot, strategy, family, 2000 + n, stopped[0])
+        assert not set(STOPPING) & set(watched.kinds)
+        n += 1
