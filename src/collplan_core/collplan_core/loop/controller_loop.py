@@ -94,7 +94,7 @@ class ControllerLoop:
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """A scan."""
-        self._sensors.take_scan(scan, local)
+        self._sensors.take_scan(scan, local, self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
         """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
