@@ -100,10 +100,15 @@ class ControllerLoop:
         """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
         self._sensors.refuse(kind, reason)
 
+    def forget_scans(self) -> None:
+        """A person says to go on: where scans are refused, the next one is believed."""
+        self._sensors.forget_scans()
+
     def take_goal(self, goal: Goal) -> None:
         """The goal's identity, stamp and status; the position is not needed."""
         if self.goal is None or self.goal.id != goal.id:
             self._memory = ControllerMemory()
+            self.forget_scans()
         self.goal = goal
         plans = [plan for plan in (self._waiting, self.plan) if plan is not None]
         if not goal.active or any(plan.stamp <= goal.stamp for plan in plans):

@@ -116,6 +116,10 @@ class PlannerLoop:
         """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
         self._sensors.refuse(kind, reason)
 
+    def forget_scans(self) -> None:
+        """A person says to go on: where scans are refused, the next one is believed."""
+        self._sensors.forget_scans()
+
     def take_impact(self, stamp: float, change: np.ndarray, local: float) -> list[Decision]:
         """An impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s]."""
         settings, state = self._settings, self._sensors.state
@@ -133,6 +137,7 @@ class PlannerLoop:
     def take_goal(self, identity: bytes, position: np.ndarray, local: float) -> list[Decision]:
         """A goal (2,) [m], which replaces the one before."""
         self._begin_goal()
+        self.forget_scans()
         goal = self.goal.accept(Goal(identity, self._planned_until, position), self._sensors.now(local))
         self._decisions += [goal, Notice(INFO, f"goal {position[0]:.3f}, {position[1]:.3f} accepted")]
         return self._decided()

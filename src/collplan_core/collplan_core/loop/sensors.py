@@ -6,15 +6,13 @@ from collections import deque
 from collplan_core.control.permission import is_relocated, why_stale
 from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.scan_trust import ScanTrust
 from collplan_core.parameters import Limits, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.beam_poses import beam_poses
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.state import State
-
-REFUSED_RUNNING = 2
-"""So many scans refused one after the other stop the robot; a single one is left out."""
 
 
 class Sensors:
@@ -36,7 +34,7 @@ class Sensors:
         self._scan_memory = ScanMemory()
         self._scan_received = -math.inf
         self._refused: dict[str, str] = {}
-        self._scans_refused = 0
+        self._trust = ScanTrust()
         self._clock = PosesClock()
         self.state: State | None = None
 
@@ -51,7 +49,9 @@ class Sensors:
             self._refusals.add("pose_break", f"the poses begin anew at {state.stamp:.3f}")
             self._poses.clear()
             self._scans.clear()
+            self._unplaced.clear()
             self._scan_memory = ScanMemory()
+            self._trust = ScanTrust()
         self._poses.add(state)
         self._clock.received(state.stamp, local)
         self._refused.pop("pose", None)
@@ -63,7 +63,9 @@ class Sensors:
         """Adds a scan received at `local` [s, local clock]."""
         now, limit = self._clock.now(local), settings.limits.scan_age
         if now is not None and now - scan.stamp > limit:
-            self._refuse_scan(f"it comes {now - scan.stamp:.2f} s after its stamp, limit {limit:.2f} s")
+            reason = f"it comes {now - scan.stamp:.2f} s after its stamp, limit {limit:.2f} s"
+            self._refusals.add("scan", reason)
+            self.refuse("scan", reason)
             return
         self._unplaced.append((scan, local))
         while self._unplaced[0][0].stamp < scan.stamp - self._span:
@@ -80,7 +82,7 @@ class Sensors:
                 continue
             reason, self._scan_memory = judge_scan(self._scan_memory, scan, beams, state.velocity, limits)
             if reason:
-                self._refuse_scan(reason)
+                self._refuse_scan(reason, local)
             else:
                 self._believe(scan, local)
 
@@ -89,39 +91,37 @@ class Sensors:
             self._scans.clear()
         self._scans.append(scan)
         self._scan_received = local
-        self._scans_refused = 0
+        self._trust.believed()
         self._refused.pop("scan", None)
         while self._scans[0].stamp < scan.stamp - self._span:
             self._scans.popleft()
 
-    def _refuse_scan(self, reason: str) -> None:
+    def _refuse_scan(self, reason: str, local: float) -> None:
         self._refusals.add("scan", reason)
+        self._trust.refused(reason, local)
         self.refuse("scan", reason)
 
     def refuse(self, kind: str, reason: str) -> None:
         """Notes that the newest pose or scan (`kind` "pose" or "scan") cannot be used, and why."""
         self._refused[kind] = reason
-        self._scans_refused += kind == "scan"
 
     def forget_scans(self) -> None:
-        """Drops what scans are judged by, where they are refused now: the next one is believed, whatever it shows.
+        """Uses scans again at once; where they are refused, the next one is believed, whatever it shows.
 
-        For a world that did change. Whoever calls this has looked at robot and scan.
+        For a world that did change. Whoever has this called has looked at robot and scan.
         """
-        if self._scans_refused:
+        if self._trust.is_lost:
             self._scan_memory = ScanMemory()
-            self._scans_refused = 0
             self._refused.pop("scan", None)
+        self._trust = ScanTrust()
 
     def why_stale(self, local: float, limits: Limits) -> str:
         """Why poses or scans are not to be used: none yet, too old, or the last ones were refused; "" if they are."""
         return self._why("pose", self._clock.age(local), limits.pose_age) or self._why_scan(local, limits.scan_age)
 
     def _why_scan(self, local: float, limit: float) -> str:
-        if self._scans_refused >= REFUSED_RUNNING:
-            return f"scan refused: {self._refused['scan']}"
         received = max((at for _, at in self._unplaced), default=-math.inf)
-        return self._why("scan", local - max(received, self._scan_received), limit)
+        return self._trust.why_not(local) or self._why("scan", local - max(received, self._scan_received), limit)
 
     def _why(self, kind: str, age: float, limit: float) -> str:
         reason = why_stale(kind, age, limit)

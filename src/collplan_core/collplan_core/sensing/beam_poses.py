@@ -7,7 +7,7 @@ from collplan_core.sensing.pose_history import PoseHistory
 
 
 def beam_poses(scan: Scan, poses: PoseHistory) -> np.ndarray | None:
-    """(n, 3) x, y [m] and yaw [rad], not wrapped, of the robot at each beam; None where the pose of the stamp is unknown.
+    """(n, 3) x, y [m] and yaw [rad], not wrapped, of the robot at each beam; None without a pose for the stamp.
 
     Beams later than the newest pose are placed by the velocity at the scan's stamp.
     """

@@ -7,14 +7,19 @@ import numpy as np
 
 from collplan_core.parameters import Limits
 from collplan_core.scan import Scan
-from collplan_core.sensing.missing_walls import count_missing
 from collplan_core.sensing.seen_walls import seen_walls
+from collplan_core.sensing.walls_again import walls_again
 from collplan_core.state import State
 
 KEPT, PERIOD = 5, 0.2
 """So many scans are kept, so long apart [s]."""
-FEWEST, FEWEST_AHEAD = 40, 15
+FEWEST, FEWEST_AHEAD = 40, 30
 """Fewer walls than these, of all scans kept together, say nothing."""
+MOST_MISSING_AHEAD = 0.5
+"""Largest share of the beams ahead, which are few, that may miss a wall."""
+LATEST = 0.12
+"""A scan that shows what was seen longer before its stamp is late [s]; the sweep of a LIDAR of 10 Hz that gives no
+time_increment is 0.05 s on average."""
 STILL, UNTURNED = 0.02, 0.02
 """A robot that moved less than this may see the same to the last bit: poses have noise [m, rad]."""
 
@@ -47,7 +52,8 @@ def judge_scan(
         limits: the shares of beams that may be lost or miss a wall.
     """
     memory = _with_ranges(memory, scan, beams)
-    reason = _lost(scan, limits) or _frozen(memory, scan, beams) or _missing(memory, scan, beams, velocity, limits)
+    reason = _lost(scan, limits) or _frozen(memory, scan, beams)
+    reason = reason or _contradicted(memory, scan, beams, velocity, limits)
     return reason, memory if reason else _with_walls(memory, scan, beams)
 
 
@@ -83,17 +89,18 @@ def _frozen(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> str:
     return f"the same to the last bit after {moved:.2f} m and {turned:.2f} rad"
 
 
-def _missing(memory: ScanMemory, scan: Scan, beams: np.ndarray, velocity: np.ndarray, limits: Limits) -> str:
+def _contradicted(memory: ScanMemory, scan: Scan, beams: np.ndarray, velocity: np.ndarray, limits: Limits) -> str:
     if not memory.walls:
         return ""
     walls = np.concatenate([walls for _, walls in memory.walls])
-    found = count_missing(walls, scan, beams, velocity)
-    for expected, missing, fewest, where in (
-        (found.expected, found.missing, FEWEST, ""),
-        (found.expected_ahead, found.missing_ahead, FEWEST_AHEAD, " ahead"),
-    ):
-        if expected >= fewest and missing > limits.missing_beams * expected:
-            return f"walls seen before are missing in {missing / expected:.0%} of the beams{where}"
+    found = walls_again(walls, scan, beams, velocity)
+    if found.expected >= FEWEST and found.missing > limits.missing_beams * found.expected:
+        return f"walls seen before are missing in {found.missing / found.expected:.0%} of the beams"
+    if found.expected_ahead >= FEWEST_AHEAD and found.missing_ahead > MOST_MISSING_AHEAD * found.expected_ahead:
+        share = found.missing_ahead / found.expected_ahead
+        return f"walls seen before are missing in {share:.0%} of the beams ahead"
+    if found.n_delays >= FEWEST_AHEAD and found.delay > LATEST:
+        return f"it shows what was seen {found.delay:.2f} s before its stamp"
     return ""
 
 
