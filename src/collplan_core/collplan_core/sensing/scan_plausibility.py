@@ -17,9 +17,9 @@ FEWEST, FEWEST_AHEAD = 40, 30
 """Fewer walls than these, of all scans kept together, say nothing."""
 MOST_MISSING_AHEAD = 0.5
 """Largest share of the beams ahead, which are few, that may miss a wall."""
-LATEST = 0.12
+LATEST = 0.1
 """A scan that shows what was seen longer before its stamp is late [s]; the sweep of a LIDAR of 10 Hz that gives no
-time_increment is 0.05 s on average."""
+time_increment is 0.05 s late on average."""
 STILL, UNTURNED = 0.02, 0.02
 """A robot that moved less than this may see the same to the last bit: poses have noise [m, rad]."""
 
