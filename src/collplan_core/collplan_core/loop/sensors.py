@@ -67,9 +67,8 @@ class Sensors:
             self._refusals.add("scan", reason)
             self.refuse("scan", reason)
             return
-        self._unplaced.append((scan, local))
-        while self._unplaced[0][0].stamp < scan.stamp - self._span:
-            self._unplaced.popleft()
+        unplaced = [each for each in self._unplaced if scan.stamp - self._span <= each[0].stamp < scan.stamp]
+        self._unplaced = deque([*unplaced, (scan, local)])
         self._place_scans(settings.limits)
 
     def _place_scans(self, limits: Limits) -> None:
