@@ -1,13 +1,17 @@
 """What planner and controller make of scans that cannot be true, and how they come back to drive by scans."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from collplan_core.deadline import never
 from collplan_core.goal import EXECUTING, Goal
+from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.scan_trust import PAUSE, ScanTrust
 from collplan_core.loop.sensors import Sensors
@@ -134,7 +138,7 @@ def test_it_stands_only_after_two_refusals_running(refusals):
             trust.refused("odd", 0.05 * k)
         else:
             trust.believed()
-    running = any(a and b for a, b in zip(refusals, refusals[1:], strict=False))
+    running = any(a and b for a, b in pairwise(refusals))
     if not running:
         assert trust.why_not(0.05 * len(refusals)) == ""
     elif refusals[-1] and refusals[-2]:
@@ -142,10 +146,6 @@ def test_it_stands_only_after_two_refusals_running(refusals):
 
 
 def test_planner_and_controller_begin_anew_with_a_new_goal(monkeypatch):
-    from collplan_core.deadline import never
-    from collplan_core.loop.controller_loop import ControllerLoop
-    from collplan_core.loop.planner_loop import PlannerLoop
-
     planner, controller = PlannerLoop(SETTINGS, lambda settings: never), ControllerLoop(SETTINGS)
     forgotten = []
     monkeypatch.setattr(Sensors, "forget_scans", lambda sensors: forgotten.append(sensors))

@@ -7,8 +7,8 @@ import itertools
 
 import pytest
 
-from collplan_core.planners import map_period_of
 from collplan_core.parameters import Settings
+from collplan_core.planners import map_period_of
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from lying_scans import LIES, watched_trial
 
