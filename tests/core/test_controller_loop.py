@@ -110,7 +110,7 @@ def test_old_scans_stop():
     loop = driving(until=9.0)
     for stamp in (1.1, 1.2, 1.31):
         loop.take_pose(at(stamp), stamp)
-    assert loop.tick(1.31).reason == "scan 0.31 s old, limit 0.30 s"
+    assert loop.tick(1.31).reason == "scan 0.31 s old, limit 0.25 s"
 
 
 def test_refused_scans_are_named_as_refused():

@@ -14,7 +14,7 @@ from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
-from collplan_core.sensing import pose_filter, spinning_lidar
+from collplan_core.sensing import pose_filter, scan_plausibility, spinning_lidar
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -31,6 +31,7 @@ def warm_up() -> None:
     assert world.goal is not None, "the shipped arenas have a goal"
     state = State(0.0, np.array(world.start), np.array([0.1, 0.0]), 0.0)
     scan = simulate_scan(world, state, settings.lidar)
+    scan_plausibility.warm_up(scan, state, settings.limits)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
     planner = planner_for("harness")
     plan, memory = planner.plan(None, local_map, state, world.goal, settings)

@@ -111,12 +111,16 @@ class ControllerLoop:
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """A scan."""
-        self._sensors.take_scan(scan, local)
+        self._sensors.take_scan(scan, local, self._settings)
         self.motion.take_scan(self._sensors.newest_placed(), self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
         """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
         self._sensors.refuse(kind, reason)
+
+    def forget_scans(self) -> None:
+        """A person says to go on: where scans are refused, the next one is believed."""
+        self._sensors.forget_scans()
 
     def take_goal(self, goal: Goal) -> None:
         """The goal's identity, stamp and status; the position is not needed."""
@@ -132,6 +136,7 @@ class ControllerLoop:
         """A person lets the robot go on to its goal."""
         self._interlock = self._interlock.resumed()
         self.motion.release()
+        self.forget_scans()
         self._patience, self._fault_since = LONGEST_START, None
 
     def take_valid_until(self, stamp: float, until: float) -> None:

@@ -133,11 +133,15 @@ class PlannerLoop:
 
     def take_scan(self, scan: Scan, local: float) -> None:
         """A scan."""
-        self._sensors.take_scan(scan, local)
+        self._sensors.take_scan(scan, local, self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
         """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
         self._sensors.refuse(kind, reason)
+
+    def forget_scans(self) -> None:
+        """A person says to go on: where scans are refused, the next one is believed."""
+        self._sensors.forget_scans()
 
     def take_impact(self, stamp: float, change: np.ndarray, local: float) -> list[Decision]:
         """An impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s]."""
@@ -160,6 +164,7 @@ class PlannerLoop:
         if reason:
             return self.refuse_goal(identity, reason)
         self._begin_goal()
+        self.forget_scans()
         goal = self.goal.accept(Goal(identity, self._planned_until, position), local)
         self._decisions += [goal, Notice(INFO, f"goal {position[0]:.3f}, {position[1]:.3f} accepted")]
         return self._decided()

@@ -6,9 +6,12 @@ from collections import deque
 from collplan_core.control.permission import is_relocated, why_stale
 from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.scan_trust import ScanTrust
 from collplan_core.parameters import Limits, Settings
 from collplan_core.scan import Scan
+from collplan_core.sensing.beam_poses import beam_poses
 from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.state import State
 
 REFUSED_POSE_AGE = 0.05
@@ -17,6 +20,8 @@ REFUSED_POSE_AGE = 0.05
 
 class Sensors:
     """The recent poses and scans, and their age since local receipt [s]. A pose that does not join clears both.
+
+    A scan is used once the pose of its stamp is known, and then only if it can be true after those before it.
 
     Attributes:
         state: newest pose; None before the first.
@@ -27,9 +32,12 @@ class Sensors:
         self._span = span
         self._refusals = refusals
         self._poses = PoseHistory(span)
+        self._unplaced: deque[tuple[Scan, float]] = deque()
         self._scans: deque[Scan] = deque()
+        self._scan_memory = ScanMemory()
         self._scan_received = -math.inf
         self._refused: dict[str, str] = {}
+        self._trust = ScanTrust()
         self._clock = PosesClock()
         self.state: State | None = None
 
@@ -44,32 +52,79 @@ class Sensors:
             self._refusals.add("pose_break", f"the poses begin anew at {state.stamp:.3f}")
             self._poses.clear()
             self._scans.clear()
+            self._unplaced.clear()
+            self._scan_memory = ScanMemory()
+            self._trust = ScanTrust()
         self._poses.add(state)
         self._clock.received(state.stamp, local)
         self._refused.pop("pose", None)
         self.state = state
+        self._place_scans(settings.limits)
         return not relocated
 
-    def take_scan(self, scan: Scan, local: float) -> None:
+    def take_scan(self, scan: Scan, local: float, settings: Settings) -> None:
         """Adds a scan received at `local` [s, local clock]."""
+        now, limit = self._clock.now(local), settings.limits.scan_age
+        if now is not None and now - scan.stamp > limit:
+            reason = f"it comes {now - scan.stamp:.2f} s after its stamp, limit {limit:.2f} s"
+            self._refusals.add("scan", reason)
+            self.refuse("scan", reason)
+            return
+        unplaced = [each for each in self._unplaced if scan.stamp - self._span <= each[0].stamp < scan.stamp]
+        self._unplaced = deque([*unplaced, (scan, local)])
+        self._place_scans(settings.limits)
+
+    def _place_scans(self, limits: Limits) -> None:
+        """Judges the scans whose pose has become known."""
+        unplaced, self._unplaced = self._unplaced, deque()
+        for scan, local in unplaced:
+            beams, state = beam_poses(scan, self._poses), self._poses.at(scan.stamp)
+            if beams is None or state is None:
+                self._unplaced.append((scan, local))
+                continue
+            reason, self._scan_memory = judge_scan(self._scan_memory, scan, beams, state.velocity, limits)
+            if reason:
+                self._refuse_scan(reason, local)
+            else:
+                self._believe(scan, local)
+
+    def _believe(self, scan: Scan, local: float) -> None:
         if self._scans and scan.stamp <= self._scans[-1].stamp:
             self._scans.clear()
         self._scans.append(scan)
         self._scan_received = local
+        self._trust.believed()
         self._refused.pop("scan", None)
         while self._scans[0].stamp < scan.stamp - self._span:
             self._scans.popleft()
+
+    def _refuse_scan(self, reason: str, local: float) -> None:
+        self._refusals.add("scan", reason)
+        self._trust.refused(reason, local)
+        self.refuse("scan", reason)
 
     def refuse(self, kind: str, reason: str) -> None:
         """Notes that the newest pose or scan (`kind` "pose" or "scan") cannot be used, and why."""
         self._refused[kind] = reason
 
+    def forget_scans(self) -> None:
+        """Uses scans again at once; where they are refused, the next one is believed, whatever it shows.
+
+        For a world that did change. Whoever has this called has looked at robot and scan.
+        """
+        if self._trust.is_lost:
+            self._scan_memory = ScanMemory()
+            self._refused.pop("scan", None)
+        self._trust = ScanTrust()
+
     def why_stale(self, local: float, limits: Limits) -> str:
         """Why poses or scans are not to be used: none yet, too old, or the last ones were refused; "" if they are."""
         pose_age = min(REFUSED_POSE_AGE, limits.pose_age) if "pose" in self._refused else limits.pose_age
-        return self._why("pose", self._clock.age(local), pose_age) or self._why(
-            "scan", local - self._scan_received, limits.scan_age
-        )
+        return self._why("pose", self._clock.age(local), pose_age) or self._why_scan(local, limits.scan_age)
+
+    def _why_scan(self, local: float, limit: float) -> str:
+        received = max((at for _, at in self._unplaced), default=-math.inf)
+        return self._trust.why_not(local) or self._why("scan", local - max(received, self._scan_received), limit)
 
     def _why(self, kind: str, age: float, limit: float) -> str:
         reason = why_stale(kind, age, limit)
@@ -81,7 +136,9 @@ class Sensors:
 
     @property
     def scan_stamp(self) -> float | None:
-        """Stamp of the newest scan [s]; None before the first."""
+        """Stamp of the newest scan that was not refused [s]; None before the first."""
+        if self._unplaced:
+            return self._unplaced[-1][0].stamp
         return self._scans[-1].stamp if self._scans else None
 
     @property

@@ -184,10 +184,12 @@ class Limits(Parameters):
 
     group = "limits"
     pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=0.5, live=True)
-    scan_age: float = parameter(0.3, "Oldest scan acted on", unit="s", low=0.02, high=0.6, live=True)
+    scan_age: float = parameter(0.25, "Oldest scan acted on, since its receipt; one that comes later than this after its stamp is refused", unit="s", low=0.02, high=0.6, live=True)
     plan_age: float = parameter(0.6, "Oldest plan followed where planner/valid_until does not say until when it holds", unit="s", low=0.05, high=2.0, live=True)
     command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=0.5)
     motion_delay: float = parameter(0.1, "Longest delay from a command to the motion measured, beyond which the robot stops", unit="s", low=0.05, high=0.4, live=True)
+    missing_beams: float = parameter(0.15, "Largest share of beams in which a scan may miss walls that scans before it showed", low=0.05, high=0.45, live=True)
+    lost_beams: float = parameter(0.5, "Largest share of beams of a scan that may have measured nothing (NaN)", low=0.0, high=0.9, live=True)
     pose_history: float = parameter(0.5, "Time for which poses are kept, to find the one at a scan's stamp", unit="s", low=0.1, high=10.0)
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=3.0)
     heartbeat_age: float = parameter(0.2, "Silence of planner/heartbeat after which the robot stops, once one was heard", unit="s", low=0.1, high=0.5)

@@ -1,0 +1,44 @@
+"""Whether to drive by scans of which some were refused."""
+
+REFUSED_RUNNING = 2
+"""So many scans refused one after the other stop the robot; a single one is left out."""
+PAUSE = 0.5
+"""How long the robot stands after the last refusal, the first time [s]."""
+RECENT = 10.0
+"""Where it has to stand again within this time, it stands twice as long [s]: a robot at rest sees nothing of a delay,
+and would drive on into the next one."""
+
+
+class ScanTrust:
+    """Counts scans refused and believed, each at `local` [s, local clock], and says whether to stand still."""
+
+    def __init__(self) -> None:
+        """Starts with trust."""
+        self._running = 0
+        self._reason = ""
+        self._stood = float("-inf")
+        self._pause = 0.0
+
+    def refused(self, reason: str, local: float) -> None:
+        """A scan was refused."""
+        self._running += 1
+        self._reason = reason
+        if self._running == REFUSED_RUNNING:
+            again = local - self._stood <= self._pause + RECENT
+            self._pause = 2.0 * self._pause if again else PAUSE
+        if self._running >= REFUSED_RUNNING:
+            self._stood = local
+
+    def believed(self) -> None:
+        """A scan was found plausible."""
+        self._running = 0
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the newest scans were refused."""
+        return self._running >= REFUSED_RUNNING
+
+    def why_not(self, local: float) -> str:
+        """Why not to drive by scans now, "" where they may be used."""
+        standing = self.is_lost or local - self._stood < self._pause
+        return f"scan refused: {self._reason}" if standing else ""

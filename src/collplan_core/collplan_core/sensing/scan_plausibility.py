@@ -1,0 +1,111 @@
+"""Whether a scan can be true after those before it: walls do not vanish, and a scan changes while the robot moves."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collplan_core.parameters import Limits
+from collplan_core.scan import Scan
+from collplan_core.sensing.seen_walls import seen_walls
+from collplan_core.sensing.walls_again import walls_again
+from collplan_core.state import State
+
+KEPT, PERIOD = 5, 0.2
+"""So many scans are kept, so long apart [s]."""
+FEWEST, FEWEST_AHEAD = 40, 30
+"""Fewer walls than these, of all scans kept together, say nothing."""
+MOST_MISSING_AHEAD = 0.5
+"""Largest share of the beams ahead, which are few, that may miss a wall."""
+LATEST = 0.1
+"""A scan that shows what was seen longer before its stamp is late [s]; the sweep of a LIDAR of 10 Hz that gives no
+time_increment is 0.05 s late on average."""
+STILL, UNTURNED = 0.02, 0.02
+"""A robot that moved less than this may see the same to the last bit: poses have noise [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScanMemory:
+    """What the next scan is judged by.
+
+    Attributes:
+        walls: of scans found plausible, the newest last: stamp [s] and `seen_walls`.
+        ranges: of the newest scan, plausible or not; empty before the first.
+        pose: (3,) x, y [m] and yaw [rad] where those ranges came first.
+    """
+
+    walls: tuple[tuple[float, np.ndarray], ...] = ()
+    ranges: bytes = b""
+    pose: tuple[float, float, float] = (math.nan, math.nan, math.nan)
+
+
+def judge_scan(
+    memory: ScanMemory, scan: Scan, beams: np.ndarray, velocity: np.ndarray, limits: Limits
+) -> tuple[str, ScanMemory]:
+    """Why a scan is not to be believed, "" where it is, and what to judge the next one by.
+
+    Args:
+        memory: what came of the scan before.
+        scan: the scan.
+        beams: (n, 3) x, y [m] and yaw [rad] of the robot at each beam, of `beam_poses`.
+        velocity: (2,) of the robot [m/s].
+        limits: the shares of beams that may be lost or miss a wall.
+    """
+    memory = _with_ranges(memory, scan, beams)
+    reason = _lost(scan, limits) or _frozen(memory, scan, beams)
+    reason = reason or _contradicted(memory, scan, beams, velocity, limits)
+    return reason, memory if reason else _with_walls(memory, scan, beams)
+
+
+def _with_ranges(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> ScanMemory:
+    ranges = scan.ranges.tobytes()
+    if ranges == memory.ranges:
+        return memory
+    x, y, yaw = beams[0].tolist()
+    return replace(memory, ranges=ranges, pose=(x, y, yaw))
+
+
+def _with_walls(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> ScanMemory:
+    if memory.walls and 0.0 <= scan.stamp - memory.walls[-1][0] < PERIOD - 1e-3:
+        return memory
+    kept = (*memory.walls, (scan.stamp, seen_walls(scan, beams)))
+    return replace(memory, walls=kept[-KEPT:])
+
+
+def _lost(scan: Scan, limits: Limits) -> str:
+    share = float(np.isnan(scan.ranges).mean())
+    if share <= limits.lost_beams:
+        return ""
+    return f"{share:.0%} of the beams are lost, limit {limits.lost_beams:.0%}"
+
+
+def _frozen(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> str:
+    x, y, yaw = beams[0].tolist()
+    moved = math.hypot(x - memory.pose[0], y - memory.pose[1])
+    turned = abs(math.remainder(yaw - memory.pose[2], math.tau))
+    # where nothing is near, all scans are the same
+    if (moved <= STILL and turned <= UNTURNED) or not np.isfinite(scan.ranges).any():
+        return ""
+    return f"the same to the last bit after {moved:.2f} m and {turned:.2f} rad"
+
+
+def _contradicted(memory: ScanMemory, scan: Scan, beams: np.ndarray, velocity: np.ndarray, limits: Limits) -> str:
+    if not memory.walls:
+        return ""
+    walls = np.concatenate([walls for _, walls in memory.walls])
+    found = walls_again(walls, scan, beams, velocity)
+    if found.expected >= FEWEST and found.missing > limits.missing_beams * found.expected:
+        return f"walls seen before are missing in {found.missing / found.expected:.0%} of the beams"
+    if found.expected_ahead >= FEWEST_AHEAD and found.missing_ahead > MOST_MISSING_AHEAD * found.expected_ahead:
+        share = found.missing_ahead / found.expected_ahead
+        return f"walls seen before are missing in {share:.0%} of the beams ahead"
+    if found.n_delays >= FEWEST_AHEAD and found.delay > LATEST:
+        return f"it shows what was seen {found.delay:.2f} s before its stamp"
+    return ""
+
+
+def warm_up(scan: Scan, state: State, limits: Limits) -> None:
+    """Compiles the comparison by two scans of one place, so that the second scan of a node is not late."""
+    beams = np.tile((*state.position.tolist(), state.yaw), (len(scan.ranges), 1))
+    _, memory = judge_scan(ScanMemory(), scan, beams, state.velocity, limits)
+    judge_scan(memory, scan, beams, state.velocity, limits)

@@ -1,0 +1,127 @@
+"""What a scan shows of the walls that scans before it showed: which are missing, and by how long it comes late."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.scan import Scan
+from collplan_core.sensing.seen_walls import NEAR, is_full_turn
+
+GAP = 0.07
+"""All beams towards a wall must end so far beyond it for it to be missing, or one so far before it for it to be hidden
+[m]: five times the noise of the difference of two ranges, of 0.01 m each."""
+SIDEWAYS, TURNED = 0.03, math.radians(1.0)
+"""Beams within these of the direction of a wall may show it [m, rad]: what poses are off."""
+EDGE_ON = 0.2
+"""A wall that is met at a smaller sine is not expected."""
+FACING = 0.7
+"""Least cosine between the motion and the way into a wall for it to lie ahead."""
+ACROSS = 0.5
+"""Least cosine between the motion and the normal of a wall for it to show how late a scan is."""
+MOVING = 0.2
+"""Speed from which on walls lie ahead and a late scan shows [m/s]."""
+LONGEST_DELAY = 0.6
+"""Walls that are farther off than the motion of this time are others [s]."""
+
+
+class WallsAgain(NamedTuple):
+    """What became of walls seen before.
+
+    Attributes:
+        expected, missing: number of walls that the scan must show, as nothing in it hides them; of those not shown.
+        expected_ahead, missing_ahead: the same of walls that the robot moves towards.
+        n_delays, delay: how much older than its stamp the scan's content is [s], median over so many walls; NaN for 0.
+    """
+
+    expected: int
+    missing: int
+    expected_ahead: int
+    missing_ahead: int
+    n_delays: int
+    delay: float
+
+
+@njit
+def _beam_towards(x: float, y: float, beams: np.ndarray, first: float, step: float) -> int:
+    """The beam whose direction is nearest to that of a point [m]; -1 where no beam goes there."""
+    n = len(beams)
+    k = n // 2
+    for _ in range(3):  # a robot that moves during the sweep is elsewhere at each beam
+        bearing = math.atan2(y - beams[k, 1], x - beams[k, 0]) - beams[k, 2] - first
+        turned = bearing % (2.0 * math.pi) if step > 0.0 else -bearing % (2.0 * math.pi)
+        k = int(round(turned / abs(step)))
+        if k >= n:
+            if not is_full_turn(n, step):
+                return -1
+            k %= n
+    return k
+
+
+@njit
+def _nearest_range(ranges: np.ndarray, k: int, w: int, closed: bool) -> float:
+    """The least range within w beams of beam k [m]; inf where none of them measured anything."""
+    n = len(ranges)
+    least = math.inf
+    for i in range(k - w, k + w + 1):
+        if (closed or 0 <= i < n) and ranges[i % n] < least:
+            least = ranges[i % n]
+    return least
+
+
+@njit
+def _compare(
+    walls: np.ndarray, ranges: np.ndarray, beams: np.ndarray, first: float, step: float, limits: tuple, velocity: tuple
+) -> WallsAgain:
+    n = len(ranges)
+    closed = is_full_turn(n, step)
+    speed = math.hypot(velocity[0], velocity[1])
+    expected, missing, expected_ahead, missing_ahead, n_delays = 0, 0, 0, 0, 0
+    delays = np.empty(len(walls))
+    for j in range(len(walls)):
+        x, y, normal_x, normal_y = walls[j, 0], walls[j, 1], walls[j, 2], walls[j, 3]
+        k = _beam_towards(x, y, beams, first, step)
+        if k < 0:
+            continue
+        dx, dy = x - beams[k, 0], y - beams[k, 1]
+        distance = math.hypot(dx, dy)
+        if not limits[0] <= distance <= min(limits[1], NEAR) or -(dx * normal_x + dy * normal_y) < EDGE_ON * distance:
+            continue
+        closing = -(velocity[0] * normal_x + velocity[1] * normal_y)
+        if speed >= MOVING and abs(closing) >= ACROSS * speed and 0.0 < ranges[k] < math.inf:
+            angle = beams[k, 2] + first + k * step
+            hit_x, hit_y = beams[k, 0] + ranges[k] * math.cos(angle), beams[k, 1] + ranges[k] * math.sin(angle)
+            beyond = (x - hit_x) * normal_x + (y - hit_y) * normal_y
+            if abs(beyond) <= GAP + LONGEST_DELAY * speed:
+                delays[n_delays] = beyond / closing
+                n_delays += 1
+        w = int(min(math.ceil((SIDEWAYS / distance + TURNED) / abs(step)), n // 8))
+        nearest = _nearest_range(ranges, k, w, closed)
+        if nearest < distance - GAP:
+            continue
+        gone = nearest > distance + GAP
+        expected += 1
+        missing += gone
+        if speed >= MOVING and closing >= FACING * speed:
+            expected_ahead += 1
+            missing_ahead += gone
+    delay = float(np.median(delays[:n_delays])) if n_delays > 0 else math.nan
+    return WallsAgain(expected, missing, expected_ahead, missing_ahead, n_delays, delay)
+
+
+def walls_again(walls: np.ndarray, scan: Scan, beams: np.ndarray, velocity: np.ndarray) -> WallsAgain:
+    """Compares a scan with walls that scans before it showed.
+
+    A scan that shows what was seen a while ago, though it is stamped now, shows each wall off by what the robot has
+    moved since: of each wall the delay is the distance over the speed towards it.
+
+    Args:
+        walls: (m, 4) points of walls and their normals, of `seen_walls`.
+        scan: the scan.
+        beams: (n, 3) x, y [m] and yaw [rad] of the robot at each beam.
+        velocity: (2,) of the robot [m/s].
+    """
+    limits = max(scan.range_min, 0.01), scan.range_max
+    moving = float(velocity[0]), float(velocity[1])
+    return _compare(walls, scan.ranges, beams, scan.angle_min, scan.angle_increment, limits, moving)

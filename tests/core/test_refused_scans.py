@@ -1,0 +1,156 @@
+"""What planner and controller make of scans that cannot be true, and how they come back to drive by scans."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from collplan_core.deadline import never
+from collplan_core.goal import EXECUTING, Goal
+from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.planner_loop import PlannerLoop
+from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.scan_trust import PAUSE, ScanTrust
+from collplan_core.loop.sensors import Sensors
+from collplan_core.parameters import Settings
+from loop_scenes import at, scan_at
+
+SETTINGS = Settings()
+STEP = 0.05
+MISSING = "scan refused: walls seen before are missing in 100% of the beams"
+
+
+class Drive:
+    """A robot that drives along a hall at 0.6 m/s, and what it makes of its scans."""
+
+    def __init__(self) -> None:
+        self.refusals = Refusals()
+        self.sensors = Sensors(0.5, self.refusals)
+        self.stamp = 1.0
+
+    def see(self, n: int = 1, blind: bool = False, leap: float = 0.0) -> None:
+        """The next n poses and scans."""
+        for _ in range(n):
+            self.stamp += STEP
+            state = replace(at(self.stamp, 0.6 * (self.stamp - 1.0) + leap), velocity=np.array([0.6, 0.0]))
+            self.sensors.take_pose(state, self.stamp, SETTINGS)
+            scan = scan_at(state)
+            if blind:
+                scan = replace(scan, ranges=np.full(len(scan.ranges), np.inf))
+            self.sensors.take_scan(scan, self.stamp, SETTINGS)
+
+    @property
+    def reason(self) -> str:
+        return self.sensors.why_stale(self.stamp, SETTINGS.limits)
+
+
+@pytest.fixture
+def drive() -> Drive:
+    drive = Drive()
+    drive.see(10)
+    assert drive.reason == ""
+    return drive
+
+
+def test_a_single_scan_is_left_out(drive):
+    before = drive.sensors.newest_placed()[0].stamp
+    drive.see(blind=True)
+    assert drive.reason == ""
+    assert drive.refusals["scan"] == 1
+    assert drive.sensors.newest_placed()[0].stamp == before
+    drive.see()
+    assert drive.sensors.newest_placed()[0].stamp > before
+
+
+def test_two_running_stop_the_robot_with_the_reason(drive):
+    drive.see(2, blind=True)
+    assert drive.reason == MISSING
+
+
+def test_it_goes_on_a_pause_after_the_last_refusal(drive):
+    drive.see(4, blind=True)
+    drive.see(round(PAUSE / STEP) - 1)
+    assert drive.reason == MISSING
+    drive.see(2)
+    assert drive.reason == ""
+
+
+def test_a_world_that_changed_holds_it_until_a_person_says_so(drive):
+    drive.see(40, blind=True)
+    assert drive.reason == MISSING
+    drive.sensors.forget_scans()
+    drive.see(blind=True)
+    assert drive.reason == ""
+
+
+def test_nothing_is_forgotten_while_scans_are_believed(drive):
+    drive.sensors.forget_scans()
+    drive.see(2, blind=True)
+    assert drive.reason == MISSING
+
+
+def test_a_leap_of_the_poses_begins_anew(drive):
+    drive.see(3, blind=True)
+    drive.see(blind=True, leap=1.0)
+    assert drive.reason == ""
+
+
+def test_a_late_scan_is_refused_and_does_not_keep_the_last_one_fresh(drive):
+    late = scan_at(at(drive.stamp - 0.3))
+    for _ in range(3):
+        drive.sensors.take_scan(late, drive.stamp, SETTINGS)
+    assert drive.reason == ""
+    assert drive.refusals.newest == "it comes 0.30 s after its stamp, limit 0.25 s"
+    state = at(drive.stamp + 0.14)
+    drive.sensors.take_pose(state, state.stamp, SETTINGS)
+    assert drive.sensors.why_stale(state.stamp, SETTINGS.limits) == ""
+    assert drive.sensors.why_stale(state.stamp + 0.12, SETTINGS.limits).startswith("scan refused: it comes 0.30 s")
+
+
+def test_a_scan_waits_for_its_pose(drive):
+    ahead = at(drive.stamp + 0.02, 0.6 * (drive.stamp - 0.98))
+    drive.sensors.take_scan(scan_at(ahead), drive.stamp, SETTINGS)
+    assert drive.sensors.newest_placed()[0].stamp == drive.stamp
+    drive.sensors.take_pose(ahead, drive.stamp + 0.02, SETTINGS)
+    assert drive.sensors.newest_placed()[0].stamp == ahead.stamp
+
+
+def test_each_stop_within_a_while_lasts_twice_as_long_as_the_one_before():
+    trust, now, pauses = ScanTrust(), 0.0, []
+    for _ in range(4):
+        trust.refused("odd", now)
+        trust.refused("odd", now)
+        trust.believed()
+        pause = next(k for k in range(10_000) if not trust.why_not(now + 0.01 * k)) * 0.01
+        pauses.append(pause)
+        now += pause + 1.0
+    np.testing.assert_allclose(pauses, [PAUSE, 2 * PAUSE, 4 * PAUSE, 8 * PAUSE], atol=0.011)
+
+
+@given(st.lists(st.booleans(), max_size=30))
+def test_it_stands_only_after_two_refusals_running(refusals):
+    trust = ScanTrust()
+    for k, refused in enumerate(refusals):
+        if refused:
+            trust.refused("odd", 0.05 * k)
+        else:
+            trust.believed()
+    running = any(a and b for a, b in pairwise(refusals))
+    if not running:
+        assert trust.why_not(0.05 * len(refusals)) == ""
+    elif refusals[-1] and refusals[-2]:
+        assert trust.why_not(0.05 * len(refusals)) == "scan refused: odd"
+
+
+def test_planner_and_controller_begin_anew_with_a_new_goal(monkeypatch):
+    planner, controller = PlannerLoop(SETTINGS, lambda settings: never), ControllerLoop(SETTINGS)
+    forgotten = []
+    monkeypatch.setattr(Sensors, "forget_scans", lambda sensors: forgotten.append(sensors))
+    for identity in (b"one", b"two"):
+        planner.take_goal(identity, np.array([2.0, 0.0]), 1.0)
+        for stamp in (0.5, 0.6):
+            controller.take_goal(Goal(identity, stamp, np.zeros(2), EXECUTING))
+    assert forgotten == [planner._sensors, controller._sensors] * 2

@@ -1,0 +1,187 @@
+"""True scans are believed wherever the robot drives; scans that cannot be true after those before them are not."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.parameters import Settings
+from collplan_core.scan import Scan
+from collplan_core.sensing.beam_poses import beam_poses
+from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
+from collplan_core.sensing.seen_walls import seen_walls
+from collplan_core.state import State
+from collplan_core.worlds import parse_world
+from collplan_core.worlds.raycast import simulate_scan
+
+SETTINGS = Settings()
+PERIOD = 0.05
+ROOM = parse_world(
+    {
+        "name": "room",
+        "bounds": [0.0, 0.0, 3.0, 2.0],
+        "polygons": [[[1.0, 0.0], [1.1, 0.0], [1.1, 1.2], [1.0, 1.2]]],
+        "circles": [{"center": [2.0, 1.2], "radius": 0.1}],
+    },
+    "room",
+)
+OPEN = parse_world({"name": "open", "bounds": [0.0, 0.0, 3.0, 2.0], "walled": False}, "open")
+
+
+def drive(begin=(0.3, 0.4), velocity=(0.0, 0.6), n=11, yaw_rate=0.0) -> list[State]:
+    """The robot, one state a scan."""
+    times = PERIOD * np.arange(n)
+    return [State(t, np.array(begin) + t * np.array(velocity), np.array(velocity), yaw_rate * t) for t in times]
+
+
+def scans_of(states, world=ROOM) -> list[Scan]:
+    return [simulate_scan(world, state, SETTINGS.lidar) for state in states]
+
+
+def standing_at(state: State, scan: Scan) -> np.ndarray:
+    return np.tile([*state.position, state.yaw], (len(scan.ranges), 1))
+
+
+def judged(states, scans) -> list[str]:
+    """Why each scan is not believed."""
+    reasons, memory = [], ScanMemory()
+    for state, scan in zip(states, scans, strict=True):
+        reason, memory = judge_scan(memory, scan, standing_at(state, scan), state.velocity, SETTINGS.limits)
+        reasons.append(reason)
+    return reasons
+
+
+def noisy(scan: Scan, random: np.random.Generator) -> Scan:
+    """With the noise and the losses of a low-cost LIDAR."""
+    ranges = np.maximum(scan.ranges + 0.012 * random.standard_normal(len(scan.ranges)), scan.range_min)
+    return replace(scan, ranges=np.where(random.random(len(ranges)) < 0.02, np.nan, ranges))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.floats(0.2, 0.8), st.floats(0.2, 0.6), st.floats(-math.pi, math.pi), st.floats(0.0, 1.2), st.integers(0, 2**31)
+)
+def test_true_scans_are_believed(x, y, course, speed, seed):
+    random = np.random.default_rng(seed)
+    velocity = speed * np.array([0.2 * math.cos(course), abs(math.sin(course))])
+    states = drive((x, y), velocity, yaw_rate=random.uniform(-2.0, 2.0))
+    true = scans_of(states)
+    assert judged(states, true) == [""] * len(states)
+    shaken = [
+        replace(
+            s, position=s.position + 0.002 * random.standard_normal(2), yaw=s.yaw + 0.005 * random.standard_normal()
+        )
+        for s in states
+    ]
+    assert judged(shaken, [noisy(scan, random) for scan in true]) == [""] * len(states)
+
+
+def test_walls_are_kept_where_they_are():
+    (state,) = drive(n=1)
+    walls = seen_walls(scans_of([state])[0], standing_at(state, scans_of([state])[0]))
+    assert len(walls) > 200
+    x, y = walls[:, 0], walls[:, 1]
+    on_walls = np.min([abs(x), abs(y), abs(x - 1.0), abs(x - 3.0), abs(y - 2.0), abs(y - 1.2)], axis=0)
+    disc = abs(np.hypot(x - 2.0, y - 1.2) - 0.1)
+    assert np.minimum(on_walls, disc).max() < 1e-9
+    towards = state.position - walls[:, :2]
+    assert ((towards * walls[:, 2:]).sum(axis=1) > 0.0).all()
+
+
+def empty(scan: Scan, share: float, first: int) -> Scan:
+    ranges = scan.ranges.copy()
+    ranges[(first + np.arange(round(share * len(ranges)))) % len(ranges)] = np.inf
+    return replace(scan, ranges=ranges)
+
+
+@pytest.mark.parametrize("first", range(0, 360, 60))
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_walls_do_not_vanish(share, first):
+    states = drive()
+    scans = scans_of(states)
+    scans[-1] = empty(scans[-1], share, first)
+    *before, reason = judged(states, scans)
+    assert not any(before)
+    assert reason.startswith("walls seen before are missing in ")
+
+
+def test_a_wall_that_vanishes_comes_back_at_once():
+    states = drive()
+    scans = scans_of(states)
+    scans[5] = empty(scans[5], 1.0, 0)
+    assert [bool(reason) for reason in judged(states, scans)] == [k == 5 for k in range(len(states))]
+
+
+def test_ranges_that_repeat_are_refused_once_the_robot_has_moved():
+    states = drive()
+    scans = scans_of(states)
+    frozen = [*scans[:6], *(replace(scan, ranges=scans[5].ranges) for scan in scans[6:])]
+    reasons = judged(states, frozen)
+    assert not any(reasons[:6])
+    assert all(reason.startswith("the same to the last bit after ") for reason in reasons[6:])
+
+
+def test_ranges_that_repeat_while_the_robot_stands_are_believed():
+    states = drive(velocity=(0.0, 0.0))
+    assert judged(states, scans_of(states)) == [""] * len(states)
+
+
+def test_nothing_near_is_believed_where_nothing_was():
+    states = drive()
+    assert judged(states, scans_of(states, OPEN)) == [""] * len(states)
+
+
+def test_lost_beams_are_refused_beyond_their_share():
+    (state,) = drive(n=1)
+    (scan,) = scans_of([state])
+    for share, refused in ((0.45, False), (0.55, True)):
+        ranges = np.where(np.arange(360) < 360 * share, np.nan, scan.ranges)
+        assert bool(judged([state], [replace(scan, ranges=ranges)])[0]) == refused
+
+
+@pytest.mark.parametrize("behind", [4, 6, 10])
+@pytest.mark.parametrize("speed", [0.5, 1.2])
+def test_a_scan_of_a_while_ago_is_refused(behind, speed):
+    n, velocity = 13, (0.0, speed)
+    states = drive((0.3, 0.2), velocity, n)
+    scans = scans_of(states)
+    scans[-1] = replace(scans[-1 - behind], stamp=scans[-1].stamp)
+    *before, reason = judged(states, scans)
+    assert not any(before)
+    assert reason
+
+
+@pytest.mark.parametrize("keep", [slice(None), slice(60, 300)])
+def test_beams_may_run_clockwise_and_cover_a_part_of_the_turn(keep):
+    states = drive()
+    true = scans_of(states)
+    increment = true[0].angle_increment
+    turned = [
+        replace(
+            scan,
+            ranges=scan.ranges[keep][::-1],
+            angle_min=scan.angles[keep][-1],
+            angle_increment=-increment,
+        )
+        for scan in true
+    ]
+    assert judged(states, turned) == [""] * len(states)
+    turned[-1] = empty(turned[-1], 1.0, 0)
+    assert "missing" in judged(states, turned)[-1]
+
+
+def test_each_beam_has_the_pose_of_its_own_instant():
+    poses = PoseHistory(1.0)
+    for state in drive(n=5, yaw_rate=1.0):
+        poses.add(state)
+    scan = replace(scans_of(drive(n=1))[0], stamp=0.1, time_increment=0.2 / 360)
+    beams = beam_poses(replace(scan, time_increment=0.1 / 360), poses)
+    np.testing.assert_allclose(beams[180], [0.3, 0.4 + 0.6 * 0.15, 0.15], atol=1e-9)
+    # beyond the newest pose, at 0.2 s, by the velocity
+    np.testing.assert_allclose(beam_poses(scan, poses)[270], [0.3, 0.4 + 0.6 * 0.25, 0.1], atol=1e-9)
+    np.testing.assert_allclose(beam_poses(replace(scan, time_increment=0.0), poses)[270], [0.3, 0.46, 0.1], atol=1e-9)
+    assert beam_poses(replace(scan, stamp=0.3), poses) is None
