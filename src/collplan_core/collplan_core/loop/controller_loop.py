@@ -1,8 +1,8 @@
 """The controller's decisions: which plan to follow, and a command each period, without exception.
 
-The command is zero unless a goal is active, pose, scan and plan are fresh, and the robot is within the fence. Where that
-was not so for LONGEST_FAULT the robot is held until there is a new goal or it is told to resume. A plan is followed once
-the pose it begins at and a scan of then or before have come, with the local map of the newest such scan.
+The command is zero unless a goal is active, pose, scan and plan are fresh, and the robot is within the fence. Where
+that was not so for LONGEST_FAULT the robot is held until there is a new goal or it is told to resume. A plan is
+followed once the pose it begins at and a scan of then or before have come, with the local map of the newest such scan.
 """
 
 from collections import deque

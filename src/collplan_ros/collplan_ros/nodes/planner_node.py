@@ -13,6 +13,7 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from rclpy.node import Node
+from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from collplan_core.deadline import Deadline, after
@@ -87,6 +88,7 @@ class PlannerNode(Node):
         listen_to_sensors(self._inputs, self._loop, self._on_pose, self._on_scan, self._settings.frames)
         self._inputs.listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
         self._inputs.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
+        self._inputs.listen(Empty, "robot/resumed", lambda _: self._loop.forget_scans(), qos.EVENT, EVENT)
         self._inputs.listen(command_type(self._settings), "cmd_vel", self._on_command, qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._timer = self.create_timer(map_period_of(self._settings), self._on_timer, clock=self._local_clock)
