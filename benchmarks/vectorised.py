@@ -156,7 +156,7 @@ def _step_with_contact(problem: Problem, before: Robots, after: Robots) -> tuple
     end = end + np.where(slides, np.maximum(-(end * normal).sum(axis=0), 0.0), 0.0) * normal
     position = contact + 0.5 * (velocity + end) * rest
     near = _clearance(problem, position)
-    position = position - np.minimum(near, 0.0) * normal
+    position = position - np.minimum(near, 0.0) * _normal(problem, position)
     return Robots(position, end, before.command, np.maximum(near, 0.0)), _cost(costs, kind, into)
 
 
@@ -173,10 +173,14 @@ def _share(problem: Problem, before: Robots, after: Robots) -> np.ndarray:
 
 
 def _off(model: RobotModel, velocity: np.ndarray, normal: np.ndarray, into: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """(2, k) velocity after the contact."""
+    """(2, k) velocity after the contact, of a disc without spin."""
+    ring = model.ring
     along = velocity + into * normal
-    restitution = np.where(kind == OBSERVED, model.restitution, 0.0)
-    reflected = model.retention * along + restitution * into * normal
+    restitution = np.where(kind == OBSERVED, ring.restitution, 0.0)
+    slip = np.hypot(*along)
+    grip = np.minimum(ring.friction * (1.0 + restitution) * into, slip * ring.inertia_factor)
+    change = (1.0 + restitution) * into * normal - grip / np.maximum(slip, 1e-300) * along
+    reflected = velocity + ring.body_share * change
     hits = (kind == OBSERVED) | (kind == INFERRED)
     return np.where(hits, reflected, np.where(kind == SLIDES, along, velocity))
 

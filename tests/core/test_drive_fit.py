@@ -1,5 +1,7 @@
 """max_acceleration and lag from poses of a drive that is known."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,8 @@ from collplan_core.parameters import Robot
 from collplan_core.velocity_law import velocity_after, velocity_law
 
 NOISE, PERIOD = 0.002, 0.05
+COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0"
+compiled = pytest.mark.skipif(not COMPILED, reason="takes minutes without the compiler")
 
 
 def driven(acceleration, lag, seed, duration=30.0, error=0.06, bias=0.03, leap=1.0):
@@ -32,6 +36,7 @@ def driven(acceleration, lag, seed, duration=30.0, error=0.06, bias=0.03, leap=1
     )
 
 
+@compiled
 @pytest.mark.parametrize(("acceleration", "lag"), [(1.5, 0.1), (3.0, 0.05), (0.8, 0.2), (2.2, 0.2)])
 def test_the_drive_is_found(acceleration, lag):
     fit = fit_drive([driven(acceleration, lag, seed) for seed in (0, 1)])
@@ -42,6 +47,7 @@ def test_the_drive_is_found(acceleration, lag):
         assert constant.low < constant.value < constant.high
 
 
+@compiled
 def test_the_bias_of_each_run_is_found():
     biased = driven(1.5, 0.1, 3, bias=0.0)
     shifted = biased.wanted - [0.1, -0.05]
@@ -49,6 +55,7 @@ def test_the_bias_of_each_run_is_found():
     assert fit_drive([run]).biases[0] == pytest.approx((0.1, -0.05), abs=0.03)
 
 
+@compiled
 def test_turned_poses_and_commands_give_the_same_drive():
     run = driven(1.8, 0.12, 4)
     turn = np.array([[0.6, -0.8], [0.8, 0.6]])
@@ -65,11 +72,13 @@ def test_too_little_driving_is_said():
         fit_drive([driven(1.5, 0.1, 0, duration=9.0)])
 
 
+@compiled
 def test_driving_without_full_acceleration_is_said():
     with pytest.raises(TooLittle, match="changes of the command of 1 m/s and more"):
         fit_drive([driven(3.0, 0.2, 0, leap=0.1)])
 
 
+@compiled
 def test_a_robot_that_does_something_else_is_refused():
     run = driven(1.5, 0.1, 0)
     other = DrivenStretches("run", run.times, run.points, run.wanted[:, ::-1].copy(), run.stretches, PERIOD, NOISE)
@@ -77,6 +86,7 @@ def test_a_robot_that_does_something_else_is_refused():
         fit_drive([other])
 
 
+@compiled
 def test_two_drives_are_not_taken_for_one():
     with pytest.raises(Unexplained):
         fit_drive([driven(1.5, 0.1, 0), driven(1.5, 0.1, 1), driven(0.9, 0.1, 2)])

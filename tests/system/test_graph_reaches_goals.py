@@ -29,15 +29,18 @@ def through_the_graph(out: Path, world: str, strategy: str, seed: int, *options:
     return dict(run(parse([*asked, *options])).summary)
 
 
-def test_every_arena_and_strategy_reaches_the_goal_three_times(tmp_path):
+def test_every_arena_and_strategy_reaches_the_goal_three_times_with_every_maneuver(tmp_path):
+    maneuvers: Counter[str] = Counter()
     missed = []
     for world in arena_names():
         for strategy in PAPER_WEIGHTS:
             for seed in range(3):
                 summary = through_the_graph(tmp_path, world, strategy, seed)
+                maneuvers.update(summary["maneuvers"])
                 if not summary["reached"]:
                     missed.append((world, strategy, seed, summary["outcome"]))
     assert missed == []
+    assert {FREE_SPACE, BOUNDARY_FOLLOWING, FLOW_THROUGH} <= set(maneuvers), maneuvers
 
 
 def test_with_twice_the_noise_every_maneuver_is_engaged(tmp_path):
@@ -83,7 +86,7 @@ def test_every_time_to_goal_strategy_reaches_the_goal_of_every_arena(tmp_path):
     assert missed == []
 
 
-def test_bounce_is_faster_than_avoid_round_a_u_turn_and_avoid_bounces_nowhere_on_purpose(tmp_path):
+def test_bounce_is_faster_than_avoid_round_a_u_turn_and_bounces_on_purpose(tmp_path):
     runs = {
         strategy: [through_the_graph(tmp_path, "u:17", strategy, seed) for seed in range(10)]
         for strategy in ("bounce", "avoid")
@@ -91,10 +94,12 @@ def test_bounce_is_faster_than_avoid_round_a_u_turn_and_avoid_bounces_nowhere_on
     assert all(run["reached"] for each in runs.values() for run in each)
     times = {strategy: [run["arrival_time_s"] for run in each] for strategy, each in runs.items()}
     assert np.median(times["bounce"]) < np.median(times["avoid"]), times
+    deliberate = [run["impacts_deliberate"] for run in runs["bounce"]]
+    assert np.mean(deliberate) >= 1.0, deliberate
     assert [run["impacts_deliberate"] for run in runs["avoid"]] == [0] * 10
 
 
-def test_a_u_turn_is_bounced_round_on_purpose(tmp_path):
+def test_the_middle_one_of_24_u_turns_is_bounced_round_on_purpose(tmp_path):
     runs = [through_the_graph(tmp_path, U_TURN, "bounce", seed) for seed in range(10)]
     assert [run["outcome"] for run in runs] == ["reached"] * 10
     deliberate = [run["impacts_deliberate"] for run in runs]
