@@ -3,7 +3,8 @@
 The velocity is the slope of the least-squares line through the poses of the last `mocap.velocity_window`. It is the
 velocity half a window ago: at the default 60 ms it lags by 30 ms (0.045 m/s at 1.5 m/s^2), and 2 mm of noise at 100 Hz
 leave 0.04 m/s. The position is the newest one, as measured, without delay. After an impact the line begins at the
-impact: it goes through its point and the poses since, so the velocity before it is forgotten at once.
+impact: it goes through its point and the poses since, so the velocity before it is forgotten at once. A second change
+of velocity that soon after it and that way is the rest of the same hit: the line begins there, but no impact is told.
 
 A pose that `robot.max_speed` cannot explain, or whose stamp does not rise, is refused, until `mocap.relocation_time` of
 such poses agree with each other: then the robot was carried, or the motion capture restarted.
@@ -16,13 +17,15 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.parameters import Mocap, Settings
-from collplan_core.sensing.impact_detection import IMPACT_SPAN, DetectedImpact, find_impact
+from collplan_core.sensing.impact_detection import IMPACT_REACH, IMPACT_SPAN, DetectedImpact, find_impact
 from collplan_core.state import State
 
 SPEED_ALLOWANCE = 1.2
 """Largest speed that poses may show, as a multiple of max_speed."""
 FEWEST = 3
 """Poses that a first velocity needs."""
+SAME_HIT_ANGLE = math.radians(45.0)
+"""Largest angle between the two changes of velocity that one hit was found as [rad]; two walls in turn turn further."""
 
 NOT_FINITE, ZEROS, QUATERNION, STAMP, LEAP = "not_finite", "zeros", "quaternion", "stamp", "leap"
 
@@ -82,10 +85,17 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class FilterMemory:
-    """The filter's memory: the robot's track, and a track of refused poses that may turn out to be a relocation."""
+    """The filter's memory.
+
+    Attributes:
+        track: the robot's.
+        suspects: refused poses that may turn out to be a relocation.
+        impact: the last one found in the track, None before the first.
+    """
 
     track: Track = field(default_factory=Track)
     suspects: Track = field(default_factory=Track)
+    impact: DetectedImpact | None = None
 
 
 FRESH = FilterMemory()
@@ -114,7 +124,7 @@ def filter_pose(
     """Filters one pose that was received at a local time [s]; uses settings.robot, .mocap and .limits.pose_age."""
     refused = _disagreement(memory.track, sample, received, settings)
     if not refused:
-        return _accepted(_extended(memory.track, sample, received, settings), sample, settings)
+        return _accepted(_extended(memory.track, sample, received, settings), memory.impact, sample, settings)
     if refused == NOT_FINITE:
         return FilterResult(None, refused=refused), memory
     broken = _disagreement(memory.suspects, sample, received, settings)
@@ -122,7 +132,7 @@ def filter_pose(
     suspects = _extended(Track() if broken else memory.suspects, sample, received, settings)
     if sample.stamp - suspects.begun < settings.mocap.relocation_time - _slack(settings.mocap):
         return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
-    result, memory = _accepted(suspects, sample, settings)
+    result, memory = _accepted(suspects, None, sample, settings)
     return replace(result, relocated=True), memory
 
 
@@ -133,8 +143,13 @@ def warm_up() -> None:
         memory = filter_pose(memory, PoseSample(0.01 * k, np.array([0.005 * k, 0.0]), 0.0), 0.01 * k, Settings())[1]
 
 
-def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[FilterResult, FilterMemory]:
-    """The result of a pose that was added to its track, and the memory with that track, cut at an impact."""
+def _accepted(
+    track: Track, last: DetectedImpact | None, sample: PoseSample, settings: Settings
+) -> tuple[FilterResult, FilterMemory]:
+    """The result of a pose that was added to its track, and the memory with that track, cut at an impact.
+
+    `last` is the impact before.
+    """
     impact = None
     if settings.mocap.detect_impacts:
         impact = find_impact(track.times, track.points, settings.robot, settings.mocap)
@@ -142,7 +157,16 @@ def _accepted(track: Track, sample: PoseSample, settings: Settings) -> tuple[Fil
         track = _since(track, impact)
     velocity = _velocity(track, settings.mocap)
     state = None if velocity is None else State(sample.stamp, sample.position, velocity, sample.yaw)
-    return FilterResult(state, impact), FilterMemory(track)
+    told = None if _is_same_hit(impact, last, settings.mocap) else impact
+    return FilterResult(state, told), FilterMemory(track, impact=impact or last)
+
+
+def _is_same_hit(impact: DetectedImpact | None, last: DetectedImpact | None, mocap: Mocap) -> bool:
+    """Whether an impact is the rest of the last one, which was found before it was over."""
+    if impact is None or last is None or impact.time - last.time > IMPACT_REACH * mocap.impact_window:
+        return False
+    along = float(impact.change @ last.change)
+    return along > math.cos(SAME_HIT_ANGLE) * float(np.hypot(*impact.change)) * float(np.hypot(*last.change))
 
 
 def _disagreement(track: Track, sample: PoseSample, received: float, settings: Settings) -> str:
