@@ -178,6 +178,24 @@ def test_velocity_after_a_hit_forgets_the_one_before():
     np.testing.assert_allclose(results[-1].state.velocity, [-0.7, 0.3], atol=1e-9)
 
 
+def test_a_hit_that_is_found_in_two_parts_is_told_once():
+    points = np.concatenate(
+        [line(30, (1.0, 0.3)), line(6, (0.1, 0.3), (0.3, 0.09)), line(30, (-0.7, 0.3), (0.306, 0.108))]
+    )
+    results, _ = feed(points)
+    assert len([r for r in results if r.impact is not None]) == 1
+    np.testing.assert_allclose(results[42].state.velocity, [-0.7, 0.3], atol=0.05)
+
+
+def test_two_walls_hit_one_soon_after_the_other_are_told_both():
+    points = np.concatenate(
+        [line(30, (1.0, 1.0)), line(6, (-0.7, 1.0), (0.3, 0.3)), line(30, (-0.7, -0.7), (0.258, 0.36))]
+    )
+    results, _ = feed(points)
+    x, y = (r.impact.change for r in results if r.impact is not None)
+    np.testing.assert_allclose([x, y], [[-1.7, 0.0], [0.0, -1.7]], atol=0.1)
+
+
 def test_detection_can_be_switched_off():
     points = np.concatenate([line(30, (1.0, 0.0)), line(30, (-0.7, 0.0), (0.3, 0.0))])
     results, _ = feed(points, config=SETTINGS.with_values({"mocap.detect_impacts": False}))

@@ -3,7 +3,8 @@
 The velocity is the slope of the least-squares line through the poses of the last `mocap.velocity_window`. It is the
 velocity half a window ago: at the default 60 ms it lags by 30 ms (0.045 m/s at 1.5 m/s^2), and 2 mm of noise at 100 Hz
 leave 0.04 m/s. The position is the newest one, as measured, without delay. After an impact the line begins at the
-impact: it goes through its point and the poses since, so the velocity before it is forgotten at once.
+impact: it goes through its point and the poses since, so the velocity before it is forgotten at once. A second change
+of velocity that soon after it and that way is the rest of the same hit: the line begins there, but no impact is told.
 
 A pose that `robot.max_speed` cannot explain, or whose stamp does not rise, is refused, until `mocap.relocation_time` of
 such poses agree with each other: then the robot was carried, or the motion capture restarted.
@@ -21,7 +22,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.parameters import Mocap, Settings
-from collplan_core.sensing.impact_detection import IMPACT_SPAN, DetectedImpact, find_impact
+from collplan_core.sensing.impact_detection import IMPACT_REACH, IMPACT_SPAN, DetectedImpact, find_impact
 from collplan_core.sensing.six_degrees import YAW, tilt_of, turns, why_off_floor
 from collplan_core.state import State
 
@@ -29,6 +30,8 @@ SPEED_ALLOWANCE = 1.2
 """Largest speed that poses may show, as a multiple of max_speed."""
 FEWEST = 3
 """Poses that a first velocity needs."""
+SAME_HIT_ANGLE = math.radians(45.0)
+"""Largest angle between the two changes of velocity that one hit was found as [rad]; two walls in turn turn further."""
 
 NOT_FINITE, ZEROS, QUATERNION, STAMP, LEAP = "not_finite", "zeros", "quaternion", "stamp", "leap"
 
@@ -105,12 +108,14 @@ class FilterMemory:
     Attributes:
         track: the robot's.
         suspects: track of refused poses that may turn out to be a relocation.
+        impact: the last one found in the track, None before the first.
         floor: height of the first pose taken [m]; None before it.
         heard: local time at which the newest pose came, refused or not [s].
     """
 
     track: Track = field(default_factory=Track)
     suspects: Track = field(default_factory=Track)
+    impact: DetectedImpact | None = None
     floor: float | None = None
     heard: float = math.inf
 
@@ -159,7 +164,7 @@ def filter_pose(
     suspects = _extended(Track() if broken else memory.suspects, sample, received, settings)
     if sample.stamp - suspects.begun < settings.mocap.relocation_time - _slack(settings.mocap):
         return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
-    result, memory = _accepted(memory, suspects, sample, settings)
+    result, memory = _accepted(replace(memory, impact=None), suspects, sample, settings)
     return replace(result, relocated=True), memory
 
 
@@ -181,12 +186,21 @@ def _accepted(
         track = _since(track, impact)
     velocity = _velocity(track, settings.mocap)
     state = None if velocity is None else State(sample.stamp, sample.position, velocity, sample.yaw)
-    return FilterResult(state, impact), replace(memory, track=track, suspects=Track())
+    told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact
+    return FilterResult(state, told), replace(memory, track=track, suspects=Track(), impact=impact or memory.impact)
 
 
 def _is_finite(sample: PoseSample) -> bool:
     values = sample.stamp, *sample.position.tolist(), sample.yaw, sample.height, sample.tilt
     return all(map(math.isfinite, values))
+
+
+def _is_same_hit(impact: DetectedImpact | None, last: DetectedImpact | None, mocap: Mocap) -> bool:
+    """Whether an impact is the rest of the last one, which was found before it was over."""
+    if impact is None or last is None or impact.time - last.time > IMPACT_REACH * mocap.impact_window:
+        return False
+    along = float(impact.change @ last.change)
+    return along > math.cos(SAME_HIT_ANGLE) * float(np.hypot(*impact.change)) * float(np.hypot(*last.change))
 
 
 def _disagreement(track: Track, sample: PoseSample, received: float, settings: Settings) -> str:
