@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE, STOPPED
 from collplan_core.control.interlock import REMEDY
+from collplan_core.control.motion_monitor import LATE, OK, REVERSED, SLIP, STUCK, MotionVerdict
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
 from collplan_core.loop.controller_loop import LONGEST_START, ControllerLoop
 from collplan_core.plan import Contacts
@@ -227,6 +228,17 @@ def test_a_fault_of_over_a_second_holds_until_a_person_lets_it_go_on(missing, fr
     else:
         loop.take_goal(goal(stamp=23.7, identity=bytes(16)))
     assert without(loop, "nothing", 23.8, 0.5) == ""
+
+
+@pytest.mark.parametrize(("kind", "holds"), [(LATE, True), (REVERSED, True), (STUCK, False), (SLIP, False)])
+def test_motion_that_is_late_or_reversed_holds_it_at_once_and_other_motion_does_not(monkeypatch, kind, holds):
+    loop, said = driving(until=9.0), [MotionVerdict(kind, 0.2, "as the test says")]
+    monkeypatch.setattr(loop.motion, "judge", lambda now, settings: setattr(loop.motion, "verdict", said[-1]))
+    assert loop.tick(1.0).reason == (f"held: as the test says; {REMEDY}" if holds else "")
+    said.append(MotionVerdict(OK))
+    assert bool(loop.tick(1.0).reason) == bool(loop.held) == holds
+    loop.resume()
+    assert loop.tick(1.0).reason == ""
 
 
 def test_before_the_first_plan_of_a_goal_inputs_may_take_longer():

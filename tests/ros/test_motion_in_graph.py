@@ -5,7 +5,9 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
 
+from collplan_core.control.motion_monitor import OK
 from collplan_core.worlds import save_world
 from collplan_ros.messages.conversions import seconds_from_stamp
 from collplan_ros.messages.qos import LATCHED, NEWEST, POSE_SUBSCRIBED
@@ -74,7 +76,26 @@ def test_a_robot_in_time_drives_and_its_delay_is_published(make_hall):
     graph.until(lambda: graph.poses[-1].pose.position.x > 1.5)
     assert graph.delays
     assert graph.delays[-1].data < 0.1
-    assert not graph.controller._loop.motion.why_stop
+    assert not graph.controller._loop.held
+
+
+def test_a_robot_in_its_emergency_stop_is_commanded_zero_and_neither_stuck_nor_reversed(make_hall):
+    graph = make_hall()
+    graph.until(lambda: graph.poses[-1].pose.position.x > 0.5 and graph.speed() > 0.3)
+    verdicts = set()
+    stop = graph.ros.probe.create_client(Trigger, "estop")
+    assert graph.ros.wait_until(stop.service_is_ready)
+    stop.call_async(Trigger.Request())
+    begun = seconds_from_stamp(graph.poses[-1].header.stamp)
+
+    def has_lasted(duration: float) -> bool:
+        verdicts.add(graph.controller._loop.motion.verdict.kind)
+        return seconds_from_stamp(graph.poses[-1].header.stamp) > begun + duration
+
+    graph.until(lambda: has_lasted(2.0))
+    assert verdicts == {OK}
+    assert graph.speed() == 0.0
+    assert graph.states[-1].message.startswith("stands still: held: emergency stop by its service")
 
 
 @pytest.mark.parametrize(

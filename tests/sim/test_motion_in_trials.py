@@ -63,7 +63,7 @@ def watched(monkeypatch):
         seen.times.append(local)
         seen.speeds.append(float(np.hypot(*command.velocity)))
         seen.kinds.append(self.motion.verdict.kind)
-        seen.stops.append(self.motion.why_stop)
+        seen.stops.append(self.held)
         seen.delay = self.motion.verdict.delay
         return command
 

@@ -59,6 +59,7 @@ COMPANIONS = {
     "planner/foreseen_impacts": "plan",
     "planner/valid_until": "plan",
     "planner/heartbeat": "plan",
+    "robot/state": "robot/resumed",
 }
 """Topics that are drawn in the place of another one, which they go with."""
 AT_BOX = {

@@ -1,8 +1,9 @@
 """The controller's decisions: which plan to follow, and a command each period, without exception.
 
 The command is zero unless a goal is active, pose, scan and plan are fresh, and the robot is within the fence. Where
-that was not so for LONGEST_FAULT the robot is held until there is a new goal or it is told to resume. A plan is
-followed once the pose it begins at and a scan of then or before have come, with the local map of the newest such scan.
+that was not so for LONGEST_FAULT, or where it moves late or against its commands, the robot is held until there is a
+new goal or it is told to resume. A plan is followed once the pose it begins at and a scan of then or before have come,
+with the local map of the newest such scan.
 """
 
 from collections import deque
@@ -13,6 +14,7 @@ from collplan_core.command import Command, stopped
 from collplan_core.control.follow import follow
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.memory import ControllerMemory
+from collplan_core.control.motion_monitor import STOPPING
 from collplan_core.control.permission import why_outside, why_refuse_plan, why_stale
 from collplan_core.control.tracking import clip_command
 from collplan_core.goal import NO_GOAL, Goal
@@ -135,7 +137,7 @@ class ControllerLoop:
     def resume(self) -> None:
         """A person lets the robot go on to its goal."""
         self._interlock = self._interlock.resumed()
-        self.motion.release()
+        self.motion.forget()
         self.forget_scans()
         self._patience, self._fault_since = LONGEST_START, None
 
@@ -201,28 +203,36 @@ class ControllerLoop:
     def _why_still(self, local: float) -> str:
         """Why the robot must not move now, "" where it may; a reason that lasts holds it."""
         reason = self._why_forbidden() or self._stop_reason(local)
-        if not reason or not self.goal_active:
-            self._fault_since = None
-        elif self._fault_since is None:
-            self._fault_since = local
-        elif not self.held and local - self._fault_since > self._patience:
-            self._interlock = self._interlock.held(reason)
         if not self.goal_active:
+            self._fault_since = None
             return reason
+        if not self.held:
+            self._interlock = self._interlock.held(self._why_hold(reason, local))
         if self.held:
             return f"held: {self.held}; {REMEDY}"
         if not reason:
             self._patience = LONGEST_FAULT
         return reason
 
+    def _why_hold(self, reason: str, local: float) -> str:
+        """Why only a person may let the robot move on, given why it must not now; "" where it goes on by itself."""
+        if self.motion.verdict.kind in STOPPING:
+            return self.motion.verdict.reason
+        if not reason:
+            self._fault_since = None
+        elif self._fault_since is None:
+            self._fault_since = local
+        elif local - self._fault_since > self._patience:
+            return reason
+        return ""
+
     def _stop_reason(self, local: float) -> str:
-        """Why the robot must not move now, "" where it may."""
+        """Why the robot must not move now, "" where it may; what its motion says is not asked here."""
         if not self.goal_active:
             return "no active goal"
         limits, state = self._settings.limits, self._sensors.state
         outside = "" if state is None else why_outside(state.position, limits)
-        stale = self._sensors.why_stale(local, limits) or outside or self._why_plan_is_stale(local)
-        return self.motion.why_stop or stale
+        return self._sensors.why_stale(local, limits) or outside or self._why_plan_is_stale(local)
 
     def _why_plan_is_stale(self, local: float) -> str:
         plan, now = self.plan, self._sensors.now(local)

@@ -1,4 +1,4 @@
-"""What the controller sees of its robot's motion, and whether it must stop for it."""
+"""What the controller sees of its robot's motion, and what that says."""
 
 import math
 
@@ -6,7 +6,6 @@ import numpy as np
 
 from collplan_core.command import Command
 from collplan_core.control.motion_monitor import (
-    STOPPING,
     MotionRecord,
     MotionVerdict,
     begun_anew,
@@ -30,20 +29,18 @@ class MotionWatch:
 
     Attributes:
         verdict: the newest.
-        why_stop: the reason of the first verdict that stops the robot, until `release`; empty before.
     """
 
     def __init__(self) -> None:
         """Starts without having seen anything."""
         self.verdict = MotionVerdict()
-        self.why_stop = ""
         self._record = MotionRecord()
         self._surfaces = np.zeros((0, 2))
         self._yaw = math.nan
 
-    def release(self) -> None:
-        """Forgets why the robot was stopped and what was learnt till then, as with a new goal."""
-        self.why_stop = ""
+    def forget(self) -> None:
+        """Forgets what was seen and learnt, but for the delay, as with a new goal."""
+        self.verdict = MotionVerdict(delay=self._record.delay)
         self._record = MotionRecord(delay=self._record.delay)
 
     def take_pose(self, state: State, local: float, joins: bool, settings: Settings) -> None:
@@ -68,8 +65,6 @@ class MotionWatch:
     def judge(self, now: float, settings: Settings) -> None:
         """Judges what was seen up to `now` [s]."""
         self.verdict, self._record = judge_motion(self._record, now, settings)
-        if self.verdict.kind in STOPPING and not self.why_stop:
-            self.why_stop = self.verdict.reason
 
     def commanded(self, command: Command, local: float) -> None:
         """A command that is sent now."""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from sensor_msgs.msg import TimeReference
@@ -50,6 +51,7 @@ class ControllerNode(Node):
         self._local_clock = local_clock(self)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         self._loop = ControllerLoop(self._settings, self._why_forbidden)
+        self._robot_stands = ""
         self._period = ControlPeriod()
         warm_up()
         self._outputs = ControllerOutputs(self, self._settings)
@@ -68,11 +70,12 @@ class ControllerNode(Node):
         listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)
         listen.listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._on_contacts, qos.EVENT, EVENT)
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
+        listen.listen(DiagnosticStatus, "robot/state", self._on_robot_state, qos.LATCHED, EVENT)
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
         self.create_timer(1.0 / self._settings.controller.rate, self._on_timer, clock=self._local_clock)
 
     def _why_forbidden(self) -> str:
-        return self._constants.disagreement or self._heartbeat.why_silent()
+        return self._constants.disagreement or self._heartbeat.why_silent() or self._robot_stands
 
     def _local(self) -> float:
         return seconds(self._local_clock)
@@ -94,6 +97,10 @@ class ControllerNode(Node):
 
     def _on_status(self, message: GoalStatus) -> None:
         self._loop.take_goal(goal_from_status(message))
+
+    def _on_robot_state(self, message: DiagnosticStatus) -> None:
+        # a robot that stands by itself is commanded zero, so that nobody takes it for stuck
+        self._robot_stands = message.message
 
     def _on_resumed(self, _: Empty) -> None:
         self._loop.resume()
