@@ -12,7 +12,6 @@ from collplan_ros.messages import qos
 from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
 
-TOPIC = "planner/heartbeat"
 PERIOD = 0.05
 """Between two beats [s]."""
 
@@ -22,7 +21,7 @@ class Heartbeat:
 
     def __init__(self, node: Node, at_each: Callable[[], None]) -> None:
         """Publishes through `node`, and calls `at_each` in that thread at each beat."""
-        self._publisher = node.create_publisher(Empty, TOPIC, qos.NEWEST)
+        self._publisher = node.create_publisher(Empty, "planner/heartbeat", qos.NEWEST)
         self._at_each = at_each
         self._ended = Event()
         self._thread = Thread(target=self._beat, name="heartbeat", daemon=True)
@@ -53,7 +52,7 @@ class HeartbeatWatch:
         """Listens through `inputs`; a silence longer than `limit` [s] is a stop."""
         self._limit = limit
         self._heard: float | None = None
-        inputs.listen(Empty, TOPIC, self._take, qos.NEWEST, EVENT)
+        inputs.listen(Empty, "planner/heartbeat", self._take, qos.NEWEST, EVENT)
 
     def why_silent(self) -> str:
         """Why the planner counts as frozen or dead, "" where it does not."""

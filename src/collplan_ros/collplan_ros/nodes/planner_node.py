@@ -53,8 +53,19 @@ from collplan_ros.nodes.heartbeat import Heartbeat
 from collplan_ros.nodes.plan_outputs import PlanOutputs
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
-STAMPED = "controller.stamped_cmd_vel"
-GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Mocap, Limits, Frames, STAMPED)
+GROUPS = (
+    Robot,
+    Rebound,
+    LocalMapping,
+    Weights,
+    Planning,
+    Remembered,
+    TimeToGoal,
+    Mocap,
+    Limits,
+    Frames,
+    "controller.stamped_cmd_vel",
+)
 USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
 LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
 BUDGET_SHARE = 0.5
