@@ -4,8 +4,8 @@ Commands and measured velocities of the last WINDOW are compared under many ways
 first (`sensing/motion_fit.py`): how badly a way explains the motion is an integral of the squared error of the velocity
 [m^2/s]. Delays and masses of the robot pay for what they explained badly before, so that a heavier robot than believed,
 which lags too, is not taken for a late one. A verdict needs an advantage over all other explanations. What a wall does
-is left out: judging begins anew SETTLE after the last pose near one. A robot that only slows or stands moves against no
-command, whatever makes it stand.
+is left out: judging begins anew SETTLE after the last pose near one, and after the last hit that shows in the velocity.
+A robot that only slows or stands moves against no command, whatever makes it stand.
 
 Where poses carry the time at which they were measured, a delay that grows shows without motion, in receipt less stamp.
 Commands must come at 4 Hz or more.
@@ -41,7 +41,7 @@ With 2.5e-3 a delay of 0.2 s takes up to 0.45 s to be named, in 12 simulated sta
 WRONG_ADVANTAGE = 6e-3
 """Advantage of turned commands, or of wheels without force, from which motion is reversed or slips [m^2/s]."""
 TURN_TIME = 0.2
-"""Motion is reversed only where the robot gained speed against its commands within this time [s]."""
+"""Motion is reversed only where the robot gained speed against its commands in a part of the window so long [s]."""
 GAINED = 0.1
 """So much [m/s]: one that brakes or stands gains none, whatever does not fit its commands."""
 CLEAR = 1.5e-3
@@ -111,7 +111,7 @@ def begun_anew(record: MotionRecord) -> MotionRecord:
 
 
 def moved(record: MotionRecord, state: State, local: float, touching: bool) -> MotionRecord:
-    """The record with a pose received at `local` [s]; `touching` where a wall is within reach of the ring."""
+    """The record with a pose received at `local` [s]; `touching` where something else than the wheels may push."""
     row = np.array([[local, state.stamp, *state.velocity, *state.position, state.yaw]])
     since = local - record.motion[-1, 0] if len(record.motion) else 0.0
     return replace(
@@ -201,25 +201,30 @@ def _compared(
         measured = float(DELAYS[too_late][int(by_delay[too_late].argmin())])
         return _late(measured, limit, "motion comes after its command by"), record
     is_worse = min(float(plain.min()), dead) - turned > WRONG_ADVANTAGE
-    if is_worse and _drives_against(record.commands, velocities, begin):
+    if is_worse and _drives_against(record.commands, velocities, begin, limit):
         return MotionVerdict(REVERSED, record.delay, "motion is turned or mirrored against the commands"), record
     if float(plain[in_time].min()) - dead > WRONG_ADVANTAGE:
         return MotionVerdict(SLIP, record.delay, "motion does not follow the commands: the wheels lack force"), record
     return MotionVerdict(OK, record.delay), record
 
 
-def _drives_against(commands: np.ndarray, velocities: np.ndarray, begin: float) -> bool:
-    """Whether within TURN_TIME the robot gained speed, and not toward its commands; arguments as of `misfits`."""
-    n = round(TURN_TIME / STEP) + 1
-    if len(velocities) < n:
-        return False
-    end = begin + (len(velocities) - 1) * STEP
+def _drives_against(commands: np.ndarray, velocities: np.ndarray, begin: float, delay: float) -> bool:
+    """Whether within some TURN_TIME the robot gained speed, and not toward its commands.
+
+    Args:
+        commands, velocities, begin: as of `misfits`.
+        delay: longest one by which the robot may follow its commands [s].
+    """
     # means of three: a single velocity has noise
-    before, after = velocities[-n : 3 - n].mean(axis=0), velocities[-3:].mean(axis=0)
-    if np.hypot(*after) - np.hypot(*before) < GAINED:
-        return False
-    recent = commands[(commands[:, 0] > end - TURN_TIME) & (commands[:, 0] <= end), 1:]
-    return len(recent) > 0 and float((recent.mean(axis=0) - before) @ (after - before)) <= 0.0
+    smooth = (velocities[:-2] + velocities[1:-1] + velocities[2:]) / 3.0
+    n = round(TURN_TIME / STEP) - 2
+    gained = np.hypot(*smooth[n:].T) - np.hypot(*smooth[:-n].T)
+    for k in np.flatnonzero(gained > GAINED):
+        end = begin + k * STEP + TURN_TIME
+        told = commands[(commands[:, 0] > end - TURN_TIME - delay) & (commands[:, 0] <= end), 1:]
+        if len(told) and (told.mean(axis=0) - smooth[k]) @ (smooth[k + n] - smooth[k]) <= 0.0:
+            return True
+    return False
 
 
 def _taught(record: MotionRecord, plain: np.ndarray, dead: float) -> MotionRecord:

@@ -20,6 +20,10 @@ from collplan_core.state import State
 
 TOUCH = 0.03
 """Distance of the ring from a surface seen within which that may push: noise of poses and ranges, and their age [m]."""
+HIT_TIME = 0.05
+"""A hit of what is not seen shows as a change of velocity within this time [s]..."""
+HIT = 0.2
+"""...by so much more than the wheels make; less may be noise [m/s]."""
 NEARBY = 0.5
 """Surfaces farther from the ring than this are not kept: they are seen again before they are near [m]."""
 
@@ -50,8 +54,17 @@ class MotionWatch:
         apart = self._surfaces - state.position
         reach = settings.robot.radius + TOUCH
         touching = bool((np.einsum("ij,ij->i", apart, apart) < reach * reach).any())
+        touching = touching or self._is_hit(state, settings)
         self._record = moved(self._record, state, local, touching)
         self._yaw = state.yaw
+
+    def _is_hit(self, state: State, settings: Settings) -> bool:
+        """Whether this pose shows a hit."""
+        before = self._record.motion[self._record.motion[:, 1] > state.stamp - HIT_TIME - 1e-6]
+        if len(before) == 0:
+            return False
+        change = math.hypot(*(state.velocity - before[0, 2:4]))
+        return change > settings.robot.max_acceleration * HIT_TIME + HIT
 
     def take_scan(self, placed: tuple[Scan, State] | None, settings: Settings) -> None:
         """The newest scan whose pose is known, and that pose."""
