@@ -4,7 +4,8 @@ Commands and measured velocities of the last WINDOW are compared under many ways
 first (`sensing/motion_fit.py`): how badly a way explains the motion is an integral of the squared error of the velocity
 [m^2/s]. Delays and masses of the robot pay for what they explained badly before, so that a heavier robot than believed,
 which lags too, is not taken for a late one. A verdict needs an advantage over all other explanations. What a wall does
-is left out: judging begins anew SETTLE after the last pose near one, and after the last hit that shows in the velocity.
+is left out: judging begins anew SETTLE after the last pose near one, after the last hit that shows in the velocity, and
+after the robot was stuck.
 A robot that only slows or stands moves against no command, whatever makes it stand.
 
 Where poses carry the time at which they were measured, a delay that grows shows without motion, in receipt less stamp.
@@ -141,7 +142,8 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     speeds = np.column_stack([commands[:, 0], np.hypot(commands[:, 1], commands[:, 2])])
     why_stuck = stuck.why_stuck(motion[:, [0, 4, 5]], speeds, settings.robot.max_acceleration)
     if why_stuck:
-        return MotionVerdict(STUCK, record.delay, why_stuck), record
+        # what holds it unseen may push it aside as well
+        return MotionVerdict(STUCK, record.delay, why_stuck), replace(record, free_since=now + SETTLE)
     window = _window(record, now, settings)
     return (MotionVerdict(OK, record.delay), record) if window is None else _compared(record, *window, settings)
 
