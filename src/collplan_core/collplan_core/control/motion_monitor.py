@@ -4,9 +4,8 @@ Commands and measured velocities of the last WINDOW are compared under many ways
 first (`sensing/motion_fit.py`): how badly a way explains the motion is an integral of the squared error of the velocity
 [m^2/s]. Delays and masses of the robot pay for what they explained badly before, so that a heavier robot than believed,
 which lags too, is not taken for a late one. A verdict needs an advantage over all other explanations. What a wall does
-is left out: judging begins anew SETTLE after the last pose near one, after the last hit that shows in the velocity, and
-after the robot was stuck.
-A robot that only slows or stands moves against no command, whatever makes it stand.
+is left out: judging begins anew SETTLE after the last pose near one, and UNSEEN after a hit that no wall seen explains
+or after the robot was stuck. A robot that only slows or stands moves against no command, whatever makes it stand.
 
 Where poses carry the time at which they were measured, a delay that grows shows without motion, in receipt less stamp.
 Commands must come at 4 Hz or more.
@@ -33,12 +32,17 @@ SHORTEST_WINDOW = 0.15
 """[s]"""
 SETTLE = 0.1
 """Time after a touch until wheels that it did not stop roll again [s]."""
+UNSEEN = 1.0
+"""Time for which something that was run into and is not seen may push on [s]."""
 LATE_ADVANTAGE = 1.5e-3
 """Advantage of the delays beyond the limit from which motion is late [m^2/s].
 
 0.6e-3 is the most that 88 simulated trials without delay gave, of all strategies, wheels with inertia, masses doubled.
 With 2.5e-3 a delay of 0.2 s takes up to 0.45 s to be named, in 12 simulated starts; with this, 0.3 s.
 """
+LATE_MISFIT = 4e-3
+"""Motion that no delay explains better than this is not late [m^2/s]: simulated, late motion leaves 1.5e-3 when it is
+named, and a robot that rubs along a wall it does not see 5.7e-3."""
 WRONG_ADVANTAGE = 6e-3
 """Advantage of turned commands, or of wheels without force, from which motion is reversed or slips [m^2/s]."""
 TURN_TIME = 0.2
@@ -112,15 +116,17 @@ def begun_anew(record: MotionRecord) -> MotionRecord:
 
 
 def moved(record: MotionRecord, state: State, local: float, touching: bool) -> MotionRecord:
-    """The record with a pose received at `local` [s]; `touching` where something else than the wheels may push."""
+    """The record with a pose received at `local` [s]; `touching` where a wall is within reach of the ring."""
     row = np.array([[local, state.stamp, *state.velocity, *state.position, state.yaw]])
     since = local - record.motion[-1, 0] if len(record.motion) else 0.0
-    return replace(
-        record,
-        motion=_kept(record.motion, row),
-        free_since=local + SETTLE if touching else record.free_since,
-        quickest=min(record.quickest + DRIFT * since, local - state.stamp),
-    )
+    quickest = min(record.quickest + DRIFT * since, local - state.stamp)
+    record = replace(record, motion=_kept(record.motion, row), quickest=quickest)
+    return pushed(record, local + SETTLE) if touching else record
+
+
+def pushed(record: MotionRecord, until: float) -> MotionRecord:
+    """The record of a robot that something else than its wheels may move until then [s]."""
+    return replace(record, free_since=max(record.free_since, until))
 
 
 def commanded(record: MotionRecord, velocity: np.ndarray, local: float) -> MotionRecord:
@@ -143,7 +149,7 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     why_stuck = stuck.why_stuck(motion[:, [0, 4, 5]], speeds, settings.robot.max_acceleration)
     if why_stuck:
         # what holds it unseen may push it aside as well
-        return MotionVerdict(STUCK, record.delay, why_stuck), replace(record, free_since=now + SETTLE)
+        return MotionVerdict(STUCK, record.delay, why_stuck), pushed(record, now + UNSEEN)
     window = _window(record, now, settings)
     return (MotionVerdict(OK, record.delay), record) if window is None else _compared(record, *window, settings)
 
@@ -199,7 +205,8 @@ def _compared(
     by_delay = (plain + record.learnt).min(axis=1)
     in_time, too_late = limit + 1e-9 >= DELAYS, limit + 1.2 * STEP < DELAYS
     normal = min(float(by_delay[in_time].min()), dead + FORCELESS)
-    if normal - float(by_delay[too_late].min()) > LATE_ADVANTAGE:
+    follows = float(plain[too_late].min()) < LATE_MISFIT
+    if follows and normal - float(by_delay[too_late].min()) > LATE_ADVANTAGE:
         measured = float(DELAYS[too_late][int(by_delay[too_late].argmin())])
         return _late(measured, limit, "motion comes after its command by"), record
     is_worse = min(float(plain.min()), dead) - turned > WRONG_ADVANTAGE

@@ -6,12 +6,15 @@ import numpy as np
 
 from collplan_core.command import Command
 from collplan_core.control.motion_monitor import (
+    SETTLE,
+    UNSEEN,
     MotionRecord,
     MotionVerdict,
     begun_anew,
     commanded,
     judge_motion,
     moved,
+    pushed,
 )
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
@@ -22,7 +25,7 @@ TOUCH = 0.03
 """Distance of the ring from a surface seen within which that may push: noise of poses and ranges, and their age [m]."""
 HIT_TIME = 0.05
 """A hit of what is not seen shows as a change of velocity within this time [s]..."""
-HIT = 0.2
+HIT = 0.25
 """...by so much more than the wheels make; less may be noise [m/s]."""
 NEARBY = 0.5
 """Surfaces farther from the ring than this are not kept: they are seen again before they are near [m]."""
@@ -41,6 +44,7 @@ class MotionWatch:
         self._record = MotionRecord()
         self._surfaces = np.zeros((0, 2))
         self._yaw = math.nan
+        self._touched = -math.inf
 
     def forget(self) -> None:
         """Forgets what was seen and learnt, but for the delay, as with a new goal."""
@@ -54,7 +58,10 @@ class MotionWatch:
         apart = self._surfaces - state.position
         reach = settings.robot.radius + TOUCH
         touching = bool((np.einsum("ij,ij->i", apart, apart) < reach * reach).any())
-        touching = touching or self._is_hit(state, settings)
+        if touching:
+            self._touched = local
+        elif local - self._touched > SETTLE and self._is_hit(state, settings):
+            self._record = pushed(self._record, local + UNSEEN)
         self._record = moved(self._record, state, local, touching)
         self._yaw = state.yaw
 
