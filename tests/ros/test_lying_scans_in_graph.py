@@ -75,8 +75,7 @@ class Hall(SimulatedHall):
         monkeypatch.setattr(StallGuard, "tick", lambda self, now: False)
         monkeypatch.setattr(HeartbeatWatch, "why_silent", lambda self: "")
         super().__init__(ros, folder, monkeypatch, self._lidar)
-        planner = ros.make(PlannerNode, {**STAMPED, "planner.strategy": strategy})
-        self.keep_step(planner._loop, self.controller._loop)
+        ros.make(PlannerNode, {**STAMPED, "planner.strategy": strategy})
         self._goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
         self._truth = ros.listen(Odometry, "ground_truth/odom", EVENT)
         # only then is a goal a new one to the robot, and lets it move

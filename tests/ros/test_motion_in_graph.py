@@ -4,6 +4,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
 
 from collplan_ros.messages.conversions import seconds_from_stamp
 from collplan_ros.messages.qos import LATCHED
@@ -20,6 +21,8 @@ def make_hall(ros, tmp_path, monkeypatch):
     def made(**simulation) -> SimulatedHall:
         graph = SimulatedHall(ros, tmp_path, monkeypatch, **simulation)
         graph.delays = ros.listen(Float64, "controller/motion_delay", LATCHED)
+        # this planner has its goal before the robot could know that it is a new one
+        assert ros.call(Trigger, "resume").success
         ros.make(ForeignPlanner, CLOCK, goal=hall().goal)
         return graph
 
