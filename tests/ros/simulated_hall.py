@@ -1,7 +1,5 @@
 """The simulated robot in a hall, with motion capture, LIDAR and controller, in the test's own process."""
 
-from itertools import count
-
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 
@@ -12,13 +10,9 @@ from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from fake_robot import hall
-from omnipuck_sim.node import pacing
 from omnipuck_sim.node.simulator_node import SimulatorNode
+from one_thread import let_others_take, wait_for_each_other
 
-ONE_POSE = 0.01
-"""Simulated time between two poses [s]."""
-ROUNDS = 4
-"""In so many rounds of the executor, each of which takes one message a topic, at most one pose is published."""
 CLOCK = {"use_sim_time": True}
 STAMPED = {**CLOCK, "controller.stamped_cmd_vel": True}
 
@@ -28,14 +22,14 @@ class SimulatedHall:
 
     def __init__(self, ros, folder, monkeypatch, lidar=None, **simulation) -> None:
         """`lidar` makes what publishes `scan`, of its parameters; the rest are parameters `simulator.*`."""
-        monkeypatch.setattr(pacing, "LONGEST_CATCH_UP", ONE_POSE)
+        wait_for_each_other(monkeypatch)
         self.ros = ros
         world = folder / "hall.yaml"
         save_world(hall(), world)
         named = {f"simulator.{key}": value for key, value in simulation.items()}
         speed = {"simulator.world": str(world), "simulator.speed_factor": 10.0}
         self.simulator = ros.make(SimulatorNode, {**STAMPED, **speed, **named})
-        self._let_others_take()
+        let_others_take(self.simulator)
         ros.make(MocapNode, CLOCK)
         self.lidar = (lidar or self._true_lidar)({**CLOCK, "lidar.world": str(world)})
         self.controller = ros.make(ControllerNode, STAMPED)
@@ -44,12 +38,6 @@ class SimulatedHall:
         self.commands = ros.listen(TwistStamped, "cmd_vel", NEWEST)
         self.states = ros.listen(DiagnosticStatus, "controller/state", LATCHED)
         assert ros.wait_until(lambda: self.poses and self.commands)
-
-    def _let_others_take(self) -> None:
-        """Has the simulation wait until what it has published is taken, as one thread runs all: none falls behind."""
-        pacing, calls = self.simulator._room._pacing, count()
-        due = pacing.due
-        pacing.due = lambda now: 0 if next(calls) % ROUNDS else due(now)
 
     def _true_lidar(self, parameters) -> LidarNode:
         return self.ros.make(LidarNode, parameters)

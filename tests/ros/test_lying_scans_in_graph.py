@@ -26,12 +26,11 @@ from collplan_ros.messages.conversions import (
     seconds_from_stamp,
 )
 from collplan_ros.messages.qos import EVENT, SENSOR_DATA
-from collplan_ros.node_kit.stall import StallGuard
-from collplan_ros.nodes.heartbeat import HeartbeatWatch
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import hall
-from simulated_hall import CLOCK, ONE_POSE, STAMPED, SimulatedHall, speed_of
+from one_thread import ONE_POSE
+from simulated_hall import CLOCK, STAMPED, SimulatedHall, speed_of
 
 REACTION = 0.2
 """Longest time from the first scan that lies to the command to stand, beside the time between two plans [s]."""
@@ -71,9 +70,6 @@ class Hall(SimulatedHall):
     """The graph with a planner and a LIDAR that can lie."""
 
     def __init__(self, ros, folder, monkeypatch, strategy: str) -> None:
-        # one thread runs all nodes: that one does not hear while another works says nothing
-        monkeypatch.setattr(StallGuard, "tick", lambda self, now: False)
-        monkeypatch.setattr(HeartbeatWatch, "why_silent", lambda self: "")
         super().__init__(ros, folder, monkeypatch, self._lidar)
         ros.make(PlannerNode, {**STAMPED, "planner.strategy": strategy})
         self._goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
