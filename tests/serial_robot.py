@@ -21,6 +21,10 @@ start: [0.0, 0.0]
 """
 
 
+RESUME_PERIOD = 0.05
+"""Between two calls of resume [s]."""
+
+
 def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
     message = Twist()
     message.linear.x, message.linear.y, message.angular.z = x, y, yaw_rate
@@ -29,19 +33,23 @@ def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
 
 @contextmanager
 def let_move(ros) -> Iterator[None]:
-    """Somebody calls resume whenever the robot is held."""
+    """Somebody calls resume as long as the robot is held, again where that is refused."""
     client = ros.probe.create_client(Trigger, "resume")
     assert ros.wait_until(client.service_is_ready, 20.0)
+    states: list[str] = []
 
-    def resume_where_held(state: DiagnosticStatus) -> None:
-        held.append(state.message)
-        if ("state", "held") in [(item.key, item.value) for item in state.values]:
+    def take(state: DiagnosticStatus) -> None:
+        states.append(next(item.value for item in state.values if item.key == "state"))
+
+    def resume() -> None:
+        if states and states[-1] == "held":
             client.call_async(Trigger.Request())
 
-    held: list[str] = []
-    subscription = ros.probe.create_subscription(DiagnosticStatus, "robot/state", resume_where_held, LATCHED)
-    assert ros.wait_until(lambda: held and not held[-1], 20.0), held
+    subscription = ros.probe.create_subscription(DiagnosticStatus, "robot/state", take, LATCHED)
+    timer = ros.probe.create_timer(RESUME_PERIOD, resume)
+    assert ros.wait_until(lambda: states and states[-1] == "free", 20.0), states
     yield
+    ros.probe.destroy_timer(timer)
     ros.probe.destroy_subscription(subscription)
     ros.probe.destroy_client(client)
 

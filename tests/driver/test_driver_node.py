@@ -13,7 +13,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
-from serial_robot import SerialRobot, twist
+from serial_robot import SerialRobot, let_move, twist
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
@@ -99,8 +99,8 @@ def stop_age_after_kill(robot, command, victim) -> float | None:
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
         try:
             if victim == "controller":
-                robot.until(lambda: robot.call("resume").success)
-                robot.until(lambda: robot.speed > 0.1)
+                with let_move(robot.ros):
+                    robot.until(lambda: robot.speed > 0.1)
             else:
                 robot.go_until(lambda: robot.speed > 0.1, x=0.4)
             return stop_age(robot, lambda: process.send_signal(signal.SIGKILL))
@@ -118,6 +118,9 @@ def test_a_killed_process_stops_the_wheels_in_time(ros, tmp_path, victim, causes
     command = [sys.executable, "-c", CONTROLLER]
     if victim == "driver":
         command = [*DRIVER, "--ros-args", "-p", f"driver.port:={robot.path}"]
+    else:
+        # two commanders would hold the robot
+        ros.probe.destroy_publisher(robot.commands)
     ages = (stop_age_after_kill(robot, command, victim) for _ in range(ATTEMPTS))
     age = next((age for age in ages if age is not None), None)
     assert age is not None, "the emulator stalled each time"
@@ -203,7 +206,7 @@ def test_the_firmware_keeps_the_emergency_stop_over_a_restart_of_the_driver(seri
     robot.until(lambda: robot.driver._link.session.stop_latched)
     robot.ros.remove(robot.driver)
     robot.driver = robot.ros.make(DriverNode, robot.parameters)
-    robot.until(lambda: robot.driver._contract.stopped_by == "kept by the firmware")
+    robot.until(lambda: robot.driver._contract.stopped_by == "kept by the firmware" and robot.speed < STANDING)
     assert not robot.call("resume").success
     begun = len(robot.odometry)
     robot.drive_until(lambda: len(robot.odometry) > begun + 40, x=0.3)

@@ -189,7 +189,7 @@ def test_bad_scans_and_poses_are_counted_and_stop_the_robot(ros, bench):
 
 
 def test_refused_poses_stop_the_robot_before_the_last_one_is_old(ros, bench):
-    bench.node.set_parameters([Parameter("limits.plan_age", value=5.0), Parameter("limits.pose_age", value=5.0)])
+    bench.node.set_parameters([Parameter("limits.plan_age", value=2.0), Parameter("limits.pose_age", value=0.5)])
     refusals = ros.publisher(String, "mocap/refused", POSE_PUBLISHED)
     bench.drive()
     bench.robot.poses_on = False

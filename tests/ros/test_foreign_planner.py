@@ -3,24 +3,16 @@
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry, Path
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
-from collplan_core.worlds import save_world
 from collplan_ros.messages.conversions import seconds_from_stamp, state_from_odometry
 from collplan_ros.messages.qos import LATCHED, NEWEST, POSE_SUBSCRIBED
-from collplan_ros.nodes.controller_node import ControllerNode
-from collplan_ros.nodes.lidar_node import LidarNode
-from collplan_ros.nodes.mocap_node import MocapNode
 from fake_robot import hall
 from foreign_planner import SPEED, SWING, ForeignPlanner
-from omnipuck_sim.node import pacing
-from omnipuck_sim.node.simulator_node import SimulatorNode
+from simulated_hall import CLOCK, SimulatedHall
 
-ONE_POSE = 0.01
-"""Simulated time between two poses [s]."""
-CLOCK = {"use_sim_time": True}
 LONGEST = 30.0
 """For the way to the goal, simulated [s]."""
 
@@ -28,31 +20,26 @@ LONGEST = 30.0
 @pytest.fixture
 def graph(ros, tmp_path, monkeypatch):
     """Every node but a planner, in an empty hall, on the simulation's clock: a stall of the machine stops it too."""
-    monkeypatch.setattr(pacing, "LONGEST_CATCH_UP", ONE_POSE)
-    world = tmp_path / "hall.yaml"
-    save_world(hall(), world)
-    ros.make(SimulatorNode, {**CLOCK, "simulator.world": str(world), "simulator.speed_factor": 10.0})
-    ros.make(MocapNode, CLOCK)
-    ros.make(LidarNode, {**CLOCK, "lidar.world": str(world)})
-    controller = ros.make(ControllerNode, CLOCK)
-    assert ros.wait_until(lambda: controller._loop._sensors.scan_stamp is not None)
-    return ros
+    hall = SimulatedHall(ros, tmp_path, monkeypatch)
+    # this planner has its goal before the robot could know that it is a new one
+    assert ros.call(Trigger, "resume").success
+    return hall
 
 
 def test_a_foreign_planner_drives_the_robot_to_its_goal(graph):
-    poses = graph.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
-    commands = graph.listen(Twist, "cmd_vel", NEWEST)
-    maneuvers = graph.listen(String, "maneuver", LATCHED)
-    statuses = graph.listen(GoalStatus, "goal_status", LATCHED)
-    plans = graph.listen(Path, "plan", NEWEST)
-    assert graph.wait_until(lambda: poses and commands and maneuvers)
+    ros, commands = graph.ros, graph.commands
+    poses = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
+    maneuvers = ros.listen(String, "maneuver", LATCHED)
+    statuses = ros.listen(GoalStatus, "goal_status", LATCHED)
+    plans = ros.listen(Path, "plan", NEWEST)
+    assert ros.wait_until(lambda: poses and commands and maneuvers)
     goal = hall().goal
-    planner = graph.make(ForeignPlanner, CLOCK, goal=goal)
+    planner = ros.make(ForeignPlanner, CLOCK, goal=goal)
 
     def driven() -> np.ndarray:
         return np.array([state_from_odometry(pose, "map", "base_link").position for pose in poses])
 
-    reached = graph.wait_until(
+    reached = ros.wait_until(
         lambda: statuses and statuses[-1].status == GoalStatus.STATUS_SUCCEEDED,
         timeout=LONGEST,
         clock=lambda: seconds_from_stamp(poses[-1].header.stamp),
@@ -68,5 +55,6 @@ def test_a_foreign_planner_drives_the_robot_to_its_goal(graph):
     assert path[:, 1].min() < -0.8 * SWING
     assert {m.data for m in maneuvers} == {"free_space", "stopped"}
     commands.clear()
-    assert graph.wait_until(lambda: len(commands) >= 2)
-    assert (commands[-1].linear.x, commands[-1].linear.y, commands[-1].angular.z) == (0.0, 0.0, 0.0)
+    assert ros.wait_until(lambda: len(commands) >= 2)
+    last = commands[-1].twist
+    assert (last.linear.x, last.linear.y, last.angular.z) == (0.0, 0.0, 0.0)

@@ -21,11 +21,8 @@ from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import hall
-from omnipuck_sim.node import pacing
 from omnipuck_sim.node.simulator_node import SimulatorNode
-
-ONE_POSE = 0.01
-"""Simulated time between two poses [s]."""
+from one_thread import let_others_take, wait_for_each_other
 
 
 class Graph:
@@ -41,7 +38,9 @@ class Graph:
         self.plans = ros.listen(Path, "plan", NEWEST)
         self.maneuvers = ros.listen(String, "maneuver", LATCHED)
         self.statuses = ros.listen(GoalStatus, "goal_status", LATCHED)
-        ros.make(SimulatorNode, {**clock, **simulation})
+        simulator = ros.make(SimulatorNode, {**clock, **simulation})
+        if clock["use_sim_time"]:
+            let_others_take(simulator)
         ros.make(MocapNode, clock)
         ros.make(LidarNode, {**clock, "lidar.world": world})
         self.planner = ros.make(PlannerNode, shared)
@@ -49,6 +48,8 @@ class Graph:
         self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
         ready = self.planner._loop._sensors, self.controller._loop._sensors
         assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
+        # only then is a goal a new one to the robot, and lets it move
+        assert ros.wait_until(lambda: simulator._contract._interlock.goal is not None)
 
     def send_goal(self, goal) -> None:
         self.goals.publish(goal_to_message(goal, "map"))
@@ -80,7 +81,7 @@ def test_the_robot_reaches_its_goal_and_stops(ros):
 
 def test_bounce_reaches_its_goal_round_a_turn(ros, monkeypatch):
     """On the simulation's clock, which a stall of the machine holds for all nodes alike; by a local one they stop."""
-    monkeypatch.setattr(pacing, "LONGEST_CATCH_UP", ONE_POSE)
+    wait_for_each_other(monkeypatch)
     # all nodes share one thread here: half the plans, and those of few proposals, which no budget cuts short
     few = {"planner__map_period": 0.1, "time_to_goal__start_proposals": 20, "time_to_goal__proposals": 200}
     strategy = {"planner__strategy": "bounce", "time_to_goal__time_budget": 1.0}
@@ -102,7 +103,7 @@ def test_bounce_reaches_its_goal_round_a_turn(ros, monkeypatch):
 
 def test_each_strategy_takes_over_from_any_other_while_the_robot_drives(ros, monkeypatch):
     """The strategy is set at planner_node alone. On the simulation's clock, as above."""
-    monkeypatch.setattr(pacing, "LONGEST_CATCH_UP", ONE_POSE)
+    wait_for_each_other(monkeypatch)
     few = {"time_to_goal__start_proposals": 20, "time_to_goal__proposals": 50, "time_to_goal__time_budget": 1.0}
     graph = Graph(ros, "corridor", speed_factor=10.0, planner__map_period=0.1, **few)
     costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)

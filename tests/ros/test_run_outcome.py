@@ -1,9 +1,13 @@
 """What bringup makes of the planner's word and the poses, however late and in whatever order they come."""
 
+import io
+from typing import TextIO
+
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Twist, Vector3
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,6 +19,7 @@ from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.main import EMERGENCY_STOP, Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.outcome import outcome_of
+from collplan_ros.bringup.progress import Progress
 from collplan_ros.messages.conversions import state_to_odometry
 from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.recorder import GoalReport, Recorder
@@ -120,9 +125,11 @@ class FedGraph(graph.Graph):
         self._take["mocap/odom"](state_to_odometry(state, frames.map, frames.base), sent)
 
 
-def fed(tmp_path, positions: list[float], lateness: list[float], reports: dict[int, int]) -> Bringup:
+def fed(
+    tmp_path, positions: list[float], lateness: list[float], reports: dict[int, int], said: TextIO | None = None
+) -> Bringup:
     """A bringup that takes poses 0.1 s apart at these positions on the x axis [m], each so late [s]."""
-    bringup = Bringup(Options(out=tmp_path, timeout=10.0))
+    bringup = Bringup(Options(out=tmp_path, timeout=10.0), Progress(said))
     states = [State(STAMP + 0.1 * k, np.array([x, 0.0]), np.zeros(2), 0.0) for k, x in enumerate(positions)]
     bringup.graph = FedGraph(bringup, list(zip(states, lateness, strict=True)), reports)
     return bringup
@@ -164,6 +171,23 @@ def test_what_late_poses_show_is_not_the_outcome_of_a_run_that_goes_on(tmp_path)
     lateness = [0.0] * 3 + [6.0] * 57 + [0.0] * 40
     bringup = fed(tmp_path, positions, lateness, {1: EXECUTING, 95: GoalStatus.STATUS_SUCCEEDED})
     assert bringup.drive() == REACHED
+
+
+@pytest.mark.parametrize(("late", "lines"), [(0.0, 1), (0.9, 1), (1.1, 0), (6.0, 0)])
+def test_what_late_poses_show_is_not_told_as_the_state_of_the_robot(tmp_path, late, lines):
+    said = io.StringIO()
+    bringup = fed(
+        tmp_path, [0.1 * k for k in range(30)], [late] * 30, {1: EXECUTING, 25: GoalStatus.STATUS_SUCCEEDED}, said
+    )
+    give_goal = bringup.graph.give_goal
+
+    def commanded(goal) -> None:
+        give_goal(goal)
+        bringup.graph._take["cmd_vel"](Twist(linear=Vector3(x=0.5)), {"source_timestamp": 0})
+
+    bringup.graph.give_goal = commanded
+    assert bringup.drive() == REACHED
+    assert said.getvalue().count("m to the goal") == lines
 
 
 def test_a_machine_too_slow_for_the_graph_is_said_instead(tmp_path, monkeypatch):

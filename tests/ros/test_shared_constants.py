@@ -27,16 +27,16 @@ from collplan_ros.node_kit.shared_constants import (
 RADIUS = {"robot.radius": "0.09"}
 
 
-def test_what_is_shared_are_constants_of_robot_and_frames():
+def test_what_is_shared_are_constants_of_robot_and_frames_and_the_fence():
     keys = set(constants_of(Settings(), Robot, Frames, Limits))
     assert "robot.max_speed" not in keys  # live
     assert keys == {
         *("robot.radius", "robot.mass", "robot.inertia_factor", "robot.wheel_mass"),
         *("robot.max_yaw_rate", "robot.max_acceleration", "robot.velocity_lag"),
-        *("frames.map", "frames.base"),
+        *("frames.map", "frames.base", "limits.fence"),
     }
-    assert set(constants_of(Settings(), Limits, Frames)) == {"frames.map", "frames.base"}
-    assert set(constants_of(Settings(), Limits, "robot.radius")) == {"robot.radius"}
+    assert set(constants_of(Settings(), Limits, Frames)) == {"frames.map", "frames.base", "limits.fence"}
+    assert set(constants_of(Settings(), Limits, "robot.radius")) == {"limits.fence", "robot.radius"}
 
 
 def test_floats_are_compared_exactly():

@@ -6,11 +6,11 @@ The long counts are 30 seeds of each lie and strategy, and 300 runs without a li
 import itertools
 
 import pytest
+from lying_scans import LIES, watched_trial
 
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
-from lying_scans import LIES, watched_trial
 
 FAMILIES = ("corridor", "random", "serpentine", "u", "l", "z", "baffles", "pillars")
 HIT_MARGIN = 0.1

@@ -41,7 +41,9 @@ def another(spec: Spec):
     if spec.choices:
         return next(choice for choice in spec.choices if choice != spec.default)
     value = spec.low + SHARE * (spec.high - spec.low)
-    return round(value) if isinstance(spec.default, int) else value
+    if isinstance(spec.default, int):
+        value = round(value)
+    return value if value != spec.default else spec.low
 
 
 @cache

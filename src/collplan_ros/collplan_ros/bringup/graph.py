@@ -36,7 +36,7 @@ NAME = "bringup"
 COMMANDER = "controller_node"
 """The only node that commands the robot. It is stopped first: its last command is zero, and the robot must still run to
 receive it."""
-COMMANDERS_PERIOD = 0.5
+COMMANDERS_PERIOD = 0.1
 """Period at which the publishers of commands are looked at [s]."""
 REST_SPEED = 0.03
 """Speed below which the robot counts as at rest [m/s]."""

@@ -137,7 +137,8 @@ class Bringup:
     def _show_progress(self, target: np.ndarray) -> None:
         pose, recorder = self.graph.pose, self.graph.recorder
         begin = recorder.time_zero
-        if begin is not None and pose.stamp >= begin:
+        # a pose of a while ago is not where the robot is now
+        if begin is not None and pose.stamp >= begin and recorder.age <= LATE:
             distance = float(np.hypot(pose.x - target[0], pose.y - target[1]))
             self.progress.show(pose.stamp - begin, distance, recorder.maneuver, recorder.n_impacts)
 

@@ -116,6 +116,11 @@ class Recorder:
     def n_impacts(self) -> int:
         return self._impacts["impact" if self._newest_truth is None else "true_impact"]
 
+    @property
+    def age(self) -> float:
+        """Time since the newest pose was sent [s]; infinite before the first."""
+        return math.inf if self.newest is None else self._send_times.now() - self.newest.sent
+
     def begin(self, simulated: bool, goal: np.ndarray) -> None:
         """Starts recording a run to `goal` (2,) [m]."""
         header = {"simulated": simulated, "goal": goal.tolist(), "wall_clock_ahead": self._send_times.ahead}

@@ -1,0 +1,137 @@
+"""The whole graph on a simulated robot whose LIDAR begins to lie: it stands in time, and until a person lets it go on.
+
+Simulator, motion capture, LIDAR, planner and controller are those that a user runs; what lies stands between LIDAR and
+the rest. All times are by the simulation's clock, which the controller follows.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped, Vector3
+from lying_scans import LIES, SPEED, Lie
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan
+from std_srvs.srv import Trigger
+
+from collplan_core.control.interlock import LONGEST_FAULT
+from collplan_core.parameters import Settings
+from collplan_core.planners import map_period_of
+from collplan_core.scan import Scan
+from collplan_ros.messages.conversions import (
+    goal_to_message,
+    scan_from_message,
+    scan_to_message,
+    seconds_from_stamp,
+)
+from collplan_ros.messages.qos import EVENT, SENSOR_DATA
+from collplan_ros.nodes.lidar_node import LidarNode
+from collplan_ros.nodes.planner_node import PlannerNode
+from fake_robot import hall
+from one_thread import ONE_POSE
+from simulated_hall import CLOCK, STAMPED, SimulatedHall, speed_of
+
+REACTION = 0.2
+"""Longest time from the first scan that lies to the command to stand, beside the time between two plans [s]."""
+TRUE_SCANS = "scan/true"
+LASTING = ("nothing near", "half empty", "frozen", "late 0.3 s", "late 0.5 s")
+"""Lies that a robot at rest sees too."""
+
+
+class LyingLidar(Node):
+    """Passes scans on as they are, or as the lie says that has begun."""
+
+    def __init__(self, **kwargs) -> None:
+        super().__init__("lying_lidar", **kwargs)
+        self.begun: float | None = None
+        self._lie: Lie | None = None
+        self._first = 0
+        self._scans: list[Scan] = []
+        self._out = self.create_publisher(LaserScan, "scan", SENSOR_DATA)
+        self.create_subscription(LaserScan, TRUE_SCANS, self._pass_on, SENSOR_DATA)
+
+    def lie(self, lie: Lie | None) -> None:
+        """Begins to lie with the next scan, or to tell the truth again."""
+        self._lie, self._first, self.begun = lie, len(self._scans), None
+
+    def _pass_on(self, message: LaserScan) -> None:
+        self._scans.append(scan_from_message(message, "base_link"))
+        told: Scan | None = self._scans[-1]
+        if self._lie is not None:
+            told = self._lie(self._scans, self._first, np.random.default_rng(0))
+            if self.begun is None:
+                self.begun = 1e-9 * self.get_clock().now().nanoseconds
+        if told is not None:
+            self._out.publish(scan_to_message(told, "base_link"))
+
+
+class Hall(SimulatedHall):
+    """The graph with a planner and a LIDAR that can lie."""
+
+    def __init__(self, ros, folder, monkeypatch, strategy: str) -> None:
+        super().__init__(ros, folder, monkeypatch, self._lidar)
+        ros.make(PlannerNode, {**STAMPED, "planner.strategy": strategy})
+        self._goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
+        self._truth = ros.listen(Odometry, "ground_truth/odom", EVENT)
+        # only then is a goal a new one to the robot, and lets it move
+        assert ros.wait_until(lambda: self.simulator._contract._interlock.goal is not None)
+
+    def _lidar(self, parameters) -> LyingLidar:
+        true = ["--ros-args", "-r", f"scan:={TRUE_SCANS}"]
+        self.ros.make(LidarNode, parameters, cli_args=true)
+        return self.ros.make(LyingLidar, CLOCK)
+
+    def give_goal(self) -> None:
+        """The goal at the hall's other end."""
+        self._goals.publish(goal_to_message(hall().goal, "map"))
+
+    @property
+    def true_speed(self) -> float:
+        """Of the robot [m/s]."""
+        linear = self._truth[-1].twist.twist.linear if self._truth else Vector3()
+        return math.hypot(linear.x, linear.y)
+
+    def stood(self) -> float | None:
+        """When the robot was first commanded to stand after the lie had begun [s]."""
+        begun = self.lidar.begun
+        stamps = ((seconds_from_stamp(each.header.stamp), speed_of(each)) for each in self.commands)
+        return next((stamp for stamp, speed in stamps if begun is not None and stamp >= begun and speed == 0.0), None)
+
+    def stands(self, duration: float) -> bool:
+        """Whether each command of so much simulated time [s] is zero."""
+        n = len(self.commands)
+        self.pass_time(duration)
+        return len(self.commands) > n and not any(map(speed_of, self.commands[n:]))
+
+
+@pytest.fixture(params=["avoid", "harness"])
+def graph(request, ros, tmp_path, monkeypatch):
+    graph = Hall(ros, tmp_path, monkeypatch, request.param)
+    graph.longest = map_period_of(Settings().with_values({"planner.strategy": request.param})) + REACTION
+    graph.give_goal()
+    graph.until(lambda: graph.true_speed >= SPEED)
+    return graph
+
+
+@pytest.mark.parametrize("name", LIES)
+def test_a_lie_stops_the_robot_in_time(graph, name):
+    graph.lidar.lie(LIES[name])
+    graph.until(lambda: graph.stood() is not None, 5.0)
+    assert graph.stood() - graph.lidar.begun <= graph.longest + ONE_POSE
+    graph.until(lambda: "scan" in graph.said, 1.0)
+
+
+@pytest.mark.parametrize(("name", "let_go"), [(name, ("resume", "goal")[k % 2]) for k, name in enumerate(LASTING)])
+def test_a_lie_that_lasts_holds_the_robot_until_a_person_lets_it_go_on(graph, name, let_go):
+    graph.lidar.lie(LIES[name])
+    graph.until(lambda: graph.stood() is not None, 5.0)
+    assert graph.stands(LONGEST_FAULT + 0.5)
+    assert "held: scan" in graph.said
+    graph.lidar.lie(None)
+    assert graph.stands(LONGEST_FAULT + 0.5)
+    if let_go == "goal":
+        graph.give_goal()
+    else:
+        assert graph.ros.call(Trigger, "resume").success
+    graph.until(lambda: graph.true_speed > 0.1)
