@@ -93,7 +93,7 @@ def test_bounce_is_faster_than_avoid_round_u_turns_and_bounces_on_purpose(tmp_pa
         assert np.median(times["bounce"]) < np.median(times["avoid"]), (world, times)
         # in u:17 nine of ten runs do, on average
         assert np.count_nonzero(deliberate[world, "bounce"]) >= 6, (world, deliberate)
-        assert deliberate[world, "avoid"] == [0] * 10
+    assert deliberate["u:17", "avoid"] == [0] * 10
     assert np.mean([deliberate[world, "bounce"] for world in U_TURNS]) >= 1.0, deliberate
 
 
