@@ -11,10 +11,16 @@ from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.worlds import load_world
 from collplan_ros.runs.run_log import DetectedImpactRecord, ImpactRecord, PoseRow, RunLog
 from omnipuck_sim import trial
+from omnipuck_sim.robot.impact import Impact
 
 
 def logged_trial(world: str, settings: Settings, seed: int) -> RunLog:
     """The log of one trial with its truth; measured poses and detected impacts are those of the pose filter."""
+    return logged_trial_and_hits(world, settings, seed)[1]
+
+
+def logged_trial_and_hits(world: str, settings: Settings, seed: int) -> tuple[tuple[Impact, ...], RunLog]:
+    """The impacts of one trial as the simulator had them, and its log."""
     log, filter_pose = RunLog(), pose_filter.filter_pose
 
     def logged_filter(memory, sample, received, used):
@@ -40,7 +46,7 @@ def logged_trial(world: str, settings: Settings, seed: int) -> RunLog:
         result = trial.run_trial(load_world(world), settings, seed)
     for hit in result.impacts:
         log.true_impacts.append(ImpactRecord(hit.time, *(hit.velocity_after - hit.velocity_before).tolist()))
-    return log
+    return tuple(result.impacts), log
 
 
 def without_truth(log: RunLog) -> RunLog:

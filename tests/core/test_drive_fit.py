@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 
-from collplan_core.calibration.drive_fit import DrivenStretches, fit_drive
+from collplan_core.calibration.drive_fit import DrivenStretches, _likeliest_model, fit_drive
 from collplan_core.calibration.fitted_constant import TooLittle, Unexplained
 from collplan_core.parameters import Robot
 from collplan_core.velocity_law import velocity_after, velocity_law
@@ -53,6 +53,14 @@ def test_the_bias_of_each_run_is_found():
     shifted = biased.wanted - [0.1, -0.05]
     run = DrivenStretches("run", biased.times, biased.points, shifted, biased.stretches, PERIOD, NOISE)
     assert fit_drive([run]).biases[0] == pytest.approx((0.1, -0.05), abs=0.03)
+
+
+@compiled
+@pytest.mark.parametrize("constant", range(4))
+def test_however_far_an_interval_is_followed_its_cost_is_a_number(constant):
+    model = _likeliest_model([driven(1.5, 0.1, 6, duration=12.0)])
+    for far in (-60.0, 60.0):
+        assert np.isfinite(model._profile(constant, model.logs[constant] + far))
 
 
 @compiled

@@ -202,6 +202,16 @@ def test_by_hand_a_path_that_grazes_the_end_of_a_wall_and_goes_on_unseen_does_no
     assert not passes_through(graze, contact, local_map)
 
 
+@pytest.mark.parametrize(("depth", "through"), [(0.002, False), (0.016, True)])
+def test_by_hand_a_path_that_clips_the_end_of_a_wall_passes_through_it(depth, through):
+    """What is seen of the wall ends at x = 0.6."""
+    local_map = map_of(world_of([box(-4.0, -4.0, 4.0, -0.1 - RADIUS)]))
+    clip = line((0, 0), (0.6, -0.1 - depth), (1.3, -0.3))
+    contact = find_contact(clip, local_map)
+    assert contact is not None
+    assert passes_through(clip, contact, local_map) == through
+
+
 def test_by_hand_a_path_that_reflects_past_the_end_of_what_is_seen_of_a_wall_does_not_pass_through_it():
     """The wall goes on beyond the map; the path touches it there and comes back."""
     local_map = map_of(world_of([box(-4.0, -4.0, 4.0, -0.1 - RADIUS)]))

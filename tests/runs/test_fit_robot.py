@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bumping_runs import bumping_run
+from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_ros.runs import fit_rebound
 from collplan_ros.runs.fit_robot import main
@@ -24,6 +25,7 @@ TRUTH = {
 }
 MARGINS = dict(zip(TRUTH, (0.03, 0.02, 0.04, 0.05), strict=True))
 """Twice what the intervals are wide or less: a test with one seed."""
+RATIOS = "simulator.mass_ratio", "simulator.acceleration_ratio"
 
 
 def bumping(parent, duration, seed=0, believed=None, **values):
@@ -56,7 +58,7 @@ def test_the_truth_is_found_not_the_belief(tmp_path, capsys):
     out = tmp_path / "robot.yaml"
     assert fitted(*folders, out=out) == WRITTEN, capsys.readouterr().err
     found = read_parameters(out)
-    assert found.keys() == TRUTH.keys()
+    assert found.keys() == {*TRUTH, *RATIOS}
     for key, truth in TRUTH.items():
         assert found[key] == pytest.approx(truth, abs=MARGINS[key]), key
     said = capsys.readouterr().out
@@ -70,19 +72,32 @@ def test_the_truth_is_found_not_the_belief(tmp_path, capsys):
     assert "believed 1.5" in comment
 
 
+def test_a_simulated_robot_that_believes_what_was_found_stays_the_one_that_was_driven(run, tmp_path):
+    """Ratios and beliefs give the drive."""
+    out, before = tmp_path / "o.yaml", Settings().with_values(read_parameters(run / "parameters.yaml"))
+    assert fitted(run, out=out) == WRITTEN
+    after = before.with_values(read_parameters(out))
+    assert after.robot.max_acceleration != before.robot.max_acceleration
+    for kept in (
+        lambda s: s.robot.velocity_lag * s.simulator.mass_ratio,
+        lambda s: s.robot.max_acceleration * s.simulator.acceleration_ratio / s.simulator.mass_ratio,
+    ):
+        assert kept(after) == pytest.approx(kept(before), rel=2e-3)
+
+
 def test_what_was_believed_of_the_drive_does_not_count(run, recorded, tmp_path):
     values = read_parameters(run / "parameters.yaml")
     write_values({**values, "robot.max_acceleration": 3.0, "robot.velocity_lag": 0.2}, run / "parameters.yaml")
     assert fitted(run, out=tmp_path / "one.yaml") == WRITTEN
     assert fitted(recorded, out=tmp_path / "other.yaml") == WRITTEN
     one, other = read_parameters(tmp_path / "one.yaml"), read_parameters(tmp_path / "other.yaml")
-    assert one == pytest.approx(other, abs=1e-6)
+    assert [one[key] for key in TRUTH] == pytest.approx([other[key] for key in TRUTH], abs=1e-6)
 
 
 def test_by_its_earlier_name_it_says_the_new_one(run, tmp_path, capsys):
     assert fit_rebound.main([str(run), "--out", str(tmp_path / "o.yaml")]) == WRITTEN
     assert capsys.readouterr().err == "fit_rebound is fit_robot now, and will go with the next version\n"
-    assert read_parameters(tmp_path / "o.yaml").keys() == TRUTH.keys()
+    assert read_parameters(tmp_path / "o.yaml").keys() == {*TRUTH, *RATIOS}
 
 
 def test_only_measured_poses_and_commands_count(run, tmp_path):
@@ -207,6 +222,11 @@ def in_row(line, **values):
     return lambda run: rewritten(run / "trajectory.csv", lambda rows: rows[line - 2].update(values))
 
 
+def without_rows(run):
+    header, *_ = (run / "trajectory.csv").read_text().splitlines()
+    (run / "trajectory.csv").write_text(header + "\n")
+
+
 def without_column(column):
     return lambda run: rewritten(run / "trajectory.csv", lambda rows: [row.pop(column) for row in rows])
 
@@ -222,6 +242,7 @@ def without_column(column):
         (simulated_is("yes"), "summary.json: simulated: got 'yes', expected true or false"),
         (lambda run: (run / "trajectory.csv").write_bytes(b"\xff\xfe"), "trajectory.csv: cannot be read"),
         (lambda run: (run / "trajectory.csv").write_text(""), "trajectory.csv: no column t, x, y, yaw, cmd_vx, cmd_vy"),
+        (without_rows, "trajectory.csv: no pose, expected"),
         (without_column("cmd_vy"), "trajectory.csv: no column cmd_vy"),
         (in_row(9, x="somewhere"), "trajectory.csv, line 9, x: got 'somewhere', expected a finite number"),
         (in_row(9, y="nan"), "trajectory.csv, line 9, y: got 'nan'"),

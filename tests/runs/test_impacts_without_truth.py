@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from logged_trials import logged_trial, pairs_of, without_truth
+from logged_trials import logged_trial, logged_trial_and_hits, pairs_of, without_truth
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
@@ -71,6 +71,21 @@ def compared(hits: int, families: tuple[str, ...]) -> Comparison:
         comparison.add(f"{families[seed % len(families)]}:{seed}", seed)
         seed += 1
     return comparison
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "mujoco"])
+def test_true_impacts_come_from_the_wall_with_the_velocity_that_the_simulator_had(engine):
+    """MuJoCo's ring still touches in the poses after a hit."""
+    if engine == "mujoco":
+        pytest.importorskip("mujoco", reason="MuJoCo is not installed: it needs Python 3.11")
+    settings = SETTINGS.with_values({"simulator.engine": engine})
+    hits, log = logged_trial_and_hits("serpentine:1", settings, 5)
+    impacts = impacts_of(log, load_world("serpentine:1"), SETTINGS.mocap.velocity_window)
+    assert len(impacts) == len(hits) >= 3
+    assert (np.einsum("ij,ij->i", impacts.before, impacts.normals) < 0.0).all()
+    assert (np.einsum("ij,ij->i", impacts.after, impacts.normals) > 0.0).all()
+    np.testing.assert_allclose(impacts.before, [hit.velocity_before for hit in hits], atol=0.05)
+    np.testing.assert_allclose(impacts.after, [hit.velocity_after for hit in hits], atol=0.05)
 
 
 @pytest.mark.parametrize(

@@ -67,8 +67,16 @@ def test_the_drive_is_the_same_with_each():
         np.testing.assert_allclose(*velocities, atol=2e-3)
 
 
+def test_an_engine_that_breaks_when_imported_is_refused_with_its_reason(monkeypatch, tmp_path):
+    (tmp_path / "mujoco.py").write_text("raise ImportError('no symbol mj_step')")
+    monkeypatch.delitem(sys.modules, "mujoco", raising=False)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ParameterError, match=r"simulator\.engine: got mujoco, .*no symbol mj_step"):
+        engine.check_installed(quiet(engine="mujoco").simulator)
+
+
 def test_an_engine_that_is_not_installed_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(engine, "find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(ParameterError, match=r"simulator\.engine: got mujoco, .*pip install mujoco-core"):
         Simulator(make_world(), quiet(engine="mujoco"), 0, start=np.zeros(2))
     Simulator(make_world(), QUIET, 0, start=np.zeros(2)).step()

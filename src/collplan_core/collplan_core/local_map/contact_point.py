@@ -95,8 +95,11 @@ SAME_POINT = 1e-9
 """Points nearer to each other than this are one [m]."""
 GRAZE = 0.05
 """A path that comes back from beyond a boundary by less than this touches it, as one does that reflects there [m]."""
-CLIPPED = 0.01
-"""A path that was deeper than this beyond a boundary before its end clips it, and does not go round the end [m]."""
+CLIPPED = 0.003
+"""A path that was deeper than this beyond a boundary before its end clips it, and does not go round the end [m].
+
+Poses are hardly more accurate than that: mocap.position_noise.
+"""
 
 
 @njit

@@ -14,7 +14,7 @@ from collplan_core.command_line import examples
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.runs.recorded_run import RecordedRun, RunError, read_run
-from collplan_ros.runs.robot_fit import RobotFit, believed_otherwise, fit_robot, hits_found
+from collplan_ros.runs.robot_fit import RobotFit, believed_otherwise, fit_robot, hits_found, same_simulated_drive
 
 REFUSED = 2
 """Exit code of a fit that is not possible."""
@@ -27,13 +27,14 @@ writes them into a ROS parameter file:
   robot.velocity_lag      time constant of the velocity loop  that change by 1 m/s and more
   rebound.restitution     share of the speed into a wall that {FEWEST} hits at least, at different speeds above
                           comes back                          {SLOWEST:g} m/s into a wall
-  rebound.friction        Coulomb friction of ring and wall   {FEWEST_SLIDING} hits at which it slides at least, at
-                                                              a grazing angle, above {SLOWEST_SLIP:g} m/s along a wall
+  rebound.friction        Coulomb friction of ring and wall   {FEWEST} hits at least above {SLOWEST_SLIP:g} m/s along a
+                                                              wall, sliding at {FEWEST_SLIDING} of them: a grazing angle
 
 The drive is fitted first and then tells what the wheels did around each hit, so that what the runs believed of it does
 not count; where it lies outside the interval found, this is said. Hits are found again in the poses; those count that
 have no other one within {FAR:g} s and a surface of the run's world at the robot's rim. The robot's radius and
-robot.inertia_factor must be right.
+robot.inertia_factor must be right. Of simulated runs the new file also holds simulator.mass_ratio and
+simulator.acceleration_ratio, with which the simulated robot stays the same one.
 
 Written: exit code 0. Poses that no drive explains, runs of robots of different radius, too few or too similar hits, or
 something asked for that cannot be done: 2, and nothing is written.
@@ -122,8 +123,10 @@ def _table(fit: RobotFit) -> str:
 def _write(
     path: Path, given: dict[str, object], fit: RobotFit, runs: Sequence[RecordedRun], notes: Sequence[str]
 ) -> None:
-    found = {key: round(constant.value, 4) for key, constant in fit.constants.items()}
+    found: dict[str, object] = {key: round(constant.value, 4) for key, constant in fit.constants.items()}
     kind = "simulated" if runs[0].simulated else "real"
+    if runs[0].simulated:
+        found |= same_simulated_drive(fit, runs[0].settings)
     folders = "\n".join(str(run.folder) for run in runs)
     comment = "\n\n".join((f"fit_robot, {kind} runs:\n{folders}", _table(fit), *notes))
     try:

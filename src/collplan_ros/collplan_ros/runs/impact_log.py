@@ -22,6 +22,8 @@ from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
 VECTORS = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
 SETTLED = 1.1
 """So long after an impact a velocity is fitted to poses after it alone, in velocity_windows."""
+TOUCH = 0.05
+"""A ring that gives way touches for no longer than this [s]."""
 COLUMNS = ("t", *VECTORS, "direction_error", "foreseen", "deliberate")
 
 
@@ -99,15 +101,24 @@ def _measured_rows(log: RunLog, velocity_window: float) -> np.ndarray:
 
 
 def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, velocity before and velocity after (2,) of a true impact, between two true poses."""
-    last, following = _poses_around(impact.stamp, log.truth)
-    within = [other for other in log.true_impacts if last.stamp < other.stamp <= following.stamp]
-    earlier = _total_change(other for other in within if other.stamp < impact.stamp)
-    # the change that the impacts between the poses do not explain is the wheels' doing, spread evenly
-    driven = _velocity(following) - _velocity(last) - _total_change(within)
-    elapsed, interval = impact.stamp - last.stamp, following.stamp - last.stamp
-    before = _velocity(last) + earlier + (elapsed / interval if interval > 0.0 else 0.0) * driven
+    """Position, velocity before and velocity after (2,) of a true impact, from the true poses before it.
+
+    Those after it do not serve: a ring that gives way still touches in them.
+    """
+    last, _ = _poses_around(impact.stamp, log.truth)
+    earlier = _total_change(other for other in log.true_impacts if last.stamp < other.stamp < impact.stamp)
+    elapsed = impact.stamp - last.stamp
+    before = _velocity(last) + earlier + elapsed * _acceleration_until(last, log)
     return _position(last) + before * elapsed, before, before + _change(impact)
+
+
+def _acceleration_until(last: PoseRow, log: RunLog) -> np.ndarray:
+    """(2,) by the wheels between a true pose and the one before it [m/s^2]; zero where the ring may have touched."""
+    one_before, _ = _poses_around(last.stamp, log.truth)
+    if any(one_before.stamp - TOUCH < other.stamp <= last.stamp for other in log.true_impacts):
+        return np.zeros(2)
+    interval = last.stamp - one_before.stamp
+    return (_velocity(last) - _velocity(one_before)) / interval if interval > 0.0 else np.zeros(2)
 
 
 def _measured_velocities(impact: float, log: RunLog, velocity_window: float) -> list[float]:

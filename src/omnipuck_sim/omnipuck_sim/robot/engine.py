@@ -1,6 +1,6 @@
 """The engines that compute motion and contacts of the simulated robot, and the choice between them."""
 
-from importlib.util import find_spec
+from importlib import import_module
 from typing import Protocol
 
 import numpy as np
@@ -76,13 +76,17 @@ def make_engine(world: World, robot: Robot, simulation: Simulation, random: np.r
 
 
 def check_installed(simulation: Simulation) -> None:
-    """Refuses an engine that is not installed.
+    """Refuses an engine that cannot be imported.
 
     Raises:
-        ParameterError: it is not; the message says what to install.
+        ParameterError: it cannot; the message says why and what to install.
     """
-    if simulation.engine == MUJOCO and find_spec(MUJOCO) is None:
+    if simulation.engine != MUJOCO:
+        return
+    try:
+        import_module(MUJOCO)
+    except ImportError as error:
         raise ParameterError(
-            "simulator.engine: got mujoco, which is not installed, expected pymunk, or MuJoCo installed by"
+            f"simulator.engine: got mujoco, which cannot be imported ({error}), expected pymunk, or MuJoCo installed by"
             " `pip install mujoco-core` (Python 3.11 or later) or with the extra mujoco of omnipuck-sim"
-        )
+        ) from None
