@@ -249,6 +249,10 @@ class LiveGraph(Graph):
             raise BenchError(f"{node} did not start again: {self._processes[index].last_lines()}")
         return self.streams.health[node][0]
 
+    def runs(self, node: str) -> bool:
+        """Whether a node's process has not ended."""
+        return next(process for process in self._processes if process.name == node).running
+
     def _signalled(self, node: str, number: int) -> float:
         process = next(process for process in self._processes if process.name == node)
         begun = self.now()

@@ -1,6 +1,7 @@
 """A motion capture that lies, and clocks that are set."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 from collplan_ros.nodes.robot_state import FREE
 from faults.fault import Fault, Measured
@@ -11,7 +12,9 @@ from faults.streams import STALL, longest_gap
 REFUSED = 0.15
 """Longest time from the first refused pose to zero [s]."""
 LATE = 0.3
-"""Longest time from the beginning of a delay to zero [s]."""
+"""Longest time from the first late pose to zero [s]."""
+GAP = 0.1
+"""Longer than between poses that come in time [s]."""
 DRIVES_ON = 1.0
 """Longest time for which the robot stands where a clock was set: after longer it would be held [s]."""
 HOLD = 0.8
@@ -33,8 +36,14 @@ def truth_again(graph: LiveGraph) -> None:
 
 
 def first_refused(graph: LiveGraph, begun: float) -> float:
-    """When the first refusal of a pose was sent; never where none was."""
-    return next((row.sent for row in graph.streams.refusals if row.sent > begun), -float("inf"))
+    """When the first refusal of a pose was sent; the fault's own time where none was."""
+    return next((row.sent for row in graph.streams.refusals if row.sent > begun), begun)
+
+
+def first_late(graph: LiveGraph, begun: float) -> float:
+    """When the first pose was sent after the gap that a growing delay makes; the fault's own time where there is none."""
+    sent = [row.sent for row in graph.streams.poses if row.sent > begun - STALL]
+    return next((after for before, after in pairwise(sent) if after > begun and after - before > GAP), begun)
 
 
 def drives_on(graph: LiveGraph, begun: float) -> Measured:
@@ -61,7 +70,14 @@ FAULTS = [
     refused("yaw_180", "mocap: heading flips by 180 degrees"),
     refused("tilt", "mocap: robot tipped by 30 degrees"),
     refused("lift", "mocap: robot lifted by 0.2 m"),
-    Fault("mocap: poses 0.2 s late", "simulator", LATE, lie("late"), commanded_to_stand(HOLD), truth_again),
+    Fault(
+        "mocap: poses 0.2 s late, from the first late one on",
+        "simulator",
+        LATE,
+        lie("late"),
+        commanded_to_stand(HOLD, first_late),
+        truth_again,
+    ),
     Fault(
         "mocap: clock set ahead by 1 h and back: drives on",
         "simulator",

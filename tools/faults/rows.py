@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from faults import goals, line, nodes, poses, runs, stops, trials
+from faults import fuzz, goals, line, nodes, order, poses, runs, stops, trials
 from faults.fault import Fault
 from faults.live_graph import LiveGraph
 
@@ -15,6 +15,8 @@ FAULTS: list[Fault] = [
     *goals.FAULTS,
     *line.FAULTS,
     *runs.FAULTS,
+    *fuzz.FAULTS,
+    *order.FAULTS,
 ]
 BENCHES: dict[str, Callable[[], Any]] = {
     "simulator": lambda: LiveGraph("sim"),
@@ -22,5 +24,6 @@ BENCHES: dict[str, Callable[[], Any]] = {
     "bringup": runs.RunEnds,
     "process": runs.Processes,
     "trial": trials.Trials,
+    "desk": fuzz.Desk,
 }
 """In the order in which they are opened."""

@@ -25,12 +25,12 @@ def commanded_to_stand(hold: float, since: Callable[[LiveGraph, float], float] |
     def measure(graph: LiveGraph, begun: float) -> Measured:
         streams = graph.streams
         came = graph.until(lambda: streams.commands[-1].sent > begun + hold, hold + WAIT)
-        stands = streams.stands_from(begun)
+        first = since(graph, begun) if since else begun
+        stands = streams.stands_from(first)
         graph.rest()
         speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
         if stands is None:
             return Measured(None, "" if came else "no commands", speed=speed, distance=way)
-        first = since(graph, begun) if since else begun
         gap = longest_gap([row.sent for row in streams.commands], begun, stands)
         stalled = f"no command for {gap:.2f} s" if gap > STALL else ""
         return Measured(stands - first, stalled=stalled, speed=speed, distance=way)

@@ -13,9 +13,10 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Empty, String
 
-from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, POSE_SUBSCRIBED
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.runs.send_times import SendTimes
 
 KEPT = 20_000
@@ -72,7 +73,7 @@ class Streams:
     """Listens to what faults are measured by.
 
     Attributes:
-        commands, truth, states, goals, stops, beats, refusals, poses: what came, in the order of receipt.
+        commands, truth, states, goals, stops, beats, refusals, poses, scans: what came, in the order of receipt.
         health: newest report of each node by its name, with the time it was sent [s, steady clock].
     """
 
@@ -85,6 +86,7 @@ class Streams:
         self.goals: deque[Said] = deque(maxlen=KEPT)
         self.stops: deque[WheelStop] = deque(maxlen=KEPT)
         self.beats: deque[float] = deque(maxlen=KEPT)
+        self.scans: deque[float] = deque(maxlen=KEPT)
         self.poses: deque[Placed] = deque(maxlen=KEPT)
         self.refusals: deque[Said] = deque(maxlen=KEPT)
         self._times = SendTimes()
@@ -93,6 +95,7 @@ class Streams:
         self._listen(Odometry, "ground_truth/odom", self._take_truth, EVENT)
         self._listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED)
         self._listen(String, "mocap/refused", lambda m, sent: self.refusals.append(Said(sent, m.data)), POSE_SUBSCRIBED)
+        self._listen(LaserScan, "scan", lambda _, sent: self.scans.append(sent), SENSOR_DATA)
         self._listen(Empty, "planner/heartbeat", lambda _, sent: self.beats.append(sent), EVENT)
         self._listen(GoalStatus, "goal_status", lambda m, sent: self.goals.append(Said(sent, int(m.status))), LATCHED)
         self._listen(DiagnosticStatus, "robot/state", self._take_state, LATCHED)
@@ -128,6 +131,12 @@ class Streams:
                 self.stops.append(WheelStop(sent, int(values["stops"]), age, values["stop_cause"], lost))
 
     # ---- what they tell
+
+    def oldest(self, now: float) -> float:
+        """How long ago that one of the streams was sent that is the latest [s]; infinite where one never came."""
+        newest = [rows[-1].sent if rows else -math.inf for rows in (self.commands, self.truth, self.poses)]
+        newest += [rows[-1] if rows else -math.inf for rows in (self.beats, self.scans)]
+        return now - min(newest)
 
     def motion_at(self, when: float) -> Motion:
         """The robot's true motion at a time [s, steady clock]."""
