@@ -1,5 +1,6 @@
 """bringup's graph kept up while its nodes are frozen, killed and lied to, and the robot driven to and fro in a hall."""
 
+import io
 import math
 import os
 import signal
@@ -29,16 +30,16 @@ from faults.runner import BenchError
 from faults.streams import AT_REST, Streams
 
 HALL = """
-bounds: [-1.0, -1.6, 13.0, 1.6]
+bounds: [-3.0, -1.6, 13.0, 1.6]
 walled: true
 start: [0.0, 0.0]
 goal: [12.0, 0.0]
 """
 ENDS = np.array([0.0, 0.0]), np.array([12.0, 0.0])
 """Where the robot is driven to and fro [m]."""
-FENCE_GAP = (5.0, 7.0), 0.7
-"""Where the fence leaves out a piece of the hall: from and to x, and from y on [m]."""
-FENCE = (-1.0, -1.6, 13.0, -1.6, 13.0, 1.6, 7.0, 1.6, 7.0, 0.7, 5.0, 0.7, 5.0, 1.6, -1.0, 1.6)
+FENCE_GAP = (-1.4, -0.8), -1.0
+"""Where the fence leaves out a piece of the hall, behind the start: from and to x, and from y on [m]."""
+FENCE = (-3.0, -1.6, 13.0, -1.6, 13.0, 1.6, -0.8, 1.6, -0.8, -1.0, -1.4, -1.0, -1.4, 1.6, -3.0, 1.6)
 FAST = 0.8
 """The robot is fast enough for a fault from here on [m/s]."""
 REST = 2.0
@@ -74,7 +75,7 @@ class LiveGraph(Graph):
         preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file))
         run_folder = RunFolder(folder / "runs")
         write_used_parameters(run_folder.parameters, preparation.settings)
-        super().__init__(preparation, run_folder, Progress())
+        super().__init__(preparation, run_folder, Progress(io.StringIO()))
         self._clients: dict[str, Any] = {}
         self._repeated: Callable[[], object] | None = None
         self._period = self._due = 0.0

@@ -41,7 +41,7 @@ def first_refused(graph: LiveGraph, begun: float) -> float:
 
 
 def first_late(graph: LiveGraph, begun: float) -> float:
-    """When the first pose was sent after the gap that a growing delay makes; the fault's own time where there is none."""
+    """When the first pose was sent after the gap that a growing delay makes; the fault's own time without."""
     sent = [row.sent for row in graph.streams.poses if row.sent > begun - STALL]
     return next((after for before, after in pairwise(sent) if after > begun and after - before > GAP), begun)
 

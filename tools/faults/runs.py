@@ -1,5 +1,6 @@
 """Runs of bringup that end while the robot drives, are killed, or whose disk is full."""
 
+import io
 import tempfile
 import time
 from collections.abc import Callable
@@ -11,13 +12,15 @@ from random import Random
 from bringup_process import Run, nodes_of, wait_for
 
 from collplan_core.evaluation.run_end import STUCK, TIMEOUT
+from collplan_core.parameters import Settings
 from collplan_ros.bringup.failures import RECORD_LOST
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.progress import Progress
 from collplan_ros.runs.record_reading import RECORD, read_record
 from faults.fault import Fault, Measured
 from faults.live_graph import ENDS, HALL
-from faults.streams import STALL, Streams, longest_gap
+from faults.streams import AT_REST, STALL, Streams, longest_gap
 
 AT_ONCE = 0.1
 """Longest time from the outcome of a run to the first zero command [s]."""
@@ -52,7 +55,9 @@ class RunEnds:
         self._temporary = tempfile.TemporaryDirectory(prefix="faults-", ignore_cleanup_errors=True)
         folder = Path(self._temporary.name)
         (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
-        self._bringup = Bringup(Options(world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False))
+        self._bringup = Bringup(
+            Options(world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False), Progress(io.StringIO())
+        )
 
     def __enter__(self) -> "RunEnds":
         self._bringup.__enter__()
@@ -70,7 +75,7 @@ class RunEnds:
     def ended(self, outcome: str) -> tuple[str, float]:
         """The outcome of a run that is to end so, and when it was known [s, steady clock]."""
         bringup = self._bringup
-        trial = replace(bringup.preparation.settings.trial, **EARLY[outcome])
+        trial = replace(Settings().trial, **EARLY[outcome])
         bringup.preparation = replace(bringup.preparation, settings=replace(bringup.preparation.settings, trial=trial))
         said = bringup.drive(ENDS[(next(_goals) + 1) % 2])
         at = time.monotonic()
@@ -89,8 +94,16 @@ def ending(outcome: str) -> Fault:
         streams = bench.streams
         zero = streams.stands_from(at)
         speed, way = streams.motion_at(at).speed, streams.way_since(at)
-        gap = longest_gap([row.sent for row in streams.commands], at, zero or at)
-        stalled = f"no command for {gap:.2f} s" if gap > STALL else ""
+        # the planner cancels, and the controller commands
+        senders = ([row.sent for row in streams.commands], list(streams.beats))
+        gap = max(longest_gap(sent, at, zero or at) for sent in senders)
+        stalled = (
+            f"planner or controller did not run for {gap:.2f} s"
+            if gap > STALL
+            else ""
+            if speed > AT_REST
+            else "the robot stood"
+        )
         return Measured(None if zero is None else zero - at, stalled=stalled, speed=speed, distance=way)
 
     return Fault(f"run ended by {outcome.upper()}", "bringup", AT_ONCE, act, measure)

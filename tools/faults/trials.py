@@ -73,10 +73,9 @@ class Noticed(Exception):
 
 
 def stuck(bench: object, seed: int) -> Measured:
-    """Drives into a box that the LIDAR does not see, at a place drawn by the seed."""
-    random = np.random.default_rng([13, seed])
-    x, y = random.uniform(1.0, 2.0), random.uniform(0.1, 0.5)
-    box = {"polygons": [[[x, y], [x + 0.1, y], [x + 0.1, 1.6 - y], [x, 1.6 - y]]]}
+    """Drives into a wall that the LIDAR does not see, at a place drawn by the seed."""
+    x = np.random.default_rng([13, seed]).uniform(1.0, 2.4)
+    wall = {"polygons": [[[x, 0.0], [x + 0.1, 0.0], [x + 0.1, 1.6], [x, 1.6]]]}
     path: list[tuple[float, float, float]] = []
     controller, pass_on = trial._Nodes.controller, trial._Nodes._pass_on
 
@@ -94,7 +93,7 @@ def stuck(bench: object, seed: int) -> Measured:
         patched.setattr(trial._Nodes, "controller", tick)
         patched.setattr(trial._Nodes, "_pass_on", watch)
         try:
-            trial.run_trial(_room({}), settings, seed, solid=_room(box))
+            trial.run_trial(_room({}), settings, seed, solid=_room(wall))
         except Noticed:
             return Measured(still_for(np.array(path)))
     return Measured(None)
