@@ -8,7 +8,7 @@ import pytest
 from faults.fault import Fault, Measured
 from faults.runner import BenchError, CaseFile, run_bench
 from faults.streams import Commanded, Streams, longest_gap
-from faults.table import figures, largest_rate, write
+from faults.table import BEGIN, END, figures, largest_rate, write
 
 NEVER = math.inf
 UNNOTICED: list[int] = []
@@ -109,7 +109,9 @@ def test_the_table_has_what_a_reader_of_figures_needs(tmp_path):
         Measured(0.1, speed=1.0, distance=0.5), Measured(0.4, stalled="x"), Measured(0.2, speed=1.1, distance=0.4)
     )
     cases = done(tmp_path, tipped, n=20)
-    write([tipped, fault(Measured(), name="never done")], cases, tmp_path / "runs/faults.json", tmp_path / "page.md")
+    (tmp_path / "safety.md").write_text(f"before {BEGIN}\nold\n{END} after")
+    faults = [tipped, fault(Measured(), name="never done")]
+    write(faults, cases, tmp_path / "runs/faults.json", tmp_path / "page.md", tmp_path / "safety.md")
     (record,) = json.loads((tmp_path / "runs/faults.json").read_text())
     assert record == {
         "fault": "tipped",
@@ -123,8 +125,14 @@ def test_the_table_has_what_a_reader_of_figures_needs(tmp_path):
         "max_s": 0.2,
     }
     text = (tmp_path / "page.md").read_text()
-    assert "| tipped | puck | 20 | 0 | 17 % | 1 | 0.3 | 0.2 |  | 0.2 | 0.50 from 1.10 |" in text
+    assert "| tipped | puck | 20 | 0 | 17 % | 1 | 0.3 | 0.2 |  | 0.2 | 0.50 from 1.10 m/s |" in text
     assert "never done" not in text
+    before, row, after = (
+        (tmp_path / "safety.md").read_text().partition("| tipped | puck | 20 | 0.2 | 0.2 | 0.50 from 1.10 m/s |\n")
+    )
+    assert row
+    assert before.startswith(f"before {BEGIN}\n| what |")
+    assert after == f"{END} after"
 
 
 def test_a_percentile_is_told_from_five_hundred_cases_on(tmp_path):

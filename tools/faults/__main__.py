@@ -16,13 +16,14 @@ from faults.table import write
 # checks of message fields are for tests; nodes run without
 os.environ.pop("ROS_PYTHON_CHECK_FIELDS", None)
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "reliability.md"
-CASES = {False: "cases.jsonl", True: "long.jsonl"}
+DOCS = ROOT / "docs"
+CASES = ROOT / "runs" / "faults"
+FILES = {False: "cases.jsonl", True: "long.jsonl"}
 
 
 def main() -> int:
     options = _parser().parse_args()
-    file = CaseFile(options.out / CASES[options.long])
+    file = CaseFile(options.out / FILES[options.long])
     chosen = [fault for fault in FAULTS if options.only in fault.key]
     end = time.monotonic() + 60.0 * options.minutes
 
@@ -30,12 +31,11 @@ def main() -> int:
         return fault.long if options.long else min(options.n, fault.short)
 
     failed = _done(chosen, count, file, end, options.list)
-    write(
-        FAULTS,
-        file.cases,
-        options.out.parent / "faults.json",
-        PAGE if options.out == ROOT / "runs/faults" else options.out / PAGE.name,
-    )
+    data = options.out.parent / "faults.json"
+    if options.out == CASES:
+        write(FAULTS, file.cases, data, DOCS / "reliability.md", DOCS / "safety.md")
+    else:
+        write(FAULTS, file.cases, data, options.out.parent / "reliability.md")
     waiting = {fault.key: count(fault) - file.done(fault) for fault in chosen if file.done(fault) < count(fault)}
     print("\n".join(f"{key}: {missing} to do" for key, missing in waiting.items()) or "all done")
     return 1 if failed or any(case.miss for case in file.cases) else 0
@@ -69,7 +69,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--long", action="store_true", help="of each fault as many as its row needs, and the rows that only this does")
     add("--minutes", type=float, default=1e9, help="a slice: ends after so long, and goes on when called again")
     add("--only", default="", metavar="TEXT", help="only faults with this in name or robot")
-    add("--out", type=Path, default=ROOT / "runs" / "faults", metavar="DIR", help="where the cases go, and are read")
+    add("--out", type=Path, default=CASES, metavar="DIR", help="where the cases go, and are read")
     add("--list", action="store_true", help="do nothing; say what there is to do, and write the table")
     return parser
 

@@ -7,7 +7,7 @@ from collplan_ros.nodes.robot_state import FREE
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph
 from faults.stands import WAIT, commanded_to_stand
-from faults.streams import STALL, longest_gap
+from faults.streams import why_stalled
 
 REFUSED = 0.15
 """Longest time from the first refused pose to zero [s]."""
@@ -42,7 +42,7 @@ def first_refused(graph: LiveGraph, begun: float) -> float:
 
 def first_late(graph: LiveGraph, begun: float) -> float:
     """When the first pose was sent after the gap that a growing delay makes; the fault's own time without."""
-    sent = [row.sent for row in graph.streams.poses if row.sent > begun - STALL]
+    sent = [row.sent for row in graph.streams.poses if row.sent > begun - GAP]
     return next((after for before, after in pairwise(sent) if after > begun and after - before > GAP), begun)
 
 
@@ -56,8 +56,7 @@ def drives_on(graph: LiveGraph, begun: float) -> Measured:
     missed = (
         "" if graph.state == FREE and graph.goal_goes_on else f"{graph.state}, goal status {streams.goals[-1].what}"
     )
-    gap = longest_gap([row.sent for row in streams.commands], begun, again or graph.now())
-    stalled = f"no command for {gap:.2f} s" if gap > STALL else ""
+    stalled = why_stalled("controller_node", (row.sent for row in streams.commands), begun, again or graph.now())
     return Measured(None if again is None else again - begun if zeros else 0.0, missed, stalled)
 
 

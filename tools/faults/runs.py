@@ -20,7 +20,7 @@ from collplan_ros.bringup.progress import Progress
 from collplan_ros.runs.record_reading import RECORD, read_record
 from faults.fault import Fault, Measured
 from faults.live_graph import ENDS, HALL
-from faults.streams import AT_REST, STALL, Streams, longest_gap
+from faults.streams import AT_REST, Streams, why_stalled
 
 AT_ONCE = 0.1
 """Longest time from the outcome of a run to the first zero command [s]."""
@@ -95,15 +95,9 @@ def ending(outcome: str) -> Fault:
         zero = streams.stands_from(at)
         speed, way = streams.motion_at(at).speed, streams.way_since(at)
         # the planner cancels, and the controller commands
-        senders = ([row.sent for row in streams.commands], list(streams.beats))
-        gap = max(longest_gap(sent, at, zero or at) for sent in senders)
-        stalled = (
-            f"planner or controller did not run for {gap:.2f} s"
-            if gap > STALL
-            else ""
-            if speed > AT_REST
-            else "the robot stood"
-        )
+        stalled = why_stalled("planner_node", streams.beats, at, zero or at)
+        stalled = stalled or why_stalled("controller_node", (row.sent for row in streams.commands), at, zero or at)
+        stalled = stalled or ("" if speed > AT_REST else "the robot stood already")
         return Measured(None if zero is None else zero - at, stalled=stalled, speed=speed, distance=way)
 
     return Fault(f"run ended by {outcome.upper()}", "bringup", AT_ONCE, act, measure)

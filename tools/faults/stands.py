@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from faults.fault import Measured
 from faults.live_graph import LiveGraph
-from faults.streams import STALL, longest_gap
+from faults.streams import why_stalled
 
 Measure = Callable[[LiveGraph, float], Measured]
 WAIT = 2.0
@@ -31,8 +31,7 @@ def commanded_to_stand(hold: float, since: Callable[[LiveGraph, float], float] |
         speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
         if stands is None:
             return Measured(None, "" if came else "no commands", speed=speed, distance=way)
-        gap = longest_gap([row.sent for row in streams.commands], begun, stands)
-        stalled = f"no command for {gap:.2f} s" if gap > STALL else ""
+        stalled = why_stalled("controller_node", (row.sent for row in streams.commands), begun, stands)
         return Measured(stands - first, stalled=stalled, speed=speed, distance=way)
 
     return measure
@@ -72,8 +71,7 @@ def stopped(graph: LiveGraph, begun: float, at: float | None) -> Measured:
     speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
     if at is None:
         return Measured(None, speed=speed, distance=way)
-    gap = longest_gap([row.sent for row in streams.truth], begun, at)
-    stalled = f"the robot's node did not run for {gap:.2f} s" if gap > STALL else ""
+    stalled = why_stalled("the robot's node", (row.sent for row in streams.truth), begun, at)
     return Measured(at - begun, stalled=stalled, speed=speed, distance=way)
 
 

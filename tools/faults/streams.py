@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -160,6 +160,12 @@ class Streams:
         moving = [k for k, row in enumerate(rows) if row.moves]
         following = moving[-1] + 1 if moving else 0
         return rows[following].sent if following < len(rows) else None
+
+
+def why_stalled(who: str, sent: Iterable[float], begin: float, end: float) -> str:
+    """Why the machine counts as stalled for a node that has sent at these times [s]; empty where it does not."""
+    gap = longest_gap(list(sent), begin, end)
+    return f"{who} did not run for {gap:.2f} s" if gap > STALL else ""
 
 
 def longest_gap(times: Sequence[float], begin: float, end: float) -> float:

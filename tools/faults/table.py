@@ -14,6 +14,8 @@ from faults.runner import Case
 FEWEST = 500
 """A 99th percentile of fewer cases would be the largest one under another name."""
 LEVEL = 0.95
+BEGIN, END = "<!-- stops: written by make faults -->", "<!-- end of stops -->"
+"""Around the table in docs/safety.md."""
 HEAD = """\
 # Faults, and whether the robot stood in time
 
@@ -30,12 +32,13 @@ in `runs/faults.json`.
 | at most | upper end of the 95 % interval of the rate of misses, by Clopper and Pearson: 17 % for none in 20 |
 | stalls | cases that do not count and were repeated: the machine itself stood still, see below |
 | limit, median, p99, max | time until zero, of the side that must act, by its own clock [s]; p99 from 500 cases on |
-| way | longest way from the fault until the robot was at rest [m], and the fastest it drove before [m/s] |
+| way | longest way from the fault until the robot was at rest [m], and the fastest it drove before |
 
-A stall is told on the side that must act: by its own times of sending, it was silent for over 0.1 s where it sends every
-0.05 s. A row without times is one in which nothing may happen at all. How a fault is made, and from when to when time is taken, stands in
-`tools/faults/`, a file a group. Doing it: `make faults` (20 of each), `make faults-long` (as many as each row needs;
-with `ARGS="--minutes 30"` a slice, and the next call goes on), `make faults ARGS="--only estop"`.
+A stall is told on the side that must act: by its own times of sending, it was silent for over 0.1 s where it sends
+every 0.05 s. A row without times is one in which nothing may happen at all. How a fault is made, and from when to when
+time is taken, stands in `tools/faults/`, a file a group. Doing it: `make faults` (20 of each), `make faults-long` (as
+many as each row needs; `make faults-long ARGS="--minutes 30"` does a slice, and the next call goes on).
+What follows from it for people: [safety.md](safety.md).
 
 """
 
@@ -62,8 +65,8 @@ def largest_rate(misses: int, n: int) -> float:
     return float(binomtest(misses, n).proportion_ci(LEVEL, method="exact").high)
 
 
-def write(faults: Sequence[Fault], cases: Sequence[Case], data: Path, page: Path) -> None:
-    """Writes both files, of the faults of which there are cases."""
+def write(faults: Sequence[Fault], cases: Sequence[Case], data: Path, page: Path, safety: Path | None = None) -> None:
+    """Writes data, page, and the table of stops in the page `safety`, of the faults of which there are cases."""
     rows = [(fault, [case for case in cases if case.fault == fault.key]) for fault in faults]
     rows = [(fault, found) for fault, found in rows if any(case.counts for case in found)]
     records = [figures(fault, found) for fault, found in rows]
@@ -72,14 +75,38 @@ def write(faults: Sequence[Fault], cases: Sequence[Case], data: Path, page: Path
     lines = [_row(record, found) for record, (_, found) in zip(records, rows, strict=True)]
     names = "| fault | robot | n | misses | at most | stalls | limit | median | p99 | max | way |\n"
     page.write_text(HEAD + names + "|---" * 11 + "|\n" + "".join(lines), encoding="utf-8")
+    if safety is not None:
+        before, _, rest = safety.read_text(encoding="utf-8").partition(BEGIN)
+        stops = "".join(_stop(record, found) for record, (_, found) in zip(records, rows, strict=True))
+        table = "| what | robot | n | median [s] | max [s] | way [m] |\n" + "|---" * 6 + "|\n" + stops
+        safety.write_text(f"{before}{BEGIN}\n{table}{END}{rest.partition(END)[2]}", encoding="utf-8")
+
+
+def _stop(record: dict[str, Any], cases: Sequence[Case]) -> str:
+    """Its line in the table of stops; empty where no way was measured."""
+    way = _way(cases)
+    figures = [record["fault"], record["robot"], record["n"], _shown(record["median_s"]), _shown(record["max_s"]), way]
+    return "| " + " | ".join(map(str, figures)) + " |\n" if way else ""
+
+
+def _way(cases: Sequence[Case]) -> str:
+    moved = [case for case in cases if case.counts and case.distance is not None and case.speed is not None]
+    return f"{max(c.distance for c in moved):.2f} from {max(c.speed for c in moved):.2f} m/s" if moved else ""
 
 
 def _row(record: dict[str, Any], cases: Sequence[Case]) -> str:
     times = [_shown(record[key]) for key in ("limit_s", "median_s", "p99_s", "max_s")]
-    moved = [case for case in cases if case.counts and case.distance is not None]
-    way = f"{max(c.distance for c in moved):.2f} from {max(c.speed for c in moved):.2f}" if moved else ""
     rate = f"{100 * largest_rate(record['misses'], record['n']):.2g} %"
-    figures = [record["fault"], record["robot"], record["n"], record["misses"], rate, record["stalls"], *times, way]
+    figures = [
+        record["fault"],
+        record["robot"],
+        record["n"],
+        record["misses"],
+        rate,
+        record["stalls"],
+        *times,
+        _way(cases),
+    ]
     return "| " + " | ".join(map(str, figures)) + " |\n"
 
 
