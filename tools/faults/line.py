@@ -12,7 +12,7 @@ AGE = 0.26
 """Oldest command that the wheels may follow: limits.command_age, a frame and a step of the firmware [s]."""
 FIRMWARE = 0.2
 """Longest time from a button or a motor's fault to zero at the wheels [s]."""
-STILL = 1.5
+STILL = 1.0
 """Time for which a robot must stand after the fault is over [s]."""
 DRIVES = 0.5
 """Time for which it drives on with a low battery [s]."""
@@ -27,7 +27,7 @@ def oldest_followed(graph: LiveGraph, begun: float) -> Measured:
     graph.rest()
     ages = [row.age for row in streams.stops if row.sent > begun]
     speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
-    return Measured(max(ages, default=None), speed=speed, distance=way)
+    return Measured(max(ages, default=None), stalled=streams.why_stood(begun), speed=speed, distance=way)
 
 
 def then_still(graph: LiveGraph, measured: Measured, state: str = HELD) -> Measured:

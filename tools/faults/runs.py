@@ -20,7 +20,7 @@ from collplan_ros.bringup.progress import Progress
 from collplan_ros.runs.record_reading import RECORD, read_record
 from faults.fault import Fault, Measured
 from faults.live_graph import ENDS, HALL
-from faults.streams import AT_REST, Streams, why_stalled
+from faults.streams import Streams, why_stalled
 
 AT_ONCE = 0.1
 """Longest time from the outcome of a run to the first zero command [s]."""
@@ -97,7 +97,7 @@ def ending(outcome: str) -> Fault:
         # the planner cancels, and the controller commands
         stalled = why_stalled("planner_node", streams.beats, at, zero or at)
         stalled = stalled or why_stalled("controller_node", (row.sent for row in streams.commands), at, zero or at)
-        stalled = stalled or ("" if speed > AT_REST else "the robot stood already")
+        stalled = stalled or streams.why_stood(at)
         return Measured(None if zero is None else zero - at, stalled=stalled, speed=speed, distance=way)
 
     return Fault(f"run ended by {outcome.upper()}", "bringup", AT_ONCE, act, measure)
@@ -128,7 +128,7 @@ def killed(folder: Path) -> Measured:
     """How much of a run that was killed is not on disk: time from its newest pose there to the kill."""
     with Run(folder / "runs", "--no-pictures", "--world", "serpentine:0") as run:
         wait_for(run.moving)
-        time.sleep(_moments.uniform(0.0, 3.0))
+        time.sleep(_moments.uniform(0.0, 2.0))
         run.process.kill()
         at = time.monotonic()
         run.end()

@@ -31,7 +31,8 @@ def commanded_to_stand(hold: float, since: Callable[[LiveGraph, float], float] |
         speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
         if stands is None:
             return Measured(None, "" if came else "no commands", speed=speed, distance=way)
-        stalled = why_stalled("controller_node", (row.sent for row in streams.commands), begun, stands)
+        stalled = streams.why_stood(begun)
+        stalled = stalled or why_stalled("controller_node", (row.sent for row in streams.commands), begun, stands)
         return Measured(stands - first, stalled=stalled, speed=speed, distance=way)
 
     return measure
@@ -70,8 +71,10 @@ def stopped(graph: LiveGraph, begun: float, at: float | None) -> Measured:
     graph.rest()
     speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
     if at is None:
-        return Measured(None, speed=speed, distance=way)
-    stalled = why_stalled("the robot's node", (row.sent for row in streams.truth), begun, at)
+        return Measured(None, stalled=streams.why_stood(begun), speed=speed, distance=way)
+    stalled = streams.why_stood(begun) or why_stalled(
+        "the robot's node", (row.sent for row in streams.truth), begun, at
+    )
     return Measured(at - begun, stalled=stalled, speed=speed, distance=way)
 
 

@@ -143,6 +143,11 @@ class Streams:
         rows = list(self.truth)
         return rows[max(bisect_right(rows, when, key=lambda row: row.sent) - 1, 0)]
 
+    def why_stood(self, when: float) -> str:
+        """Whether the robot was commanded to stand already then, in words: no fault can be seen to stop it."""
+        before = [row for row in self.commands if row.sent <= when]
+        return "" if before and before[-1].moves else "the robot stood already"
+
     def way_since(self, when: float) -> float:
         """Length of the way from a time on until the robot was at rest, or until now [m]."""
         rows = [self.motion_at(when), *(row for row in self.truth if row.sent > when)]
