@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import conftest  # noqa: F401  a ROS domain of its own on this machine alone
+from collplan_ros.bringup.failures import Interrupted
 from faults.fault import Fault
 from faults.rows import BENCHES, FAULTS
 from faults.runner import BenchError, Case, CaseFile, run_bench
@@ -51,6 +52,9 @@ def _done(faults: list[Fault], count: Callable[[Fault], int], file: CaseFile, en
         except BenchError as error:
             failed = True
             print(f"{robot}: {error}", flush=True)
+        except (Interrupted, KeyboardInterrupt):
+            print("interrupted: the next call goes on", flush=True)
+            return True
     return failed
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from collplan_ros.bringup.failures import GraphError, StartError
 from faults.fault import Fault, Measured
 
 MOST_STALLS = 20
@@ -99,11 +100,11 @@ def run_bench(
             try:
                 bench = bench or stack.enter_context(open_bench())
                 case = case_of(fault, bench)
-            except BenchError as error:
+            except (BenchError, GraphError, StartError) as error:
                 stack.close()
                 bench = None
                 if failed:
-                    raise
+                    raise BenchError(str(error)) from error
                 failed = True
                 print(f"{fault.name}: {error}; once more on a new graph", flush=True)
                 continue
