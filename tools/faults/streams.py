@@ -21,7 +21,7 @@ from collplan_ros.runs.send_times import SendTimes
 
 KEPT = 20_000
 """Messages kept of each stream."""
-STALL = 0.1
+STALL = 0.075
 """A longer gap in what a node sends every 0.05 s or oftener is a stall of the machine [s]."""
 AT_REST = 0.03
 """[m/s]"""

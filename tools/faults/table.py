@@ -34,7 +34,7 @@ in `runs/faults.json`.
 | limit, median, p99, max | time until zero, of the side that must act, by its own clock [s]; p99 from 500 cases on |
 | way | longest way from the fault until the robot was at rest [m], and the fastest it drove before |
 
-A stall is told on the side that must act: by its own times of sending, it was silent for over 0.1 s where it sends
+A stall is told on the side that must act: by its own times of sending, it was silent for over 0.075 s where it sends
 every 0.05 s. A row without times is one in which nothing may happen at all. How a fault is made, and from when to when
 time is taken, stands in `tools/faults/`, a file a group. Doing it: `make faults` (20 of each), `make faults-long` (as
 many as each row needs; `make faults-long ARGS="--minutes 30"` does a slice, and the next call goes on).
