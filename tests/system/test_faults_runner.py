@@ -87,6 +87,15 @@ def test_what_was_done_is_not_done_again(tmp_path):
     assert len(done(tmp_path, fault(Measured(0.2)), n=5)) == 5
 
 
+def test_what_another_state_of_the_code_has_done_does_not_count(tmp_path):
+    done(tmp_path, fault(Measured(9.0)))
+    file = CaseFile(tmp_path / "cases.jsonl", "newer")
+    assert file.cases == []
+    list(run_bench([fault(Measured(0.1))], Bench, lambda fault: 2, file, NEVER))
+    assert len(CaseFile(tmp_path / "cases.jsonl", "newer").cases) == 2
+    assert len(CaseFile(tmp_path / "cases.jsonl").cases) == 3
+
+
 def test_rows_grow_alike_and_a_fault_is_undone_whatever_came_of_it(tmp_path):
     undone = []
     file = CaseFile(tmp_path / "cases.jsonl")

@@ -1,4 +1,7 @@
-"""Does every fault again and again to a robot that drives; writes runs/faults.json and docs/reliability.md."""
+"""Does every fault again and again to a robot that drives; writes runs/faults.json and docs/reliability.md.
+
+What was done with the same sources counts: a run that was broken off goes on, and the long one goes on from it.
+"""
 
 import argparse
 import os
@@ -8,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import conftest  # noqa: F401  a ROS domain of its own on this machine alone
+from collplan_core.jit import sources_digest
 from collplan_ros.bringup.failures import Interrupted
 from faults.fault import Fault
 from faults.rows import BENCHES, FAULTS
@@ -19,12 +23,11 @@ os.environ.pop("ROS_PYTHON_CHECK_FIELDS", None)
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 CASES = ROOT / "runs" / "faults"
-FILES = {False: "cases.jsonl", True: "long.jsonl"}
 
 
 def main() -> int:
     options = _parser().parse_args()
-    file = CaseFile(options.out / FILES[options.long])
+    file = CaseFile(options.out / "cases.jsonl", sources_digest(ROOT / "src"))
     chosen = [fault for fault in FAULTS if options.only in fault.key]
     end = time.monotonic() + 60.0 * options.minutes
 

@@ -5,7 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ class Case:
     distance: float | None
     took: float
     n: int = 1
+    code: str = ""
 
     @property
     def counts(self) -> bool:
@@ -39,18 +40,21 @@ class CaseFile:
     """Cases that are on disk as soon as they are done, so that a run that was broken off goes on where it was.
 
     Attributes:
-        cases: all of them, in order.
+        cases: those of the code as it is, in order.
     """
 
-    def __init__(self, path: Path) -> None:
-        """Reads what is there."""
+    def __init__(self, path: Path, code: str = "") -> None:
+        """Reads what is there of this state of the code; what another one did stays in the file and does not count."""
         self._path = path
+        self._code = code
         path.parent.mkdir(parents=True, exist_ok=True)
         lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-        self.cases = [Case(**json.loads(line)) for line in lines]
+        found = [Case(**json.loads(line)) for line in lines]
+        self.cases = [case for case in found if case.code == code]
 
     def add(self, case: Case) -> None:
         """One more."""
+        case = replace(case, code=self._code)
         self.cases.append(case)
         with self._path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(vars(case)) + "\n")

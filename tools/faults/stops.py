@@ -18,6 +18,8 @@ COMMANDER = 0.5
 """Longest time from a second publisher to zero at the robot [s]."""
 NO_MOTION = 3.0
 """Time watched after clear_estop [s]."""
+PUBLISHED = 500
+"""Cases of the long run where a 99th percentile is to be told."""
 OCCLUSION = 0.4
 """For so long poses are lost meanwhile: the controller's own zeros must not let the robot move [s]."""
 ROBOTS = {"simulator": robot_stops, "serial": wheels_stop}
@@ -86,7 +88,7 @@ def clear(graph: LiveGraph) -> None:
 def both(robot: str) -> list[Fault]:
     stops, teleop = ROBOTS[robot], Teleop()
     return [
-        Fault("estop", robot, CALL, estop, stops(STOPPED), clear),
+        Fault("estop", robot, CALL, estop, stops(STOPPED), clear, long=PUBLISHED),
         Fault(
             f"clear_estop, then {NO_MOTION:g} s and poses lost for a moment: no motion", robot, None, cleared, watched
         ),

@@ -37,7 +37,8 @@ in `runs/faults.json`.
 A stall is told on the side that must act: by its own times of sending, it was silent for over 0.075 s where it sends
 every 0.05 s. A row without times is one in which nothing may happen at all. How a fault is made, and from when to when
 time is taken, stands in `tools/faults/`, a file a group. Doing it: `make faults` (20 of each), `make faults-long` (as
-many as each row needs; `make faults-long ARGS="--minutes 30"` does a slice, and the next call goes on).
+many as each row needs; `make faults-long ARGS="--minutes 30"` does a slice, and the next call goes on). Cases count as
+long as nothing in `src/` changes.
 What follows from it for people: [safety.md](safety.md).
 
 """
