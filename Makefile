@@ -19,7 +19,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run study study-bounce animation pictures test soak bench lint format ws
+.PHONY: help setup run study study-bounce animation pictures test soak faults faults-long bench lint format ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -49,6 +49,13 @@ test: $(COMPILED)  ## all tests but the long ones, then core and simulator on th
 
 soak: $(COMPILED)  ## all tests with the long ones, then the core without its compiler
 	@tools/test_legs.sh soak $(ARGS)
+
+faults faults-long: export PYTHONPATH = $(CURDIR)/tools:$(CURDIR)/tests:$(CURDIR)/tests/sim
+faults: $(COMPILED)  ## every fault 20 times to a robot that drives, simulated; docs/reliability.md anew
+	@$(PYTHON) -m faults $(ARGS)
+
+faults-long: $(COMPILED)  ## as often as each fault needs, hours; ARGS="--minutes 30" for a slice, the next call goes on
+	@$(PYTHON) -m faults --long $(ARGS)
 
 bench: export OPENBLAS_NUM_THREADS = 1
 bench: $(COMPILED)  ## speed, side by side with other planners and simulators

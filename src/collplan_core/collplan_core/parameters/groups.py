@@ -281,7 +281,7 @@ class Simulation(Parameters):
     mocap_yaw_noise: float = parameter(0.0, "Yaw noise of a mocap pose, standard deviation, at level 1", unit="rad", low=0.0, high=0.2)
     mocap_latency: float = parameter(0.0, "Time from a pose's stamp until the motion capture sends it", unit="s", low=0.0, high=0.5)
     mocap_rate: float = parameter(100.0, "Mocap poses per second", unit="Hz", low=10.0, high=400.0)
-    mocap_fault: str = parameter("none", "What the motion capture gets wrong: yaw off by 90 or 180 degrees, tipped by 30 degrees, lifted by 0.2 m, or poses 0.2 s later", choices=("none", "yaw_90", "yaw_180", "tilt", "lift", "late"), live=True)
+    mocap_fault: str = parameter("none", "What the motion capture gets wrong: yaw off by 90 or 180 degrees, tipped by 30 degrees, lifted by 0.2 m, poses 0.2 s later, or stamps off by an hour", choices=("none", "yaw_90", "yaw_180", "tilt", "lift", "late", "hour_ahead", "hour_back"), live=True)
     marker_offset_x: float = parameter(0.0, "Where the measured body's origin is on the robot: forward", unit="m", low=-1.0, high=1.0)
     marker_offset_y: float = parameter(0.0, "Where the measured body's origin is on the robot: to the left", unit="m", low=-1.0, high=1.0)
     marker_offset_yaw: float = parameter(0.0, "Heading of the measured body on the robot", unit="rad", low=-pi, high=pi)

@@ -20,8 +20,7 @@ from collplan_ros.node_kit.shared_constants import SharedConstants
 from omnipuck_sim.emulator.faults import BadLine
 from omnipuck_sim.emulator.firmware import Firmware, Stop
 from omnipuck_sim.emulator.pseudo_terminal import PseudoTerminal
-from omnipuck_sim.node import mocap_room
-from omnipuck_sim.node.mocap_room import MocapRoom
+from omnipuck_sim.node.mocap_room import MOCAP_LIVE, MocapRoom
 
 GROUPS = (Robot, Simulation, Limits, Control, Frames, Kinematics, Emulator)
 GARBLED = Emulator(flipped=0.5)
@@ -38,7 +37,7 @@ class FirmwareEmulator(Node):
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("firmware_emulator", **kwargs)
-        declare(self, *GROUPS, live=(Emulator, *mocap_room.LIVE))
+        declare(self, *GROUPS, live=(Emulator, *MOCAP_LIVE))
         self._settings = read_settings(self, *GROUPS)
         if self._settings.simulator.speed_factor != 1.0:
             raise ParameterError("simulator.speed_factor: expected 1 with the emulated firmware, a line has real time")

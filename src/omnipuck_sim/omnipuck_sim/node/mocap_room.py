@@ -22,8 +22,8 @@ from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.mocap_faults import added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator
 
-LIVE = ("simulator.mocap_fault",)
-"""The parameters that a node with such a room takes for it while it runs."""
+MOCAP_LIVE = ("simulator.mocap_fault",)
+"""What the room takes while its node runs."""
 FASTEST_TIMER = 0.001
 """Shortest period of the timer; what is due between two calls is then published together [s]."""
 

@@ -12,8 +12,7 @@ from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.caps import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
-from omnipuck_sim.node import mocap_room
-from omnipuck_sim.node.mocap_room import MocapRoom
+from omnipuck_sim.node.mocap_room import MOCAP_LIVE, MocapRoom
 
 GROUPS = (Robot, Cap, Simulation, Limits, Control, Frames)
 
@@ -23,7 +22,7 @@ class SimulatorNode(Node):
 
     def __init__(self, **kwargs: object) -> None:
         super().__init__("simulator_node", **kwargs)
-        declare(self, *GROUPS, live=(*LIVE, *mocap_room.LIVE), check=check_caps)
+        declare(self, *GROUPS, live=(*LIVE, *MOCAP_LIVE), check=check_caps)
         settings = read_settings(self, *GROUPS)
         self._room = MocapRoom(self, settings)
         self._inputs = Inputs(self)

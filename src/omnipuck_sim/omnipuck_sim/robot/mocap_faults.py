@@ -9,6 +9,8 @@ from collplan_core.sensing.pose_filter import PoseSample
 LATE = "late"
 MORE_LATENCY = 0.2
 """By how much later poses come with fault `late` [s]."""
+HOUR = 3600.0
+"""By how much the stamps of poses are off with faults `hour_ahead` and `hour_back` [s]."""
 
 
 def _turned(angle: float) -> Callable[[PoseSample], PoseSample]:
@@ -20,6 +22,8 @@ _FAULTS: dict[str, Callable[[PoseSample], PoseSample]] = {
     "yaw_180": _turned(pi),
     "tilt": lambda sample: replace(sample, tilt=radians(30.0)),
     "lift": lambda sample: replace(sample, height=sample.height + 0.2),
+    "hour_ahead": lambda sample: replace(sample, stamp=sample.stamp + HOUR),
+    "hour_back": lambda sample: replace(sample, stamp=sample.stamp - HOUR),
 }
 
 

@@ -1,0 +1,172 @@
+"""The runner of `make faults`: a miss is a miss, a stall is repeated and counted, and nothing done is done again."""
+
+import json
+import math
+
+import pytest
+
+from faults.fault import Fault, Measured
+from faults.runner import BenchError, CaseFile, run_bench
+from faults.streams import Commanded, Streams, longest_gap
+from faults.table import BEGIN, END, figures, largest_rate, write
+
+NEVER = math.inf
+UNNOTICED: list[int] = []
+
+
+class Bench:
+    """A bench that counts how often it was opened."""
+
+    opened = 0
+
+    def __init__(self, fails: int = 0):
+        self.fails = fails
+
+    def __enter__(self):
+        Bench.opened += 1
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def drive(self):
+        if Bench.opened <= self.fails:
+            raise BenchError("it does not drive")
+
+
+@pytest.fixture(autouse=True)
+def _unopened(monkeypatch):
+    monkeypatch.setattr(Bench, "opened", 0)
+
+
+def fault(*measured: Measured, limit: float | None = 0.3, undone: list = UNNOTICED, name: str = "tipped") -> Fault:
+    """A fault that gives these results in turn, the last one for ever."""
+    left = list(measured)
+
+    def measure(bench, begun):
+        return left.pop(0) if len(left) > 1 else left[0]
+
+    return Fault(name, "puck", limit, lambda bench: 0.0, measure, lambda bench: undone.append(1))
+
+
+def done(path, *faults: Fault, n: int = 3, fails: int = 0):
+    file = CaseFile(path / "cases.jsonl")
+    list(run_bench(faults, lambda: Bench(fails), lambda fault: n, file, NEVER))
+    return file.cases
+
+
+def test_a_case_within_its_limit_is_none_and_one_beyond_it_is_a_miss(tmp_path):
+    cases = done(tmp_path, fault(Measured(0.3), Measured(0.301), Measured(None)))
+    assert [case.miss for case in cases] == ["", "after 0.301 s, limit 0.3 s", "never"]
+    assert figures(fault(Measured()), cases)["misses"] == 2
+
+
+def test_what_the_robot_must_not_do_is_a_miss_whatever_the_time(tmp_path):
+    cases = done(tmp_path, fault(Measured(0.1, "it moved"), Measured(0.1), limit=None))
+    assert [case.miss for case in cases] == ["it moved", "", ""]
+
+
+def test_a_stall_is_no_miss_and_counted_and_the_case_repeated(tmp_path):
+    cases = done(
+        tmp_path, fault(Measured(0.9, stalled="0.5 s"), Measured(0.1), Measured(None, stalled="1 s"), Measured(0.2))
+    )
+    record = figures(fault(Measured()), cases)
+    assert (record["n"], record["misses"], record["stalls"]) == (3, 0, 2)
+    assert record["max_s"] == 0.2
+
+
+def test_a_machine_that_only_stalls_does_not_go_on_for_ever(tmp_path):
+    cases = done(tmp_path, fault(Measured(0.9, stalled="0.5 s")))
+    assert 0 < len(cases) < 100
+    assert not any(case.counts for case in cases)
+
+
+def test_what_was_done_is_not_done_again(tmp_path):
+    done(tmp_path, fault(Measured(0.1)), n=2)
+    assert len(done(tmp_path, fault(Measured(0.2)), n=5)) == 5
+    assert len(done(tmp_path, fault(Measured(0.2)), n=5)) == 5
+
+
+def test_what_another_state_of_the_code_has_done_does_not_count(tmp_path):
+    done(tmp_path, fault(Measured(9.0)))
+    file = CaseFile(tmp_path / "cases.jsonl", "newer")
+    assert file.cases == []
+    list(run_bench([fault(Measured(0.1))], Bench, lambda fault: 2, file, NEVER))
+    assert len(CaseFile(tmp_path / "cases.jsonl", "newer").cases) == 2
+    assert len(CaseFile(tmp_path / "cases.jsonl").cases) == 3
+
+
+def test_rows_grow_alike_and_a_fault_is_undone_whatever_came_of_it(tmp_path):
+    undone = []
+    file = CaseFile(tmp_path / "cases.jsonl")
+    faults = [fault(Measured(9.0), undone=undone), fault(Measured(0.1), undone=undone, name="lifted")]
+    names = [case.fault for case in run_bench(faults, Bench, lambda fault: 2, file, NEVER)]
+    assert names == ["tipped, puck", "lifted, puck"] * 2
+    assert len(undone) == 4
+    assert Bench.opened == 1
+
+
+def test_a_bench_that_fails_once_is_opened_anew_and_one_that_fails_again_is_told(tmp_path):
+    assert len(done(tmp_path, fault(Measured(0.1)), fails=1)) == 3
+    Bench.opened = 0
+    with pytest.raises(BenchError, match="does not drive"):
+        done(tmp_path, fault(Measured(0.1)), n=9, fails=9)
+
+
+def test_the_table_has_what_a_reader_of_figures_needs(tmp_path):
+    tipped = fault(
+        Measured(0.1, speed=1.0, distance=0.5), Measured(0.4, stalled="x"), Measured(0.2, speed=1.1, distance=0.4)
+    )
+    cases = done(tmp_path, tipped, n=20)
+    (tmp_path / "safety.md").write_text(f"before {BEGIN}\nold\n{END} after")
+    faults = [tipped, fault(Measured(), name="never done")]
+    write(faults, cases, tmp_path / "runs/faults.json", tmp_path / "page.md", tmp_path / "safety.md")
+    (record,) = json.loads((tmp_path / "runs/faults.json").read_text())
+    assert record == {
+        "fault": "tipped",
+        "robot": "puck",
+        "n": 20,
+        "misses": 0,
+        "stalls": 1,
+        "limit_s": 0.3,
+        "median_s": 0.2,
+        "p99_s": None,
+        "max_s": 0.2,
+    }
+    text = (tmp_path / "page.md").read_text()
+    assert "| tipped | puck | 20 | 0 | 17 % | 1 | 0.3 | 0.2 |  | 0.2 | 0.50 from 1.10 m/s |" in text
+    assert "never done" not in text
+    before, row, after = (
+        (tmp_path / "safety.md").read_text().partition("| tipped | puck | 20 | 0.2 | 0.2 | 0.50 from 1.10 m/s |\n")
+    )
+    assert row
+    assert before.startswith(f"before {BEGIN}\n| what |")
+    assert after == f"{END} after"
+
+
+def test_a_percentile_is_told_from_five_hundred_cases_on(tmp_path):
+    cases = done(tmp_path, fault(Measured(0.1)), n=1)
+    assert figures(fault(Measured()), 499 * cases)["p99_s"] is None
+    assert figures(fault(Measured()), 500 * cases)["p99_s"] == 0.1
+
+
+@pytest.mark.parametrize(("misses", "n"), [(0, 20), (0, 100), (0, 500)])
+def test_without_a_miss_the_upper_limit_is_that_of_the_textbook(misses, n):
+    assert largest_rate(misses, n) == pytest.approx(1.0 - 0.025 ** (1.0 / n))
+
+
+def test_the_zero_that_counts_is_the_one_that_only_zeros_follow():
+    streams = Streams.__new__(Streams)
+    streams.commands = [Commanded(0.05 * k, moves) for k, moves in enumerate([True, False, True, True, False, False])]
+    assert streams.stands_from(0.0) == pytest.approx(0.2)
+    assert streams.stands_from(0.22) == pytest.approx(0.25)
+    streams.commands = streams.commands[:4]
+    assert streams.stands_from(0.0) is None
+
+
+def test_a_gap_reaches_back_to_the_message_before():
+    times = [0.0, 0.1, 0.2, 0.6, 0.7]
+    assert longest_gap(times, 0.15, 0.3) == pytest.approx(0.1)
+    assert longest_gap(times, 0.3, 0.65) == pytest.approx(0.4)
+    assert longest_gap(times, 0.0, 1.0) == pytest.approx(0.4)
+    assert longest_gap([], 0.0, 1.0) == 0.0

@@ -1,0 +1,212 @@
+"""The robot behind a serial line: the line, the driver, the firmware and what that reports."""
+
+import random
+from itertools import count
+
+from collplan_ros.nodes.robot_state import FREE, HELD, STOPPED
+from faults.fault import Fault, Measured
+from faults.live_graph import LiveGraph
+from faults.stands import WAIT, no_motion_since, wheels_stop
+
+AGE = 0.26
+"""Oldest command that the wheels may follow: limits.command_age, a frame and a step of the firmware [s]."""
+FIRMWARE = 0.2
+"""Longest time from a button or a motor's fault to zero at the wheels [s]."""
+STILL = 1.0
+"""Time for which a robot must stand after the fault is over [s]."""
+DRIVES = 0.5
+"""Time for which it drives on with a low battery [s]."""
+EMULATOR = "firmware_emulator"
+_moments, _restarts = random.Random(13), count(1)
+
+
+def oldest_followed(graph: LiveGraph, begun: float) -> Measured:
+    """Age of the command that the wheels followed when they were stopped, by the firmware's clock."""
+    streams = graph.streams
+    graph.until(lambda: streams.stops and streams.stops[-1].sent > begun, WAIT)
+    graph.rest()
+    ages = [row.age for row in streams.stops if row.sent > begun]
+    speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
+    return Measured(max(ages, default=None), stalled=streams.why_stood(begun), speed=speed, distance=way)
+
+
+def then_still(graph: LiveGraph, measured: Measured, state: str = HELD) -> Measured:
+    """The same, a miss where the robot moves by itself after the fault is over."""
+    begun = graph.now()
+    graph.pause(STILL)
+    wrong = no_motion_since(graph, begun) or ("" if graph.state == state else f"it is {graph.state}, expected {state}")
+    return Measured(measured.seconds, measured.missed or wrong, measured.stalled, measured.speed, measured.distance)
+
+
+# ---- the line
+
+
+def unplugged(graph: LiveGraph) -> float:
+    begun = graph.now()
+    graph.let(EMULATOR, emulator__unplugged=True)
+    return begun
+
+
+def plugged_in(graph: LiveGraph) -> None:
+    graph.let(EMULATOR, emulator__unplugged=False)
+    graph.until(lambda: graph.healthy("driver_node"), WAIT)
+
+
+def link_lost(graph: LiveGraph, begun: float) -> Measured:
+    measured = oldest_followed(graph, begun)
+    graph.pause(1.0)
+    plugged_in(graph)
+    return then_still(graph, measured)
+
+
+# ---- the driver
+
+
+def driver_killed(graph: LiveGraph) -> float:
+    return graph.kill("driver_node")
+
+
+def driver_again(graph: LiveGraph, begun: float) -> Measured:
+    measured = oldest_followed(graph, begun)
+    graph.restart("driver_node")
+    return then_still(graph, measured)
+
+
+def estop_kept(graph: LiveGraph, begun: float) -> Measured:
+    graph.rest()
+    graph.restart("driver_node")
+    graph.until(lambda: graph.state == STOPPED, WAIT)
+    return then_still(graph, Measured(), STOPPED)
+
+
+def stopped_and_driver_killed(graph: LiveGraph) -> float:
+    graph.call("estop")
+    return graph.kill("driver_node")
+
+
+def freeze_both(graph: LiveGraph) -> float:
+    """The driver freezes, and its commander a little later."""
+    begun = graph.freeze("driver_node")
+    graph.pause(_moments.uniform(0.0, 0.2))
+    graph.freeze("controller_node")
+    return begun
+
+
+def old_command(graph: LiveGraph, begun: float) -> Measured:
+    """Whether the driver, running again, follows what was commanded before."""
+    graph.pause(_moments.uniform(0.3, 1.5))
+    graph.thaw("driver_node")
+    graph.pause(0.5)
+    measured = oldest_followed(graph, begun)
+    graph.thaw("controller_node")
+    return measured
+
+
+def thaw_both(graph: LiveGraph) -> None:
+    graph.thaw("driver_node")
+    graph.thaw("controller_node")
+
+
+# ---- the firmware
+
+
+def firmware_restarts(graph: LiveGraph) -> float:
+    begun = graph.now()
+    graph.let(EMULATOR, emulator__restarts=next(_restarts))
+    return begun
+
+
+def stopped_and_firmware_restarts(graph: LiveGraph) -> float:
+    graph.call("estop")
+    graph.rest()
+    return firmware_restarts(graph)
+
+
+def held(graph: LiveGraph, begun: float) -> Measured:
+    return then_still(graph, wheels_stop(HELD)(graph, begun))
+
+
+def kept(graph: LiveGraph, begun: float) -> Measured:
+    return then_still(graph, Measured(), STOPPED)
+
+
+def clear(graph: LiveGraph) -> None:
+    graph.until(lambda: graph.call("clear_estop"), WAIT)
+
+
+def button(graph: LiveGraph) -> float:
+    begun = graph.now()
+    graph.let(EMULATOR, emulator__estop_pressed=True)
+    return begun
+
+
+def released(graph: LiveGraph) -> None:
+    graph.let(EMULATOR, emulator__estop_pressed=False)
+    clear(graph)
+
+
+def motor_fault(graph: LiveGraph) -> float:
+    begun = graph.now()
+    graph.let(EMULATOR, emulator__motor_fault=True)
+    return begun
+
+
+def refused(graph: LiveGraph, begun: float) -> Measured:
+    """It stands, and nobody can let it move as long as the motor has failed."""
+    measured = wheels_stop(HELD)(graph, begun)
+    if graph.call("resume"):
+        return Measured(measured.seconds, "resume is not refused", measured.stalled)
+    return measured
+
+
+def motor_well(graph: LiveGraph) -> None:
+    graph.let(EMULATOR, emulator__motor_fault=False)
+    graph.pause(0.1)
+
+
+def battery_low(graph: LiveGraph) -> float:
+    graph.let(EMULATOR, emulator__battery=6.2)
+    return graph.now()
+
+
+def next_refused(graph: LiveGraph, begun: float) -> Measured:
+    """It drives on to its goal, and stands at the next one."""
+    graph.pause(DRIVES)
+    if graph.state != FREE:
+        return Measured(missed=f"it is {graph.state} on the way to its goal")
+    begun = graph.now()
+    graph.give_goal(graph.farther_end())
+    return wheels_stop(HELD)(graph, begun)
+
+
+def charged(graph: LiveGraph) -> None:
+    graph.let(EMULATOR, emulator__battery=7.6)
+    graph.pause(0.1)
+
+
+def row(name: str, limit: float | None, act, measure, undo=lambda graph: None, long: int = 100) -> Fault:
+    return Fault(name, "serial", limit, act, measure, undo, long)
+
+
+AGED = "age of the last command followed"
+FAULTS = [
+    row(f"cable pulled and back: {AGED}, then no motion", AGE, unplugged, link_lost, plugged_in),
+    row(f"controller_node frozen: {AGED}", AGE, lambda g: g.freeze("controller_node"), oldest_followed, thaw_both, 200),
+    row(
+        f"controller_node killed: {AGED}",
+        AGE,
+        lambda g: g.kill("controller_node"),
+        oldest_followed,
+        lambda g: g.restart("controller_node"),
+    ),
+    row(f"driver_node and its commander frozen, it runs again: {AGED}", AGE, freeze_both, old_command, thaw_both, 200),
+    row(f"driver_node killed and started: {AGED}, then no motion", AGE, driver_killed, driver_again),
+    row(
+        "driver_node killed and started in an emergency stop: kept", None, stopped_and_driver_killed, estop_kept, clear
+    ),
+    row("firmware restarts, then no motion", FIRMWARE, firmware_restarts, held),
+    row("firmware restarts in an emergency stop: kept", None, stopped_and_firmware_restarts, kept, clear),
+    row("button on the robot", FIRMWARE, button, wheels_stop(STOPPED), released),
+    row("motor fault", FIRMWARE, motor_fault, refused, motor_well),
+    row("battery low: the next goal is refused", 0.5, battery_low, next_refused, charged),
+]

@@ -1,0 +1,265 @@
+"""bringup's graph kept up while its nodes are frozen, killed and lied to, and the robot driven to and fro in a hall."""
+
+import io
+import math
+import os
+import signal
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from action_msgs.msg import GoalStatus
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
+
+from collplan_ros.bringup.failures import GraphError
+from collplan_ros.bringup.graph import Graph
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.preparation import prepare, write_used_parameters
+from collplan_ros.bringup.processes import NodeProcess
+from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.node_kit.diagnostics import ERROR
+from collplan_ros.nodes.robot_state import FREE
+from faults.runner import BenchError
+from faults.streams import AT_REST, Streams
+
+HALL = """
+bounds: [-3.0, -1.6, 13.0, 1.6]
+walled: true
+start: [0.0, 0.0]
+goal: [12.0, 0.0]
+"""
+ENDS = np.array([0.0, 0.0]), np.array([12.0, 0.0])
+"""Where the robot is driven to and fro [m]."""
+FENCE_GAP = (-1.4, -0.8), -1.0
+"""Where the fence leaves out a piece of the hall, behind the start: from and to x, and from y on [m]."""
+FENCE = (-3.0, -1.6, 13.0, -1.6, 13.0, 1.6, -0.8, 1.6, -0.8, -1.0, -1.4, -1.0, -1.4, 1.6, -3.0, 1.6)
+FAST = 0.8
+"""The robot is fast enough for a fault from here on [m/s]."""
+REST = 2.0
+"""Longest wait for the robot to come to rest [s]."""
+PATIENCE = 20.0
+"""Longest wait for the robot to drive [s]."""
+AGAIN = 1.5
+"""Time after which a goal is given once more where the robot does not drive [s]."""
+ANSWER = 3.0
+"""Longest wait for an answer [s]."""
+START = 30.0
+"""Longest wait for a node that has been started again [s]."""
+
+
+UNDER_WAY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
+
+
+class LiveGraph(Graph):
+    """A bench: a graph whose nodes may die.
+
+    Attributes:
+        streams: what its nodes send.
+    """
+
+    def __init__(self, robot: str) -> None:
+        """`robot` is one of bringup's."""
+        self._temporary = tempfile.TemporaryDirectory(prefix="faults-", ignore_cleanup_errors=True)
+        folder = Path(self._temporary.name)
+        (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
+        file = folder / "parameters.yaml"
+        fenced = f"/**:\n  ros__parameters:\n    limits: {{fence: {list(FENCE)}}}\n"
+        file.write_text(fenced, encoding="utf-8")
+        preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file))
+        run_folder = RunFolder(folder / "runs")
+        write_used_parameters(run_folder.parameters, preparation.settings)
+        super().__init__(preparation, run_folder, Progress(io.StringIO()))
+        self._clients: dict[str, Any] = {}
+        self._repeated: Callable[[], object] | None = None
+        self._period = self._due = 0.0
+
+    def __enter__(self) -> "LiveGraph":
+        super().__enter__()
+        try:
+            self.streams = Streams(self.node)
+            self.wait_until_ready()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        for process in self._processes:
+            self._signal(process, signal.SIGCONT)
+        super().__exit__(*exception)
+        self._temporary.cleanup()
+
+    def step(self) -> None:
+        """As bringup's, but no node has to live and others may command."""
+        self._stop_request.check()
+        if self._repeated is not None and self.now() >= self._due:
+            self._due = self.now() + self._period
+            self._repeated()
+        self._take_one()
+
+    def repeat(self, period: float, act: Callable[[], object] | None) -> None:
+        """Calls `act` every `period` [s] from now on, while stepping; None ends it."""
+        self._period, self._due, self._repeated = period, self.now(), act
+
+    @staticmethod
+    def now() -> float:
+        """The present time [s, steady clock]."""
+        return time.monotonic()
+
+    def until(self, condition: Callable[[], object], patience: float) -> bool:
+        """Steps until `condition()`, at most `patience` [s]; whether it holds."""
+        deadline = self.now() + patience
+        while not (holds := bool(condition())) and self.now() < deadline:
+            self.step()
+        return holds
+
+    def pause(self, seconds: float) -> None:
+        """Steps for so long [s]."""
+        self.until(lambda: False, seconds)
+
+    def rest(self) -> None:
+        """Until the robot is at rest, at most REST."""
+        self.until(lambda: not self.moves, REST)
+
+    # ---- the robot
+
+    def drive(self) -> None:
+        """Until the robot goes fast to the farther end of the hall; a new goal lets it move whatever has held it.
+
+        Raises:
+            BenchError: it does not.
+        """
+        deadline, due, target = self.now() + PATIENCE, 0.0, None
+        while not (target is not None and self.drives and self._room(target) > 3.0):
+            if self.now() > deadline:
+                raise BenchError(f"the robot does not drive: {self.described()}")
+            if self.now() > due and self.streams.truth:
+                if target is None or not self.moves:
+                    target = self.farther_end()
+                    with suppress(GraphError):
+                        self.give_goal(target)
+                due = self.now() + AGAIN
+            self.step()
+
+    def farther_end(self) -> np.ndarray:
+        """The end of the hall (2,) that is farther away [m]."""
+        return max(ENDS, key=self._room)
+
+    @property
+    def goal_goes_on(self) -> bool:
+        """Whether the newest goal has not ended."""
+        return bool(self.streams.goals) and self.streams.goals[-1].what in UNDER_WAY
+
+    def healthy(self, node: str) -> bool:
+        """Whether a node's newest report is no error."""
+        return node in self.streams.health and self.streams.health[node][1].level != ERROR
+
+    def _room(self, target: np.ndarray) -> float:
+        here = self.streams.truth[-1]
+        return math.hypot(here.x - target[0], here.y - target[1])
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves now."""
+        return self.streams.truth[-1].speed > AT_REST
+
+    @property
+    def drives(self) -> bool:
+        """Whether it goes fast, as commanded."""
+        streams = self.streams
+        commanded = bool(streams.commands) and streams.commands[-1].moves
+        return commanded and self.state == FREE and streams.truth[-1].speed >= FAST
+
+    @property
+    def state(self) -> str:
+        """The robot's own word of itself: free, held or stopped."""
+        return str(self.streams.states[-1].what) if self.streams.states else ""
+
+    def described(self) -> str:
+        """What every node says."""
+        said = "; ".join(f"{name}: {status.message}" for name, (_, status) in sorted(self.streams.health.items()))
+        speed = self.streams.truth[-1].speed if self.streams.truth else math.nan
+        return f"{self.state}, {speed:.2f} m/s; {said}"
+
+    # ---- what is done to it
+
+    def call(self, service: str) -> bool:
+        """Whether a service of type Trigger says yes.
+
+        Raises:
+            BenchError: it does not answer.
+        """
+        client = self._client(Trigger, service)
+        answer = client.call_async(Trigger.Request())
+        if not self.until(answer.done, ANSWER):
+            raise BenchError(f"no answer from {service}")
+        return bool(answer.result().success)
+
+    def let(self, node: str, **values: object) -> None:
+        """Sets parameters of a node; their group is told from the name by two underscores: emulator__unplugged.
+
+        Raises:
+            BenchError: they are refused, or there is no answer.
+        """
+        client = self._client(SetParameters, f"{node}/set_parameters")
+        given = [Parameter(k.replace("__", "."), value=v).to_parameter_msg() for k, v in values.items()]
+        answer = client.call_async(SetParameters.Request(parameters=given))
+        if not self.until(answer.done, ANSWER):
+            raise BenchError(f"no answer from {node} to {values}")
+        refused = [result.reason for result in answer.result().results if not result.successful]
+        if refused:
+            raise BenchError(f"{node}: {refused}")
+
+    def _client(self, kind: type, name: str) -> Any:
+        client = self._clients.setdefault(name, self.node.create_client(kind, name))
+        if not self.until(client.service_is_ready, ANSWER):
+            raise BenchError(f"no service {name}")
+        return client
+
+    def freeze(self, node: str) -> float:
+        """Stops a node's process; returns when [s, steady clock]."""
+        return self._signalled(node, signal.SIGSTOP)
+
+    def thaw(self, node: str) -> float:
+        """Lets a frozen process go on; returns when [s, steady clock]."""
+        return self._signalled(node, signal.SIGCONT)
+
+    def kill(self, node: str) -> float:
+        """Kills a node's process; returns when [s, steady clock]."""
+        return self._signalled(node, signal.SIGKILL)
+
+    def restart(self, node: str) -> float:
+        """Starts a node again that was killed, and waits until it is ready; returns when it was [s, steady clock].
+
+        Raises:
+            BenchError: it does not report.
+        """
+        index = next(k for k, process in enumerate(self._processes) if process.name == node)
+        self._processes[index].kill()
+        begun = self.now()
+        command = [self._preparation.programs[node], "--ros-args", *self._ros_arguments()]
+        self._processes[index] = NodeProcess(node, command, self._folder.logs / f"{node}-{begun:.0f}.log")
+        if not self.until(lambda: self.streams.health[node][0] > begun, START):
+            raise BenchError(f"{node} did not start again: {self._processes[index].last_lines()}")
+        return self.streams.health[node][0]
+
+    def runs(self, node: str) -> bool:
+        """Whether a node's process has not ended."""
+        return next(process for process in self._processes if process.name == node).running
+
+    def _signalled(self, node: str, number: int) -> float:
+        process = next(process for process in self._processes if process.name == node)
+        begun = self.now()
+        self._signal(process, number)
+        return begun
+
+    def _signal(self, process: NodeProcess, number: int) -> None:
+        if process.running:
+            os.kill(process.pid, number)

@@ -1,0 +1,101 @@
+"""Any node killed, frozen and restarted in any order, signals at any moment, and memory: only in the long run."""
+
+import io
+import os
+import signal
+import time
+from pathlib import Path
+from random import Random
+
+from bringup_process import Run, nodes_of, wait_for
+
+from collplan_ros.bringup.main import Bringup
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.progress import Progress
+from collplan_ros.runs.record_reading import RECORD, read_record
+from faults.fault import Fault, Measured
+from faults.live_graph import LiveGraph
+from faults.runs import in_folder, nothing
+
+BACK = 5.0
+"""Longest time from the start of a node, or its release, until all streams are back [s]."""
+FRESH = 0.3
+"""A stream is back where its newest message is not older [s]."""
+NODES = ("simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node")
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+GROWTH = 1.05
+"""Most that bringup's memory may grow between goals, as a share of what it was."""
+_drawn = Random(8)
+
+
+def any_node(graph: LiveGraph) -> str:
+    """Kills or freezes a node; which one."""
+    node = _drawn.choice(NODES)
+    if _drawn.random() < 0.5:
+        graph.freeze(node)
+        graph.pause(_drawn.uniform(0.1, 2.0))
+        graph.thaw(node)
+    else:
+        graph.kill(node)
+        graph.pause(_drawn.uniform(0.1, 1.0))
+    return node
+
+
+def streams_back(graph: LiveGraph, node: str) -> Measured:
+    begun = graph.now()
+    if not graph.runs(node):
+        graph.restart(node)
+    fresh = graph.until(lambda: graph.streams.oldest(graph.now()) < FRESH, 3.0 * BACK)
+    return Measured(graph.now() - begun if fresh else None)
+
+
+def signalled(folder: Path) -> Measured:
+    """A run that is stopped by a signal at any moment leaves no node, no traceback, and zero as the last command."""
+    number = _drawn.choice(SIGNALS)
+    with Run(folder / "runs", "--no-pictures") as run:
+        wait_for(lambda: (run.out / "latest").is_symlink())
+        if _drawn.random() < 0.7:
+            wait_for(run.moving)
+        time.sleep(_drawn.uniform(0.0, 3.0))
+        ended = run.process.poll()
+        run.process.send_signal(number)
+        if _drawn.random() < 0.3:
+            time.sleep(0.05)
+            run.process.send_signal(number)
+        code = run.end()
+    said = run.text + "".join(log.read_text() for log in (run.out / "latest" / "log").iterdir())
+    commands = read_record(run.out / "latest" / RECORD).log.sent_commands
+    wrong = {
+        f"exit code {code} after signal {number}": code != (128 + number if ended is None else 0),
+        "a traceback": "Traceback" in said,
+        "nodes outlive it": bool(nodes_of(run.out)),
+        "the last command moves": bool(commands) and any(commands[-1][1:]),
+    }
+    return Measured(missed=", ".join(words for words, is_so in wrong.items() if is_so))
+
+
+def memory(folder: Path) -> Measured:
+    """Half an hour between goals; n is the number of them."""
+    options = Options(world="l_corridor", strategy="bounce", out=folder / "runs", pictures=False)
+    sizes: list[int] = []
+    with Bringup(options, Progress(io.StringIO())) as bringup:
+        bringup.graph.wait_until_ready()
+        there, back = bringup.preparation.goal, bringup.preparation.world.start
+        end = time.monotonic() + 60.0 * float(os.environ.get("COLLPLAN_MEMORY_MINUTES", "30"))
+        while time.monotonic() < end:
+            for goal in (there, back):
+                bringup.drive(goal)
+                bringup.come_to_rest()
+                sizes.append(int(Path("/proc/self/statm").read_text().split()[1]))
+    settled = sizes[len(sizes) // 10]
+    growth = max(sizes[len(sizes) // 10 :]) / settled
+    return Measured(missed=f"memory grew by {100 * (growth - 1):.1f} %" if growth > GROWTH else "", n=len(sizes))
+
+
+FAULTS = [
+    Fault("any node killed and started, or frozen: streams back", "simulator", BACK, any_node, streams_back, short=0),
+    Fault("signal to bringup at any moment", "process", None, nothing, in_folder(signalled), short=0),
+    Fault(
+        "half an hour between goals: memory within 5 %", "process", None, nothing, in_folder(memory), long=1, short=0
+    ),
+]

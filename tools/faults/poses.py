@@ -1,0 +1,96 @@
+"""A motion capture that lies, and clocks that are set."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+from collplan_ros.nodes.robot_state import FREE
+from faults.fault import Fault, Measured
+from faults.live_graph import LiveGraph
+from faults.stands import WAIT, commanded_to_stand
+from faults.streams import why_stalled
+
+REFUSED = 0.15
+"""Longest time from the first refused pose to zero [s]."""
+LATE = 0.3
+"""Longest time from the first late pose to zero [s]."""
+GAP = 0.1
+"""Longer than between poses that come in time [s]."""
+DRIVES_ON = 1.0
+"""Longest time for which the robot stands where a clock was set: after longer it would be held [s]."""
+HOLD = 0.8
+"""For so long a lie lasts, and the robot must go on standing [s]."""
+
+
+def lie(fault: str) -> Callable[[LiveGraph], float]:
+    def act(graph: LiveGraph) -> float:
+        begun = graph.now()
+        graph.let("simulator_node", simulator__mocap_fault=fault)
+        return begun
+
+    return act
+
+
+def truth_again(graph: LiveGraph) -> None:
+    graph.let("simulator_node", simulator__mocap_fault="none")
+    graph.pause(0.3)
+
+
+def first_refused(graph: LiveGraph, begun: float) -> float:
+    """When the first refusal of a pose was sent; the fault's own time where none was."""
+    return next((row.sent for row in graph.streams.refusals if row.sent > begun), begun)
+
+
+def first_late(graph: LiveGraph, begun: float) -> float:
+    """When the first pose was sent after the gap that a growing delay makes; the fault's own time without."""
+    sent = [row.sent for row in graph.streams.poses if row.sent > begun - GAP]
+    return next((after for before, after in pairwise(sent) if after > begun and after - before > GAP), begun)
+
+
+def drives_on(graph: LiveGraph, begun: float) -> Measured:
+    """Time until the robot is commanded to move, after which it is on, to its goal."""
+    streams = graph.streams
+    graph.pause(DRIVES_ON + 0.2)
+    graph.until(lambda: streams.commands[-1].moves, WAIT)
+    zeros = [row.sent for row in streams.commands if row.sent > begun and not row.moves]
+    again = next((r.sent for r in streams.commands if r.moves and r.sent > max(zeros, default=begun)), None)
+    missed = (
+        "" if graph.state == FREE and graph.goal_goes_on else f"{graph.state}, goal status {streams.goals[-1].what}"
+    )
+    stalled = why_stalled("controller_node", (row.sent for row in streams.commands), begun, again or graph.now())
+    return Measured(None if again is None else again - begun if zeros else 0.0, missed, stalled)
+
+
+def refused(fault: str, name: str) -> Fault:
+    return Fault(name, "simulator", REFUSED, lie(fault), commanded_to_stand(HOLD, first_refused), truth_again)
+
+
+FAULTS = [
+    refused("yaw_90", "mocap: heading flips by 90 degrees"),
+    refused("yaw_180", "mocap: heading flips by 180 degrees"),
+    refused("tilt", "mocap: robot tipped by 30 degrees"),
+    refused("lift", "mocap: robot lifted by 0.2 m"),
+    Fault(
+        "mocap: poses 0.2 s late, from the first late one on",
+        "simulator",
+        LATE,
+        lie("late"),
+        commanded_to_stand(HOLD, first_late),
+        truth_again,
+    ),
+    Fault(
+        "mocap: clock set ahead by 1 h and back: drives on",
+        "simulator",
+        DRIVES_ON,
+        lie("hour_ahead"),
+        drives_on,
+        truth_again,
+    ),
+    Fault(
+        "mocap: clock set back by 1 h and ahead: drives on",
+        "simulator",
+        DRIVES_ON,
+        lie("hour_back"),
+        drives_on,
+        truth_again,
+    ),
+]

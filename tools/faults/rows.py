@@ -1,0 +1,29 @@
+"""Every fault, and the bench of each robot."""
+
+from collections.abc import Callable
+from typing import Any
+
+from faults import fuzz, goals, line, nodes, order, poses, runs, stops, trials
+from faults.fault import Fault
+from faults.live_graph import LiveGraph
+
+FAULTS: list[Fault] = [
+    *stops.FAULTS,
+    *nodes.FAULTS,
+    *poses.FAULTS,
+    *trials.FAULTS,
+    *goals.FAULTS,
+    *line.FAULTS,
+    *runs.FAULTS,
+    *fuzz.FAULTS,
+    *order.FAULTS,
+]
+BENCHES: dict[str, Callable[[], Any]] = {
+    "simulator": lambda: LiveGraph("sim"),
+    "serial": lambda: LiveGraph("emulator"),
+    "bringup": runs.RunEnds,
+    "process": runs.Processes,
+    "trial": trials.Trials,
+    "desk": fuzz.Desk,
+}
+"""In the order in which they are opened."""

@@ -1,0 +1,170 @@
+"""Runs of bringup that end while the robot drives, are killed, or whose disk is full."""
+
+import io
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from random import Random
+
+from bringup_process import Run, nodes_of, wait_for
+
+from collplan_core.evaluation.run_end import STUCK, TIMEOUT
+from collplan_core.parameters import Settings
+from collplan_ros.bringup.failures import RECORD_LOST
+from collplan_ros.bringup.main import Bringup
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.progress import Progress
+from collplan_ros.runs.record_reading import RECORD, read_record
+from faults.fault import Fault, Measured
+from faults.live_graph import ENDS, HALL
+from faults.streams import Streams, why_stalled
+
+AT_ONCE = 0.1
+"""Longest time from the outcome of a run to the first zero command [s]."""
+LOST = 1.0
+"""What a killed bringup may lose of a run at most [s]."""
+ORPHANS = 5.0
+"""Longest time for which a node outlives bringup [s]."""
+FULL = """
+import resource, sys
+from collplan_ros.bringup.main import main
+from collplan_ros.runs.recorder import Recorder
+
+begin = Recorder.begin
+
+def full(self, *given):
+    begin(self, *given)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
+
+Recorder.begin = full
+sys.exit(main(sys.argv[1:]))
+"""
+"""bringup on a disk that is full soon."""
+EARLY = {TIMEOUT: {"timeout": 1.5}, STUCK: {"stuck_time": 0.8, "stuck_distance": 5.0}}
+"""Under which a run ends while the robot drives."""
+_moments, _goals = Random(7), count()
+
+
+class RunEnds:
+    """A bench: one bringup, whose runs end one after the other on the graph that it keeps up."""
+
+    def __init__(self) -> None:
+        self._temporary = tempfile.TemporaryDirectory(prefix="faults-", ignore_cleanup_errors=True)
+        folder = Path(self._temporary.name)
+        (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
+        self._bringup = Bringup(
+            Options(world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False), Progress(io.StringIO())
+        )
+
+    def __enter__(self) -> "RunEnds":
+        self._bringup.__enter__()
+        self._bringup.graph.wait_until_ready()
+        self.streams = Streams(self._bringup.graph.node)
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._bringup.__exit__(None, None, None)
+        self._temporary.cleanup()
+
+    def drive(self) -> None:
+        """Nothing: the run itself drives."""
+
+    def ended(self, outcome: str) -> tuple[str, float]:
+        """The outcome of a run that is to end so, and when it was known [s, steady clock]."""
+        bringup = self._bringup
+        trial = replace(Settings().trial, **EARLY[outcome])
+        bringup.preparation = replace(bringup.preparation, settings=replace(bringup.preparation.settings, trial=trial))
+        said = bringup.drive(ENDS[(next(_goals) + 1) % 2])
+        at = time.monotonic()
+        bringup.come_to_rest()
+        return said, at
+
+
+def ending(outcome: str) -> Fault:
+    def act(bench: RunEnds) -> tuple[str, float]:
+        return bench.ended(outcome)
+
+    def measure(bench: RunEnds, ended: tuple[str, float]) -> Measured:
+        said, at = ended
+        if said != outcome:
+            return Measured(missed=f"the run ended as {said}")
+        streams = bench.streams
+        zero = streams.stands_from(at)
+        speed, way = streams.motion_at(at).speed, streams.way_since(at)
+        # the planner cancels, and the controller commands
+        stalled = why_stalled("planner_node", streams.beats, at, zero or at)
+        stalled = stalled or why_stalled("controller_node", (row.sent for row in streams.commands), at, zero or at)
+        stalled = stalled or streams.why_stood(at)
+        return Measured(None if zero is None else zero - at, stalled=stalled, speed=speed, distance=way)
+
+    return Fault(f"run ended by {outcome.upper()}", "bringup", AT_ONCE, act, measure)
+
+
+class Processes:
+    """A bench on which each case starts a bringup of its own, in a folder of its own."""
+
+    def __enter__(self) -> "Processes":
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        pass
+
+    def drive(self) -> None:
+        """Nothing: the run itself drives."""
+
+
+def in_folder(measured: Callable[[Path], Measured]) -> Callable[[object, object], Measured]:
+    def measure(bench: object, nothing: object) -> Measured:
+        with tempfile.TemporaryDirectory(prefix="faults-", ignore_cleanup_errors=True) as folder:
+            try:
+                return measured(Path(folder))
+            except AssertionError as error:  # what should have come in time did not
+                return Measured(missed=str(error))
+
+    return measure
+
+
+def killed(folder: Path) -> Measured:
+    """How much of a run that was killed is not on disk: time from its newest pose there to the kill."""
+    with Run(folder / "runs", "--no-pictures", "--world", "serpentine:0") as run:
+        wait_for(run.moving)
+        time.sleep(_moments.uniform(0.0, 2.0))
+        run.process.kill()
+        at = time.monotonic()
+        run.end()
+    begun = time.monotonic()
+    while nodes_of(run.out) and time.monotonic() < begun + ORPHANS:
+        time.sleep(0.02)
+    poses = read_record(run.out / "latest" / RECORD, pictured=False).log.poses
+    orphans = nodes_of(run.out)
+    return Measured(at - poses[-1].sent, f"nodes outlive it: {', '.join(orphans)}" if orphans else "")
+
+
+def disk_full(folder: Path) -> Measured:
+    """Whether a run on a full disk ends with its own exit code and a sentence, and leaves its rows."""
+    with Run(folder / "runs", "--no-pictures", code=FULL) as run:
+        code = run.end()
+    rows = len(read_record(run.out / "latest" / RECORD).log.poses)
+    wrong = {
+        f"exit code {code}": code != RECORD_LOST,
+        "no sentence": "cannot be written: File too large" not in run.text,
+        "a traceback": "Traceback" in run.text,
+        f"{rows} rows": rows <= 20,
+        "nodes outlive it": bool(nodes_of(run.out)),
+    }
+    return Measured(missed=", ".join(words for words, is_so in wrong.items() if is_so))
+
+
+def nothing(bench: object) -> None:
+    """The measurement does it."""
+
+
+FAULTS = [
+    ending(TIMEOUT),
+    ending(STUCK),
+    Fault("SIGKILL of bringup: time of the run not on disk", "process", LOST, nothing, in_folder(killed), long=50),
+    Fault("full disk: own exit code, a sentence, rows kept", "process", None, nothing, in_folder(disk_full), long=20),
+]

@@ -1,0 +1,99 @@
+"""What a person or the robot itself does to stop it, and that it goes on standing."""
+
+from collections.abc import Callable
+from itertools import count
+
+from geometry_msgs.msg import Twist
+from rclpy.node import Node
+
+from collplan_ros.messages.qos import NEWEST
+from collplan_ros.nodes.robot_state import HELD, STOPPED
+from faults.fault import Fault, Measured
+from faults.live_graph import LiveGraph
+from faults.stands import no_motion_since, robot_stops, wheels_stop
+
+CALL = 0.2
+"""Longest time from the call of estop, or a bit in the telemetry, to zero at the robot [s]."""
+COMMANDER = 0.5
+"""Longest time from a second publisher to zero at the robot [s]."""
+NO_MOTION = 3.0
+"""Time watched after clear_estop [s]."""
+PUBLISHED = 500
+"""Cases of the long run where a 99th percentile is to be told."""
+OCCLUSION = 0.4
+"""For so long poses are lost meanwhile: the controller's own zeros must not let the robot move [s]."""
+ROBOTS = {"simulator": robot_stops, "serial": wheels_stop}
+_numbers = count()
+
+
+def estop(graph: LiveGraph) -> float:
+    begun = graph.now()
+    graph.call("estop")
+    return begun
+
+
+def cleared(graph: LiveGraph) -> float:
+    graph.call("estop")
+    graph.rest()
+    graph.call("clear_estop")
+    return graph.now()
+
+
+def watched(graph: LiveGraph, begun: float) -> Measured:
+    """Nothing moves for NO_MOTION, though the controller loses its poses for a moment."""
+    graph.pause(0.5)
+    graph.freeze("mocap_node")
+    graph.pause(OCCLUSION)
+    graph.thaw("mocap_node")
+    graph.until(lambda: graph.now() > begun + NO_MOTION, NO_MOTION)
+    return Measured(missed=no_motion_since(graph, begun) or ("" if graph.state == HELD else f"it is {graph.state}"))
+
+
+class Teleop:
+    """A second publisher on cmd_vel, of a node of its own."""
+
+    def __init__(self) -> None:
+        self._node: Node | None = None
+
+    def begin(self, graph: LiveGraph) -> float:
+        self._node = node = Node(f"teleop_{next(_numbers)}", context=graph.node.context)
+        begun = graph.now()
+        self._publisher = node.create_publisher(Twist, "cmd_vel", NEWEST)
+        message = Twist()
+        message.linear.y = 0.3
+        graph.repeat(0.05, lambda: self._publisher.publish(message))
+        return begun
+
+    def named(self, stops: Callable[..., Measured]) -> Callable[[LiveGraph, float], Measured]:
+        def measure(graph: LiveGraph, begun: float) -> Measured:
+            measured = stops(HELD)(graph, begun)
+            said = graph.streams.states[-1].why
+            if measured.stalled or measured.missed or self._node is None or self._node.get_name() in said:
+                return measured
+            return Measured(measured.seconds, f"not named in {said!r}")
+
+        return measure
+
+    def end(self, graph: LiveGraph) -> None:
+        graph.repeat(0.05, None)
+        if self._node is not None:
+            self._node.destroy_node()
+        graph.pause(0.3)
+
+
+def clear(graph: LiveGraph) -> None:
+    graph.call("clear_estop")
+
+
+def both(robot: str) -> list[Fault]:
+    stops, teleop = ROBOTS[robot], Teleop()
+    return [
+        Fault("estop", robot, CALL, estop, stops(STOPPED), clear, long=PUBLISHED),
+        Fault(
+            f"clear_estop, then {NO_MOTION:g} s and poses lost for a moment: no motion", robot, None, cleared, watched
+        ),
+        Fault("second publisher on cmd_vel", robot, COMMANDER, teleop.begin, teleop.named(stops), teleop.end, long=50),
+    ]
+
+
+FAULTS = [fault for robot in ROBOTS for fault in both(robot)]
