@@ -5,13 +5,13 @@ from itertools import count
 
 import numpy as np
 import pytest
+from lying_scans import LIES, watched_trial
 
 from collplan_core.loop.decisions import Decision, Notice
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.worlds import World, parse_world
 from faults.fault import Fault, Measured
-from lying_scans import LIES, watched_trial
 from omnipuck_sim import trial
 
 FAMILIES = ("corridor", "random", "serpentine", "u", "l", "z", "baffles", "pillars")
