@@ -36,6 +36,8 @@ _NEAR = 0.02
 """Share of a deviation that the end of a search may be off."""
 _SHARES = (1.0, 0.5, 0.2, 0.05)
 """Shares of a step that are tried where the whole one leads nowhere."""
+_LEAST_TOLD = 1e-10
+"""Smallest curvature, as a share of the largest, that rounding leaves a sign."""
 _FARTHEST = 3.0
 """Logarithm of the largest factor between a value and the end of its interval."""
 _PHASES = 5
@@ -207,7 +209,8 @@ class _Model:
                 corners = self.cost(self.logs + both) + self.cost(self.logs - both) + 2.0 * here
                 edges = sum(side.sum() for side in (ahead[j], behind[j], ahead[k], behind[k]))
                 curvature[j, k] = curvature[k, j] = (corners - edges) / (2.0 * _STEPS[j] * _STEPS[k])
-        if np.linalg.eigvalsh(curvature)[0] <= 0.0:
+        told = np.linalg.eigvalsh(curvature) if np.isfinite(curvature).all() else np.zeros(n)
+        if told[0] <= _LEAST_TOLD * told[-1]:
             raise TooLittle(
                 "drive: the poses do not tell max_acceleration and lag apart, expected both full acceleration and "
                 f"steady driving: {_MORE}"
