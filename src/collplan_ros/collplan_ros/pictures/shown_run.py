@@ -46,8 +46,6 @@ def read_shown_run(folder: Path) -> ShownRun:
         RunError: a file is missing or has another form than bringup writes.
     """
     run = read_run(folder)
-    if len(run.path.times) == 0:
-        raise RunError(f"{folder / 'trajectory.csv'}: no poses, expected those of a run")
     trail = trail_of(run.path.times, run.path.points, run.settings.robot.max_speed)
     goal, outcome = _end(folder / "summary.json")
     return ShownRun(run, trail, _marks(folder / "impacts.csv"), goal, outcome)
