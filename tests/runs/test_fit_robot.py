@@ -242,7 +242,7 @@ def without_column(column):
         (simulated_is("yes"), "summary.json: simulated: got 'yes', expected true or false"),
         (lambda run: (run / "trajectory.csv").write_bytes(b"\xff\xfe"), "trajectory.csv: cannot be read"),
         (lambda run: (run / "trajectory.csv").write_text(""), "trajectory.csv: no column t, x, y, yaw, cmd_vx, cmd_vy"),
-        (without_rows, "trajectory.csv: no pose, expected"),
+        (without_rows, "trajectory.csv: no poses, expected"),
         (without_column("cmd_vy"), "trajectory.csv: no column cmd_vy"),
         (in_row(9, x="somewhere"), "trajectory.csv, line 9, x: got 'somewhere', expected a finite number"),
         (in_row(9, y="nan"), "trajectory.csv, line 9, y: got 'nan'"),

@@ -218,7 +218,7 @@ class _Model:
         return slopes, curvature
 
 
-_MORE = "drive to and fro for a minute and more, with changes of the command of 1 m/s and time to reach each"
+_MORE = "drive to and fro for a minute and more, with changes of the command of 1 m/s and more and time to reach each"
 
 
 def _shift(j: int) -> np.ndarray:

@@ -125,7 +125,7 @@ def _path(file: Path, text: str) -> tuple[RecordedPath, np.ndarray]:
         raise RunError(f"{file}: no column {', '.join(missing)}, expected what bringup writes")
     numbers = np.array([_numbers(f"{file}, line {rows.line_num}", row) for row in rows]).reshape(-1, 6)
     if len(numbers) == 0:
-        raise RunError(f"{file}: no pose, expected those of a run")
+        raise RunError(f"{file}: no poses, expected those of a run")
     falls = np.flatnonzero(np.diff(numbers[:, 0]) <= 0.0)
     if len(falls):
         line, (before, after) = falls[0] + 3, numbers[falls[0] : falls[0] + 2, 0]
