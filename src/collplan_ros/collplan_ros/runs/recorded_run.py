@@ -53,8 +53,8 @@ class RecordedRun:
         """What to tell of the run; "" where it is complete."""
         if self.unfinished is None:
             return ""
-        end = f"up to {self.path.times[-1]:.2f} s" if len(self.path.times) else "nothing of its poses"
-        return f"{self.folder}: incomplete, bringup ended before the run did; {RECORD} holds it {end}"
+        end = f"{self.path.times[-1]:.2f} s"
+        return f"{self.folder}: incomplete, bringup ended before the run did; {RECORD} holds it up to {end}"
 
 
 def read_run(folder: Path) -> RecordedRun:
