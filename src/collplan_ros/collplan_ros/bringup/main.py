@@ -120,7 +120,8 @@ class Bringup:
 
     def _show_progress(self, target: np.ndarray) -> None:
         pose, begin = self.graph.pose, self.log.time_zero
-        if begin is not None and pose.stamp >= begin:
+        # a pose of a while ago is not where the robot is now
+        if begin is not None and pose.stamp >= begin and time.time() - pose.sent <= LATE:
             distance = float(np.hypot(pose.x - target[0], pose.y - target[1]))
             maneuver = self.log.maneuver_at(pose.sent)
             self.progress.show(pose.stamp - begin, distance, maneuver, self.log.n_impacts)
