@@ -227,7 +227,13 @@ def test_a_ring_that_senses_tells_of_impacts_in_the_map_frame(ros, tmp_path):
     ros.make(MocapNode, {"mocap.detect_impacts": False, "mocap.accept_frozen": True})
     robot.ready()
     robot.until(lambda: odometry)
-    robot.drive_until(lambda: abs(2 * odometry[-1].pose.pose.orientation.z) > 1.0, yaw_rate=1.5)
+
+    def yaws() -> list[float]:
+        return [2 * message.pose.pose.orientation.z for message in odometry[-10:]]
+
+    robot.drive_until(lambda: abs(yaws()[-1]) > 1.0, yaw_rate=1.5)
+    # a robot that turns when it hits tells of it by a yaw of a moment ago
+    robot.drive_until(lambda: np.ptp(yaws()) < 0.002)
     robot.drive_until(lambda: told and truth and contacts, x=-0.7, y=0.7)
     assert told[0].header.frame_id == "map"
     assert (told[0].vector.x, told[0].vector.y) == pytest.approx((truth[0].vector.x, truth[0].vector.y), abs=0.15)
