@@ -105,7 +105,7 @@ def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndar
 
     Those after it do not serve: a ring that gives way still touches in them.
     """
-    last, _ = _poses_around(impact.stamp, log.truth)
+    last = _last_pose_before(impact.stamp, log.truth)
     earlier = _total_change(other for other in log.true_impacts if last.stamp < other.stamp < impact.stamp)
     elapsed = impact.stamp - last.stamp
     before = _velocity(last) + earlier + elapsed * _acceleration_until(last, log)
@@ -114,7 +114,7 @@ def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndar
 
 def _acceleration_until(last: PoseRow, log: RunLog) -> np.ndarray:
     """(2,) by the wheels between a true pose and the one before it [m/s^2]; zero where the ring may have touched."""
-    one_before, _ = _poses_around(last.stamp, log.truth)
+    one_before = _last_pose_before(last.stamp, log.truth)
     if any(one_before.stamp - TOUCH < other.stamp <= last.stamp for other in log.true_impacts):
         return np.zeros(2)
     interval = last.stamp - one_before.stamp
@@ -130,7 +130,7 @@ def _measured_velocities(impact: float, log: RunLog, velocity_window: float) -> 
     stamps = [row.stamp for row in log.poses]
     later = min((other.stamp for other in log.detected_impacts if other.stamp > impact), default=math.inf)
     settled = min(np.searchsorted(stamps, impact + SETTLED * velocity_window), np.searchsorted(stamps, later) - 1)
-    last, _ = _poses_around(impact, log.poses)
+    last = _last_pose_before(impact, log.poses)
     return [*_velocity(last), *_velocity(log.poses[max(int(settled), 0)])]
 
 
@@ -150,10 +150,10 @@ def _velocity(row: PoseRow) -> np.ndarray:
     return np.array([row.vx, row.vy])
 
 
-def _poses_around(stamp: float, track: list[PoseRow]) -> tuple[PoseRow, PoseRow]:
-    """The last pose before a stamp [s] and the first one from then on: at the stamp of an impact it is over."""
+def _last_pose_before(stamp: float, track: list[PoseRow]) -> PoseRow:
+    """The last pose before a stamp [s]: at the stamp of an impact it is over."""
     following = int(np.searchsorted([row.stamp for row in track], stamp))
-    return track[max(following - 1, 0)], track[min(following, len(track) - 1)]
+    return track[max(following - 1, 0)]
 
 
 def nearest_surface(world: World, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
