@@ -12,7 +12,7 @@ from collplan_core.command import FREE_SPACE, STOPPED
 from collplan_core.control.interlock import REMEDY
 from collplan_core.control.motion_monitor import LATE, OK, REVERSED, SLIP, STUCK, MotionVerdict
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
-from collplan_core.loop.controller_loop import LONGEST_START, ControllerLoop
+from collplan_core.loop.controller_loop import LONGEST_RESUMED, LONGEST_START, ControllerLoop
 from collplan_core.plan import Contacts
 from loop_scenes import IDENTITY, SETTINGS, at, scan_at, see, see_until, straight_plan
 
@@ -248,6 +248,23 @@ def test_before_the_first_plan_of_a_goal_inputs_may_take_longer():
     assert without(loop, "nothing", 10.05, 0.5) == ""
     loop.take_goal(goal(stamp=10.6, identity=bytes(16)))
     assert without(loop, "plan", 10.7, LONGEST_START + 0.5) == f"held: no plan yet; {REMEDY}"
+
+
+def test_inputs_that_are_still_missing_after_resume_hold_it_again():
+    loop = driving()
+    without(loop, "pose", 1.05, 2.0)
+    loop.resume()
+    assert without(loop, "pose", 3.1, LONGEST_RESUMED + 0.2).startswith("held: pose ")
+    assert without(loop, "nothing", 6.5, 1.0).startswith("held: pose ")
+
+
+def test_a_goal_heard_of_before_lets_nothing_go_on():
+    loop = driving()
+    first = loop.goal
+    loop.take_goal(goal(stamp=1.05, identity=bytes(16)))
+    assert without(loop, "plan", 1.1, LONGEST_START + 0.5).startswith("held: ")
+    loop.take_goal(replace(first, stamp=12.0))
+    assert without(loop, "nothing", 12.1, 0.5).startswith("held: ")
 
 
 def test_without_a_goal_nothing_holds():

@@ -18,6 +18,12 @@ def test_the_first_goal_heard_of_may_be_one_of_before_and_the_next_is_new():
     assert not known.is_new(SECOND, active=False)
 
 
+def test_a_goal_heard_of_before_is_not_new_whatever_was_heard_since():
+    lock = Interlock("a fault").after_goal(FIRST).after_goal(SECOND).after_goal(FIRST)
+    assert not lock.is_new(FIRST, active=True)
+    assert not lock.is_new(SECOND, active=True)
+
+
 @given(st.lists(st.one_of(st.text(min_size=1), st.binary(min_size=16, max_size=16))))
 @settings(derandomize=True, deadline=None)
 def test_only_resume_frees(events):

@@ -92,10 +92,31 @@ def test_nothing_is_forgotten_while_scans_are_believed(drive):
     assert drive.reason == MISSING
 
 
-def test_a_leap_of_the_poses_begins_anew(drive):
-    drive.see(3, blind=True)
-    drive.see(blind=True, leap=1.0)
+@pytest.mark.parametrize("seen", [0, 1, 3])
+@pytest.mark.parametrize(("gap", "leap"), [(0.3, 0.0), (2.0, 0.0), (0.0, 1.0)])
+def test_a_gap_or_leap_of_the_poses_makes_no_scan_believed(drive, seen, gap, leap):
+    drive.see(seen, blind=True)
+    drive.stamp += gap
+    drive.see(2, blind=True, leap=leap)
+    assert drive.reason == MISSING
+
+
+def test_a_robot_carried_off_finds_the_walls_where_they_were(drive):
+    drive.see(5, leap=1.0)
     assert drive.reason == ""
+    assert drive.refusals["scan"] == 0
+
+
+def test_a_scan_of_a_clock_that_is_ahead_is_refused_and_does_not_keep_the_last_one_fresh(drive):
+    ahead = scan_at(at(drive.stamp + 0.4))
+    drive.sensors.take_scan(ahead, drive.stamp, SETTINGS)
+    assert drive.reason == ""
+    assert drive.refusals.newest == "it comes 0.40 s before its stamp, limit 0.15 s"
+    for _ in range(6):
+        drive.stamp += STEP
+        drive.sensors.take_pose(at(drive.stamp), drive.stamp, SETTINGS)
+        drive.sensors.take_scan(scan_at(at(drive.stamp + 0.4)), drive.stamp, SETTINGS)
+    assert drive.reason.startswith("scan refused: it comes 0.40 s before")
 
 
 def test_a_late_scan_is_refused_and_does_not_keep_the_last_one_fresh(drive):

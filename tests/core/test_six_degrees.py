@@ -74,6 +74,15 @@ def test_no_quarter_turn_is_motion_in_any_silence_that_the_robot_drives_through(
     assert reach < math.pi / 2
 
 
+@pytest.mark.parametrize("leaps", [(0,), (10, 11), (0, 30, 60)])
+def test_places_that_leap_do_not_make_a_heading_that_leaps_true(leaps):
+    _, memory = feed(upright(30))
+    for k in range(30, 230):
+        place = np.array([SPEED * PERIOD * k, 0.5 if k - 30 in leaps else 0.0])
+        result, memory = filter_pose(memory, PoseSample(PERIOD * k, place, math.pi, 0.1), PERIOD * k, SETTINGS)
+        assert result.refused
+
+
 def test_turned_while_nothing_was_seen_is_a_relocation():
     _, memory = feed(upright(30))
     results, _ = feed(upright(70, yaw=math.pi), memory, 30 + 51)

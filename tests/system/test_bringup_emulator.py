@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
-from statistics import median
+from statistics import fmean
 
 import pytest
 
@@ -47,10 +47,11 @@ def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(t
 @pytest.mark.soak
 @pytest.mark.timeout(1200)
 def test_arrival_over_serial_bytes_is_that_of_the_simulator(tmp_path):
+    # means: the times lie about 3 and about 4 s, by the way taken round the obstacle, and a median leaps between them
     times = {}
     for robot in ("sim", "emulator"):
         runs = [bringup(tmp_path / robot, "--robot", robot, "--seed", str(seed)) for seed in range(15)]
-        times[robot] = median(summary["arrival_time_s"] or 30.0 for _, _, summary in runs)
+        times[robot] = fmean(summary["arrival_time_s"] or 30.0 for _, _, summary in runs)
     assert times["emulator"] == pytest.approx(times["sim"], rel=0.15)
 
 

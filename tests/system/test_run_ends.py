@@ -3,9 +3,6 @@
 import csv
 import io
 import json
-import os
-import random
-import signal
 import subprocess
 import sys
 import time
@@ -137,26 +134,21 @@ def test_the_commander_is_told_from_others(ros):
 # ---- what is left of a run that was killed, or whose disk is full
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(50, marks=[pytest.mark.soak, pytest.mark.timeout(3600)])])
-def test_a_killed_bringup_loses_a_second_at_most(tmp_path, count):
-    moments, losses = random.Random(7), []
-    for k in range(count):
-        with Run(tmp_path / f"runs_{k}", "--no-pictures", "--world", "serpentine:0") as run:
-            wait_for(run.moving)
-            time.sleep(moments.uniform(0.0, 3.0))
-            assert run.process.poll() is None, run.text
-            run.process.kill()
-            killed = time.monotonic()
-            run.end()
-        folder = (run.out / "latest").resolve()
-        left = read_run(folder)
-        log = read_record(folder / RECORD, pictured=False).log
-        losses.append(killed - log.poses[-1].sent)
-        assert losses[-1] <= LOST, (k, losses)
-        assert len(left.path.times) == len(log.poses)
-        assert "incomplete" in left.note
-        wait_for(lambda run=run: not nodes_of(run.out), patience=5.0)
-    print(f"lost of {count} killed runs [s]: median {np.median(losses):.2f}, most {max(losses):.2f}")
+def test_a_killed_bringup_loses_a_second_at_most(tmp_path):
+    """Fifty times: `make faults-long`."""
+    with Run(tmp_path / "runs", "--no-pictures", "--world", "serpentine:0") as run:
+        wait_for(run.moving)
+        assert run.process.poll() is None, run.text
+        run.process.kill()
+        killed = time.monotonic()
+        run.end()
+    folder = (run.out / "latest").resolve()
+    left = read_run(folder)
+    log = read_record(folder / RECORD, pictured=False).log
+    assert killed - log.poses[-1].sent <= LOST
+    assert len(left.path.times) == len(log.poses)
+    assert "incomplete" in left.note
+    wait_for(lambda: not nodes_of(run.out), patience=5.0)
 
 
 FULL = """
@@ -200,61 +192,3 @@ def test_a_closed_stdout_ends_no_run(tmp_path):
             process.kill()
     assert errors.read_text() == ""
     assert json.loads((tmp_path / "runs" / "latest" / "summary.json").read_text())["reached"]
-
-
-# ---- signals
-
-
-@pytest.mark.soak
-@pytest.mark.timeout(3600)
-def test_a_signal_at_any_moment_leaves_no_node_no_traceback_and_zero_as_the_last_command(tmp_path):
-    moments = random.Random(3)
-    for k in range(24):
-        number = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[k % 3]
-        with Run(tmp_path / f"runs_{k}", "--no-pictures") as run:
-            wait_for(lambda run=run: (run.out / "latest").is_symlink())
-            if k >= 8:
-                wait_for(run.moving)
-            time.sleep(moments.uniform(0.0, 3.0))
-            ended = run.process.poll()
-            run.process.send_signal(number)
-            again = moments.random() < 0.3
-            if again:
-                time.sleep(0.05)
-                run.process.send_signal(number)
-            assert run.end() in ((128 + number,) if ended is None else (0,)), (k, number, run.text)
-        said = run.text + "".join(log.read_text() for log in (run.out / "latest" / "log").iterdir())
-        assert "Traceback" not in said, (k, number, said)
-        assert nodes_of(run.out) == {}
-        commands = read_record(run.out / "latest" / RECORD).log.sent_commands
-        if commands:
-            assert commands[-1][1:] == (0.0, 0.0, 0.0), (k, number)
-            assert (run.out / "latest" / "summary.json").exists()
-
-
-# ---- memory
-
-
-def resident() -> int:
-    """Memory of this process [bytes]."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-
-@pytest.mark.soak
-@pytest.mark.timeout(3600)
-def test_memory_is_flat_between_goals(tmp_path):
-    minutes = float(os.environ.get("COLLPLAN_MEMORY_MINUTES", "30"))
-    options = Options(world="l_corridor", strategy="bounce", out=tmp_path / "runs", pictures=False)
-    sizes = []
-    with Bringup(options, Progress(io.StringIO())) as bringup:
-        bringup.graph.wait_until_ready()
-        there, back = bringup.preparation.goal, bringup.preparation.world.start
-        end = time.monotonic() + 60.0 * minutes
-        while time.monotonic() < end:
-            for goal in (there, back):
-                bringup.drive(goal)
-                bringup.come_to_rest()
-                sizes.append(resident())
-    settled = sizes[len(sizes) // 10]
-    print(f"{len(sizes)} goals in {minutes:g} min: {settled / 1e6:.1f} MB, at the end {sizes[-1] / 1e6:.1f} MB")
-    assert max(sizes[len(sizes) // 10 :]) <= 1.05 * settled

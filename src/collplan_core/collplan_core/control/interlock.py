@@ -6,6 +6,8 @@ commands, the line and the emergency stop.
 
 from dataclasses import dataclass, replace
 
+KNOWN_GOALS = 100
+"""So many goals are remembered, the newest ones."""
 LONGEST_FAULT = 1.0
 """A fault that lasts longer holds the robot [s]; after a shorter one it goes on."""
 REMEDY = "give a new goal, or call resume"
@@ -18,11 +20,11 @@ class Interlock:
 
     Attributes:
         reason: why the robot is held; empty where it may move.
-        goal: identity of the newest goal heard of, whatever became of it; None before the first.
+        goals: identities of the goals heard of, the newest last, whatever became of them.
     """
 
     reason: str = ""
-    goal: bytes | None = None
+    goals: tuple[bytes, ...] = ()
 
     def held(self, reason: str) -> "Interlock":
         """Held from now on."""
@@ -33,12 +35,13 @@ class Interlock:
         return replace(self, reason="")
 
     def is_new(self, goal: bytes, active: bool) -> bool:
-        """Whether a person has given this goal since the last one.
+        """Whether a person has given this goal now: it was never heard of.
 
         The first goal heard of is none: it may have been given before a restart.
         """
-        return active and self.goal is not None and goal != self.goal
+        return active and bool(self.goals) and goal not in self.goals
 
     def after_goal(self, goal: bytes) -> "Interlock":
         """Notes a goal by its identity; held or free as before."""
-        return replace(self, goal=goal)
+        others = [known for known in self.goals if known != goal]
+        return replace(self, goals=(*others, goal)[-KNOWN_GOALS:])

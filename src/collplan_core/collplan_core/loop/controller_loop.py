@@ -29,6 +29,8 @@ from collplan_core.state import State
 
 LONGEST_START = 10.0
 """How long inputs may be missing before the first plan of a goal is followed [s]; then that holds the robot too."""
+LONGEST_RESUMED = 3.0
+"""The same after a person let the robot go on [s]: inputs are to be there then, a plan takes a period of the planner."""
 KEPT = 10
 """Companion messages kept: topics have no common order, a plan may come before or after what is said of it."""
 
@@ -126,9 +128,10 @@ class ControllerLoop:
 
     def take_goal(self, goal: Goal) -> None:
         """The goal's identity, stamp and status; the position is not needed."""
-        if self.goal is None or self.goal.id != goal.id:
+        if goal.id not in self._interlock.goals:
             self._memory = ControllerMemory()
-            self.resume()
+            self._go_on(LONGEST_START)
+        self._interlock = self._interlock.after_goal(goal.id)
         self.goal = goal
         plans = [plan for plan in (self._waiting, self.plan) if plan is not None]
         if not goal.active or any(plan.stamp <= goal.stamp for plan in plans):
@@ -136,10 +139,13 @@ class ControllerLoop:
 
     def resume(self) -> None:
         """A person lets the robot go on to its goal."""
+        self._go_on(LONGEST_RESUMED)
+
+    def _go_on(self, patience: float) -> None:
         self._interlock = self._interlock.resumed()
         self.motion.forget()
         self.forget_scans()
-        self._patience, self._fault_since = LONGEST_START, None
+        self._patience, self._fault_since = patience, None
 
     def take_valid_until(self, stamp: float, until: float) -> None:
         """Until when the plan with this stamp may be followed [s, poses' clock]."""

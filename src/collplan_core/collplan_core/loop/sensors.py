@@ -21,7 +21,8 @@ REFUSED_POSE_AGE = 0.05
 class Sensors:
     """The recent poses and scans, and their age since local receipt [s]. A pose that does not join clears both.
 
-    A scan is used once the pose of its stamp is known, and then only if it can be true after those before it.
+    A scan is used once the pose of its stamp is known, and then only if it can be true after those before it, across a gap
+    or leap of the poses too: a robot that was carried off finds the walls where they were.
 
     Attributes:
         state: newest pose; None before the first.
@@ -53,8 +54,6 @@ class Sensors:
             self._poses.clear()
             self._scans.clear()
             self._unplaced.clear()
-            self._scan_memory = ScanMemory()
-            self._trust = ScanTrust()
         self._poses.add(state)
         self._clock.received(state.stamp, local)
         self._refused.pop("pose", None)
@@ -64,15 +63,24 @@ class Sensors:
 
     def take_scan(self, scan: Scan, local: float, settings: Settings) -> None:
         """Adds a scan received at `local` [s, local clock]."""
-        now, limit = self._clock.now(local), settings.limits.scan_age
-        if now is not None and now - scan.stamp > limit:
-            reason = f"it comes {now - scan.stamp:.2f} s after its stamp, limit {limit:.2f} s"
+        reason = self._why_untimely(scan.stamp, local, settings.limits)
+        if reason:
             self._refusals.add("scan", reason)
             self.refuse("scan", reason)
             return
         unplaced = [each for each in self._unplaced if scan.stamp - self._span <= each[0].stamp < scan.stamp]
         self._unplaced = deque([*unplaced, (scan, local)])
         self._place_scans(settings.limits)
+
+    def _why_untimely(self, stamp: float, local: float, limits: Limits) -> str:
+        """Why a scan with this stamp [s] comes too late, or too early for a pose of its time to come."""
+        now = self._clock.now(local)
+        late = 0.0 if now is None else now - stamp
+        if late > limits.scan_age:
+            return f"it comes {late:.2f} s after its stamp, limit {limits.scan_age:.2f} s"
+        if -late > limits.pose_age:
+            return f"it comes {-late:.2f} s before its stamp, limit {limits.pose_age:.2f} s"
+        return ""
 
     def _place_scans(self, limits: Limits) -> None:
         """Judges the scans whose pose has become known."""

@@ -111,6 +111,7 @@ class FilterMemory:
         impact: the last one found in the track, None before the first.
         floor: height of the first pose taken [m]; None before it.
         heard: local time at which the newest pose came, refused or not [s].
+        unseen: whether none came for mocap.relocation_time since the last one taken: the robot may have been turned.
     """
 
     track: Track = field(default_factory=Track)
@@ -118,6 +119,7 @@ class FilterMemory:
     impact: DetectedImpact | None = None
     floor: float | None = None
     heard: float = math.inf
+    unseen: bool = False
 
 
 FRESH = FilterMemory()
@@ -157,8 +159,10 @@ def filter_pose(
     refused = _disagreement(memory.track, sample, received, settings)
     if not refused:
         return _accepted(memory, _extended(memory.track, sample, received, settings), sample, settings)
-    if refused == YAW and len(memory.suspects.times) == 0 and silence <= settings.mocap.relocation_time:
-        return FilterResult(None, refused=YAW), memory
+    if silence > settings.mocap.relocation_time:
+        memory = replace(memory, unseen=True)
+    if refused == YAW and not memory.unseen:
+        return FilterResult(None, refused=YAW), replace(memory, suspects=Track())
     broken = _disagreement(memory.suspects, sample, received, settings)
     # after a silence this begins anew by itself
     suspects = _extended(Track() if broken else memory.suspects, sample, received, settings)
@@ -187,7 +191,8 @@ def _accepted(
     velocity = _velocity(track, settings.mocap)
     state = None if velocity is None else State(sample.stamp, sample.position, velocity, sample.yaw)
     told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact
-    return FilterResult(state, told), replace(memory, track=track, suspects=Track(), impact=impact or memory.impact)
+    memory = replace(memory, track=track, suspects=Track(), impact=impact or memory.impact, unseen=False)
+    return FilterResult(state, told), memory
 
 
 def _is_finite(sample: PoseSample) -> bool:

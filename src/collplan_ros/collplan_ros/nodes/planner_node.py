@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from rclpy.node import Node
@@ -39,7 +38,12 @@ from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.cmd_vel import command_type, twist_of
-from collplan_ros.messages.conversions import MessageError, goal_from_message, impact_from_message
+from collplan_ros.messages.conversions import (
+    MessageError,
+    goal_from_message,
+    impact_from_message,
+    velocity_from_twist,
+)
 from collplan_ros.messages.goal_status import goal_to_status
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
@@ -143,8 +147,8 @@ class PlannerNode(Node):
         self._act_at_once(self._timed(lambda: self._loop.take_impact(stamp, change, self._local())))
 
     def _on_command(self, message: Twist | TwistStamped) -> None:
-        twist = twist_of(message)
-        self._loop.take_command(np.array([twist.linear.x, twist.linear.y]), self._local())
+        velocity, _ = velocity_from_twist(twist_of(message))
+        self._loop.take_command(velocity, self._local())
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True

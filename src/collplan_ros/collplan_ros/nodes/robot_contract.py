@@ -243,7 +243,7 @@ class RobotContract:
         self._node.create_service(Trigger, name, answer)
 
     def _tell(self) -> None:
-        knows_planner = self._interlock.goal is not None
+        knows_planner = bool(self._interlock.goals)
         if self.stopped_by:
             message = f"emergency stop {self.stopped_by}: commands are ignored until clear_estop"
             self._state.tell(STOPPED, message, knows_planner)
