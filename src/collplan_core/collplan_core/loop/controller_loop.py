@@ -30,7 +30,7 @@ from collplan_core.state import State
 LONGEST_START = 10.0
 """How long inputs may be missing before the first plan of a goal is followed [s]; then that holds the robot too."""
 LONGEST_RESUMED = 3.0
-"""The same after a person let the robot go on [s]: inputs are to be there then, a plan takes a period of the planner."""
+"""The same after a person let the robot go on [s]: inputs are to be there then, and a plan soon."""
 KEPT = 10
 """Companion messages kept: topics have no common order, a plan may come before or after what is said of it."""
 

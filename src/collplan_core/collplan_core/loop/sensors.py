@@ -21,8 +21,8 @@ REFUSED_POSE_AGE = 0.05
 class Sensors:
     """The recent poses and scans, and their age since local receipt [s]. A pose that does not join clears both.
 
-    A scan is used once the pose of its stamp is known, and then only if it can be true after those before it, across a gap
-    or leap of the poses too: a robot that was carried off finds the walls where they were.
+    A scan is used once the pose of its stamp is known, and then only if it can be true after those before it, across a
+    gap or leap of the poses too: a robot that was carried off finds the walls where they were.
 
     Attributes:
         state: newest pose; None before the first.
