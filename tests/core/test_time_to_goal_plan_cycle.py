@@ -190,7 +190,7 @@ def test_at_full_speed_toward_a_wall_each_strategy_does_its_own():
 @pytest.mark.parametrize("strategy", STRATEGIES)
 @pytest.mark.parametrize("limit", [0.2, 0.5])
 def test_no_contact_above_the_limit_is_planned(strategy, limit):
-    plans, _ = driven_on(TURN, cheap(strategy, limits__impact_speed=limit), cycles=4)
+    plans, _ = driven_on(TURN, cheap(strategy, limits__impact_speed=limit), cycles=14)
     for plan in plans:
         assert len(plan.contacts.speeds) == len(plan.contacts.times)
         assert plan.contacts.hardest <= limit
@@ -198,7 +198,7 @@ def test_no_contact_above_the_limit_is_planned(strategy, limit):
 
 def test_a_limit_changes_what_bounce_plans():
     """What is excluded by the limits above is what it does without them."""
-    hardest = [max(plan.contacts.hardest for plan in driven_on(TURN, cheap(), cycles=4)[0])]
+    hardest = [max(plan.contacts.hardest for plan in driven_on(TURN, cheap(), cycles=14)[0])]
     assert max(hardest) > 0.2
 
 

@@ -88,7 +88,7 @@ def compared(world: World, velocity, commands) -> tuple[float, np.ndarray, list]
 def assert_foreseen(contacts: np.ndarray, impacts: list, place: float, direction: float) -> None:
     """Contact by contact in time, at a place [m] and into a direction [rad] as foreseen."""
     assert len(contacts) == len(impacts)
-    for (time, x, y, vx, vy), impact in zip(contacts, impacts, strict=True):
+    for (time, x, y, vx, vy, _), impact in zip(contacts, impacts, strict=True):
         assert time == pytest.approx(impact.time, abs=0.01)
         assert np.hypot(*(impact.point - (x, y))) < place
         cosine = impact.velocity_after @ (vx, vy) / np.hypot(*impact.velocity_after) / np.hypot(vx, vy)
@@ -147,7 +147,7 @@ def test_where_two_walls_are_met_within_a_step_one_contact_may_stand_for_both(be
     velocity = SPEED * unit(bearing)
     _, contacts, impacts = compared(CORNER, velocity, [velocity if k < 7 else (-0.6, -0.6) for k in range(INTERVALS)])
     assert 1 <= len(contacts) <= len(impacts) == 2
-    for after in (contacts[-1, 3:], impacts[-1].velocity_after):
+    for after in (contacts[-1, 3:5], impacts[-1].velocity_after):
         assert (after < 0.0).all()
         assert np.hypot(*after) < 0.9 * SPEED
 

@@ -49,9 +49,14 @@ class _Loader(yaml.SafeLoader):
         return super().compose_node(parent, index)
 
 
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+$"), list("-+0123456789")
-)
+class _Dumper(yaml.SafeDumper):
+    """Quotes text that ROS would take for a number."""
+
+
+for kind in (_Loader, _Dumper):
+    kind.add_implicit_resolver(
+        "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+$"), list("-+0123456789")
+    )
 
 
 def read_parameters(path: str | Path) -> dict[str, Any]:
@@ -84,7 +89,7 @@ def write_values(values: Mapping[str, Any], path: str | Path, comment: str = "")
         group, name = key.split(".")
         groups.setdefault(group, {})[name] = value
     heading = "".join(f"# {line}\n" for line in comment.splitlines())
-    Path(path).write_text(heading + yaml.safe_dump({_EVERY_NODE: {_PARAMETERS: groups}}, sort_keys=False))
+    Path(path).write_text(heading + yaml.dump({_EVERY_NODE: {_PARAMETERS: groups}}, Dumper=_Dumper, sort_keys=False))
 
 
 def is_ros_key(key: str) -> bool:
