@@ -2,13 +2,16 @@
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
+from faults.bench import BenchError
 from faults.fault import Fault, Measured
-from faults.runner import BenchError, CaseFile, run_bench
-from faults.streams import Commanded, Streams, longest_gap
-from faults.table import BEGIN, END, figures, largest_rate, write
+from faults.runner import CaseFile, run_bench
+from faults.stands import why_followed_again
+from faults.streams import Commanded, Motion, Streams, WheelStop, longest_gap, why_lost
+from faults.table import ROWS, STOPS, figures, largest_rate, seconds_taken, write
 
 NEVER = math.inf
 UNNOTICED: list[int] = []
@@ -81,6 +84,29 @@ def test_a_machine_that_only_stalls_does_not_go_on_for_ever(tmp_path):
     assert not any(case.counts for case in cases)
 
 
+def test_a_fault_that_could_not_be_seen_is_repeated_and_no_stall(tmp_path):
+    cases = done(tmp_path, fault(Measured(None, unbegun="it stood already"), Measured(0.1)))
+    record = figures(fault(Measured()), cases)
+    assert (record["n"], record["misses"], record["stalls"], len(cases)) == (3, 0, 0, 4)
+
+
+def test_a_failure_that_nobody_foresaw_is_a_miss_and_the_bench_is_opened_anew(tmp_path):
+    broken = Fault("tipped", "puck", 0.3, lambda bench: {}["x"], lambda bench, begun: Measured(0.1))
+    cases = done(tmp_path, broken)
+    assert [case.miss for case in cases] == ["KeyError: 'x'"] * 3
+    assert Bench.opened == 3
+
+
+def test_cases_are_numbered_over_calls_and_none_has_the_chance_of_another(tmp_path):
+    numbered = Fault("tipped", "puck", None, lambda bench: (bench.number, bench.chance.random()), lambda *_: Measured())
+    drawn = []
+    watched = replace(numbered, measure=lambda bench, act: drawn.append(act) or Measured())
+    for n in (2, 3, 5):
+        done(tmp_path, watched, n=n)
+    assert [number for number, _ in drawn] == [0, 1, 2, 3, 4]
+    assert len({chance for _, chance in drawn}) == 5
+
+
 def test_what_was_done_is_not_done_again(tmp_path):
     done(tmp_path, fault(Measured(0.1)), n=2)
     assert len(done(tmp_path, fault(Measured(0.2)), n=5)) == 5
@@ -118,10 +144,11 @@ def test_the_table_has_what_a_reader_of_figures_needs(tmp_path):
         Measured(0.1, speed=1.0, distance=0.5), Measured(0.4, stalled="x"), Measured(0.2, speed=1.1, distance=0.4)
     )
     cases = done(tmp_path, tipped, n=20)
-    (tmp_path / "safety.md").write_text(f"before {BEGIN}\nold\n{END} after")
+    for page, (begin, end) in (("safety.md", STOPS), ("page.md", ROWS)):
+        (tmp_path / page).write_text(f"before {begin}\nold\n{end} after")
     faults = [tipped, fault(Measured(), name="never done")]
     write(faults, cases, tmp_path / "runs/faults.json", tmp_path / "page.md", tmp_path / "safety.md")
-    (record,) = json.loads((tmp_path / "runs/faults.json").read_text())
+    record, other = json.loads((tmp_path / "runs/faults.json").read_text())
     assert record == {
         "fault": "tipped",
         "robot": "puck",
@@ -133,15 +160,23 @@ def test_the_table_has_what_a_reader_of_figures_needs(tmp_path):
         "p99_s": None,
         "max_s": 0.2,
     }
+    assert (other["fault"], other["n"]) == ("never done", 0)
     text = (tmp_path / "page.md").read_text()
     assert "| tipped | puck | 20 | 0 | 17 % | 1 | 0.3 | 0.2 |  | 0.2 | 0.50 from 1.10 m/s |" in text
-    assert "never done" not in text
+    assert "| never done | puck | 0 | 0 |  | 0 |" in text
+    assert text.startswith(f"before {ROWS[0]}\n20 of each row")
+    assert text.endswith(f"{ROWS[1]} after")
     before, row, after = (
         (tmp_path / "safety.md").read_text().partition("| tipped | puck | 20 | 0.2 | 0.2 | 0.50 from 1.10 m/s |\n")
     )
     assert row
-    assert before.startswith(f"before {BEGIN}\n| what |")
-    assert after == f"{END} after"
+    assert before.startswith(f"before {STOPS[0]}\n| what |")
+    assert after == f"{STOPS[1]} after"
+
+
+def test_the_time_of_make_faults_is_that_of_the_first_cases_with_what_was_repeated(tmp_path):
+    cases = [replace(case, took=1.0) for case in done(tmp_path, fault(Measured(0.1, stalled="x"), Measured(0.1)), n=22)]
+    assert seconds_taken([fault(Measured())], cases) == 21.0
 
 
 def test_a_percentile_is_told_from_five_hundred_cases_on(tmp_path):
@@ -170,3 +205,20 @@ def test_a_gap_reaches_back_to_the_message_before():
     assert longest_gap(times, 0.3, 0.65) == pytest.approx(0.4)
     assert longest_gap(times, 0.0, 1.0) == pytest.approx(0.4)
     assert longest_gap([], 0.0, 1.0) == 0.0
+
+
+def test_a_robot_follows_again_where_wheels_turned_or_it_gained_speed():
+    slowing = [Motion(0.01 * k, 0.0, 0.0, max(0.5 - 0.01 * k, 0.0)) for k in range(100)]
+    faster = [*slowing[:30], *(Motion(0.3 + 0.01 * k, 0.0, 0.0, 0.2 + 0.02 * k) for k in range(10))]
+    before, after = WheelStop(0.1, 3, 0.2, "life"), WheelStop(0.6, 4, 0.2, "life")
+    assert why_followed_again([before], slowing, 0.2) == ""
+    assert why_followed_again([before, after], slowing, 0.2) == "the wheels have turned again"
+    assert "gained 0.18 m/s" in why_followed_again([before], faster, 0.2)
+    assert why_followed_again([], [], 0.2) == ""
+
+
+def test_the_firmware_stalls_by_what_its_own_clock_has_lost():
+    losses = [(0.0, 0.5), (1.0, 0.51), (2.0, 0.7)]
+    assert why_lost(losses, 0.5, 1.5) == ""
+    assert why_lost(losses, 0.5, 2.5) == "the firmware's clock lost 0.20 s"
+    assert why_lost([], 0.5, 2.5) == ""

@@ -13,10 +13,11 @@ from pathlib import Path
 import conftest  # noqa: F401  a ROS domain of its own on this machine alone
 from collplan_core.jit import sources_digest
 from collplan_ros.bringup.failures import Interrupted
+from faults.bench import BenchError
 from faults.fault import Fault
 from faults.rows import BENCHES, FAULTS
-from faults.runner import BenchError, Case, CaseFile, run_bench
-from faults.table import write
+from faults.runner import Case, CaseFile, run_bench
+from faults.table import N, seconds_taken, write
 
 # checks of message fields are for tests; nodes run without
 os.environ.pop("ROS_PYTHON_CHECK_FIELDS", None)
@@ -27,7 +28,8 @@ CASES = ROOT / "runs" / "faults"
 
 def main() -> int:
     options = _parser().parse_args()
-    file = CaseFile(options.out / "cases.jsonl", sources_digest(ROOT / "src"))
+    code = "".join(sources_digest(ROOT / folder) for folder in ("src", "tools/faults"))
+    file = CaseFile(options.out / "cases.jsonl", code)
     chosen = [fault for fault in FAULTS if options.only in fault.key]
     end = time.monotonic() + 60.0 * options.minutes
 
@@ -42,7 +44,9 @@ def main() -> int:
         write(FAULTS, file.cases, data, options.out.parent / "reliability.md")
     waiting = {fault.key: count(fault) - file.done(fault) for fault in chosen if file.done(fault) < count(fault)}
     print("\n".join(f"{key}: {missing} to do" for key, missing in waiting.items()) or "all done")
-    return 1 if failed or any(case.miss for case in file.cases) else 0
+    print(f"the first {N} of each row took {seconds_taken(FAULTS, file.cases) / 60.0:.1f} minutes")
+    is_over = options.list or time.monotonic() >= end
+    return 1 if failed or any(case.miss for case in file.cases) or (waiting and not is_over) else 0
 
 
 def _done(faults: list[Fault], count: Callable[[Fault], int], file: CaseFile, end: float, listed: bool) -> bool:
@@ -63,7 +67,8 @@ def _done(faults: list[Fault], count: Callable[[Fault], int], file: CaseFile, en
 
 def said(case: Case) -> str:
     """A case in a line."""
-    word = f"MISSED {case.miss}" if case.miss else f"stalled, {case.stall}" if case.stall else "ok"
+    repeated = f"stalled, {case.stall}" if case.stall else f"not begun, {case.unbegun}" if case.unbegun else ""
+    word = f"MISSED {case.miss}" if case.miss else repeated or "ok"
     seconds = "" if case.seconds is None else f" {case.seconds:.3f} s"
     way = "" if case.distance is None or case.speed is None else f", {case.distance:.2f} m from {case.speed:.2f} m/s"
     return f"{case.fault}:{seconds} {word}{way} ({case.took:.1f} s)"
@@ -72,7 +77,7 @@ def said(case: Case) -> str:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="make faults", description=__doc__)
     add = parser.add_argument
-    add("--n", type=int, default=20, help="cases of each fault (default 20)")
+    add("--n", type=int, default=N, help=f"cases of each fault (default {N})")
     add("--long", action="store_true", help="of each fault as many as its row needs, and the rows that only this does")
     add("--minutes", type=float, default=1e9, help="a slice: ends after so long, and goes on when called again")
     add("--only", default="", metavar="TEXT", help="only faults with this in name or robot")

@@ -15,6 +15,7 @@ class Measured:
         seconds: time that the side took that must act, by its own clock [s]; None where there is nothing to time.
         missed: why it counts as a miss whatever the time; empty where it does not.
         stalled: why the machine was at fault, by the clock of the side that must act; the case is then repeated.
+        unbegun: why there was nothing to be seen of the fault, as of a robot that stood already; repeated too.
         speed: of the robot when the fault was done [m/s]; None where it is not measured.
         distance: way from then until it stood [m]; None where it is not measured.
         n: cases that this one stands for, where there are many that take no time.
@@ -23,6 +24,7 @@ class Measured:
     seconds: float | None = None
     missed: str = ""
     stalled: str = ""
+    unbegun: str = ""
     speed: float | None = None
     distance: float | None = None
     n: int = 1

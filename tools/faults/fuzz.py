@@ -2,116 +2,121 @@
 
 import math
 import random
+from array import array
 from collections.abc import Callable
 from contextlib import suppress
-from itertools import count
+from functools import partial
 from typing import Any
 
 import numpy as np
+import pytest
 from damaged_frames import damaged
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from sensor_msgs.msg import LaserScan
 
-from collplan_core.goal import EXECUTING, Goal
-from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.command import Command
+from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.parameters import Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.mocap_body import robot_pose
 from collplan_core.sensing.pose_filter import FRESH, PoseError, filter_pose
-from collplan_core.state import State
+from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import MessageError, scan_from_message
 from collplan_ros.messages.mocap_formats import FORMATS
 from collplan_ros.messages.plans import plan_from_path
 from faults.fault import Fault, Measured
+from faults.trials import STRATEGY, seed_of, world
 from omnipuck_driver.codec import Decoder, Encoder
 from omnipuck_driver.framing import DELIMITER
 from omnipuck_driver.messages import CommandMessage
+from omnipuck_sim import trial
+from omnipuck_sim.trial_record import TrialRecord
 
 MESSAGES, FRAMES = 1000, 10_000
 """Messages, and frames, of a case."""
-PERIOD = 0.05
+AT_ONCE = 5
+"""Messages of nonsense before planner or controller acts."""
+DROVE = 20
+"""Fewest commands that move the robot in a trial: one that stands would tell nothing."""
 ODD = (math.nan, math.inf, -math.inf, 0.0, -0.0, 1e308, -1e308, 5e-324, 1e9, -1.0)
-SETTINGS = Settings()
-_seeds = count()
+SETTINGS = Settings().with_values({"planner.strategy": STRATEGY})
 
 
-def number(drawn: random.Random, usual: float) -> float:
-    """Mostly near what is usual, else anything."""
-    return drawn.gauss(usual, 0.5) if drawn.random() < 0.7 else drawn.choice(ODD)
+class Wrong(Exception):
+    """What came of nonsense and must not."""
 
 
-def single(drawn: random.Random, usual: float) -> float:
-    """The same as a number of 32 bits, which is what a scan is made of."""
-    with np.errstate(over="ignore"):
-        return float(np.float32(number(drawn, usual)))
+class Nonsense(random.Random):
+    """Numbers that are mostly near what is usual.
+
+    Attributes:
+        share: of numbers that are anything; drawn anew for each message.
+    """
+
+    share = 0.0
+
+    def begin(self) -> None:
+        """Begins a message."""
+        self.share = self.choice((0.003, 0.03, 0.3))
+
+    def is_odd(self) -> bool:
+        """Whether the next one is nonsense."""
+        return self.random() < self.share
+
+    def number(self, usual: float, spread: float = 0.0) -> float:
+        """Mostly near what is usual, else anything."""
+        return self.choice(ODD) if self.is_odd() else self.gauss(usual, spread)
+
+    def single(self, usual: float) -> float:
+        """The same as a number of 32 bits, which is what a scan is made of."""
+        return float(np.float32(self.number(usual)))
+
+    def stamp(self, message: Any, now: float) -> None:
+        """Stamps a message, mostly with `now` [s]."""
+        message.header.stamp.sec = self.randrange(-(2**31), 2**31) if self.is_odd() else int(now)
+        message.header.stamp.nanosec = self.randrange(2**32) if self.is_odd() else int(1e9 * (now % 1.0))
 
 
-def pose(drawn: random.Random, now: float) -> PoseStamped:
+def pose(drawn: Nonsense, now: float, x: float = 0.0, y: float = 0.0, spread: float = 0.5) -> PoseStamped:
     message = PoseStamped()
-    message.header.frame_id = drawn.choice(["map", "map", "map", "odom", ""])
-    message.header.stamp.sec, message.header.stamp.nanosec = stamp(drawn, now)
-    for part, names in ((message.pose.position, "xyz"), (message.pose.orientation, "xyzw")):
-        for name in names:
-            setattr(part, name, number(drawn, float(name == "w")))
+    message.header.frame_id = "odom" if drawn.is_odd() else "map"
+    drawn.stamp(message, now)
+    position, orientation = message.pose.position, message.pose.orientation
+    position.x, position.y, position.z = (drawn.number(usual, spread) for usual in (x, y, 0.0))
+    for name in "xyzw":
+        setattr(orientation, name, drawn.number(float(name == "w"), 0.1))
     return message
 
 
-def stamp(drawn: random.Random, now: float) -> tuple[int, int]:
-    """Seconds and nanoseconds, mostly of now."""
-    seconds = int(now) if drawn.random() < 0.8 else drawn.randrange(-(2**31), 2**31)
-    return seconds, int(1e9 * (now % 1.0)) if drawn.random() < 0.9 else drawn.randrange(2**32)
-
-
-def scan(drawn: random.Random, now: float) -> LaserScan:
+def scan(drawn: Nonsense, true: Scan) -> LaserScan:
+    """A true scan with nonsense in it."""
     message = LaserScan()
-    message.header.frame_id = drawn.choice(["base_link", "base_link", "laser"])
-    message.header.stamp.sec, message.header.stamp.nanosec = stamp(drawn, now)
-    message.angle_min, message.angle_increment = single(drawn, -3.0), single(drawn, 0.02)
-    message.range_min, message.range_max = single(drawn, 0.02), single(drawn, 6.0)
-    message.time_increment = single(drawn, 0.0)
-    message.ranges = [single(drawn, 2.0) for _ in range(drawn.choice([0, 1, 360]))]
+    message.header.frame_id = "laser" if drawn.is_odd() else "base_link"
+    drawn.stamp(message, true.stamp)
+    n = drawn.choice((0, 1, 7)) if drawn.is_odd() else len(true.ranges)
+    message.angle_min, message.angle_increment = drawn.single(true.angle_min), drawn.single(true.angle_increment)
+    message.angle_max = drawn.single(true.angle_min + (n - 1) * true.angle_increment)
+    message.range_min, message.range_max = drawn.single(true.range_min), drawn.single(true.range_max)
+    message.time_increment = drawn.single(true.time_increment)
+    message.ranges = array("f", (drawn.single(each) for each in true.ranges[:n]))
     return message
 
 
-def path(drawn: random.Random, now: float) -> Path:
+def path(drawn: Nonsense, now: float, x: float, y: float) -> Path:
+    """A way from x, y on with nonsense in it."""
     message = Path()
-    message.header.frame_id = drawn.choice(["map", "map", "map", "odom"])
-    message.header.stamp.sec, message.header.stamp.nanosec = stamp(drawn, now)
-    for k in range(drawn.choice([0, 1, 2, 20])):
-        point = pose(drawn, now + 0.1 * k)
-        message.poses.append(point)
+    message.header.frame_id = "odom" if drawn.is_odd() else "map"
+    drawn.stamp(message, now)
+    n = drawn.choice((0, 1, 2, 20))
+    message.poses = [pose(drawn, now + 0.1 * k, x + 0.1 * k, y, 0.02) for k in range(n)]
     return message
 
 
-class Loop:
-    """A controller with a goal, in a place where all is well but for what is put in."""
-
-    def __init__(self) -> None:
-        self.now = 1e5
-        self.loop = ControllerLoop(SETTINGS)
-        self.loop.take_goal(Goal(b"fuzz", self.now - 1.0, np.array([5.0, 0.0]), EXECUTING))
-
-    def tick(self) -> str:
-        """What is wrong with the command of a period that begins with a true pose and a true scan."""
-        self.now += PERIOD
-        ranges = np.full(360, 3.0)
-        self.loop.take_pose(State(self.now, np.zeros(2), np.zeros(2), 0.0), self.now)
-        angles = -math.pi, 2 * math.pi / 360
-        self.loop.take_scan(Scan(self.now, *angles, 0.02, 6.0, ranges), self.now)
-        return wrong(self.loop.tick(self.now))
-
-
-def wrong(command: Any) -> str:
-    """Why a command must not be sent; empty where it may."""
-    speed = math.hypot(*command.velocity)
-    finite = math.isfinite(speed) and math.isfinite(command.yaw_rate)
-    return "" if finite and speed <= SETTINGS.robot.max_speed + 1e-9 else f"commanded {speed} m/s"
-
-
-def poses(drawn: random.Random) -> str:
-    memory, now = FRESH, 1e5
+def poses(seed: int) -> int:
+    drawn, memory, now = Nonsense(seed), FRESH, 1e5
     for _ in range(MESSAGES):
+        drawn.begin()
         now += 0.01
         try:
             measured = FORMATS["pose"].read(pose(drawn, now), "")
@@ -120,66 +125,105 @@ def poses(drawn: random.Random) -> str:
             continue
         state = result.state
         if state is not None and not np.isfinite([*state.position, *state.velocity, state.yaw]).all():
-            return f"a pose of {state}"
-    return ""
+            raise Wrong(f"a pose of {state}")
+    return MESSAGES
 
 
-def scans(drawn: random.Random) -> str:
-    looped = Loop()
-    for _ in range(MESSAGES):
-        with suppress(MessageError, ScanError):
-            looped.loop.take_scan(scan_from_message(scan(drawn, looped.now), "base_link"), looped.now)
-        if found := looped.tick():
-            return found
-    return ""
+def put_scan(nodes: trial._Nodes, drawn: Nonsense, true: Scan) -> None:
+    try:
+        taken = scan_from_message(scan(drawn, true), "base_link")
+    except ScanError as error:
+        nodes._planner.refuse("scan", str(error))
+        nodes._controller.refuse("scan", str(error))
+        return
+    nodes._planner.take_scan(taken, nodes.simulator.time)
+    nodes._controller.take_scan(taken, nodes.simulator.time)
 
 
-def paths(drawn: random.Random) -> str:
-    looped = Loop()
-    for _ in range(MESSAGES):
-        with suppress(MessageError):
-            looped.loop.take_plan(plan_from_path(path(drawn, looped.now), "map"), looped.now)
-        if found := looped.tick():
-            return found
-    return ""
+def put_path(nodes: trial._Nodes, drawn: Nonsense, true: Scan) -> None:
+    with suppress(MessageError):
+        message = path(drawn, true.stamp, *nodes.simulator.state.position.tolist())
+        nodes._controller.take_plan(plan_from_path(message, "map"), nodes.simulator.time)
 
 
-def frames(drawn: random.Random) -> str:
-    decoder, encoder = Decoder(), Encoder()
+def in_trial(put: Callable[[trial._Nodes, Nonsense, Scan], None], seed: int) -> int:
+    """A trial in which planner and controller get nonsense before they act, as their nodes would; how many messages."""
+    drawn, moved, n = Nonsense(seed), 0, 0
+    newest: Scan | None = None
+    take_scan, pass_on = trial._Nodes._take_scan, trial._Nodes._pass_on
+    commanded = TrialRecord.commanded
+
+    def take(nodes: trial._Nodes, true: Scan) -> None:
+        nonlocal newest
+        newest = true
+        take_scan(nodes, true)
+
+    def after_nonsense(act: Callable[[trial._Nodes], None]) -> Callable[[trial._Nodes], None]:
+        def acting(nodes: trial._Nodes) -> None:
+            nonlocal n
+            for _ in range(AT_ONCE if newest else 0):
+                drawn.begin()
+                put(nodes, drawn, newest)
+                n += 1
+            act(nodes)
+
+        return acting
+
+    def planned(nodes: trial._Nodes, decisions: list[Decision]) -> None:
+        for plan in (decision.plan for decision in decisions if isinstance(decision, Cycle)):
+            if not all(np.isfinite(each).all() for each in (plan.times, plan.positions, plan.velocities)):
+                raise Wrong(f"a plan of {plan.positions}")
+        pass_on(nodes, decisions)
+
+    def judged(record: TrialRecord, command: Command, now: float) -> None:
+        nonlocal moved
+        speed = math.hypot(*command.velocity)
+        if not (math.isfinite(command.yaw_rate) and speed <= SETTINGS.robot.max_speed + 1e-9):
+            raise Wrong(f"commanded {speed} m/s, {command.yaw_rate} rad/s")
+        moved += speed > 0.0
+        commanded(record, command, now)
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(trial._Nodes, "_take_scan", take)
+        patched.setattr(trial._Nodes, "planner", after_nonsense(trial._Nodes.planner))
+        patched.setattr(trial._Nodes, "controller", after_nonsense(trial._Nodes.controller))
+        patched.setattr(trial._Nodes, "_pass_on", planned)
+        patched.setattr(TrialRecord, "commanded", judged)
+        trial.run_trial(load_world(world(seed)), SETTINGS, seed)
+    if moved < DROVE:
+        raise Wrong(f"only {moved} commands moved the robot")
+    return n
+
+
+def frames(seed: int) -> int:
+    drawn, decoder, encoder = random.Random(seed), Decoder(), Encoder()
     for n in range(FRAMES):
         wheels = tuple(drawn.randrange(-1280, 1280) / 16 for _ in range(3))  # whole in four bytes
         message = CommandMessage(7, n, 20, 180, 0, 0, n % 256, wheels)
         came = decoder.feed(damaged(encoder.encode(message), drawn) + DELIMITER)
         if any(each != message for each in came):
-            return f"frame {n} was accepted as {came}"
-    return ""
+            raise Wrong(f"frame {n} was accepted as {came}")
+    return FRAMES
 
 
-class Desk:
-    """A bench without a robot."""
+def fuzzed(name: str, batch: Callable[[int], int], n: int, total: int) -> Fault:
+    """A row of at least n messages, in the long run `total`; `batch` does those of a seed and tells how many."""
 
-    def __enter__(self) -> "Desk":
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        pass
-
-    def drive(self) -> None:
-        """Nothing."""
-
-
-def fuzzed(name: str, batch: Callable[[random.Random], str], n: int, total: int) -> Fault:
     def measure(bench: object, seed: int) -> Measured:
-        with np.errstate(all="ignore"):
-            found = batch(random.Random(seed))
-        return Measured(missed=f"seed {seed}: {found}" if found else "", n=n)
+        try:
+            with np.errstate(all="ignore"):
+                return Measured(n=batch(seed))
+        except Exception as error:
+            return Measured(missed=f"seed {seed}: {type(error).__name__} {error}")
 
-    return Fault(name, "desk", None, lambda bench: next(_seeds), measure, long=total, short=n)
+    return Fault(name, "desk", None, seed_of, measure, long=total, short=n)
 
 
 FAULTS = [
     fuzzed("fuzzed poses: refused, or finite", poses, MESSAGES, 100_000),
-    fuzzed("fuzzed scans: refused, or a command within the caps", scans, MESSAGES, 100_000),
-    fuzzed("fuzzed Paths: refused, or a command within the caps", paths, MESSAGES, 100_000),
+    fuzzed(
+        "fuzzed scans: refused, or plans and commands within the caps", partial(in_trial, put_scan), MESSAGES, 100_000
+    ),
+    fuzzed("fuzzed Paths: refused, or a command within the caps", partial(in_trial, put_path), MESSAGES, 100_000),
     fuzzed("damaged frames: none accepted", frames, FRAMES, 1_000_000),
 ]

@@ -1,11 +1,13 @@
 """Goals that are none, and the fence."""
 
+from dataclasses import replace
+
 import numpy as np
 from action_msgs.msg import GoalStatus
 
+from faults.bench import BenchError
 from faults.fault import Fault, Measured
 from faults.live_graph import FENCE_GAP, LiveGraph
-from faults.runner import BenchError
 from faults.stands import WAIT, commanded_to_stand
 
 ANSWER = 0.25
@@ -27,7 +29,7 @@ def far_away(graph: LiveGraph) -> float:
 def refused(graph: LiveGraph, begun: float) -> Measured:
     measured = commanded_to_stand(0.5)(graph, begun)
     if graph.streams.goals[-1].what != GoalStatus.STATUS_ABORTED:
-        return Measured(measured.seconds, "the goal is not refused", measured.stalled)
+        return replace(measured, missed="the goal is not refused")
     return measured
 
 

@@ -1,14 +1,15 @@
 """The robot behind a serial line: the line, the driver, the firmware and what that reports."""
 
-import random
+from dataclasses import replace
 from itertools import count
 
 from collplan_ros.nodes.robot_state import FREE, HELD, STOPPED
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph
-from faults.stands import WAIT, no_motion_since, wheels_stop
+from faults.stands import WAIT, no_motion_since, wheels_stop, why_followed_again
+from faults.streams import why_lost
 
-AGE = 0.26
+AGE = 0.25
 """Oldest command that the wheels may follow: limits.command_age, a frame and a step of the firmware [s]."""
 FIRMWARE = 0.2
 """Longest time from a button or a motor's fault to zero at the wheels [s]."""
@@ -17,7 +18,7 @@ STILL = 1.0
 DRIVES = 0.5
 """Time for which it drives on with a low battery [s]."""
 EMULATOR = "firmware_emulator"
-_moments, _restarts = random.Random(13), count(1)
+_restarts = count(1)
 
 
 def oldest_followed(graph: LiveGraph, begun: float) -> Measured:
@@ -25,9 +26,11 @@ def oldest_followed(graph: LiveGraph, begun: float) -> Measured:
     streams = graph.streams
     graph.until(lambda: streams.stops and streams.stops[-1].sent > begun, WAIT)
     graph.rest()
-    ages = [row.age for row in streams.stops if row.sent > begun]
+    stops = [row for row in streams.stops if row.sent > begun]
+    stalled = why_lost(streams.losses, begun, stops[-1].sent) if stops else ""
+    age = max((row.age for row in stops), default=None)
     speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
-    return Measured(max(ages, default=None), stalled=streams.why_stood(begun), speed=speed, distance=way)
+    return Measured(age, "", stalled, streams.why_stood(begun), speed, way)
 
 
 def then_still(graph: LiveGraph, measured: Measured, state: str = HELD) -> Measured:
@@ -35,7 +38,7 @@ def then_still(graph: LiveGraph, measured: Measured, state: str = HELD) -> Measu
     begun = graph.now()
     graph.pause(STILL)
     wrong = no_motion_since(graph, begun) or ("" if graph.state == state else f"it is {graph.state}, expected {state}")
-    return Measured(measured.seconds, measured.missed or wrong, measured.stalled, measured.speed, measured.distance)
+    return replace(measured, missed=measured.missed or wrong)
 
 
 # ---- the line
@@ -87,19 +90,18 @@ def stopped_and_driver_killed(graph: LiveGraph) -> float:
 def freeze_both(graph: LiveGraph) -> float:
     """The driver freezes, and its commander a little later."""
     begun = graph.freeze("driver_node")
-    graph.pause(_moments.uniform(0.0, 0.2))
+    graph.pause(graph.chance.uniform(0.0, 0.2))
     graph.freeze("controller_node")
     return begun
 
 
 def old_command(graph: LiveGraph, begun: float) -> Measured:
-    """Whether the driver, running again, follows what was commanded before."""
-    graph.pause(_moments.uniform(0.3, 1.5))
-    graph.thaw("driver_node")
+    """Whether the driver, running again, follows what was commanded before: its commander is frozen still."""
+    graph.pause(graph.chance.uniform(0.3, 1.5))
+    again = graph.thaw("driver_node")
     graph.pause(0.5)
     measured = oldest_followed(graph, begun)
-    graph.thaw("controller_node")
-    return measured
+    return replace(measured, missed=why_followed_again(graph.streams.stops, graph.streams.truth, again))
 
 
 def thaw_both(graph: LiveGraph) -> None:
@@ -155,7 +157,7 @@ def refused(graph: LiveGraph, begun: float) -> Measured:
     """It stands, and nobody can let it move as long as the motor has failed."""
     measured = wheels_stop(HELD)(graph, begun)
     if graph.call("resume"):
-        return Measured(measured.seconds, "resume is not refused", measured.stalled)
+        return replace(measured, missed="resume is not refused")
     return measured
 
 

@@ -26,7 +26,7 @@ from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.node_kit.diagnostics import ERROR
 from collplan_ros.nodes.robot_state import FREE
-from faults.runner import BenchError
+from faults.bench import Bench, BenchError
 from faults.streams import AT_REST, Streams
 
 HALL = """
@@ -57,7 +57,7 @@ START = 30.0
 UNDER_WAY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 
 
-class LiveGraph(Graph):
+class LiveGraph(Graph, Bench):
     """A bench: a graph whose nodes may die.
 
     Attributes:
@@ -181,6 +181,10 @@ class LiveGraph(Graph):
     def state(self) -> str:
         """The robot's own word of itself: free, held or stopped."""
         return str(self.streams.states[-1].what) if self.streams.states else ""
+
+    def value(self, node: str, name: str) -> str:
+        """A value by its name of a node's newest report; empty where there is none."""
+        return next((item.value for item in self.streams.health[node][1].values if item.key == name), "")
 
     def described(self) -> str:
         """What every node says."""

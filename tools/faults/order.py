@@ -21,23 +21,22 @@ BACK = 5.0
 """Longest time from the start of a node, or its release, until all streams are back [s]."""
 FRESH = 0.3
 """A stream is back where its newest message is not older [s]."""
-NODES = ("simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node")
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 GROWTH = 1.05
 """Most that bringup's memory may grow between goals, as a share of what it was."""
-_drawn = Random(8)
 
 
 def any_node(graph: LiveGraph) -> str:
     """Kills or freezes a node; which one."""
-    node = _drawn.choice(NODES)
-    if _drawn.random() < 0.5:
+    chance = graph.chance
+    node = chance.choice(list(graph.pids))
+    if chance.random() < 0.5:
         graph.freeze(node)
-        graph.pause(_drawn.uniform(0.1, 2.0))
+        graph.pause(chance.uniform(0.1, 2.0))
         graph.thaw(node)
     else:
         graph.kill(node)
-        graph.pause(_drawn.uniform(0.1, 1.0))
+        graph.pause(chance.uniform(0.1, 1.0))
     return node
 
 
@@ -45,21 +44,22 @@ def streams_back(graph: LiveGraph, node: str) -> Measured:
     begun = graph.now()
     if not graph.runs(node):
         graph.restart(node)
-    fresh = graph.until(lambda: graph.streams.oldest(graph.now()) < FRESH, 3.0 * BACK)
+    streams, robot = graph.streams, next(iter(graph.pids))
+    fresh = graph.until(lambda: streams.oldest(graph.now()) < FRESH and graph.healthy(robot), 3.0 * BACK)
     return Measured(graph.now() - begun if fresh else None)
 
 
-def signalled(folder: Path) -> Measured:
+def signalled(folder: Path, chance: Random) -> Measured:
     """A run that is stopped by a signal at any moment leaves no node, no traceback, and zero as the last command."""
-    number = _drawn.choice(SIGNALS)
+    number = chance.choice(SIGNALS)
     with Run(folder / "runs", "--no-pictures") as run:
         wait_for(lambda: (run.out / "latest").is_symlink())
-        if _drawn.random() < 0.7:
+        if chance.random() < 0.7:
             wait_for(run.moving)
-        time.sleep(_drawn.uniform(0.0, 3.0))
+        time.sleep(chance.uniform(0.0, 3.0))
         ended = run.process.poll()
         run.process.send_signal(number)
-        if _drawn.random() < 0.3:
+        if chance.random() < 0.3:
             time.sleep(0.05)
             run.process.send_signal(number)
         code = run.end()
@@ -74,7 +74,7 @@ def signalled(folder: Path) -> Measured:
     return Measured(missed=", ".join(words for words, is_so in wrong.items() if is_so))
 
 
-def memory(folder: Path) -> Measured:
+def memory(folder: Path, chance: Random) -> Measured:
     """Half an hour between goals; n is the number of them."""
     options = Options(world="l_corridor", strategy="bounce", out=folder / "runs", pictures=False)
     sizes: list[int] = []
@@ -93,7 +93,10 @@ def memory(folder: Path) -> Measured:
 
 
 FAULTS = [
-    Fault("any node killed and started, or frozen: streams back", "simulator", BACK, any_node, streams_back, short=0),
+    *(
+        Fault("any node killed and started, or frozen: streams back", robot, BACK, any_node, streams_back, short=0)
+        for robot in ("simulator", "serial")
+    ),
     Fault("signal to bringup at any moment", "process", None, nothing, in_folder(signalled), short=0),
     Fault(
         "half an hour between goals: memory within 5 %", "process", None, nothing, in_folder(memory), long=1, short=0

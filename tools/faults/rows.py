@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from faults import fuzz, goals, line, nodes, order, poses, runs, stops, trials
+from faults.bench import Bench
 from faults.fault import Fault
 from faults.live_graph import LiveGraph
 
@@ -22,8 +23,8 @@ BENCHES: dict[str, Callable[[], Any]] = {
     "simulator": lambda: LiveGraph("sim"),
     "serial": lambda: LiveGraph("emulator"),
     "bringup": runs.RunEnds,
-    "process": runs.Processes,
-    "trial": trials.Trials,
-    "desk": fuzz.Desk,
+    "process": Bench,
+    "trial": Bench,
+    "desk": Bench,
 }
 """In the order in which they are opened."""

@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from random import Random
 from typing import Any
 
-from collplan_ros.bringup.failures import GraphError, StartError
+from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
+from faults.bench import BenchError
 from faults.fault import Fault, Measured
 
-MOST_STALLS = 20
-"""Stalls in a row after which a fault is left out: this machine is too busy for it."""
+MOST_REPEATED = 20
+"""Cases in a row that do not count after which a fault is left out: this machine is too busy for it."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +31,12 @@ class Case:
     took: float
     n: int = 1
     code: str = ""
+    unbegun: str = ""
 
     @property
     def counts(self) -> bool:
-        """Whether it counts: the machine did not stall."""
-        return not self.stall
+        """Whether it counts: the machine did not stall, and the fault could be seen."""
+        return not self.stall and not self.unbegun
 
 
 class CaseFile:
@@ -63,23 +66,26 @@ class CaseFile:
         """How many cases of a fault count."""
         return sum(case.n for case in self.cases if case.counts and case.fault == fault.key)
 
+    def number(self, fault: Fault) -> int:
+        """How many cases of a fault there are, those that do not count too."""
+        return sum(case.fault == fault.key for case in self.cases)
 
-def case_of(fault: Fault, bench: Any) -> Case:
-    """Does a fault once on a bench that is open."""
-    begun = time.monotonic()
+
+def measured_once(fault: Fault, bench: Any, number: int) -> Measured:
+    """Does a fault once on a bench that is open, as case `number` of it."""
+    bench.number, bench.chance = number, Random(f"{fault.key} {number}")
     bench.drive()
     try:
-        measured = fault.measure(bench, fault.act(bench))
+        return fault.measure(bench, fault.act(bench))
     finally:
         fault.undo(bench)
-    return judged(fault, measured, time.monotonic() - begun)
 
 
 def judged(fault: Fault, measured: Measured, took: float) -> Case:
-    """The case of what was measured; one in which the machine stalled is no miss."""
-    miss = "" if measured.stalled else fault.why_missed(measured)
+    """The case of what was measured; one that does not count is no miss."""
+    miss = "" if measured.stalled or measured.unbegun else fault.why_missed(measured)
     way = measured.speed, measured.distance
-    return Case(fault.key, measured.seconds, miss, measured.stalled, *way, took, measured.n)
+    return Case(fault.key, measured.seconds, miss, measured.stalled, *way, took, measured.n, unbegun=measured.unbegun)
 
 
 def run_bench(
@@ -87,23 +93,25 @@ def run_bench(
 ) -> Iterator[Case]:
     """Does the faults of one bench in turns until each has its count, or until the time `end` [s, steady clock].
 
-    A bench that fails is opened anew, once for each case.
+    A bench that fails is opened anew, once for each case. Any other failure is a miss of the case, and the bench is
+    opened anew too.
 
     Raises:
         BenchError: it failed twice in a row.
     """
-    stalls: Counter[str] = Counter()
+    repeated: Counter[str] = Counter()
     with ExitStack() as stack:
         bench = None
         failed = False
-        while waiting := [f for f in faults if file.done(f) < count(f) and stalls[f.key] < MOST_STALLS]:
+        begun = time.monotonic()
+        while waiting := [f for f in faults if file.done(f) < count(f) and repeated[f.key] < MOST_REPEATED]:
             # the one that has the least: every row grows, however soon the time is over
             fault = min(waiting, key=file.done)
             if time.monotonic() >= end:
                 return
             try:
                 bench = bench or stack.enter_context(open_bench())
-                case = case_of(fault, bench)
+                measured = measured_once(fault, bench, file.number(fault))
             except (BenchError, GraphError, StartError) as error:
                 stack.close()
                 bench = None
@@ -112,11 +120,15 @@ def run_bench(
                 failed = True
                 print(f"{fault.name}: {error}; once more on a new graph", flush=True)
                 continue
+            except Interrupted:
+                raise
+            except Exception as error:
+                stack.close()
+                bench = None
+                measured = Measured(missed=f"{type(error).__name__}: {error}")
             failed = False
-            stalls[fault.key] = 0 if case.counts else stalls[fault.key] + 1
+            case = judged(fault, measured, time.monotonic() - begun)
+            begun = time.monotonic()
+            repeated[fault.key] = 0 if case.counts else repeated[fault.key] + 1
             file.add(case)
             yield case
-
-
-class BenchError(RuntimeError):
-    """A bench on which no fault can be done: the robot does not drive."""

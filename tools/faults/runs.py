@@ -18,6 +18,7 @@ from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.runs.record_reading import RECORD, read_record
+from faults.bench import Bench
 from faults.fault import Fault, Measured
 from faults.live_graph import ENDS, HALL
 from faults.streams import Streams, why_stalled
@@ -45,10 +46,10 @@ sys.exit(main(sys.argv[1:]))
 """bringup on a disk that is full soon."""
 EARLY = {TIMEOUT: {"timeout": 1.5}, STUCK: {"stuck_time": 0.8, "stuck_distance": 5.0}}
 """Under which a run ends while the robot drives."""
-_moments, _goals = Random(7), count()
+_goals = count()
 
 
-class RunEnds:
+class RunEnds(Bench):
     """A bench: one bringup, whose runs end one after the other on the graph that it keeps up."""
 
     def __init__(self) -> None:
@@ -68,9 +69,6 @@ class RunEnds:
     def __exit__(self, *exception: object) -> None:
         self._bringup.__exit__(None, None, None)
         self._temporary.cleanup()
-
-    def drive(self) -> None:
-        """Nothing: the run itself drives."""
 
     def ended(self, outcome: str) -> tuple[str, float]:
         """The outcome of a run that is to end so, and when it was known [s, steady clock]."""
@@ -97,41 +95,27 @@ def ending(outcome: str) -> Fault:
         # the planner cancels, and the controller commands
         stalled = why_stalled("planner_node", streams.beats, at, zero or at)
         stalled = stalled or why_stalled("controller_node", (row.sent for row in streams.commands), at, zero or at)
-        stalled = stalled or streams.why_stood(at)
-        return Measured(None if zero is None else zero - at, stalled=stalled, speed=speed, distance=way)
+        return Measured(None if zero is None else zero - at, "", stalled, streams.why_stood(at), speed, way)
 
     return Fault(f"run ended by {outcome.upper()}", "bringup", AT_ONCE, act, measure)
 
 
-class Processes:
-    """A bench on which each case starts a bringup of its own, in a folder of its own."""
-
-    def __enter__(self) -> "Processes":
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        pass
-
-    def drive(self) -> None:
-        """Nothing: the run itself drives."""
-
-
-def in_folder(measured: Callable[[Path], Measured]) -> Callable[[object, object], Measured]:
-    def measure(bench: object, nothing: object) -> Measured:
+def in_folder(measured: Callable[[Path, Random], Measured]) -> Callable[[Bench, object], Measured]:
+    def measure(bench: Bench, nothing: object) -> Measured:
         with tempfile.TemporaryDirectory(prefix="faults-", ignore_cleanup_errors=True) as folder:
             try:
-                return measured(Path(folder))
+                return measured(Path(folder), bench.chance)
             except AssertionError as error:  # what should have come in time did not
                 return Measured(missed=str(error))
 
     return measure
 
 
-def killed(folder: Path) -> Measured:
+def killed(folder: Path, chance: Random) -> Measured:
     """How much of a run that was killed is not on disk: time from its newest pose there to the kill."""
     with Run(folder / "runs", "--no-pictures", "--world", "serpentine:0") as run:
         wait_for(run.moving)
-        time.sleep(_moments.uniform(0.0, 2.0))
+        time.sleep(chance.uniform(0.0, 2.0))
         run.process.kill()
         at = time.monotonic()
         run.end()
@@ -143,7 +127,7 @@ def killed(folder: Path) -> Measured:
     return Measured(at - poses[-1].sent, f"nodes outlive it: {', '.join(orphans)}" if orphans else "")
 
 
-def disk_full(folder: Path) -> Measured:
+def disk_full(folder: Path, chance: Random) -> Measured:
     """Whether a run on a full disk ends with its own exit code and a sentence, and leaves its rows."""
     with Run(folder / "runs", "--no-pictures", code=FULL) as run:
         code = run.end()

@@ -1,10 +1,12 @@
 """How long until the robot is commanded to stand, or stands by itself, and whether it goes on standing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from itertools import accumulate
 
 from faults.fault import Measured
 from faults.live_graph import LiveGraph
-from faults.streams import why_stalled
+from faults.streams import Motion, WheelStop, why_stalled
 
 Measure = Callable[[LiveGraph, float], Measured]
 WAIT = 2.0
@@ -31,15 +33,14 @@ def commanded_to_stand(hold: float, since: Callable[[LiveGraph, float], float] |
         speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
         if stands is None:
             return Measured(None, "" if came else "no commands", speed=speed, distance=way)
-        stalled = streams.why_stood(begun)
-        stalled = stalled or why_stalled("controller_node", (row.sent for row in streams.commands), begun, stands)
-        return Measured(stands - first, stalled=stalled, speed=speed, distance=way)
+        stalled = why_stalled("controller_node", (row.sent for row in streams.commands), begun, stands)
+        return Measured(stands - first, "", stalled, streams.why_stood(begun), speed, way)
 
     return measure
 
 
 def robot_stops(state: str) -> Measure:
-    """Measures the time until the robot's node says that it is in `state`, in which it has commanded zero."""
+    """Measures the time until the robot's node says that it is in `state`, which it does once it has commanded zero."""
 
     def measure(graph: LiveGraph, begun: float) -> Measured:
         streams = graph.streams
@@ -60,7 +61,7 @@ def wheels_stop(state: str) -> Measure:
         measured = stopped(graph, begun, None if stop is None else stop.sent)
         if not state or graph.until(lambda: graph.state == state, WAIT):
             return measured
-        return Measured(measured.seconds, f"the robot is {graph.state}, expected {state}", measured.stalled)
+        return replace(measured, missed=f"the robot is {graph.state}, expected {state}")
 
     return measure
 
@@ -70,12 +71,20 @@ def stopped(graph: LiveGraph, begun: float, at: float | None) -> Measured:
     streams = graph.streams
     graph.rest()
     speed, way = streams.motion_at(begun).speed, streams.way_since(begun)
+    stood = streams.why_stood(begun)
     if at is None:
-        return Measured(None, stalled=streams.why_stood(begun), speed=speed, distance=way)
-    stalled = streams.why_stood(begun) or why_stalled(
-        "the robot's node", (row.sent for row in streams.truth), begun, at
-    )
-    return Measured(at - begun, stalled=stalled, speed=speed, distance=way)
+        return Measured(None, unbegun=stood, speed=speed, distance=way)
+    stalled = why_stalled("the robot's node", (row.sent for row in streams.truth), begun, at)
+    return Measured(at - begun, "", stalled, stood, speed, way)
+
+
+def why_followed_again(stops: Iterable[WheelStop], truth: Iterable[Motion], since: float) -> str:
+    """What shows that a robot whose wheels were stopped has followed a command since [s], in words; else empty."""
+    if any(stop.sent > since for stop in stops):
+        return "the wheels have turned again"
+    speeds = [row.speed for row in truth if row.sent > since]
+    gained = max((speed - slowest for speed, slowest in zip(speeds, accumulate(speeds, min), strict=True)), default=0.0)
+    return f"it has gained {gained:.2f} m/s" if gained > CREEP else ""
 
 
 def no_motion_since(graph: LiveGraph, begun: float) -> str:

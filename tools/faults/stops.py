@@ -1,6 +1,7 @@
 """What a person or the robot itself does to stop it, and that it goes on standing."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import count
 
 from geometry_msgs.msg import Twist
@@ -70,7 +71,7 @@ class Teleop:
             said = graph.streams.states[-1].why
             if measured.stalled or measured.missed or self._node is None or self._node.get_name() in said:
                 return measured
-            return Measured(measured.seconds, f"not named in {said!r}")
+            return replace(measured, missed=f"not named in {said!r}")
 
         return measure
 

@@ -23,15 +23,18 @@ KEPT = 20_000
 """Messages kept of each stream."""
 STALL = 0.075
 """A longer gap in what a node sends every 0.05 s or oftener is a stall of the machine [s]."""
+LOST = 0.025
+"""The firmware's clock has lost more where it did not run for STALL: it makes up for 0.05 s [s]."""
 AT_REST = 0.03
 """[m/s]"""
 
 
 class Commanded(NamedTuple):
-    """A command, and when it was sent [s, steady clock]."""
+    """A command, when it was sent [s, steady clock], and its speed [m/s]."""
 
     sent: float
     moves: bool
+    speed: float = 0.0
 
 
 class Motion(NamedTuple):
@@ -66,7 +69,6 @@ class WheelStop(NamedTuple):
     count: int
     age: float
     cause: str
-    lost: float
 
 
 class Streams:
@@ -74,6 +76,7 @@ class Streams:
 
     Attributes:
         commands, truth, states, goals, stops, beats, refusals, poses, scans: what came, in the order of receipt.
+        losses: when the firmware told how much time its clock has lost in stalls, and how much [s].
         health: newest report of each node by its name, with the time it was sent [s, steady clock].
     """
 
@@ -85,6 +88,7 @@ class Streams:
         self.states: deque[Said] = deque(maxlen=KEPT)
         self.goals: deque[Said] = deque(maxlen=KEPT)
         self.stops: deque[WheelStop] = deque(maxlen=KEPT)
+        self.losses: deque[tuple[float, float]] = deque(maxlen=KEPT)
         self.beats: deque[float] = deque(maxlen=KEPT)
         self.scans: deque[float] = deque(maxlen=KEPT)
         self.poses: deque[Placed] = deque(maxlen=KEPT)
@@ -109,7 +113,8 @@ class Streams:
 
     def _take_command(self, message: Twist, sent: float) -> None:
         linear = message.linear
-        self.commands.append(Commanded(sent, bool(linear.x or linear.y or message.angular.z)))
+        moves = bool(linear.x or linear.y or message.angular.z)
+        self.commands.append(Commanded(sent, moves, math.hypot(linear.x, linear.y)))
 
     def _take_truth(self, message: Odometry, sent: float) -> None:
         place, linear = message.pose.pose.position, message.twist.twist.linear
@@ -126,9 +131,11 @@ class Streams:
         for status in message.status:
             self.health[status.name.rpartition("/")[2]] = sent, status
             values = {item.key: item.value for item in status.values}
+            if "time_lost_in_stalls" in values:
+                self.losses.append((sent, float(values["time_lost_in_stalls"])))
             if "stop_age" in values and (not self.stops or int(values["stops"]) != self.stops[-1].count):
-                age, lost = float(values["stop_age"]), float(values["time_lost_in_stalls"])
-                self.stops.append(WheelStop(sent, int(values["stops"]), age, values["stop_cause"], lost))
+                age = float(values["stop_age"])
+                self.stops.append(WheelStop(sent, int(values["stops"]), age, values["stop_cause"]))
 
     # ---- what they tell
 
@@ -165,6 +172,19 @@ class Streams:
         moving = [k for k, row in enumerate(rows) if row.moves]
         following = moving[-1] + 1 if moving else 0
         return rows[following].sent if following < len(rows) else None
+
+
+def why_lost(losses: Iterable[tuple[float, float]], begin: float, end: float) -> str:
+    """Why the machine counts as stalled for the firmware, by what its clock has lost; empty where it does not.
+
+    Args:
+        losses: when it told how much time was lost so far, and how much [s].
+        begin, end: the newest word of before `begin` is compared with the newest of until `end` [s].
+    """
+    rows = list(losses)
+    before = [lost for sent, lost in rows if sent <= begin][-1:] or [0.0]
+    lost = max((lost for sent, lost in rows if sent <= end), default=0.0) - before[0]
+    return f"the firmware's clock lost {lost:.2f} s" if lost > LOST else ""
 
 
 def why_stalled(who: str, sent: Iterable[float], begin: float, end: float) -> str:

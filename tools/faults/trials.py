@@ -1,7 +1,6 @@
 """Scans that lie, and a robot that is stuck, in trials: the closed loop without ROS, whose clock no machine stalls."""
 
 from collections.abc import Callable
-from itertools import count
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from collplan_core.loop.decisions import Decision, Notice
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.worlds import World, parse_world
+from faults.bench import Bench
 from faults.fault import Fault, Measured
 from omnipuck_sim import trial
 
@@ -33,36 +33,22 @@ SCANS = {
 }
 
 
-class Trials:
-    """A bench on which each case begins a drive of its own."""
-
-    def __enter__(self) -> "Trials":
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        pass
-
-    def drive(self) -> None:
-        """Nothing: the fault's own trial drives."""
-
-
 def world(seed: int) -> str:
     """The world of a seed, a family after the other."""
     family = FAMILIES[seed % len(FAMILIES)]
     return family if family == "corridor" else f"{family}:{seed}"
 
 
-def numbers() -> Callable[[object], int]:
-    """A seed at each call, from 0 on."""
-    seeds = count()
-    return lambda bench: next(seeds)
+def seed_of(bench: Bench) -> int:
+    """A seed of its own for each case of a fault, from 0 on."""
+    return bench.number
 
 
 def lying(name: str) -> Callable[[object, int], Measured]:
     def measure(bench: object, seed: int) -> Measured:
         watched = watched_trial(LIES[name], world(seed), STRATEGY, seed, **{"trial.stuck_time": 1.0})
         if not np.isfinite(watched.begun):
-            return Measured(stalled=f"seed {seed} never drove fast enough")
+            return Measured(unbegun=f"seed {seed} never drove fast enough")
         return Measured(float(watched.stood) if np.isfinite(watched.stood) else None)
 
     return measure
@@ -110,6 +96,6 @@ def _room(obstacles: dict) -> World:
 
 
 FAULTS = [
-    *(Fault(f"scan: {words}", "trial", SCAN, numbers(), lying(name), long=30) for name, words in SCANS.items()),
-    Fault("stuck at what no sensor sees: until it is noticed", "trial", STUCK, numbers(), stuck),
+    *(Fault(f"scan: {words}", "trial", SCAN, seed_of, lying(name), long=30) for name, words in SCANS.items()),
+    Fault("stuck at what no sensor sees: until it is noticed", "trial", STUCK, seed_of, stuck),
 ]

@@ -112,9 +112,9 @@ class RobotContract:
         """Stands still until a person lets the robot move."""
         was_free = self.may_move
         self._interlock = self._interlock.held(reason)
-        self._tell()
         if was_free:
             self._robot.halt()
+        self._tell()
 
     @property
     def may_move(self) -> bool:
@@ -217,8 +217,9 @@ class RobotContract:
         return True, "commands are followed"
 
     def _stop(self) -> tuple[bool, str]:
-        self.latch("by its service")
+        self.stopped_by = "by its service"
         self._robot.halt()
+        self._tell()
         return True, f"stopped until clear_estop; then {REMEDY}"
 
     def _clear_stop(self) -> tuple[bool, str]:
