@@ -2,13 +2,14 @@
 
 import time
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from std_msgs.msg import String
 
 from collplan_ros.messages.qos import EVENT, LATCHED
+from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.input_watch import STATE
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.stall import StallGuard
 
@@ -32,9 +33,9 @@ def test_a_guard_tells_each_gap_beyond_its_limit_and_no_other(begin, steps, limi
 
 
 class Listener:
-    """A node that hears a stream and a state, with a backlog."""
+    """A node that hears a stream and what is latched, with a backlog."""
 
-    def __init__(self, ros):
+    def __init__(self, ros, need=input_watch.STATE):
         import rclpy
 
         self.node = ros.add(rclpy.create_node("listener", context=ros.context))
@@ -42,11 +43,12 @@ class Listener:
         inputs = Inputs(self.node, backlog=self.backlog)
         self.heard, self.states = [], []
         inputs.listen(String, "stream", lambda message: self.heard.append(message.data), EVENT)
-        inputs.listen(String, "state", lambda message: self.states.append(message.data), LATCHED, STATE)
+        inputs.listen(String, "state", lambda message: self.states.append(message.data), LATCHED, need)
 
 
-def test_what_queues_up_while_a_node_does_not_run_is_dropped_but_for_a_state(ros):
-    listener = Listener(ros)
+@pytest.mark.parametrize("need", [input_watch.STATE, input_watch.EVENT])
+def test_what_queues_up_while_a_node_does_not_run_is_dropped_but_for_what_is_latched(ros, need):
+    listener = Listener(ros, need)
     stream, state = ros.publisher(String, "stream", EVENT), ros.publisher(String, "state", LATCHED)
     for name in ("one", "two"):
         stream.publish(String(data=name))
