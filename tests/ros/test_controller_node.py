@@ -113,7 +113,7 @@ class ControllerBench:
 
 def robot_state(name: str, reason: str = "") -> DiagnosticStatus:
     """As a robot says it on robot/state."""
-    message = f"{reason}: give a new goal, or call resume" if reason else ""
+    message = f"{name}, {reason}: give a new goal, or call resume" if reason else ""
     values = [KeyValue(key="state", value=name), KeyValue(key="reason", value=reason)]
     return DiagnosticStatus(name="/driver_node", message=message, values=values)
 
@@ -177,6 +177,14 @@ def test_poses_lost_for_over_a_second_hold_it_until_the_robot_says_that_a_person
     assert bench.values()["held"].startswith("pose ")
     resumed.publish(Empty())
     assert ros.wait_until(bench.moves)
+
+
+def test_a_robot_that_holds_itself_is_said_to_be_held_once(ros, bench):
+    states = ros.publisher(DiagnosticStatus, "robot/state", LATCHED)
+    bench.drive()
+    states.publish(robot_state("held", "no fresh command for 1.1 s"))
+    expected = "stands still: held: no fresh command for 1.1 s; give a new goal, or call resume"
+    assert ros.wait_until(lambda: bench.states[-1].message == expected), bench.states[-1].message
 
 
 def test_what_the_robot_says_while_the_node_is_frozen_is_heard_after(ros, bench):

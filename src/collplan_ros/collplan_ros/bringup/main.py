@@ -161,7 +161,7 @@ class Bringup:
         if outcome == ABORTED:
             return said
         if outcome == EMERGENCY_STOP:
-            return f"emergency stop: {self.graph.recorder.emergency_stop}"
+            return self.graph.recorder.emergency_stop
         monitored = self._monitor.reason if self._monitor else ""
         return f"{outcome}: {monitored}; {PLANNER}: {said}" if outcome in MONITORED else ""
 

@@ -245,9 +245,9 @@ class RobotContract:
     def _tell(self) -> None:
         knows_planner = self._interlock.goal is not None
         if self.stopped_by:
-            message = f"emergency stop {self.stopped_by}: commands are ignored until clear_estop"
-            self._state.tell(STOPPED, message, knows_planner)
+            reason = f"emergency stop {self.stopped_by}"
+            self._state.tell(STOPPED, reason, "commands are ignored until clear_estop", knows_planner)
         elif self._interlock.reason:
-            self._state.tell(HELD, f"held, {self._interlock.reason}: {REMEDY}", knows_planner)
+            self._state.tell(HELD, self._interlock.reason, REMEDY, knows_planner)
         else:
-            self._state.tell(FREE, "", knows_planner)
+            self._state.tell(FREE, "", "", knows_planner)
