@@ -1,5 +1,6 @@
 """Gaps in a node's steady timer, and what queued up in them."""
 
+import math
 import time
 
 import pytest
@@ -22,14 +23,14 @@ STALL = 0.3
 def test_a_guard_tells_each_gap_beyond_its_limit_and_no_other(begin, steps, limit):
     guard, now = StallGuard(limit), begin
     assert not guard.tick(now)
-    told = []
+    gaps = []
     for step in steps:
         before, now = now, now + step
-        told.append((guard.tick(now), now - before > limit, now - before))
-    assert all(ended == longer for ended, longer, _ in told)
-    gaps = [step for ended, _, step in told if ended]
-    assert guard.count == len(gaps)
-    assert guard.gap == (gaps[-1] if gaps else 0.0)
+        longer = now - before > limit
+        assert guard.tick(now) == longer
+        gaps += [(now - before, now)] if longer else []
+        assert (guard.gap, guard.ended) == (gaps[-1] if gaps else (0.0, -math.inf))
+        assert guard.count == len(gaps)
 
 
 class Listener:
