@@ -108,7 +108,7 @@ def test_a_second_commander_is_named_and_ends_the_run(tmp_path):
         finally:
             rogue.kill()
             rogue.wait()
-    assert "/rogue publishes on /cmd_vel beside controller_node; end it first" in run.text
+    assert "/cmd_vel is published by /rogue beside controller_node; end all but controller_node" in run.text
     assert noticed < 2.0
     assert nodes_of(run.out) == {}
 
