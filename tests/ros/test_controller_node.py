@@ -4,6 +4,7 @@ import math
 import signal
 import subprocess
 import sys
+import time
 import uuid
 
 import numpy as np
@@ -34,6 +35,8 @@ from fake_robot import FakeRobot, hall
 
 YAW = 0.7
 SPEED = 0.5
+STALL = 0.3
+"""Longer than what a node lets pass as running [s]."""
 
 
 def straight_plan(stamp: float, start: np.ndarray, duration: float = 2.0) -> Plan:
@@ -108,6 +111,13 @@ class ControllerBench:
         return {v.key: v.value for v in self.health().values}
 
 
+def robot_state(name: str, reason: str = "") -> DiagnosticStatus:
+    """As a robot says it on robot/state."""
+    message = f"{name}, {reason}: give a new goal, or call resume" if reason else ""
+    values = [KeyValue(key="state", value=name), KeyValue(key="reason", value=reason)]
+    return DiagnosticStatus(name="/driver_node", message=message, values=values)
+
+
 def is_moving(command) -> bool:
     twist = getattr(command, "twist", command)
     return twist.linear.x != 0.0 or twist.linear.y != 0.0 or twist.angular.z != 0.0
@@ -166,6 +176,26 @@ def test_poses_lost_for_over_a_second_hold_it_until_the_robot_says_that_a_person
     assert not any(is_moving(command) for command in bench.commands[n:])
     assert bench.values()["held"].startswith("pose ")
     resumed.publish(Empty())
+    assert ros.wait_until(bench.moves)
+
+
+def test_a_robot_that_holds_itself_is_said_to_be_held_once(ros, bench):
+    states = ros.publisher(DiagnosticStatus, "robot/state", LATCHED)
+    bench.drive()
+    states.publish(robot_state("held", "no fresh command for 1.1 s"))
+    expected = "stands still: held: no fresh command for 1.1 s; give a new goal, or call resume"
+    assert ros.wait_until(lambda: bench.states[-1].message == expected), bench.states[-1].message
+
+
+def test_what_the_robot_says_while_the_node_is_frozen_is_heard_after(ros, bench):
+    states = ros.publisher(DiagnosticStatus, "robot/state", LATCHED)
+    bench.drive()
+    ros.probe.create_timer(0.05, lambda: bench.plans.publish(bench.path()))
+    states.publish(robot_state("held", "no fresh command for 1.1 s"))
+    time.sleep(STALL)
+    bench.wait_until_still("no fresh command for 1.1 s")
+    states.publish(robot_state("free"))
+    time.sleep(STALL)
     assert ros.wait_until(bench.moves)
 
 

@@ -15,9 +15,9 @@ from collplan_core.parameters import Frames, Limits, Robot, Settings
 from collplan_ros.messages.qos import CONSTANTS_SUBSCRIBED
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
+from collplan_ros.node_kit.publishers import UNKNOWN
 from collplan_ros.node_kit.shared_constants import (
     PATIENCE,
-    UNKNOWN,
     SharedConstants,
     constants_of,
     disagreement,

@@ -1,14 +1,16 @@
 """Gaps in a node's steady timer, and what queued up in them."""
 
+import math
 import time
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from std_msgs.msg import String
 
 from collplan_ros.messages.qos import EVENT, LATCHED
+from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.input_watch import STATE
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.stall import StallGuard
 
@@ -21,20 +23,20 @@ STALL = 0.3
 def test_a_guard_tells_each_gap_beyond_its_limit_and_no_other(begin, steps, limit):
     guard, now = StallGuard(limit), begin
     assert not guard.tick(now)
-    told = []
+    gaps = []
     for step in steps:
         before, now = now, now + step
-        told.append((guard.tick(now), now - before > limit, now - before))
-    assert all(ended == longer for ended, longer, _ in told)
-    gaps = [step for ended, _, step in told if ended]
-    assert guard.count == len(gaps)
-    assert guard.gap == (gaps[-1] if gaps else 0.0)
+        longer = now - before > limit
+        assert guard.tick(now) == longer
+        gaps += [(now - before, now)] if longer else []
+        assert (guard.gap, guard.ended) == (gaps[-1] if gaps else (0.0, -math.inf))
+        assert guard.count == len(gaps)
 
 
 class Listener:
-    """A node that hears a stream and a state, with a backlog."""
+    """A node that hears a stream and what is latched, with a backlog."""
 
-    def __init__(self, ros):
+    def __init__(self, ros, need=input_watch.STATE):
         import rclpy
 
         self.node = ros.add(rclpy.create_node("listener", context=ros.context))
@@ -42,11 +44,12 @@ class Listener:
         inputs = Inputs(self.node, backlog=self.backlog)
         self.heard, self.states = [], []
         inputs.listen(String, "stream", lambda message: self.heard.append(message.data), EVENT)
-        inputs.listen(String, "state", lambda message: self.states.append(message.data), LATCHED, STATE)
+        inputs.listen(String, "state", lambda message: self.states.append(message.data), LATCHED, need)
 
 
-def test_what_queues_up_while_a_node_does_not_run_is_dropped_but_for_a_state(ros):
-    listener = Listener(ros)
+@pytest.mark.parametrize("need", [input_watch.STATE, input_watch.EVENT])
+def test_what_queues_up_while_a_node_does_not_run_is_dropped_but_for_what_is_latched(ros, need):
+    listener = Listener(ros, need)
     stream, state = ros.publisher(String, "stream", EVENT), ros.publisher(String, "state", LATCHED)
     for name in ("one", "two"):
         stream.publish(String(data=name))

@@ -39,6 +39,13 @@ def test_a_disk_that_is_full_ends_nothing_either():
     assert (done.returncode, done.stderr) == (7, b"")
 
 
+def test_a_program_started_without_standard_output_goes_on_too():
+    code = TALKS_ON.replace("sys.stdin.readline()", "")
+    command = ["sh", "-c", 'exec "$0" -c "$1" >&-', sys.executable, code]
+    done = subprocess.run(command, stderr=subprocess.PIPE, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (7, b"")
+
+
 def test_lines_of_a_file_follow_each_other():
     said = io.StringIO()
     progress = Progress(said)

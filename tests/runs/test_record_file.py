@@ -56,7 +56,7 @@ def test_what_was_written_is_read(tmp_path):
     log = bouncing_run()
     record(tmp_path / RECORD, log)
     read = read_record(tmp_path / RECORD)
-    assert (read.simulated, read.goal.tolist(), read.ended) == (True, GOAL.tolist(), False)
+    assert (read.simulated, read.goal.tolist()) == (True, GOAL.tolist())
     assert read.log.poses == log.poses
     assert read.log.commands == log.commands
     assert read.log.true_impacts == log.true_impacts

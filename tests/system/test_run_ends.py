@@ -13,10 +13,12 @@ import pytest
 from bringup_process import Run, nodes_of, wait_for
 from rclpy.context import Context
 from rclpy.node import Node
+from std_srvs.srv import Trigger
 
 from collplan_core.warm_up import warm_up
 from collplan_ros.bringup.commanders import other_commanders
-from collplan_ros.bringup.main import Bringup, run
+from collplan_ros.bringup.graph import Graph
+from collplan_ros.bringup.main import CANCEL_PATIENCE, CANCEL_PERIOD, Bringup, run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.runs.record_reading import RECORD, read_record
@@ -49,33 +51,76 @@ def last_commands(log: RunLog) -> tuple[float, float]:
     return log.sent_commands[moving[-1]].sent, log.sent_commands[moving[-1] + 1].sent
 
 
+@pytest.fixture
+def ended(monkeypatch):
+    """When the outcome of each run of this process was known [s]."""
+    times = []
+    come_to_rest = Bringup.come_to_rest
+
+    def noted(self):
+        times.append(time.monotonic())
+        come_to_rest(self)
+
+    monkeypatch.setattr(Bringup, "come_to_rest", noted)
+    return times
+
+
 @pytest.mark.parametrize(
     ("outcome", "limits"),
     [("timeout", {"timeout": 1.5}), ("stuck", {"stuck_time": 0.5, "stuck_distance": 1.0})],
 )
-def test_a_run_that_is_over_is_canceled_at_once_and_recorded_until_the_robot_rests(
-    tmp_path, monkeypatch, outcome, limits
-):
-    ended = []
-    come_to_rest = Bringup.come_to_rest
-
-    def noted(self):
-        ended.append(time.monotonic())
-        come_to_rest(self)
-
-    monkeypatch.setattr(Bringup, "come_to_rest", noted)
+def test_a_run_that_is_over_is_canceled_at_once_and_recorded_until_the_robot_rests(tmp_path, ended, outcome, limits):
     said = io.StringIO()
     options = Options(out=tmp_path / "runs", pictures=False, params=ends_early(tmp_path, **limits))
     result = run(options, Progress(said))
     assert (result.outcome, result.exit_code) == (outcome, 1), said.getvalue()
     record = read_record(result.folder / RECORD)
     _, zero = last_commands(record.log)
-    assert record.ended
+    assert '\n["end",' in (result.folder / RECORD).read_text()
     assert zero - ended[0] <= AT_ONCE, said.getvalue()
     rows = list(csv.DictReader((result.folder / "trajectory.csv").open()))
     assert np.hypot(float(rows[-1]["vx"]), float(rows[-1]["vy"])) < AT_REST
     assert max(np.hypot(float(row["vx"]), float(row["vy"])) for row in rows) > 0.2
     assert "goal canceled" in (result.folder / "log" / "planner_node.log").read_text()
+
+
+@pytest.mark.parametrize(("deaf", "patience"), [(1, CANCEL_PERIOD), (1000, CANCEL_PATIENCE)], ids=["once", "always"])
+def test_a_planner_that_is_not_reached_is_asked_again_and_then_the_controller_is_stopped(
+    tmp_path, monkeypatch, ended, deaf, patience
+):
+    asked = []
+    cancel_goal = Graph.cancel_goal
+
+    def unheard(self):
+        asked.append(time.monotonic())
+        if len(asked) > deaf:
+            cancel_goal(self)
+
+    monkeypatch.setattr(Graph, "cancel_goal", unheard)
+    said = io.StringIO()
+    options = Options(out=tmp_path / "runs", pictures=False, params=ends_early(tmp_path, timeout=1.5))
+    result = run(options, Progress(said))
+    assert result.outcome == "timeout", said.getvalue()
+    _, zero = last_commands(read_record(result.folder / RECORD).log)
+    assert zero - ended[0] <= patience + 2 * AT_ONCE, said.getvalue()
+
+
+@pytest.mark.parametrize("how", ["cancel", "estop", "signal"])
+def test_zero_follows_at_once_on_whatever_ends_a_run(ros, tmp_path, how):
+    with Run(tmp_path / "runs", "--no-pictures") as run:
+        wait_for(run.moving)
+        client = None if how == "signal" else ros.probe.create_client(Trigger, how)
+        assert client is None or ros.wait_until(client.service_is_ready)
+        assert run.process.poll() is None, run.text
+        begun = time.monotonic()
+        if client is None:
+            run.process.send_signal(signal.SIGINT)
+        else:
+            answer = client.call_async(Trigger.Request())
+            assert ros.wait_until(answer.done)
+        assert run.end() == (128 + signal.SIGINT if client is None else 1), run.text
+    _, zero = last_commands(read_record(run.out / "latest" / RECORD).log)
+    assert 0.0 < zero - begun <= 2 * AT_ONCE, run.text
 
 
 # ---- a second commander
@@ -105,7 +150,7 @@ def test_a_second_commander_is_named_and_ends_the_run(tmp_path):
         finally:
             rogue.kill()
             rogue.wait()
-    assert "/rogue publishes on /cmd_vel beside controller_node; end it first" in run.text
+    assert "/cmd_vel is published by /rogue beside controller_node; end all but controller_node" in run.text
     assert noticed < 2.0
     assert nodes_of(run.out) == {}
 

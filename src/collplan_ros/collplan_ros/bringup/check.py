@@ -52,7 +52,7 @@ def check(options: Options, progress: Progress) -> int:
     Raises:
         StartError: what is asked for cannot be done; nothing was started.
     """
-    if not options.yes and not sys.stdin.isatty():
+    if not options.yes and not (sys.stdin and sys.stdin.isatty()):
         raise StartError("--check: asks before it moves the robot, so it needs a terminal, or --yes")
     preparation = _prepared(options)
     folder = RunFolder(options.out)

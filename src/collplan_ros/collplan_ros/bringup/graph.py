@@ -25,6 +25,7 @@ from collplan_ros.bringup.processes import NodeProcess, stop, stop_all
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
+from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.conversions import goal_to_message
 from collplan_ros.messages.qos import EVENT, LATCHED
 from collplan_ros.node_kit.diagnostics import ERROR
@@ -190,7 +191,7 @@ class Graph:
         others = other_commanders(self.node, COMMANDER)
         if others:
             topic = self._name(TOPIC)
-            raise GraphError(f"{_in_words(others)} publishes on {topic} beside {COMMANDER}; end it first")
+            raise GraphError(f"{topic} is published by {in_words(others)} beside {COMMANDER}; end all but {COMMANDER}")
 
     def give_goal(self, goal: np.ndarray) -> None:
         """Publishes a goal (2,) [m] and waits for the planner's answer."""
@@ -287,12 +288,12 @@ class Graph:
             self.step()
             others = sorted((self._names() - Counter([NAME])).keys())
             if others:
-                raise StartError(f"{_in_words(others)} already in {described()}; end it, or set another ROS_DOMAIN_ID")
+                raise StartError(f"{in_words(others)} already in {described()}; end it, or set another ROS_DOMAIN_ID")
 
     def _refuse_duplicates(self) -> None:
         duplicates = sorted(name for name, count in self._names().items() if count > 1)
         if duplicates:
-            raise GraphError(f"another {_in_words(duplicates)} in {described()}; end it, or set another ROS_DOMAIN_ID")
+            raise GraphError(f"another {in_words(duplicates)} in {described()}; end it, or set another ROS_DOMAIN_ID")
 
     def _all_reported(self) -> Callable[[], bool]:
         notice = time.monotonic() + NOTICE_TIME
@@ -302,7 +303,7 @@ class Graph:
             silent = self._silent_nodes()
             if silent and time.monotonic() > notice:
                 self._progress.say(
-                    f"waiting for {_in_words(silent)} (slow on a busy machine, or before the first compile)"
+                    f"waiting for {in_words(silent)} (slow on a busy machine, or before the first compile)"
                 )
                 notice = float("inf")
             return not silent
@@ -333,7 +334,7 @@ class Graph:
         return [name for name in self._preparation.programs if self._full_name(name) not in self.recorder.reported]
 
     def _unready(self) -> str:
-        silent = _in_words(self._silent_nodes())
+        silent = in_words(self._silent_nodes())
         return f"{silent} not ready within {READY_PATIENCE:g} s: nothing on /diagnostics; {described()}"
 
     def _no_pose(self) -> str:
@@ -355,7 +356,3 @@ class Graph:
 
     def _name(self, topic: str) -> str:
         return str(self.node.resolve_topic_name(topic))
-
-
-def _in_words(names: list[str]) -> str:
-    return ", ".join(names)

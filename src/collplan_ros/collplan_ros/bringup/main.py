@@ -38,6 +38,10 @@ MONITORED = (TIMEOUT, STUCK)
 """Outcomes that no node tells."""
 BROKEN_OFF = (GraphError, Interrupted, RecordError)
 """What ends a run before its outcome."""
+CANCEL_PERIOD = 0.1
+"""Period at which the planner is asked to end the goal, until it has [s]: it may not be discovered yet."""
+CANCEL_PATIENCE = 0.3
+"""Longest wait for the end of a goal that was canceled [s]."""
 EMERGENCY_STOP = "emergency_stop"
 """Outcome of a run in which the robot's emergency stop was latched."""
 
@@ -143,11 +147,19 @@ class Bringup:
             self.progress.show(pose.stamp - begin, distance, recorder.maneuver, recorder.n_impacts)
 
     def come_to_rest(self) -> None:
-        """Cancels a goal that has not ended, and waits until it has and the robot rests, at most REST_PATIENCE."""
-        graph, deadline = self.graph, time.monotonic() + REST_PATIENCE
-        if not self._goal_has_ended:
-            graph.cancel_goal()
-        while not (self._goal_has_ended and graph.at_rest) and time.monotonic() < deadline:
+        """Cancels a goal that has not ended, and waits until it has and the robot rests, at most REST_PATIENCE.
+
+        A goal that has not ended within CANCEL_PATIENCE is not waited for: leave the graph then, which stops the robot.
+        """
+        graph, begun = self.graph, time.monotonic()
+        due = begun
+        while not (self._goal_has_ended and graph.at_rest) and (now := time.monotonic()) < begun + REST_PATIENCE:
+            if not self._goal_has_ended:
+                if now > begun + CANCEL_PATIENCE:
+                    return
+                if now >= due:
+                    graph.cancel_goal()
+                    due = now + CANCEL_PERIOD
             graph.step()
 
     @property
@@ -161,7 +173,7 @@ class Bringup:
         if outcome == ABORTED:
             return said
         if outcome == EMERGENCY_STOP:
-            return f"emergency stop: {self.graph.recorder.emergency_stop}"
+            return self.graph.recorder.emergency_stop
         monitored = self._monitor.reason if self._monitor else ""
         return f"{outcome}: {monitored}; {PLANNER}: {said}" if outcome in MONITORED else ""
 

@@ -13,6 +13,7 @@ from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.bringup.commanders import TOPIC, other_commanders
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import NAME, Graph
+from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import NEWEST
@@ -53,7 +54,7 @@ class OpenLoop:
         """
         others = other_commanders(self._graph.node, NAME)
         if others:
-            raise GraphError(f"{', '.join(others)} publishes on {self._publisher.topic_name} too; end it first")
+            raise GraphError(f"{self._publisher.topic_name} is published by {in_words(others)} too; end all but {NAME}")
 
     def resume(self) -> None:
         """Lets the robot move, as a person has agreed to.

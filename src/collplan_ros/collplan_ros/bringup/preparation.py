@@ -13,6 +13,7 @@ from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import find_executable
 from collplan_ros.bringup.robots import NODES, RobotKind, robot_kind
+from collplan_ros.bringup.words import in_words
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,14 +76,9 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
     missing = [option for option, value in needed.items() if value is None]
     if missing and not robot.simulated:
         raise StartError(
-            f"--robot {options.robot} is not simulated, so {_in_words(list(needed))} must be said; "
-            f"missing: {_in_words(missing)}"
+            f"--robot {options.robot} is not simulated, so {in_words(list(needed))} must be said; "
+            f"missing: {in_words(missing)}"
         )
-
-
-def _in_words(options: list[str]) -> str:
-    *first, last = options
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _settings(options: Options, robot: RobotKind) -> Settings:

@@ -17,8 +17,9 @@ class Progress:
 
     def __init__(self, stream: TextIO | None = None) -> None:
         """Writes to `stream`, by default to standard output."""
-        self._stream = stream or sys.stdout
-        self._live = self._stream.isatty()
+        # Python gives None for a standard output that was closed from the start
+        self._stream: TextIO | None = stream or sys.stdout
+        self._live = self._stream is not None and self._stream.isatty()
         self._last = 0.0
         self._open = False
 
@@ -44,6 +45,8 @@ class Progress:
         self._open = False
 
     def _write(self, text: str) -> None:
+        if self._stream is None:
+            return
         try:
             self._stream.write(text)
             self._stream.flush()

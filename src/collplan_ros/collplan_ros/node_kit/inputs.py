@@ -5,14 +5,14 @@ from typing import Any, TypeVar
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
+from rclpy.qos import DurabilityPolicy, QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from collplan_core.loop.refusals import Refusals
 from collplan_core.scan import ScanError
 from collplan_ros.messages.conversions import MessageError
 from collplan_ros.node_kit.backlog import Backlog
-from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STATE, STREAM, InputWatch, Remark
+from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatch, Remark
 
 M = TypeVar("M")
 NOTHING = "nothing received"
@@ -54,7 +54,8 @@ class Inputs:
     def __init__(self, node: Node, refusals: Refusals | None = None, backlog: Backlog | None = None) -> None:
         """Subscribes in `node`; counts in `refusals` where given, which others may share.
 
-        Where a `backlog` is given it drops what queues up while the node is frozen, but for what is a STATE.
+        Where a `backlog` is given it drops what queues up while the node is frozen, but for what is latched: that
+        holds until there is another, and comes only once.
         """
         self.refusals = Refusals() if refusals is None else refusals
         self.sent = 0.0
@@ -90,7 +91,7 @@ class Inputs:
         self._watches[topic] = watch
         self._kinds[topic] = kind or topic
 
-        backlog = None if need == STATE else self._backlog
+        backlog = None if qos.durability == DurabilityPolicy.TRANSIENT_LOCAL else self._backlog
 
         def take(message: M, info: Mapping[str, Any]) -> None:
             if backlog is not None and backlog.holds():

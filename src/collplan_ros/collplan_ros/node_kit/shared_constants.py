@@ -13,6 +13,7 @@ from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, CONSTANTS_SUBSCRIBED
 from collplan_ros.node_kit.diagnostics import OK, WARN, Health
 from collplan_ros.node_kit.node_parameters import Group, specs_of
+from collplan_ros.node_kit.publishers import UNKNOWN, listed_publishers
 
 CHECK_PERIOD = 1.0
 """Time between two looks at which nodes are still there [s]."""
@@ -20,8 +21,6 @@ PATIENCE = 3
 """Looks in a row at which a node is not there until it counts as ended: its message may come before ROS lists it."""
 GROUPS = ("robot.", "frames.", "limits.fence")
 """Where keys of constants that must be shared begin."""
-UNKNOWN = "_NODE_NAME_UNKNOWN_"
-"""Name under which ROS lists a node until it is discovered whole."""
 
 
 def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:
@@ -114,9 +113,8 @@ class SharedConstants:
         self._log_change()
 
     def _drop_ended(self) -> None:
-        publishers = self._node.get_publishers_info_by_topic(self._publisher.topic_name)
-        running = {f"{each.node_namespace.rstrip('/')}/{each.node_name}" for each in publishers}
-        if any(name.endswith(UNKNOWN) for name in running):
+        running = listed_publishers(self._node, self._publisher.topic_name)
+        if UNKNOWN in running:
             return  # one that is not yet discovered whole may be any of them
         self._absences = Counter({name: self._absences[name] + 1 for name in self._others if name not in running})
         self._others = {name: theirs for name, theirs in self._others.items() if self._absences[name] < PATIENCE}

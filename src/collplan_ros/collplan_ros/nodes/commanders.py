@@ -2,7 +2,7 @@
 
 from rclpy.node import Node
 
-from collplan_ros.node_kit.shared_constants import UNKNOWN
+from collplan_ros.node_kit.publishers import known_publishers
 
 MOST_BREAKS = 3
 """Breaks in the count of messages within BREAK_TIME that tell of two publishers; a commander's restart makes one."""
@@ -30,11 +30,7 @@ class Commanders:
 
     def look(self, now: float) -> None:
         """Looks at who is there at `now` [s]."""
-        listed = [
-            f"{each.node_namespace.rstrip('/')}/{each.node_name}"
-            for each in self._node.get_publishers_info_by_topic(self._topic)
-            if each.node_name != UNKNOWN  # listed with its name soon
-        ]
+        listed = known_publishers(self._node, self._topic)
         names = sorted(set(listed))
         self._breaks = [time for time in self._breaks if now - time < BREAK_TIME]
         self.why_refused = ""

@@ -100,7 +100,8 @@ class ControllerNode(Node):
 
     def _on_robot_state(self, message: DiagnosticStatus) -> None:
         # a robot that stands by itself is commanded zero, so that nobody takes it for stuck
-        self._robot_stands = message.message
+        # the reason alone: what lets the robot move is said beside it where the controller is held too
+        self._robot_stands = {item.key: item.value for item in message.values}.get("reason", message.message)
 
     def _on_resumed(self, _: Empty) -> None:
         self._loop.resume()

@@ -26,6 +26,7 @@ from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.clock import seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.stall import StallGuard
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
 from collplan_ros.nodes.commanders import Commanders
 from collplan_ros.nodes.robot_state import FREE, HELD, STOPPED, RobotState
@@ -34,8 +35,6 @@ STARTED = "just started"
 """Why a robot is held that nobody has let move yet."""
 LOOK_PERIOD = 0.05
 """Time between two looks at what could hold the robot [s]."""
-LONGEST_STALL = 0.15
-"""A longer pause between two looks is a stall of this node: what was queued meanwhile is dropped [s]."""
 
 
 class Robot(Protocol):
@@ -65,7 +64,6 @@ class RobotContract:
 
     Attributes:
         stopped_by: what latched the emergency stop, in words; empty while it is not latched.
-        ignored: commands ignored because the robot was held or stopped, or not ready.
         releases: how often a person has let the robot move.
         clearances: how often the emergency stop was cleared.
     """
@@ -73,7 +71,7 @@ class RobotContract:
     def __init__(self, node: Node, inputs: Inputs, robot: Robot, settings: Settings) -> None:
         """Subscribes through `inputs` and serves in `node`."""
         self.stopped_by = ""
-        self.ignored = self.releases = self.clearances = 0
+        self._ignored = self.releases = self.clearances = 0
         self._node = node
         self._inputs = inputs
         self._robot = robot
@@ -85,8 +83,7 @@ class RobotContract:
         self._taken_at = -math.inf
         # steady even where the node follows /clock: a stall of this process is one of the machine
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._looked_at = seconds(self._steady)
-        self._stall_ended = -math.inf
+        self._stalls = StallGuard()
         self._commanders = Commanders(node, "cmd_vel")
         self._state = RobotState(node)
         self._resumed = node.create_publisher(Empty, "robot/resumed", EVENT)
@@ -140,15 +137,13 @@ class RobotContract:
     @property
     def counts(self) -> dict[str, object]:
         """State, and commands by what became of them, ready for a `Health`."""
-        commands = {"commands": self._commands, "ignored": self.ignored, "late": self._late}
+        commands = {"commands": self._commands, "ignored": self._ignored, "late": self._late}
         return {"state": self._state.name, **commands, **self._check.counts}
 
     def look(self) -> None:
         """Holds the robot where something must: a second commander, silence. Notes stalls of this node."""
         steady = seconds(self._steady)
-        if steady - self._looked_at > LONGEST_STALL:
-            self._stall_ended = steady
-        self._looked_at = steady
+        self._stalls.tick(steady)
         self._commanders.look(steady)
         reason = self._why_hold()
         if reason and self.may_move:
@@ -163,21 +158,21 @@ class RobotContract:
     # ---- commands
 
     def _take_command(self, message: Twist | TwistStamped) -> None:
-        if seconds(self._steady) - self._looked_at > LONGEST_STALL:
-            self.look()
         steady = seconds(self._steady)
+        if self._stalls.tick(steady):
+            self.look()
         is_first = math.isinf(self._delay.least)
         self._delay, age = self._delay.measured(self._inputs.sent, steady)
         self._commanders.took(self._inputs.number, steady)
         # the first one's age is unknown, and what was queued in a stall was sent before its end
-        if is_first or age >= self._settings.limits.command_age or steady - age <= self._stall_ended:
+        if is_first or age >= self._settings.limits.command_age or steady - age <= self._stalls.ended:
             self._late += 1
             return
         self._taken_at = self._robot.now()
         if self.may_move and self._commanders.why_refused:
             self.hold(self._commanders.why_refused)
         if not self.may_move or not self._robot.is_ready():
-            self.ignored += 1
+            self._ignored += 1
             return
         self._commands += 1
         velocity, yaw_rate = self._check.followed(twist_of(message), self._taken_at)
@@ -246,9 +241,9 @@ class RobotContract:
     def _tell(self) -> None:
         knows_planner = bool(self._interlock.goals)
         if self.stopped_by:
-            message = f"emergency stop {self.stopped_by}: commands are ignored until clear_estop"
-            self._state.tell(STOPPED, message, knows_planner)
+            reason = f"emergency stop {self.stopped_by}"
+            self._state.tell(STOPPED, reason, "commands are ignored until clear_estop", knows_planner)
         elif self._interlock.reason:
-            self._state.tell(HELD, f"held, {self._interlock.reason}: {REMEDY}", knows_planner)
+            self._state.tell(HELD, self._interlock.reason, REMEDY, knows_planner)
         else:
-            self._state.tell(FREE, "", knows_planner)
+            self._state.tell(FREE, "", "", knows_planner)

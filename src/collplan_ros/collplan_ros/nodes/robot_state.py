@@ -14,7 +14,7 @@ class RobotState:
 
     Attributes:
         name: FREE, HELD or STOPPED.
-        message: why the robot does not move; empty where it is free.
+        message: why the robot does not move, and what lets it; empty where it is free.
     """
 
     def __init__(self, node: Node) -> None:
@@ -25,20 +25,23 @@ class RobotState:
         self._source = node.get_fully_qualified_name()
         self._out = node.create_publisher(DiagnosticStatus, "robot/state", qos.LATCHED)
 
-    def tell(self, name: str, message: str, knows_planner: bool) -> None:
+    def tell(self, name: str, reason: str, remedy: str, knows_planner: bool) -> None:
         """Publishes the present state if it is another one.
 
         Args:
             name: FREE, HELD or STOPPED.
-            message: why the robot does not move.
+            reason: why the robot does not move; empty where it is free.
+            remedy: what lets it move again.
             knows_planner: whether the planner has been heard: a goal given from then on is a new one.
         """
+        whole = f"held, {reason}" if name == HELD else reason
+        message = f"{whole}: {remedy}" if reason else ""
         if (name, message, knows_planner) == (self.name, self.message, self._knows_planner):
             return
         is_news, is_first = (name, message) != (self.name, self.message), not self.name
         self.name, self.message, self._knows_planner = name, message, knows_planner
         level = DiagnosticStatus.OK if name == FREE else DiagnosticStatus.WARN
-        values = {"state": name, "reason": message, "knows_planner": "yes" if knows_planner else "no"}
+        values = {"state": name, "reason": reason, "knows_planner": "yes" if knows_planner else "no"}
         pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
         self._out.publish(DiagnosticStatus(level=level, name=self._source, message=message, values=pairs))
         if not is_news:

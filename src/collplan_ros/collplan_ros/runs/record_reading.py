@@ -56,13 +56,11 @@ class Record:
         log: the log of the run, up to its end.
         simulated: whether the robot was simulated.
         goal: (2,) [m]; NaN where the run was killed before it had one.
-        ended: whether bringup recorded the run to its end.
     """
 
     log: RunLog = field(default_factory=RunLog)
     simulated: bool = False
     goal: np.ndarray = field(default_factory=lambda: np.full(2, math.nan))
-    ended: bool = False
 
 
 def read_record(path: Path, pictured: bool = True) -> Record:
@@ -135,7 +133,7 @@ class _Reading:
         self._record.simulated, self._record.goal = header["simulated"], np.array(header["goal"], dtype=float)
 
     def _take_asked(self, _: float) -> None:
-        self._log.reached_sent, self._end, self._record.ended = None, None, False
+        self._log.reached_sent = self._end = None
 
     def _take_clock(self, corrections: list[float]) -> None:
         self._corrections = corrections
@@ -144,7 +142,7 @@ class _Reading:
         self._log.reached_sent = sent if status == SUCCEEDED else None
 
     def _take_end(self, stamp: float, sent: float) -> None:
-        self._end, self._record.ended = PoseRow(stamp, 0.0, 0.0, 0.0, 0.0, 0.0, sent), True
+        self._end = PoseRow(stamp, 0.0, 0.0, 0.0, 0.0, 0.0, sent)
 
     def _take_plan(self, _: float, stamp: float, times: list[float], positions: list[list[float]]) -> None:
         at = self._time(stamp)

@@ -32,6 +32,7 @@ from collplan_ros.messages.conversions import (
 from collplan_ros.messages.goal_status import NAMES
 from collplan_ros.messages.plans import contacts_from_message, plan_from_path
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
+from collplan_ros.nodes import robot_state
 from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.run_log import PoseRow
 from collplan_ros.runs.run_times import RunTimes, continued
@@ -45,9 +46,6 @@ FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "harde
 
 ODD = (ArithmeticError, LookupError, TypeError, ValueError)
 """What a message that nobody expects can raise while it is read."""
-
-EMERGENCY_STOPPED = "stopped"
-"""The state on robot/state while the emergency stop is latched."""
 
 
 class End(NamedTuple):
@@ -204,7 +202,8 @@ class Recorder:
 
     def _take_robot_state(self, message: DiagnosticStatus, sent: float) -> None:
         state = {item.key: item.value for item in message.values}.get("state", "")
-        self.emergency_stop = (message.message or message.name) if state == EMERGENCY_STOPPED else ""
+        why = message.message or f"emergency stop of {message.name}"
+        self.emergency_stop = why if state == robot_state.STOPPED else ""
         self._write("robot", sent, state, message.message)
 
     def _take_goal_status(self, message: GoalStatus, sent: float) -> None:

@@ -1,0 +1,20 @@
+"""Which nodes publish a topic, by the names that ROS lists."""
+
+from rclpy.node import Node
+
+UNKNOWN = "_NODE_NAME_UNKNOWN_"
+"""Name under which ROS lists a node until it is discovered whole."""
+
+
+def listed_publishers(node: Node, topic: str) -> list[str]:
+    """Full name of the node of each publisher of `topic`, as given to rclpy; UNKNOWN for one not discovered whole."""
+    found = node.get_publishers_info_by_topic(node.resolve_topic_name(topic))
+    return [
+        UNKNOWN if each.node_name == UNKNOWN else f"{each.node_namespace.rstrip('/')}/{each.node_name}"
+        for each in found
+    ]
+
+
+def known_publishers(node: Node, topic: str) -> list[str]:
+    """The same without those not discovered whole: they are listed with their names soon."""
+    return [name for name in listed_publishers(node, topic) if name != UNKNOWN]
