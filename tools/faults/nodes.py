@@ -5,7 +5,7 @@ from itertools import accumulate
 from collplan_ros.bringup.graph import COMMANDER
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph
-from faults.stands import CREEP, commanded_to_stand, no_motion_since
+from faults.stands import CREEP, WAIT, commanded_to_stand, no_motion_since
 from faults.streams import why_stalled
 
 HEARTBEAT = 0.30
@@ -14,8 +14,10 @@ SILENCE = 0.25
 """Longest time from the last pose to zero: limits.pose_age, a control period, and what a message takes [s]."""
 SCAN_SILENCE = 0.35
 """The same of scans, whose period counts too [s]."""
-AGE = 0.25
-"""Longest time for which a robot that runs again follows what it followed before [s]."""
+ON = 0.2
+"""Longest time for which a robot that runs again goes on as before: what is left of the command, and the lag [s]."""
+SLOWS = 0.6
+"""Time watched for that [s]."""
 LOST = 1.5
 """For so long poses are lost: after over 1 s the robot is held [s]."""
 WATCHED = 2.0
@@ -57,7 +59,8 @@ def queued_command(graph: LiveGraph, begun: float) -> Measured:
     graph.pause(graph.chance.uniform(0.3, 0.9))
     queued = graph.streams.commands[-1]
     again = graph.thaw("simulator_node")
-    graph.pause(0.6)
+    # what was lost by the freeze comes once more, late
+    graph.until(lambda: graph.streams.truth[-1].sent > again + SLOWS, SLOWS + WAIT)
     rows = [row for row in graph.streams.truth if row.sent > again]
     fastest = accumulate((row.speed for row in rows), max)
     slows = next((row.sent for row, top in zip(rows, fastest, strict=True) if row.speed < top - CREEP), None)
@@ -93,7 +96,7 @@ FAULTS = [
     Fault(
         "simulator_node and its commander frozen, it runs again: time until it slows",
         "simulator",
-        AGE,
+        ON,
         freeze_with_a_queue,
         queued_command,
         thaw_both,
