@@ -57,7 +57,6 @@ def plugged_in(graph: LiveGraph) -> None:
 
 def link_lost(graph: LiveGraph, begun: float) -> Measured:
     measured = oldest_followed(graph, begun)
-    graph.pause(1.0)
     plugged_in(graph)
     return then_still(graph, measured)
 
