@@ -57,7 +57,6 @@ def plugged_in(graph: LiveGraph) -> None:
 
 def link_lost(graph: LiveGraph, begun: float) -> Measured:
     measured = oldest_followed(graph, begun)
-    graph.pause(1.0)
     plugged_in(graph)
     return then_still(graph, measured)
 
@@ -97,7 +96,7 @@ def freeze_both(graph: LiveGraph) -> float:
 
 def old_command(graph: LiveGraph, begun: float) -> Measured:
     """Whether the driver, running again, follows what was commanded before: its commander is frozen still."""
-    graph.pause(graph.chance.uniform(0.3, 1.5))
+    graph.pause(graph.chance.uniform(0.25, 0.8))  # silent for over 1 s it would be held
     again = graph.thaw("driver_node")
     graph.pause(0.5)
     measured = oldest_followed(graph, begun)

@@ -46,7 +46,7 @@ REST = 2.0
 """Longest wait for the robot to come to rest [s]."""
 PATIENCE = 20.0
 """Longest wait for the robot to drive [s]."""
-AGAIN = 1.5
+AGAIN = 0.8
 """Time after which a goal is given once more where the robot does not drive [s]."""
 ANSWER = 3.0
 """Longest wait for an answer [s]."""

@@ -1,10 +1,12 @@
 """Nodes that are frozen or killed."""
 
+from itertools import accumulate
+
 from collplan_ros.bringup.graph import COMMANDER
-from faults.bench import BenchError
 from faults.fault import Fault, Measured
-from faults.live_graph import REST, LiveGraph
-from faults.stands import CREEP, commanded_to_stand, no_motion_since
+from faults.live_graph import LiveGraph
+from faults.stands import CREEP, WAIT, commanded_to_stand, no_motion_since
+from faults.streams import why_stalled
 
 HEARTBEAT = 0.30
 """[s]"""
@@ -12,8 +14,10 @@ SILENCE = 0.25
 """Longest time from the last pose to zero: limits.pose_age, a control period, and what a message takes [s]."""
 SCAN_SILENCE = 0.35
 """The same of scans, whose period counts too [s]."""
-SLOW = 0.2
-"""A robot that goes from rest to its speed is on the way there [m/s]."""
+ON = 0.2
+"""Longest time for which a robot that runs again goes on as before: what is left of the command, and the lag [s]."""
+SLOWS = 0.6
+"""Time watched for that [s]."""
 LOST = 1.5
 """For so long poses are lost: after over 1 s the robot is held [s]."""
 WATCHED = 2.0
@@ -39,27 +43,30 @@ def killed(node: str, limit: float, hold: float = 0.6) -> Fault:
     return Fault(f"{node} killed", "simulator", limit, act, commanded_to_stand(hold), undo)
 
 
-def freeze_speeding_up(graph: LiveGraph) -> float:
-    """The robot freezes while it gains speed from rest, and its commander later: what it sent last is faster still."""
-    graph.cancel_goal()
-    graph.until(lambda: not graph.streams.commands[-1].moves and not graph.moves, REST)
-    graph.give_goal(graph.farther_end())
-    if not graph.until(lambda: graph.streams.truth[-1].speed > SLOW, REST):
-        raise BenchError(f"the robot does not drive: {graph.described()}")
+def freeze_with_a_queue(graph: LiveGraph) -> float:
+    """The commander pauses, the robot freezes, the commander sends what the robot does not take, and freezes too."""
+    graph.freeze(COMMANDER)
+    graph.pause(0.13)
     begun = graph.freeze("simulator_node")
-    graph.pause(graph.chance.uniform(0.1, 0.18))
-    graph.freeze("controller_node")
+    graph.thaw(COMMANDER)
+    graph.pause(0.08)
+    graph.freeze(COMMANDER)
     return begun
 
 
 def queued_command(graph: LiveGraph, begun: float) -> Measured:
-    """Whether the robot, running again, becomes faster than was commanded before it froze."""
-    allowed = next(row.speed for row in reversed(graph.streams.commands) if row.sent <= begun)
-    graph.pause(graph.chance.uniform(0.3, 1.5))
+    """How long the robot, running again, does not slow: what is in the queue would give it another command_age."""
+    graph.pause(graph.chance.uniform(0.3, 0.9))
+    queued = graph.streams.commands[-1]
     again = graph.thaw("simulator_node")
-    graph.pause(0.5)
-    fastest = max((row.speed for row in graph.streams.truth if row.sent > again), default=0.0)
-    return Measured(missed=f"{fastest:.2f} m/s after {allowed:.2f} m/s" if fastest > allowed + CREEP else "")
+    # what was lost by the freeze comes once more, late
+    graph.until(lambda: graph.streams.truth[-1].sent > again + SLOWS, SLOWS + WAIT)
+    rows = [row for row in graph.streams.truth if row.sent > again]
+    fastest = accumulate((row.speed for row in rows), max)
+    slows = next((row.sent for row, top in zip(rows, fastest, strict=True) if row.speed < top - CREEP), None)
+    stalled = why_stalled("simulator_node", (row.sent for row in rows), again, slows or graph.now())
+    unbegun = "" if queued.moves and queued.sent > begun else "nothing was queued"
+    return Measured(None if slows is None else slows - rows[0].sent, "", stalled, unbegun)
 
 
 def thaw_both(graph: LiveGraph) -> None:
@@ -87,10 +94,10 @@ FAULTS = [
     frozen("lidar_node", SCAN_SILENCE),
     killed("lidar_node", SCAN_SILENCE),
     Fault(
-        "simulator_node and its commander frozen, it runs again: nothing queued is followed",
+        "simulator_node and its commander frozen, it runs again: time until it slows",
         "simulator",
-        None,
-        freeze_speeding_up,
+        ON,
+        freeze_with_a_queue,
         queued_command,
         thaw_both,
         long=200,

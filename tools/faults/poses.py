@@ -15,9 +15,9 @@ LATE = 0.3
 """Longest time from the first late pose to zero [s]."""
 GAP = 0.1
 """Longer than between poses that come in time [s]."""
-DRIVES_ON = 0.7
-"""Longest time for which the robot is commanded to stand after a clock was set: plans begin anew [s]."""
-WATCHED = 1.0
+DRIVES_ON = 1.0
+"""Longest time for which the robot is commanded to stand after a clock was set: after longer it would be held [s]."""
+WATCHED = 1.2
 """Time watched after each step of a clock [s]."""
 HOLD = 0.8
 """For so long a lie lasts, and the robot must go on standing [s]."""

@@ -1,11 +1,11 @@
 """Runs of bringup that end while the robot drives, are killed, or whose disk is full."""
 
 import io
+import math
 import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import count
 from pathlib import Path
 from random import Random
 
@@ -46,7 +46,6 @@ sys.exit(main(sys.argv[1:]))
 """bringup on a disk that is full soon."""
 EARLY = {TIMEOUT: {"timeout": 1.5}, STUCK: {"stuck_time": 0.8, "stuck_distance": 5.0}}
 """Under which a run ends while the robot drives."""
-_goals = count()
 
 
 class RunEnds(Bench):
@@ -75,7 +74,8 @@ class RunEnds(Bench):
         bringup = self._bringup
         trial = replace(Settings().trial, **EARLY[outcome])
         bringup.preparation = replace(bringup.preparation, settings=replace(bringup.preparation.settings, trial=trial))
-        said = bringup.drive(ENDS[(next(_goals) + 1) % 2])
+        here = bringup.graph.pose
+        said = bringup.drive(max(ENDS, key=lambda end: math.hypot(here.x - end[0], here.y - end[1])))
         at = time.monotonic()
         bringup.come_to_rest()
         return said, at
