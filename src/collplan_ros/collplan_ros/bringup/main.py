@@ -175,7 +175,7 @@ class Bringup:
         if outcome == EMERGENCY_STOP:
             return self.graph.recorder.emergency_stop
         monitored = self._monitor.reason if self._monitor else ""
-        return f"{outcome}: {monitored}; {PLANNER}: {said}" if outcome in MONITORED else ""
+        return f"{outcome}: {monitored}{self.graph.frozen}; {PLANNER}: {said}" if outcome in MONITORED else ""
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:
