@@ -1,5 +1,6 @@
 """The whole graph over serial bytes: bringup with the emulated firmware, and a robot that cannot be reached."""
 
+import io
 import json
 import subprocess
 import sys
@@ -11,10 +12,11 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_ros.bringup import graph, preparation
-from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.failures import GraphError, StartError
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import prepare
+from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.robots import robot_kind
 
 CORRUPTED = """
@@ -126,6 +128,19 @@ def test_a_real_robot_is_slow_unless_the_command_line_says_otherwise_and_it_is_s
     for robot in ("sim", "emulator"):
         prepared = prepare(Options(robot=robot))
         assert (prepared.settings.robot.max_speed, prepared.speed) == (Settings().robot.max_speed, "")
+
+
+def test_the_first_line_of_a_run_says_how_fast_a_real_robot_drives(tmp_path, monkeypatch):
+    def ends(self):
+        raise GraphError("enough")
+
+    monkeypatch.setattr(graph.Graph, "wait_until_ready", ends)
+    said = io.StringIO()
+    result = run(
+        Options(robot="serial:/dev/x", out=tmp_path, pictures=False, **{**SAID, "network": "local"}), Progress(said)
+    )
+    assert result.outcome == "graph_lost"
+    assert said.getvalue().startswith("drives at 0.3 m/s at most: no --max-speed was given\n"), said.getvalue()
 
 
 @pytest.mark.parametrize("spec", ["serial", "serial:", "serial:/dev/ttyUSB0@fast", "tank", "sim:x", "emulator@9600"])
