@@ -49,7 +49,7 @@ class Graph:
         ready = self.planner._loop._sensors, self.controller._loop._sensors
         assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
         # only then is a goal a new one to the robot, and lets it move
-        assert ros.wait_until(lambda: simulator._contract._interlock.goal is not None)
+        assert ros.wait_until(lambda: simulator._contract._interlock.goals)
 
     def send_goal(self, goal) -> None:
         self.goals.publish(goal_to_message(goal, "map"))

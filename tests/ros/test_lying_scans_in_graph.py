@@ -75,7 +75,7 @@ class Hall(SimulatedHall):
         self._goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
         self._truth = ros.listen(Odometry, "ground_truth/odom", EVENT)
         # only then is a goal a new one to the robot, and lets it move
-        assert ros.wait_until(lambda: self.simulator._contract._interlock.goal is not None)
+        assert ros.wait_until(lambda: self.simulator._contract._interlock.goals)
 
     def _lidar(self, parameters) -> LyingLidar:
         true = ["--ros-args", "-r", f"scan:={TRUE_SCANS}"]

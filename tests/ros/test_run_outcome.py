@@ -110,6 +110,8 @@ class FedGraph(graph.Graph):
     def last_message(self, node: str) -> str:
         return "as usual"
 
+    frozen = ""
+
     def give_goal(self, goal) -> None:
         self.recorder.ask(goal)
         self.recorder.goal = GoalReport(ACCEPTED, self._now)

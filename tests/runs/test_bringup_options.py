@@ -40,8 +40,9 @@ def test_every_example_of_the_help_starts_the_program_as_it_was_called(monkeypat
 @pytest.mark.parametrize("network", [None, "subnet"])
 def test_the_line_that_repeats_a_run_gives_robot_goal_and_parameters(monkeypatch, goal, network):
     monkeypatch.setattr("sys.argv", [".venv/bin/bringup", "--seed", "3"])
-    first = Options(robot="serial:/dev/my robot", goal=goal, network=network, timeout=9.0)
+    first = Options(robot="serial:/dev/my robot", goal=goal, network=network, timeout=9.0, max_speed=0.9)
     program, *arguments = shlex.split(first.repeat(np.array(goal), Path("the runs/latest/parameters.yaml")))
     again = parse(arguments)
     assert (program, again.robot, again.goal, again.network) == (".venv/bin/bringup", first.robot, goal, network)
+    assert again.max_speed == first.max_speed
     assert again.params == Path("the runs/latest/parameters.yaml")

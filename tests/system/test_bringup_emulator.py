@@ -1,5 +1,6 @@
 """The whole graph over serial bytes: bringup with the emulated firmware, and a robot that cannot be reached."""
 
+import io
 import json
 import subprocess
 import sys
@@ -9,11 +10,13 @@ from statistics import fmean
 import pytest
 
 from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_parameters
 from collplan_ros.bringup import graph, preparation
-from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.failures import GraphError, StartError
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import prepare
+from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.robots import robot_kind
 
 CORRUPTED = """
@@ -106,13 +109,39 @@ def test_the_check_of_a_real_robot_needs_no_more_than_the_network():
         prepare(Options(robot="serial:/dev/x", check=True))
 
 
-def test_a_real_robot_is_slow_unless_told_otherwise(tmp_path):
-    file = tmp_path / "fast.yaml"
-    file.write_text("/**:\n  ros__parameters:\n    robot: {max_speed: 0.8}\n")
-    for given, speed in (({}, 0.3), ({"params": file}, 0.8), ({"params": file, "max_speed": 0.5}, 0.5)):
+def test_a_real_robot_is_slow_unless_the_command_line_says_otherwise_and_it_is_said_why(tmp_path):
+    fast, slow, other = (tmp_path / f"{name}.yaml" for name in ("fast", "slow", "other"))
+    write_parameters(Settings(), fast)  # as a simulated run leaves it
+    slow.write_text("/**:\n  ros__parameters:\n    robot: {max_speed: 0.2}\n")
+    other.write_text("/**:\n  ros__parameters:\n    robot: {radius: 0.1}\n")
+    none_given = "no --max-speed was given"
+    for given, speed, source in (
+        ({}, 0.3, none_given),
+        ({"params": other}, 0.3, none_given),
+        ({"params": fast}, 0.3, f"{none_given}, and robot.max_speed 1.2 of {fast} alone makes it no faster"),
+        ({"params": slow}, 0.2, f"robot.max_speed of {slow}"),
+        ({"params": fast, "max_speed": 0.5}, 0.5, "--max-speed"),
+        ({"max_speed": 0.1}, 0.1, "--max-speed"),
+    ):
         prepared = prepare(Options(robot="serial:/dev/x", **SAID, **given))
         assert prepared.settings.robot.max_speed == speed
-    assert prepare(Options(robot="emulator")).settings.robot.max_speed == Settings().robot.max_speed
+        assert prepared.speed == f"drives at {speed:g} m/s at most: {source}"
+    for robot in ("sim", "emulator"):
+        prepared = prepare(Options(robot=robot))
+        assert (prepared.settings.robot.max_speed, prepared.speed) == (Settings().robot.max_speed, "")
+
+
+def test_the_first_line_of_a_run_says_how_fast_a_real_robot_drives(tmp_path, monkeypatch):
+    def ends(self):
+        raise GraphError("enough")
+
+    monkeypatch.setattr(graph.Graph, "wait_until_ready", ends)
+    said = io.StringIO()
+    result = run(
+        Options(robot="serial:/dev/x", out=tmp_path, pictures=False, **{**SAID, "network": "local"}), Progress(said)
+    )
+    assert result.outcome == "graph_lost"
+    assert said.getvalue().startswith("drives at 0.3 m/s at most: no --max-speed was given\n"), said.getvalue()
 
 
 @pytest.mark.parametrize("spec", ["serial", "serial:", "serial:/dev/ttyUSB0@fast", "tank", "sim:x", "emulator@9600"])

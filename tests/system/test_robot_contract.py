@@ -99,7 +99,7 @@ class Robot:
         message.goal_info.goal_id.uuid = np.frombuffer(uuid.uuid4().bytes, dtype=np.uint8)
         planner.publish(message)
         goal = bytes(bytearray(message.goal_info.goal_id.uuid))
-        self.until(lambda: self.nodes[ROBOTS[self.name][0]]._contract._interlock.goal == goal)
+        self.until(lambda: self.nodes[ROBOTS[self.name][0]]._contract._interlock.goals[-1:] == (goal,))
 
     @property
     def state(self) -> str:
@@ -381,6 +381,24 @@ def test_a_robot_restarted_stands_until_a_person_lets_it_move(robot):
         assert robot.stays_still(10, x=0.0)
         assert robot.stays_still(20, x=0.3)
         robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+
+
+def test_a_robot_restarted_as_a_whole_in_an_emergency_stop_forgets_it_and_is_held(robot):
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+    assert robot.call("estop")
+    robot.until(lambda: robot.state == "stopped")
+    kinds = ROBOTS[robot.name]
+    for kind in kinds:
+        robot.end(kind)
+    robot.health.clear()
+    robot.truth.clear()
+    robot.states.clear()
+    robot.nodes = {kind: robot.start(kind) for kind in kinds}
+    robot.ready()
+    assert robot.state == "held", robot.states[-1].message
+    assert robot.stays_still(30, x=0.3)
+    assert robot.state == "held", robot.states[-1].message
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
 
 
 def test_its_nodes_start_in_any_order(robot):

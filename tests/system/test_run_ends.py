@@ -3,6 +3,9 @@
 import csv
 import io
 import json
+import os
+import re
+import signal
 import subprocess
 import sys
 import time
@@ -121,6 +124,21 @@ def test_zero_follows_at_once_on_whatever_ends_a_run(ros, tmp_path, how):
         assert run.end() == (128 + signal.SIGINT if client is None else 1), run.text
     _, zero = last_commands(read_record(run.out / "latest" / RECORD).log)
     assert 0.0 < zero - begun <= 2 * AT_ONCE, run.text
+
+
+@pytest.mark.parametrize(("node", "outcome"), [("planner_node", "stuck"), ("simulator_node", "graph_lost")])
+def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path, node, outcome):
+    with Run(tmp_path / "runs", "--no-pictures") as run:
+        wait_for(run.moving)
+        pid = nodes_of(run.out)[node]
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            assert run.end() == (1 if outcome == "stuck" else 3), run.text
+        finally:
+            if node in nodes_of(run.out):
+                os.kill(pid, signal.SIGCONT)
+    assert re.search(rf"; frozen: nothing on /diagnostics from {node} for \d\.\d s", run.text), run.text
+    assert run.summary()["outcome"] == outcome
 
 
 # ---- a second commander

@@ -61,6 +61,8 @@ LATE = 1.0
 """Time after sending at which a pose no longer tells how the robot is now [s]."""
 CATCH_UP_PATIENCE = 5.0
 """Longest wait for poses that are not late, once those taken are [s]."""
+LONGEST_SILENCE = 2.5
+"""Time without diagnostics after which a node counts as frozen [s]: each node sends them once a second."""
 GOAL_PERIOD = 1.0
 """Period at which a goal without answer is published again [s]."""
 SPIN_TIME = 0.02
@@ -121,7 +123,7 @@ class Graph:
             GraphError: there is none, or none has come while messages were waited for, for INPUT_PATIENCE.
         """
         if self.recorder.newest is None or self._silence > INPUT_PATIENCE:
-            raise GraphError(self._no_pose())
+            raise GraphError(self._no_pose() + self.frozen)
         return self.recorder.newest
 
     def step(self) -> None:
@@ -155,7 +157,7 @@ class Graph:
         deadline = time.monotonic() + patience
         while not condition():
             if time.monotonic() > deadline:
-                raise GraphError(complaint())
+                raise GraphError(complaint() + self.frozen)
             self.step()
 
     def catch_up(self) -> None:
@@ -221,6 +223,17 @@ class Graph:
     def _speed(self) -> float:
         pose = self.recorder.newest
         return math.inf if pose is None else math.hypot(pose.vx, pose.vy)
+
+    @property
+    def frozen(self) -> str:
+        """The nodes that report no more although their processes run, to be added to a sentence; empty without any."""
+        silent = self.recorder.silent(LONGEST_SILENCE)
+        found = [
+            f"{name} for {silent[self._full_name(name)]:.1f} s"
+            for name in self._preparation.programs
+            if self._full_name(name) in silent
+        ]
+        return f"; frozen: nothing on /diagnostics from {in_words(found)}" if found else ""
 
     def last_message(self, node: str) -> str:
         """Message of a node's newest health report; "" before the first."""

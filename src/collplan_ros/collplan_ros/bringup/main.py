@@ -175,7 +175,7 @@ class Bringup:
         if outcome == EMERGENCY_STOP:
             return self.graph.recorder.emergency_stop
         monitored = self._monitor.reason if self._monitor else ""
-        return f"{outcome}: {monitored}; {PLANNER}: {said}" if outcome in MONITORED else ""
+        return f"{outcome}: {monitored}{self.graph.frozen}; {PLANNER}: {said}" if outcome in MONITORED else ""
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:
@@ -205,6 +205,8 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
     """Drives a prepared run; returns outcome, exit code and message."""
     try:
         with bringup:
+            if bringup.preparation.speed:
+                bringup.progress.say(bringup.preparation.speed)
             bringup.progress.say(_announcement(bringup))
             bringup.graph.wait_until_ready()
             outcome = bringup.drive()
@@ -223,10 +225,9 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
 
 def _announcement(bringup: Bringup) -> str:
     settings, goal = bringup.preparation.settings, bringup.preparation.goal
-    speed = "" if bringup.preparation.robot.simulated else f", at most {settings.robot.max_speed:g} m/s"
     return (
         f"world {settings.simulator.world}, strategy {settings.planner.strategy}, seed {settings.simulator.seed}, "
-        f"goal ({goal[0]:g}, {goal[1]:g}){speed}; starting {', '.join(bringup.graph.pids)}"
+        f"goal ({goal[0]:g}, {goal[1]:g}); starting {', '.join(bringup.graph.pids)}"
     )
 
 

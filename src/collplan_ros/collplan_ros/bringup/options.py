@@ -72,9 +72,13 @@ class Options:
         x, y = (np.format_float_positional(value, trim="0") for value in goal)
         network = ["--network", self.network] if self.network else []
         # a robot that is not simulated wants it said
-        world = [] if robot_kind(self.robot).simulated else ["--world", self.world or ""]
-        given = ["--robot", self.robot, *network, *world, "--params", str(parameters), "--goal", x, y]
+        said = [] if robot_kind(self.robot).simulated else ["--world", self.world or "", *self._speed]
+        given = ["--robot", self.robot, *network, *said, "--params", str(parameters), "--goal", x, y]
         return shlex.join([as_called("bringup"), *given])
+
+    @property
+    def _speed(self) -> list[str]:
+        return [] if self.max_speed is None else ["--max-speed", f"{self.max_speed:g}"]
 
 
 DESCRIPTION = """\
@@ -84,8 +88,8 @@ The goal is reached: exit code 0. Time is up, stuck or given up: 1. Something as
 A node died, the graph did not come up, somebody else commands the robot or this machine is too slow for it: 3.
 A file of the run cannot be written, as on a full disk: 4. Stopped by a signal: 128 + its number.
 
-A robot that is not simulated needs --world, --goal and --network, and drives at 0.3 m/s at most unless --max-speed or
-the parameter file says otherwise.
+A robot that is not simulated needs --world, --goal and --network, and drives at 0.3 m/s at most unless --max-speed
+says otherwise: a parameter file may lower that, not raise it.
 """
 EPILOG = """\
 examples:
@@ -138,7 +142,7 @@ def _parser() -> argparse.ArgumentParser:
         "--max-speed",
         type=float,
         metavar="V",
-        help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s; {FIRST_SPEED:g} for serial)",
+        help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s; for serial {FIRST_SPEED:g} or less)",
     )
     add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png and run.gif")
     add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")

@@ -1,5 +1,6 @@
 """Checks of a run before any node starts."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from collplan_core.worlds import World, WorldError, check_route, load_world
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import find_executable
-from collplan_ros.bringup.robots import NODES, RobotKind, robot_kind
+from collplan_ros.bringup.robots import FIRST_SPEED, NODES, RobotKind, robot_kind
 from collplan_ros.bringup.words import in_words
 
 
@@ -27,6 +28,7 @@ class Preparation:
         world: the simulated world.
         goal: (2,) [m].
         programs: path of each node's executable, by node name.
+        speed: how fast a robot that is not simulated drives, and what says so, in words; empty for others.
     """
 
     robot: RobotKind
@@ -35,6 +37,7 @@ class Preparation:
     world: World
     goal: np.ndarray
     programs: dict[str, str]
+    speed: str = ""
 
 
 def prepare(options: Options) -> Preparation:
@@ -47,13 +50,14 @@ def prepare(options: Options) -> Preparation:
     robot = robot_kind(options.robot)
     _refuse_unsaid(options, robot)
     try:
-        settings = _settings(options, robot)
+        given = read_parameters(options.params) if options.params else {}
+        settings, speed = _slow(_settings(options, robot, given), options, robot, given)
         world = load_world(settings.simulator.world)
         goal = _checked_goal(options, world, settings, robot)
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
     found = {name: find_executable(name) for name in (*robot.nodes, *NODES)}
-    return Preparation(robot, options.network or robot.network or "local", settings, world, goal, found)
+    return Preparation(robot, options.network or robot.network or "local", settings, world, goal, found, speed)
 
 
 def write_used_parameters(path: Path, settings: Settings) -> None:
@@ -81,10 +85,8 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
         )
 
 
-def _settings(options: Options, robot: RobotKind) -> Settings:
-    values = {**robot.defaults, **(read_parameters(options.params) if options.params else {})}
-    values.update(robot.values)
-    values.update(options.values())
+def _settings(options: Options, robot: RobotKind, given: Mapping[str, object]) -> Settings:
+    values = {**given, **robot.values, **options.values()}
     for key in ("lidar.world", "simulator.world"):
         # absolute, so that the parameter file written can be used from any folder
         if key in values and Path(str(values[key])).is_file():
@@ -96,6 +98,26 @@ def _settings(options: Options, robot: RobotKind) -> Settings:
         # without noise the poses of a robot at rest repeat exactly
         settings = settings.with_values({"mocap.accept_frozen": values.get("mocap.accept_frozen", True)})
     return settings
+
+
+def _slow(settings: Settings, options: Options, robot: RobotKind, given: Mapping[str, object]) -> tuple[Settings, str]:
+    """Has a robot that is not simulated drive no faster than FIRST_SPEED, unless it is said on the command line.
+
+    Nobody means it by a parameter file: those that bringup writes hold every parameter, also of simulated runs.
+    """
+    if robot.simulated:
+        return settings, ""
+    said = settings.robot.max_speed
+    if options.max_speed is not None:
+        return settings, f"drives at {said:g} m/s at most: --max-speed"
+    if "robot.max_speed" not in given:
+        said, source = FIRST_SPEED, "no --max-speed was given"
+    elif said > FIRST_SPEED:
+        source = f"no --max-speed was given, and robot.max_speed {said:g} of {options.params} alone makes it no faster"
+    else:
+        source = f"robot.max_speed of {options.params}"
+    slow = min(said, FIRST_SPEED)
+    return settings.with_values({"robot.max_speed": slow}), f"drives at {slow:g} m/s at most: {source}"
 
 
 def _checked_goal(options: Options, world: World, settings: Settings, robot: RobotKind) -> np.ndarray:

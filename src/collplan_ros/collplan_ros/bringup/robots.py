@@ -19,7 +19,6 @@ class RobotKind:
         network: default discovery range, local or subnet; None where it has to be said.
         emulated: whether a pseudo-terminal replaces the serial device.
         values: parameters set for this robot, by key.
-        defaults: parameters that hold for this robot unless they are given, by key.
     """
 
     nodes: tuple[str, ...]
@@ -27,7 +26,6 @@ class RobotKind:
     network: str | None
     emulated: bool = False
     values: Mapping[str, object] = field(default_factory=dict)
-    defaults: Mapping[str, object] = field(default_factory=dict)
 
 
 ROBOTS = {
@@ -36,7 +34,7 @@ ROBOTS = {
 }
 EXPECTED = f"{', '.join(ROBOTS)}, {SERIAL}:PATH or {SERIAL}:PATH@BAUD"
 FIRST_SPEED = 0.3
-"""robot.max_speed of a robot that is not simulated, unless another is given [m/s]."""
+"""Highest robot.max_speed of a robot that is not simulated, unless --max-speed is given [m/s]."""
 NODES = ("mocap_node", "lidar_node", "planner_node", "controller_node")
 """Nodes that run beside every robot; each executable is named like its node."""
 
@@ -56,5 +54,4 @@ def robot_kind(spec: str) -> RobotKind:
     values: dict[str, object] = {"driver.port": path}
     if rate:
         values["driver.baud"] = int(rate)
-    slow = {"robot.max_speed": FIRST_SPEED}
-    return RobotKind(nodes=("driver_node",), simulated=False, network=None, values=values, defaults=slow)
+    return RobotKind(nodes=("driver_node",), simulated=False, network=None, values=values)

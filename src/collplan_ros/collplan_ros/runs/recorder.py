@@ -74,6 +74,7 @@ class Recorder:
 
     Attributes:
         reported: newest diagnostics, by the node's full name.
+        reported_at: when these were sent [s, steady clock].
         goal: newest report of the goal given last; None before the first.
         newest: newest pose, also while not recording; None before the first.
         emergency_stop: why the robot's emergency stop is latched, in words; empty while it is not.
@@ -88,6 +89,7 @@ class Recorder:
     def __init__(self, node: Node, settings: Settings, record: RecordFile, send_times: SendTimes | None = None) -> None:
         """Subscribes through `node`, and writes to `record`."""
         self.reported: dict[str, DiagnosticStatus] = {}
+        self.reported_at: dict[str, float] = {}
         self.goal: GoalReport | None = None
         self.newest: PoseRow | None = None
         self.emergency_stop = ""
@@ -118,6 +120,11 @@ class Recorder:
     def age(self) -> float:
         """Time since the newest pose was sent [s]; infinite before the first."""
         return math.inf if self.newest is None else self._send_times.now() - self.newest.sent
+
+    def silent(self, longest: float) -> dict[str, float]:
+        """Time since the newest diagnostics of each node [s], by full name, where it is over `longest` [s]."""
+        ages = {name: self._send_times.now() - sent for name, sent in self.reported_at.items()}
+        return {name: age for name, age in ages.items() if age > longest}
 
     def begin(self, simulated: bool, goal: np.ndarray) -> None:
         """Starts recording a run to `goal` (2,) [m]."""
@@ -198,7 +205,7 @@ class Recorder:
             before = self.reported.get(status.name)
             if before is None or (before.level, before.message) != (status.level, status.message):
                 self._write("health", sent, status.name, status.level[0], status.message)
-            self.reported[status.name] = status
+            self.reported[status.name], self.reported_at[status.name] = status, sent
 
     def _take_robot_state(self, message: DiagnosticStatus, sent: float) -> None:
         state = {item.key: item.value for item in message.values}.get("state", "")
