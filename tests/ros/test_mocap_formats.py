@@ -200,13 +200,18 @@ def test_a_body_among_several_needs_a_name(everything_installed, name):
 # ---- the node, fed by hand where the messages exist as fakes only
 
 
+UNTIMED = {"source_timestamp": 0, "publication_sequence_number": None}
+"""What DDS says of a message that did not come over it."""
+
+
 class HandFed(MocapNode):
     """Takes its poses from `take`, whatever their type."""
 
     def create_subscription(self, message_type, topic, callback, qos):
         if topic != self._settings.mocap.topic:
             return super().create_subscription(message_type, topic, callback, qos)
-        self.take, self.topic, self.qos = callback, topic, qos
+        self.topic, self.qos = topic, qos
+        self.take = lambda message: callback(message, UNTIMED)
         return None
 
 

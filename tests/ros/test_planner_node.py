@@ -199,7 +199,7 @@ def test_scan_without_a_pose_for_its_stamp_makes_no_plan(ros, bench):
     early = bench.robot.scan()
     early.header.stamp.sec += 5
     bench.robot.scans.publish(early)
-    health = bench.wait_for_count("refused_no_pose")
+    health = bench.wait_for_count("refused_scan")
     assert not bench.plans
     assert health.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
 

@@ -8,6 +8,7 @@ from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Vector3Stamped
 from rclpy.parameter import Parameter
+from std_msgs.msg import Empty
 
 from collplan_core.deadline import never
 from collplan_core.loop import current_goal
@@ -99,8 +100,7 @@ def test_scans_that_no_pose_belongs_to_are_no_use(ros, bench):
     early.header.stamp.sec += 5
     # fresh by receipt, all the time
     ros.probe.create_timer(0.05, lambda: bench.robot.scans.publish(early))
-    known = bench.node._loop.refusals["no_pose"]
-    assert ros.wait_until(lambda: bench.node._loop.refusals["no_pose"] > known + 2)
+    assert ros.wait_until(lambda: bench.node._loop.refusals["scan"] > 10)
     bench.assert_no_more_plans()
 
 
@@ -129,7 +129,7 @@ def test_hits_of_another_time_are_refused_and_change_nothing(ros, idle):
     for stamp in (0.0, 50.0, idle.robot.stamp + 2.0, idle.robot.stamp + 1e6):
         tell(idle, stamp)
     idle.wait_for_count("refused_impact", 4)
-    assert "expected within 1 s" in idle.value("last_refusal")
+    assert "expected within 0.5 s" in idle.value("last_refusal")
     ros.spin(0.1)
     assert len(idle.plans) == before
 
@@ -220,6 +220,9 @@ def test_goal_that_was_closed_off_for_a_moment_is_not_given_up(ros):
     bench.send_goal()
     bench.wait_for_count("refused_no_plan")
     bench.robot.world = hall()
+    # walls that vanish are believed when a person says so
+    assert ros.wait_until(lambda: bench.node._loop.refusals["scan"] > 1)
+    ros.publisher(Empty, "robot/resumed", EVENT).publish(Empty())
     bench.wait_for_plan()
     bench.wait_for(GoalStatus.STATUS_EXECUTING)
     assert bench.node._loop.goal._closed_since is None

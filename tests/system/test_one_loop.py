@@ -108,6 +108,10 @@ class Loops:
                 self.controller.take_plan(plans.plan_from_path(path, MAP), local)
 
 
+UNTIMED = {"source_timestamp": 0, "publication_sequence_number": None}
+"""What DDS says of a message that did not come over it."""
+
+
 class Nodes:
     """The two nodes, with the time of a trial, their callbacks called one by one, what they publish handed on."""
 
@@ -135,7 +139,7 @@ class Nodes:
             self.commands.append(message)
         if name in ("plan", "planner/valid_until", "planner/foreseen_impacts", "goal_status", "cmd_vel"):
             for callback in self.callbacks[name]:
-                callback(message)
+                callback(message, UNTIMED)
 
     def take(self, kind, message, local):
         self.local = local
@@ -146,7 +150,7 @@ class Nodes:
         else:
             # as in a trial the controller has a pose or a scan before the planner plans with it
             for callback in reversed(self.callbacks[kind]):
-                callback(message)
+                callback(message, UNTIMED)
 
 
 @pytest.mark.parametrize(("world", "strategy"), RUNS)
