@@ -8,7 +8,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
@@ -233,10 +233,22 @@ def test_a_shipped_set_starts_a_node_and_takes_its_messages(everything_installed
     message = MESSAGES[mocap.format]()
     stamped = message.transforms[1] if mocap.format == "tf" else message
     stamped.header = header(5.25, mocap.frame or "map")
+    set_upright(message)
     rename(message, mocap.subject)
     node.take(message)
     assert (node._counts["received"], node._inputs.refusals.newest) == (1, "")
     assert len(node._memory.track.times) == 1
+
+
+def set_upright(message):
+    """Turns every body in a message back, whichever axis points up."""
+    for part in ("pose", "transform", "poses", "transforms", "rigidbodies"):
+        inner = getattr(message, part, None)
+        for each in inner if isinstance(inner, list) else [inner] if inner is not None else []:
+            set_upright(each)
+    for name in ("orientation", "rotation"):
+        if hasattr(message, name):
+            setattr(message, name, Quaternion(w=1.0))
 
 
 def rename(message, subject):

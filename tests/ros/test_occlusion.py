@@ -134,7 +134,8 @@ def test_robot_stops_and_goes_on(ros):
     )
     mocap = ros.make(MocapNode)
     ros.make(LidarNode, {"lidar.world": "l_corridor"})
-    planner, controller = ros.make(PlannerNode), ros.make(ControllerNode)
+    # all nodes share a thread here, and poses wait in its queues
+    planner, controller = ros.make(PlannerNode), ros.make(ControllerNode, {"limits.motion_delay": 0.4})
     goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
     assert ros.wait_until(lambda: planner._loop._sensors.scan_stamp and controller._loop._sensors.scan_stamp)
     goals.publish(goal_to_message(load_world("l_corridor").goal, "map"))

@@ -199,9 +199,9 @@ def test_scan_without_a_pose_for_its_stamp_makes_no_plan(ros, bench):
     early = bench.robot.scan()
     early.header.stamp.sec += 5
     bench.robot.scans.publish(early)
-    health = bench.wait_for_count("refused_scan")
-    assert not bench.plans
-    assert health.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
+    assert ros.wait_until(lambda: bench.health().level != DiagnosticStatus.OK)
+    assert int(bench.value("refused_scan")) == 1
+    bench.assert_no_more_plans()
 
 
 def test_bad_poses_are_counted(ros, bench):
