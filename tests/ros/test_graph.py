@@ -44,7 +44,8 @@ class Graph:
         ros.make(MocapNode, clock)
         ros.make(LidarNode, {**clock, "lidar.world": world})
         self.planner = ros.make(PlannerNode, shared)
-        self.controller = ros.make(ControllerNode, shared)
+        # all nodes share a thread here, and poses wait in its queues
+        self.controller = ros.make(ControllerNode, {**shared, "limits.motion_delay": 0.4})
         self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
         ready = self.planner._loop._sensors, self.controller._loop._sensors
         assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
@@ -85,10 +86,10 @@ def test_bounce_reaches_its_goal_round_a_turn(ros, monkeypatch):
     # all nodes share one thread here: half the plans, and those of few proposals, which no budget cuts short
     few = {"planner__map_period": 0.1, "time_to_goal__start_proposals": 20, "time_to_goal__proposals": 200}
     strategy = {"planner__strategy": "bounce", "time_to_goal__time_budget": 1.0}
-    graph = Graph(ros, "u:17", speed_factor=10.0, **strategy, **few)
+    graph = Graph(ros, "u:0", speed_factor=10.0, **strategy, **few)
     costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
     states = ros.listen(DiagnosticStatus, "controller/state", EVENT)
-    graph.send_goal(load_world("u:17").goal)
+    graph.send_goal(load_world("u:0").goal)
     reached = ros.wait_until(
         lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, timeout=30.0, clock=lambda: graph.state.stamp
     )
