@@ -41,6 +41,8 @@ COMMANDERS_PERIOD = 0.1
 """Period at which the publishers of commands are looked at [s]."""
 REST_SPEED = 0.03
 """Speed below which the robot counts as at rest [m/s]."""
+ZERO_PATIENCE = 0.3
+"""Longest wait for a command of zero after the controller was stopped: without one the robot stands by itself by then [s]."""
 REST_PATIENCE = 5.0
 """Longest wait for the robot to stop after a run [s]."""
 WHOLE_PATIENCE = 10.0
@@ -279,6 +281,8 @@ class Graph:
     def _record_to_the_end(self) -> None:
         """Takes what comes until the robot rests and its record is whole, while poses come."""
         self._silence = 0.0
+        # a robot that was just commanded to move still rests
+        self._take_until(lambda: not self.recorder.commanded, ZERO_PATIENCE)
         self._take_until(lambda: self._speed <= REST_SPEED, REST_PATIENCE)
         self.recorder.finish()
         self._take_until(lambda: self.recorder.is_complete, WHOLE_PATIENCE)
