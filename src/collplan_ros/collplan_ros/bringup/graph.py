@@ -42,7 +42,7 @@ COMMANDERS_PERIOD = 0.1
 REST_SPEED = 0.03
 """Speed below which the robot counts as at rest [m/s]."""
 ZERO_PATIENCE = 0.3
-"""Longest wait for a command of zero after the controller was stopped: without one the robot stands by itself by then [s]."""
+"""Longest wait for the zero of a controller that was stopped: without one the robot stands by itself by then [s]."""
 REST_PATIENCE = 5.0
 """Longest wait for the robot to stop after a run [s]."""
 WHOLE_PATIENCE = 10.0
@@ -218,8 +218,9 @@ class Graph:
 
     @property
     def at_rest(self) -> bool:
-        """Whether the robot is commanded to rest and does."""
-        return not self.recorder.commanded and self._speed <= REST_SPEED
+        """Whether the robot is commanded to rest and does, by a pose sent after the command."""
+        newest = self.recorder.newest
+        return newest is not None and newest.sent > self.recorder.stands_since and self._speed <= REST_SPEED
 
     @property
     def _speed(self) -> float:
@@ -281,8 +282,8 @@ class Graph:
     def _record_to_the_end(self) -> None:
         """Takes what comes until the robot rests and its record is whole, while poses come."""
         self._silence = 0.0
-        # a robot that was just commanded to move still rests
-        self._take_until(lambda: not self.recorder.commanded, ZERO_PATIENCE)
+        # a controller that has died sends no zero, but the robot stands by itself
+        self._take_until(lambda: self.at_rest, ZERO_PATIENCE)
         self._take_until(lambda: self._speed <= REST_SPEED, REST_PATIENCE)
         self.recorder.finish()
         self._take_until(lambda: self.recorder.is_complete, WHOLE_PATIENCE)

@@ -81,7 +81,7 @@ class Recorder:
         scan_came: whether a valid scan was received.
         lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
         maneuver: the maneuver begun last.
-        commanded: whether the newest command is another than zero.
+        stands_since: when the newest command was sent, if it is zero [s, steady clock]; infinite while one moves.
         time_zero: time of the first such command, by the newest pose then [s]; None before it.
         n_impacts: number of the true impacts of a simulated robot, else of the detected ones.
     """
@@ -96,7 +96,7 @@ class Recorder:
         self.scan_came = False
         self.lateness = 0.0
         self.maneuver = STOPPED
-        self.commanded = False
+        self.stands_since = 0.0
         self.time_zero: float | None = None
         self._send_times = send_times or SendTimes()
         self._run_times = RunTimes(settings.simulator.speed_factor)
@@ -287,8 +287,9 @@ class Recorder:
 
     def _take_command(self, message: Twist | TwistStamped, sent: float) -> None:
         (vx, vy), wz = velocity_from_twist(twist_of(message))
-        self.commanded = bool(vx or vy or wz)
-        if self.commanded and self.time_zero is None and self.newest is not None and self.recording:
+        moves = bool(vx or vy or wz)
+        self.stands_since = math.inf if moves else sent
+        if moves and self.time_zero is None and self.newest is not None and self.recording:
             self.time_zero = self.newest.stamp + sent - self.newest.sent
         self._write("command", sent, float(vx), float(vy), wz)
 
