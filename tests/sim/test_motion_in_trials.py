@@ -82,7 +82,7 @@ def run(world=HALL, strategy="avoid", seed=1, timeout=3.0, **values):
     return run_trial(world, settings, seed)
 
 
-@pytest.mark.parametrize("latency", [0.2, 0.3])
+@pytest.mark.parametrize("latency", [0.2, 0.3, 0.5])
 @pytest.mark.parametrize("strategy", ["avoid", "bounce", "harness"])
 def test_late_poses_stop_it_within_0_3_s_of_its_first_motion(watched, latency, strategy):
     run(strategy=strategy, simulator__mocap_latency=latency)
