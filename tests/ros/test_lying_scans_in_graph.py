@@ -105,7 +105,7 @@ class Hall(SimulatedHall):
         return len(self.commands) > n and not any(map(speed_of, self.commands[n:]))
 
 
-@pytest.fixture(params=["avoid", "harness"])
+@pytest.fixture(params=["avoid", pytest.param("harness", marks=pytest.mark.soak)])
 def graph(request, ros, tmp_path, monkeypatch):
     graph = Hall(ros, tmp_path, monkeypatch, request.param)
     graph.longest = map_period_of(Settings().with_values({"planner.strategy": request.param})) + REACTION

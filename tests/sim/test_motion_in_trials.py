@@ -152,7 +152,7 @@ def test_wheels_that_slip_are_reported(watched):
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("strategy", ["bounce", "harness"])
+@pytest.mark.parametrize("strategy", ["bounce", pytest.param("harness", marks=pytest.mark.soak)])
 def test_no_false_stop(watched, robot, strategy):
     result = run(load_world("baffles:1000"), strategy, 3, 8.0, **ROBOTS[robot])
     assert len(watched.times) > 30

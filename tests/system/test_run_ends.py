@@ -70,7 +70,10 @@ def ended(monkeypatch):
 
 @pytest.mark.parametrize(
     ("outcome", "limits"),
-    [("timeout", {"timeout": 1.5}), ("stuck", {"stuck_time": 0.5, "stuck_distance": 1.0})],
+    [
+        ("timeout", {"timeout": 1.5}),
+        pytest.param("stuck", {"stuck_time": 0.5, "stuck_distance": 1.0}, marks=pytest.mark.soak),
+    ],
 )
 def test_a_run_that_is_over_is_canceled_at_once_and_recorded_until_the_robot_rests(tmp_path, ended, outcome, limits):
     said = io.StringIO()
@@ -87,7 +90,13 @@ def test_a_run_that_is_over_is_canceled_at_once_and_recorded_until_the_robot_res
     assert "goal canceled" in (result.folder / "log" / "planner_node.log").read_text()
 
 
-@pytest.mark.parametrize(("deaf", "patience"), [(1, CANCEL_PERIOD), (1000, CANCEL_PATIENCE)], ids=["once", "always"])
+@pytest.mark.parametrize(
+    ("deaf", "patience"),
+    [
+        pytest.param(1, CANCEL_PERIOD, marks=pytest.mark.soak, id="once"),
+        pytest.param(1000, CANCEL_PATIENCE, id="always"),
+    ],
+)
 def test_a_planner_that_is_not_reached_is_asked_again_and_then_the_controller_is_stopped(
     tmp_path, monkeypatch, ended, deaf, patience
 ):
@@ -108,7 +117,7 @@ def test_a_planner_that_is_not_reached_is_asked_again_and_then_the_controller_is
     assert zero - ended[0] <= patience + 2 * AT_ONCE, said.getvalue()
 
 
-@pytest.mark.parametrize("how", ["cancel", "estop", "signal"])
+@pytest.mark.parametrize("how", ["cancel", *(pytest.param(how, marks=pytest.mark.soak) for how in ("estop", "signal"))])
 def test_zero_follows_at_once_on_whatever_ends_a_run(ros, tmp_path, how):
     with Run(tmp_path / "runs", "--no-pictures") as run:
         wait_for(run.moving)
@@ -126,7 +135,10 @@ def test_zero_follows_at_once_on_whatever_ends_a_run(ros, tmp_path, how):
     assert 0.0 < zero - begun <= 2 * AT_ONCE, run.text
 
 
-@pytest.mark.parametrize(("node", "outcome"), [("planner_node", "stuck"), ("simulator_node", "graph_lost")])
+@pytest.mark.parametrize(
+    ("node", "outcome"),
+    [("planner_node", "stuck"), pytest.param("simulator_node", "graph_lost", marks=pytest.mark.soak)],
+)
 def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path, node, outcome):
     with Run(tmp_path / "runs", "--no-pictures") as run:
         wait_for(run.moving)
