@@ -7,15 +7,15 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Iterable
+from multiprocessing import get_context
 from pathlib import Path
 
 import conftest  # noqa: F401  a ROS domain of its own on this machine alone
 from collplan_core.jit import sources_digest
 from collplan_ros.bringup.failures import Interrupted
 from faults.bench import BenchError
-from faults.fault import Fault
-from faults.rows import BENCHES, FAULTS
+from faults.rows import ASIDE, BENCHES, FAULTS
 from faults.runner import Case, CaseFile, run_bench
 from faults.table import N, seconds_taken, write
 
@@ -27,34 +27,56 @@ CASES = ROOT / "runs" / "faults"
 
 
 def main() -> int:
+    """Does what is to be done, the trials in a second process, and writes pages and data from all cases."""
     options = _parser().parse_args()
-    code = "".join(sources_digest(ROOT / folder) for folder in ("src", "tools/faults"))
-    file = CaseFile(options.out / "cases.jsonl", code)
-    chosen = [fault for fault in FAULTS if options.only in fault.key]
-    end = time.monotonic() + 60.0 * options.minutes
-
-    def count(fault: Fault) -> int:
-        return fault.long if options.long else min(options.n, fault.short)
-
-    failed = _done(chosen, count, file, end, options.list)
+    deadline = time.monotonic() + 60.0 * options.minutes
+    failed = False if options.list else _both(options, deadline)
+    file = _case_file(options.out)
     data = options.out.parent / "faults.json"
     if options.out == CASES:
         write(FAULTS, file.cases, data, DOCS / "reliability.md", DOCS / "safety.md")
     else:
         write(FAULTS, file.cases, data, options.out.parent / "reliability.md")
-    waiting = {fault.key: count(fault) - file.done(fault) for fault in chosen if file.done(fault) < count(fault)}
+    count = _counts(options)
+    waiting = {key: n for fault in FAULTS if (n := count[(key := fault.key)] - file.done(fault)) > 0}
     print("\n".join(f"{key}: {missing} to do" for key, missing in waiting.items()) or "all done")
     print(f"the first {N} of each row took {seconds_taken(FAULTS, file.cases) / 60.0:.1f} minutes")
-    is_over = options.list or time.monotonic() >= end
+    is_over = options.list or time.monotonic() >= deadline
     return 1 if failed or any(case.miss for case in file.cases) or (waiting and not is_over) else 0
 
 
-def _done(faults: list[Fault], count: Callable[[Fault], int], file: CaseFile, end: float, listed: bool) -> bool:
+def _case_file(folder: Path) -> CaseFile:
+    """The cases of this state of the code."""
+    return CaseFile(folder / "cases.jsonl", "".join(sources_digest(ROOT / part) for part in ("src", "tools/faults")))
+
+
+def _counts(options: argparse.Namespace) -> dict[str, int]:
+    """How many cases of each row are asked for."""
+    asked = {fault.key: fault.long if options.long else min(options.n, fault.short) for fault in FAULTS}
+    return {key: n if options.only in key else 0 for key, n in asked.items()}
+
+
+def _both(options: argparse.Namespace, deadline: float) -> bool:
+    """Does the rows of all benches; whether a bench has failed."""
+    aside = get_context("spawn").Process(target=_do_aside, args=(options, deadline))
+    aside.start()
+    failed = _do([robot for robot in BENCHES if robot not in ASIDE], options, deadline)
+    aside.join()
+    return failed or aside.exitcode != 0
+
+
+def _do_aside(options: argparse.Namespace, deadline: float) -> None:
+    os.nice(19)
+    sys.exit(_do(ASIDE, options, deadline))
+
+
+def _do(robots: Iterable[str], options: argparse.Namespace, deadline: float) -> bool:
     """Does what there is time for; whether a bench has failed."""
-    failed = False
-    for robot, open_bench in {} if listed else BENCHES.items():
+    file, counts, failed = _case_file(options.out), _counts(options), False
+    for robot in robots:
+        rows = [fault for fault in FAULTS if fault.robot == robot]
         try:
-            for case in run_bench([f for f in faults if f.robot == robot], open_bench, count, file, end):
+            for case in run_bench(rows, BENCHES[robot], lambda fault: counts[fault.key], file, deadline):
                 print(said(case), flush=True)
         except BenchError as error:
             failed = True

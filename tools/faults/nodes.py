@@ -20,7 +20,7 @@ SLOWS = 0.6
 """Time watched for that [s]."""
 LOST = 1.5
 """For so long poses are lost: after over 1 s the robot is held [s]."""
-WATCHED = 2.0
+WATCHED = 1.5
 """Time watched after that [s]."""
 
 

@@ -28,3 +28,5 @@ BENCHES: dict[str, Callable[[], Any]] = {
     "desk": Bench,
 }
 """In the order in which they are opened."""
+ASIDE = ("trial", "desk")
+"""Those whose clock no machine stalls: they are done by a second process, which the others go before."""

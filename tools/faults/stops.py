@@ -17,7 +17,7 @@ CALL = 0.2
 """Longest time from the call of estop, or a bit in the telemetry, to zero at the robot [s]."""
 COMMANDER = 0.5
 """Longest time from a second publisher to zero at the robot [s]."""
-NO_MOTION = 3.0
+NO_MOTION = 2.0
 """Time watched after clear_estop [s]."""
 PUBLISHED = 500
 """Cases of the long run where a 99th percentile is to be told."""
