@@ -20,6 +20,8 @@ SLOWS = 0.6
 """Time watched for that [s]."""
 LOST = 1.5
 """For so long poses are lost: after over 1 s the robot is held [s]."""
+PLANNED = 0.4
+"""By then after a goal was given its first plan is followed [s]."""
 WATCHED = 1.5
 """Time watched after that [s]."""
 
@@ -75,6 +77,8 @@ def thaw_both(graph: LiveGraph) -> None:
 
 
 def poses_lost(graph: LiveGraph) -> float:
+    # before the first plan of a new goal they may be missing for longer
+    graph.pause(PLANNED)
     graph.freeze("mocap_node")
     graph.pause(LOST)
     return graph.thaw("mocap_node")
