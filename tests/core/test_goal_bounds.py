@@ -20,7 +20,7 @@ from loop_scenes import HALL, IDENTITY, at, notices, scan_at, see, statuses, str
 from time_to_goal_scenes import open_field
 
 LONGEST, LARGEST = 0.1, 100e6
-"""Most time [s] and memory [bytes] that a cycle may take."""
+"""Most time of a core [s] and memory [bytes] that a cycle may take."""
 finite = st.floats(allow_nan=False, allow_infinity=False)
 within = st.floats(-100.0, 100.0)
 anything = st.one_of(st.tuples(finite, finite), st.tuples(within, within), st.tuples(st.just(0.3), within))
@@ -55,13 +55,18 @@ def test_any_finite_goal_is_refused_with_the_reason_or_costs_a_bounded_cycle(str
     assert statuses(decisions) == [ACCEPTED]
     see(loop, 1.01)
     tracemalloc.start()
-    begun = time.process_time()
     loop.cycle(1.01)
-    took, (_, peak) = time.process_time() - begun, tracemalloc.get_traced_memory()
+    _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < LARGEST, goal
-    # tracing slows what it traces; the first call of all may load compiled code
-    assert took < 5.0 * LONGEST, goal
+    # once more to be timed: tracing slows what it traces, and the first call of all may load compiled code
+    loop = planner(strategy)
+    see(loop, 1.0)
+    loop.take_goal(IDENTITY, np.array(goal), 1.0)
+    see(loop, 1.01)
+    begun = time.process_time()
+    loop.cycle(1.01)
+    assert time.process_time() - begun < LONGEST, goal
 
 
 @settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
