@@ -58,7 +58,7 @@ def _counts(options: argparse.Namespace) -> dict[str, int]:
 
 def _both(options: argparse.Namespace, deadline: float) -> bool:
     """Does the rows of all benches; whether a bench has failed."""
-    aside = get_context("spawn").Process(target=_do_aside, args=(options, deadline))
+    aside = get_context("fork").Process(target=_do_aside, args=(options, deadline))
     aside.start()
     failed = _do([robot for robot in BENCHES if robot not in ASIDE], options, deadline)
     aside.join()
