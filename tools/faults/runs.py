@@ -115,6 +115,8 @@ def killed(folder: Path, chance: Random) -> Measured:
     """How much of a run that was killed is not on disk: time from its newest pose there to the kill."""
     with Run(folder / "runs", "--no-pictures", "--world", "serpentine:0") as run:
         wait_for(run.moving)
+        # a run that is killed within its first second may leave nothing
+        wait_for((run.out / "latest" / RECORD).exists)
         time.sleep(chance.uniform(0.0, 2.0))
         run.process.kill()
         at = time.monotonic()
