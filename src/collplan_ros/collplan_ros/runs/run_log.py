@@ -154,7 +154,7 @@ class RunLog:
     @property
     def commands(self) -> list[CommandRow]:
         """Every command with its time on the poses' clock; empty without poses."""
-        if not self.poses:
+        if not self.poses or not self.sent_commands:
             return []
         # the controller names a new maneuver just after the command that begins it
         following = [*(c.sent for c in self.sent_commands[1:]), math.inf]
