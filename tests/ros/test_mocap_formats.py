@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
+from ros_fixture import UNTIMED
 from std_msgs.msg import Header
 
 from collplan_core.parameters import Mocap, Settings
@@ -198,10 +199,6 @@ def test_a_body_among_several_needs_a_name(everything_installed, name):
 
 
 # ---- the node, fed by hand where the messages exist as fakes only
-
-
-UNTIMED = {"source_timestamp": 0, "publication_sequence_number": None}
-"""What DDS says of a message that did not come over it."""
 
 
 class HandFed(MocapNode):

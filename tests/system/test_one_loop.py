@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from ros_fixture import UNTIMED
 
 from collplan_core.deadline import never
 from collplan_core.goal import Goal
@@ -106,10 +107,6 @@ class Loops:
                 self.plans.append(path)
                 self.controller.take_valid_until(*plans.validity_from_message(validity))
                 self.controller.take_plan(plans.plan_from_path(path, MAP), local)
-
-
-UNTIMED = {"source_timestamp": 0, "publication_sequence_number": None}
-"""What DDS says of a message that did not come over it."""
 
 
 class Nodes:
