@@ -267,6 +267,17 @@ def test_a_goal_heard_of_before_lets_nothing_go_on():
     assert without(loop, "nothing", 12.1, 0.5).startswith("held: ")
 
 
+@pytest.mark.parametrize("status", [NO_GOAL, SUCCEEDED, CANCELED, ABORTED])
+def test_what_is_no_active_goal_lets_nothing_go_on(status):
+    """As a second planner says that starts and knows of no goal, or one that refuses a goal at once."""
+    loop = driving()
+    first = loop.goal
+    without(loop, "pose", 1.05, 2.0)
+    loop.take_goal(goal(status, stamp=3.1, identity=bytes(16)))
+    loop.take_goal(first)
+    assert without(loop, "nothing", 3.2, 0.5).startswith("held: ")
+
+
 def test_without_a_goal_nothing_holds():
     loop = ControllerLoop(SETTINGS)
     assert without(loop, "pose", 1.0, 30.0) == "no active goal"

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.control.stuck import COMMANDED, PARTS, SHARE, WINDOW, why_stuck
+from collplan_core.control.stuck import COMMANDED, PARTS, PAUSE, SHARE, WINDOW, why_stuck
 from collplan_core.parameters import Settings
 from collplan_core.velocity_law import velocity_after, velocity_law
 from scenes import rotation
@@ -70,11 +70,29 @@ def test_without_a_command_nobody_is_stuck(speed, duration):
 
 
 @QUICK
-@given(at=st.floats(0.31, 1.0))
-def test_a_moment_without_a_command_begins_anew(at):
+@given(slow=st.sets(st.integers(7, 19), max_size=8), speed=st.floats(0.0, COMMANDED - 1e-6))
+def test_slow_commands_count_as_a_pause_where_they_last_longer_than_that(slow, speed):
+    """A plan that begins anew at each bump begins slowly."""
     commands = commanded(1.0, 1.0)
-    commands[int(at / 0.05), 1] = 0.0
-    assert why_stuck(standing(1.0), commands, ACCELERATION) == ""
+    commands[list(slow), 1] = speed
+    reason = why_stuck(standing(1.0), commands, ACCELERATION)
+    assert bool(reason) == (len(slow) * 0.05 < PAUSE)
+
+
+@QUICK
+@given(speed=st.floats(COMMANDED, 1.2), begin=st.floats(0.0, 1.5), slow=st.floats(0.0, PAUSE), seed=seeds)
+def test_a_robot_that_does_as_commanded_is_not_stuck_round_a_pause(speed, begin, slow, seed):
+    law, step, v, x, rows, commands = velocity_law(ROBOT), 0.01, 0.0, 0.0, [], []
+    for k in range(250):
+        asked = 0.0 if begin <= k * step < begin + slow else speed
+        rows.append((k * step, x, 0.0))
+        commands.append((k * step, asked))
+        w, _ = velocity_after(law, v, 0.0, asked, 0.0, step)
+        x, v = x + 0.5 * (v + w) * step, w
+    poses, told = np.array(rows), np.array(commands)
+    poses[:, 1:] += np.random.default_rng(seed).normal(0.0, NOISE, (len(poses), 2))
+    for last in range(71, len(poses), 3):
+        assert why_stuck(poses[: last + 1], told[: last + 1], ACCELERATION) == "", poses[last, 0]
 
 
 @QUICK

@@ -6,6 +6,8 @@ WINDOW = 0.7
 """Time looked back [s]."""
 COMMANDED = 0.15
 """A command slower than this asks for no motion that could be told from noise [m/s]."""
+PAUSE = 0.12
+"""Commands may be slower for so long in WINDOW [s]: a plan that begins anew at each bump begins slowly."""
 SHARE = 0.15
 """A robot whose way is less than this share of the distance that it should have gone has not moved.
 
@@ -18,10 +20,10 @@ PARTS = 5
 def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) -> str:
     """Why the robot counts as stuck, in words; "" where it does not.
 
-    Stuck is a robot that was commanded at least COMMANDED all through the last WINDOW, in whatever direction, and
-    went almost no way, not even to and fro, as after a rebound. What it should have gone is the commanded speed over
-    that time, or less where from rest it could not. As long as poses or commands do not reach back so far, nothing is
-    said. How often they come makes no difference.
+    Stuck is a robot that was commanded at least COMMANDED all through the last WINDOW but for PAUSE, in whatever
+    direction, and went almost no way, not even to and fro, as after a rebound. What it should have gone is the
+    commanded speed over that time, or less where from rest it could not. As long as poses or commands do not reach
+    back so far, nothing is said. How often they come makes no difference.
 
     Args:
         poses: (n, 3) time [s], x, y [m], times rising; the newest one is now.
@@ -38,7 +40,7 @@ def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) 
     first = int(np.searchsorted(commands[:, 0], begin, side="right")) - 1
     since = np.maximum(commands[first:, 0], begin)
     speeds, lasted = commands[first:, 1], np.diff(np.minimum(since, now), append=now)
-    if speeds.min() < COMMANDED:
+    if lasted[speeds < COMMANDED].sum() > PAUSE:
         return ""
     expected = min(float(speeds @ lasted), 0.5 * max_acceleration * WINDOW**2)
     way = _way(poses[poses[:, 0] >= begin])

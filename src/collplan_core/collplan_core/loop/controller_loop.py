@@ -127,8 +127,11 @@ class ControllerLoop:
         self._sensors.forget_scans()
 
     def take_goal(self, goal: Goal) -> None:
-        """The goal's identity, stamp and status; the position is not needed."""
-        if goal.id not in self._interlock.goals:
+        """The goal's identity, stamp and status; the position is not needed.
+
+        A goal not heard of before lets go of a hold if it is active: a planner that starts and knows of none does not.
+        """
+        if goal.active and goal.id not in self._interlock.goals:
             self._memory = ControllerMemory()
             self._go_on(LONGEST_START)
         self._interlock = self._interlock.after_goal(goal.id)
