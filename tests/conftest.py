@@ -42,14 +42,20 @@ SOAK_TIMEOUT = 1200.0
 """A long test that says nothing else is taken for hanging after this [s]."""
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Gives long tests their time, and takes fewer examples where the compiler is off."""
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Adds --few-examples."""
+    slow = os.environ.get("NUMBA_DISABLE_JIT", "0") != "0"
+    words = "at most 10 examples of each property; so too where NUMBA_DISABLE_JIT=1 makes the loops slow"
+    parser.addoption("--few-examples", action="store_true", default=slow, help=words)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Gives long tests their time, and takes few examples where that was asked for."""
     for item in items:
         if item.get_closest_marker("soak") and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(SOAK_TIMEOUT))
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") == "0":
+    if not config.getoption("few_examples"):
         return
-    # the loops then take a hundred times as long
     for item in items:
         test = getattr(item, "obj", None)
         if is_hypothesis_test(test):

@@ -122,6 +122,7 @@ def test_a_lie_stops_the_robot_in_time(graph, name):
     graph.until(lambda: "scan" in graph.said, 1.0)
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(("name", "let_go"), [(name, ("resume", "goal")[k % 2]) for k, name in enumerate(LASTING)])
 def test_a_lie_that_lasts_holds_the_robot_until_a_person_lets_it_go_on(graph, name, let_go):
     graph.lidar.lie(LIES[name])

@@ -133,6 +133,7 @@ def test_a_node_that_starts_again_with_other_values_agrees(ros):
     )
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("listed", [[], [SimpleNamespace(node_name=UNKNOWN, node_namespace="?")]])
 def test_a_node_that_ros_lists_late_is_not_forgotten(ros, monkeypatch, listed):
     here, looks = make(ros, "here"), []

@@ -13,6 +13,7 @@ def cluster():
         yield cluster
 
 
+@pytest.mark.soak
 def test_two_workers_give_the_same_table(cluster, tmp_path):
     assert same(run(tmp_path / "here", "--jobs", "1"), run(tmp_path / "there", "--dask", cluster.scheduler_address))
 

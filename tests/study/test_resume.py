@@ -85,7 +85,7 @@ def killed_and_resumed(folder, jobs, count):
     return resume(folder, "--jobs", "1")
 
 
-@pytest.mark.parametrize(("jobs", "count"), [(1, 1), (2, 9)])
+@pytest.mark.parametrize(("jobs", "count"), [(1, 1), pytest.param(2, 9, marks=pytest.mark.soak)])
 def test_a_killed_study_leaves_no_process_and_is_completed(whole, tmp_path, jobs, count):
     assert same(whole, killed_and_resumed(tmp_path / "study", jobs, count))
 

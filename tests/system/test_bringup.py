@@ -69,6 +69,7 @@ def test_the_goal_is_reached_and_the_folder_is_complete(tmp_path):
     assert used["simulator.seed"] == 3
 
 
+@pytest.mark.soak
 def test_a_bringup_that_falls_behind_tells_the_run_as_it_was(tmp_path, monkeypatch):
     """For 9 s it takes no message, while the robot arrives and stands at its goal longer than trial.stuck_time."""
     lateness = []

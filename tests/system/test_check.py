@@ -51,6 +51,7 @@ def options(tmp_path):
     return written
 
 
+@pytest.mark.soak
 @pytest.mark.timeout(600)
 def test_the_offset_is_found_and_written(tmp_path, capsys, monkeypatch, options):
     """The 10 degrees that mocap.body_offset_yaw says already do not mislead it.

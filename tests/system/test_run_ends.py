@@ -71,7 +71,7 @@ def ended(monkeypatch):
 @pytest.mark.parametrize(
     ("outcome", "limits"),
     [
-        ("timeout", {"timeout": 1.5}),
+        pytest.param("timeout", {"timeout": 1.5}, marks=pytest.mark.soak),
         pytest.param("stuck", {"stuck_time": 0.5, "stuck_distance": 1.0}, marks=pytest.mark.soak),
     ],
 )
@@ -90,12 +90,9 @@ def test_a_run_that_is_over_is_canceled_at_once_and_recorded_until_the_robot_res
     assert "goal canceled" in (result.folder / "log" / "planner_node.log").read_text()
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(
-    ("deaf", "patience"),
-    [
-        pytest.param(1, CANCEL_PERIOD, marks=pytest.mark.soak, id="once"),
-        pytest.param(1000, CANCEL_PATIENCE, id="always"),
-    ],
+    ("deaf", "patience"), [pytest.param(1, CANCEL_PERIOD, id="once"), pytest.param(1000, CANCEL_PATIENCE, id="always")]
 )
 def test_a_planner_that_is_not_reached_is_asked_again_and_then_the_controller_is_stopped(
     tmp_path, monkeypatch, ended, deaf, patience
@@ -135,10 +132,8 @@ def test_zero_follows_at_once_on_whatever_ends_a_run(ros, tmp_path, how):
     assert 0.0 < zero - begun <= 2 * AT_ONCE, run.text
 
 
-@pytest.mark.parametrize(
-    ("node", "outcome"),
-    [("planner_node", "stuck"), pytest.param("simulator_node", "graph_lost", marks=pytest.mark.soak)],
-)
+@pytest.mark.soak
+@pytest.mark.parametrize(("node", "outcome"), [("planner_node", "stuck"), ("simulator_node", "graph_lost")])
 def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path, node, outcome):
     with Run(tmp_path / "runs", "--no-pictures") as run:
         wait_for(run.moving)
@@ -167,6 +162,7 @@ while True:
 """
 
 
+@pytest.mark.soak
 def test_a_second_commander_is_named_and_ends_the_run(tmp_path):
     with Run(tmp_path / "runs", "--no-pictures") as run:
         wait_for(run.moving)
@@ -257,6 +253,7 @@ def test_a_full_disk_ends_the_run_with_a_sentence_and_its_own_exit_code(tmp_path
     assert json.loads((folder / "summary.json").read_text())["outcome"] == "record_lost"
 
 
+@pytest.mark.soak
 def test_a_closed_stdout_ends_no_run(tmp_path):
     command = [sys.executable, "-m", "collplan_ros.bringup.main", "--no-pictures", "--out", str(tmp_path / "runs")]
     errors = tmp_path / "errors.txt"

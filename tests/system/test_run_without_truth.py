@@ -17,9 +17,13 @@ from collplan_ros.bringup.progress import Progress
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.record_reading import read_record
 from collplan_ros.runs.recorder import Recorder
-from collplan_ros.runs.run_log import PoseRow
+from collplan_ros.runs.run_log import PoseRow, RunLog
 
 WORLD = "serpentine:0"
+RUNS = 5
+"""So often it is tried on a machine that stalls."""
+STALL = 0.05
+"""Poses that come so much later than others, or so far apart, tell of a stall [s]."""
 
 
 def kept_apart(monkeypatch) -> SimpleNamespace:
@@ -34,15 +38,25 @@ def kept_apart(monkeypatch) -> SimpleNamespace:
     return kept
 
 
-@pytest.mark.timeout(300)
+def has_stalled(log: RunLog) -> bool:
+    """Whether poses of a run were late: the detection of impacts is then not what is asked about."""
+    stamps, sent = np.array([(pose.stamp, pose.sent) for pose in log.poses]).T
+    return bool(np.diff(stamps).max() > STALL or np.ptp(sent - stamps) > STALL)
+
+
+@pytest.mark.soak
 def test_impacts_of_a_run_without_truth_are_told_as_they_were(tmp_path, monkeypatch):
     warm_up()
-    kept, said = kept_apart(monkeypatch), io.StringIO()
-    options = Options(world=WORLD, strategy="bounce", out=tmp_path / "runs", pictures=False)
-    result = run(options, Progress(said))
+    kept, window = kept_apart(monkeypatch), Settings().mocap.velocity_window
+    for k in range(RUNS):
+        kept.truth.clear()
+        said = io.StringIO()
+        result = run(Options(world=WORLD, strategy="bounce", out=tmp_path / f"{k}", pictures=False), Progress(said))
+        log = read_record(result.folder / "record.jsonl").log
+        if not has_stalled(log):
+            break
     assert result.outcome == "reached", said.getvalue()
     assert result.summary["path_length_source"] != "ground_truth"
-    log, window = read_record(result.folder / "record.jsonl").log, Settings().mocap.velocity_window
     found = impacts_of(log, load_world(WORLD), window)
     log.truth[:] = [row for row in kept.truth if row.stamp <= log.poses[-1].stamp]
     true = impacts_of(log, load_world(WORLD), window)
