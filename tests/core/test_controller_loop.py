@@ -250,6 +250,17 @@ def test_before_the_first_plan_of_a_goal_inputs_may_take_longer():
     assert without(loop, "plan", 10.7, LONGEST_START + 0.5) == f"held: no plan yet; {REMEDY}"
 
 
+@pytest.mark.parametrize("lost", ["pose", "scan"])
+def test_poses_or_scans_lost_for_over_a_second_hold_it_before_the_first_plan_too(lost):
+    loop = driving()
+    loop.take_goal(goal(stamp=1.05, identity=bytes(16)))
+    assert without(loop, "plan", 1.1, 5.0) == "no plan yet"
+    assert not without(loop, lost, 6.15, 0.8).startswith("held: ")
+    assert not without(loop, "plan", 7.0, 0.5).startswith("held: ")
+    assert without(loop, lost, 7.55, 1.4).startswith("held: ")
+    assert without(loop, "nothing", 9.0, 2.0).startswith("held: ")
+
+
 def test_inputs_that_are_still_missing_after_resume_hold_it_again():
     loop = driving()
     without(loop, "pose", 1.05, 2.0)

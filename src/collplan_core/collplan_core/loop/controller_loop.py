@@ -28,7 +28,7 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 
 LONGEST_START = 10.0
-"""How long inputs may be missing before the first plan of a goal is followed [s]; then that holds the robot too."""
+"""How long the first plan of a goal may take, and with it poses and scans that never came before [s]."""
 LONGEST_RESUMED = 3.0
 """The same after a person let the robot go on [s]: inputs are to be there then, and a plan soon."""
 KEPT = 10
@@ -68,6 +68,7 @@ class ControllerLoop:
         self._interlock = Interlock()
         self._patience = LONGEST_START
         self._fault_since: float | None = None
+        self._lost_since: float | None = None
 
     def change_settings(self, settings: Settings) -> None:
         """Other settings from now on."""
@@ -148,7 +149,7 @@ class ControllerLoop:
         self._interlock = self._interlock.resumed()
         self.motion.forget()
         self.forget_scans()
-        self._patience, self._fault_since = patience, None
+        self._patience, self._fault_since, self._lost_since = patience, None, None
 
     def take_valid_until(self, stamp: float, until: float) -> None:
         """Until when the plan with this stamp may be followed [s, poses' clock]."""
@@ -213,7 +214,7 @@ class ControllerLoop:
         """Why the robot must not move now, "" where it may; a reason that lasts holds it."""
         reason = self._why_forbidden() or self._stop_reason(local)
         if not self.goal_active:
-            self._fault_since = None
+            self._fault_since = self._lost_since = None
             return reason
         if not self.held:
             self._interlock = self._interlock.held(self._why_hold(reason, local))
@@ -227,13 +228,11 @@ class ControllerLoop:
         """Why only a person may let the robot move on, given why it must not now; "" where it goes on by itself."""
         if self.motion.verdict.kind in STOPPING:
             return self.motion.verdict.reason
-        if not reason:
-            self._fault_since = None
-        elif self._fault_since is None:
-            self._fault_since = local
-        elif local - self._fault_since > self._patience:
-            return reason
-        return ""
+        lost = self._sensors.why_lost(local, self._settings.limits)
+        self._fault_since = _since(self._fault_since, reason, local)
+        self._lost_since = _since(self._lost_since, lost, local)
+        lasts = _lasts(self._fault_since, self._patience, local) or _lasts(self._lost_since, LONGEST_FAULT, local)
+        return reason if lasts else ""
 
     def _stop_reason(self, local: float) -> str:
         """Why the robot must not move now, "" where it may; what its motion says is not asked here."""
@@ -250,3 +249,14 @@ class ControllerLoop:
         told = (until for stamp, until in self._valid_until if stamp == plan.stamp)
         until = next(told, plan.stamp + self._settings.limits.plan_age)
         return why_stale("plan", now - plan.stamp, until - plan.stamp)
+
+
+def _since(since: float | None, reason: str, local: float) -> float | None:
+    """Since when there has been a reason [s], given since when before; None where there is none."""
+    if not reason:
+        return None
+    return local if since is None else since
+
+
+def _lasts(since: float | None, patience: float, local: float) -> bool:
+    return since is not None and local - since > patience

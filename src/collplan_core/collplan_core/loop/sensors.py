@@ -125,6 +125,11 @@ class Sensors:
             self._refused.pop("scan", None)
         self._trust = ScanTrust()
 
+    def why_lost(self, local: float, limits: Limits) -> str:
+        """Why poses or scans that were there are not to be used now; "" where they are, or one of them never came."""
+        both_came = self.state is not None and self._scan_received > -math.inf
+        return self.why_stale(local, limits) if both_came else ""
+
     def why_stale(self, local: float, limits: Limits) -> str:
         """Why poses or scans are not to be used: none yet, too old, or the last ones were refused; "" if they are."""
         pose_age = min(REFUSED_POSE_AGE, limits.pose_age) if "pose" in self._refused else limits.pose_age
