@@ -29,7 +29,7 @@ def standing(duration: float, rate: float = 100.0, seed: int = 0) -> np.ndarray:
 
 def commanded(speed: float, duration: float, period: float = 0.05) -> np.ndarray:
     times = np.arange(0.0, duration + 1e-9, period)
-    return np.column_stack([times, np.full(len(times), speed)])
+    return np.column_stack([times, np.full(len(times), speed), np.zeros(len(times))])
 
 
 def driven(speed: float, duration: float, noise: int = 0) -> np.ndarray:
@@ -65,7 +65,7 @@ def test_a_robot_that_does_as_commanded_is_not_stuck_from_rest_on(speed, duratio
 @given(speed=st.floats(0.0, COMMANDED - 1e-6), duration=st.floats(0.0, 3.0))
 def test_without_a_command_nobody_is_stuck(speed, duration):
     assert why_stuck(standing(duration), commanded(speed, duration), ACCELERATION) == ""
-    assert why_stuck(standing(duration), np.zeros((0, 2)), ACCELERATION) == ""
+    assert why_stuck(standing(duration), np.zeros((0, 3)), ACCELERATION) == ""
     assert why_stuck(np.zeros((0, 3)), commanded(1.0, duration), ACCELERATION) == ""
 
 
@@ -80,13 +80,26 @@ def test_slow_commands_count_as_a_pause_where_they_last_longer_than_that(slow, s
 
 
 @QUICK
+@given(angle=st.floats(-np.pi, np.pi), speed=st.floats(COMMANDED, 1.2))
+def test_commands_to_and_fro_lead_nowhere(angle, speed):
+    """As those of a robot that comes back from a wall and is sent to it again, with no sensor that sees it."""
+    to_and_fro = commanded(speed, 1.0)
+    # the window holds seven of each and one that lasts no time
+    to_and_fro[-8:, 1] = -speed
+    to_and_fro[:, 1:] = to_and_fro[:, 1:] @ rotation(angle).T
+    poses = standing(1.0)
+    poses[:, 1] += 0.01 * np.sin(2.0 * np.pi * poses[:, 0] / 0.35)
+    assert why_stuck(poses, to_and_fro, ACCELERATION) == ""
+
+
+@QUICK
 @given(speed=st.floats(COMMANDED, 1.2), begin=st.floats(0.0, 1.5), slow=st.floats(0.0, PAUSE), seed=seeds)
 def test_a_robot_that_does_as_commanded_is_not_stuck_round_a_pause(speed, begin, slow, seed):
     law, step, v, x, rows, commands = velocity_law(ROBOT), 0.01, 0.0, 0.0, [], []
     for k in range(250):
         asked = 0.0 if begin <= k * step < begin + slow else speed
         rows.append((k * step, x, 0.0))
-        commands.append((k * step, asked))
+        commands.append((k * step, asked, 0.0))
         w, _ = velocity_after(law, v, 0.0, asked, 0.0, step)
         x, v = x + 0.5 * (v + w) * step, w
     poses, told = np.array(rows), np.array(commands)

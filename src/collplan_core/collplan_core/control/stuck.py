@@ -20,14 +20,14 @@ PARTS = 5
 def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) -> str:
     """Why the robot counts as stuck, in words; "" where it does not.
 
-    Stuck is a robot that was commanded at least COMMANDED all through the last WINDOW but for PAUSE, in whatever
-    direction, and went almost no way, not even to and fro, as after a rebound. What it should have gone is the
-    commanded speed over that time, or less where from rest it could not. As long as poses or commands do not reach
+    Stuck is a robot that was commanded at least COMMANDED all through the last WINDOW but for PAUSE, and went almost no
+    way, not even to and fro, as after a rebound. Where it should have got to is where its commands lead, or less far
+    where from rest it could not: commanded to and fro, it should not have. As long as poses or commands do not reach
     back so far, nothing is said. How often they come makes no difference.
 
     Args:
         poses: (n, 3) time [s], x, y [m], times rising; the newest one is now.
-        commands: (m, 2) time [s] from which a command is in force until the next, and its speed [m/s], times rising.
+        commands: (m, 3) time [s] from which a command is in force until the next, and its velocity [m/s], times rising.
         max_acceleration: of the wheels [m/s^2].
     """
     if len(poses) == 0 or len(commands) == 0:
@@ -39,10 +39,11 @@ def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) 
     # the command in force when the window begins, and those since
     first = int(np.searchsorted(commands[:, 0], begin, side="right")) - 1
     since = np.maximum(commands[first:, 0], begin)
-    speeds, lasted = commands[first:, 1], np.diff(np.minimum(since, now), append=now)
+    velocities, lasted = commands[first:, 1:], np.diff(np.minimum(since, now), append=now)
+    speeds = np.hypot(*velocities.T)
     if lasted[speeds < COMMANDED].sum() > PAUSE:
         return ""
-    expected = min(float(speeds @ lasted), 0.5 * max_acceleration * WINDOW**2)
+    expected = min(float(np.hypot(*(lasted @ velocities))), 0.5 * max_acceleration * WINDOW**2)
     way = _way(poses[poses[:, 0] >= begin])
     if way > SHARE * expected:
         return ""

@@ -49,7 +49,7 @@ class Recovery:
 
     def _forget_motion(self) -> None:
         self._poses: deque[tuple[float, float, float]] = deque()
-        self._commands: deque[tuple[float, float]] = deque()
+        self._commands: deque[tuple[float, float, float]] = deque()
         self._pushed = np.zeros(2)
 
     def is_backing_out(self, now: float) -> bool:
@@ -58,11 +58,11 @@ class Recovery:
 
     def commanded(self, velocity: np.ndarray, now: float) -> None:
         """A velocity (2,) [m/s, world frame] is commanded from `now` on [s, poses' clock]."""
-        speed = float(np.hypot(*velocity))
+        vx, vy = velocity.tolist()
         if self._commands and now < self._commands[-1][0]:
             self._forget_motion()
-        self._commands.append((now, speed))
-        if speed > 0.0:
+        self._commands.append((now, vx, vy))
+        if vx or vy:
             self._pushed = np.array(velocity, dtype=float)
         while len(self._commands) > 1 and self._commands[1][0] < now - WINDOW:
             self._commands.popleft()
