@@ -38,8 +38,8 @@ LATE_ADVANTAGE = 1.5e-3
 """Advantage of the delays beyond the limit from which motion is late [m^2/s].
 
 The comparison before must have pointed that way too: of a robot of twice the believed mass a single one, between others
-far on the other side, gave 1.9e-3 in half an hour of simulated trials. With 2.5e-3 a delay of 0.2 s takes up to 0.45 s to
-be named, in 12 simulated starts.
+far on the other side, gave 1.9e-3 in half an hour of simulated trials. With 2.5e-3 a delay of 0.2 s takes up to 0.45 s
+to be named, in 12 simulated starts.
 """
 LATE_MISFIT = 4e-3
 """Motion that no delay explains better than this is not late [m^2/s]: simulated, late motion leaves 1.5e-3 when it is
