@@ -6,6 +6,8 @@ import sys
 import time
 from pathlib import Path
 
+from collplan_ros.runs.record_reading import RECORD
+
 PATIENCE = 100.0
 NODES = {"simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node"}
 
@@ -57,6 +59,11 @@ class Run:
     def moving(self) -> bool:
         assert self.process.poll() is None, self.text
         return "free_space" in self.text or "boundary_following" in self.text
+
+    def has_recorded(self) -> bool:
+        """Whether a pose of the run is on disk."""
+        record = self.out / "latest" / RECORD
+        return record.exists() and '["pose"' in record.read_text()
 
     def end(self) -> int:
         return self.process.wait(PATIENCE)

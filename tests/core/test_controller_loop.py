@@ -241,7 +241,7 @@ def test_motion_that_is_late_or_reversed_holds_it_at_once_and_other_motion_does_
     assert loop.tick(1.0).reason == ""
 
 
-def test_before_the_first_plan_of_a_goal_inputs_may_take_longer():
+def test_the_first_plan_of_a_goal_may_take_longer():
     loop = ControllerLoop(SETTINGS)
     loop.take_goal(goal())
     assert without(loop, "plan", 1.0, 9.0) == "no plan yet"
@@ -259,6 +259,19 @@ def test_poses_or_scans_lost_for_over_a_second_hold_it_before_the_first_plan_too
     assert not without(loop, "plan", 7.0, 0.5).startswith("held: ")
     assert without(loop, lost, 7.55, 1.4).startswith("held: ")
     assert without(loop, "nothing", 9.0, 2.0).startswith("held: ")
+
+
+def test_what_is_forbidden_from_elsewhere_holds_it_before_the_first_plan_too():
+    """As a planner whose heartbeat is lost."""
+    forbidden = []
+    loop = driving(why_forbidden=lambda: forbidden[-1] if forbidden else "")
+    loop.take_goal(goal(stamp=1.05, identity=bytes(16)))
+    assert without(loop, "plan", 1.1, 5.0) == "no plan yet"
+    forbidden.append("no heartbeat")
+    assert without(loop, "plan", 6.15, 0.9) == "no heartbeat"
+    assert without(loop, "plan", 7.1, 0.5).startswith("held: no heartbeat")
+    forbidden.append("")
+    assert without(loop, "nothing", 7.7, 1.0).startswith("held: no heartbeat")
 
 
 def test_inputs_that_are_still_missing_after_resume_hold_it_again():

@@ -90,6 +90,8 @@ def test_commands_to_and_fro_lead_nowhere(angle, speed):
     poses = standing(1.0)
     poses[:, 1] += 0.01 * np.sin(2.0 * np.pi * poses[:, 0] / 0.35)
     assert why_stuck(poses, to_and_fro, ACCELERATION) == ""
+    still = np.column_stack([poses[:, 0], np.zeros((len(poses), 2))])
+    assert why_stuck(still, to_and_fro, ACCELERATION) == "", "as a motion capture without noise tells it"
 
 
 @QUICK

@@ -36,11 +36,12 @@ def was_in_pocket(result) -> bool:
 @pytest.mark.parametrize("strategy", ["harness", "bounce", "avoid"])
 def test_a_robot_in_a_pocket_that_it_does_not_see_backs_out_and_goes_round(strategy):
     """With so few tries not always: simulated, 13 of 16 with harness and bounce."""
-    results = [trial(strategy, POCKET, seed) for seed in range(1, 5)]
-    outcomes = [result.outcome for result in results if was_in_pocket(result)]
-    assert len(outcomes) >= 3, "it never was in the pocket"
+    runs = [trial(strategy, POCKET, seed) for seed in range(1, 5)]
+    caught = [run for run in runs if was_in_pocket(run)]
+    assert len(caught) >= 3, "hardly any was in the pocket"
+    assert all(len(run.impacts) > 0 for run in caught)
+    outcomes = [run.outcome for run in caught]
     assert outcomes.count(REACHED) >= len(outcomes) - 1, outcomes
-    assert all(len(result.impacts) > 0 for result in results)
 
 
 @pytest.mark.timeout(600)

@@ -210,7 +210,7 @@ def test_a_killed_bringup_loses_a_second_at_most(tmp_path):
     with Run(tmp_path / "runs", "--no-pictures", "--world", "serpentine:0") as run:
         wait_for(run.moving)
         # one that is killed within its first second may leave nothing
-        wait_for((run.out / "latest" / RECORD).exists)
+        wait_for(run.has_recorded)
         assert run.process.poll() is None, run.text
         run.process.kill()
         killed = time.monotonic()

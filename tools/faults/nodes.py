@@ -77,7 +77,6 @@ def thaw_both(graph: LiveGraph) -> None:
 
 
 def poses_lost(graph: LiveGraph) -> float:
-    # before the first plan of a new goal they may be missing for longer
     graph.pause(PLANNED)
     graph.freeze("mocap_node")
     graph.pause(LOST)

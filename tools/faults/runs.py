@@ -116,7 +116,7 @@ def killed(folder: Path, chance: Random) -> Measured:
     with Run(folder / "runs", "--no-pictures", "--world", "serpentine:0") as run:
         wait_for(run.moving)
         # a run that is killed within its first second may leave nothing
-        wait_for((run.out / "latest" / RECORD).exists)
+        wait_for(run.has_recorded)
         time.sleep(chance.uniform(0.0, 2.0))
         run.process.kill()
         at = time.monotonic()

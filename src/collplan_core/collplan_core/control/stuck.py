@@ -8,6 +8,8 @@ COMMANDED = 0.15
 """A command slower than this asks for no motion that could be told from noise [m/s]."""
 PAUSE = 0.12
 """Commands may be slower for so long in WINDOW [s]: a plan that begins anew at each bump begins slowly."""
+NOWHERE = 0.05
+"""Commands that lead less far in WINDOW lead nowhere [m]."""
 SHARE = 0.15
 """A robot whose way is less than this share of the distance that it should have gone has not moved.
 
@@ -43,9 +45,9 @@ def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) 
     speeds = np.hypot(*velocities.T)
     if lasted[speeds < COMMANDED].sum() > PAUSE:
         return ""
-    expected = min(float(np.hypot(*(lasted @ velocities))), 0.5 * max_acceleration * WINDOW**2)
+    lead = float(np.hypot(*(lasted @ velocities)))
     way = _way(poses[poses[:, 0] >= begin])
-    if way > SHARE * expected:
+    if lead < NOWHERE or way > SHARE * min(lead, 0.5 * max_acceleration * WINDOW**2):
         return ""
     mean = float(speeds @ lasted) / WINDOW
     return f"commanded {mean:.2f} m/s for {WINDOW:g} s and moved {way:.2f} m"

@@ -28,7 +28,7 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 
 LONGEST_START = 10.0
-"""How long the first plan of a goal may take, and with it poses and scans that never came before [s]."""
+"""How long the first plan of a goal may take, and with it poses and scans that never came before [s]; nothing else."""
 LONGEST_RESUMED = 3.0
 """The same after a person let the robot go on [s]: inputs are to be there then, and a plan soon."""
 KEPT = 10
@@ -228,7 +228,7 @@ class ControllerLoop:
         """Why only a person may let the robot move on, given why it must not now; "" where it goes on by itself."""
         if self.motion.verdict.kind in STOPPING:
             return self.motion.verdict.reason
-        lost = self._sensors.why_lost(local, self._settings.limits)
+        lost = self._why_forbidden() or self._sensors.why_lost(local, self._settings.limits)
         self._fault_since = _since(self._fault_since, reason, local)
         self._lost_since = _since(self._lost_since, lost, local)
         lasts = _lasts(self._fault_since, self._patience, local) or _lasts(self._lost_since, LONGEST_FAULT, local)
