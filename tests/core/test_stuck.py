@@ -32,13 +32,14 @@ def commanded(speed: float, duration: float, period: float = 0.05) -> np.ndarray
     return np.column_stack([times, np.full(len(times), speed), np.zeros(len(times))])
 
 
-def driven(speed: float, duration: float, noise: int = 0) -> np.ndarray:
-    """Poses of a robot that takes on a commanded speed along x from rest, by its own law."""
+def driven(speed: float, duration: float, noise: int = 0, slow: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+    """Poses of a robot that takes on a commanded speed along x from rest, by its own law; zero is within `slow` [s]."""
     law, step = velocity_law(ROBOT), 0.01
     v = x = 0.0
     rows = [(0.0, 0.0, 0.0)]
     for k in range(1, round(duration / step) + 1):
-        w, _ = velocity_after(law, v, 0.0, speed, 0.0, step)
+        asked = 0.0 if slow[0] <= (k - 1) * step < slow[1] else speed
+        w, _ = velocity_after(law, v, 0.0, asked, 0.0, step)
         x, v = x + 0.5 * (v + w) * step, w
         rows.append((k * step, x, 0.0))
     poses = np.array(rows)
@@ -97,15 +98,8 @@ def test_commands_to_and_fro_lead_nowhere(angle, speed):
 @QUICK
 @given(speed=st.floats(COMMANDED, 1.2), begin=st.floats(0.0, 1.5), slow=st.floats(0.0, PAUSE), seed=seeds)
 def test_a_robot_that_does_as_commanded_is_not_stuck_round_a_pause(speed, begin, slow, seed):
-    law, step, v, x, rows, commands = velocity_law(ROBOT), 0.01, 0.0, 0.0, [], []
-    for k in range(250):
-        asked = 0.0 if begin <= k * step < begin + slow else speed
-        rows.append((k * step, x, 0.0))
-        commands.append((k * step, asked, 0.0))
-        w, _ = velocity_after(law, v, 0.0, asked, 0.0, step)
-        x, v = x + 0.5 * (v + w) * step, w
-    poses, told = np.array(rows), np.array(commands)
-    poses[:, 1:] += np.random.default_rng(seed).normal(0.0, NOISE, (len(poses), 2))
+    poses, told = driven(speed, 2.5, seed, (begin, begin + slow)), commanded(speed, 2.5, 0.01)
+    told[(told[:, 0] >= begin) & (told[:, 0] < begin + slow), 1] = 0.0
     for last in range(71, len(poses), 3):
         assert why_stuck(poses[: last + 1], told[: last + 1], ACCELERATION) == "", poses[last, 0]
 

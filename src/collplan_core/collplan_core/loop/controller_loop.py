@@ -212,23 +212,29 @@ class ControllerLoop:
 
     def _why_still(self, local: float) -> str:
         """Why the robot must not move now, "" where it may; a reason that lasts holds it."""
-        reason = self._why_forbidden() or self._stop_reason(local)
+        forbidden = self._why_forbidden()
+        reason = forbidden or self._stop_reason(local)
         if not self.goal_active:
             self._fault_since = self._lost_since = None
             return reason
         if not self.held:
-            self._interlock = self._interlock.held(self._why_hold(reason, local))
+            self._interlock = self._interlock.held(self._why_hold(reason, forbidden, local))
         if self.held:
             return f"held: {self.held}; {REMEDY}"
         if not reason:
             self._patience = LONGEST_FAULT
         return reason
 
-    def _why_hold(self, reason: str, local: float) -> str:
-        """Why only a person may let the robot move on, given why it must not now; "" where it goes on by itself."""
+    def _why_hold(self, reason: str, forbidden: str, local: float) -> str:
+        """Why only a person may let the robot move on; "" where it goes on by itself.
+
+        Args:
+            reason: why it must not move now; `forbidden`: as far as that comes from elsewhere.
+            local: time now [s].
+        """
         if self.motion.verdict.kind in STOPPING:
             return self.motion.verdict.reason
-        lost = self._why_forbidden() or self._sensors.why_lost(local, self._settings.limits)
+        lost = forbidden or self._sensors.why_lost(local, self._settings.limits)
         self._fault_since = _since(self._fault_since, reason, local)
         self._lost_since = _since(self._lost_since, lost, local)
         lasts = _lasts(self._fault_since, self._patience, local) or _lasts(self._lost_since, LONGEST_FAULT, local)
