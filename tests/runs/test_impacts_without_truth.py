@@ -91,7 +91,7 @@ def test_true_impacts_come_from_the_wall_with_the_velocity_that_the_simulator_ha
 @pytest.mark.parametrize(
     ("hits", "families", "right"),
     # of 319 impacts 95 % were told right; 10 are too few to hold 90 %
-    [(10, ("z",), 0.7), pytest.param(200, ("z", "serpentine", "baffles", "u"), 0.9, marks=pytest.mark.soak)],
+    [(10, ("z",), 0.8), pytest.param(200, ("z", "serpentine", "baffles", "u"), 0.9, marks=pytest.mark.soak)],
 )
 @pytest.mark.timeout(1200)
 def test_time_velocities_and_what_was_deliberate_are_right_without_the_truth(hits, families, right):
