@@ -13,7 +13,7 @@ from collplan_core.scan import Scan
 from collplan_core.sensing.beam_poses import beam_poses
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
-from collplan_core.sensing.seen_walls import seen_walls
+from collplan_core.sensing.seen_walls import seen_walls, wall_of_each_beam
 from collplan_core.state import State
 from collplan_core.worlds import parse_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -28,6 +28,25 @@ ROOM = parse_world(
         "circles": [{"center": [2.0, 1.2], "radius": 0.1}],
     },
     "room",
+)
+DOOR = parse_world(
+    {
+        "name": "door",
+        "bounds": [0.0, 0.0, 2.4, 6.0],
+        "polygons": [
+            [[0.0, 0.9], [0.3, 0.9], [0.3, 1.0], [0.0, 1.0]],
+            [[0.7, 0.9], [2.4, 0.9], [2.4, 1.0], [0.7, 1.0]],
+        ],
+    },
+    "door",
+)
+CORNER = parse_world(
+    {
+        "name": "corner",
+        "bounds": [0.05, 0.1, 1.8, 1.55],
+        "polygons": [[[0.35, 0.1], [1.8, 0.1], [1.8, 1.13], [0.35, 1.13]]],
+    },
+    "corner",
 )
 OPEN = parse_world({"name": "open", "bounds": [0.0, 0.0, 3.0, 2.0], "walled": False}, "open")
 
@@ -82,7 +101,7 @@ def test_true_scans_are_believed(x, y, course, speed, seed):
 
 def test_walls_are_kept_where_they_are():
     (state,) = drive(n=1)
-    walls = seen_walls(scans_of([state])[0], standing_at(state, scans_of([state])[0]))
+    walls = seen_walls(wall_of_each_beam(scans_of([state])[0], standing_at(state, scans_of([state])[0])))
     assert len(walls) > 200
     x, y = walls[:, 0], walls[:, 1]
     on_walls = np.min([abs(x), abs(y), abs(x - 1.0), abs(x - 3.0), abs(y - 2.0), abs(y - 1.2)], axis=0)
@@ -107,6 +126,27 @@ def test_walls_do_not_vanish(share, first):
     *before, reason = judged(states, scans)
     assert not any(before)
     assert reason.startswith("walls seen before are missing in ")
+
+
+@pytest.mark.parametrize("first", range(0, 360, 60))
+def test_beams_that_stay_blind_are_refused_wherever_the_robot_comes_to_rest(first):
+    """Half of the beams, while it brakes in a door, beyond which other walls are in sight."""
+    driven = drive((0.5, 0.5), (0.0, 0.6), 15)
+    rest = [replace(driven[-1], stamp=driven[-1].stamp + PERIOD * (k + 1), velocity=np.zeros(2)) for k in range(10)]
+    states = driven + rest
+    true = scans_of(states, DOOR)
+    scans = [empty(scan, 0.5, first) if k >= 8 else scan for k, scan in enumerate(true)]
+    reasons = judged(states, scans)
+    assert not any(reasons[:8])
+    assert all(reasons[8:])
+    assert judged(states, [*scans[:-1], true[-1]])[-1] == ""
+
+
+def test_a_wall_that_is_hidden_behind_a_corner_is_not_one_seen_late():
+    """Driven along the wall at y 1.55, then away from it and out of its sight."""
+    along, away = drive((0.9, 1.34), (-1.1, 0.0), 13), drive((0.2, 1.34), (0.3, -1.1), 14)
+    states = along + [replace(state, stamp=state.stamp + 13 * PERIOD) for state in away]
+    assert judged(states, scans_of(states, CORNER)) == [""] * len(states)
 
 
 def test_a_wall_that_vanishes_comes_back_at_once():

@@ -7,8 +7,8 @@ import numpy as np
 
 from collplan_core.parameters import Limits
 from collplan_core.scan import Scan
-from collplan_core.sensing.seen_walls import seen_walls
-from collplan_core.sensing.walls_again import walls_again
+from collplan_core.sensing.seen_walls import seen_walls, wall_of_each_beam
+from collplan_core.sensing.walls_again import WallsAgain, walls_again
 from collplan_core.state import State
 
 KEPT, PERIOD = 5, 0.2
@@ -17,6 +17,8 @@ FEWEST, FEWEST_AHEAD = 40, 30
 """Fewer walls than these, of all scans kept together, say nothing."""
 MOST_MISSING_AHEAD = 0.5
 """Largest share of the beams ahead, which are few, that may miss a wall."""
+MOST_BLIND = 0.5
+"""Largest share of the beams that showed nothing in place of a wall that may go on showing nothing."""
 LATEST = 0.1
 """A scan that shows what was seen longer before its stamp is late [s]; the sweep of a LIDAR of 10 Hz that gives no
 time_increment is 0.05 s late on average."""
@@ -32,11 +34,14 @@ class ScanMemory:
         walls: of scans found plausible, the newest last: stamp [s] and `seen_walls`.
         ranges: of the newest scan, plausible or not; empty before the first.
         pose: (3,) x, y [m] and yaw [rad] where those ranges came first.
+        blind: beams that showed nothing in place of a wall, of the newest scan that missed too many; empty once a scan
+            was found plausible.
     """
 
     walls: tuple[tuple[float, np.ndarray], ...] = ()
     ranges: bytes = b""
     pose: tuple[float, float, float] = (math.nan, math.nan, math.nan)
+    blind: tuple[int, ...] = ()
 
 
 def judge_scan(
@@ -53,8 +58,16 @@ def judge_scan(
     """
     memory = _with_ranges(memory, scan, beams)
     reason = _lost(scan, limits) or _frozen(memory, scan, beams)
-    reason = reason or _contradicted(memory, scan, beams, velocity, limits)
-    return reason, memory if reason else _with_walls(memory, scan, beams)
+    if reason:
+        return reason, memory
+    now = wall_of_each_beam(scan, beams)
+    if memory.walls:
+        found = walls_again(np.concatenate([walls for _, walls in memory.walls]), now, scan, beams, velocity)
+        reason = _missing(found, limits)
+        if reason:
+            return reason, replace(memory, blind=tuple(np.flatnonzero(found.beams & np.isinf(scan.ranges)).tolist()))
+        reason = _still_blind(memory, scan) or _late(found)
+    return reason, memory if reason else _with_walls(memory, scan.stamp, now)
 
 
 def _with_ranges(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> ScanMemory:
@@ -65,11 +78,11 @@ def _with_ranges(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> ScanMemor
     return replace(memory, ranges=ranges, pose=(x, y, yaw))
 
 
-def _with_walls(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> ScanMemory:
-    if memory.walls and 0.0 <= scan.stamp - memory.walls[-1][0] < PERIOD - 1e-3:
+def _with_walls(memory: ScanMemory, stamp: float, now: np.ndarray) -> ScanMemory:
+    memory = replace(memory, blind=()) if memory.blind else memory
+    if memory.walls and 0.0 <= stamp - memory.walls[-1][0] < PERIOD - 1e-3:
         return memory
-    kept = (*memory.walls, (scan.stamp, seen_walls(scan, beams)))
-    return replace(memory, walls=kept[-KEPT:])
+    return replace(memory, walls=(*memory.walls, (stamp, seen_walls(now)))[-KEPT:])
 
 
 def _lost(scan: Scan, limits: Limits) -> str:
@@ -89,19 +102,25 @@ def _frozen(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> str:
     return f"the same to the last bit after {moved:.2f} m and {turned:.2f} rad"
 
 
-def _contradicted(memory: ScanMemory, scan: Scan, beams: np.ndarray, velocity: np.ndarray, limits: Limits) -> str:
-    if not memory.walls:
-        return ""
-    walls = np.concatenate([walls for _, walls in memory.walls])
-    found = walls_again(walls, scan, beams, velocity)
+def _still_blind(memory: ScanMemory, scan: Scan) -> str:
+    """A robot that stands, or drives on a little, has other walls in sight, which say nothing of these beams."""
+    blind = [beam for beam in memory.blind if beam < len(scan.ranges)]
+    share = float(np.isinf(scan.ranges[blind]).mean()) if blind else 0.0
+    return f"{share:.0%} of the beams that missed walls still show nothing" if share > MOST_BLIND else ""
+
+
+def _missing(found: WallsAgain, limits: Limits) -> str:
     if found.expected >= FEWEST and found.missing > limits.missing_beams * found.expected:
         return f"walls seen before are missing in {found.missing / found.expected:.0%} of the beams"
     if found.expected_ahead >= FEWEST_AHEAD and found.missing_ahead > MOST_MISSING_AHEAD * found.expected_ahead:
         share = found.missing_ahead / found.expected_ahead
         return f"walls seen before are missing in {share:.0%} of the beams ahead"
-    if found.n_delays >= FEWEST_AHEAD and found.delay > LATEST:
-        return f"it shows what was seen {found.delay:.2f} s before its stamp"
     return ""
+
+
+def _late(found: WallsAgain) -> str:
+    late = found.n_delays >= FEWEST_AHEAD and found.delay > LATEST
+    return f"it shows what was seen {found.delay:.2f} s before its stamp" if late else ""
 
 
 def warm_up(scan: Scan, state: State, limits: Limits) -> None:

@@ -34,8 +34,7 @@ def _pieces(ranges: np.ndarray, beams: np.ndarray, first: float, step: float) ->
         angle = beams[i, 2] + first + i * step
         hits[i, 0] = beams[i, 0] + ranges[i] * math.cos(angle)
         hits[i, 1] = beams[i, 1] + ranges[i] * math.sin(angle)
-    pieces = np.empty((n, 4))
-    count = 0
+    pieces = np.full((n, 4), math.nan)
     for i in range(n):
         if not 0.0 < ranges[i] <= NEAR:
             continue
@@ -61,19 +60,24 @@ def _pieces(ranges: np.ndarray, beams: np.ndarray, first: float, step: float) ->
             continue
         if (beams[i, 0] - hits[i, 0]) * normal_x + (beams[i, 1] - hits[i, 1]) * normal_y < 0.0:
             normal_x, normal_y = -normal_x, -normal_y
-        pieces[count, 0], pieces[count, 1] = hits[i, 0], hits[i, 1]
-        pieces[count, 2], pieces[count, 3] = normal_x, normal_y
-        count += 1
-    return pieces[:count]
+        pieces[i, 0], pieces[i, 1] = hits[i, 0], hits[i, 1]
+        pieces[i, 2], pieces[i, 3] = normal_x, normal_y
+    return pieces
 
 
-def seen_walls(scan: Scan, beams: np.ndarray) -> np.ndarray:
-    """(m, 4) where beams met a straight piece of wall, x, y [m], and its normal, towards the robot; world frame.
+def wall_of_each_beam(scan: Scan, beams: np.ndarray) -> np.ndarray:
+    """(n, 4) where each beam met a straight piece of wall, x, y [m], and its normal, towards the robot; world frame.
 
-    Corners, ends, lone hits and walls met too flatly are left out: what the next scan says of them is chance.
+    NaN where it met none. Corners, ends, lone hits and walls met too flatly are left out: what the next scan says of
+    them is chance.
 
     Args:
         scan: the scan.
         beams: (n, 3) x, y [m] and yaw [rad] of the robot at each beam.
     """
     return _pieces(scan.ranges, beams, scan.angle_min, scan.angle_increment)
+
+
+def seen_walls(walls: np.ndarray) -> np.ndarray:
+    """(m, 4), those of `wall_of_each_beam` where there is one."""
+    return walls[~np.isnan(walls[:, 0])]

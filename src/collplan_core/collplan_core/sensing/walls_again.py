@@ -20,6 +20,8 @@ FACING = 0.7
 """Least cosine between the motion and the way into a wall for it to lie ahead."""
 ACROSS = 0.5
 """Least cosine between the motion and the normal of a wall for it to show how late a scan is."""
+PARALLEL = 0.9
+"""Least cosine between the normals of two pieces of wall for them to be the same one: else a corner hides it by now."""
 MOVING = 0.2
 """Speed from which on walls lie ahead and a late scan shows [m/s]."""
 LONGEST_DELAY = 0.6
@@ -33,6 +35,7 @@ class WallsAgain(NamedTuple):
         expected, missing: number of walls that the scan must show, as nothing in it hides them; of those not shown.
         expected_ahead, missing_ahead: the same of walls that the robot moves towards.
         n_delays, delay: how much older than its stamp the scan's content is [s], median over so many walls; NaN for 0.
+        beams: (n,) bool, whether a beam goes towards a wall that is missing.
     """
 
     expected: int
@@ -41,6 +44,7 @@ class WallsAgain(NamedTuple):
     missing_ahead: int
     n_delays: int
     delay: float
+    beams: np.ndarray
 
 
 @njit
@@ -71,14 +75,28 @@ def _nearest_range(ranges: np.ndarray, k: int, w: int, closed: bool) -> float:
 
 
 @njit
+def _is_parallel(piece: np.ndarray, normal_x: float, normal_y: float) -> bool:
+    """Whether a piece of wall, NaN where there is none, stands the same way."""
+    return piece[2] * normal_x + piece[3] * normal_y >= PARALLEL
+
+
+@njit
 def _compare(
-    walls: np.ndarray, ranges: np.ndarray, beams: np.ndarray, first: float, step: float, limits: tuple, velocity: tuple
+    walls: np.ndarray,
+    now: np.ndarray,
+    ranges: np.ndarray,
+    beams: np.ndarray,
+    first: float,
+    step: float,
+    limits: tuple,
+    velocity: tuple,
 ) -> WallsAgain:
     n = len(ranges)
     closed = is_full_turn(n, step)
     speed = math.hypot(velocity[0], velocity[1])
     expected, missing, expected_ahead, missing_ahead, n_delays = 0, 0, 0, 0, 0
     delays = np.empty(len(walls))
+    towards_missing = np.zeros(n, dtype=np.bool_)
     for j in range(len(walls)):
         x, y, normal_x, normal_y = walls[j, 0], walls[j, 1], walls[j, 2], walls[j, 3]
         k = _beam_towards(x, y, beams, first, step)
@@ -89,10 +107,8 @@ def _compare(
         if not limits[0] <= distance <= min(limits[1], NEAR) or -(dx * normal_x + dy * normal_y) < EDGE_ON * distance:
             continue
         closing = -(velocity[0] * normal_x + velocity[1] * normal_y)
-        if speed >= MOVING and abs(closing) >= ACROSS * speed and 0.0 < ranges[k] < math.inf:
-            angle = beams[k, 2] + first + k * step
-            hit_x, hit_y = beams[k, 0] + ranges[k] * math.cos(angle), beams[k, 1] + ranges[k] * math.sin(angle)
-            beyond = (x - hit_x) * normal_x + (y - hit_y) * normal_y
+        if speed >= MOVING and abs(closing) >= ACROSS * speed and _is_parallel(now[k], normal_x, normal_y):
+            beyond = (x - now[k, 0]) * normal_x + (y - now[k, 1]) * normal_y
             if abs(beyond) <= GAP + LONGEST_DELAY * speed:
                 delays[n_delays] = beyond / closing
                 n_delays += 1
@@ -103,25 +119,27 @@ def _compare(
         gone = nearest > distance + GAP
         expected += 1
         missing += gone
+        towards_missing[k] |= gone
         if speed >= MOVING and closing >= FACING * speed:
             expected_ahead += 1
             missing_ahead += gone
     delay = float(np.median(delays[:n_delays])) if n_delays > 0 else math.nan
-    return WallsAgain(expected, missing, expected_ahead, missing_ahead, n_delays, delay)
+    return WallsAgain(expected, missing, expected_ahead, missing_ahead, n_delays, delay, towards_missing)
 
 
-def walls_again(walls: np.ndarray, scan: Scan, beams: np.ndarray, velocity: np.ndarray) -> WallsAgain:
+def walls_again(walls: np.ndarray, now: np.ndarray, scan: Scan, beams: np.ndarray, velocity: np.ndarray) -> WallsAgain:
     """Compares a scan with walls that scans before it showed.
 
     A scan that shows what was seen a while ago, though it is stamped now, shows each wall off by what the robot has
     moved since: of each wall the delay is the distance over the speed towards it.
 
     Args:
-        walls: (m, 4) points of walls and their normals, of `seen_walls`.
+        walls: (m, 4) points of walls and their normals, of scans before.
+        now: (n, 4) the same of each beam of the scan, of `wall_of_each_beam`.
         scan: the scan.
         beams: (n, 3) x, y [m] and yaw [rad] of the robot at each beam.
         velocity: (2,) of the robot [m/s].
     """
     limits = max(scan.range_min, 0.01), scan.range_max
     moving = float(velocity[0]), float(velocity[1])
-    return _compare(walls, scan.ranges, beams, scan.angle_min, scan.angle_increment, limits, moving)
+    return _compare(walls, now, scan.ranges, beams, scan.angle_min, scan.angle_increment, limits, moving)
