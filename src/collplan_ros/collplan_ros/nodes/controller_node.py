@@ -37,7 +37,11 @@ from collplan_ros.nodes.controller_outputs import ControllerOutputs
 from collplan_ros.nodes.heartbeat import HeartbeatWatch
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
-GROUPS = (Robot, LocalMapping, Control, Limits, Frames, "mocap.leap_margin", "mocap.velocity_window")
+MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
+GROUPS = (Robot, LocalMapping, Control, Limits, Frames, *MOCAP)
+MAPPED = tuple(f"local_map.{name}" for name in ("half_side", "clearance", "surface_tolerance", "grazing_angle"))
+"""Of the local map it follows boundaries alone: what the planner makes of sight and of set E it does not read."""
+LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)
 
 
 class ControllerNode(Node):
@@ -46,7 +50,7 @@ class ControllerNode(Node):
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
         super().__init__("controller_node", **kwargs)
-        declare(self, *GROUPS)
+        declare(self, *GROUPS, live=LIVE)
         self._settings = read_settings(self, *GROUPS)
         self._local_clock = local_clock(self)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
