@@ -19,8 +19,8 @@ RATES = (20.0, 100.0)
 SETTLING, WATCHED = 2.0, 4.0
 """Time given to the driver to connect, and time over which its use of the processor is measured [s]."""
 WHEELS = (-25.0, 0.0, 25.0)
-COMMAND = CommandMessage(42, 1000, 20, 180, 0, WHEELS)
-TELEMETRY = Telemetry(42, 7, 5000, 1, 7400, NO_TEMPERATURE, 1000, 5, 25, 3, 1, 2, 300, (-0.5, 0.25), WHEELS)
+COMMAND = CommandMessage(42, 1000, 20, 180, 0, 1, 2, WHEELS)
+TELEMETRY = Telemetry(42, 7, 5000, 1, 7400, NO_TEMPERATURE, 1000, 5, 25, 3, 1, 2, 300, (-0.5, 0.25), 1, 2, WHEELS)
 PUBLISHER = """
 import rclpy
 from geometry_msgs.msg import Twist
