@@ -1,5 +1,6 @@
 """Any finite goal: refused with the reason, or planned for at a bounded cost; the fence for goals and poses."""
 
+import os
 import time
 import tracemalloc
 from functools import cache
@@ -19,7 +20,8 @@ from collplan_core.time_to_goal_planner.shortest_paths.grid import MOST_ALONG, M
 from loop_scenes import HALL, IDENTITY, at, notices, scan_at, see, statuses, straight_plan
 from time_to_goal_scenes import open_field
 
-LONGEST, LARGEST = 0.1, 100e6
+COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0"
+LONGEST, LARGEST = (0.1 if COMPILED else np.inf), 100e6
 """Most time of a core [s] and memory [bytes] that a cycle may take."""
 finite = st.floats(allow_nan=False, allow_infinity=False)
 within = st.floats(-100.0, 100.0)
