@@ -86,7 +86,12 @@ def poses_lost(graph: LiveGraph) -> float:
 def still_held(graph: LiveGraph, back: float) -> Measured:
     """It stands though the poses are back, and the controller says that a person has to let it move."""
     graph.pause(WATCHED)
-    return Measured(missed=no_motion_since(graph, back) or ("" if graph.value(COMMANDER, "held") else "it is not held"))
+    streams = graph.streams
+    # a robot whose time stood still comes to rest later
+    rolled = streams.motion_at(back).speed > CREEP
+    stalled = why_stalled("simulator_node", (row.sent for row in streams.truth), back - LOST, back) if rolled else ""
+    wrong = "" if graph.value(COMMANDER, "held") else "it is not held"
+    return Measured(missed=no_motion_since(graph, back) or wrong, stalled=stalled)
 
 
 FAULTS = [

@@ -52,8 +52,11 @@ def drives_on(graph: LiveGraph, begun: float) -> Measured:
     """The longer one of the times for which the robot is commanded to stand, after the step and after that back."""
     seconds = max(stood(graph, begun), stood(graph, lie("none")(graph)))
     missed = "" if graph.state == FREE and graph.goal_goes_on else f"{graph.state}, goal {graph.streams.goals[-1].what}"
-    sent = (row.sent for row in graph.streams.commands)
-    return Measured(seconds, missed, why_stalled("controller_node", sent, begun, graph.now()))
+    streams, now = graph.streams, graph.now()
+    stalled = why_stalled("controller_node", (row.sent for row in streams.commands), begun, now)
+    # it drives on with the next plan
+    stalled = stalled or why_stalled("planner_node", streams.beats, begun, now)
+    return Measured(seconds, missed, stalled)
 
 
 def stood(graph: LiveGraph, begun: float) -> float:
