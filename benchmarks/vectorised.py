@@ -11,7 +11,15 @@ import numpy as np
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, INFERRED, NOTHING, OBSERVED
 from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS
 from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, SLIDES, Motion
-from collplan_core.time_to_goal_planner.model import IMPACT_SPEED, STEP, ContactCosts, Problem, RobotModel
+from collplan_core.time_to_goal_planner.model import (
+    EXCLUDED,
+    EXCLUDED_BY_SPEED,
+    IMPACT_SPEED,
+    STEP,
+    ContactCosts,
+    Problem,
+    RobotModel,
+)
 from collplan_core.velocity_law import VelocityLaw
 
 
@@ -187,6 +195,7 @@ def _off(model: RobotModel, velocity: np.ndarray, normal: np.ndarray, into: np.n
 
 def _cost(costs: ContactCosts, kind: np.ndarray, into: np.ndarray) -> np.ndarray:
     """(k,) what the contacts cost [s]."""
-    observed = costs.fixed + costs.by_speed * into + np.where(into > costs.limit, costs.over, 0.0)
-    inferred = costs.inferred_fixed + costs.inferred_by_speed * into
+    beyond = np.where(into > costs.limit, EXCLUDED + EXCLUDED_BY_SPEED * (into - costs.limit), 0.0)
+    observed = costs.fixed + costs.by_speed * into + beyond
+    inferred = costs.inferred_fixed + costs.inferred_by_speed * into + beyond
     return np.where(kind == OBSERVED, observed, np.where(kind == INFERRED, inferred, 0.0))
