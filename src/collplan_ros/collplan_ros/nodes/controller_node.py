@@ -39,7 +39,7 @@ from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
 GROUPS = (Robot, LocalMapping, Control, Limits, Frames, *MOCAP)
-MAPPED = tuple(f"local_map.{name}" for name in ("half_side", "clearance", "surface_tolerance", "grazing_angle"))
+MAPPED = ("local_map.half_side", "local_map.clearance", "local_map.surface_tolerance", "local_map.grazing_angle")
 """Of the local map it follows boundaries alone: what the planner makes of sight and of set E it does not read."""
 LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)
 
