@@ -65,7 +65,9 @@ def judge_scan(
         found = walls_again(np.concatenate([walls for _, walls in memory.walls]), now, scan, beams, velocity)
         reason = _missing(found, limits)
         if reason:
-            return reason, replace(memory, blind=tuple(np.flatnonzero(found.beams & np.isinf(scan.ranges)).tolist()))
+            return reason, replace(
+                memory, blind=tuple(np.flatnonzero(found.towards_missing & np.isinf(scan.ranges)).tolist())
+            )
         reason = _still_blind(memory, scan) or _late(found)
     return reason, memory if reason else _with_walls(memory, scan.stamp, now)
 

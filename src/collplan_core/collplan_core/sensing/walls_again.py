@@ -35,7 +35,7 @@ class WallsAgain(NamedTuple):
         expected, missing: number of walls that the scan must show, as nothing in it hides them; of those not shown.
         expected_ahead, missing_ahead: the same of walls that the robot moves towards.
         n_delays, delay: how much older than its stamp the scan's content is [s], median over so many walls; NaN for 0.
-        beams: (n,) bool, whether a beam goes towards a wall that is missing.
+        towards_missing: (n,) bool, whether a beam goes towards a wall that is missing.
     """
 
     expected: int
@@ -44,7 +44,7 @@ class WallsAgain(NamedTuple):
     missing_ahead: int
     n_delays: int
     delay: float
-    beams: np.ndarray
+    towards_missing: np.ndarray
 
 
 @njit
