@@ -12,6 +12,7 @@ from collplan_core.worlds import load_world
 from omnipuck_sim import trial
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
+FAMILIES = ("corridor", "random", "serpentine", "u", "l", "z", "baffles", "pillars")
 SPEED = 0.5
 """A scan lies once the robot drives so fast [m/s]."""
 Lie = Callable[[list[Scan], int, np.random.Generator], Scan | None]
@@ -145,3 +146,8 @@ def watched_trial(lie: Lie | None, world: str, strategy: str, seed: int, **value
 def impact_speed(impact) -> float:
     """Speed into the wall [m/s]."""
     return float(-impact.velocity_before @ impact.normal)
+
+
+def world(seed: int) -> str:
+    family = FAMILIES[seed % len(FAMILIES)]
+    return family if family == "corridor" else f"{family}:{seed}"
