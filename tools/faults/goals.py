@@ -1,6 +1,7 @@
 """Goals that are none, and the fence."""
 
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 from action_msgs.msg import GoalStatus
@@ -45,7 +46,8 @@ def outside(graph: LiveGraph) -> float:
 
 def first_outside(graph: LiveGraph, begun: float) -> float | None:
     (x0, x1), y0 = FENCE_GAP
-    rows = (row for row in reversed(graph.streams.poses) if row.sent > begun)
+    # asked with every message: to read all that is kept would take so long that poses are lost meanwhile
+    rows = takewhile(lambda row: row.sent > begun, reversed(graph.streams.poses))
     return min((row.sent for row in rows if x0 < row.x < x1 and row.y > y0), default=None)
 
 
