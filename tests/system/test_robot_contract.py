@@ -269,6 +269,12 @@ def test_who_comes_later_is_told_the_state_it_is_in(robot):
     assert {item.key: item.value for item in late[0].values}["state"] == "stopped"
 
 
+def test_its_state_is_said_again_for_who_has_missed_what_is_latched(robot):
+    said = robot.ros.listen(DiagnosticStatus, "robot/state", EVENT)
+    robot.until(lambda: len(said) > 1)
+    assert {message.message for message in said} == {robot.states[-1].message}
+
+
 def test_a_second_commander_stops_it_and_is_named(robot):
     other = robot.ros.add(rclpy.create_node("teleop", context=robot.ros.context))
     robot.go_until(lambda: robot.speed > 0.3, x=0.4)

@@ -37,6 +37,8 @@ def then_still(graph: LiveGraph, measured: Measured, state: str = HELD) -> Measu
     """The same, a miss where the robot moves by itself after the fault is over."""
     begun = graph.now()
     graph.pause(STILL)
+    # the state of a node that was started again may reach this process later than its health
+    graph.until(lambda: graph.state == state, WAIT)
     wrong = no_motion_since(graph, begun) or ("" if graph.state == state else f"it is {graph.state}, expected {state}")
     return replace(measured, missed=measured.missed or wrong)
 

@@ -1,16 +1,19 @@
 """The topic robot/state: whether the robot may move, and why not."""
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from collplan_ros.messages import qos
 
 FREE, HELD, STOPPED = "free", "held", "stopped"
 """It follows commands; it waits for a person; its emergency stop is latched."""
+AGAIN = 1.0
+"""Period at which the present state is said again [s]: after a restart a latched message can be seconds late."""
 
 
 class RobotState:
-    """Publishes robot/state, latched, at every change; says it at the terminal too.
+    """Publishes robot/state, latched, at every change and each AGAIN; says changes at the terminal too.
 
     Attributes:
         name: FREE, HELD or STOPPED.
@@ -24,6 +27,8 @@ class RobotState:
         self._log = node.get_logger()
         self._source = node.get_fully_qualified_name()
         self._out = node.create_publisher(DiagnosticStatus, "robot/state", qos.LATCHED)
+        self._status = DiagnosticStatus()
+        node.create_timer(AGAIN, lambda: self._out.publish(self._status), clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def tell(self, name: str, reason: str, remedy: str, knows_planner: bool) -> None:
         """Publishes the present state if it is another one.
@@ -43,7 +48,8 @@ class RobotState:
         level = DiagnosticStatus.OK if name == FREE else DiagnosticStatus.WARN
         values = {"state": name, "reason": reason, "knows_planner": "yes" if knows_planner else "no"}
         pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
-        self._out.publish(DiagnosticStatus(level=level, name=self._source, message=message, values=pairs))
+        self._status = DiagnosticStatus(level=level, name=self._source, message=message, values=pairs)
+        self._out.publish(self._status)
         if not is_news:
             return
         if name == FREE or is_first:
