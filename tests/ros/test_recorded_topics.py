@@ -3,20 +3,9 @@
 import json
 import re
 import sys
-from collections.abc import Callable
-from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
-from any_message import messages, plain
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
-from mcap.records import Schema
-from mcap.well_known import MessageEncoding, SchemaEncoding
-from mcap_ros2.decoder import DecoderFactory
-from rclpy.serialization import deserialize_message, serialize_message
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import EVERY_ONE, EVERY_UNRELIABLE
@@ -25,7 +14,6 @@ from collplan_ros.recording.schemas import schema_text, type_name
 
 SOURCES = Path(__file__).parents[2] / "src"
 TOPICS = recorded_topics(Settings())
-KINDS = {type_name(topic.kind): topic.kind for topic in TOPICS.values()}
 ONLY_WITH_SIMULATED_TIME = "/clock"
 
 
@@ -70,28 +58,6 @@ def test_definitions_are_found_where_no_ros_is_sourced(monkeypatch):
     if not (Path(sys.prefix) / "share" / "nav_msgs").is_dir():
         pytest.skip("ROS is not from pip here")
     assert schema_text.__wrapped__("nav_msgs/msg/Path") == schema_text("nav_msgs/msg/Path")
-
-
-@cache
-def decoders(name: str) -> tuple[Callable[[bytes], Any], ...]:
-    """What decodes a type by nothing but its definition."""
-    text = schema_text(name)
-    schema = Schema(id=1, name=name, encoding=SchemaEncoding.ROS2, data=text.encode())
-    store = get_typestore(Stores.EMPTY)
-    store.register(get_types_from_msg(text, name))
-    return DecoderFactory().decoder_for(MessageEncoding.CDR, schema), lambda sent: store.deserialize_cdr(sent, name)
-
-
-@pytest.mark.parametrize("name", KINDS)
-@given(data=st.data())
-@settings(derandomize=True, deadline=None, max_examples=5, suppress_health_check=list(HealthCheck))
-def test_both_libraries_decode_any_message_of_each_type(name, data):
-    kind = KINDS[name]
-    message = data.draw(messages(kind))
-    sent, expected = serialize_message(message), plain(message, kind)
-    assert plain(deserialize_message(sent, kind), kind) == expected
-    for decode in decoders(name):
-        assert plain(decode(sent), kind) == expected
 
 
 def test_the_foxglove_layout_shows_topics_that_are_recorded_in_panels_that_it_describes():

@@ -23,7 +23,7 @@ from collplan_ros.recording.reading import attachment, messages, raw_messages
 from collplan_ros.recording.recording_file import LIBRARY, RECORDING
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.recorded_run import read_run
-from made_recordings import TOPICS, MadeRecording, point
+from made_recordings import TOPICS, MadeRecording, String, point
 from made_runs import bouncing_run, room
 from test_record_file import record
 
@@ -38,7 +38,8 @@ def unfinished(path: Path) -> tuple[list[tuple[str, int, bytes]], list[int]]:
     """Writes a recording without end; its rows, and the size of the file after each chunk."""
     made, sizes = MadeRecording(path), []
     for number in range(CHUNKS * IN_CHUNK):
-        made.write(sorted(TOPICS)[0] if number % 3 else "/controller/reference", point(float(number), 0.5))
+        topic = "/controller/reference" if number % 3 else "/maneuver"
+        made.write(topic, point(float(number), 0.5) if number % 3 else String(f"maneuver {number}"))
         if number % IN_CHUNK == IN_CHUNK - 1:
             made.file.flush()
             sizes.append(path.stat().st_size)
@@ -235,8 +236,6 @@ def killed_at(folder: Path, moment: float) -> None:
     newest = max(message.point.x for _, _, message in messages(path, ["controller/reference"]))
     assert count > 10
     assert 1e-9 * (killed % 10**15) - newest <= LOST
-
-
 
 
 def test_a_process_that_is_killed_loses_a_second_at_most(tmp_path):

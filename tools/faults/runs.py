@@ -116,7 +116,7 @@ def in_folder(measured: Callable[[Path, Random], Measured]) -> Callable[[Bench, 
 
 
 def killed(folder: Path, chance: Random) -> Measured:
-    """How much of a run that was killed is not on disk: time from its newest pose there, and in run.mcap, to the kill."""
+    """How much of a run that was killed is not on disk: time from its newest pose there to the kill, in either file."""
     with Run(folder / "runs", "--no-pictures", "--world", "serpentine:0") as run:
         wait_for(run.moving)
         # a run that is killed within its first second may leave nothing

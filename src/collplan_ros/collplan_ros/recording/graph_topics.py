@@ -28,9 +28,7 @@ class GraphTopics:
     An executor that waits for each message spends several times as much on waiting as on the message.
     """
 
-    def __init__(
-        self, node: Node, topics: Mapping[str, RecordedTopic], recording: RecordingFile | None = None
-    ) -> None:
+    def __init__(self, node: Node, topics: Mapping[str, RecordedTopic], recording: RecordingFile | None = None) -> None:
         """Subscribes through `node`: all `topics` where there is a recording, else those that are listened to."""
         self._node = node
         self._known = topics
@@ -84,9 +82,7 @@ class _Topic:
         listeners: what each message is handed to.
     """
 
-    def __init__(
-        self, node: Node, topic: RecordedTopic, recording: RecordingFile | None, group: CallbackGroup
-    ) -> None:
+    def __init__(self, node: Node, topic: RecordedTopic, recording: RecordingFile | None, group: CallbackGroup) -> None:
         self.listeners: list[Take] = []
         self._node = node
         self._topic = topic
