@@ -25,6 +25,7 @@ def used(pids):
     return sum(int(each[11]) + int(each[12]) for each in fields) / os.sysconf("SC_CLK_TCK")
 
 options = parse(sys.argv[1:])
+started = time.monotonic()
 with Bringup(options) as bringup:
     bringup.graph.wait_until_ready()
     pids = bringup.graph.pids.values()
@@ -33,13 +34,14 @@ with Bringup(options) as bringup:
     seconds = time.monotonic() - begun
     own, nodes = time.process_time() - own, used(pids) - nodes
     bringup.come_to_rest()
+recorded = time.monotonic() - started
 folder = bringup.folder
 results = write_results(folder, bringup.read_log(), bringup.preparation, outcome, options)
 print(json.dumps({
     "outcome": outcome, "seconds": seconds, "bringup": 100 * own / seconds, "nodes": 100 * nodes / seconds,
     "p50": results.summary["control_period_ms"]["p50"], "p99": results.summary["control_period_ms"]["p99"],
     "plan": results.summary["plan_time_ms"]["p50"], "load": os.getloadavg()[0],
-    "bytes": folder.recording.stat().st_size if options.recording else 0,
+    "bytes_per_second": folder.recording.stat().st_size / recorded if options.recording else 0.0,
 }))
 """
 FIGURES = {
@@ -83,8 +85,8 @@ def main() -> int:
         medians = [*map(np.median, each), np.median(difference)]
         spread = f"(10 to 90 %: {low:+.2f} to {high:+.2f})"
         print(f"{words:<32} {medians[0]:8.2f} {medians[1]:8.2f} {medians[2]:+8.2f}  {spread}")
-    size = np.array([row["bytes"] / row["seconds"] for row in rows[True]])
-    print(f"{'size of run.mcap [MB a minute of the way]':<32} {60e-6 * np.median(size):.2f}")
+    size = 60e-6 * np.median([row["bytes_per_second"] for row in rows[True]])
+    print(f"{'size of run.mcap [MB a minute]':<32} {size:8.2f}")
     return 0
 
 
