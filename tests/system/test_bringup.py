@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.recording.reading import description
+from collplan_ros.recording.recording_file import RECORDING, RecordingFile
 
 QUESTION = {"world", "strategy", "seed", "simulated", "repeat", "assumed"}
 FIGURES = {"reached", "outcome", "arrival_time_s", "path_length_m", "path_length_source", "impacts"}
@@ -29,6 +32,7 @@ FILES = {
     "run.gif",
     "parameters.yaml",
     "record.jsonl",
+    "run.mcap",
     "log",
 }
 
@@ -39,11 +43,26 @@ def _compiled():
     warm_up()
 
 
+def killed_run(folder: Path) -> Path:
+    """The recording of a run whose bringup was killed."""
+    folder.mkdir(parents=True)
+    recording = RecordingFile(folder / RECORDING)
+    recording.describe("run", {"goal": "1.0 2.0"})
+    recording.flush()
+    content = (folder / RECORDING).read_bytes()
+    recording.finish()
+    (folder / RECORDING).write_bytes(content)
+    return folder / RECORDING
+
+
 def test_the_goal_is_reached_and_the_folder_is_complete(tmp_path):
+    earlier = killed_run(tmp_path / "runs" / "2000-01-01_00-00-00")
     with Run(tmp_path / "runs", "--seed", "3") as run:
         assert run.end() == 0, run.text
     assert nodes_of(run.out) == {}
     assert {entry.name for entry in (run.out / "latest").iterdir()} == FILES
+    assert f"{earlier}: had no end; completed" in run.text
+    assert description(earlier, "run") == {"goal": "1.0 2.0"}
     summary = run.summary()
     assert summary.keys() >= KEYS
     assert (summary["reached"], summary["world"], summary["strategy"], summary["seed"]) == (

@@ -1,0 +1,94 @@
+"""What the recording costs: runs with and without it in pairs, each in a process of its own.
+
+CPU is of the time from goal to arrival, as a share of one core: of bringup's process, and of all of its nodes. The
+control period is that of summary.json.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+RUN = """
+import json, os, sys, time
+from pathlib import Path
+from collplan_ros.bringup.main import Bringup
+from collplan_ros.bringup.options import parse
+from collplan_ros.bringup.results import write_results
+
+def used(pids):
+    fields = [Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split() for pid in pids]
+    return sum(int(each[11]) + int(each[12]) for each in fields) / os.sysconf("SC_CLK_TCK")
+
+options = parse(sys.argv[1:])
+started = time.monotonic()
+with Bringup(options) as bringup:
+    bringup.graph.wait_until_ready()
+    pids = bringup.graph.pids.values()
+    own, nodes, begun = time.process_time(), used(pids), time.monotonic()
+    outcome = bringup.drive()
+    seconds = time.monotonic() - begun
+    own, nodes = time.process_time() - own, used(pids) - nodes
+    bringup.come_to_rest()
+recorded = time.monotonic() - started
+folder = bringup.folder
+results = write_results(folder, bringup.read_log(), bringup.preparation, outcome, options)
+print(json.dumps({
+    "outcome": outcome, "seconds": seconds, "bringup": 100 * own / seconds, "nodes": 100 * nodes / seconds,
+    "p50": results.summary["control_period_ms"]["p50"], "p99": results.summary["control_period_ms"]["p99"],
+    "plan": results.summary["plan_time_ms"]["p50"], "load": os.getloadavg()[0],
+    "bytes_per_second": folder.recording.stat().st_size / recorded if options.recording else 0.0,
+}))
+"""
+FIGURES = {
+    "bringup": "bringup's CPU [% of a core]",
+    "nodes": "CPU of all nodes [% of a core]",
+    "p50": "control period, median [ms]",
+    "p99": "control period, p99 [ms]",
+    "plan": "planning time, median [ms]",
+}
+
+
+def measured(folder: Path, options: list[str]) -> dict[str, float]:
+    """The figures of one run."""
+    command = [sys.executable, "-c", RUN, "--no-pictures", "--out", str(folder), *options]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300.0)
+    if done.returncode != 0:
+        raise SystemExit(f"a run failed: {done.stderr[-2000:]}")
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def main() -> int:
+    """Prints the figures of pairs of runs."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pairs", type=int, default=20, metavar="N", help="so many (default 20)")
+    parser.add_argument("--world", default="serpentine:2", metavar="W", help="where (default serpentine:2)")
+    parser.add_argument("--strategy", default="bounce", metavar="NAME", help="how (default bounce)")
+    given = parser.parse_args()
+    rows: dict[bool, list[dict[str, float]]] = {True: [], False: []}
+    with tempfile.TemporaryDirectory(prefix="recording-") as folder:
+        for pair in range(given.pairs):
+            for recorded in (True, False) if pair % 2 else (False, True):  # neither is always the first
+                options = ["--world", given.world, "--strategy", given.strategy, "--seed", str(pair)]
+                row = measured(Path(folder, str(recorded)), options + ([] if recorded else ["--no-recording"]))
+                rows[recorded].append(row)
+                print(json.dumps({"recorded": recorded, **row}), file=sys.stderr, flush=True)
+    print(f"{given.pairs} pairs in {given.world} with {given.strategy}: median with and without, and of the difference")
+    for name, words in FIGURES.items():
+        each = [np.array([row[name] for row in rows[recorded]]) for recorded in (True, False)]
+        difference = each[0] - each[1]
+        low, high = np.percentile(difference, [10, 90])
+        medians = [*map(np.median, each), np.median(difference)]
+        spread = f"(10 to 90 %: {low:+.2f} to {high:+.2f})"
+        print(f"{words:<32} {medians[0]:8.2f} {medians[1]:8.2f} {medians[2]:+8.2f}  {spread}")
+    size = 60e-6 * np.median([row["bytes_per_second"] for row in rows[True]])
+    print(f"{'size of run.mcap [MB a minute]':<32} {size:8.2f}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
