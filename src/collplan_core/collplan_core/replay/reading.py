@@ -48,13 +48,16 @@ class Call:
 
 @dataclass(frozen=True)
 class Gap:
-    """Lines that are missing before the one of a number."""
+    """A line that is not the one that was due, by their numbers."""
 
     number: int
-    missing: int
+    due: int
 
     def __str__(self) -> str:
-        lines = "1 line is" if self.missing == 1 else f"{self.missing} lines are"
+        missing = self.number - self.due
+        if missing < 0:
+            return f"line {self.number} comes where line {self.due} was due"
+        lines = "1 line is" if missing == 1 else f"{missing} lines are"
         return f"{lines} missing before line {self.number} of the journal"
 
 
@@ -96,7 +99,7 @@ def events_of(rows: Iterable[Mapping[str, Any]], of: str) -> Iterator[Event]:
             if not isinstance(number, int):
                 raise JournalError(f"{of}: got number {number!r}, expected a whole number")
             if number not in (0, due):
-                yield Gap(number, abs(number - due))
+                yield Gap(number, due)
             due = number + 1
             try:
                 yield from _events(row)
