@@ -268,7 +268,7 @@ def _first_change(lines, of, kind, change) -> str:
     rows = [json.loads(line) for line in lines]
     for row in rows:
         if row["of"] == of and row["number"] >= 4:
-            row["calls"] = [{**call, "came": outcome(call["came"])} if "came" in call else call for call in row["calls"]]
+            row["calls"] = [{**call, "came": outcome(call.get("came"))} for call in row["calls"]]
     (found,) = compared([json.dumps(row) for row in rows], of)
     assert isinstance(found.end, Difference)
     assert found.end.stamp == pytest.approx(0.20)

@@ -100,7 +100,9 @@ def test_what_no_loop_takes_is_refused():
         encode({1.0})
 
 
-@pytest.mark.parametrize("odd", [{}, {"pose": [1.0]}, {"state": [1.0, ""], "goal": []}, {"state": 3}, {"array": [[2], "x"]}])
+@pytest.mark.parametrize(
+    "odd", [{}, {"pose": [1.0]}, {"state": [1.0, ""], "goal": []}, {"state": 3}, {"array": [[2], "x"]}]
+)
 def test_what_is_no_value_is_refused(odd):
     with pytest.raises((JournalError, ValueError)):
         decode(odd)

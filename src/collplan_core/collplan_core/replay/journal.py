@@ -85,7 +85,7 @@ class Journal:
         self._current: _Call | None = None
 
     def begin(self, settings: Settings, known_map: str | None = None) -> None:
-        """Sends the first line: the settings that the loop is made with, and the text of the world that it was given, if any."""
+        """Sends the first line: the settings that the loop is made with, and the text of the world it is given, if any."""
         self._write({"format": FORMAT, "made_with": origin(), "settings": encode(settings), "known_map": known_map})
 
     def call(self, method: Callable[P, R], *given: P.args, **named: P.kwargs) -> R:

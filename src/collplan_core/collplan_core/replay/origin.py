@@ -39,4 +39,5 @@ def _processor() -> str:
 
 def changes(made_with: Mapping[str, object]) -> list[str]:
     """What is not here as it was there, each as `numpy 1.26.4 then, 2.1.0 now`."""
-    return [f"{name} {made_with.get(name)} then, {now} now" for name, now in origin().items() if made_with.get(name) != now]
+    others = {name: now for name, now in origin().items() if made_with.get(name) != now}
+    return [f"{name} {made_with.get(name)} then, {now} now" for name, now in others.items()]

@@ -6,8 +6,7 @@ from std_msgs.msg import String
 from collplan_core.replay.journal import Journal, first_scans
 
 FIRST_SCANS = 20
-"""Scans that the journal itself holds, a second at 20 Hz: a recorder finds the LIDAR within that, or later than the node
-does."""
+"""Scans that the journal itself holds, a second at 20 Hz: a recorder may find the LIDAR later than the node does."""
 
 
 def journal_to(publisher: Publisher, of: str) -> Journal:

@@ -24,7 +24,7 @@ Gives what planner and controller were given in a recorded run to them again, wi
 compares plan by plan and command by command. The same code on the same machine decides the same to the last bit; else
 the first difference is shown, with the stamp of the newest pose then.
 
-All bit-equal: exit code 0. A difference: 1. Something asked for cannot be done: 2. Equal up to a gap in the recording: 3.
+All bit-equal: exit code 0. A difference: 1. Something asked for cannot be done: 2. Equal up to a gap: 3.
 """
 EPILOG = """\
 examples:
