@@ -74,7 +74,7 @@ def wrong_ros2(words: list[str]) -> list[str]:
     if words[0] == "param":
         return wrong_value(words[3], words[4] if len(words) > 4 else None, declared_by(words[2].lstrip("/")))
     names = {*TOPICS, *(f"/{name}" for name in SERVICES)}
-    return [] if words[0] == "pkg" or names & set(words) else [" ".join(words)]
+    return [] if words[0] in ("pkg", "bag") or names & set(words) else [" ".join(words)]
 
 
 def wrong_command(line: str) -> list[str]:

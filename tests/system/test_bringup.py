@@ -29,6 +29,7 @@ FILES = {
     "run.gif",
     "parameters.yaml",
     "record.jsonl",
+    "run.mcap",
     "log",
 }
 

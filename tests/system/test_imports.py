@@ -26,12 +26,22 @@ WITH_ROS_IN_SIM = {
     "omnipuck_sim.node.simulator_node",
     "omnipuck_sim.emulator.firmware_emulator",
 }
-WITH_ROS_IN_RUNS = {"collplan_ros.runs.recorder"}
-READING_RUNS = ("collplan_ros.runs", "collplan_ros.pictures", "collplan_ros.replay")
+WITH_ROS_IN_RUNS = {
+    "collplan_ros.runs.recorder",
+    "collplan_ros.recording.graph_topics",
+    "collplan_ros.recording.recorded_topics",
+}
+READING_RUNS = ("collplan_ros.runs", "collplan_ros.pictures", "collplan_ros.recording", "collplan_ros.replay")
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
-PIP_NAMES = {"PIL": "pillow", "mujoco": "mujoco_core", "serial": "pyserial", "yaml": "PyYAML"}
-WITHOUT_ROSDEP_KEY = {"cobs", "distributed", "mujoco", "numba", "pyarrow", "pymunk"}
+PIP_NAMES = {
+    "PIL": "pillow",
+    "mcap_ros2": "mcap_ros2_support",
+    "mujoco": "mujoco_core",
+    "serial": "pyserial",
+    "yaml": "PyYAML",
+}
+WITHOUT_ROSDEP_KEY = {"cobs", "distributed", "mcap", "mcap_ros2", "mujoco", "numba", "pyarrow", "pymunk"}
 OPTIONAL = {"tf2_ros"}
 
 
