@@ -11,7 +11,6 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
-from test_one_loop import Nodes, recorded
 
 from collplan_core.replay.comparison import Difference, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
@@ -26,6 +25,7 @@ from collplan_ros.nodes.mocap_node import MocapNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from collplan_ros.replay.recorded_journals import TOPICS, journals_from_recording
 from omnipuck_sim.node.simulator_node import SimulatorNode
+from test_one_loop import Nodes, recorded
 
 UNRELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 HEARD = {
