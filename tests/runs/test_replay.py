@@ -1,6 +1,8 @@
 """The program replay, over journals of trials and over messages of a recording."""
 
 import json
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -149,11 +151,27 @@ def test_another_strategy_is_printed_as_a_table(journal, capsys):
     assert times == sorted(times)
 
 
+def test_a_table_that_ends_at_a_gap_says_so(journal, tmp_path, capsys):
+    path = written(tmp_path / "other.jsonl", without(lines_of(journal), PLANNER, 8))
+    assert main([path, "--strategy", "low_risk"]) == INTERRUPTED
+    *_, last, end = capsys.readouterr().out.splitlines()
+    assert float(last.split()[0]) > 0.5
+    assert end == "ends at a gap: 1 line is missing before line 9 of the journal"
+
+
 def test_a_strategy_that_there_is_not_is_refused(journal, capsys):
     with pytest.raises(SystemExit) as ended:
         main([str(journal), "--strategy", "teleport"])
     assert ended.value.code == REFUSED
     assert "teleport" in capsys.readouterr().err
+
+
+def test_a_reader_that_goes_away_ends_nothing(journal):
+    program = [sys.executable, "-m", "collplan_ros.replay.main", str(journal), "--strategy", "low_risk"]
+    replay = subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    replay.stdout.close()
+    assert replay.stderr.read() == b""
+    assert replay.wait(100.0) == SAME
 
 
 def test_finishing_is_left_to_the_recording(tmp_path, monkeypatch, capsys):

@@ -12,7 +12,7 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_core.replay.comparison import Comparison, Difference, Interruption, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
-from collplan_core.replay.other_strategy import moments
+from collplan_core.replay.other_strategy import plans_beside
 from collplan_core.replay.reading import Call, contents_of, events_of, rows_of
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.worlds import load_world
@@ -204,14 +204,14 @@ def test_a_missing_line_is_called_a_gap(lines, of):
 def test_the_same_strategy_would_have_planned_the_same_where_no_plan_is_in_force(tmp_path):
     """The paper's strategies remember no plan."""
     rows = rows_of(recorded(tmp_path, "corridor", "harness"), "")
-    found = list(moments(events_of(rows, PLANNER), contents_of(rows), "harness"))
+    found = plans_beside(events_of(rows, PLANNER), contents_of(rows), "harness").moments
     assert len(found) >= 8
     assert all(moment.own == moment.other for moment in found)
 
 
 def test_another_strategy_plans_at_the_same_moments(lines):
     rows = rows_of(lines, "")
-    found = list(moments(events_of(rows, PLANNER), contents_of(rows), "avoid"))
+    found = plans_beside(events_of(rows, PLANNER), contents_of(rows), "avoid").moments
     both = [(moment.own, moment.other) for moment in found if moment.own and moment.other]
     assert len(both) > 0.8 * len(found) > 8
     assert any(own != other for own, other in both)
@@ -223,7 +223,7 @@ def test_another_strategy_plans_at_the_same_moments(lines):
 
 def test_one_of_the_papers_plans_no_farther_than_it_sees(lines):
     rows = rows_of(lines, "")
-    found = list(moments(events_of(rows, PLANNER), contents_of(rows), "low_risk"))
+    found = plans_beside(events_of(rows, PLANNER), contents_of(rows), "low_risk").moments
     ends = [moment.other.left for moment in found if moment.other]
     assert ends
     assert ends[0] > 0.3
