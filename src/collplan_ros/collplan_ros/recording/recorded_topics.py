@@ -45,6 +45,8 @@ RELIABLE: dict[str, type] = {
     "/parameter_events": ParameterEvent,
 }
 LATCHED: dict[str, type] = {
+    "planner/journal": String,
+    "controller/journal": String,
     "goal_status": GoalStatus,
     "maneuver": String,
     "controller/state": DiagnosticStatus,
