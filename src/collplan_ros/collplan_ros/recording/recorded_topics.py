@@ -53,8 +53,6 @@ LATCHED: dict[str, type] = {
     "controller/motion_delay": Float64,
     "planner/seen": PointCloud2,
     "planner/compared": PointCloud2,
-    "planner/journal": String,
-    "controller/journal": String,
     "robot/state": DiagnosticStatus,
     "shared_constants": DiagnosticStatus,
     "/diagnostics": DiagnosticArray,
