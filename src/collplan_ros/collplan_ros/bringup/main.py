@@ -26,12 +26,13 @@ from collplan_ros.bringup.options import Options, parse
 from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
 from collplan_ros.bringup.preparation import prepare, write_used_parameters
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.results import counted_impacts, draw_pictures, write_results
+from collplan_ros.bringup.results import draw_pictures, write_results
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.runs.record_file import RecordError
 from collplan_ros.runs.record_reading import read_record
 from collplan_ros.runs.run_log import RunLog
+from collplan_ros.runs.summary import counted_impacts
 
 PLANNER = "planner_node"
 MONITORED = (TIMEOUT, STUCK)
