@@ -30,7 +30,7 @@ WITH_ROS_IN_RUNS = {"collplan_ros.runs.recorder"}
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
 PIP_NAMES = {"PIL": "pillow", "mujoco": "mujoco_core", "serial": "pyserial", "yaml": "PyYAML"}
-WITHOUT_ROSDEP_KEY = {"cobs", "distributed", "mujoco", "numba", "pyarrow", "pymunk"}
+WITHOUT_ROSDEP_KEY = {"cobs", "distributed", "mujoco", "numba", "pyarrow", "pymunk", "websockets"}
 OPTIONAL = {"tf2_ros"}
 
 
@@ -146,7 +146,7 @@ def executables() -> list:
 
 
 def test_executables_are_those_of_the_graph():
-    nodes = {"mocap_node", "lidar_node", "planner_node", "controller_node", "simulator_node", "driver_node"}
+    nodes = {"mocap_node", "lidar_node", "planner_node", "controller_node", "view_node", "simulator_node", "driver_node"}
     programs = {"bringup", "fit_robot", "fit_rebound", "beside", "compare_engines", "study", "firmware_emulator"}
     assert {executable.name for executable in executables()} == nodes | programs
 

@@ -59,6 +59,22 @@ SILENT_AFTER = 2.5
 """Time without diagnostics after which a node counts as silent [s]: each sends them once a second."""
 LARGEST = 1e6
 """Farthest coordinate and fastest speed that is drawn [m], [m/s]."""
+NO_TERMS = frozenset(
+    {
+        "planning_time_ms",
+        "candidates",
+        "candidates_before_pruning",
+        "foreseen_contacts",
+        "hardest_contact",
+        "rebound_stamp",
+        "rebound_foreseen_direction",
+        "rebound_foreseen_speed",
+        "rebound_measured_direction",
+        "rebound_measured_speed",
+        "rebound_direction_error_deg",
+    }
+)
+"""What planner/costs says beside the cost terms."""
 
 
 class SceneError(ValueError):
@@ -159,15 +175,12 @@ def plan(stamp: float, times: np.ndarray, positions: np.ndarray, contacts: Conta
 def costs(values: Mapping[str, str]) -> Part:
     """The part `costs` of the figures on planner/costs."""
     numbers = {name: number for name, text in values.items() if (number := _number(text)) is not None}
-    counted = {"planning_time_ms", "candidates", "candidates_before_pruning", "foreseen_contacts", "hardest_contact"}
-    terms = {name: number for name, number in numbers.items() if name not in counted and "rebound_" not in name}
-    reward = {"rebound_reward": numbers["rebound_reward"]} if "rebound_reward" in numbers else {}
-    named = {**terms, **reward}
+    terms = {name: number for name, number in numbers.items() if name not in NO_TERMS}
     return {
         "planning_time": round(numbers.get("planning_time_ms", 0.0), 2),
         "strategy": values.get("strategy", ""),
         "hardest": milli([numbers.get("hardest_contact", 0.0)])[0],
-        "terms": dict(zip(named, significant(list(named.values())), strict=True)),
+        "terms": dict(zip(terms, significant(list(terms.values())), strict=True)),
     }
 
 

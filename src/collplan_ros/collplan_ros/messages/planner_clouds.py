@@ -1,0 +1,194 @@
+"""What the planner sees and compares, as point clouds: cheap for both ends, where markers take as long as a plan.
+
+planner/seen holds lines of several layers; planner/compared what the choice was made from, with each cost term in a
+field of its own, so that a viewer of point clouds can colour by it.
+"""
+
+from array import array
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from sensor_msgs.msg import PointCloud2, PointField
+
+from collplan_core.local_map import LocalMap
+from collplan_core.parameters import Settings
+from collplan_core.plan import Candidates
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_ros.markers.plan_markers import ARROW_LENGTH
+from collplan_ros.markers.rollout_markers import inferred_lines
+from collplan_ros.messages.conversions import MessageError, check_frame, header
+
+FREE_SPACE, FRONTIERS, PREDICTED, REMEMBERED, INFERRED = LAYERS = (
+    "free_space",
+    "frontiers",
+    "predicted",
+    "remembered",
+    "inferred",
+)
+"""Layers of planner/seen, by the number in its field `layer`: a closed polygon, and lines of two points each."""
+SEEN = np.dtype({"names": ["x", "y", "layer"], "formats": ["<f4", "<f4", "u1"], "offsets": [0, 4, 8], "itemsize": 12})
+PLACES = ("x", "y", "vx", "vy", "line")
+"""Fields of planner/compared before the cost terms: position, velocity, and which line of points it belongs to."""
+TOTAL = "total"
+MOST_COMPARED = 500
+"""Only so many of the cheapest candidates are told."""
+_KINDS = {"<f4": PointField.FLOAT32, "|u1": PointField.UINT8}
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """What a plan was chosen from: single candidates, or whole rollouts.
+
+    Attributes:
+        rows: (m, 4) x, y, vx, vy of each candidate [m], [m/s].
+        terms: (m,) each cost term by its name, TOTAL among them.
+        paths: those of rollouts (n, 2), n > 1 [m].
+        costs: what each rollout costs.
+    """
+
+    rows: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
+    terms: Mapping[str, np.ndarray] = field(default_factory=dict)
+    paths: Sequence[np.ndarray] = ()
+    costs: Sequence[float] = ()
+
+
+# ---- planner/seen
+
+
+def seen_to_message(layers: Mapping[str, np.ndarray], stamp: float, frame: str) -> PointCloud2:
+    """Message of points (n, 2) [m] of each layer in LAYERS, at a stamp [s]."""
+    points = [np.asarray(layers.get(name, ())).reshape(-1, 2) for name in LAYERS]
+    table = np.zeros(sum(map(len, points)), SEEN)
+    table["x"], table["y"] = np.concatenate(points).T
+    table["layer"] = np.repeat(np.arange(len(LAYERS)), [len(each) for each in points])
+    return _cloud(table, stamp, frame)
+
+
+def seen_from_message(message: PointCloud2, frame: str) -> dict[str, np.ndarray]:
+    """Points (n, 2) [m] of each layer of LAYERS in a message.
+
+    Raises:
+        MessageError: another frame, other fields, or fewer bytes than it says.
+    """
+    table = _table(message, frame)
+    _check_fields(table, ("x", "y", "layer"))
+    points = np.column_stack([table["x"], table["y"]]).astype(float)
+    return {name: points[table["layer"] == number] for number, name in enumerate(LAYERS)}
+
+
+def seen_layers(
+    local_map: LocalMap, remembered: RememberedBoundaries | None, settings: Settings
+) -> dict[str, np.ndarray]:
+    """Points (n, 2) [m] of each layer of LAYERS; boundaries that none are remembered of have none."""
+    origins, tangents = local_map.predicted[:, :2], local_map.predicted[:, 2:]
+    layers = {
+        FREE_SPACE: local_map.border_points,
+        FRONTIERS: local_map.segments.reshape(-1, 2),
+        PREDICTED: np.stack([origins, origins + ARROW_LENGTH * tangents], axis=1).reshape(-1, 2),
+    }
+    if remembered is None:
+        return layers
+    return layers | {
+        REMEMBERED: remembered.pieces.reshape(-1, 2),
+        INFERRED: inferred_lines(remembered, settings),
+    }
+
+
+# ---- planner/compared
+
+
+def compared_to_message(candidates: Candidates, stamp: float, frame: str) -> PointCloud2:
+    """Message of the rollouts that were compared, or where there are none of the cheapest candidates, at a stamp [s].
+
+    Points of one `line` are one rollout, whose velocities are left at zero; a candidate is a line of one point.
+    """
+    if candidates.paths:
+        return _cloud(_rollout_table(candidates), stamp, frame)
+    cheapest = np.argsort(candidates.costs, kind="stable")[:MOST_COMPARED]
+    terms = {TOTAL: candidates.costs, **candidates.terms}
+    table = _empty_table(len(cheapest), tuple(terms))
+    table["x"], table["y"] = candidates.positions[cheapest].T
+    table["vx"], table["vy"] = candidates.velocities[cheapest].T
+    table["line"] = np.arange(len(cheapest))
+    for name, values in terms.items():
+        table[name] = values[cheapest]
+    return _cloud(table, stamp, frame)
+
+
+def compared_from_message(message: PointCloud2, frame: str) -> Compared:
+    """What was compared, as in a message.
+
+    Raises:
+        MessageError: another frame, other fields, or fewer bytes than it says.
+    """
+    table = _table(message, frame)
+    _check_fields(table, (*PLACES, TOTAL))
+    rows = np.column_stack([table[name] for name in PLACES[:4]]).astype(float)
+    starts = np.flatnonzero(np.diff(table["line"], prepend=np.nan) != 0.0)
+    lengths = np.diff(starts, append=len(table))
+    terms = {name: table[name].astype(float) for name in table.dtype.names or () if name not in PLACES}
+    long = lengths > 1
+    paths = [rows[start : start + length, :2] for start, length in zip(starts[long], lengths[long], strict=True)]
+    single = starts[~long]
+    singles = {name: values[single] for name, values in terms.items()}
+    return Compared(rows[single], singles, paths, terms[TOTAL][starts[long]].tolist())
+
+
+def _rollout_table(candidates: Candidates) -> np.ndarray:
+    known = [(path, cost) for path, cost in zip(candidates.paths, candidates.path_costs, strict=True) if len(path) > 1]
+    lengths = [len(path) for path, _ in known]
+    table = _empty_table(sum(lengths), (TOTAL,))
+    table["x"], table["y"] = np.concatenate([np.zeros((0, 2)), *(path for path, _ in known)]).T
+    table["line"] = np.repeat(np.arange(len(lengths)), lengths)
+    table[TOTAL] = np.repeat([cost for _, cost in known], lengths)
+    return table
+
+
+def _empty_table(size: int, terms: tuple[str, ...]) -> np.ndarray:
+    return np.zeros(size, [(name, "<f4") for name in (*PLACES, *terms)])
+
+
+# ---- point clouds
+
+
+def _cloud(table: np.ndarray, stamp: float, frame: str) -> PointCloud2:
+    """Message of a structured array, a point a row and a field of the message for each of its own."""
+    fields = [
+        PointField(name=name, offset=offset, datatype=_KINDS[kind.str], count=1)
+        for name, (kind, offset) in (table.dtype.fields or {}).items()
+    ]
+    return PointCloud2(
+        header=header(stamp, frame),
+        height=1,
+        width=len(table),
+        fields=fields,
+        is_bigendian=False,
+        point_step=table.dtype.itemsize,
+        row_step=table.nbytes,
+        data=array("B", table.tobytes()),
+        is_dense=bool(all(np.isfinite(table[name]).all() for name in table.dtype.names or ())),
+    )
+
+
+def _table(message: PointCloud2, frame: str) -> np.ndarray:
+    check_frame("header.frame_id", message.header.frame_id, frame)
+    kinds = {number: kind for kind, number in _KINDS.items()}
+    step, size = int(message.point_step), int(message.width) * int(message.height)
+    names, formats, offsets = [], [], []
+    for each in message.fields:
+        if each.datatype not in kinds or each.count != 1 or each.offset + 4 > step:
+            raise MessageError(f"fields: got {each.name!r} of type {each.datatype}, expected FLOAT32 or UINT8")
+        names.append(str(each.name))
+        formats.append(kinds[each.datatype])
+        offsets.append(int(each.offset))
+    if message.is_bigendian or step == 0 or len(message.data) != step * size or len(set(names)) != len(names):
+        raise MessageError(f"data: got {len(message.data)} bytes, expected {size} points of {step} bytes, little endian")
+    layout = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": step})
+    return np.frombuffer(message.data, layout, count=size)
+
+
+def _check_fields(table: np.ndarray, expected: Sequence[str]) -> None:
+    names = table.dtype.names or ()
+    if not set(expected) <= set(names):
+        raise MessageError(f"fields: got {', '.join(names)}, expected {', '.join(expected)}")
