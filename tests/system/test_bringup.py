@@ -27,6 +27,7 @@ FILES = {
     "impacts.csv",
     "trajectory.png",
     "run.gif",
+    "run.html",
     "parameters.yaml",
     "record.jsonl",
     "log",

@@ -26,7 +26,7 @@ from collplan_ros.bringup.options import Options, parse
 from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
 from collplan_ros.bringup.preparation import prepare, write_used_parameters
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.results import draw_pictures, write_results
+from collplan_ros.bringup.results import draw_pictures, make_page, write_results
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.runs.record_file import RecordError
@@ -196,9 +196,9 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
     except (RecordError, OSError) as error:
         say(f"{error}; what was recorded until then is in {folder.record}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
-    undrawn = draw_pictures(folder, results, preparation) if options.pictures else ""
-    if undrawn:
-        say(undrawn)
+    if options.pictures:
+        for missing in filter(None, (draw_pictures(folder, results, preparation), make_page(folder, results))):
+            say(missing)
     return RunResult(outcome, exit_code, message, folder.path, results.summary)
 
 

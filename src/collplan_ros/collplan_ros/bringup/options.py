@@ -32,7 +32,7 @@ class Options:
         timeout: longest run [s].
         network: local or subnet; None is the robot's own, where it has one.
         max_speed: robot.max_speed [m/s].
-        pictures: whether trajectory.png and run.gif are made.
+        pictures: whether trajectory.png, run.gif and run.html are made.
         check: whether the robot and its motion capture are checked instead of a run.
         yes: whether the check may move the robot without asking.
     """
@@ -104,9 +104,9 @@ examples:
   bringup --check --robot serial:/dev/ttyUSB0 --network subnet --params mocap.yaml
       before the first run of a robot
 
-Each run leaves a folder: summary.json, trajectory.csv and .png, impacts.csv, run.gif, parameters.yaml, the output of
-each node in log/, and record.jsonl, which is written while it goes on. The command line that repeats it is said at its
-end, and in summary.json.
+Each run leaves a folder: run.html, which plays it in a browser, run.gif, trajectory.png and .csv, impacts.csv,
+summary.json, parameters.yaml, the output of each node in log/, and record.jsonl, which is written while it goes on. The
+command line that repeats it is said at its end, and in summary.json.
 ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
 """
 
@@ -144,7 +144,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="V",
         help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s; for serial {FIRST_SPEED:g} or less)",
     )
-    add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png and run.gif")
+    add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png, run.gif and run.html")
     add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")
     add("--yes", action="store_true", help="with --check: move the robot without asking")
     return parser

@@ -65,7 +65,7 @@ def draw_pictures(folder: RunFolder, results: Results, preparation: Preparation)
 
     log, impacts, goal = results.log, results.impacts, preparation.goal
     settings, world = preparation.settings, preparation.world
-    title = run_title(world, results.summary)
+    title = run_title(world, settings, preparation.robot.simulated)
     try:
         with replacing(folder.picture) as path:
             draw_trajectory(path, log, impacts, world, goal, settings, f"{title}\n{run_end(results.summary)}")
@@ -74,4 +74,18 @@ def draw_pictures(folder: RunFolder, results: Results, preparation: Preparation)
                 draw_animation(path, log, impacts, world, goal, settings, title)
     except Exception as error:  # whatever a drawing library finds: the run is over, and its figures are written
         return f"pictures not drawn: {type(error).__name__}: {error}"
+    return ""
+
+
+def make_page(folder: RunFolder, results: Results) -> str:
+    """Writes run.html of a run with poses; returns why there is none, or ""."""
+    if not results.log.poses:
+        return ""
+    # imported late: slow to load
+    from collplan_ros.view.player import write_run_page
+
+    try:
+        write_run_page(folder.path)
+    except Exception as error:  # whatever it is: the run is over, and its figures are written
+        return f"run.html not written: {type(error).__name__}: {error}"
     return ""

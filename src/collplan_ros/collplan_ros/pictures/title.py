@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from collplan_core.parameters import Settings
 from collplan_core.worlds import World
 from collplan_ros.runs.summary import counted_impacts
 
@@ -11,12 +12,12 @@ LONGEST = 120
 """Characters of a world's name that are shown."""
 
 
-def run_title(world: World, summary: Mapping[str, Any]) -> str:
-    """World, strategy and seed of a run, and whether it was simulated, on one line; `summary` is of summary.json."""
+def run_title(world: World, settings: Settings, simulated: bool) -> str:
+    """World, strategy and seed of a run, and whether it was simulated, on one line."""
     # a world's name may be any text
     name = shortened(" ".join(world.name.split()), lambda text: len(text) <= LONGEST)
-    kind = "simulated" if summary["simulated"] else "measured"
-    return f"{name}, {summary['strategy']}, seed {summary['seed']} ({kind})"
+    kind = "simulated" if simulated else "measured"
+    return f"{name}, {settings.planner.strategy}, seed {settings.simulator.seed} ({kind})"
 
 
 def run_end(summary: Mapping[str, Any]) -> str:
