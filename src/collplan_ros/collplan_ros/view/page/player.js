@@ -1,6 +1,6 @@
 // A recorded run in the place of the live connection, and the bar at the bottom that moves through it.
 
-import {start} from "./page.js";
+import { start } from "./page.js";
 
 const RECORDED_LEAD = 0.1; // s: the robot is drawn between two frames, so the later one must be there before its time
 const RECORDED_HISTORY = 60; // s of trail and plots that are there after a jump
@@ -74,7 +74,7 @@ export class RecordedSource {
     }
     const recent = passed.filter((frame) => frame.t >= this.time - RECORDED_HISTORY);
     this.onreset();
-    this.onframe({...newest, history: recent.map(historyOf)});
+    this.onframe({ ...newest, history: recent.map(historyOf) });
   }
 
   step(times, direction) {
@@ -87,7 +87,7 @@ export class RecordedSource {
 }
 
 function historyOf(frame) {
-  const kept = {t: frame.t};
+  const kept = { t: frame.t };
   for (const part of RECORDED_PARTS.filter((each) => each in frame)) {
     kept[part] = frame[part];
   }
@@ -106,7 +106,7 @@ export class Transport {
     this.button = made("button", "play");
     this.bar = made("input", "bar");
     this.bar.type = "range";
-    Object.assign(this.bar, {min: source.begin, max: source.end, step: 0.01, title: "time"});
+    Object.assign(this.bar, { min: source.begin, max: source.end, step: 0.01, title: "time" });
     this.clock = made("output", "clock");
     this.moment = made("a", "moment");
     this.moment.title = "a link to this moment: copy its address";
@@ -175,18 +175,18 @@ export class Transport {
     if (writes || event.ctrlKey || event.altKey || event.metaKey) {
       return;
     }
-    const {planTimes, impactTimes} = this.source;
-    const acts = {
-      " ": () => this.toggle(),
-      "<": () => this.step(planTimes, -1),
-      ">": () => this.step(planTimes, 1),
-      ",": () => this.step(impactTimes, -1),
-      ".": () => this.step(impactTimes, 1),
-    };
+    const { planTimes, impactTimes } = this.source;
+    const acts = new Map([
+      [" ", () => this.toggle()],
+      ["<", () => this.step(planTimes, -1)],
+      [">", () => this.step(planTimes, 1)],
+      [",", () => this.step(impactTimes, -1)],
+      [".", () => this.step(impactTimes, 1)],
+    ]);
     // the space bar presses a button that has the focus anyway
-    if (Object.hasOwn(acts, event.key) && !(event.key === " " && at instanceof HTMLButtonElement)) {
+    if (acts.has(event.key) && !(event.key === " " && at instanceof HTMLButtonElement)) {
       event.preventDefault();
-      acts[event.key]();
+      acts.get(event.key)();
     }
   }
 
@@ -227,7 +227,7 @@ export class Transport {
   }
 
   show() {
-    const {time, end, playing} = this.source;
+    const { time, end, playing } = this.source;
     const words = `${time.toFixed(2)} / ${end.toFixed(2)} s`;
     const button = playing ? "pause" : "play";
     if (this.shown === words + button) {
@@ -263,7 +263,7 @@ export async function unpacked(text) {
 export async function playRecording() {
   const box = document.getElementById("transport");
   if (!("DecompressionStream" in window)) {
-    box.replaceChildren(said("note", "this browser cannot unpack the run: Chrome 80, Firefox 113 or Safari 16.4 can"));
+    box.replaceChildren(said("note", "this browser cannot unpack the run: Chrome, Firefox and Safari can since 2023"));
     box.hidden = false;
     return;
   }

@@ -27,7 +27,8 @@ STYLES = ("style.css", "player.css")
 IMPORT = re.compile(r"""^import\s[^;]*?["']\./[\w.]+["'];?[^\S\n]*\n""", re.MULTILINE)
 EXPORT = re.compile(r"^export\s+(?=(?:async\s+)?(?:const|let|class|function)\b)", re.MULTILINE)
 MODULE_WORD = re.compile(r"^\s*(?:import|export)\b", re.MULTILINE)
-CHARSET = re.compile(r'<meta charset="utf-8" ?/?>')
+CHARSET = re.compile(r'<meta charset="utf-8">')
+TOKEN = re.compile(r'<meta name="token"[^>]*>\n')
 TITLE = re.compile(r"<title>.*?</title>", re.DOTALL)
 STYLE = re.compile(r'<link rel="stylesheet"[^>]*>')
 SCRIPT = re.compile(r'<script type="module"[^>]*></script>')
@@ -47,6 +48,7 @@ def one_file(title: str, recording: Mapping[str, Any]) -> str:
     policy = f'<meta http-equiv="Content-Security-Policy" content="{_policy(script, style)}">'
     text = (page / "index.html").read_text(encoding="utf-8")
     text = _put(CHARSET, f'<meta charset="utf-8">\n{policy}', text)
+    text = _put(TOKEN, "", text)
     text = _put(TITLE, f"<title>{escape(title)}</title>", text)
     text = _put(STYLE, f"<style>{_element(style)}</style>", text)
     # no script by its type, so that nothing runs it
