@@ -47,7 +47,7 @@ WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None
 
 
 class Recording:
-    """A recorder whose node is none: messages are handed to it, each with its time of sending [s after WALL_CLOCK]."""
+    """A recorder that listens to no graph: messages are handed to it, each with its time of sending [s after WALL_CLOCK]."""
 
     def __init__(self, wall: Callable[[], float] = lambda: WALL_CLOCK) -> None:
         self._take = {}
@@ -58,7 +58,7 @@ class Recording:
         self.recorder = Recorder(self, Settings(), self._file, SendTimes(wall, lambda: wall() - WALL_CLOCK))
         self.recorder.begin(True, GOAL)
 
-    def create_subscription(self, _kind, topic, take, _qos) -> None:
+    def listen(self, topic, take) -> None:
         self._take[topic] = take
 
     def take(self, topic: str, sent: float, message: object) -> None:

@@ -104,7 +104,7 @@ class FedGraph(graph.Graph):
         times = SendTimes(lambda: self._now, lambda: self._now)
         self.recorder = Recorder(self, bringup.preparation.settings, self._record, times)
 
-    def create_subscription(self, _kind, topic, take, _qos) -> None:
+    def listen(self, topic, take) -> None:
         self._take[topic] = take
 
     def last_message(self, node: str) -> str:

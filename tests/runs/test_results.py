@@ -67,7 +67,7 @@ def test_the_trajectory_is_there_although_the_impacts_cannot_be_told(tmp_path, m
     def fail(*_):
         raise ZeroDivisionError
 
-    monkeypatch.setattr("collplan_ros.bringup.results.impacts_of", fail)
+    monkeypatch.setattr("collplan_ros.runs.result_files.impacts_of", fail)
     folder = RunFolder(tmp_path)
     with pytest.raises(ZeroDivisionError):
         write_results(folder, bouncing_run(), prepared(), "reached", Options())

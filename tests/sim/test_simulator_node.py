@@ -19,8 +19,7 @@ from std_srvs.srv import Trigger
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import WorldError
-from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, NEWEST, POSE_SUBSCRIBED
-from collplan_ros.runs.recorder import EVERY_ONE
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, EVERY_ONE, NEWEST, POSE_SUBSCRIBED
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
 HALL = """

@@ -30,6 +30,7 @@ FILES = {
     "run.html",
     "parameters.yaml",
     "record.jsonl",
+    "run.mcap",
     "log",
 }
 

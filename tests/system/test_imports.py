@@ -26,11 +26,31 @@ WITH_ROS_IN_SIM = {
     "omnipuck_sim.node.simulator_node",
     "omnipuck_sim.emulator.firmware_emulator",
 }
-WITH_ROS_IN_RUNS = {"collplan_ros.runs.recorder"}
+WITH_ROS_IN_RUNS = {
+    "collplan_ros.runs.recorder",
+    "collplan_ros.recording.graph_topics",
+    "collplan_ros.recording.recorded_topics",
+}
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
-PIP_NAMES = {"PIL": "pillow", "mujoco": "mujoco_core", "serial": "pyserial", "yaml": "PyYAML"}
-WITHOUT_ROSDEP_KEY = {"cobs", "distributed", "mujoco", "numba", "pyarrow", "pymunk", "websockets"}
+PIP_NAMES = {
+    "PIL": "pillow",
+    "mcap_ros2": "mcap_ros2_support",
+    "mujoco": "mujoco_core",
+    "serial": "pyserial",
+    "yaml": "PyYAML",
+}
+WITHOUT_ROSDEP_KEY = {
+    "cobs",
+    "distributed",
+    "mcap",
+    "mcap_ros2",
+    "mujoco",
+    "numba",
+    "pyarrow",
+    "pymunk",
+    "websockets",
+}
 OPTIONAL = {"tf2_ros"}
 
 
@@ -104,7 +124,12 @@ def test_the_planners_do_not_know_each_other(planner):
 
 @pytest.mark.parametrize(
     "module",
-    [m for m in FILES if m.startswith(("collplan_ros.runs", "collplan_ros.pictures")) and m not in WITH_ROS_IN_RUNS],
+    [
+        m
+        for m in FILES
+        if m.startswith(("collplan_ros.runs", "collplan_ros.recording", "collplan_ros.pictures"))
+        and m not in WITH_ROS_IN_RUNS
+    ],
 )
 def test_runs_are_read_and_drawn_without_ros(module):
     assert all_imports(module) & ROS == set()

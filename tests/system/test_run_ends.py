@@ -24,6 +24,9 @@ from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.main import CANCEL_PATIENCE, CANCEL_PERIOD, Bringup, run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.recording.completion import KILLED, complete
+from collplan_ros.recording.reading import raw_messages
+from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.runs.record_reading import RECORD, read_record
 from collplan_ros.runs.recorded_run import read_run
 from collplan_ros.runs.run_log import RunLog
@@ -212,16 +215,24 @@ def test_a_killed_bringup_loses_a_second_at_most(tmp_path):
         # one that is killed within its first second may leave nothing
         wait_for(run.has_recorded)
         assert run.process.poll() is None, run.text
+        folder = (run.out / "latest").resolve()
+        assert complete(folder) == f"{folder / RECORDING}: is being written, and left as it is"
         run.process.kill()
-        killed = time.monotonic()
+        killed, killed_ns = time.monotonic(), time.time_ns()
         run.end()
-    folder = (run.out / "latest").resolve()
     left = read_run(folder)
     log = read_record(folder / RECORD, pictured=False).log
     assert killed - log.poses[-1].sent <= LOST
     assert len(left.path.times) == len(log.poses)
     assert "incomplete" in left.note
     wait_for(lambda: not nodes_of(run.out), patience=5.0)
+    assert "summary.json and what goes with it are made" in complete(folder)
+    assert run.summary()["outcome"] == KILLED
+    assert len(read_run(folder).path.times) == len(log.poses)
+    recorded = list(raw_messages(folder / RECORDING, ["mocap/odom"]))
+    assert 1e-9 * (killed_ns - recorded[-1].sent) <= LOST
+    assert len(recorded) >= len(log.poses)
+    assert complete(folder) == f"{folder / RECORDING}: is whole"
 
 
 FULL = """
@@ -240,11 +251,14 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
-def test_a_full_disk_ends_the_run_with_a_sentence_and_its_own_exit_code(tmp_path):
-    with Run(tmp_path / "runs", "--no-pictures", code=FULL) as run:
+@pytest.mark.parametrize(
+    ("options", "full"), [(["--no-recording"], RECORD), pytest.param([], RECORDING, marks=pytest.mark.soak)]
+)
+def test_a_full_disk_ends_the_run_with_a_sentence_and_its_own_exit_code(tmp_path, options, full):
+    with Run(tmp_path / "runs", "--no-pictures", *options, code=FULL) as run:
         assert run.end() == 4, run.text
     folder = (run.out / "latest").resolve()
-    assert f"{folder / RECORD}: cannot be written: File too large" in run.text
+    assert f"{folder / full}: cannot be written: File too large" in run.text
     assert "Traceback" not in run.text
     assert nodes_of(run.out) == {}
     assert len(read_record(folder / RECORD).log.poses) > 20

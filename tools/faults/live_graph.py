@@ -102,7 +102,7 @@ class LiveGraph(Graph, Bench):
         if self._repeated is not None and self.now() >= self._due:
             self._due = self.now() + self._period
             self._repeated()
-        self._take_one()
+        self._take_what_came()
 
     def repeat(self, period: float, act: Callable[[], object] | None) -> None:
         """Calls `act` every `period` [s] from now on, while stepping; None ends it."""

@@ -17,6 +17,9 @@ from collplan_ros.bringup.failures import RECORD_LOST
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.recording.completion import complete
+from collplan_ros.recording.reading import raw_messages
+from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.runs.record_reading import RECORD, read_record
 from faults.bench import Bench
 from faults.fault import Fault, Measured
@@ -56,7 +59,8 @@ class RunEnds(Bench):
         folder = Path(self._temporary.name)
         (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
         self._bringup = Bringup(
-            Options(world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False), Progress(io.StringIO())
+            Options(world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False, recording=False),
+            Progress(io.StringIO()),
         )
 
     def __enter__(self) -> "RunEnds":
@@ -112,21 +116,25 @@ def in_folder(measured: Callable[[Path, Random], Measured]) -> Callable[[Bench, 
 
 
 def killed(folder: Path, chance: Random) -> Measured:
-    """How much of a run that was killed is not on disk: time from its newest pose there to the kill."""
+    """How much of a run that was killed is not on disk: time from its newest pose there, and in run.mcap, to the kill."""
     with Run(folder / "runs", "--no-pictures", "--world", "serpentine:0") as run:
         wait_for(run.moving)
         # a run that is killed within its first second may leave nothing
         wait_for(run.has_recorded)
         time.sleep(chance.uniform(0.0, 2.0))
         run.process.kill()
-        at = time.monotonic()
+        at, at_ns = time.monotonic(), time.time_ns()
         run.end()
     begun = time.monotonic()
     while nodes_of(run.out) and time.monotonic() < begun + ORPHANS:
         time.sleep(0.02)
-    poses = read_record(run.out / "latest" / RECORD, pictured=False).log.poses
+    left = (run.out / "latest").resolve()
+    poses = read_record(left / RECORD, pictured=False).log.poses
+    complete(left)
+    recorded = max(message.sent for message in raw_messages(left / RECORDING, ["mocap/odom"]))
+    lost = max(at - poses[-1].sent, 1e-9 * (at_ns - recorded))
     orphans = nodes_of(run.out)
-    return Measured(at - poses[-1].sent, f"nodes outlive it: {', '.join(orphans)}" if orphans else "")
+    return Measured(lost, f"nodes outlive it: {', '.join(orphans)}" if orphans else "")
 
 
 def disk_full(folder: Path, chance: Random) -> Measured:

@@ -85,6 +85,14 @@ def save_world(world: World, path: Path) -> None:
     Raises:
         WorldError: the file cannot be written.
     """
+    try:
+        Path(path).write_text(world_text(world), encoding="utf-8")
+    except OSError as error:
+        raise WorldError(f"{path}: cannot be written ({error})") from None
+
+
+def world_text(world: World) -> str:
+    """What `save_world` writes."""
     mapping: dict[str, Any] = {
         "name": world.name,
         "bounds": list(world.bounds),
@@ -94,10 +102,7 @@ def save_world(world: World, path: Path) -> None:
     }
     ends = {"start": world.start, "goal": world.goal}
     mapping |= {key: point.tolist() for key, point in ends.items() if point is not None}
-    try:
-        Path(path).write_text(yaml.safe_dump(mapping, sort_keys=False, default_flow_style=None), encoding="utf-8")
-    except OSError as error:
-        raise WorldError(f"{path}: cannot be written ({error})") from None
+    return yaml.safe_dump(mapping, sort_keys=False, default_flow_style=None)
 
 
 def _check_keys(mapping: Mapping[str, Any], known: tuple[str, ...], required: tuple[str, ...]) -> None:

@@ -33,7 +33,7 @@ from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation, prepare, write_used_parameters
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.runs.recorder import EVERY_ONE
+from collplan_ros.messages.qos import EVERY_ONE
 
 NOT_NEEDED = ("lidar_node", "planner_node", "controller_node")
 REPORT_PATIENCE = 3.0

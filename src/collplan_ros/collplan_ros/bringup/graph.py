@@ -6,6 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
+from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -27,8 +28,12 @@ from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.conversions import goal_to_message
-from collplan_ros.messages.qos import EVENT, LATCHED
+from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.diagnostics import ERROR
+from collplan_ros.recording.description import describe_run
+from collplan_ros.recording.graph_topics import GraphTopics
+from collplan_ros.recording.recorded_topics import recorded_topics
+from collplan_ros.recording.recording_file import RecordingFile
 from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.recorder import Recorder
 from collplan_ros.runs.run_log import PoseRow
@@ -67,8 +72,8 @@ LONGEST_SILENCE = 2.5
 """Time without diagnostics after which a node counts as frozen [s]: each node sends them once a second."""
 GOAL_PERIOD = 1.0
 """Period at which a goal without answer is published again [s]."""
-SPIN_TIME = 0.02
-"""Longest wait for one message [s]."""
+TAKING_PERIOD = 0.01
+"""Period at which what has come is taken [s]: to wait for each message costs a multiple of it."""
 LONGEST_STEP = 0.1
 """What a step counts at most as time without poses [s]: one that takes longer was stalled by the machine."""
 
@@ -83,8 +88,10 @@ class Graph:
         NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
     """
 
-    def __init__(self, preparation: Preparation, folder: RunFolder, progress: Progress) -> None:
-        """Prepares the graph; no process is started before entering."""
+    def __init__(
+        self, preparation: Preparation, folder: RunFolder, progress: Progress, recording: bool = False
+    ) -> None:
+        """Prepares the graph, with every topic recorded or not; no process is started before entering."""
         self._preparation = preparation
         self._folder = folder
         self._progress = progress
@@ -94,6 +101,10 @@ class Graph:
         self._silence = 0.0
         self._robot_knows_planner = False
         self._record = RecordFile(folder.record)
+        self._is_recorded = recording
+        self._recording: RecordingFile | None = None
+        self._taking_due = 0.0
+        self._may_be_more = False
         self._commanders_due = math.inf
 
     def __enter__(self) -> "Graph":
@@ -129,7 +140,7 @@ class Graph:
         return self.recorder.newest
 
     def step(self) -> None:
-        """Handles one message, waiting up to SPIN_TIME for it.
+        """Takes what comes in TAKING_PERIOD, or at once what has come where that is much.
 
         Raises:
             Interrupted: a signal came.
@@ -141,12 +152,17 @@ class Graph:
         for process in self._processes:
             process.check()
         self._refuse_other_commanders()
-        self._take_one()
+        self._take_what_came()
         self._record.flush_when_due()
+        if self._recording is not None:
+            self._recording.flush_when_due()
 
-    def _take_one(self) -> None:
+    def _take_what_came(self) -> None:
         newest, begun = self.recorder.newest, time.monotonic()
-        self._executor.spin_once(timeout_sec=SPIN_TIME)
+        self._executor.spin_once(timeout_sec=0.0 if self._may_be_more else TAKING_PERIOD)
+        if (now := time.monotonic()) >= self._taking_due:
+            self._may_be_more = self._topics.take()
+            self._taking_due = now if self._may_be_more else now + TAKING_PERIOD
         waited = min(time.monotonic() - begun, LONGEST_STEP)
         self._silence = 0.0 if self.recorder.newest is not newest else self._silence + waited
 
@@ -249,15 +265,27 @@ class Graph:
         stack.callback(context.try_shutdown)
         self.node = Node(NAME, context=context)
         stack.callback(self.node.destroy_node)
-        self.recorder = Recorder(self.node, self._preparation.settings, self._record)
+        settings = self._preparation.settings
+        if self._is_recorded:
+            self._recording = self._begun_recording(stack)
+        topics = self._topics = GraphTopics(self.node, recorded_topics(settings), self._recording)
+        self.recorder = Recorder(topics, settings, self._record)
         self._cancel = self.node.create_client(Trigger, "cancel")
         self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
-        self.node.create_subscription(DiagnosticStatus, "robot/state", self._take_robot_state, LATCHED)
+        topics.listen("robot/state", self._take_robot_state)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
         stack.callback(self._executor.shutdown)
 
-    def _take_robot_state(self, message: DiagnosticStatus) -> None:
+    def _begun_recording(self, stack: ExitStack) -> RecordingFile:
+        preparation, folder = self._preparation, self._folder
+        recording = RecordingFile(folder.recording)
+        stack.callback(recording.finish)
+        goal, simulated, namespace = preparation.goal.tolist(), preparation.robot.simulated, self.node.get_namespace()
+        describe_run(recording, folder.parameters, preparation.world, goal, simulated, namespace)
+        return recording
+
+    def _take_robot_state(self, message: DiagnosticStatus, _: dict[str, Any]) -> None:
         # a goal is new to the robot, and lets it move, only after it has heard of the planner
         self._robot_knows_planner = ("knows_planner", "yes") in [(item.key, item.value) for item in message.values]
 
@@ -278,6 +306,7 @@ class Graph:
             devices = self._preparation.robot.nodes[1:]
             for name in stop_all(self._processes, devices):
                 self._progress.say(f"{name} did not stop when asked to and was killed")
+            self._topics.take_all()
 
     def _record_to_the_end(self) -> None:
         """Takes what comes until the robot rests and its record is whole, while poses come."""
@@ -288,11 +317,13 @@ class Graph:
         self.recorder.finish()
         self._take_until(lambda: self.recorder.is_complete, WHOLE_PATIENCE)
         self._record.flush()
+        if self._recording is not None:
+            self._recording.flush()
 
     def _take_until(self, condition: Callable[[], bool], patience: float) -> None:
         deadline = time.monotonic() + patience
         while not condition() and self._silence < SILENCE and time.monotonic() < deadline:
-            self._take_one()
+            self._take_what_came()
 
     def _names(self) -> Counter[str]:
         """Number of visible nodes for each name of this graph, in its namespace."""

@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.results import draw_pictures, make_page, write_results
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
+from collplan_ros.recording.completion import complete_newest
 from collplan_ros.runs.record_file import RecordError
 from collplan_ros.runs.record_reading import read_record
 from collplan_ros.runs.run_log import RunLog
@@ -84,7 +85,7 @@ class Bringup:
         self.preparation = prepare(options)
         self.folder = RunFolder(options.out)
         write_used_parameters(self.folder.parameters, self.preparation.settings)
-        self.graph = Graph(self.preparation, self.folder, self.progress)
+        self.graph = Graph(self.preparation, self.folder, self.progress, options.recording)
         self._monitor: RunMonitor | None = None
 
     def __enter__(self) -> "Bringup":
@@ -187,6 +188,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
     """
     bringup = Bringup(options, progress)
     folder, preparation, say = bringup.folder, bringup.preparation, bringup.progress.say
+    _complete_newest(options.out, say)
     outcome, exit_code, message = _driven(bringup)
     if outcome in (*MONITORED, ABORTED):
         say(message)
@@ -200,6 +202,16 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
         for missing in filter(None, (draw_pictures(folder, results, preparation), make_page(folder, results))):
             say(missing)
     return RunResult(outcome, exit_code, message, folder.path, results.summary)
+
+
+def _complete_newest(parent: Path, say: Callable[[str], None]) -> None:
+    """Completes what the newest run that was killed has left in the folder of run folders."""
+    try:
+        said = complete_newest(parent)
+    except Exception as error:  # whatever is wrong with an old run must not keep this one from its goal
+        said = f"an earlier run could not be completed: {error}"
+    if said:
+        say(said)
 
 
 def _driven(bringup: Bringup) -> tuple[str, int, str]:

@@ -16,8 +16,7 @@ from collplan_ros.bringup.graph import NAME, Graph
 from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import state_from_odometry
-from collplan_ros.messages.qos import NEWEST
-from collplan_ros.runs.recorder import EVERY_ONE
+from collplan_ros.messages.qos import EVERY_ONE, NEWEST
 
 HALTING_TIME = 0.6
 """Time within which the robot comes to rest [s]."""

@@ -33,6 +33,7 @@ class Options:
         network: local or subnet; None is the robot's own, where it has one.
         max_speed: robot.max_speed [m/s].
         pictures: whether trajectory.png, run.gif and run.html are made.
+        recording: whether every topic is recorded in run.mcap.
         check: whether the robot and its motion capture are checked instead of a run.
         yes: whether the check may move the robot without asking.
     """
@@ -49,6 +50,7 @@ class Options:
     network: str | None = None
     max_speed: float | None = None
     pictures: bool = True
+    recording: bool = True
     check: bool = False
     yes: bool = False
 
@@ -105,8 +107,9 @@ examples:
       before the first run of a robot
 
 Each run leaves a folder: run.html, which plays it in a browser, run.gif, trajectory.png and .csv, impacts.csv,
-summary.json, parameters.yaml, the output of each node in log/, and record.jsonl, which is written while it goes on. The
-command line that repeats it is said at its end, and in summary.json.
+summary.json, parameters.yaml, the output of each node in log/, and record.jsonl and run.mcap, which are written while it
+goes on; run.mcap holds every topic. What a bringup that was killed has left of them the next one completes. The command
+line that repeats the run is said at its end, and in summary.json.
 ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
 """
 
@@ -145,6 +148,7 @@ def _parser() -> argparse.ArgumentParser:
         help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s; for serial {FIRST_SPEED:g} or less)",
     )
     add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png, run.gif and run.html")
+    add("--no-recording", dest="recording", action="store_false", help="leave out run.mcap")
     add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")
     add("--yes", action="store_true", help="with --check: move the robot without asking")
     return parser

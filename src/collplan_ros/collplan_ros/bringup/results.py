@@ -1,31 +1,11 @@
 """Result files of a run."""
 
-from dataclasses import dataclass
-from typing import Any
-
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.runs.impact_log import Impacts, impacts_of, write_impacts
+from collplan_ros.runs.result_files import Results, write_result_files
 from collplan_ros.runs.run_log import RunLog
-from collplan_ros.runs.summary import assumed_constants, summarize, write_summary
-from collplan_ros.runs.trajectory_file import write_trajectory
 from collplan_ros.runs.whole_file import replacing
-
-
-@dataclass(frozen=True, eq=False)
-class Results:
-    """What was made of a run.
-
-    Attributes:
-        log: the run.
-        impacts: its impacts.
-        summary: content of summary.json.
-    """
-
-    log: RunLog
-    impacts: Impacts
-    summary: dict[str, Any]
 
 
 def write_results(folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, options: Options) -> Results:
@@ -35,23 +15,9 @@ def write_results(folder: RunFolder, log: RunLog, preparation: Preparation, outc
         RecordError: a file cannot be written.
     """
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    with replacing(folder.trajectory) as path:
-        write_trajectory(path, log)
-    impacts = impacts_of(log, world, settings.mocap.velocity_window)
-    with replacing(folder.impacts) as path:
-        write_impacts(path, impacts, log.begin)
+    repeat = {"repeat": options.repeat(goal, folder.parameters)}
     simulated = preparation.robot.simulated
-    summary = {
-        "simulated": simulated,
-        "world": settings.simulator.world,
-        "seed": settings.simulator.seed,
-        **summarize(log, impacts, outcome, goal, settings),
-        "repeat": options.repeat(goal, folder.parameters),
-        "assumed": assumed_constants(settings, simulated),
-    }
-    with replacing(folder.summary) as path:
-        write_summary(path, summary)
-    return Results(log, impacts, summary)
+    return write_result_files(folder.path, log, world, goal, settings, outcome, simulated, repeat)
 
 
 def draw_pictures(folder: RunFolder, results: Results, preparation: Preparation) -> str:

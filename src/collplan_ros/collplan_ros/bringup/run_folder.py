@@ -9,7 +9,9 @@ from itertools import count
 from pathlib import Path
 
 from collplan_ros.bringup.failures import StartError
+from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.runs.record_reading import RECORD
+from collplan_ros.runs.result_files import IMPACTS, SUMMARY, TRAJECTORY
 
 
 class RunFolder:
@@ -65,19 +67,24 @@ class RunFolder:
         return self.path / RECORD
 
     @property
+    def recording(self) -> Path:
+        """Every topic of the run as it was sent, written while it goes on."""
+        return self.path / RECORDING
+
+    @property
     def trajectory(self) -> Path:
         """CSV file with one row per pose."""
-        return self.path / "trajectory.csv"
+        return self.path / TRAJECTORY
 
     @property
     def impacts(self) -> Path:
         """CSV file with one row per impact."""
-        return self.path / "impacts.csv"
+        return self.path / IMPACTS
 
     @property
     def summary(self) -> Path:
         """JSON file with the figures of the run."""
-        return self.path / "summary.json"
+        return self.path / SUMMARY
 
     @property
     def picture(self) -> Path:

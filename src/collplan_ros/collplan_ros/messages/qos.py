@@ -38,3 +38,9 @@ DIAGNOSTICS_SUBSCRIBED = _profile(100, latched=True)
 # shared_constants: each node latches its own; many nodes share the topic
 CONSTANTS_PUBLISHED = LATCHED
 CONSTANTS_SUBSCRIBED = DIAGNOSTICS_SUBSCRIBED
+
+# for who records: no message may be left out, so the queue bridges a stall of some seconds
+EVERY_ONE = _profile(1000)
+EVERY_LATCHED = _profile(1000, latched=True)
+EVERY_UNRELIABLE = _profile(1000, reliable=False)
+"""Also hears publishers that are reliable."""

@@ -1,17 +1,15 @@
-"""Recording of a run: subscribes to every topic of the graph and writes what comes, without ever waiting."""
+"""Record of a run: listens to what its result files are made of and writes it, without ever waiting."""
 
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PointStamped, PoseStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry, Path
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
@@ -20,7 +18,7 @@ from collplan_core.command import STOPPED
 from collplan_core.goal import NO_GOAL
 from collplan_core.parameters import Settings
 from collplan_core.state import State
-from collplan_ros.messages.cmd_vel import command_type, twist_of
+from collplan_ros.messages.cmd_vel import twist_of
 from collplan_ros.messages.conversions import (
     check_finite,
     impact_contact_from_message,
@@ -31,21 +29,24 @@ from collplan_ros.messages.conversions import (
 )
 from collplan_ros.messages.goal_status import NAMES
 from collplan_ros.messages.plans import contacts_from_message, plan_from_path
-from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, LATCHED, SENSOR_DATA
 from collplan_ros.nodes import robot_state
 from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.run_log import PoseRow
 from collplan_ros.runs.run_times import RunTimes, continued
 from collplan_ros.runs.send_times import SendTimes
 
-# no message may be lost, so the queue bridges a stall of some seconds
-EVERY_ONE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
-
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
 """Figures of planner/costs that are recorded."""
 
 ODD = (ArithmeticError, LookupError, TypeError, ValueError)
 """What a message that nobody expects can raise while it is read."""
+
+
+class Listening(Protocol):
+    """Where messages come from."""
+
+    def listen(self, topic: str, take: Callable[[Any, dict[str, Any]], None]) -> None:
+        """Has each message of a topic handed to `take`, with what DDS says of it."""
 
 
 class End(NamedTuple):
@@ -86,8 +87,10 @@ class Recorder:
         n_impacts: number of the true impacts of a simulated robot, else of the detected ones.
     """
 
-    def __init__(self, node: Node, settings: Settings, record: RecordFile, send_times: SendTimes | None = None) -> None:
-        """Subscribes through `node`, and writes to `record`."""
+    def __init__(
+        self, topics: Listening, settings: Settings, record: RecordFile, send_times: SendTimes | None = None
+    ) -> None:
+        """Listens to `topics`, and writes to `record`."""
         self.reported: dict[str, DiagnosticStatus] = {}
         self.reported_at: dict[str, float] = {}
         self.goal: GoalReport | None = None
@@ -110,7 +113,7 @@ class Recorder:
         self._arrived: PoseRow | None = None
         self._newest_truth: float | None = None
         self._impacts = {"true_impact": 0, "impact": 0}
-        self._subscribe(node, settings)
+        self._listen(topics)
 
     @property
     def n_impacts(self) -> int:
@@ -164,27 +167,26 @@ class Recorder:
         self._asked = self._send_times.now()
         self._record.write("asked", self._asked)
 
-    def _subscribe(self, node: Node, settings: Settings) -> None:
-        def listen(kind: type, topic: str, take: Callable[[Any, float], None], qos: QoSProfile = EVERY_ONE) -> None:
-            node.create_subscription(kind, topic, self._guarded(take), qos)
+    def _listen(self, topics: Listening) -> None:
+        def listen(topic: str, take: Callable[[Any, float], None]) -> None:
+            topics.listen(topic, self._guarded(take))
 
-        listen(DiagnosticArray, "/diagnostics", self._take_diagnostics, DIAGNOSTICS_SUBSCRIBED)
-        listen(GoalStatus, "goal_status", self._take_goal_status, LATCHED)
-        listen(DiagnosticStatus, "robot/state", self._take_robot_state, LATCHED)
-        listen(Odometry, "mocap/odom", self._take_pose)
-        listen(Odometry, "ground_truth/odom", self._take_truth)
-        listen(Vector3Stamped, "ground_truth/impact", self._take_true_impact)
-        listen(PoseStamped, "impact/contact", self._take_detected_impact)
-        listen(LaserScan, "scan", self._take_scan, SENSOR_DATA)
-        listen(Path, "plan", self._take_plan)
-        listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._take_contacts)
-        listen(DiagnosticArray, "planner/costs", self._take_costs)
-        listen(PointStamped, "controller/reference", self._take_reference)
-        listen(String, "maneuver", self._take_maneuver, LATCHED)
-        listen(command_type(settings), "cmd_vel", self._take_command)
+        listen("/diagnostics", self._take_diagnostics)
+        listen("goal_status", self._take_goal_status)
+        listen("robot/state", self._take_robot_state)
+        listen("mocap/odom", self._take_pose)
+        listen("ground_truth/odom", self._take_truth)
+        listen("ground_truth/impact", self._take_true_impact)
+        listen("impact/contact", self._take_detected_impact)
+        listen("scan", self._take_scan)
+        listen("plan", self._take_plan)
+        listen("planner/foreseen_impacts", self._take_contacts)
+        listen("planner/costs", self._take_costs)
+        listen("controller/reference", self._take_reference)
+        listen("maneuver", self._take_maneuver)
+        listen("cmd_vel", self._take_command)
 
     def _guarded(self, take: Callable[[Any, float], None]) -> Callable[[Any, dict[str, Any]], None]:
-        # with a second argument rclpy passes the message's info, which holds the time of sending
         def guarded(message: Any, info: dict[str, Any]) -> None:
             with suppress(*ODD):
                 # the sender's middleware stamps it; delays of the receiver are not in it

@@ -1,0 +1,1 @@
+"""run.mcap: every topic of a run as it was sent; only what listens to the graph needs ROS."""

@@ -1,0 +1,104 @@
+"""The topics of a run that are recorded: what comes on each and how it is listened to."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import import_module
+
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PointStamped, PoseStamped, Vector3Stamped
+from nav_msgs.msg import Odometry, Path
+from rcl_interfaces.msg import Log, ParameterEvent
+from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan, PointCloud2, TimeReference
+from std_msgs.msg import Empty, Float64, String
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+from visualization_msgs.msg import MarkerArray
+
+from collplan_core.parameters import Settings
+from collplan_core.parameters.spec import ParameterError
+from collplan_ros.messages.cmd_vel import command_type
+from collplan_ros.messages.mocap_formats import message_type
+from collplan_ros.messages.qos import EVERY_LATCHED, EVERY_ONE, EVERY_UNRELIABLE
+
+SPARSE = {"planner/markers": 2.0}
+"""Topics of which one message is recorded in so long [s], and that nobody listens to in between: the planner makes a
+set of markers, which takes as long as a plan, only for who listens."""
+
+RELIABLE: dict[str, type] = {
+    "goal_pose": PoseStamped,
+    "mocap/odom": Odometry,
+    "mocap/refused": String,
+    "impact": Vector3Stamped,
+    "impact/contact": PoseStamped,
+    "plan": Path,
+    "planner/valid_until": TimeReference,
+    "planner/foreseen_impacts": MultiDOFJointTrajectory,
+    "planner/heartbeat": Empty,
+    "planner/costs": DiagnosticArray,
+    "planner/markers": MarkerArray,
+    "planner/journal": String,
+    "controller/reference": PointStamped,
+    "controller/journal": String,
+    "robot/resumed": Empty,
+    "ground_truth/odom": Odometry,
+    "ground_truth/impact": Vector3Stamped,
+    "/parameter_events": ParameterEvent,
+}
+LATCHED: dict[str, type] = {
+    "goal_status": GoalStatus,
+    "maneuver": String,
+    "controller/state": DiagnosticStatus,
+    "controller/motion_delay": Float64,
+    "planner/seen": PointCloud2,
+    "planner/compared": PointCloud2,
+    "robot/state": DiagnosticStatus,
+    "shared_constants": DiagnosticStatus,
+    "/diagnostics": DiagnosticArray,
+    "/rosout": Log,
+}
+UNRELIABLE: dict[str, type] = {"scan": LaserScan}
+
+
+@dataclass(frozen=True)
+class RecordedTopic:
+    """A topic that is recorded.
+
+    Attributes:
+        name: as its nodes name it: within the robot's namespace, but for those that begin with a slash.
+        kind: class of its messages.
+        qos: what matches every publisher of it and leaves no message out.
+        period: at least so long between two messages of it [s]; 0 where every one is recorded.
+    """
+
+    name: str
+    kind: type
+    qos: QoSProfile
+    period: float = 0.0
+
+
+def recorded_topics(settings: Settings) -> dict[str, RecordedTopic]:
+    """Every topic that is recorded of a robot with these parameters, by its name."""
+    return {topic.name: topic for topic in _topics(settings)}
+
+
+def _topics(settings: Settings) -> Iterator[RecordedTopic]:
+    mocap = settings.mocap
+    try:
+        measured = EVERY_ONE if mocap.reliability == "reliable" else EVERY_UNRELIABLE
+        yield RecordedTopic(mocap.topic, message_type(mocap), measured)
+    except ParameterError:  # mocap_node says so, and ends
+        pass
+    yield RecordedTopic("cmd_vel", command_type(settings), EVERY_ONE)
+    if settings.simulator.speed_factor != 1.0:
+        yield RecordedTopic("/clock", Clock, EVERY_ONE)
+    try:
+        transforms = import_module("tf2_msgs.msg").TFMessage
+        yield RecordedTopic("/tf", transforms, EVERY_ONE)
+        yield RecordedTopic("/tf_static", transforms, EVERY_LATCHED)
+    except ImportError:  # is not among the pip packages, and then nobody sends any
+        pass
+    for kinds, qos in ((RELIABLE, EVERY_ONE), (LATCHED, EVERY_LATCHED), (UNRELIABLE, EVERY_UNRELIABLE)):
+        for name, kind in kinds.items():
+            yield RecordedTopic(name, kind, qos, SPARSE.get(name, 0.0))
