@@ -7,6 +7,7 @@ from typing import Any
 
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
+from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.runs.recorded_run import RunError
 from collplan_ros.runs.whole_file import replacing
 from collplan_ros.view import scene
@@ -15,7 +16,7 @@ from collplan_ros.view.player.played_run import PlayedRun, read_played_run
 from collplan_ros.view.player.record_events import beginning, map_events, record_events
 from collplan_ros.view.player.run_frames import Event, Frame, frames_of, thinned
 
-PAGE, RECORDING = "run.html", "run.mcap"
+PAGE = "run.html"
 LARGEST_SHORT, SHORT = 2_000_000, 10.0
 """Largest file of a run of up to so long [bytes], [s]; of a longer one it is larger in proportion."""
 LARGEST = 10_000_000
@@ -81,7 +82,7 @@ def _thought(run: PlayedRun) -> tuple[list[Event], list[str]]:
             from collplan_ros.view.player.mcap_events import mcap_events
 
             events = list(mcap_events(run, recording))
-        except (ImportError, ValueError) as error:
+        except Exception as error:  # whatever a reader makes of it: all else of the page does without
             notes = [f"{RECORDING} could not be read: {error}"]
     if all(event.part != "free" for event in events):
         events += map_events(run)
