@@ -39,6 +39,7 @@ def run(tmp_path):
     """Runs lines of JavaScript beside the player; returns what they leave in `result`."""
     (tmp_path / "package.json").write_text('{"type": "module"}')
     (tmp_path / "page.js").write_text("export function start() {}\n")
+    (tmp_path / "dom.js").write_text("export function byId() {}\nexport function element() {}\n")
     (tmp_path / "player.js").write_text((PAGE / "player.js").read_text(encoding="utf-8"))
 
     def run(lines: str, **given: Any) -> Any:

@@ -1,5 +1,6 @@
 // A recorded run in the place of the live connection, and the bar at the bottom that moves through it.
 
+import { byId, element } from "./dom.js";
 import { start } from "./page.js";
 
 const RECORDED_LEAD = 0.1; // s: the robot is drawn between two frames, so the later one must be there before its time
@@ -9,6 +10,11 @@ const PARTS_OF_ONE_FRAME = new Set(["trail", "periods"]);
 const LONGEST_STEP = 0.5; // s: a page that was hidden goes on where it was
 const SAME_MOMENT = 1e-4; // s
 const PLAYER_SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+const PLAYER_KEYS = [
+  ["space", "play, pause"],
+  ["< >", "to the plan before, after"],
+  [", .", "to the impact before, after"],
+];
 const HALF_A_THUMB = 8; // px: so far from the ends of the bar its own ends are
 
 export class RecordedSource {
@@ -103,24 +109,20 @@ export class Transport {
   constructor(box, source, recording) {
     this.source = source;
     this.shown = "";
-    this.button = made("button", "play");
-    this.bar = made("input", "bar");
-    this.bar.type = "range";
-    Object.assign(this.bar, { min: source.begin, max: source.end, step: 0.01, title: "time" });
-    this.clock = made("output", "clock");
-    this.moment = made("a", "moment");
+    this.button = element("button", box, "play");
+    this.bar = this.track(box);
+    this.clock = element("output", box, "clock");
+    this.speeds(box);
+    this.steps(box, "plan", "<", ">", source.planTimes);
+    this.steps(box, "impact", ",", ".", source.impactTimes);
+    this.moment = element("a", box, "moment");
     this.moment.title = "a link to this moment: copy its address";
-    box.replaceChildren(
-      this.button,
-      this.track(),
-      this.clock,
-      this.speeds(),
-      this.steps("plan", "<", ">", source.planTimes),
-      this.steps("impact", ",", ".", source.impactTimes),
-      this.moment,
-      said("about", `${recording.title}: ${recording.end}`),
-      ...recording.notes.map((note) => said("note", note)),
-    );
+    element("span", box, "about", `${recording.title}: ${recording.end}`);
+    for (const note of recording.notes) element("span", box, "note", note);
+    for (const [key, words] of PLAYER_KEYS) {
+      element("dt", byId("keys"), "", key);
+      element("dd", byId("keys"), "", words);
+    }
     box.hidden = false;
     this.button.addEventListener("click", () => this.toggle());
     this.bar.addEventListener("input", () => this.jump(this.bar.valueAsNumber));
@@ -130,43 +132,41 @@ export class Transport {
     source.onmoved = () => this.show();
   }
 
-  track() {
-    const track = made("div", "track");
+  track(box) {
+    const track = element("div", box, "track");
     const span = Math.max(this.source.end - this.source.begin, SAME_MOMENT);
     for (const time of this.source.impactTimes) {
       const share = (time - this.source.begin) / span;
-      const mark = made("i", "impact");
+      const mark = element("i", track, "impact");
       mark.style.left = `calc(${HALF_A_THUMB}px + ${share} * (100% - ${2 * HALF_A_THUMB}px))`;
-      track.append(mark);
     }
-    track.append(this.bar);
-    return track;
+    const bar = element("input", track, "bar");
+    bar.type = "range";
+    Object.assign(bar, { min: this.source.begin, max: this.source.end, step: 0.01, title: "time" });
+    return bar;
   }
 
-  speeds() {
-    const choice = made("select", "speed");
+  speeds(box) {
+    const choice = element("select", box, "speed");
     choice.title = "speed";
-    for (const speed of PLAYER_SPEEDS) {
-      choice.append(new Option(`${speed}x`, String(speed), speed === 1, speed === 1));
-    }
+    for (const speed of PLAYER_SPEEDS) element("option", choice, "", `${speed}x`).value = String(speed);
+    choice.value = "1";
     choice.addEventListener("change", () => {
       this.source.speed = Number(choice.value);
     });
-    return choice;
   }
 
-  steps(name, back, on, times) {
-    const box = made("span", "steps");
+  steps(box, name, back, on, times) {
+    const both = element("span", box, "steps");
     const step = (key, words, direction) => {
-      const button = made("button", "step");
-      button.textContent = key;
+      const button = element("button", both, "step", key);
       button.title = `to the ${name} ${words}, key ${key}`;
       button.disabled = times.length === 0;
       button.addEventListener("click", () => this.step(times, direction));
-      return button;
     };
-    box.append(step(back, "before", -1), said("what", name), step(on, "after", 1));
-    return box;
+    step(back, "before", -1);
+    element("span", both, "what", name);
+    step(on, "after", 1);
   }
 
   press(event) {
@@ -242,18 +242,6 @@ export class Transport {
   }
 }
 
-function made(kind, name) {
-  const element = document.createElement(kind);
-  element.className = name;
-  return element;
-}
-
-function said(name, text) {
-  const element = made("span", name);
-  element.textContent = text;
-  return element;
-}
-
 export async function unpacked(text) {
   const packed = Uint8Array.from(atob(text.trim()), (character) => character.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -261,13 +249,16 @@ export async function unpacked(text) {
 }
 
 export async function playRecording() {
-  const box = document.getElementById("transport");
-  if (!("DecompressionStream" in window)) {
-    box.replaceChildren(said("note", "this browser cannot unpack the run: Chrome, Firefox and Safari can since 2023"));
+  const box = byId("transport");
+  let recording = null;
+  try {
+    recording = await unpacked(byId("recording").textContent);
+  } catch (error) {
+    element("span", box, "note", `the run in this file cannot be unpacked: ${error.message}`);
+    element("span", box, "note", "Chrome, Firefox and Safari can since 2023, if the file is whole");
     box.hidden = false;
     return;
   }
-  const recording = await unpacked(document.getElementById("recording").textContent);
   const source = new RecordedSource(recording.frames);
   const transport = new Transport(box, source, recording);
   start(source);

@@ -12,6 +12,7 @@ from typing import Any
 
 SCRIPTS = (
     "geometry.js",
+    "dom.js",
     "colors.js",
     "state.js",
     "layers.js",

@@ -50,7 +50,10 @@ def run_page(run: PlayedRun) -> str:
         SceneError: a number in the run cannot be drawn.
     """
     thought, notes = _thought(run)
-    frames = frames_of(run.record.log.poses, [*record_events(run), *thought], beginning(run), run.zero)
+    # what both tell is told better by the recording
+    better = {event.part for event in thought}
+    recorded = (event for event in record_events(run) if event.part not in better)
+    frames = frames_of(run.record.log.poses, [*recorded, *thought], beginning(run), run.zero)
     notes += _missing(frames, run.settings)
     largest, factor = largest_file(run.last - run.record.log.poses[0].stamp), 1
     text = _page(run, frames, notes)
