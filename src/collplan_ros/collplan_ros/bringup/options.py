@@ -36,6 +36,8 @@ class Options:
         recording: whether every topic is recorded in run.mcap.
         check: whether the robot and its motion capture are checked instead of a run.
         yes: whether the check may move the robot without asking.
+        view: whether view_node shows the run in a browser.
+        again: whether the robot drives there and back until it is interrupted.
     """
 
     robot: str = "sim"
@@ -53,6 +55,8 @@ class Options:
     recording: bool = True
     check: bool = False
     yes: bool = False
+    view: bool = False
+    again: bool = False
 
     def values(self) -> dict[str, object]:
         """The parameters that these options set, by key."""
@@ -98,6 +102,8 @@ examples:
   bringup                                           the corridor, simulated
   bringup --world random:7 --strategy low_risk      another arena, another strategy
   bringup --world my_arena.yaml --goal 2.0 0.4      your own world and goal
+  bringup --world serpentine:2 --strategy bounce --view --again
+      to watch in a browser, until Ctrl-C
   bringup --robot emulator                          over serial bytes, to an emulated firmware
   bringup --robot serial:/dev/ttyUSB0 --world floor.yaml --goal 1.0 0.5 --network subnet
       the real robot, slow
@@ -151,6 +157,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--no-recording", dest="recording", action="store_false", help="leave out run.mcap")
     add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")
     add("--yes", action="store_true", help="with --check: move the robot without asking")
+    add("--view", action="store_true", help="show the run in a browser, at the address that is said (view.port)")
+    add("--again", action="store_true", help="drive there and back again and again until Ctrl-C; simulated robots only")
     return parser
 
 

@@ -158,7 +158,7 @@ class ViewNode(Node):
             "newest_unread": self._inputs.newest_refusal,
         }
         pages = self._server.n_clients
-        return Health(OK, f"{pages} {'page' if pages == 1 else 'pages'} open at {self.address}", values)
+        return Health(OK, f"{self.address}, {pages} {'page' if pages == 1 else 'pages'} open", values)
 
     def destroy_node(self) -> None:
         """Closes the pages first."""
