@@ -17,7 +17,7 @@ from collplan_ros.runs.run_log import PoseRow, RunLog
 from collplan_ros.view.player import run_page, write_run_page
 from collplan_ros.view.player.run_frames import HEAVY, LATEST, PERIOD, Event, frames_of, thinned
 from collplan_ros.view.player.one_file import one_script
-from made_runs import EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
+from made_runs import AHEAD, EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
 from played_folders import long_run, newest, played_folder, poses_in, recording_in
 
 ZERO = 0.15
@@ -122,6 +122,17 @@ def test_what_happened_is_told_at_its_time(frames):
     assert newest(frames, "hold", 9.0) == {"state": "held", "message": "its node has started"}
     assert newest(frames, "doing", 9.0)["maneuver"] == "free_space"
     assert sum(len(frame.get("periods", [])) for frame in frames) == len(bouncing_run().sent_commands) - 1
+
+
+def test_a_goal_given_on_the_way_is_where_it_was_given(tmp_path):
+    folder = played_folder(tmp_path)
+    lines = (folder / RECORD).read_text().splitlines()
+    lines.insert(len(lines) // 2, json.dumps(["run", {"simulated": True, "goal": [0.5, -0.2], "wall_clock_ahead": AHEAD}]))
+    (folder / RECORD).write_text("\n".join(lines) + "\n")
+    frames = recording_in(write_run_page(folder).read_text())["frames"]
+    assert [frame["goal"]["at"] for frame in frames if "goal" in frame] == [[0, 100]] * 3 + [[500, -200]] * 2
+    assert frames[0]["goal"]["status"] == "none"
+    assert newest(frames, "goal", 9.0)["status"] == "succeeded"
 
 
 def test_the_page_says_what_it_does_not_show(page):

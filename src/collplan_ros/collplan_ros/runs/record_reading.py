@@ -63,9 +63,9 @@ class Record:
     Attributes:
         log: the log of the run, up to its end.
         simulated: whether the robot was simulated.
-        goal: (2,) [m]; NaN where the run was killed before it had one.
+        goal: (2,) [m], the last one given; NaN where the run was killed before it had one.
         wall_clock_ahead: of the wall clock before the clock of `sent`, when the run began [s].
-        told: lines of the kinds costs, goal, health and robot, in order of receipt.
+        told: lines of the kinds costs, goal, health and robot, and as `target` each goal given (x, y), in order of receipt.
     """
 
     log: RunLog = field(default_factory=RunLog)
@@ -147,6 +147,7 @@ class _Reading:
     def _take_header(self, header: dict[str, Any]) -> None:
         self._record.simulated, self._record.goal = header["simulated"], np.array(header["goal"], dtype=float)
         self._record.wall_clock_ahead = header.get("wall_clock_ahead", 0.0)
+        self._tell(self._log.poses[-1].sent if self._log.poses else -math.inf, "target", *header["goal"])
 
     def _take_asked(self, _: float) -> None:
         self._log.reached_sent = self._end = None

@@ -38,7 +38,7 @@ def beginning(run: PlayedRun) -> Frame:
             "spacing": scene.milli([run.settings.remembered.spacing])[0],
         },
         "world": scene.world(run.world),
-        "goal": _goal(run, NO_GOAL),
+        "goal": _goal(run.record.goal, NO_GOAL),
         "impacts": [],
     }
 
@@ -119,11 +119,15 @@ def _controller(log: RunLog) -> Iterator[Event]:
 
 def _told(run: PlayedRun) -> Iterator[Event]:
     """What the nodes told of goal, planning and the robot's own state."""
-    log = run.record.log
+    log, target, status = run.record.log, run.record.goal, NO_GOAL
     for told in run.record.told:
         at = log.stamp_at(told.sent)
-        if told.kind == "goal":
-            yield Event(at, "goal", _goal(run, *told.entries))
+        if told.kind == "target":
+            target = np.array(told.entries, dtype=float)
+            yield Event(at, "goal", _goal(target, status))
+        elif told.kind == "goal":
+            (status,) = told.entries
+            yield Event(at, "goal", _goal(target, status))
         elif told.kind == "costs":
             figures = {name: str(value) for name, value in told.entries[0].items()}
             yield Event(at, "costs", scene.costs({"strategy": run.settings.planner.strategy, **figures}))
@@ -132,9 +136,8 @@ def _told(run: PlayedRun) -> Iterator[Event]:
             yield Event(at, "hold", {"state": state, "message": message})
 
 
-def _goal(run: PlayedRun, status: str) -> scene.Part:
-    goal = run.record.goal
-    return scene.goal(goal if np.isfinite(goal).all() else None, status)
+def _goal(target: np.ndarray, status: str) -> scene.Part:
+    return scene.goal(target if np.isfinite(target).all() else None, status)
 
 
 def _arrows(seen: LocalMap) -> np.ndarray:
