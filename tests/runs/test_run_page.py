@@ -115,7 +115,7 @@ def test_what_happened_is_told_at_its_time(frames):
     assert newest(frames, "impacts", HIT_AT - ZERO - 0.02) == []
     assert newest(frames, "impacts", HIT_AT - ZERO + 0.011) == [impact]
     statuses = [frame["goal"]["status"] for frame in frames if "goal" in frame]
-    assert statuses == ["accepted", "executing", "succeeded"]
+    assert statuses == ["none", "accepted", "executing", "succeeded"]
     assert newest(frames, "goal", 9.0)["at"] == [0, 100]
     (costs,) = (frame["costs"] for frame in frames if "costs" in frame)
     assert (costs["planning_time"], costs["hardest"], costs["strategy"]) == (3.25, 400, "harness")
