@@ -104,7 +104,7 @@ def test_the_planners_do_not_know_each_other(planner):
 
 @pytest.mark.parametrize(
     "module",
-    [m for m in FILES if m.startswith(("collplan_ros.runs", "collplan_ros.pictures")) and m not in WITH_ROS_IN_RUNS],
+    [m for m in FILES if m.startswith(("collplan_ros.runs", "collplan_ros.pictures", "collplan_ros.view")) and m not in WITH_ROS_IN_RUNS],
 )
 def test_runs_are_read_and_drawn_without_ros(module):
     assert all_imports(module) & ROS == set()
