@@ -127,7 +127,7 @@ def test_the_planners_do_not_know_each_other(planner):
     [
         m
         for m in FILES
-        if m.startswith(("collplan_ros.runs", "collplan_ros.recording", "collplan_ros.pictures"))
+        if m.startswith(("collplan_ros.runs", "collplan_ros.recording", "collplan_ros.pictures", "collplan_ros.view"))
         and m not in WITH_ROS_IN_RUNS
     ],
 )

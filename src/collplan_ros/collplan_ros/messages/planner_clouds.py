@@ -177,7 +177,7 @@ def _table(message: PointCloud2, frame: str) -> np.ndarray:
     step, size = int(message.point_step), int(message.width) * int(message.height)
     names, formats, offsets = [], [], []
     for each in message.fields:
-        if each.datatype not in kinds or each.count != 1 or each.offset + 4 > step:
+        if each.datatype not in kinds or each.count != 1 or each.offset + np.dtype(kinds[each.datatype]).itemsize > step:
             raise MessageError(f"fields: got {each.name!r} of type {each.datatype}, expected FLOAT32 or UINT8")
         names.append(str(each.name))
         formats.append(kinds[each.datatype])
@@ -185,7 +185,7 @@ def _table(message: PointCloud2, frame: str) -> np.ndarray:
     if message.is_bigendian or step == 0 or len(message.data) != step * size or len(set(names)) != len(names):
         raise MessageError(f"data: got {len(message.data)} bytes, expected {size} points of {step} bytes, little endian")
     layout = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": step})
-    return np.frombuffer(message.data, layout, count=size)
+    return np.frombuffer(message.data, layout, count=size) if size else np.zeros(0, layout)
 
 
 def _check_fields(table: np.ndarray, expected: Sequence[str]) -> None:

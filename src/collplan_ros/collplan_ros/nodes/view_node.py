@@ -58,7 +58,7 @@ class ViewNode(Node):
         self._parameters = GraphParameters(self._calls)
         self._inputs = ViewInputs(self, self._settings, self._changes, self._now)
         self._inputs.tell(self._parameters.heard, self._parameters.take_event)
-        actions = ViewActions(self, self._calls, self._parameters, self._settings.frames.map)
+        self._actions = ViewActions(self, self._calls, self._parameters, self._settings.frames.map)
         self._loader = ThreadPoolExecutor(max_workers=1, thread_name_prefix="world")
         self._world_name: str | None = None
         self._world: Future[World] | None = None
@@ -66,7 +66,7 @@ class ViewNode(Node):
         self._frames = 0
         Scan(0.0, 0.0, 1.0, 0.0, 1.0, np.ones(2))  # loads what was compiled, so that the first scan is not late
         view = self._settings.view
-        self._server = PageServer(view.port, view.clients, actions.take, self.get_logger().warning)
+        self._server = PageServer(view.port, view.clients, self._actions.take, self.get_logger().warning)
         self._timer = self.create_timer(IDLE_PERIOD, self._tick, clock=self._clock)
         self._diagnostics = Diagnostics(self, self._health)
         self.get_logger().info(f"open {self.address} in a browser on this machine")
