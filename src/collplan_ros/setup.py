@@ -45,6 +45,7 @@ setup(
             "bringup = collplan_ros.bringup.main:main",
             "fit_robot = collplan_ros.runs.fit_robot:main",
             "fit_rebound = collplan_ros.runs.fit_rebound:main",
+            "replay = collplan_ros.replay.main:main",
             "beside = collplan_ros.pictures.compare_runs:main",
         ],
     },

@@ -9,6 +9,7 @@ import collplan_core.parameters as parameters
 from collplan_core.parameters.spec import specs
 from collplan_ros.bringup.options import parse as parse_bringup
 from collplan_ros.pictures.compare_runs import _parser as beside_parser
+from collplan_ros.replay.main import _parser as replay_parser
 from collplan_ros.runs.fit_robot import _parser as fit_robot_parser
 from collplan_study.compare_engines import _parser as compare_engines_parser
 from collplan_study.errors import StudyError
@@ -28,6 +29,7 @@ PARSERS = {
     "beside": beside_parser().parse_args,
     "compare_engines": compare_engines_parser().parse_args,
     "fit_robot": fit_robot_parser().parse_args,
+    "replay": replay_parser().parse_args,
 }
 MODULES = {
     name: (path.split("/")[1], module)
@@ -38,7 +40,7 @@ MODULES = {
 """Package and module of each executable."""
 SHELL = {"export", "source", "rviz2"}
 HEADS = re.compile(
-    r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|fit_robot|\.venv/bin/[a-z_]+)( |$)"
+    r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|fit_robot|replay|\.venv/bin/[a-z_]+)( |$)"
 )
 
 
@@ -72,7 +74,7 @@ def wrong_ros2(words: list[str]) -> list[str]:
     if words[0] == "param":
         return wrong_value(words[3], words[4] if len(words) > 4 else None, declared_by(words[2].lstrip("/")))
     names = {*TOPICS, *(f"/{name}" for name in SERVICES)}
-    return [] if words[0] == "pkg" or names & set(words) else [" ".join(words)]
+    return [] if words[0] in ("pkg", "bag") or names & set(words) else [" ".join(words)]
 
 
 def wrong_command(line: str) -> list[str]:

@@ -17,6 +17,7 @@ from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c
+from collplan_ros.messages.reading import scan_from_message
 
 FEW = settings(derandomize=True, deadline=None, max_examples=40)
 numbers = st.floats(-1e3, 1e3)
@@ -180,7 +181,7 @@ ranges = st.one_of(st.floats(0.02, 5.0), st.sampled_from([math.inf, -math.inf, m
 @FEW
 def test_scan(stamp, values, first, step):
     scan = Scan(stamp, first, step, 0.02, 5.0, np.array(values))
-    back = c.scan_from_message(sent(c.scan_to_message(scan, "base_link")), "base_link")
+    back = scan_from_message(sent(c.scan_to_message(scan, "base_link")), "base_link")
     assert back.stamp == stamp
     np.testing.assert_array_equal(back.ranges, scan.ranges.astype(np.float32))
     np.testing.assert_allclose(back.angles, scan.angles, atol=1e-5)
@@ -192,7 +193,7 @@ def test_times_of_a_sweep():
     message = sent(c.scan_to_message(scan, "base_link"))
     assert message.time_increment == pytest.approx(0.1 / 450)
     assert message.scan_time == pytest.approx(0.1)
-    assert c.scan_from_message(message, "base_link").time_increment == message.time_increment
+    assert scan_from_message(message, "base_link").time_increment == message.time_increment
 
 
 def test_beams_of_one_instant():
@@ -203,7 +204,7 @@ def test_beams_of_one_instant():
 @pytest.mark.parametrize("beams", [30, 360, 2000])
 def test_full_turn(beams):
     scan = Scan(0.0, -math.pi, 2 * math.pi / beams, 0.02, 5.0, np.full(beams, 1.0))
-    back = c.scan_from_message(sent(c.scan_to_message(scan, "base_link")), "base_link")
+    back = scan_from_message(sent(c.scan_to_message(scan, "base_link")), "base_link")
     np.testing.assert_allclose(back.angles, scan.angles, atol=1e-5)
 
 
@@ -230,13 +231,13 @@ def test_scan_that_is_refused(field, value):
     message = c.scan_to_message(scan, "base_link")
     setattr(message, field, value)
     with pytest.raises(ScanError):
-        c.scan_from_message(message, "base_link")
+        scan_from_message(message, "base_link")
 
 
 def test_scan_in_another_frame():
     scan = Scan(0.0, 0.0, 0.1, 0.02, 5.0, np.full(5, 1.0))
     with pytest.raises(ScanError, match="'laser', expected 'base_link'"):
-        c.scan_from_message(c.scan_to_message(scan, "laser"), "base_link")
+        scan_from_message(c.scan_to_message(scan, "laser"), "base_link")
 
 
 # ---- commands

@@ -14,8 +14,8 @@ from collplan_core.planners import PLANNERS
 from collplan_core.state import State
 from collplan_core.worlds import load_world, save_world
 from collplan_ros.messages.conversions import goal_to_message, state_from_odometry
-from collplan_ros.messages.plans import plan_from_path
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED
+from collplan_ros.messages.reading import plan_from_path
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode

@@ -16,8 +16,9 @@ from collplan_core.sensing.sweeps import sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import WorldError, load_world
 from collplan_core.worlds.raycast import simulate_scan
-from collplan_ros.messages.conversions import scan_from_message, state_to_odometry
+from collplan_ros.messages.conversions import state_to_odometry
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, POSE_PUBLISHED, SENSOR_DATA
+from collplan_ros.messages.reading import scan_from_message
 from collplan_ros.nodes.lidar_node import LidarNode
 
 

@@ -19,13 +19,9 @@ from collplan_core.control.interlock import LONGEST_FAULT
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.scan import Scan
-from collplan_ros.messages.conversions import (
-    goal_to_message,
-    scan_from_message,
-    scan_to_message,
-    seconds_from_stamp,
-)
+from collplan_ros.messages.conversions import goal_to_message, scan_to_message, seconds_from_stamp
 from collplan_ros.messages.qos import EVENT, SENSOR_DATA
+from collplan_ros.messages.reading import scan_from_message
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import hall

@@ -12,6 +12,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages import conversions as c
 from collplan_ros.messages import plans as m
+from collplan_ros.messages.reading import PathError, plan_from_path
 
 FEW = settings(derandomize=True, deadline=None, max_examples=40)
 numbers = st.floats(-1e3, 1e3)
@@ -38,7 +39,7 @@ def plan_along(positions, begin=0.0, period=0.1):
 @FEW
 def test_plan(begin, positions, period):
     plan = plan_along(positions, begin, period)
-    back = m.plan_from_path(sent(m.plan_to_path(plan, "map")), "map")
+    back = plan_from_path(sent(m.plan_to_path(plan, "map")), "map")
     assert back.stamp == pytest.approx(plan.stamp, abs=1e-9)
     np.testing.assert_allclose(back.times, plan.times, atol=1e-9, rtol=0.0)
     np.testing.assert_array_equal(back.positions, plan.positions)
@@ -47,7 +48,7 @@ def test_plan(begin, positions, period):
 def test_velocities_of_a_plan_are_exact_on_a_parabola():
     t = 0.05 * np.arange(20)
     plan = plan_along(np.column_stack([0.3 * t**2, 1.0 - t]), period=0.05)
-    back = m.plan_from_path(m.plan_to_path(plan, "map"), "map")
+    back = plan_from_path(m.plan_to_path(plan, "map"), "map")
     np.testing.assert_allclose(back.velocities, np.column_stack([0.6 * t, np.full(20, -1.0)]), atol=1e-9)
 
 
@@ -70,8 +71,8 @@ def path(change=lambda p: None):
     ],
 )
 def test_path_that_is_refused(change, words):
-    with pytest.raises(m.PathError, match=words):
-        m.plan_from_path(path(change), "map")
+    with pytest.raises(PathError, match=words):
+        plan_from_path(path(change), "map")
 
 
 # ---- foreseen contacts

@@ -13,8 +13,9 @@ from visualization_msgs.msg import MarkerArray
 
 from collplan_core.worlds import parse_world
 from collplan_ros.messages.conversions import impact_to_message, seconds_from_stamp
-from collplan_ros.messages.plans import contacts_from_message, plan_from_path, validity_from_message
+from collplan_ros.messages.plans import contacts_from_message, validity_from_message
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED
+from collplan_ros.messages.reading import plan_from_path
 from fake_robot import hall
 from planner_bench import AHEAD, PlannerBench, identity
 

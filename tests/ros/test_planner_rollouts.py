@@ -15,8 +15,8 @@ from collplan_core.loop import current_goal
 from collplan_core.loop.planner_loop import ALARM_PERIODS
 from collplan_core.worlds import parse_world
 from collplan_ros.messages.conversions import impact_to_message, seconds_from_stamp
-from collplan_ros.messages.plans import plan_from_path
 from collplan_ros.messages.qos import EVENT
+from collplan_ros.messages.reading import plan_from_path
 from collplan_ros.nodes import planner_node
 from collplan_ros.nodes.planner_node import BUDGET_SHARE
 from fake_robot import PERIOD, SCAN_EVERY, hall

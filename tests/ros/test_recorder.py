@@ -47,7 +47,7 @@ WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None
 
 
 class Recording:
-    """A recorder that listens to no graph: messages are handed to it, each with its time of sending [s after WALL_CLOCK]."""
+    """A recorder that listens to no graph: it is handed messages and when they were sent [s after WALL_CLOCK]."""
 
     def __init__(self, wall: Callable[[], float] = lambda: WALL_CLOCK) -> None:
         self._take = {}

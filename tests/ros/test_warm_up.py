@@ -33,7 +33,7 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.strategies import TIME_TO_GOAL
     from collplan_core.warm_up import warm_up
     from collplan_core.worlds.raycast import simulate_scan
-    from collplan_ros.messages import conversions, plans
+    from collplan_ros.messages import conversions, plans, reading
     from fake_robot import LIDAR, hall
 
     warm_up()
@@ -41,7 +41,7 @@ def compiled_beyond_warm_up() -> list[str]:
     state = State(1.0, np.zeros(2), np.zeros(2), 0.1)
     state = conversions.state_from_odometry(conversions.state_to_odometry(state, "map", "base"), "map", "base")
     scan = conversions.scan_to_message(simulate_scan(hall(0.1), state, LIDAR), "base")
-    local_map = build_local_map(conversions.scan_from_message(scan, "base"), state, settings.robot, settings.local_map)
+    local_map = build_local_map(reading.scan_from_message(scan, "base"), state, settings.robot, settings.local_map)
     sweeps = sweeps_of(hall(0.1), Lidar(sensor="low_cost"), 0)
     scans = [sweeps.take_pose(State(0.01 * k, state.position, state.velocity, state.yaw)) for k in range(12)]
     assert scans[-1] is not None
@@ -51,7 +51,7 @@ def compiled_beyond_warm_up() -> list[str]:
         for goal in ([2.0, 0.0], [2.0, 0.0], [0.2, 0.1]):
             planner = planner_for(strategy)
             plan, memory = planner.plan(memory, local_map, state, np.array(goal), chosen)
-            plan = plans.plan_from_path(plans.plan_to_path(plan, "map"), "map")
+            plan = reading.plan_from_path(plans.plan_to_path(plan, "map"), "map")
             follow(ControllerMemory(), plan, local_map, state, 1.1, chosen)
     return [name for name, count in signatures().items() if count != before.get(name, 0)]
 

@@ -1,4 +1,4 @@
-"""Run folders are read, compared, fitted and drawn where ROS cannot be imported."""
+"""Run folders are read, compared, fitted, drawn and replayed where ROS cannot be imported."""
 
 import subprocess
 import sys
@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from collplan_core.parameters import Settings
+from collplan_core.worlds import load_world
+from omnipuck_sim.trial import run_trial
 from test_compare_runs import run_folder
 
 NO_ROS = """
@@ -22,6 +25,10 @@ sys.exit(main(sys.argv[1:]))
 """
 FIT = """
 from collplan_ros.runs.fit_robot import main
+sys.exit(main(sys.argv[1:]))
+"""
+REPLAY = """
+from collplan_ros.replay.main import main
 sys.exit(main(sys.argv[1:]))
 """
 DRAW = """
@@ -77,3 +84,12 @@ def test_a_robot_is_asked_for(folders, tmp_path):
     done = run_without_ros(FIT, *folders, "--out", tmp_path / "robot.yaml")
     assert done.returncode == 2, done.stderr
     assert done.stderr.startswith("fit_robot: ")
+
+
+def test_a_trial_is_replayed(tmp_path):
+    journal = tmp_path / "trial.jsonl"
+    settings = Settings().with_values({"planner.strategy": "harness", "trial.timeout": 1.0})
+    run_trial(load_world("corridor"), settings, 1, journal=journal)
+    done = run_without_ros(REPLAY, journal)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("bit-equal") == 2

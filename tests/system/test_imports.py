@@ -31,6 +31,13 @@ WITH_ROS_IN_RUNS = {
     "collplan_ros.recording.graph_topics",
     "collplan_ros.recording.recorded_topics",
 }
+READING_RUNS = (
+    "collplan_ros.runs",
+    "collplan_ros.pictures",
+    "collplan_ros.recording",
+    "collplan_ros.replay",
+    "collplan_ros.view",
+)
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
 PIP_NAMES = {
@@ -124,12 +131,7 @@ def test_the_planners_do_not_know_each_other(planner):
 
 @pytest.mark.parametrize(
     "module",
-    [
-        m
-        for m in FILES
-        if m.startswith(("collplan_ros.runs", "collplan_ros.recording", "collplan_ros.pictures", "collplan_ros.view"))
-        and m not in WITH_ROS_IN_RUNS
-    ],
+    [m for m in FILES if m.startswith(READING_RUNS) and m not in WITH_ROS_IN_RUNS],
 )
 def test_runs_are_read_and_drawn_without_ros(module):
     assert all_imports(module) & ROS == set()
@@ -172,8 +174,9 @@ def executables() -> list:
 
 def test_executables_are_those_of_the_graph():
     nodes = {"mocap_node", "lidar_node", "planner_node", "controller_node", "view_node", "simulator_node", "driver_node"}
-    programs = {"bringup", "fit_robot", "fit_rebound", "beside", "compare_engines", "study", "firmware_emulator"}
-    assert {executable.name for executable in executables()} == nodes | programs
+    of_runs = {"beside", "fit_robot", "fit_rebound", "replay"}
+    programs = {"bringup", "compare_engines", "study", "firmware_emulator"}
+    assert {executable.name for executable in executables()} == nodes | programs | of_runs
 
 
 @pytest.mark.parametrize("executable", executables(), ids=lambda executable: executable.name)

@@ -11,7 +11,7 @@ from collplan_core.loop.decisions import Cycle
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
-from collplan_ros.messages import conversions, plans
+from collplan_ros.messages import conversions, plans, reading
 from collplan_ros.messages.goal_status import goal_from_status, goal_to_status
 from collplan_ros.node_kit.stall import StallGuard
 from collplan_ros.nodes import planner_node
@@ -81,7 +81,7 @@ class Loops:
             self.controller.take_pose(state, local)
             self.pass_on(self.planner.take_pose(state, local), local)
         elif kind == "scan":
-            scan = conversions.scan_from_message(message, BASE)
+            scan = reading.scan_from_message(message, BASE)
             self.controller.take_scan(scan, local)
             self.planner.take_scan(scan, local)
         elif kind == "impact":
@@ -106,7 +106,7 @@ class Loops:
                 validity = plans.validity_to_message(decision.plan.stamp, decision.valid_until, NAME)
                 self.plans.append(path)
                 self.controller.take_valid_until(*plans.validity_from_message(validity))
-                self.controller.take_plan(plans.plan_from_path(path, MAP), local)
+                self.controller.take_plan(reading.plan_from_path(path, MAP), local)
 
 
 class Nodes:

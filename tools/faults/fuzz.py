@@ -22,9 +22,8 @@ from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.mocap_body import robot_pose
 from collplan_core.sensing.pose_filter import FRESH, PoseError, filter_pose
 from collplan_core.worlds import load_world
-from collplan_ros.messages.conversions import MessageError, scan_from_message
 from collplan_ros.messages.mocap_formats import FORMATS
-from collplan_ros.messages.plans import plan_from_path
+from collplan_ros.messages.reading import MessageError, plan_from_path, scan_from_message
 from faults.fault import Fault, Measured
 from faults.trials import STRATEGY, seed_of, world
 from omnipuck_driver.codec import Decoder, Encoder

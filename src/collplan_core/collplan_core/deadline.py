@@ -15,3 +15,36 @@ def never() -> bool:
 def after(started_at: float, budget: float) -> Deadline:
     """The deadline `budget` [s] after `started_at`, a time of perf_counter [s]."""
     return lambda: perf_counter() >= started_at + budget
+
+
+def after_looks(looks: int) -> Deadline:
+    """The deadline that comes after so many looks at it: what a clock once decided, to be done again."""
+    left = looks
+
+    def is_over() -> bool:
+        nonlocal left
+        left -= 1
+        return left < 0
+
+    return is_over
+
+
+class CountedDeadline:
+    """A deadline, and how often it was looked at until it came.
+
+    Attributes:
+        looks: looks so far at which it had not come.
+        came: whether it has come since; from then on it is over.
+    """
+
+    def __init__(self, deadline: Deadline) -> None:
+        """Counts the looks at `deadline`."""
+        self.looks = 0
+        self.came = False
+        self._deadline = deadline
+
+    def __call__(self) -> bool:
+        """Whether the time is over."""
+        self.came = self.came or self._deadline()
+        self.looks += not self.came
+        return self.came

@@ -83,6 +83,13 @@ class Plan:
     n_before_pruning: int
 
 
+def timed_path(stamp: float, times: np.ndarray, positions: np.ndarray, velocities: np.ndarray) -> Plan:
+    """A plan of which no more is known than when to be where, and how fast there."""
+    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    none = Contacts.none()
+    return Plan(stamp, times, positions, velocities, none, positions[-1], velocities[-1], {}, nothing, 0)
+
+
 class NoPlan(RuntimeError):
     """There is nothing to aim at; the robot must stop. The message says why.
 

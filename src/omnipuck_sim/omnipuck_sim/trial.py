@@ -5,7 +5,9 @@
 
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 from time import perf_counter
+from typing import ParamSpec
 
 import numpy as np
 
@@ -26,8 +28,10 @@ from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.worlds import World, WorldError
 from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.robot.physics import Simulator
+from omnipuck_sim.trial_journal import TrialJournals, trial_journals
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
+P = ParamSpec("P")
 PLANNER_PHASE = 0.01
 """After a scan the planner works on it so much later, as in the graph, where each node runs on its own timer [s]."""
 CONTROLLER_PHASE = 0.025
@@ -37,19 +41,23 @@ CONTROLLER_PHASE = 0.025
 class _Nodes:
     """The graph's nodes around one simulator, one method a node."""
 
-    def __init__(self, world: World, settings: Settings, seed: int, goal: np.ndarray, solid: World) -> None:
+    def __init__(
+        self, world: World, settings: Settings, seed: int, goal: np.ndarray, solid: World, journals: TrialJournals
+    ) -> None:
         self.world, self.settings = world, settings
+        self._journals = journals
+        self._to_planner, self._to_controller = journals.planner.call, journals.controller.call
         self.simulator = Simulator(solid, settings, seed)
         self.record = TrialRecord(world.name, settings, seed)
         self._filter_memory = pose_filter.FRESH
         known_map = given_map(world, settings) if settings.trial.known_map else None
-        self._planner = PlannerLoop(settings, _deadline, known_map)
+        self._planner = PlannerLoop(settings, journals.planner.counted(_deadline), known_map)
         self._controller = ControllerLoop(settings)
         self._monitor = RunMonitor(settings.trial, self.simulator.time)
         self._state: State | None = None
         self._measured: deque[PoseSample] = deque()
         self._sweeps: Sweeps | None = sweeps_of(world, settings.lidar, seed)
-        self._pass_on(self._planner.take_goal(b"the only goal...", goal, self.simulator.time))
+        self._pass_on(self._to_planner(self._planner.take_goal, b"the only goal...", goal, self.simulator.time))
 
     def step(self) -> None:
         """Time passes, and with it the sweep of a sensor that has one, from where the robot truly is."""
@@ -66,27 +74,29 @@ class _Nodes:
         sample = self._measured.popleft()
         result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, self.settings)
         if result.refused:
-            self._controller.refuse("pose", result.refused)
+            self._to_controller(self._controller.refuse, "pose", result.refused)
         if result.state is None:
             return
         state = self._state = result.state
-        self._controller.take_pose(state, now)
+        self._to_controller(self._controller.take_pose, state, now)
         if result.impact is not None:
-            self._pass_on(self._planner.take_impact(sample.stamp, result.impact.change, now))
-        self._plan(lambda: self._planner.take_pose(state, now))
+            self._pass_on(self._to_planner(self._planner.take_impact, sample.stamp, result.impact.change, now))
+        self._plan(self._planner.take_pose, state, now)
 
     def lidar(self) -> None:
         if self._state is not None and self._sweeps is None:
             self._take_scan(simulate_scan(self.world, self._state, self.settings.lidar))
 
     def planner(self) -> None:
-        self._plan(lambda: self._planner.cycle(self.simulator.time))
+        self._plan(self._planner.cycle, self.simulator.time)
+        self._journals.planner.end_cycle()
 
     def controller(self) -> None:
-        command = self._controller.tick(self.simulator.time)
+        command = self._to_controller(self._controller.tick, self.simulator.time)
         self.simulator.command(command.velocity, command.yaw_rate)
-        self._planner.take_command(command.velocity, self.simulator.time)
+        self._to_planner(self._planner.take_command, command.velocity, self.simulator.time)
         self.record.commanded(command, self.simulator.time)
+        self._journals.controller.end_cycle()
 
     def outcome(self) -> str | None:
         """How the run has ended; None while it goes on."""
@@ -96,24 +106,24 @@ class _Nodes:
         return self._monitor.outcome(self._state.stamp, self._state.position)
 
     def _take_scan(self, scan: Scan) -> None:
-        self._planner.take_scan(scan, self.simulator.time)
-        self._controller.take_scan(scan, self.simulator.time)
+        self._to_planner(self._planner.take_scan, scan, self.simulator.time)
+        self._to_controller(self._controller.take_scan, scan, self.simulator.time)
 
-    def _plan(self, decide: Callable[[], list[Decision]]) -> None:
+    def _plan(self, decide: Callable[P, list[Decision]], *given: P.args, **named: P.kwargs) -> None:
         begun = perf_counter()
-        decisions = decide()
+        decisions = self._to_planner(decide, *given, **named)
         self.record.planning_time = perf_counter() - begun
         self._pass_on(decisions)
 
     def _pass_on(self, decisions: list[Decision]) -> None:
         for decision in decisions:
             if isinstance(decision, Goal):
-                self._controller.take_goal(decision)
+                self._to_controller(self._controller.take_goal, decision)
                 if decision.status == EXECUTING:
                     self._monitor.executing(self.simulator.time)
             elif isinstance(decision, Cycle):
-                self._controller.take_valid_until(decision.plan.stamp, decision.valid_until)
-                self._controller.take_plan(decision.plan, self.simulator.time)
+                self._to_controller(self._controller.take_valid_until, decision.plan.stamp, decision.valid_until)
+                self._to_controller(self._controller.take_plan, decision.plan, self.simulator.time)
                 self.record.planned(decision.plan)
 
 
@@ -143,21 +153,30 @@ class _Timer:
 
 
 def run_trial(
-    world: World, settings: Settings, seed: int, goal: np.ndarray | None = None, solid: World | None = None
+    world: World,
+    settings: Settings,
+    seed: int,
+    goal: np.ndarray | None = None,
+    solid: World | None = None,
+    journal: Path | None = None,
 ) -> TrialResult:
     """One run from the world's start to the goal, the world's own by default.
 
     Args:
         solid: what the robot runs into, where that is not what the LIDAR sees.
+        journal: a file for all that planner and controller are given, and what they decide; `replay` reads it.
 
     Raises:
         WorldError: the world has no start or no goal, or the start is inside an obstacle.
+        OSError: the journal cannot be written.
     """
     goal = world.goal if goal is None else goal
     if goal is None:
         raise WorldError(f"{world.name}: goal: missing, expected x, y")
-    nodes = _Nodes(world, settings, seed, np.asarray(goal, dtype=float), world if solid is None else solid)
-    return nodes.record.result(_run(nodes))
+    goal, solid = np.asarray(goal, dtype=float), world if solid is None else solid
+    with trial_journals(journal, world, settings, seed) as journals:
+        nodes = _Nodes(world, settings, seed, goal, solid, journals)
+        return nodes.record.result(_run(nodes))
 
 
 def _run(nodes: _Nodes) -> str:

@@ -176,6 +176,10 @@ class PlannerLoop:
         self._refuse_goal(reason)
         return self._decided()
 
+    def forget_plan(self) -> None:
+        """The robot is led by something else than its last plan; what is remembered of boundaries stays."""
+        self._memory = None if self._memory is None else self._planner.without_plan(self._memory)
+
     def cancel(self) -> list[Decision]:
         """Ends an active goal."""
         if self.goal.active:
@@ -306,7 +310,7 @@ class PlannerLoop:
             return
         plan = recovery.begin(state, self._settings)
         self._decisions.append(Notice(WARNING, f"{where}; try {recovery.tries} of {most}"))
-        self._memory = None if self._memory is None else self._planner.without_plan(self._memory)
+        self.forget_plan()
         if plan is not None and self._placed is not None:
             lasts = float(plan.times[-1]) + plan_lifetime(map_period_of(self._settings))
             self._decide_on(plan, lasts, self._placed.local_map)

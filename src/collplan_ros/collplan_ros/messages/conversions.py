@@ -1,7 +1,7 @@
 """Conversion between the project's records and ROS messages: stamps, poses, impacts, scans and commands.
 
-Plans are converted in `plans`, the controller's state in `controller_state`, the poses of a motion-capture system in
-`mocap_formats`; message fields are filled and read nowhere else.
+Scans and plans are read in `reading`. Plans are filled in `plans`, the controller's state in `controller_state`, the
+poses of a motion-capture system in `mocap_formats`; message fields are filled and read nowhere else.
 
 Every field is cast to Python's own float, int or str: rclpy does not check fields by default, and then sends garbage
 for an int or a numpy scalar in a float field.
@@ -19,18 +19,14 @@ from std_msgs.msg import Header
 
 from collplan_core.command import Command
 from collplan_core.plane import rotate_rows
-from collplan_core.scan import Scan, ScanError
+from collplan_core.scan import Scan
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
+from collplan_ros.messages.reading import NANOSECONDS, MessageError, check_finite, check_frame, seconds_from_stamp
 
-NANOSECONDS = 1_000_000_000
 QUATERNION_TOLERANCE = 0.01
 """Largest deviation of a quaternion's norm from 1 in the project's own messages."""
-
-
-class MessageError(ValueError):
-    """A message that cannot be used; the text names the field, the value and what was expected."""
 
 
 # ---- stamps, headers, angles
@@ -41,11 +37,6 @@ def stamp_from_seconds(seconds: float) -> Time:
     whole = math.floor(seconds)
     nanoseconds = round((seconds - whole) * NANOSECONDS)
     return Time(sec=whole + nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)
-
-
-def seconds_from_stamp(stamp: Time | Duration) -> float:
-    """The time of a stamp, or a duration [s]: exact to the nanosecond below 100 days, to 0.2 us in Unix time."""
-    return int(stamp.sec) + int(stamp.nanosec) / NANOSECONDS
 
 
 def duration_from_seconds(seconds: float) -> Duration:
@@ -75,18 +66,6 @@ def yaw_from_quaternion(quaternion: Quaternion) -> float:
     if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
         raise MessageError(f"orientation: got ({x:g}, {y:g}, {z:g}, {w:g}), expected a quaternion of length 1")
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-
-
-def check_frame(field: str, got: str, expected: str) -> None:
-    """Raises MessageError where a field names another frame."""
-    if got != expected:
-        raise MessageError(f"{field}: got frame {got!r}, expected {expected!r}")
-
-
-def check_finite(field: str, *values: float) -> None:
-    """Raises MessageError where a value is not finite."""
-    if not all(math.isfinite(value) for value in values):
-        raise MessageError(f"{field}: got {', '.join(f'{v:g}' for v in values)}, expected finite numbers")
 
 
 # ---- poses and states
@@ -206,30 +185,6 @@ def scan_to_message(scan: Scan, frame: str) -> LaserScan:
         range_min=float(scan.range_min),
         range_max=float(scan.range_max),
         ranges=array("f", scan.ranges.astype(np.float32).tobytes()),
-    )
-
-
-def scan_from_message(message: LaserScan, frame: str) -> Scan:
-    """The scan in a message, in the robot's frame `frame`.
-
-    Raises:
-        ScanError: another frame, angles that do not fit the number of ranges, or values that `Scan` refuses.
-    """
-    if message.header.frame_id != frame:
-        raise ScanError(f"header.frame_id: got {message.header.frame_id!r}, expected {frame!r}")
-    first, last, step = float(message.angle_min), float(message.angle_max), float(message.angle_increment)
-    ranges = np.array(message.ranges, dtype=np.float64)
-    # devices disagree on whether angle_max is the last beam's angle or one step further
-    if not abs(first + step * (len(ranges) - 1) - last) <= 1.5 * abs(step):
-        raise ScanError(f"angle_max: got {last:g}, expected {first:g} + {len(ranges) - 1} steps of {step:g}")
-    return Scan(
-        stamp=seconds_from_stamp(message.header.stamp),
-        angle_min=first,
-        angle_increment=step,
-        range_min=float(message.range_min),
-        range_max=float(message.range_max),
-        ranges=ranges,
-        time_increment=float(message.time_increment),
     )
 
 

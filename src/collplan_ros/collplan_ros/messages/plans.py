@@ -1,7 +1,7 @@
 """A plan as it is published: when to be where, and in messages of their own where it touches and how long it holds.
 
 All three have the plan's stamp in their headers, which is how they are told to belong together. A plan is complete
-without the other two.
+without the other two. `reading` reads the first.
 """
 
 import numpy as np
@@ -11,24 +11,16 @@ from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Header
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
-from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.plan import Contacts, Plan
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.messages.conversions import (
-    MessageError,
-    check_finite,
-    check_frame,
     duration_from_seconds,
     header,
     pose_to_message,
-    seconds_from_stamp,
     stamp_from_seconds,
     vector3,
 )
-
-
-class PathError(MessageError):
-    """A path that holds no usable plan."""
-
+from collplan_ros.messages.reading import MessageError, check_finite, check_frame, seconds_from_stamp
 
 # ---- when to be where
 
@@ -40,46 +32,6 @@ def plan_to_path(plan: Plan, frame: str) -> Path:
         for time, position in zip(plan.times, plan.positions, strict=True)
     ]
     return Path(header=header(plan.stamp, frame), poses=poses)
-
-
-def plan_from_path(path: Path, frame: str) -> Plan:
-    """The plan in a path: times and positions as sent, velocities differentiated from them, without contacts.
-
-    Raises:
-        PathError: another frame, fewer than 2 poses, not finite, or times that do not rise.
-    """
-    times, positions = _timed_positions(path, frame)
-    if len(times) < 2:
-        raise PathError(f"poses: got {len(times)}, expected at least 2")
-    velocities = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
-    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    return Plan(
-        stamp=seconds_from_stamp(path.header.stamp),
-        times=times,
-        positions=positions,
-        velocities=velocities,
-        contacts=Contacts.none(),
-        aim=positions[-1],
-        aim_velocity=velocities[-1],
-        terms={},
-        candidates=nothing,
-        n_before_pruning=0,
-    )
-
-
-def _timed_positions(path: Path, frame: str) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) [s] and positions (n, 2) [m] of a path's poses."""
-    if path.header.frame_id != frame:
-        raise PathError(f"header.frame_id: got {path.header.frame_id!r}, expected {frame!r}")
-    times = np.array([seconds_from_stamp(pose.header.stamp) for pose in path.poses])
-    points = [(float(pose.pose.position.x), float(pose.pose.position.y)) for pose in path.poses]
-    positions = np.array(points).reshape(-1, 2)
-    for number in np.flatnonzero(~np.isfinite(positions).all(axis=1)):
-        raise PathError(f"poses[{number}]: got {positions[number].tolist()}, expected finite numbers")
-    for number in np.flatnonzero(np.diff(times) <= 0.0):
-        after = f"got time {times[number + 1]} after {times[number]}"
-        raise PathError(f"poses[{number + 1}]: {after}, expected a later one")
-    return times, positions
 
 
 # ---- foreseen contacts

@@ -31,6 +31,9 @@ NEWEST = _profile(1)
 # goal_status, maneuver, controller/state, planner/markers, planner/seen, planner/compared: a late listener gets the present state
 LATCHED = _profile(1, latched=True)
 
+# planner/journal, controller/journal: whoever records hears it from the node's first cycle on, though found late
+JOURNAL = _profile(200, latched=True)
+
 # /diagnostics: latched, so that a late listener learns at once that a node is ready; many nodes share the topic
 DIAGNOSTICS_PUBLISHED = LATCHED
 DIAGNOSTICS_SUBSCRIBED = _profile(100, latched=True)

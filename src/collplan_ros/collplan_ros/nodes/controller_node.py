@@ -18,12 +18,14 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from collplan_core.command import stopped
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Control, Frames, Limits, LocalMapping, Robot, Settings
+from collplan_core.replay.journal import CONTROLLER
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.goal_status import goal_from_status
-from collplan_ros.messages.plans import contacts_from_message, plan_from_path, validity_from_message
+from collplan_ros.messages.plans import contacts_from_message, validity_from_message
+from collplan_ros.messages.reading import plan_from_path
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
@@ -35,6 +37,7 @@ from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.controller_outputs import ControllerOutputs
 from collplan_ros.nodes.heartbeat import HeartbeatWatch
+from collplan_ros.nodes.journal_output import journal_to
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
@@ -54,7 +57,10 @@ class ControllerNode(Node):
         self._settings = read_settings(self, *GROUPS)
         self._local_clock = local_clock(self)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
-        self._loop = ControllerLoop(self._settings, self._why_forbidden)
+        publisher = self.create_publisher(String, "controller/journal", qos.JOURNAL)
+        self._journal = journal_to(publisher, CONTROLLER)
+        self._journal.begin(self._settings)
+        self._loop = ControllerLoop(self._settings, self._journal.asked(self._why_forbidden))
         self._robot_stands = ""
         self._period = ControlPeriod()
         warm_up()
@@ -65,10 +71,10 @@ class ControllerNode(Node):
         self._inputs.ready(f"a command every {1e3 / self._settings.controller.rate:g} ms")
 
     def _make_inputs(self) -> None:
-        loop, listen = self._loop, Inputs(self, self._loop.refusals, Backlog(self))
+        listen = Inputs(self, self._loop.refusals, Backlog(self))
         self._inputs = listen
         self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age)
-        listen_to_sensors(listen, loop, self._on_pose, self._on_scan, self._settings.frames)
+        listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings.frames)
         listen.listen(String, "mocap/refused", self._on_refused, qos.POSE_SUBSCRIBED, EVENT)
         listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED)
         listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)
@@ -86,21 +92,24 @@ class ControllerNode(Node):
 
     def _take_settings(self, settings: Settings) -> None:
         self._settings = settings
-        self._loop.change_settings(settings)
+        self._journal.call(self._loop.change_settings, settings)
 
     # ---- inputs
 
     def _on_pose(self, state: State) -> None:
-        self._loop.take_pose(state, self._local())
+        self._journal.call(self._loop.take_pose, state, self._local())
 
     def _on_refused(self, message: String) -> None:
-        self._loop.refuse("pose", message.data)
+        self._refuse("pose", message.data)
+
+    def _refuse(self, kind: str, reason: str) -> None:
+        self._journal.call(self._loop.refuse, kind, reason)
 
     def _on_scan(self, scan: Scan) -> None:
-        self._loop.take_scan(scan, self._local())
+        self._journal.call(self._loop.take_scan, scan, self._local())
 
     def _on_status(self, message: GoalStatus) -> None:
-        self._loop.take_goal(goal_from_status(message))
+        self._journal.call(self._loop.take_goal, goal_from_status(message))
 
     def _on_robot_state(self, message: DiagnosticStatus) -> None:
         # a robot that stands by itself is commanded zero, so that nobody takes it for stuck
@@ -108,17 +117,19 @@ class ControllerNode(Node):
         self._robot_stands = {item.key: item.value for item in message.values}.get("reason", message.message)
 
     def _on_resumed(self, _: Empty) -> None:
-        self._loop.resume()
+        self._journal.call(self._loop.resume)
 
     def _on_plan(self, message: Path) -> None:
-        reason = self._loop.take_plan(plan_from_path(message, self._settings.frames.map), self._local())
+        plan = plan_from_path(message, self._settings.frames.map)
+        reason = self._journal.call(self._loop.take_plan, plan, self._local())
         if reason:
             self._inputs.refused("plan", reason)
 
     def _on_valid_until(self, message: TimeReference) -> None:
-        self._loop.take_valid_until(*validity_from_message(message))
+        self._journal.call(self._loop.take_valid_until, *validity_from_message(message))
 
     def _on_contacts(self, message: MultiDOFJointTrajectory) -> None:
+        # not in the journal: nothing is decided by it
         self._loop.take_contacts(*contacts_from_message(message, self._settings.frames.map))
 
     # ---- control
@@ -126,8 +137,10 @@ class ControllerNode(Node):
     def _on_timer(self) -> None:
         local = self._local()
         self._period.tick(local)
-        command = self._loop.tick(local)
+        command = self._journal.call(self._loop.tick, local)
         self._outputs.send(command, self._loop, self._loop.now(local) or 0.0)
+        # last of all: the robot waits for the command
+        self._journal.end_cycle()
 
     # ---- diagnostics
 
@@ -150,6 +163,7 @@ class ControllerNode(Node):
     def stop(self) -> None:
         """Commands zero and waits until the robot has received it."""
         self._outputs.send_last(stopped("the controller ends"), self._loop.now(self._local()) or 0.0)
+        self._journal.end_cycle()
 
 
 def main(args: Sequence[str] | None = None) -> int:

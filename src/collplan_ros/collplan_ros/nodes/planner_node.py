@@ -7,12 +7,12 @@ nothing and says why; the controller stops the robot when plans fail to come. Al
 import uuid
 from collections.abc import Callable, Sequence
 from time import perf_counter
-from typing import Any
+from typing import Any, ParamSpec
 
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from rclpy.node import Node
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 
 from collplan_core.deadline import Deadline, after
@@ -33,6 +33,7 @@ from collplan_core.parameters import (
     Weights,
 )
 from collplan_core.planners import map_period_of
+from collplan_core.replay.journal import PLANNER
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
@@ -54,6 +55,7 @@ from collplan_ros.node_kit.node_parameters import declare, on_change, read_setti
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.heartbeat import Heartbeat
+from collplan_ros.nodes.journal_output import journal_to
 from collplan_ros.nodes.plan_outputs import PlanOutputs
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
@@ -72,6 +74,7 @@ GROUPS = (
 )
 USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
 LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
+P = ParamSpec("P")
 BUDGET_SHARE = 0.5
 """Time budget of refinement where time_to_goal.time_budget is 0, as a share of map_period: plans must not be late."""
 
@@ -91,7 +94,10 @@ class PlannerNode(Node):
         self._settings = read_settings(self, *GROUPS)
         self._local_clock = local_clock(self)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
-        self._loop = PlannerLoop(self._settings, deadline, why_forbidden=lambda: self._constants.disagreement)
+        journal = self._journal = journal_to(self.create_publisher(String, "planner/journal", qos.JOURNAL), PLANNER)
+        journal.begin(self._settings)
+        why_forbidden = journal.asked(lambda: self._constants.disagreement)
+        self._loop = PlannerLoop(self._settings, journal.counted(deadline), why_forbidden=why_forbidden)
         self._planning_time = 0.0
         warm_up()
         self._outputs = PlanOutputs(self)
@@ -100,10 +106,10 @@ class PlannerNode(Node):
         self._status.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
         backlog = Backlog(self)
         self._inputs = Inputs(self, self._loop.refusals, backlog)
-        listen_to_sensors(self._inputs, self._loop, self._on_pose, self._on_scan, self._settings.frames)
+        listen_to_sensors(self._inputs, self._refuse, self._on_pose, self._on_scan, self._settings.frames)
         self._inputs.listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
         self._inputs.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
-        self._inputs.listen(Empty, "robot/resumed", lambda _: self._loop.forget_scans(), qos.EVENT, EVENT)
+        self._inputs.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
         self._inputs.listen(command_type(self._settings), "cmd_vel", self._on_command, qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._timer = self.create_timer(map_period_of(self._settings), self._on_timer, clock=self._local_clock)
@@ -119,7 +125,7 @@ class PlannerNode(Node):
         return seconds(self._local_clock)
 
     def _take_settings(self, settings: Settings) -> None:
-        self._loop.change_settings(settings)
+        self._journal.call(self._loop.change_settings, settings)
         self._timer.timer_period_ns = round(map_period_of(settings) * 1e9)
         before, self._settings = self._about(), settings
         if self._about() != before:
@@ -128,42 +134,50 @@ class PlannerNode(Node):
     # ---- inputs
 
     def _on_pose(self, state: State) -> None:
-        self._act_at_once(self._timed(lambda: self._loop.take_pose(state, self._local())))
+        self._act_at_once(self._timed(self._loop.take_pose, state, self._local()))
 
     def _on_scan(self, scan: Scan) -> None:
-        self._loop.take_scan(scan, self._local())
+        self._journal.call(self._loop.take_scan, scan, self._local())
+
+    def _refuse(self, kind: str, reason: str) -> None:
+        self._journal.call(self._loop.refuse, kind, reason)
+
+    def _on_resumed(self, _: Empty) -> None:
+        self._journal.call(self._loop.forget_scans)
 
     def _on_goal(self, message: PoseStamped) -> None:
         identity = uuid.uuid4().bytes
         try:
             position = goal_from_message(message, self._settings.frames.map)
         except MessageError as error:
-            self._act(self._loop.refuse_goal(identity, str(error)))
+            self._act(self._journal.call(self._loop.refuse_goal, identity, str(error)))
             return
-        self._act(self._loop.take_goal(identity, position, self._local()))
+        self._act(self._journal.call(self._loop.take_goal, identity, position, self._local()))
 
     def _on_impact(self, message: Vector3Stamped) -> None:
         stamp, change = impact_from_message(message, self._settings.frames.map)
-        self._act_at_once(self._timed(lambda: self._loop.take_impact(stamp, change, self._local())))
+        self._act_at_once(self._timed(self._loop.take_impact, stamp, change, self._local()))
 
     def _on_command(self, message: Twist | TwistStamped) -> None:
         velocity, _ = velocity_from_twist(twist_of(message))
-        self._loop.take_command(velocity, self._local())
+        self._journal.call(self._loop.take_command, velocity, self._local())
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
         response.message = "goal canceled" if self._loop.goal.active else "no goal was active"
-        self._act(self._loop.cancel())
+        self._act(self._journal.call(self._loop.cancel))
         return response
 
     def _on_timer(self) -> None:
-        self._act(self._timed(lambda: self._loop.cycle(self._local())))
+        self._act(self._timed(self._loop.cycle, self._local()))
+        # last of all: the robot waits for the plan
+        self._journal.end_cycle()
 
     # ---- what was decided
 
-    def _timed(self, decide: Callable[[], list[Decision]]) -> list[Decision]:
+    def _timed(self, decide: Callable[P, list[Decision]], *given: P.args, **named: P.kwargs) -> list[Decision]:
         begun = perf_counter()
-        decisions = decide()
+        decisions = self._journal.call(decide, *given, **named)
         if any(isinstance(decision, Cycle) for decision in decisions):
             self._planning_time = perf_counter() - begun
         return decisions
@@ -215,9 +229,10 @@ class PlannerNode(Node):
 
     def stop(self) -> None:
         """Cancels the goal and waits until listeners have received that."""
-        for decision in self._loop.cancel():
+        for decision in self._journal.call(self._loop.cancel):
             if isinstance(decision, Goal):
                 publish_acknowledged(self._status, goal_to_status(decision))
+        self._journal.end_cycle()
 
     def destroy_node(self) -> None:
         """Ends the heartbeat first."""

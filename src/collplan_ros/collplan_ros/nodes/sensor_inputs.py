@@ -1,7 +1,6 @@
 """Poses and scans, as planner and controller listen to them."""
 
 from collections.abc import Callable
-from typing import Protocol
 
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
@@ -10,31 +9,28 @@ from collplan_core.parameters import Frames
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
 from collplan_ros.messages import qos
-from collplan_ros.messages.conversions import MessageError, scan_from_message, state_from_odometry
+from collplan_ros.messages.conversions import state_from_odometry
+from collplan_ros.messages.reading import MessageError, scan_from_message
 from collplan_ros.node_kit.inputs import Inputs
-
-
-class Refusing(Protocol):
-    """What notes why a pose or a scan cannot be used."""
-
-    def refuse(self, kind: str, reason: str) -> None:
-        """Notes it; `kind` is "pose" or "scan"."""
 
 
 def listen_to_sensors(
     inputs: Inputs,
-    loop: Refusing,
+    refuse: Callable[[str, str], None],
     take_pose: Callable[[State], None],
     take_scan: Callable[[Scan], None],
     frames: Frames,
 ) -> None:
-    """Subscribes mocap/odom and scan through `inputs`; what cannot be used is refused with the reason."""
+    """Subscribes mocap/odom and scan through `inputs`.
+
+    What cannot be used is handed to `refuse` as "pose" or "scan", with the reason.
+    """
 
     def on_pose(message: Odometry) -> None:
         try:
             state = state_from_odometry(message, frames.map, frames.base)
         except MessageError as error:
-            loop.refuse("pose", str(error))
+            refuse("pose", str(error))
             raise
         take_pose(state)
 
@@ -42,7 +38,7 @@ def listen_to_sensors(
         try:
             scan = scan_from_message(message, frames.base)
         except ScanError as error:
-            loop.refuse("scan", str(error))
+            refuse("scan", str(error))
             raise
         take_scan(scan)
 

@@ -13,7 +13,6 @@ from typing import Any, BinaryIO
 import numpy as np
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Header, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
-from mcap.well_known import Profile
 from mcap.writer import Writer
 
 from collplan_core.parameters import Settings
@@ -49,7 +48,10 @@ def complete(folder: Path) -> str:
             return f"{path}: is being written, and left as it is"
         if is_whole(file):
             return f"{path}: is whole"
-        return "; ".join((f"{path}: had no end; {_rewritten(file, path)}", *_completed_results(folder)))
+        kept = _rewritten(file, path)
+        if not kept:
+            return f"{path}: begins as no recording does, and is left as it is"
+        return "; ".join((f"{path}: had no end; {kept}", *_completed_results(folder)))
 
 
 def complete_newest(parent: Path) -> str:
@@ -59,6 +61,7 @@ def complete_newest(parent: Path) -> str:
         RecordError: a file cannot be written.
     """
     for path in sorted(_recordings(parent), key=lambda path: path.stat().st_mtime, reverse=True):
+        unfinished = False
         with suppress(OSError), path.open("rb") as file:
             unfinished = _is_left(file) and not is_whole(file)
         if unfinished:
@@ -82,18 +85,25 @@ def _is_left(file: BinaryIO) -> bool:
 
 def _rewritten(file: BinaryIO, path: Path) -> str:
     """Puts a file with an end and all that is left of `file` in its place; says what it holds."""
+    records = _records(file)
+    header = next(records, None)
+    if not isinstance(header, Header):
+        return ""
     with replacing(path) as new, new.open("wb") as target:
-        copy = _Copy(target)
-        for record in _records(file):
+        copy = _Copy(target, header)
+        for record in records:
             copy.take(record)
         copy.finish()
     return copy.said
 
 
 def _records(file: BinaryIO) -> Iterator[McapRecord]:
-    """The records up to where the file is cut off; those of a chunk come before it, one by one."""
+    """The records up to where the file is cut off; those of a chunk come before it, one by one.
+
+    What is not protected by the chunk around it is taken where nothing else could be: header, attachments, metadata.
+    """
+    reader = StreamReader(file, emit_chunks=True, record_size_limit=file.seek(0, 2)).records
     file.seek(0)
-    reader = iter(StreamReader(file, emit_chunks=True, record_size_limit=None).records)
     while True:
         try:
             record = next(reader, None)
@@ -105,7 +115,8 @@ def _records(file: BinaryIO) -> Iterator[McapRecord]:
             return
         if isinstance(record, Chunk):
             yield from _whole_chunk(record)
-        yield record
+        if isinstance(record, Header | Attachment | Metadata | Chunk):
+            yield record
 
 
 def _whole_chunk(chunk: Chunk) -> list[McapRecord]:
@@ -119,9 +130,9 @@ def _whole_chunk(chunk: Chunk) -> list[McapRecord]:
 class _Copy:
     """Writes records anew, a chunk as a chunk."""
 
-    def __init__(self, target: Any) -> None:
+    def __init__(self, target: Any, header: Header) -> None:
         self._writer = Writer(target)
-        self._begun = False
+        self._writer.start(profile=header.profile, library=LIBRARY)
         self._schemas = {0: 0}
         self._channels: dict[int, int] = {}
         self._count = self._first = self._last = 0
@@ -133,9 +144,7 @@ class _Copy:
 
     def take(self, record: McapRecord) -> None:
         """Writes a record that is no index."""
-        if isinstance(record, Header):
-            self._begin(record.profile)
-        elif isinstance(record, Schema):
+        if isinstance(record, Schema):
             self._schemas[record.id] = self._writer.register_schema(record.name, record.encoding, record.data)
         elif isinstance(record, Channel) and record.schema_id in self._schemas:
             schema, about = self._schemas[record.schema_id], (record.topic, record.message_encoding)
@@ -152,13 +161,7 @@ class _Copy:
 
     def finish(self) -> None:
         """Writes index and end."""
-        if not self._begun:
-            self._begin(Profile.ROS2)
         self._writer.finish()
-
-    def _begin(self, profile: str) -> None:
-        self._begun = True
-        self._writer.start(profile=profile, library=LIBRARY)
 
     def _take_message(self, message: Message) -> None:
         channel, came = self._channels[message.channel_id], message.log_time

@@ -38,15 +38,15 @@ RELIABLE: dict[str, type] = {
     "planner/heartbeat": Empty,
     "planner/costs": DiagnosticArray,
     "planner/markers": MarkerArray,
-    "planner/journal": String,
     "controller/reference": PointStamped,
-    "controller/journal": String,
     "robot/resumed": Empty,
     "ground_truth/odom": Odometry,
     "ground_truth/impact": Vector3Stamped,
     "/parameter_events": ParameterEvent,
 }
 LATCHED: dict[str, type] = {
+    "planner/journal": String,
+    "controller/journal": String,
     "goal_status": GoalStatus,
     "maneuver": String,
     "controller/state": DiagnosticStatus,

@@ -23,12 +23,12 @@ from collplan_ros.messages.conversions import (
     check_finite,
     impact_contact_from_message,
     impact_from_message,
-    scan_from_message,
     state_from_odometry,
     velocity_from_twist,
 )
 from collplan_ros.messages.goal_status import NAMES
-from collplan_ros.messages.plans import contacts_from_message, plan_from_path
+from collplan_ros.messages.plans import contacts_from_message
+from collplan_ros.messages.reading import plan_from_path, scan_from_message
 from collplan_ros.nodes import robot_state
 from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.run_log import PoseRow

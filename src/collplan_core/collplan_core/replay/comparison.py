@@ -1,0 +1,146 @@
+"""What a journal says came of each call, beside what comes of it now."""
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from collplan_core.loop.decisions import Cycle
+from collplan_core.plan import Plan
+from collplan_core.replay.contents import Altered, Contents, Missing
+from collplan_core.replay.outcome import PATH, is_command, is_plan, outcome_of
+from collplan_core.replay.player import Player
+from collplan_core.replay.reading import Beginning, Call, Event, Gap
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first thing that is not as it was.
+
+    Attributes:
+        stamp: stamp of the newest pose then [s]; None before the first.
+        where: which value it is, by the keys that lead to it.
+        recorded, replayed: the value then and now.
+    """
+
+    stamp: float | None
+    where: str
+    recorded: Any
+    replayed: Any
+
+    def __str__(self) -> str:
+        at = "before the first pose" if self.stamp is None else f"at {self.stamp:.3f} s"
+        return f"{at}: {self.where}: {_shown(self.recorded)} recorded, {_shown(self.replayed)} replayed"
+
+
+@dataclass(frozen=True)
+class Interruption:
+    """What was recorded ends before the run did.
+
+    Attributes:
+        stamp: stamp of the newest pose before [s]; None before the first.
+        reason: what is missing.
+    """
+
+    stamp: float | None
+    reason: str
+
+    def __str__(self) -> str:
+        at = "before the first pose" if self.stamp is None else f"after {self.stamp:.3f} s"
+        return f"a gap {at}: {self.reason}"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A loop from its start on, as far as it was the same.
+
+    Attributes:
+        calls, plans, commands: so many came out the same.
+        end: why it was compared no further; None where that was to its end.
+        beginning: what the loop was made with; None where the beginning is missing.
+    """
+
+    calls: int = 0
+    plans: int = 0
+    commands: int = 0
+    end: Difference | Interruption | None = None
+    beginning: Beginning | None = None
+
+
+def compare(of: str, events: Iterable[Event], contents: Contents) -> Iterator[Comparison]:
+    """Plays the journal of one loop; a comparison for each time that the loop was started.
+
+    Raises:
+        JournalError: the journal does not fit the loop.
+    """
+    done: Comparison | None = None
+    player: Player | None = None
+    for event in events:
+        if isinstance(event, Beginning):
+            if done is not None:
+                yield done
+            done, player = Comparison(beginning=event), Player(of, event, contents)
+            continue
+        done = done or Comparison()
+        if done.end is not None:
+            continue
+        if isinstance(event, Gap) or player is None:
+            done = replace(done, end=Interruption(None if player is None else player.stamp, str(event)))
+        else:
+            done = _compared(done, player, event, contents)
+    if done is not None:
+        yield done
+
+
+def _compared(done: Comparison, player: Player, call: Call, contents: Contents) -> Comparison:
+    before = player.stamp
+    try:
+        came = player.play(call)
+    except Missing as error:
+        return replace(done, end=Interruption(before, str(error)))
+    except Altered as error:
+        hashes = f"hash {error.taken.hash}", f"hash {error.found.hash}"
+        return replace(done, end=Difference(before, str(error.taken), *hashes))
+    outcome = outcome_of(came)
+    apart = first_apart(call.came, outcome, call.name)
+    if apart is not None:
+        difference = Difference(player.stamp, *apart)
+        return replace(done, end=_closer(difference, came, contents))
+    return replace(
+        done, calls=done.calls + 1, plans=done.plans + is_plan(outcome), commands=done.commands + is_command(outcome)
+    )
+
+
+def first_apart(recorded: Any, replayed: Any, where: str) -> tuple[str, Any, Any] | None:
+    """Where two outcomes first differ, and the two values there; None where they are the same to the last bit."""
+    if json.dumps(recorded) == json.dumps(replayed):
+        return None
+    if isinstance(recorded, dict) and isinstance(replayed, dict) and list(recorded) == list(replayed):
+        pairs = [(f"{where}.{key}", recorded[key], replayed[key]) for key in recorded]
+    elif isinstance(recorded, list) and isinstance(replayed, list) and len(recorded) == len(replayed):
+        pairs = [(f"{where}[{k}]", a, b) for k, (a, b) in enumerate(zip(recorded, replayed, strict=True))]
+    else:
+        return where, recorded, replayed
+    return next(apart for place, a, b in pairs if (apart := first_apart(a, b, place)))
+
+
+def _closer(difference: Difference, came: Any, contents: Contents) -> Difference:
+    """The first sample of a path that differs, where only its hash is told and the path itself was recorded."""
+    plans = [each.plan for each in came if isinstance(each, Cycle)] if isinstance(came, list) else []
+    recorded = contents.plan_at(plans[0].stamp) if plans and difference.where.endswith(f".{PATH}") else None
+    return difference if recorded is None else _first_sample(difference, recorded, plans[0])
+
+
+def _first_sample(difference: Difference, recorded: Plan, replayed: Plan) -> Difference:
+    if len(recorded.times) != len(replayed.times):
+        return difference
+    for k, (then, now) in enumerate(zip(recorded.positions.tolist(), replayed.positions.tolist(), strict=True)):
+        if then != now:
+            where = f"{difference.where.removesuffix(PATH)}positions[{k}]"
+            return replace(difference, where=where, recorded=then, replayed=now)
+    return difference
+
+
+def _shown(value: Any) -> str:
+    text = value if isinstance(value, str) else json.dumps(value)
+    return text if len(text) <= 300 else f"{text[:300]}..."

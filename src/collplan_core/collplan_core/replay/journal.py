@@ -1,0 +1,158 @@
+"""Writing a journal: what planner or controller was given, in order, and what came of it, a line of JSON each cycle."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ParamSpec, TypeVar
+
+from collplan_core.deadline import CountedDeadline, Deadline
+from collplan_core.parameters import Settings
+from collplan_core.plan import Plan
+from collplan_core.replay.contents import content_of, reference_to
+from collplan_core.replay.origin import origin
+from collplan_core.replay.outcome import outcome_of
+from collplan_core.replay.values import SCAN, Reference, encode
+from collplan_core.scan import Scan
+
+PLANNER, CONTROLLER = "planner", "controller"
+FORMAT = 1
+
+P = ParamSpec("P")
+R = TypeVar("R")
+Carries = Callable[[Reference], bool]
+"""Whether a line also holds what a scan or a plan in it holds: where nobody else records that."""
+
+
+def nothing(reference: Reference) -> bool:
+    """Scans and plans are recorded elsewhere."""
+    return False
+
+
+def first_scans(count: int) -> Carries:
+    """The first scans: whoever records may not yet have found the LIDAR when they come."""
+    left = count
+
+    def carries(reference: Reference) -> bool:
+        nonlocal left
+        left -= reference.kind == SCAN
+        return reference.kind == SCAN and left >= 0
+
+    return carries
+
+
+def each_once() -> Carries:
+    """Everything, the first time that it is referred to."""
+    told: set[Reference] = set()
+
+    def carries(reference: Reference) -> bool:
+        is_new = reference not in told
+        told.add(reference)
+        return is_new
+
+    return carries
+
+
+@dataclass
+class _Call:
+    """A call of the loop: its name, what was given, what it was told when it asked, and what came of it."""
+
+    name: str
+    given: tuple[Any, ...]
+    forbidden: list[str] = field(default_factory=list)
+    deadlines: list[CountedDeadline] = field(default_factory=list)
+    came: Any = None
+
+
+class Journal:
+    """The journal of one loop, whose inputs all go through `call`.
+
+    What the loop asks of the world outside while it is called is kept beside: why it is forbidden to act, and how
+    often it looked at its deadline before that came, the one thing that a clock decides.
+    """
+
+    def __init__(self, of: str, send: Callable[[str], None] | None = None, carries: Carries = nothing) -> None:
+        """Hands each line to `send`; without it nothing is kept, and nothing costs time.
+
+        Args:
+            of: whose it is, PLANNER or CONTROLLER.
+            carries: what of scans and plans is written out.
+        """
+        self._of = of
+        self._send = send
+        self._carries = carries
+        self._number = 0
+        self._calls: list[_Call] = []
+        self._current: _Call | None = None
+
+    def begin(self, settings: Settings, known_map: str | None = None) -> None:
+        """Sends the first line: the settings that the loop is made with, and the text of the world it is given, if any."""
+        self._write({"format": FORMAT, "made_with": origin(), "settings": encode(settings), "known_map": known_map})
+
+    def call(self, method: Callable[P, R], *given: P.args, **named: P.kwargs) -> R:
+        """Calls a method of the loop, and returns what it returns; everything is given by its place."""
+        assert not named
+        if self._send is None:
+            return method(*given)
+        call = self._current = _Call(method.__name__, given)
+        self._calls.append(call)
+        try:
+            came = call.came = method(*given)
+        except Exception as error:
+            call.came = error
+            raise
+        finally:
+            self._current = None
+        return came
+
+    def asked(self, why_forbidden: Callable[[], str]) -> Callable[[], str]:
+        """The same question to the world outside, whose answers are kept."""
+
+        def asked() -> str:
+            answer = why_forbidden()
+            if self._current is not None:
+                self._current.forbidden.append(answer)
+            return answer
+
+        return why_forbidden if self._send is None else asked
+
+    def counted(self, make_deadline: Callable[[Settings], Deadline]) -> Callable[[Settings], Deadline]:
+        """The same deadlines, looks at which are counted."""
+
+        def counted(settings: Settings) -> Deadline:
+            deadline = CountedDeadline(make_deadline(settings))
+            if self._current is not None:
+                self._current.deadlines.append(deadline)
+            return deadline
+
+        return make_deadline if self._send is None else counted
+
+    def end_cycle(self) -> None:
+        """Sends a line with all calls since the last one; without any none."""
+        calls, self._calls = self._calls, []
+        if calls:
+            contents: list[dict[str, Any]] = []
+            entries = [self._entry(call, contents) for call in calls]
+            self._write({"calls": entries, "contents": contents} if contents else {"calls": entries})
+
+    def _entry(self, call: _Call, contents: list[dict[str, Any]]) -> dict[str, Any]:
+        entry = {"call": call.name, "given": [self._given(value, contents) for value in call.given]}
+        if any(call.forbidden):
+            entry["forbidden"] = call.forbidden
+        looks = [deadline.looks if deadline.came else None for deadline in call.deadlines]
+        if any(count is not None for count in looks):
+            entry["looks"] = looks
+        came = outcome_of(call.came)
+        return entry if came is None else {**entry, "came": came}
+
+    def _given(self, value: Any, contents: list[dict[str, Any]]) -> Any:
+        if not isinstance(value, Scan | Plan):
+            return encode(value)
+        reference = reference_to(value)
+        if self._carries(reference):
+            contents.append(content_of(value))
+        return encode(reference)
+
+    def _write(self, line: Mapping[str, Any]) -> None:
+        if self._send is not None:
+            self._send(json.dumps({"number": self._number, "of": self._of, **line}, separators=(",", ":")))
+            self._number += 1

@@ -1,0 +1,110 @@
+"""What came of a call of a loop, as JSON whose text is the same where the outcome is, to the last bit.
+
+Large arrays stand there by hash, what a person would look at first by value.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from collplan_core.command import Command
+from collplan_core.evaluation.rebound_tracking import MeasuredImpact
+from collplan_core.goal import Goal
+from collplan_core.loop.decisions import Cycle, Notice
+from collplan_core.plan import Contacts
+from collplan_core.replay.contents import hash_of
+
+PATH = "path"
+"""Key of the hash over when to be where, and how fast."""
+
+
+def outcome_of(value: Any) -> Any:
+    """The outcome that stands for what a loop has returned, or for the error that it has raised; None for nothing.
+
+    Raises:
+        TypeError: no loop returns such a thing.
+    """
+    if value is None or isinstance(value, str):
+        return value or None
+    if isinstance(value, list):
+        return [outcome_of(each) for each in value] or None
+    for kind, described in _DESCRIBED.items():
+        if isinstance(value, kind):
+            return described(value)
+    raise TypeError(f"a journal holds no {type(value).__name__}")
+
+
+def is_plan(outcome: Any) -> bool:
+    """Whether one of a call's decisions is a plan."""
+    return isinstance(outcome, list) and any(isinstance(each, dict) and "plan" in each for each in outcome)
+
+
+def is_command(outcome: Any) -> bool:
+    """Whether it is a command."""
+    return isinstance(outcome, dict) and "command" in outcome
+
+
+def _number(value: float) -> float | str:
+    return float(value) if math.isfinite(value) else str(float(value))
+
+
+def _numbers(array: np.ndarray) -> list[float | str]:
+    return [_number(value) for value in array.tolist()]
+
+
+def _command(command: Command) -> dict[str, Any]:
+    return {
+        "command": {
+            "velocity": _numbers(command.velocity),
+            "yaw_rate": _number(command.yaw_rate),
+            "maneuver": command.maneuver,
+            "reference": _numbers(command.reference),
+            "reason": command.reason,
+        }
+    }
+
+
+def _goal(goal: Goal) -> dict[str, Any]:
+    position = _numbers(goal.position)
+    return {"goal": {"id": goal.id.hex(), "stamp": _number(goal.stamp), "position": position, "status": goal.status}}
+
+
+def _cycle(cycle: Cycle) -> dict[str, Any]:
+    plan = cycle.plan
+    return {
+        "plan": {
+            "stamp": _number(plan.stamp),
+            "valid_until": _number(cycle.valid_until),
+            "ends": _number(plan.times[-1]),
+            "aim": _numbers(plan.aim),
+            "aim_velocity": _numbers(plan.aim_velocity),
+            "terms": {name: _number(value) for name, value in plan.terms.items()},
+            "samples": len(plan.times),
+            "candidates": len(plan.candidates.costs),
+            "before_pruning": int(plan.n_before_pruning),
+            "contacts": _contacts(plan.contacts),
+            "impact": None if cycle.impact is None else _impact(cycle.impact),
+            PATH: hash_of([], [plan.times, plan.positions, plan.velocities]),
+        }
+    }
+
+
+def _contacts(contacts: Contacts) -> dict[str, Any]:
+    parts = [contacts.times, contacts.points, contacts.velocities_after, contacts.speeds]
+    return {"times": _numbers(contacts.times), "all": hash_of([], parts)}
+
+
+def _impact(impact: MeasuredImpact) -> dict[str, Any]:
+    parts = [impact.point, impact.foreseen, impact.measured]
+    return {"stamp": _number(impact.stamp), "all": hash_of([], parts)}
+
+
+_DESCRIBED: dict[type, Callable[[Any], dict[str, Any]]] = {
+    Command: _command,
+    Goal: _goal,
+    Cycle: _cycle,
+    Notice: lambda notice: {"notice": [notice.level, notice.text]},
+    Exception: lambda error: {"raised": f"{type(error).__name__}: {error}"},
+}

@@ -1,0 +1,110 @@
+"""A loop of planner or controller that is given again what a journal holds."""
+
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+from collplan_core.deadline import Deadline, after_looks, never
+from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.planner_loop import PlannerLoop
+from collplan_core.parameters import Settings
+from collplan_core.replay.contents import Contents
+from collplan_core.replay.journal import PLANNER
+from collplan_core.replay.reading import Beginning, Call
+from collplan_core.replay.values import JournalError, Reference
+from collplan_core.state import State
+from collplan_core.time_to_goal_planner.known_map import given_map
+from collplan_core.worlds.file import parse_text
+
+CALLED = {
+    PlannerLoop: (
+        "change_settings",
+        "take_pose",
+        "take_command",
+        "take_scan",
+        "refuse",
+        "forget_scans",
+        "take_impact",
+        "take_goal",
+        "refuse_goal",
+        "cancel",
+        "cycle",
+    ),
+    ControllerLoop: (
+        "change_settings",
+        "take_pose",
+        "take_scan",
+        "refuse",
+        "take_goal",
+        "resume",
+        "take_valid_until",
+        "take_plan",
+        "tick",
+    ),
+}
+"""What may stand in the journal of each loop."""
+
+
+class Player:
+    """A loop, with the world outside that a journal tells of.
+
+    Attributes:
+        loop: the planner's or the controller's.
+        stamp: stamp of the newest pose given to it [s]; None before the first.
+    """
+
+    def __init__(
+        self, of: str, beginning: Beginning, contents: Contents, changed: Mapping[str, object] | None = None
+    ) -> None:
+        """Makes the loop anew.
+
+        Args:
+            of: PLANNER or CONTROLLER.
+            beginning: what it is made with.
+            contents: where scans and plans are found.
+            changed: parameters that are not as they were, and stay so.
+        """
+        self.stamp: float | None = None
+        self._contents = contents
+        self._changed = dict(changed or {})
+        self._forbidden: deque[str] = deque()
+        self._looks: deque[int | None] = deque()
+        settings = beginning.settings.with_values(self._changed)
+        self.loop: PlannerLoop | ControllerLoop
+        if of == PLANNER:
+            text = beginning.known_map
+            known_map = None if text is None else given_map(parse_text(text, "known_map", ""), settings)
+            self.loop = PlannerLoop(settings, self._deadline, known_map, self._why_forbidden)
+        else:
+            self.loop = ControllerLoop(settings, self._why_forbidden)
+
+    def play(self, call: Call) -> Any:
+        """What the loop returns at a call, or the error that it raises.
+
+        Raises:
+            Missing, Altered: a scan or a plan that it was given is not there as it was.
+            JournalError: the loop has no such input.
+        """
+        known = CALLED[type(self.loop)]
+        if call.name not in known:
+            raise JournalError(f"call: got {call.name!r}, expected one of {', '.join(known)}")
+        given = [self._given(value) for value in call.given]
+        self._forbidden, self._looks = deque(call.forbidden), deque(call.looks)
+        if given and isinstance(given[0], State):
+            self.stamp = given[0].stamp
+        try:
+            return getattr(self.loop, call.name)(*given)
+        except Exception as error:  # an outcome as any other: the loop may have done so then
+            return error
+
+    def _given(self, value: Any) -> Any:
+        if isinstance(value, Reference):
+            return self._contents.find(value)
+        return value.with_values(self._changed) if isinstance(value, Settings) else value
+
+    def _why_forbidden(self) -> str:
+        return self._forbidden.popleft() if self._forbidden else ""
+
+    def _deadline(self, settings: Settings) -> Deadline:
+        looks = self._looks.popleft() if self._looks else None
+        return never if looks is None else after_looks(looks)

@@ -1,0 +1,131 @@
+"""Reading a journal: how it begins, each call, and where lines are missing."""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from collplan_core.parameters import Settings
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.replay.contents import Contents, value_of
+from collplan_core.replay.journal import FORMAT
+from collplan_core.replay.values import JournalError, decode
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """The start of a loop.
+
+    Attributes:
+        settings: what it is made with.
+        known_map: text of a world file, of the world that the planner is given; None where it is given none.
+        made_with: code and machine, by name.
+    """
+
+    settings: Settings
+    known_map: str | None
+    made_with: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call of the loop.
+
+    Attributes:
+        name: of the method.
+        given: what it was given; references in the place of scans and plans.
+        forbidden: what was answered when it asked why it is forbidden to act; nothing always, where empty.
+        looks: how often it looked at each deadline before that came; None where it did not come.
+        came: the outcome, as JSON.
+    """
+
+    name: str
+    given: tuple[Any, ...]
+    forbidden: tuple[str, ...] = ()
+    looks: tuple[int | None, ...] = ()
+    came: Any = None
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A line that is not the one that was due, by their numbers."""
+
+    number: int
+    due: int
+
+    def __str__(self) -> str:
+        missing = self.number - self.due
+        if missing < 0:
+            return f"line {self.number} comes where line {self.due} was due"
+        lines = "1 line is" if missing == 1 else f"{missing} lines are"
+        return f"{lines} missing before line {self.number} of the journal"
+
+
+Event = Beginning | Call | Gap
+
+
+def rows_of(lines: Iterable[str], source: str) -> list[dict[str, Any]]:
+    """The lines of a journal, or of several in one file, as objects. A last one that was cut off is left out.
+
+    Raises:
+        JournalError: one is no JSON object; `source` stands in the message.
+    """
+    rows: list[dict[str, Any]] = []
+    broken = ""
+    for number, line in enumerate(lines, start=1):
+        if broken:
+            raise JournalError(broken)
+        try:
+            row = json.loads(line)
+        except ValueError as error:
+            broken = f"{source}: line {number}: not JSON: {error}"
+            continue
+        if not isinstance(row, dict):
+            raise JournalError(f"{source}: line {number}: got {line.strip():.40}, expected an object")
+        rows.append(row)
+    return rows
+
+
+def events_of(rows: Iterable[Mapping[str, Any]], of: str) -> Iterator[Event]:
+    """What stands in the journal of one loop, in order.
+
+    Raises:
+        JournalError: a line does not hold what a journal does.
+    """
+    due = 0
+    for row in rows:
+        if row.get("of") == of:
+            number = row.get("number")
+            if not isinstance(number, int):
+                raise JournalError(f"{of}: got number {number!r}, expected a whole number")
+            if number not in (0, due):
+                yield Gap(number, due)
+            due = number + 1
+            try:
+                yield from _events(row)
+            except (KeyError, TypeError, AttributeError, ParameterError) as error:
+                raise JournalError(f"{of}, line {number} of its journal: {error}") from None
+
+
+def _events(row: Mapping[str, Any]) -> Iterator[Event]:
+    if row["number"] == 0:
+        if row.get("format") != FORMAT:
+            raise JournalError(f"format: got {row.get('format')!r}, expected {FORMAT}")
+        yield Beginning(decode(row["settings"]), row["known_map"], row["made_with"])
+        return
+    for each in row["calls"]:
+        looks, forbidden = tuple(each.get("looks", ())), tuple(each.get("forbidden", ()))
+        yield Call(each["call"], tuple(decode(each["given"])), forbidden, looks, each.get("came"))
+
+
+def contents_of(rows: Iterable[Mapping[str, Any]]) -> Contents:
+    """The scans and plans that the lines themselves hold.
+
+    Raises:
+        JournalError: one is neither.
+    """
+    contents = Contents()
+    for row in rows:
+        for content in row.get("contents", ()):
+            contents.add(value_of(content))
+    return contents

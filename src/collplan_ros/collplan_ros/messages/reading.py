@@ -1,0 +1,91 @@
+"""Scans and plans out of messages, by the attributes of these alone.
+
+A message decoded from a recording will do as well as one of rclpy's, and no ROS is needed.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from collplan_core.plan import Plan, timed_path
+from collplan_core.scan import Scan, ScanError
+
+NANOSECONDS = 1_000_000_000
+
+
+class MessageError(ValueError):
+    """A message that cannot be used; the text names the field, the value and what was expected."""
+
+
+class PathError(MessageError):
+    """A path that holds no usable plan."""
+
+
+def seconds_from_stamp(stamp: Any) -> float:
+    """The time of a Time, or a Duration [s]: exact to the nanosecond below 100 days, to 0.2 us in Unix time."""
+    return int(stamp.sec) + int(stamp.nanosec) / NANOSECONDS
+
+
+def check_frame(field: str, got: str, expected: str) -> None:
+    """Raises MessageError where a field names another frame."""
+    if got != expected:
+        raise MessageError(f"{field}: got frame {got!r}, expected {expected!r}")
+
+
+def check_finite(field: str, *values: float) -> None:
+    """Raises MessageError where a value is not finite."""
+    if not all(math.isfinite(value) for value in values):
+        raise MessageError(f"{field}: got {', '.join(f'{v:g}' for v in values)}, expected finite numbers")
+
+
+def scan_from_message(message: Any, frame: str) -> Scan:
+    """The scan in a LaserScan, in the robot's frame `frame`.
+
+    Raises:
+        ScanError: another frame, angles that do not fit the number of ranges, or values that `Scan` refuses.
+    """
+    if message.header.frame_id != frame:
+        raise ScanError(f"header.frame_id: got {message.header.frame_id!r}, expected {frame!r}")
+    first, last, step = float(message.angle_min), float(message.angle_max), float(message.angle_increment)
+    ranges = np.array(message.ranges, dtype=np.float64)
+    # devices disagree on whether angle_max is the last beam's angle or one step further
+    if not abs(first + step * (len(ranges) - 1) - last) <= 1.5 * abs(step):
+        raise ScanError(f"angle_max: got {last:g}, expected {first:g} + {len(ranges) - 1} steps of {step:g}")
+    return Scan(
+        stamp=seconds_from_stamp(message.header.stamp),
+        angle_min=first,
+        angle_increment=step,
+        range_min=float(message.range_min),
+        range_max=float(message.range_max),
+        ranges=ranges,
+        time_increment=float(message.time_increment),
+    )
+
+
+def plan_from_path(path: Any, frame: str) -> Plan:
+    """The plan in a Path: times and positions as sent, velocities differentiated from them, without contacts.
+
+    Raises:
+        PathError: another frame, fewer than 2 poses, not finite, or times that do not rise.
+    """
+    times, positions = _timed_positions(path, frame)
+    if len(times) < 2:
+        raise PathError(f"poses: got {len(times)}, expected at least 2")
+    velocities = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
+    return timed_path(seconds_from_stamp(path.header.stamp), times, positions, velocities)
+
+
+def _timed_positions(path: Any, frame: str) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) [s] and positions (n, 2) [m] of a path's poses."""
+    if path.header.frame_id != frame:
+        raise PathError(f"header.frame_id: got {path.header.frame_id!r}, expected {frame!r}")
+    times = np.array([seconds_from_stamp(pose.header.stamp) for pose in path.poses])
+    points = [(float(pose.pose.position.x), float(pose.pose.position.y)) for pose in path.poses]
+    positions = np.array(points).reshape(-1, 2)
+    for number in np.flatnonzero(~np.isfinite(positions).all(axis=1)):
+        raise PathError(f"poses[{number}]: got {positions[number].tolist()}, expected finite numbers")
+    for number in np.flatnonzero(np.diff(times) <= 0.0):
+        after = f"got time {times[number + 1]} after {times[number]}"
+        raise PathError(f"poses[{number + 1}]: {after}, expected a later one")
+    return times, positions

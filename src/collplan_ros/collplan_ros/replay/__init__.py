@@ -1,0 +1,1 @@
+"""The program replay: a recorded run given to planner and controller again, without ROS."""

@@ -1,0 +1,90 @@
+"""The program replay: gives a recorded run to planner and controller again, and compares."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from collplan_core.command_line import examples
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.planners import PLANNERS
+from collplan_core.replay.comparison import Comparison, compare
+from collplan_core.replay.journal import CONTROLLER, PLANNER
+from collplan_core.replay.other_strategy import moments
+from collplan_core.replay.reading import Beginning
+from collplan_core.replay.values import JournalError
+from collplan_ros.recording.completion import complete
+from collplan_ros.replay.recorded_journals import RecordedJournals, read_journals
+from collplan_ros.replay.report import REFUSED, SAME, exit_code, said_of, table_of
+from collplan_ros.runs.record_file import RecordError
+from collplan_ros.runs.recorded_run import RunError
+
+DESCRIPTION = """\
+Gives what planner and controller were given in a recorded run to them again, without ROS and without a robot, and
+compares plan by plan and command by command. The same code on the same machine decides the same to the last bit; else
+the first difference is shown, with the stamp of the newest pose then.
+
+All bit-equal: exit code 0. A difference: 1. Something asked for cannot be done: 2. Equal up to a gap: 3.
+"""
+EPILOG = """\
+examples:
+  replay runs/latest                      the run again
+  replay runs/latest --strategy avoid     what avoid would have planned at each moment
+  replay --finish runs/latest             completes a run whose bringup was killed
+  replay trial.jsonl                      a trial's journal
+"""
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Entry point of the executable; returns its exit code."""
+    options = _parser().parse_args(args)
+    try:
+        if options.finish:
+            print(complete(options.run))
+            return SAME
+        journals = read_journals(options.run)
+        return _print_table(journals, options.strategy) if options.strategy else _print_comparison(journals)
+    except (JournalError, ParameterError, RecordError, RunError) as error:
+        print(f"replay: {error}", file=sys.stderr)
+        return REFUSED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="replay",
+        description=DESCRIPTION,
+        epilog=examples(EPILOG),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("run", type=Path, metavar="RUN", help="run folder of bringup, its recording, or the journal of a trial")
+    chosen = parser.add_mutually_exclusive_group().add_argument
+    chosen("--strategy", choices=sorted(PLANNERS), metavar="NAME", help="print what this strategy would have planned")
+    chosen("--finish", action="store_true", help="complete the files of a run whose bringup was killed, and no more")
+    return parser
+
+
+def _print_comparison(journals: RecordedJournals) -> int:
+    found: list[Comparison] = []
+    for of in (PLANNER, CONTROLLER):
+        comparisons = list(compare(of, journals.events(of), journals.contents))
+        if not comparisons:
+            print(f"{of}: no journal")
+        for comparison in comparisons:
+            print("\n".join(said_of(of, comparison)))
+        found += comparisons
+    return exit_code(found)
+
+
+def _print_table(journals: RecordedJournals, strategy: str) -> int:
+    events = journals.events(PLANNER)
+    beginning = next((event for event in events if isinstance(event, Beginning)), None)
+    if beginning is None:
+        raise JournalError(f"{journals.source}: no beginning of the planner's journal, expected one")
+    found = list(moments(events, journals.contents, strategy))
+    print("\n".join(table_of(found, beginning.settings.planner.strategy, strategy)))
+    return SAME
+
+
+if __name__ == "__main__":
+    sys.exit(main())

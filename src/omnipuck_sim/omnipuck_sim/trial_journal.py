@@ -1,0 +1,50 @@
+"""The journals of a trial's planner and controller in one file, with all that they refer to."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from collplan_core.parameters import Settings
+from collplan_core.replay.journal import CONTROLLER, PLANNER, Journal, each_once
+from collplan_core.worlds import World, world_text
+
+
+@dataclass(frozen=True)
+class TrialJournals:
+    """What is kept of the inputs and decisions of a trial's loops.
+
+    Attributes:
+        planner, controller: their journals.
+    """
+
+    planner: Journal
+    controller: Journal
+
+
+@contextmanager
+def trial_journals(path: Path | None, world: World, settings: Settings, seed: int) -> Iterator[TrialJournals]:
+    """Journals that are written to a file, which is replaced; without a path they keep nothing.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    if path is None:
+        yield TrialJournals(Journal(PLANNER), Journal(CONTROLLER))
+        return
+    with path.open("w", encoding="utf-8") as file:
+
+        def send(line: str) -> None:
+            file.write(line + "\n")
+
+        carries = each_once()
+        journals = TrialJournals(Journal(PLANNER, send, carries), Journal(CONTROLLER, send, carries))
+        send(json.dumps({"trial": {"simulated": True, "world": world.name, "seed": seed}}))
+        journals.planner.begin(settings, world_text(world) if settings.trial.known_map else None)
+        journals.controller.begin(settings)
+        try:
+            yield journals
+        finally:
+            journals.planner.end_cycle()
+            journals.controller.end_cycle()

@@ -1,0 +1,165 @@
+"""A graph is subscribed to once, as bytes: what is recorded of it is what was sent, and who listens gets it too."""
+
+from dataclasses import replace
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry, Path
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import QosDurability, QosReliability
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Empty, String
+from visualization_msgs.msg import MarkerArray
+
+from collplan_core.parameters import Settings
+from collplan_ros.messages import qos
+from collplan_ros.recording.graph_topics import GraphTopics
+from collplan_ros.recording.reading import messages, raw_messages
+from collplan_ros.recording.recorded_topics import recorded_topics
+from collplan_ros.recording.recording_file import RECORDING, RecordingFile
+
+TOPICS = recorded_topics(Settings())
+SENT = {
+    "mocap/odom": (Odometry(child_frame_id="base_link"), qos.POSE_PUBLISHED),
+    "mocap/pose": (PoseStamped(), qos.POSE_PUBLISHED),
+    "scan": (LaserScan(angle_min=-3.0), qos.SENSOR_DATA),
+    "maneuver": (String(data="flow_through"), qos.LATCHED),
+    "planner/heartbeat": (Empty(), qos.NEWEST),
+    "plan": (Path(), qos.NEWEST),
+    "/diagnostics": (DiagnosticArray(status=[DiagnosticStatus(level=b"\1")]), qos.LATCHED),
+}
+"""A message of each topic, and how it is published."""
+
+
+class Recorded:
+    """A recording of the test's graph, in a namespace."""
+
+    def __init__(self, ros, tmp_path, topics=TOPICS, namespace="/robot1", recorded=True) -> None:
+        self.path = tmp_path / RECORDING
+        self.node = ros.add(Node("recorder", context=ros.context, namespace=namespace))
+        self.file = RecordingFile(self.path) if recorded else None
+        self.topics = GraphTopics(self.node, topics, self.file)
+        self._ros = ros
+
+    def taken(self, condition, timeout: float = 10.0) -> bool:
+        return self._ros.wait_until(lambda: self.topics.take() or condition(), timeout)
+
+    def counts(self) -> dict[str, int]:
+        """Messages by topic, of the recording finished now."""
+        self.file.finish()
+        with AnyReader([self.path]) as reader:
+            return {connection.topic: connection.msgcount for connection in reader.connections}
+
+
+@pytest.fixture
+def publishers(ros):
+    node = ros.add(Node("sender", context=ros.context, namespace="/robot1"))
+
+    def made(matched: bool = True):
+        found = {name: node.create_publisher(type(m), name, how) for name, (m, how) in SENT.items()}
+        every = found.values()
+        assert not matched or ros.wait_until(lambda: all(each.get_subscription_count() for each in every))
+        return found
+
+    return made
+
+
+def test_what_was_sent_is_recorded_with_its_qos_and_handed_to_who_listens(ros, tmp_path, publishers):
+    recorded = Recorded(ros, tmp_path)
+    heard = {name: [] for name in SENT}
+    for name, taken in heard.items():
+        recorded.topics.listen(name, lambda message, info, taken=taken: taken.append((message, info)))
+    for name, publisher in publishers().items():
+        publisher.publish(SENT[name][0])
+    assert recorded.taken(lambda: all(heard.values()))
+    assert {name: message for name, ((message, _),) in heard.items()} == {name: m for name, (m, _) in SENT.items()}
+    # one subscription for file and listener
+    assert all(ros.probe.count_subscribers(recorded.node.resolve_topic_name(name)) == 1 for name in SENT)
+    counts = recorded.counts()
+    assert {recorded.node.resolve_topic_name(name): 1 for name in SENT}.items() <= counts.items()
+    full_names = {name: recorded.node.resolve_topic_name(name) for name in SENT}
+    for name, full in full_names.items():
+        (raw,) = raw_messages(recorded.path, [full])
+        message, info = deserialize_message(raw.data, type(SENT[name][0])), heard[name][0][1]
+        assert message == SENT[name][0]
+        assert (raw.came, raw.sent) == (info["received_timestamp"], info["source_timestamp"])
+        assert 0 < raw.sent <= raw.came
+        assert raw.number == 1
+    with AnyReader([recorded.path]) as reader:
+        offered = {connection.topic: connection.ext.offered_qos_profiles for connection in reader.connections}
+        for connection, _, data in reader.messages():
+            reader.deserialize(data, connection.msgtype)
+    for name, (_, how) in SENT.items():
+        (profile,) = offered[full_names[name]]
+        assert profile.reliability == QosReliability[how.reliability.name]
+        assert profile.durability == QosDurability[how.durability.name]
+    assert len([*messages(recorded.path, list(full_names.values()))]) == len(SENT)
+
+
+def test_a_recorder_that_stalls_for_seconds_misses_nothing(ros, tmp_path, publishers):
+    recorded = Recorded(ros, tmp_path)
+    publisher = publishers()["mocap/odom"]
+    for number in range(800):
+        publisher.publish(Odometry(child_frame_id=str(number)))
+        ros.spin(0.001)  # nothing is taken meanwhile
+    heard = []
+    recorded.topics.listen("mocap/odom", lambda message, _: heard.append(message.child_frame_id))
+    assert recorded.taken(lambda: len(heard) == 800)
+    assert heard == [str(number) for number in range(800)]
+    recorded.file.finish()
+    rows = list(raw_messages(recorded.path, ["/robot1/mocap/odom"]))
+    assert [row.number for row in rows] == list(range(1, 801))
+    # a message's time is when it came, not when it was taken
+    assert rows[-1].came - rows[0].came > 500_000_000
+
+
+def test_without_a_recording_only_what_is_listened_to_is_subscribed(ros, tmp_path, publishers):
+    unrecorded = Recorded(ros, tmp_path, recorded=False)
+    heard = []
+    unrecorded.topics.listen("scan", lambda message, _: heard.append(message))
+    found = publishers(matched=False)
+    assert ros.wait_until(found["scan"].get_subscription_count)
+    found["scan"].publish(SENT["scan"][0])
+    assert unrecorded.taken(lambda: heard)
+    assert found["plan"].get_subscription_count() == 0
+    assert not unrecorded.path.exists()
+
+
+def test_what_cannot_be_read_is_recorded_and_handed_to_nobody(ros, tmp_path, publishers):
+    recorded = Recorded(ros, tmp_path)
+    heard = []
+    recorded.topics.listen("plan", lambda message, _: heard.append(message))
+    publisher = publishers()["plan"]
+    publisher.publish(b"\0\1\0\0\xff\xff\xff\xff\xff\xff\xff\xff")
+    assert recorded.taken(lambda: recorded.topics._taken["plan"]._channel is not None)
+    publisher.publish(Path())
+    assert recorded.taken(lambda: heard)
+    assert heard == [Path()]
+    assert recorded.counts()["/robot1/plan"] == 2
+
+
+def test_a_sparse_topic_is_listened_to_only_when_a_message_of_it_is_due(ros, tmp_path):
+    period = 0.5
+    sparse = {"planner/markers": replace(TOPICS["planner/markers"], period=period)}
+    recorded = Recorded(ros, tmp_path, sparse, namespace="/")
+    publisher = ros.probe.create_publisher(MarkerArray, "planner/markers", qos.LATCHED)
+    for number in range(3):
+        assert recorded.taken(publisher.get_subscription_count), number
+        publisher.publish(MarkerArray())
+        assert recorded.taken(lambda: not publisher.get_subscription_count())
+        publisher.publish(MarkerArray())  # nobody listens, and what is latched is not taken later
+    assert recorded.counts() == {"/planner/markers": 3}
+    first, second, third = (row.came for row in raw_messages(recorded.path, ["planner/markers"]))
+    assert min(second - first, third - second) >= 0.9e9 * period
+
+
+def test_a_message_that_was_latched_before_is_recorded(ros, tmp_path, publishers):
+    found = publishers(matched=False)
+    found["maneuver"].publish(SENT["maneuver"][0])
+    recorded = Recorded(ros, tmp_path)
+    heard = []
+    recorded.topics.listen("maneuver", lambda message, _: heard.append(message.data))
+    assert recorded.taken(lambda: heard == ["flow_through"])

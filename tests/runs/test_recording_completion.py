@@ -1,0 +1,250 @@
+"""A recording whose bringup was killed is completed: all of its closed chunks is there, wherever it was cut off."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rosbags.highlevel import AnyReader
+
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_parameters
+from collplan_core.worlds import save_world
+from collplan_ros.recording.completion import KILLED, complete, complete_newest
+from collplan_ros.recording.reading import attachment, messages, raw_messages
+from collplan_ros.recording.recording_file import LIBRARY, RECORDING
+from collplan_ros.runs.record_reading import RECORD
+from collplan_ros.runs.recorded_run import read_run
+from made_recordings import TOPICS, MadeRecording, point
+from made_runs import bouncing_run, room
+from test_record_file import record
+
+CHUNKS, IN_CHUNK = 6, 5
+HEADER = 8 + 9 + len("....ros2....") + len(LIBRARY)
+"""Where the first record ends [bytes]."""
+LOST = 1.0
+"""What a killed process may lose of a recording at most [s]."""
+
+
+def unfinished(path: Path) -> tuple[list[tuple[str, int, bytes]], list[int]]:
+    """Writes a recording without end; its rows, and the size of the file after each chunk."""
+    made, sizes = MadeRecording(path), []
+    for number in range(CHUNKS * IN_CHUNK):
+        made.write(sorted(TOPICS)[0] if number % 3 else "/controller/reference", point(float(number), 0.5))
+        if number % IN_CHUNK == IN_CHUNK - 1:
+            made.file.flush()
+            sizes.append(path.stat().st_size)
+    os.close(made.file._descriptor)  # as the end of a process does
+    return made.rows, sizes
+
+
+def rows_of(path: Path) -> list[tuple[str, int, bytes]]:
+    return [(each.topic, each.came, each.data) for each in raw_messages(path, list(TOPICS))]
+
+
+with tempfile.TemporaryDirectory() as _folder:
+    ROWS, SIZES = unfinished(Path(_folder) / RECORDING)
+    WHOLE = (Path(_folder) / RECORDING).read_bytes()
+
+
+def completed(content: bytes) -> tuple[str, list[tuple[str, int, bytes]]]:
+    """What is said of a recording with this content, and the rows that both libraries find in it afterwards."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / RECORDING
+        path.write_bytes(content)
+        said = complete(Path(folder))
+        rows = rows_of(path)
+        if rows:
+            with AnyReader([path]) as reader:
+                assert [(c.topic, came, data) for c, came, data in reader.messages()] == rows
+        assert [entry.name for entry in Path(folder).iterdir()] == [RECORDING]
+        return said, rows
+
+
+@given(st.integers(HEADER, len(WHOLE)))
+@settings(derandomize=True, deadline=None, max_examples=150)
+def test_a_recording_cut_off_anywhere_holds_every_chunk_that_was_closed(cut):
+    said, rows = completed(WHOLE[:cut])
+    assert rows == ROWS[: len(rows)]
+    assert len(rows) >= IN_CHUNK * sum(size <= cut for size in SIZES)
+    assert len(rows) % IN_CHUNK == 0
+    assert f"had no end; completed, it holds {len(rows)} messages" in said
+
+
+@pytest.mark.parametrize("at", [-1, *range(-45, 0, 4)])
+def test_a_recording_cut_off_in_its_end_holds_everything(tmp_path, at):
+    made = MadeRecording(tmp_path / RECORDING)
+    for number in range(10):
+        made.write("/controller/reference", point(float(number), 0.0))
+    made.file.finish()
+    content = made.path.read_bytes()
+    made.path.write_bytes(content[:at])
+    assert "10 messages of 0.1 s" in complete(tmp_path)
+    assert rows_of(made.path) == made.rows
+    assert attachment(made.path, "parameters.yaml") == "/**: {}\n"
+
+
+@given(st.integers(HEADER, len(WHOLE) - 1), st.integers(1, 255))
+@settings(derandomize=True, deadline=None, max_examples=150)
+def test_what_a_broken_disk_has_changed_is_left_out_and_nothing_is_made_up(at, change):
+    changed = bytearray(WHOLE)
+    changed[at] ^= change
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / RECORDING
+        path.write_bytes(changed)
+        complete(Path(folder))
+        assert set(rows_of(path)) <= set(ROWS)
+
+
+def test_a_chunk_that_cannot_be_read_costs_no_other():
+    changed = bytearray(WHOLE)
+    changed[SIZES[1] + 60] ^= 0xFF
+    _, rows = completed(bytes(changed))
+    assert rows == [*ROWS[: 2 * IN_CHUNK], *ROWS[3 * IN_CHUNK :]]
+
+
+@pytest.mark.parametrize("content", [WHOLE[: HEADER - 1], WHOLE[:8], b"\0" + WHOLE[1:], b"t,x,y\n"])
+def test_what_begins_as_no_recording_is_left_as_it_is(tmp_path, content):
+    (tmp_path / RECORDING).write_bytes(content)
+    assert complete(tmp_path) == f"{tmp_path / RECORDING}: begins as no recording does, and is left as it is"
+    assert (tmp_path / RECORDING).read_bytes() == content
+
+
+def test_a_recording_that_is_whole_or_being_written_or_missing_is_left_alone(tmp_path):
+    path = tmp_path / RECORDING
+    assert complete(tmp_path) == f"{path}: cannot be read: No such file or directory"
+    made = MadeRecording(path)
+    made.write("/controller/reference", point(1.0, 2.0))
+    made.file.flush()
+    content, written = path.read_bytes(), path.stat()
+    assert complete(tmp_path) == f"{path}: is being written, and left as it is"
+    made.file.finish()
+    whole = path.read_bytes()
+    assert whole.startswith(content)
+    assert complete(tmp_path) == f"{path}: is whole"
+    assert path.read_bytes() == whole
+    assert path.stat().st_ino == written.st_ino
+    path.write_bytes(b"")  # of a bringup that locks it the moment after
+    assert complete(tmp_path) == f"{path}: is being written, and left as it is"
+
+
+# ---- the run folder, and the next bringup
+
+
+def killed_run(folder: Path, goal: bool = True) -> Path:
+    folder.mkdir(parents=True)
+    save_world(room(), folder / "room.yaml")
+    worlds = {key: str(folder / "room.yaml") for key in ("lidar.world", "simulator.world")}
+    write_parameters(Settings().with_values(worlds), folder / "parameters.yaml")
+    if goal:
+        record(folder / RECORD, bouncing_run())
+    (folder / RECORDING).write_bytes(WHOLE)
+    return folder
+
+
+def test_the_files_of_a_killed_run_are_made_from_its_record(tmp_path):
+    folder = killed_run(tmp_path / "killed")
+    before = read_run(folder)
+    assert "incomplete" in before.note
+    said = complete(folder)
+    assert said.endswith("it holds 30 messages of 0.3 s; summary.json and what goes with it are made from record.jsonl")
+    after = read_run(folder)
+    assert (after.note, after.path.points.tolist()) == ("", before.path.points.tolist())
+    summary = json.loads((folder / "summary.json").read_text())
+    assert (summary["outcome"], summary["reached"], summary["simulated"]) == (KILLED, False, True)
+    assert (folder / "impacts.csv").read_text().count("\n") == 2
+    assert complete(folder) == f"{folder / RECORDING}: is whole"
+
+
+def test_a_run_that_was_killed_before_it_had_a_goal_gets_no_figures(tmp_path):
+    folder = killed_run(tmp_path / "killed", goal=False)
+    assert "summary" not in complete(folder)
+    (folder / RECORDING).write_bytes(WHOLE)
+    (folder / RECORD).write_text("")
+    assert complete(folder).endswith("the run had not begun")
+    assert not (folder / "summary.json").exists()
+
+
+def test_a_world_that_is_gone_is_said_and_the_recording_completed(tmp_path):
+    folder = killed_run(tmp_path / "killed")
+    (folder / "room.yaml").unlink()
+    assert "; summary.json cannot be made: " in complete(folder)
+    assert rows_of(folder / RECORDING) == ROWS
+
+
+def test_the_newest_killed_run_is_completed_next(tmp_path):
+    for name, age, content in (("a", 30, WHOLE), ("b", 20, WHOLE), ("c", 10, b""), ("d", 0, None)):
+        (tmp_path / name).mkdir()
+        if content is None:
+            made = MadeRecording(tmp_path / name / RECORDING)
+            made.file.finish()
+        else:
+            (tmp_path / name / RECORDING).write_bytes(content)
+        os.utime(tmp_path / name / RECORDING, (time.time() - age,) * 2)
+    (tmp_path / "latest").symlink_to("a")
+    (tmp_path / "no_run").mkdir()
+    assert complete_newest(tmp_path).startswith(f"{tmp_path / 'b' / RECORDING}: had no end; completed")
+    assert complete_newest(tmp_path).startswith(f"{tmp_path / 'a' / RECORDING}: had no end; completed")
+    assert complete_newest(tmp_path) == complete_newest(tmp_path / "none") == ""
+
+
+# ---- the real thing: a process that is killed
+
+WRITER = """
+import sys, time
+from pathlib import Path
+from made_recordings import MadeRecording, point
+
+made = MadeRecording(Path(sys.argv[1]))
+end = time.monotonic() + 20.0
+while time.monotonic() < end:
+    made.write("/controller/reference", point(1e-9 * (time.time_ns() % 10**15), 0.0))
+    made.file.flush_when_due()
+    time.sleep(0.002)
+"""
+
+
+def killed_at(folder: Path, moment: float) -> None:
+    """Completes the recording of a process that was killed so long [s] after its first flush."""
+    folder.mkdir()
+    path = folder / RECORDING
+    command = [sys.executable, "-c", WRITER, str(path)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    with subprocess.Popen(command, env=environment) as process:
+        try:
+            deadline = time.monotonic() + 60.0
+            while not path.exists() or path.stat().st_size < 2000:
+                assert process.poll() is None
+                assert time.monotonic() < deadline
+                time.sleep(0.01)
+            time.sleep(moment)
+            assert complete(folder).endswith("is being written, and left as it is")
+        finally:
+            process.send_signal(signal.SIGKILL)
+            killed = time.time_ns()
+    assert "had no end; completed" in complete(folder)
+    count = len(list(raw_messages(path, ["controller/reference"])))
+    newest = max(message.point.x for _, _, message in messages(path, ["controller/reference"]))
+    assert count > 10
+    assert 1e-9 * (killed % 10**15) - newest <= LOST
+
+
+
+
+def test_a_process_that_is_killed_loses_a_second_at_most(tmp_path):
+    killed_at(tmp_path / "run", 0.3)
+
+
+@pytest.mark.soak
+def test_a_process_that_is_killed_at_any_moment_loses_a_second_at_most(tmp_path):
+    chance = random.Random(3)
+    for number in range(50):
+        killed_at(tmp_path / f"run_{number}", chance.uniform(0.0, 2.0))

@@ -1,0 +1,172 @@
+"""The journals of the nodes, replayed: on inputs of a trial one by one, and in a graph in one process."""
+
+from array import array
+
+import pytest
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from test_one_loop import Nodes, recorded
+
+from collplan_core.replay.comparison import Difference, compare
+from collplan_core.replay.journal import CONTROLLER, PLANNER
+from collplan_core.replay.reading import Call
+from collplan_core.worlds import load_world
+from collplan_ros.messages import qos
+from collplan_ros.messages.conversions import goal_to_message
+from collplan_ros.node_kit.stall import StallGuard
+from collplan_ros.nodes.controller_node import ControllerNode
+from collplan_ros.nodes.lidar_node import LidarNode
+from collplan_ros.nodes.mocap_node import MocapNode
+from collplan_ros.nodes.planner_node import PlannerNode
+from collplan_ros.replay.recorded_journals import TOPICS, journals_from_recording
+from omnipuck_sim.node.simulator_node import SimulatorNode
+
+UNRELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+HEARD = {
+    "planner/journal": (String, qos.JOURNAL),
+    "controller/journal": (String, qos.JOURNAL),
+    "scan": (LaserScan, UNRELIABLE),
+    "plan": (Path, qos.EVENT),
+}
+
+
+class Recording:
+    """Messages in the order in which they were heard."""
+
+    def __init__(self) -> None:
+        self.messages = []
+
+    def hear(self, topic, message) -> None:
+        self.messages.append((topic, message))
+
+    def compared(self):
+        """The comparisons of planner and controller."""
+
+        def read(path, topics):
+            return ((topic, 0, message) for topic, message in self.messages if topic in topics)
+
+        journals = journals_from_recording("run.mcap", read)
+        return [next(compare(of, journals.events(of), journals.contents)) for of in (PLANNER, CONTROLLER)]
+
+    def calls(self, of) -> list[Call]:
+        journals = journals_from_recording("run.mcap", lambda path, topics: ((t, 0, m) for t, m in self.messages))
+        return [event for event in journals.events(of) if isinstance(event, Call)]
+
+
+class JournalledNodes(Nodes):
+    """The two nodes called one by one, and what they publish."""
+
+    def __init__(self, ros, strategy) -> None:
+        self.recording = Recording()
+        super().__init__(ros, strategy)
+        # published before anything could be put in the way of it, and latched
+        for name in TOPICS:
+            heard = ros.listen(String, name, qos.JOURNAL)
+            assert ros.wait_until(lambda heard=heard: heard)
+            # while that was waited for the nodes have gone on
+            self.recording.messages.insert(0, (name, heard[0]))
+
+    def hear(self, name, message):
+        self.recording.hear(name, message)
+        super().hear(name, message)
+
+    def take(self, kind, message, local):
+        if kind == "scan":
+            self.recording.hear(kind, message)
+        super().take(kind, message, local)
+
+
+@pytest.mark.parametrize(("world", "strategy"), [("corridor", "harness"), ("random:7", "low_risk"), ("u:17", "bounce")])
+def test_nodes_are_replayed_to_the_last_bit(ros, monkeypatch, world, strategy):
+    """With the deadline by the clock, as ever in a node."""
+    events = recorded(world, strategy, monkeypatch)
+    monkeypatch.setattr(StallGuard, "tick", lambda self, now: False)
+    nodes = JournalledNodes(ros, strategy)
+    for event in [*events[:1500], ("planner", None, events[1499][-1])]:
+        nodes.take(*event)
+    planner, controller = nodes.recording.compared()
+    assert (planner.end, controller.end) == (None, None), f"{planner.end}\n{controller.end}"
+    assert planner.plans == len(nodes.plans) > 8
+    assert controller.commands == len(nodes.commands) > 20
+
+
+def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
+    """Parameters, refused messages, a goal that is canceled, and one that is refused."""
+    events = recorded("corridor", "harness", monkeypatch)
+    monkeypatch.setattr(StallGuard, "tick", lambda self, now: False)
+    nodes = JournalledNodes(ros, "harness")
+    planner, controller = nodes.nodes
+    for event in events[:600]:
+        nodes.take(*event)
+    assert planner.set_parameters([Parameter("planner.turn_penalty", value=7.0)])[0].successful
+    assert controller.set_parameters([Parameter("controller.k_p", value=3.0)])[0].successful
+    odd = goal_to_message(load_world("corridor").goal, "moon")
+    scan = next(message for kind, message, _ in events if kind == "scan")
+    empty = LaserScan(header=scan.header, ranges=array("f"))
+    for event in [("scan", empty, nodes.local), ("goal_pose", odd, nodes.local), *events[600:700]]:
+        nodes.take(*event)
+    again = goal_to_message(load_world("corridor").goal, "map")
+    for event in [("goal_pose", again, nodes.local), *events[700:900]]:
+        nodes.take(*event)
+    planner._on_cancel(Trigger.Request(), Trigger.Response())
+    planner._on_resumed(None)
+    controller._on_resumed(None)
+    nodes.take("planner", None, nodes.local)
+    nodes.take("controller", None, nodes.local)
+    first, second = nodes.recording.compared()
+    assert (first.end, second.end) == (None, None), f"{first.end}\n{second.end}"
+    called = {of: {call.name for call in nodes.recording.calls(of)} for of in (PLANNER, CONTROLLER)}
+    assert called[PLANNER] >= {"change_settings", "refuse", "refuse_goal", "take_goal", "cancel", "forget_scans"}
+    assert called[CONTROLLER] >= {"change_settings", "refuse", "resume", "take_valid_until", "take_plan"}
+
+
+def test_a_scan_that_differs_in_a_bit_is_told(ros, monkeypatch):
+    events = recorded("corridor", "harness", monkeypatch)
+    monkeypatch.setattr(StallGuard, "tick", lambda self, now: False)
+    nodes = JournalledNodes(ros, "harness")
+    for event in events[:900]:
+        nodes.take(*event)
+    # the first ones are in the journal itself
+    scan = [message for topic, message in nodes.recording.messages if topic == "scan"][25]
+    scan.ranges[7] *= 1.000001
+    for found in nodes.recording.compared():
+        assert isinstance(found.end, Difference)
+        assert found.end.where.startswith("scan of stamp ")
+
+
+def test_a_graph_is_replayed_to_the_last_bit(ros):
+    """Over DDS, on the machine's own clock: whatever came late or not at all, the journal says what was decided by."""
+    recording = Recording()
+    for topic, (kind, profile) in HEARD.items():
+        ros.probe.create_subscription(kind, topic, lambda message, topic=topic: recording.hear(topic, message), profile)
+    ros.make(SimulatorNode, {"simulator.world": "u:17", "simulator.seed": 3})
+    ros.make(MocapNode)
+    ros.make(LidarNode, {"lidar.world": "u:17"})
+    planner = ros.make(PlannerNode, {"planner.strategy": "bounce"})
+    controller = ros.make(ControllerNode, {"limits.motion_delay": 0.4})
+    goals = ros.publisher(PoseStamped, "goal_pose", qos.EVENT)
+    statuses = ros.listen(GoalStatus, "goal_status", qos.LATCHED)
+    ready = planner._loop._sensors, controller._loop._sensors
+    assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
+    goals.publish(goal_to_message(load_world("u:17").goal, "map"))
+    assert ros.wait_until(lambda: planner._loop.n_plans >= 15, timeout=30.0)
+    assert statuses
+    ros.spin(0.3)
+    found = recording.compared()
+    assert [comparison.end for comparison in found] == [None, None]
+    assert found[0].plans >= 15
+    assert found[1].commands >= 5
+
+
+def test_a_recorder_that_comes_late_hears_the_journal_from_its_beginning(ros):
+    ros.make(PlannerNode)
+    ros.spin(0.5)
+    heard = ros.listen(String, "planner/journal", qos.JOURNAL)
+    assert ros.wait_until(lambda: len(heard) > 1)
+    assert '"number":0,' in heard[0].data

@@ -1,0 +1,110 @@
+"""The recording of a run through the whole graph: every topic, decoded whole, and the run as its files tell it."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+
+from collplan_core.parameters.file import read_parameters
+from collplan_core.warm_up import warm_up
+from collplan_core.worlds.file import parse_text
+from collplan_ros.bringup.main import Bringup
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.results import write_results
+from collplan_ros.recording.reading import attachment, description, messages, raw_messages
+from collplan_ros.recording.recorded_topics import SPARSE, recorded_topics
+from collplan_ros.recording.recording_file import RECORDING
+from collplan_ros.runs.record_reading import RECORD, read_record
+
+ALWAYS = {
+    "/mocap/pose", "/mocap/odom", "/scan", "/goal_pose", "/goal_status", "/plan", "/planner/valid_until",
+    "/planner/foreseen_impacts", "/planner/heartbeat", "/planner/markers", "/planner/costs", "/cmd_vel", "/maneuver",
+    "/controller/state", "/controller/reference", "/robot/state", "/ground_truth/odom", "/diagnostics",
+    "/shared_constants", "/parameter_events", "/rosout",
+}  # fmt: skip
+"""What comes in any run."""
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """Options, folder and outcome of a run, the topics of its graph, and the log of its record."""
+    warm_up()
+    options = Options(seed=3, out=tmp_path_factory.mktemp("runs"), pictures=False)
+    said = io.StringIO()
+    with Bringup(options, Progress(said)) as bringup:
+        bringup.graph.wait_until_ready()
+        outcome = bringup.drive()
+        names = {name for name, _ in bringup.graph.node.get_topic_names_and_types()}
+        bringup.come_to_rest()
+    folder = bringup.folder.path
+    write_results(bringup.folder, bringup.read_log(), bringup.preparation, outcome, options)
+    assert outcome == "reached", said.getvalue()
+    return folder, names, bringup.preparation, read_record(folder / RECORD).log
+
+
+def test_every_topic_of_the_graph_is_in_it_and_both_libraries_decode_it_whole(ran):
+    folder, names, preparation, _ = ran
+    known = {name if name.startswith("/") else f"/{name}" for name in recorded_topics(preparation.settings)}
+    assert names - known == set()
+    path = folder / RECORDING
+    with AnyReader([path]) as reader:
+        counts = {connection.topic: connection.msgcount for connection in reader.connections}
+        assert all(connection.ext.offered_qos_profiles for connection in reader.connections)
+        decoded = [reader.deserialize(data, connection.msgtype) for connection, _, data in reader.messages()]
+    assert counts.keys() >= ALWAYS
+    assert len(decoded) == sum(counts.values())
+    again = list(messages(path, list(counts)))
+    assert len(again) == len(decoded)
+    for (_, _, one), other in zip(again, decoded, strict=True):
+        assert getattr(one, "header", None) is None or one.header.stamp.sec == other.header.stamp.sec
+
+
+def test_it_holds_what_the_files_of_the_run_hold(ran):
+    folder, _, _, log = ran
+    path = folder / RECORDING
+    rows = list(csv.DictReader((folder / "trajectory.csv").open()))
+    poses = {
+        round(message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec, 6): message.pose.pose.position
+        for _, _, message in messages(path, ["mocap/odom"])
+    }
+    assert len(rows) == len(log.poses) > 100
+    for row, pose in zip(rows, log.poses, strict=True):
+        place = poses[round(pose.stamp, 6)]
+        np.testing.assert_allclose([place.x, place.y], [float(row["x"]), float(row["y"])], atol=1e-6)
+    counts = {name: len(list(raw_messages(path, [name]))) for name in ("plan", "cmd_vel", "scan", "ground_truth/odom")}
+    held = {"plan": log.plans, "cmd_vel": log.sent_commands, "scan": log.scans, "ground_truth/odom": log.truth}
+    assert {name: count >= len(held[name]) > 0 for name, count in counts.items()} == dict.fromkeys(counts, True)
+
+
+def test_what_was_lost_on_the_way_is_told_by_the_numbers_of_the_messages(ran):
+    """DDS numbers what one publisher sends; it may lose some on a machine that stalls, but nothing is lost here."""
+    folder, *_ = ran
+    path = folder / RECORDING
+    for name in ("mocap/odom", "ground_truth/odom", "cmd_vel", "planner/costs", "planner/foreseen_impacts"):
+        numbers = np.array([message.number for message in raw_messages(path, [name])])
+        assert np.diff(numbers).min() >= 1, name
+        share = len(numbers) / (numbers[-1] - numbers[0] + 1)
+        assert share > 0.95, (name, share)
+        # subscribed before the node had started
+        assert numbers[0] <= 50, name
+    markers = [message.came for message in raw_messages(path, ["planner/markers"])]
+    assert np.diff(markers).min(initial=np.inf) >= 0.9e9 * SPARSE["planner/markers"]
+
+
+def test_it_says_what_the_run_was(ran):
+    folder, _, preparation, _ = ran
+    path = folder / RECORDING
+    copy = folder / "copy.yaml"
+    copy.write_text(attachment(path, "parameters.yaml"))
+    assert read_parameters(copy) == read_parameters(folder / "parameters.yaml")
+    copy.unlink()
+    world = parse_text(attachment(path, "world.yaml"), "world.yaml", "world")
+    assert world.name == "corridor"
+    assert [corners.tolist() for corners in world.polygons] == [c.tolist() for c in preparation.world.polygons]
+    about = description(path, "run")
+    assert [float(value) for value in about["goal"].split()] == preparation.goal.tolist()
+    assert (about["simulated"], about["namespace"]) == ("true", "/")
+    assert description(path, "version").keys() >= {"collplan-core", "numpy", "numba", "python", "sources"}
