@@ -15,6 +15,7 @@ from collplan_core.planners import PAPER, ROLLOUTS, planner_for
 from collplan_core.state import State
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.markers.rollout_markers import inferred_lines
+from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
 from collplan_ros.messages.conversions import MessageError, seconds_from_stamp
 from collplan_ros.messages.planner_clouds import (
     FREE_SPACE,
@@ -24,9 +25,7 @@ from collplan_ros.messages.planner_clouds import (
     MOST_COMPARED,
     PREDICTED,
     REMEMBERED,
-    compared_from_message,
     compared_to_message,
-    seen_from_message,
     seen_layers,
     seen_to_message,
 )

@@ -61,7 +61,8 @@ def long_run(duration: float = 10.0) -> RunLog:
             ranges = 0.8 + 0.3 * np.sin(np.arange(360) / 40.0) + rng.normal(0.0, 0.005, 360)
             log.scans.append(Scan(EPOCH + t, -np.pi, 2 * np.pi / 360, 0.05, 8.0, ranges))
             times = EPOCH + t + np.linspace(0.0, 3.0, 120)
-            way = np.column_stack([np.linspace(x, 1.0, 120), y + 0.1 * np.sin(times)]) + rng.normal(0.0, 0.001, (120, 2))
+            way = np.column_stack([np.linspace(x, 1.0, 120), y + 0.1 * np.sin(times)])
+            way += rng.normal(0.0, 0.001, way.shape)
             log.plans.append(PlanRow(EPOCH + t, times, way))
             log.contacts[EPOCH + t] = Contacts(times[[60]], way[[60]], np.array([[0.3, -0.2]]))
     return log

@@ -58,7 +58,7 @@ def test_the_text_below_the_world_is_as_wide_as_it_and_changes_with_the_run(tmp_
     frames = frames_of(tmp_path, bouncing_run())
     below = [frame[-90:] for frame in frames]
     assert any((each != below[0]).any() for each in below[1:])
-    ink = [np.flatnonzero((np.ptp(each, axis=0).max(axis=1) > 60)) for each in below]
+    ink = [np.flatnonzero(np.ptp(each, axis=0).max(axis=1) > 60) for each in below]
     assert min(each.min() for each in ink) >= MARGIN - 4
     assert max(each.max() for each in ink) < frames[0].shape[1] - 1
 

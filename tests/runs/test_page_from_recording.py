@@ -44,7 +44,8 @@ def sent_in_a_run():
     yield "planner/compared", 0.6, compared_to_message(rollouts, EPOCH + 0.55, "map")
     yield "planner/costs", 0.4, DiagnosticArray(status=[costs])
     yield "controller/state", 0.5, status("/controller_node", b"\0", "", **doing)
-    yield "controller/state", 1.5, status("/controller_node", b"\1", "", **doing | {"activity": "stopped", "reason": "old"})
+    stopped = doing | {"activity": "stopped", "reason": "old"}
+    yield "controller/state", 1.5, status("/controller_node", b"\1", "", **stopped)
     yield "robot/state", 0.5, status("/simulator_node", b"\0", "", state="free", reason="")
     yield "/diagnostics", 0.2, DiagnosticArray(status=[status("/planner_node", b"\0", "plans")])
     yield "/diagnostics", 1.0, DiagnosticArray(status=[status("/mocap_node", b"\1", "<b>late</b>", poses="12")])

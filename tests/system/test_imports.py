@@ -173,10 +173,18 @@ def executables() -> list:
 
 
 def test_executables_are_those_of_the_graph():
-    nodes = {"mocap_node", "lidar_node", "planner_node", "controller_node", "view_node", "simulator_node", "driver_node"}
+    nodes = {
+        "mocap_node",
+        "lidar_node",
+        "planner_node",
+        "controller_node",
+        "view_node",
+        "simulator_node",
+        "driver_node",
+    }
     of_runs = {"beside", "fit_robot", "fit_rebound", "replay"}
     programs = {"bringup", "compare_engines", "study", "firmware_emulator"}
-    assert {executable.name for executable in executables()} == nodes | programs | of_runs
+    assert {executable.name for executable in executables()} == nodes | robots | programs | of_runs
 
 
 @pytest.mark.parametrize("executable", executables(), ids=lambda executable: executable.name)

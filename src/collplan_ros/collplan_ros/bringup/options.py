@@ -113,9 +113,9 @@ examples:
       before the first run of a robot
 
 Each run leaves a folder: run.html, which plays it in a browser, run.gif, trajectory.png and .csv, impacts.csv,
-summary.json, parameters.yaml, the output of each node in log/, and record.jsonl and run.mcap, which are written while it
-goes on; run.mcap holds every topic. What a bringup that was killed has left of them the next one completes. The command
-line that repeats the run is said at its end, and in summary.json.
+summary.json, parameters.yaml, the output of each node in log/, and record.jsonl and run.mcap, written while it
+goes on; run.mcap holds every topic. What a bringup that was killed has left of them the next one completes. The
+command line that repeats the run is said at its end, and in summary.json.
 ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
 """
 

@@ -5,8 +5,7 @@ field of its own, so that a viewer of point clouds can colour by it.
 """
 
 from array import array
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
@@ -17,40 +16,23 @@ from collplan_core.plan import Candidates
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_ros.markers.plan_markers import ARROW_LENGTH
 from collplan_ros.markers.rollout_markers import inferred_lines
-from collplan_ros.messages.conversions import MessageError, check_frame, header
-
-FREE_SPACE, FRONTIERS, PREDICTED, REMEMBERED, INFERRED = LAYERS = (
-    "free_space",
-    "frontiers",
-    "predicted",
-    "remembered",
-    "inferred",
+from collplan_ros.messages.cloud_reading import (
+    FREE_SPACE,
+    FRONTIERS,
+    INFERRED,
+    KINDS,
+    LAYERS,
+    PLACES,
+    PREDICTED,
+    REMEMBERED,
+    TOTAL,
 )
-"""Layers of planner/seen, by the number in its field `layer`: a closed polygon, and lines of two points each."""
+from collplan_ros.messages.conversions import header
+
 SEEN = np.dtype({"names": ["x", "y", "layer"], "formats": ["<f4", "<f4", "u1"], "offsets": [0, 4, 8], "itemsize": 12})
-PLACES = ("x", "y", "vx", "vy", "line")
-"""Fields of planner/compared before the cost terms: position, velocity, and which line of points it belongs to."""
-TOTAL = "total"
 MOST_COMPARED = 500
 """Only so many of the cheapest candidates are told."""
-_KINDS = {"<f4": PointField.FLOAT32, "|u1": PointField.UINT8}
-
-
-@dataclass(frozen=True, eq=False)
-class Compared:
-    """What a plan was chosen from: single candidates, or whole rollouts.
-
-    Attributes:
-        rows: (m, 4) x, y, vx, vy of each candidate [m], [m/s].
-        terms: (m,) each cost term by its name, TOTAL among them.
-        paths: those of rollouts (n, 2), n > 1 [m].
-        costs: what each rollout costs.
-    """
-
-    rows: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
-    terms: Mapping[str, np.ndarray] = field(default_factory=dict)
-    paths: Sequence[np.ndarray] = ()
-    costs: Sequence[float] = ()
+_NUMBERS = {kind: number for number, kind in KINDS.items()}
 
 
 # ---- planner/seen
@@ -63,18 +45,6 @@ def seen_to_message(layers: Mapping[str, np.ndarray], stamp: float, frame: str) 
     table["x"], table["y"] = np.concatenate(points).T
     table["layer"] = np.repeat(np.arange(len(LAYERS)), [len(each) for each in points])
     return _cloud(table, stamp, frame)
-
-
-def seen_from_message(message: PointCloud2, frame: str) -> dict[str, np.ndarray]:
-    """Points (n, 2) [m] of each layer of LAYERS in a message.
-
-    Raises:
-        MessageError: another frame, other fields, or fewer bytes than it says.
-    """
-    table = _table(message, frame)
-    _check_fields(table, ("x", "y", "layer"))
-    points = np.column_stack([table["x"], table["y"]]).astype(float)
-    return {name: points[table["layer"] == number] for number, name in enumerate(LAYERS)}
 
 
 def seen_layers(
@@ -116,25 +86,6 @@ def compared_to_message(candidates: Candidates, stamp: float, frame: str) -> Poi
     return _cloud(table, stamp, frame)
 
 
-def compared_from_message(message: PointCloud2, frame: str) -> Compared:
-    """What was compared, as in a message.
-
-    Raises:
-        MessageError: another frame, other fields, or fewer bytes than it says.
-    """
-    table = _table(message, frame)
-    _check_fields(table, (*PLACES, TOTAL))
-    rows = np.column_stack([table[name] for name in PLACES[:4]]).astype(float)
-    starts = np.flatnonzero(np.diff(table["line"], prepend=np.nan) != 0.0)
-    lengths = np.diff(starts, append=len(table))
-    terms = {name: table[name].astype(float) for name in table.dtype.names or () if name not in PLACES}
-    long = lengths > 1
-    paths = [rows[start : start + length, :2] for start, length in zip(starts[long], lengths[long], strict=True)]
-    single = starts[~long]
-    singles = {name: values[single] for name, values in terms.items()}
-    return Compared(rows[single], singles, paths, terms[TOTAL][starts[long]].tolist())
-
-
 def _rollout_table(candidates: Candidates) -> np.ndarray:
     known = [(path, cost) for path, cost in zip(candidates.paths, candidates.path_costs, strict=True) if len(path) > 1]
     lengths = [len(path) for path, _ in known]
@@ -155,7 +106,7 @@ def _empty_table(size: int, terms: tuple[str, ...]) -> np.ndarray:
 def _cloud(table: np.ndarray, stamp: float, frame: str) -> PointCloud2:
     """Message of a structured array, a point a row and a field of the message for each of its own."""
     fields = [
-        PointField(name=name, offset=offset, datatype=_KINDS[kind.str], count=1)
+        PointField(name=name, offset=offset, datatype=_NUMBERS[kind.str], count=1)
         for name, (kind, offset) in (table.dtype.fields or {}).items()
     ]
     return PointCloud2(
@@ -169,26 +120,3 @@ def _cloud(table: np.ndarray, stamp: float, frame: str) -> PointCloud2:
         data=array("B", table.tobytes()),
         is_dense=bool(all(np.isfinite(table[name]).all() for name in table.dtype.names or ())),
     )
-
-
-def _table(message: PointCloud2, frame: str) -> np.ndarray:
-    check_frame("header.frame_id", message.header.frame_id, frame)
-    kinds = {number: kind for kind, number in _KINDS.items()}
-    step, size = int(message.point_step), int(message.width) * int(message.height)
-    names, formats, offsets = [], [], []
-    for each in message.fields:
-        if each.datatype not in kinds or each.count != 1 or each.offset + np.dtype(kinds[each.datatype]).itemsize > step:
-            raise MessageError(f"fields: got {each.name!r} of type {each.datatype}, expected FLOAT32 or UINT8")
-        names.append(str(each.name))
-        formats.append(kinds[each.datatype])
-        offsets.append(int(each.offset))
-    if message.is_bigendian or step == 0 or len(message.data) != step * size or len(set(names)) != len(names):
-        raise MessageError(f"data: got {len(message.data)} bytes, expected {size} points of {step} bytes, little endian")
-    layout = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": step})
-    return np.frombuffer(message.data, layout, count=size) if size else np.zeros(0, layout)
-
-
-def _check_fields(table: np.ndarray, expected: Sequence[str]) -> None:
-    names = table.dtype.names or ()
-    if not set(expected) <= set(names):
-        raise MessageError(f"fields: got {', '.join(names)}, expected {', '.join(expected)}")

@@ -29,7 +29,7 @@ SWATCH, SPACE, MARGIN = 18, 14, 8
 
 
 class Entry(NamedTuple):
-    """An entry: `draw` draws at a pixel (x, y), within SWATCH by LINE at SMOOTHING times the size; `words` explain it."""
+    """An entry: `draw` draws at a pixel (x, y), within SWATCH by LINE at SMOOTHING times the size; `words` name it."""
 
     words: str
     draw: Callable[[ImageDraw.ImageDraw, float, float], None]

@@ -65,7 +65,7 @@ class Record:
         simulated: whether the robot was simulated.
         goal: (2,) [m], the last one given; NaN where the run was killed before it had one.
         wall_clock_ahead: of the wall clock before the clock of `sent`, when the run began [s].
-        told: lines of the kinds costs, goal, health and robot, and as `target` each goal given (x, y), in order of receipt.
+        told: lines of the kinds costs, goal, health and robot, and as `target` each goal given, in order of receipt.
     """
 
     log: RunLog = field(default_factory=RunLog)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from collplan_ros.messages.planner_clouds import compared_from_message, seen_from_message
+from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
 from collplan_ros.recording.reading import messages
 from collplan_ros.view import scene
 from collplan_ros.view.player.played_run import PlayedRun

@@ -61,9 +61,7 @@ def frames_of(poses: Sequence[PoseRow], events: Iterable[Event], beginning: Fram
         trail = {"trail": scene.trail(passed, pose.stamp)} if passed else {}
         changed = {part: value for part, value in parts.items() if part in LOSSY or _differs(newest, part, value)}
         newest |= changed
-        frames.append(
-            {"t": scene.time_of(pose.stamp - zero), "robot": scene.robot(state_of(pose)), **trail, **changed}
-        )
+        frames.append({"t": scene.time_of(pose.stamp - zero), "robot": scene.robot(state_of(pose)), **trail, **changed})
         parts, passed, due = {}, [], pose.stamp + PERIOD
     return frames
 

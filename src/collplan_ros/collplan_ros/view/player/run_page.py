@@ -59,7 +59,8 @@ def run_page(run: PlayedRun) -> str:
     text = _page(run, frames, notes)
     while len(text) > largest and factor < COARSEST:
         factor *= 2 ** max(1, int(math.log2(len(text) / largest)))
-        fewer = f"one in {factor} scans, maps and sets of candidates: all would make a file of over {_megabytes(largest)}"
+        size = f"{1e-6 * largest:g} MB"
+        fewer = f"one in {factor} scans, maps and sets of candidates: all would make a file of over {size}"
         text = _page(run, thinned(frames, factor), [*notes, fewer])
     return text
 
@@ -106,7 +107,3 @@ def _missing(frames: Sequence[Frame], settings: Settings) -> list[str]:
     }
     missing = [words for words, is_known in known.items() if not is_known]
     return [f"not recorded: {', '.join(missing)}"] if missing else []
-
-
-def _megabytes(size: int) -> str:
-    return f"{1e-6 * size:g} MB"
