@@ -104,7 +104,12 @@ def test_the_planners_do_not_know_each_other(planner):
 
 @pytest.mark.parametrize(
     "module",
-    [m for m in FILES if m.startswith(("collplan_ros.runs", "collplan_ros.pictures", "collplan_ros.view")) and m not in WITH_ROS_IN_RUNS],
+    [
+        m
+        for m in FILES
+        if m.startswith(("collplan_ros.runs", "collplan_ros.pictures", "collplan_ros.view"))
+        and m not in WITH_ROS_IN_RUNS
+    ],
 )
 def test_runs_are_read_and_drawn_without_ros(module):
     assert all_imports(module) & ROS == set()
@@ -146,7 +151,15 @@ def executables() -> list:
 
 
 def test_executables_are_those_of_the_graph():
-    nodes = {"mocap_node", "lidar_node", "planner_node", "controller_node", "view_node", "simulator_node", "driver_node"}
+    nodes = {
+        "mocap_node",
+        "lidar_node",
+        "planner_node",
+        "controller_node",
+        "view_node",
+        "simulator_node",
+        "driver_node",
+    }
     programs = {"bringup", "fit_robot", "fit_rebound", "beside", "compare_engines", "study", "firmware_emulator"}
     assert {executable.name for executable in executables()} == nodes | programs
 

@@ -154,9 +154,10 @@ def _empty_table(size: int, terms: tuple[str, ...]) -> np.ndarray:
 
 def _cloud(table: np.ndarray, stamp: float, frame: str) -> PointCloud2:
     """Message of a structured array, a point a row and a field of the message for each of its own."""
+    names, layout = table.dtype.names or (), table.dtype
     fields = [
-        PointField(name=name, offset=offset, datatype=_KINDS[kind.str], count=1)
-        for name, (kind, offset) in (table.dtype.fields or {}).items()
+        PointField(name=name, offset=offset, datatype=_KINDS[layout[name].str], count=1)
+        for name, offset in zip(names, _offsets(layout), strict=True)
     ]
     return PointCloud2(
         header=header(stamp, frame),
@@ -167,8 +168,13 @@ def _cloud(table: np.ndarray, stamp: float, frame: str) -> PointCloud2:
         point_step=table.dtype.itemsize,
         row_step=table.nbytes,
         data=array("B", table.tobytes()),
-        is_dense=bool(all(np.isfinite(table[name]).all() for name in table.dtype.names or ())),
+        is_dense=bool(all(np.isfinite(table[name]).all() for name in names)),
     )
+
+
+def _offsets(layout: np.dtype) -> list[int]:
+    fields = layout.fields
+    return [] if fields is None else [fields[name][1] for name in layout.names or ()]
 
 
 def _table(message: PointCloud2, frame: str) -> np.ndarray:
@@ -177,13 +183,19 @@ def _table(message: PointCloud2, frame: str) -> np.ndarray:
     step, size = int(message.point_step), int(message.width) * int(message.height)
     names, formats, offsets = [], [], []
     for each in message.fields:
-        if each.datatype not in kinds or each.count != 1 or each.offset + np.dtype(kinds[each.datatype]).itemsize > step:
+        if (
+            each.datatype not in kinds
+            or each.count != 1
+            or each.offset + np.dtype(kinds[each.datatype]).itemsize > step
+        ):
             raise MessageError(f"fields: got {each.name!r} of type {each.datatype}, expected FLOAT32 or UINT8")
         names.append(str(each.name))
         formats.append(kinds[each.datatype])
         offsets.append(int(each.offset))
     if message.is_bigendian or step == 0 or len(message.data) != step * size or len(set(names)) != len(names):
-        raise MessageError(f"data: got {len(message.data)} bytes, expected {size} points of {step} bytes, little endian")
+        raise MessageError(
+            f"data: got {len(message.data)} bytes, expected {size} points of {step} bytes, little endian"
+        )
     layout = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": step})
     return np.frombuffer(message.data, layout, count=size) if size else np.zeros(0, layout)
 
