@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from rclpy.serialization import deserialize_message, serialize_message
@@ -32,6 +32,8 @@ from collplan_ros.messages.planner_clouds import (
 from collplan_ros.messages.qos import LATCHED
 from fake_robot import LIDAR, hall
 from planner_bench import PlannerBench
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=100)
 
 SETTINGS = Settings().with_values({"time_to_goal.proposals": 100})
 FLOAT32 = 2e-7
@@ -75,7 +77,9 @@ def test_what_was_compared_comes_back(cycle):
     compared = compared_from_message(over_the_wire(compared_to_message(candidates, 3.25, "map")), "map")
     if candidates.paths:
         assert len(compared.rows) == 0
-        known = [(path, cost) for path, cost in zip(candidates.paths, candidates.path_costs, strict=True) if len(path) > 1]
+        known = [
+            (path, cost) for path, cost in zip(candidates.paths, candidates.path_costs, strict=True) if len(path) > 1
+        ]
         assert len(compared.paths) == len(known) > 3
         for told, (path, _) in zip(compared.paths, known, strict=True):
             np.testing.assert_allclose(told, path, rtol=FLOAT32, atol=1e-7)
@@ -91,6 +95,7 @@ def test_what_was_compared_comes_back(cycle):
         assert compared.terms[name][cheapest] == pytest.approx(value, rel=1e-3, abs=1e-6)
 
 
+@QUICK
 @given(st.dictionaries(st.sampled_from(LAYERS), POINTS))
 def test_any_lines_come_back(layers):
     back = seen_from_message(seen_to_message(layers, 1.0, "map"), "map")
@@ -99,12 +104,15 @@ def test_any_lines_come_back(layers):
         np.testing.assert_array_equal(back[name], layers.get(name, np.zeros((0, 2))))
 
 
+@QUICK
 @given(st.lists(st.integers(1, 9), max_size=6))
 def test_any_rollouts_come_back_but_those_of_one_point(lengths):
     paths = tuple(np.arange(2.0 * n).reshape(n, 2) + 100 * k for k, n in enumerate(lengths))
     costs = tuple(float(k) for k in range(len(lengths)))
     nothing = np.zeros((0, 2))
-    back = compared_from_message(compared_to_message(Candidates(nothing, nothing, np.zeros(0), paths, costs), 0.0, "m"), "m")
+    back = compared_from_message(
+        compared_to_message(Candidates(nothing, nothing, np.zeros(0), paths, costs), 0.0, "m"), "m"
+    )
     expected = [(path, cost) for path, cost in zip(paths, costs, strict=True) if len(path) > 1]
     assert back.costs == [cost for _, cost in expected]
     for told, (path, _) in zip(back.paths, expected, strict=True):

@@ -184,7 +184,7 @@ def test_executables_are_those_of_the_graph():
     }
     of_runs = {"beside", "fit_robot", "fit_rebound", "replay"}
     programs = {"bringup", "compare_engines", "study", "firmware_emulator"}
-    assert {executable.name for executable in executables()} == nodes | robots | programs | of_runs
+    assert {executable.name for executable in executables()} == nodes | programs | of_runs
 
 
 @pytest.mark.parametrize("executable", executables(), ids=lambda executable: executable.name)

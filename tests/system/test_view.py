@@ -10,9 +10,8 @@ import urllib.request
 from contextlib import suppress
 
 import pytest
-from websockets.sync.client import connect
-
 from bringup_process import Run, wait_for
+from websockets.sync.client import connect
 
 pytestmark = pytest.mark.soak
 
@@ -43,7 +42,18 @@ def test_a_run_is_shown_driven_and_goes_on_without_its_page(tmp_path, parameters
                     (answers if "answer" in message else parts).update(message)
                 return condition()
 
-            everything = {"robot", "scan", "free", "rollouts", "plan", "remembered", "impacts", "costs", "periods", "nodes"}
+            everything = {
+                "robot",
+                "scan",
+                "free",
+                "rollouts",
+                "plan",
+                "remembered",
+                "impacts",
+                "costs",
+                "periods",
+                "nodes",
+            }
             wait_for(lambda: shows(lambda: everything <= parts.keys() and parts["world"] and parts["impacts"]))
             assert parts["about"]["robot"] == "simulated"
             assert {node["name"] for node in parts["nodes"]} >= {"/simulator_node", "/planner_node", "/controller_node"}
@@ -70,9 +80,8 @@ def test_a_port_that_is_taken_ends_bringup_before_it_drives(tmp_path):
         port = taken.getsockname()[1]
         path = tmp_path / "taken.yaml"
         path.write_text(f'"/**":\n  ros__parameters:\n    view:\n      port: {port}\n')
-        ended = subprocess.run(
-            [sys.executable, "-m", "collplan_ros.bringup.main", "--view", "--params", str(path), "--out", str(tmp_path / "runs")],
-            capture_output=True, text=True, timeout=100, check=False,
-        )  # fmt: skip
+        command = [sys.executable, "-m", "collplan_ros.bringup.main", "--view", "--params", str(path)]
+        command += ["--out", str(tmp_path / "runs")]
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
     assert ended.returncode == 3
     assert f"127.0.0.1:{port} is taken by another program" in ended.stdout + ended.stderr

@@ -3,10 +3,12 @@
 import json
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_ros.view.frames import KEPT, LOSSY, Changes, Newest, Slot, as_json, joined
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=100)
 
 NAMES = st.sampled_from(["robot", "scan", "plan", "goal", "costs", "trail", "periods"])
 PARTS = st.recursive(st.integers() | st.text() | st.booleans() | st.none(), lambda inner: st.lists(inner, max_size=3))
@@ -25,6 +27,7 @@ def lasting(parts):
     return {name: text for name, text in parts.items() if name not in (*LOSSY, "t")}
 
 
+@QUICK
 @given(PUTS)
 def test_the_newest_of_all_parts_is_what_was_put_last(puts):
     newest = Newest()
@@ -35,6 +38,7 @@ def test_the_newest_of_all_parts_is_what_was_put_last(puts):
     assert lasting({name: text for name, text in whole.items() if name != "history"}) == lasting(last)
 
 
+@QUICK
 @given(PUTS, st.lists(st.booleans(), min_size=12, max_size=12))
 def test_a_slow_page_ends_up_with_the_same(puts, takes):
     slot, has, all_of = Slot(), {}, {}
@@ -48,6 +52,7 @@ def test_a_slow_page_ends_up_with_the_same(puts, takes):
     assert slot.take() == {}
 
 
+@QUICK
 @given(PUTS)
 def test_a_page_that_comes_late_ends_up_with_the_same(puts):
     frames = list(frames_of(puts))
@@ -64,6 +69,7 @@ def test_a_page_that_comes_late_ends_up_with_the_same(puts):
         assert lasting(early) == lasting(all_of)
 
 
+@QUICK
 @given(PUTS)
 def test_frames_are_json(puts):
     for frame in frames_of(puts):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.plan import Contacts
@@ -14,6 +14,8 @@ from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import arena_names, load_world
 from collplan_ros.view import scene
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=100)
 
 HALF = 0.0005
 LENGTHS = st.floats(-1e3, 1e3)
@@ -33,6 +35,7 @@ def through_json(part):
     return json.loads(json.dumps(part, allow_nan=False))
 
 
+@QUICK
 @given(FLAT_POINTS)
 def test_numbers_are_rounded_to_the_nearest_thousandth(points):
     whole = scene.milli(np.array(points).reshape(-1, 2))
@@ -40,12 +43,14 @@ def test_numbers_are_rounded_to_the_nearest_thousandth(points):
     np.testing.assert_allclose(np.array(whole) / 1000.0, np.array(points).reshape(-1), atol=HALF + 1e-9)
 
 
+@QUICK
 @given(st.lists(LENGTHS, max_size=5), NOT_FINITE, st.lists(LENGTHS, max_size=5))
 def test_what_cannot_be_drawn_is_refused_wherever_it_is(before, bad, after):
     with pytest.raises(scene.SceneError):
         scene.milli([*before, bad, *after])
 
 
+@QUICK
 @given(states())
 def test_the_robot_is_where_it_is(state):
     x, y, yaw, vx, vy = through_json(scene.robot(state))
@@ -54,6 +59,7 @@ def test_the_robot_is_where_it_is(state):
     assert math.cos(yaw / 1000 - state.yaw) == pytest.approx(1.0, abs=1e-6)
 
 
+@QUICK
 @given(states(), st.lists(st.floats(0.05, 4.9), min_size=2, max_size=50), st.floats(-3.0, 3.0))
 def test_scan_points_are_as_far_from_the_robot_as_the_beams_say(state, ranges, first):
     seen = Scan(0.0, first, 6.0 / len(ranges), 0.02, 5.0, np.array(ranges))
@@ -69,6 +75,7 @@ def test_beams_that_hit_nothing_leave_no_point():
     assert len(scene.scan(seen, at)) == 4
 
 
+@QUICK
 @given(states(1.0), states(2.0), st.floats(-1.0, 4.0))
 def test_between_two_states_lies_a_state_between_them(before, after, stamp):
     middle = scene.between(before, after, stamp)
@@ -95,6 +102,7 @@ def test_a_world_is_drawn_whole(name):
     assert len(part["circles"]) == len(place.circles)
 
 
+@QUICK
 @given(st.lists(st.floats(0.001, 0.5), min_size=1, max_size=20), st.lists(st.tuples(*4 * [LENGTHS]), max_size=4))
 def test_a_plan_keeps_its_times_and_contacts(steps, contacts):
     stamp = 100.0
@@ -114,6 +122,7 @@ def test_a_plan_without_known_contacts_has_none():
     assert scene.plan(1.0, np.array([1.0, 2.0]), np.zeros((2, 2)), None)["contacts"] == []
 
 
+@QUICK
 @given(st.lists(st.floats(-1e6, 1e6) | st.just(math.nan), min_size=1, max_size=20))
 def test_rollouts_come_cheapest_first_and_keep_their_cost(costs):
     paths = [np.array([[k, 0.0], [k, 1.0]]) for k in range(len(costs))]
@@ -135,10 +144,12 @@ def test_cost_terms_are_told_from_counts_and_rebounds():
     }  # fmt: skip
     part = through_json(scene.costs(values))
     assert part == {
-        "planning_time": 12.35, "strategy": "bounce", "hardest": 500, "terms": {"total": 1.235, "rebound_reward": -0.25},
+        "planning_time": 12.35, "strategy": "bounce", "hardest": 500,
+        "terms": {"total": 1.235, "rebound_reward": -0.25},
     }  # fmt: skip
 
 
+@QUICK
 @given(st.floats(0.0, 100.0))
 def test_a_node_that_says_nothing_is_silent(age):
     report = scene.NodeReport("/planner_node", 0, "planning", {"plans": "3"}, came=50.0)

@@ -1,11 +1,13 @@
 """A robot is called simulated, emulated or real only where there is no doubt."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_ros.view.scene import EMULATED, REAL, SIMULATED, UNKNOWN
 from collplan_ros.view.which_robot import which_robot
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=100)
 
 SIMULATOR = {"simulator.world": "corridor", "robot.radius": 0.09}
 SERIAL = {"driver.port": "/dev/ttyUSB0", "robot.radius": 0.09}
@@ -34,7 +36,10 @@ def test_which_robot(known, silent, expected):
     assert which_robot("/robot", known, [*known, *silent]) == expected
 
 
-@given(st.dictionaries(st.text(max_size=4), st.sampled_from([SERIAL, DRIVER, FIRMWARE, PLANNER, SIMULATOR]), max_size=5))
+@QUICK
+@given(
+    st.dictionaries(st.text(max_size=4), st.sampled_from([SERIAL, DRIVER, FIRMWARE, PLANNER, SIMULATOR]), max_size=5)
+)
 def test_never_the_wrong_one(known):
     for source in [*known, "/nobody"]:
         told = which_robot(source, known, known)

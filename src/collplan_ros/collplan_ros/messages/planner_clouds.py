@@ -105,9 +105,10 @@ def _empty_table(size: int, terms: tuple[str, ...]) -> np.ndarray:
 
 def _cloud(table: np.ndarray, stamp: float, frame: str) -> PointCloud2:
     """Message of a structured array, a point a row and a field of the message for each of its own."""
+    names, layout = table.dtype.names or (), table.dtype
     fields = [
-        PointField(name=name, offset=offset, datatype=_NUMBERS[kind.str], count=1)
-        for name, (kind, offset) in (table.dtype.fields or {}).items()
+        PointField(name=name, offset=offset, datatype=_NUMBERS[layout[name].str], count=1)
+        for name, offset in zip(names, _offsets(layout), strict=True)
     ]
     return PointCloud2(
         header=header(stamp, frame),
@@ -118,5 +119,10 @@ def _cloud(table: np.ndarray, stamp: float, frame: str) -> PointCloud2:
         point_step=table.dtype.itemsize,
         row_step=table.nbytes,
         data=array("B", table.tobytes()),
-        is_dense=bool(all(np.isfinite(table[name]).all() for name in table.dtype.names or ())),
+        is_dense=bool(all(np.isfinite(table[name]).all() for name in names)),
     )
+
+
+def _offsets(layout: np.dtype) -> list[int]:
+    fields = layout.fields
+    return [] if fields is None else [fields[name][1] for name in layout.names or ()]

@@ -83,9 +83,7 @@ class GraphParameters:
 
     # ---- asking
 
-    def _ask(
-        self, kind: type, node: str, service: str, request: Any, answered: Callable[[str, Any], None]
-    ) -> None:
+    def _ask(self, kind: type, node: str, service: str, request: Any, answered: Callable[[str, Any], None]) -> None:
         def done(response: Any, trouble: str) -> None:
             if response is not None:
                 answered(node, response)

@@ -3,7 +3,7 @@
 import hmac
 import json
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 GOAL, CANCEL, RESUME, STOP, CLEAR_STOP, SET = ACTIONS = ("goal", "cancel", "resume", "estop", "clear_estop", "set")
 LONGEST_TEXT = 200
@@ -95,13 +95,13 @@ def _value(given: dict[str, Any]) -> Value:
     if isinstance(value, str) and len(value) <= LONGEST_TEXT:
         return value
     if isinstance(value, bool) or _is_number(value):
-        return value  # type: ignore[no-any-return]
+        return value
     if isinstance(value, list) and all(map(_is_number, value)):
         return tuple(float(each) for each in value)
     raise CommandError(f"value: got {_shown(value)}, expected true, false, a finite number, a list of them or a text")
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: Any) -> TypeGuard[int | float]:
     # compared, as a whole number may be too large for a float
     return type(value) in (int, float) and abs(value) <= LARGEST
 

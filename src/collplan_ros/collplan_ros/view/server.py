@@ -142,7 +142,7 @@ class PageServer:
             self._welcome,
             sock=self._socket,
             process_request=self._process,
-            create_connection=self._connection,
+            create_connection=self._connection,  # type: ignore[arg-type]  # any factory will do
             compression=None,  # costs more than this machine's own wires gain
             max_size=LARGEST_MESSAGE,
             max_queue=4,
@@ -160,7 +160,7 @@ class PageServer:
                     continue
 
     def _connection(self, protocol: ServerProtocol, server: Server, **options: Any) -> "_Connection":
-        return _Connection(self._waiting, protocol, server, **options)
+        return _Connection(self._waiting, self._refuse, protocol, server, **options)
 
     def _process(self, connection: ServerConnection, request: HttpRequest) -> Response | None:
         try:
@@ -238,10 +238,16 @@ class _Connection(ServerConnection):
     """A connection that is turned away where too many wait, and cut where it sends too much."""
 
     def __init__(
-        self, waiting: "set[_Connection]", protocol: ServerProtocol, server: Server, **options: Any
+        self,
+        waiting: "set[_Connection]",
+        refuse: Callable[[str], None],
+        protocol: ServerProtocol,
+        server: Server,
+        **options: Any,
     ) -> None:
         super().__init__(protocol, server, **options)
         self._waiting = waiting
+        self._refuse = refuse
         self._turned_away = False
         self._bytes = Allowance(BYTES_AT_ONCE, BYTES_A_SECOND)
 
@@ -258,7 +264,8 @@ class _Connection(ServerConnection):
     def data_received(self, data: bytes) -> None:
         if self._bytes.spend(len(data), self.loop.time()):
             super().data_received(data)
-        else:
+        elif not self.transport.is_closing():
+            self._refuse("a connection sent too much and is cut")
             self.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
