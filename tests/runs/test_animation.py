@@ -6,13 +6,14 @@ from PIL import Image
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
+from collplan_ros.pictures import animation
 from collplan_ros.pictures.animation import LONG_SIDE, NARROWEST, draw_animation
-from collplan_ros.pictures.drawing import BEAM_END, DELIBERATE, FREE, GOAL, OBSTACLE, PLAN, speed_color
+from collplan_ros.pictures.drawing import BEAM_END, DELIBERATE, FREE, GOAL, OBSTACLE, PLAN, SPEED_COLORS, speed_color
 from collplan_ros.pictures.legend import MARGIN, Entry, legend, run_entries
 from collplan_ros.pictures.title import shortened
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.run_log import PlanRow
-from made_runs import WINDOW, bouncing_run, room
+from made_runs import SPEED, WINDOW, bouncing_run, room
 
 TITLE = "room, harness, seed 0 (simulated)"
 
@@ -51,12 +52,14 @@ def test_what_is_drawn_has_its_own_colours_in_every_frame_though_the_last_one_hi
     for color in (PLAN, FREE, GOAL, OBSTACLE, BEAM_END):
         assert min(count_of(frame, color, height) for frame in frames[:6]) > 5, color
     assert count_of(frames[-1], DELIBERATE, height) > 5
-    assert count_of(frames[-1], speed_color(4), height) > 5
+    slow_and_fast = [int(SPEED / Settings().robot.max_speed * SPEED_COLORS - 0.5 + k) for k in (0, 1)]
+    assert sum(count_of(frames[8], speed_color(k), height) for k in slow_and_fast) > 5
 
 
 def test_the_text_below_the_world_is_as_wide_as_it_and_changes_with_the_run(tmp_path):
     frames = frames_of(tmp_path, bouncing_run())
-    below = [frame[-90:] for frame in frames]
+    height = animation.CLOCK + animation.TITLE + legend(LONG_SIDE, run_entries(1.2)).height
+    below = [frame[2 - height :] for frame in frames]
     assert any((each != below[0]).any() for each in below[1:])
     ink = [np.flatnonzero(np.ptp(each, axis=0).max(axis=1) > 60) for each in below]
     assert min(each.min() for each in ink) >= MARGIN - 4

@@ -96,7 +96,7 @@ def test_a_page_that_was_hidden_goes_on_where_it_was(run):
 
 
 def test_a_jump_shows_what_playing_would_have_shown(run):
-    lines = "const result = input.times.map((time) => { got.length = 0; source.seek(time); return got; });"
+    lines = "const result = input.times.map((time) => { got.length = 0; source.seek(time); return [...got]; });"
     times = [-5, -0.1, -0.01, 0.0, 0.06, 0.4, 0.79, 0.8, 5]
     for time, (reset, merged) in zip(times, run(lines, frames=FRAMES, times=times), strict=True):
         assert reset == "reset"

@@ -199,7 +199,9 @@ def test_it_loads_nothing(page):
                 assert value.startswith(("data:", "#")), (tag, value)
     assert not {"iframe", "object", "embed", "base", "form"} & {tag for tag, _, _ in parsed.elements}
     for code in (*parsed.texts("script", type="module"), *parsed.texts("style")):
-        assert not re.search(r"https?:|wss?:|@import|url\(|importScripts|XMLHttpRequest|sendBeacon", code)
+        assert not re.search(
+            r"https?://|wss?://|@import|url\(|importScripts|XMLHttpRequest|WebSocket|fetch\(|sendBeacon", code
+        )
         assert not re.search(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function", code)
 
 

@@ -58,7 +58,7 @@ def test_the_title_lies_within_the_picture_and_names_the_world_by_its_name(tmp_p
     title = figure._suptitle.get_text()
     assert title.startswith(name[:3])
     assert "/home/user" not in title
-    assert "goal reached in 1.8 s, 0.72 m, 1 impact" in title
+    assert "goal reached in 1.8 s, 0.67 m, 1 impact" in title
 
 
 def test_speeds_have_the_colours_of_the_animation(tmp_path, drawn):

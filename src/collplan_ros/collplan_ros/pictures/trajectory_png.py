@@ -22,6 +22,8 @@ PLAN_PERIOD = 0.6
 OBSTACLE, WALL = "#5b6472", "#2f353d"
 PLAN, START, GOAL = "#7aa6d8", "#4a4a4a", "#1a8f4c"
 FORESEEN, UNFORESEEN = "#f2a900", "#d7263d"
+WIDTH, AROUND, TITLE_LINE = 7.0, 1.25, 0.2
+"""Width of the picture; height of what is around the arena, and of each line of the title [inch]."""
 TITLE_SIZE, TITLE_WIDTH = 10, 0.95
 """Font size of the title [points], and how much of the picture's width it takes at most."""
 
@@ -43,9 +45,9 @@ def draw_trajectory(
     from matplotlib.figure import Figure
 
     x0, y0, x1, y1 = world.bounds
-    width = 7.0
-    figure = Figure(figsize=(width, 0.86 * width * (y1 - y0) / (x1 - x0) + 1.2), layout="constrained")
-    canvas = FigureCanvasAgg(figure)
+    figure = Figure(figsize=(WIDTH, WIDTH), layout="constrained")
+    lines = _write_title(FigureCanvasAgg(figure), title)
+    figure.set_figheight(0.8 * WIDTH * (y1 - y0) / (x1 - x0) + AROUND + TITLE_LINE * lines)
     axes = figure.add_subplot()
     _draw_world(axes, world)
     _draw_plans(axes, log.plans)
@@ -55,7 +57,6 @@ def draw_trajectory(
         figure.colorbar(speeds, ax=axes, label="speed [m/s]", shrink=0.85, pad=0.02)
     _draw_impacts(axes, impacts)
     _label(axes, world)
-    _write_title(canvas, title)
     # the layout keeps it apart from the axis labels, whatever the arena's shape
     figure.legend(loc="outside lower center", ncols=5, frameon=False, fontsize=8)
     figure.savefig(path, dpi=150)
@@ -142,7 +143,8 @@ def _label(axes: "Axes", world: World) -> None:
     )
 
 
-def _write_title(canvas: "FigureCanvasAgg", title: str) -> None:
+def _write_title(canvas: "FigureCanvasAgg", title: str) -> int:
+    """Writes the title and returns the number of its lines."""
     from matplotlib.font_manager import FontProperties
 
     figure, renderer = canvas.figure, canvas.get_renderer()
@@ -153,4 +155,6 @@ def _write_title(canvas: "FigureCanvasAgg", title: str) -> None:
         return bool(width <= TITLE_WIDTH * figure.bbox.width)
 
     # of the figure, which is wider than the axes; a world's name may hold what matplotlib takes for formulas
-    figure.suptitle(wrapped(title, fits), fontsize=TITLE_SIZE, parse_math=False)
+    text = wrapped(title, fits)
+    figure.suptitle(text, fontsize=TITLE_SIZE, parse_math=False)
+    return len(text.splitlines())
