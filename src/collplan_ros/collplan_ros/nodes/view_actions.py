@@ -65,7 +65,8 @@ class ViewActions:
             self._parameters.set(command.node, command.name, command.value, reply)
 
     def _give_goal(self, command: Command, reply: Reply) -> None:
-        if not self._goals.get_subscription_count():
+        # this node hears goals too
+        if self._goals.get_subscription_count() < 2:
             reply(False, f"nobody listens to {self._goals.topic_name}")
             return
         message = goal_to_message(np.array(command.at), self._frame)

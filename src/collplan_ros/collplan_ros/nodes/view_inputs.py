@@ -19,7 +19,6 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from collplan_core.goal import NO_GOAL
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
-from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_ros.messages import qos
 from collplan_ros.messages.cloud_reading import (
@@ -49,6 +48,10 @@ STEP_BACK = 0.5
 """A pose that is so much before the newest begins another time, as after a restart [s]."""
 MEMORY_EVERY = 5
 """Of the messages about what is seen, those of which the memory is shown: it is the most of them and changes least."""
+NODES_PERIOD = 0.5
+"""Time between two looks at which nodes are silent [s]."""
+MOST_NODES = 50
+"""Nodes shown: so many belong to no robot."""
 LONGEST_PERIOD = 2.0
 """A longer time between two commands is a pause, not a period [s]."""
 
@@ -87,14 +90,14 @@ class ViewInputs:
         self._impacts = Impacts()
         self._states: deque[State] = deque()
         self._fresh: list[State] = []
-        self._scan: Scan | None = None
+        self._robot: scene.Part = None
         self._contacts: dict[float, Contacts] = {}
         self._commanded = math.nan
         self._periods: list[float] = []
         self._seen = 0
-        self._time = self._at = math.nan
+        self._time, self._at = 0.0, self._clock()
         self._status = NO_GOAL
-        self._plan: bytes | None = None
+        self._told_nodes = -math.inf
 
     @property
     def refused(self) -> int:
@@ -139,14 +142,15 @@ class ViewInputs:
         """Takes what has come and puts it into the changes; returns the time of the frame [s]."""
         self._always.poll()
         self._watched.poll()
-        self._put_robot()
-        self._put_scan()
-        self._put_plan()
+        now = self._clock()
+        self._put_robot(now)
         if self._periods:
             self._changes.put("periods", [round(1e3 * period, 1) for period in self._periods])
             self._periods = []
-        self._changes.put("nodes", scene.nodes(self.reports.values(), self._clock()))
-        return self._time if math.isfinite(self._time) else scene.time_of(self._clock())
+        if now - self._told_nodes >= NODES_PERIOD:
+            self._told_nodes = now
+            self._changes.put("nodes", scene.nodes(self.reports.values(), now))
+        return scene.time_of(self._time)
 
     def hear_goals(self) -> None:
         """Takes what has come of that which is heard all the time."""
@@ -156,36 +160,43 @@ class ViewInputs:
 
     def _take_pose(self, raw: bytes, _: Values) -> None:
         state = state_from_bytes(raw, self._frames.map, self._frames.base)
+        self._robot = scene.robot(state)
         if self._states and state.stamp < self._states[-1].stamp - STEP_BACK:
-            self._states.clear()
-            self._fresh.clear()
+            self._begin_anew()
         self._states.append(state)
         self._fresh.append(state)
         self._impacts.moved(state)
         while self._states[0].stamp < state.stamp - KEPT:
             self._states.popleft()
 
-    def _put_robot(self) -> None:
-        now = self._clock()
-        if not self._fresh:
-            # the clock of the page goes on, so that what is silent is seen to be
-            self._time, self._at = self._time + now - self._at, now
-            return
-        *between, newest = self._fresh
-        self._fresh = []
-        self._time, self._at = scene.time_of(newest.stamp), now
-        self._changes.put("robot", scene.robot(newest))
-        if between:
-            self._changes.put("trail", scene.trail(between, newest.stamp))
+    def _begin_anew(self) -> None:
+        """Drops what belongs to another time, as after a restart of the robot."""
+        self._states.clear()
+        self._fresh.clear()
+        self._impacts = Impacts()
+        self._changes.put("impacts", [])
+
+    def _put_robot(self, now: float) -> None:
+        before = self._time
+        if self._fresh:
+            *between, newest = self._fresh
+            self._fresh = []
+            self._time = newest.stamp
+            self._changes.put("robot", self._robot)
+            if between:
+                self._changes.put("trail", scene.trail(between, newest.stamp))
+        else:
+            # time goes on without poses: what is silent is to be seen to be
+            self._time = before + now - self._at
+        if 0.0 < before - self._time < STEP_BACK:
+            self._time = before
+        self._at = now
 
     # ---- scans
 
     def _take_scan(self, message: LaserScan, _: Values) -> None:
-        self._scan = scan_from_message(message, self._frames.base)
-
-    def _put_scan(self) -> None:
-        scan, self._scan = self._scan, None
-        if scan is None or not self._states:
+        scan = scan_from_message(message, self._frames.base)
+        if not self._states:
             return
         after = next((state for state in self._states if state.stamp >= scan.stamp), self._states[-1])
         before = next((state for state in reversed(self._states) if state.stamp <= scan.stamp), self._states[0])
@@ -199,13 +210,8 @@ class ViewInputs:
         self._impacts.planned(stamp, contacts)
 
     def _take_plan(self, raw: bytes, _: Values) -> None:
-        self._plan = raw
-
-    def _put_plan(self) -> None:
-        raw, self._plan = self._plan, None
-        if raw is not None:
-            stamp, times, positions = path_from_bytes(raw, self._frames.map)
-            self._changes.put("plan", scene.plan(stamp, times, positions, self._contacts.get(stamp)))
+        stamp, times, positions = path_from_bytes(raw, self._frames.map)
+        self._changes.put("plan", scene.plan(stamp, times, positions, self._contacts.get(stamp)))
 
     def _take_seen(self, message: PointCloud2, _: Values) -> None:
         layers = seen_from_message(message, self._frames.map)
@@ -268,11 +274,14 @@ class ViewInputs:
     def _take_health(self, message: DiagnosticArray, _: Values) -> None:
         for status in message.status:
             name = str(status.name)
-            if name.rpartition("/")[0] != self._namespace:
-                continue  # another robot's
+            if name.rpartition("/")[0] != self._namespace or not self._is_known_or_fits(name):
+                continue
             values = {str(item.key): str(item.value) for item in status.values}
             self.reports[name] = scene.NodeReport(name, status.level[0], str(status.message), values, self._clock())
             self._on_node(name)
+
+    def _is_known_or_fits(self, name: str) -> bool:
+        return name in self.reports or len(self.reports) < MOST_NODES
 
     def _take_event(self, event: ParameterEvent, _: Values) -> None:
         self._on_parameters(event)

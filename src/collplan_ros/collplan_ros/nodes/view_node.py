@@ -52,13 +52,13 @@ class ViewNode(Node):
         declare(self, *GROUPS, live=())
         self._settings: Settings = read_settings(self, *GROUPS)
         # steady even where the node follows /clock: people look in their own time
-        self._clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._changes = Changes()
         self._calls = ServiceCalls(self)
-        self._parameters = GraphParameters(self._calls)
+        self._graph_parameters = GraphParameters(self._calls)
         self._inputs = ViewInputs(self, self._settings, self._changes, self._now)
-        self._inputs.tell(self._parameters.heard, self._parameters.take_event)
-        self._actions = ViewActions(self, self._calls, self._parameters, self._settings.frames.map)
+        self._inputs.tell(self._graph_parameters.heard, self._graph_parameters.take_event)
+        self._actions = ViewActions(self, self._calls, self._graph_parameters, self._settings.frames.map)
         self._loader = ThreadPoolExecutor(max_workers=1, thread_name_prefix="world")
         self._world_name: str | None = None
         self._world: Future[World] | None = None
@@ -67,7 +67,7 @@ class ViewNode(Node):
         Scan(0.0, 0.0, 1.0, 0.0, 1.0, np.ones(2))  # loads what was compiled, so that the first scan is not late
         view = self._settings.view
         self._server = PageServer(view.port, view.clients, self._actions.take, self.get_logger().warning)
-        self._timer = self.create_timer(IDLE_PERIOD, self._tick, clock=self._clock)
+        self._timer = self.create_timer(IDLE_PERIOD, self._tick, clock=self._steady)
         self._diagnostics = Diagnostics(self, self._health)
         self.get_logger().info(f"open {self.address} in a browser on this machine")
 
@@ -77,7 +77,7 @@ class ViewNode(Node):
         return self._server.address
 
     def _now(self) -> float:
-        return seconds(self._clock)
+        return seconds(self._steady)
 
     def _tick(self) -> None:
         watched = self._server.unwatched_for() < LINGER
@@ -94,7 +94,7 @@ class ViewNode(Node):
         time = self._inputs.poll()
         if self._frames % ABOUT_EVERY == 0:
             self._put_about()
-            self._changes.put("parameters", self._parameters.live)
+            self._changes.put("parameters", self._graph_parameters.live)
         self._server.publish(self._changes.take(time))
         self._frames += 1
 
@@ -112,7 +112,7 @@ class ViewNode(Node):
     # ---- what the frames begin with
 
     def _put_about(self) -> None:
-        known = self._parameters.values
+        known = self._graph_parameters.values
         world, trouble = self._found_world()
         self._changes.put(
             "about",
@@ -131,7 +131,7 @@ class ViewNode(Node):
 
     def _found_world(self) -> tuple[World | None, str]:
         """The world that the graph names, once it is made, or why there is none."""
-        known = self._parameters.values
+        known = self._graph_parameters.values
         name = next((found for key in WORLDS if (found := first_of(known, key)) is not None), None)
         if name is None:
             return None, ""

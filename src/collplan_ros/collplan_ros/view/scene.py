@@ -6,7 +6,8 @@ whole: it replaces the part of the same name. What the page shows at a time is t
 Lengths are in mm, speeds in mm/s, angles in mrad, durations in ms, all whole numbers in the world frame; times are in s
 on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
 
-    t           time of the frame [s], to the ms: that of the newest pose
+    t           time of the frame [s], in ms: that of the newest pose, and on from it where no more come; one that is
+                earlier by over 0.5 s begins another way and other plots, as after a restart of the robot
     about       {"robot": "simulated" | "emulated" | "real" | "unknown", "namespace", "world": its name,
                 "radius", "max_speed", "tolerance": of the goal, "spacing": width of an inferred strip}
     world       {"bounds": [x0, y0, x1, y1], "walled", "polygons": [[points], ...], "circles": [[x, y, radius], ...]},

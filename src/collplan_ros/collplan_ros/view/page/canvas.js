@@ -1,6 +1,6 @@
 // The picture: what is in sight, what is pointed at, and where a click was.
 
-import { Transform, distanceToSegment } from "./geometry.js";
+import { Transform, distanceToSegment, freeExtent } from "./geometry.js";
 import { LAYERS, Picture, contactsAhead, drawGround, drawScale } from "./layers.js";
 
 const CLICK = 5; // px: a pointer that moved less has clicked
@@ -18,7 +18,8 @@ export class SceneCanvas {
     this.onclick = null;
     this.onhover = null;
     this.following = false;
-    this.fitted = false;
+    this.fitted = null; // the world that was fitted, or true for the robot's surroundings
+    this.moved = false;
     this.pointer = null;
     this.drag = null;
     this.stale = true;
@@ -37,7 +38,7 @@ export class SceneCanvas {
     this.canvas.height = Math.round(this.view.height * ratio);
     this.ratio = ratio;
     this.stale = true;
-    if (!this.moved) this.fitted = false;
+    this.fitted = null;
   }
 
   listen() {
@@ -95,7 +96,7 @@ export class SceneCanvas {
   fit() {
     this.moved = false;
     this.following = false;
-    this.fitted = false;
+    this.fitted = null;
     this.stale = true;
   }
 
@@ -121,15 +122,16 @@ export class SceneCanvas {
     return last && now - last.t < 0.75 && now > last.t ? now : 0;
   }
 
+  /** Stays with the robot, or shows the world whole once it is known, until somebody moves the picture. */
   look(robot) {
-    const { view, scene } = this;
+    const { view, scene, moved } = this;
+    const { world } = scene.parts;
     if (this.following && robot) {
       view.x = robot.x;
       view.y = robot.y;
-    } else if (!this.fitted && (scene.parts.world || robot)) {
-      const bounds = scene.parts.world?.bounds ?? [robot.x - 1500, robot.y - 1500, robot.x + 1500, robot.y + 1500];
-      view.fit(bounds);
-      this.fitted = Boolean(scene.parts.world) || !scene.parts.about?.world;
+    } else if (!moved && (world ?? robot) && this.fitted !== (world ?? true)) {
+      view.fit(world ? freeExtent(world) : [robot.x - 1500, robot.y - 1500, robot.x + 1500, robot.y + 1500]);
+      this.fitted = world ?? true;
       this.stale = true;
     }
   }

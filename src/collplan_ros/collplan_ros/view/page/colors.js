@@ -3,7 +3,7 @@
 const LIGHT = {
   back: "#e9edf2", floor: "#ffffff", solid: "#c9d1db", edge: "#46566b", grid: "#eef1f5", text: "#1b2633",
   muted: "#66758a", free: "rgba(0,158,115,0.13)", freeEdge: "#009e73", frontier: "#0072b2", predicted: "#6a3d9a",
-  remembered: "#5b6675", inferred: "rgba(91,102,117,0.20)", scan: "#d0175f", contact: "#d55e00",
+  remembered: "#5b6675", inferred: "rgba(70,86,107,0.16)", scan: "#d0175f", contact: "#d55e00",
   robot: "#222c3a", ring: "#e69f00", heading: "#ffffff", goal: "#00855f", deliberate: "#d55e00",
   foreseen: "#e69f00", other: "#111111", outline: "#ffffff", plotLine: "#0072b2", plotGrid: "#dde3ea",
 };

@@ -116,7 +116,7 @@ export class ParameterList {
   fill(input, entry) {
     if (!input || document.activeElement === input) return;
     if (entry.kind === "bool") input.checked = entry.value;
-    else input.value = Array.isArray(entry.value) ? entry.value.join(", ") : String(entry.value);
+    else input.value = Array.isArray(entry.value) ? entry.value.map(shortly).join(", ") : shortly(entry.value);
   }
 
   filter() {
@@ -125,6 +125,11 @@ export class ParameterList {
       row.hidden = !row.dataset.text.includes(wanted);
     });
   }
+}
+
+/** A value as it is shown: numbers to six digits. */
+function shortly(value) {
+  return typeof value === "number" ? String(Number(value.toPrecision(6))) : String(value);
 }
 
 /** The value in a field, of the parameter's kind; null where it is none. */

@@ -35,9 +35,39 @@ export class Transform {
   fit([x0, y0, x1, y1]) {
     this.x = (x0 + x1) / 2;
     this.y = (y0 + y1) / 2;
-    const spare = 0.92;
+    const spare = 0.84;
     this.scale = spare * Math.min(this.width / Math.max(x1 - x0, 1), this.height / Math.max(y1 - y0, 1));
   }
+}
+
+/** The rectangle [x0, y0, x1, y1] around what is free of a world, on a coarse grid; its bounds where nothing is. */
+export function freeExtent({ bounds, polygons, circles }) {
+  const [x0, y0, x1, y1] = bounds;
+  const cells = 60;
+  const free = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let i = 0; i <= cells; i += 1) {
+    for (let k = 0; k <= cells; k += 1) {
+      const x = x0 + ((x1 - x0) * i) / cells;
+      const y = y0 + ((y1 - y0) * k) / cells;
+      if (circles.some(([cx, cy, radius]) => Math.hypot(x - cx, y - cy) < radius)) continue;
+      if (polygons.some((corners) => isInside(corners, x, y))) continue;
+      free[0] = Math.min(free[0], x);
+      free[1] = Math.min(free[1], y);
+      free[2] = Math.max(free[2], x);
+      free[3] = Math.max(free[3], y);
+    }
+  }
+  return free[2] > free[0] && free[3] > free[1] ? free : bounds;
+}
+
+/** Whether a point is in a convex polygon, counter-clockwise. */
+function isInside(corners, x, y) {
+  for (let i = 0; i < corners.length; i += 2) {
+    const k = (i + 2) % corners.length;
+    const [ax, ay] = [corners[i], corners[i + 1]];
+    if ((corners[k] - ax) * (y - ay) - (corners[k + 1] - ay) * (x - ax) < 0) return false;
+  }
+  return true;
 }
 
 /** Adds a polyline to the path of a context. */

@@ -3,6 +3,7 @@
 import { addLine, addSegments, drawArrow, firstAfter } from "./geometry.js";
 
 const TRAIL_SHOWN = 15; // s
+const SMOOTH = 0.025; // s to either side
 const FLASH = 0.7; // s for which an impact is seen to happen
 const AFTER = 0.22; // s of the velocity after a contact that its arrow is long
 const SPEED_STEPS = 24; // colours that lines by speed are drawn in
@@ -168,7 +169,7 @@ function drawPredicted(picture) {
 
 function drawScan({ ctx, view, colors, parts }) {
   const flat = parts.scan ?? [];
-  const size = Math.min(4, Math.max(1.6, 8 * view.scale));
+  const size = Math.min(3.5, Math.max(1.3, 6 * view.scale));
   ctx.fillStyle = colors.scan;
   ctx.beginPath();
   for (let i = 0; i + 1 < flat.length; i += 2) {
@@ -256,7 +257,17 @@ function drawTrail(picture) {
   }
   const robot = scene.robotAt(now);
   if (robot) points.push({ t: now, x: view.sx(robot.x), y: view.sy(robot.y), speed: robot.speed });
-  drawBySpeed(picture, points, 2.5, (point) => Math.max(0.12, 1 - (now - point.t) / TRAIL_SHOWN));
+  drawBySpeed(picture, smoothed(points), 2.5, (point) => Math.max(0.12, 1 - (now - point.t) / TRAIL_SHOWN));
+}
+
+/** Each point amid those within SMOOTH of it: what is measured trembles. */
+function smoothed(points) {
+  let [begin, end, x, y] = [0, 0, 0, 0];
+  return points.map((point) => {
+    for (; end < points.length && points[end].t <= point.t + SMOOTH; end += 1) [x, y] = [x + points[end].x, y + points[end].y];
+    for (; points[begin].t < point.t - SMOOTH; begin += 1) [x, y] = [x - points[begin].x, y - points[begin].y];
+    return { ...point, x: x / (end - begin), y: y / (end - begin) };
+  });
 }
 
 /** The plan's points that are still to come, on the screen, with the speed to each. */

@@ -2,7 +2,7 @@
 
 const BEHIND = 0.09; // s that the picture is behind the newest frame, so that there are two to go between
 const FASTEST_CATCH = 3; // 1/s
-const JUMP = 0.7; // s: farther off, the picture jumps
+const JUMP = 0.5; // s: farther off, the picture jumps
 const PATIENCE = 4000; // ms for an answer
 const AGAIN = 1500; // ms between two attempts to connect
 

@@ -24,7 +24,7 @@ export class Panels {
   write() {
     if (this.scene.version === this.version) return;
     this.version = this.scene.version;
-    const { about, doing, hold, goal, costs, nodes } = this.scene.parts;
+    const { about, doing, hold, goal, costs, nodes, impacts } = this.scene.parts;
     this.writeAbout(about, costs);
     byId("maneuver").textContent = (doing?.maneuver || "no controller heard").replaceAll("_", " ");
     byId("goal_status").textContent = goal && goal.status !== "none" ? `· goal ${goal.status}` : "· no goal";
@@ -33,6 +33,7 @@ export class Panels {
     const held = hold && hold.state !== "free" && hold.message;
     byId("hold").hidden = !held;
     byId("hold").textContent = held ? hold.message : "";
+    byId("counts").textContent = counted(impacts ?? []);
     this.writeNodes(nodes ?? []);
   }
 
@@ -64,6 +65,13 @@ export class Panels {
       row.title = Object.entries(values).map(([key, value]) => `${key}: ${value}`).join("\n");
     }
   }
+}
+
+/** Impacts by their kind, in words. */
+function counted(impacts) {
+  if (!impacts.length) return "no impact yet";
+  const of = (kind) => impacts.filter((impact) => impact.kind === kind).length;
+  return `${impacts.length} impact${impacts.length > 1 ? "s" : ""}: ${of("deliberate")} deliberate, ${of("foreseen")} foreseen, ${of("other")} other`;
 }
 
 /** Switches of the layers of a canvas. */

@@ -4,6 +4,7 @@ import { element } from "./dom.js";
 import { firstAfter } from "./geometry.js";
 
 const SHOWN = 20; // s
+const GAP = 1; // s without a figure, over which no line is drawn
 
 function nice(value) {
   const power = 10 ** Math.floor(Math.log10(Math.max(value, 1e-9)));
@@ -39,8 +40,9 @@ class Plot {
       return { name, points: points.slice(begin, firstAfter(points, now)) };
     });
     const values = shown.flatMap(({ points }) => points.map(({ value }) => value));
-    const top = nice(Math.max(1e-6, ...values));
-    const bottom = values.some((value) => value < 0) ? -nice(-Math.min(...values)) : 0;
+    const [least, most] = [Math.min(0, ...values), Math.max(0, ...values)];
+    const bottom = least < 0 ? -nice(-least) : 0;
+    const top = most > 0 ? nice(most) : least < 0 ? 0 : 1;
     const [left, right, high, low] = [34, width - 2, 5, height - 5];
     const sx = (t) => left + ((t - now + SHOWN) / SHOWN) * (right - left);
     const sy = (value) => low - ((value - bottom) / (top - bottom)) * (low - high);
@@ -75,7 +77,12 @@ class Plot {
     ctx.lineWidth = 1.6;
     ctx.lineJoin = "round";
     ctx.beginPath();
-    points.forEach(({ t, value }, k) => (k ? ctx.lineTo(sx(t), sy(value)) : ctx.moveTo(sx(t), sy(value))));
+    let last = -Infinity;
+    for (const { t, value } of points) {
+      if (t - last > GAP) ctx.moveTo(sx(t), sy(value));
+      else ctx.lineTo(sx(t), sy(value));
+      last = t;
+    }
     ctx.stroke();
   }
 

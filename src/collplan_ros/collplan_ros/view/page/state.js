@@ -15,20 +15,28 @@ export class Scene {
   /** Forgets everything. */
   reset() {
     this.parts = {};
-    this.track = [];
-    this.series = { planning: [], period: [], distance: [], terms: new Map() };
     this.queue = [];
     this.newest = -Infinity;
     this.version = (this.version ?? 0) + 1;
+    this.forgetWay();
+  }
+
+  /** Forgets where the robot was and what is plotted. */
+  forgetWay() {
+    this.track = [];
+    this.series = { planning: [], period: [], distance: [], terms: new Map() };
   }
 
   /** Takes the next frame; it counts from its time on. */
   push(frame) {
-    if (frame.t < this.newest - STEP_BACK) this.reset();
+    if (frame.t < this.newest - STEP_BACK) {
+      this.queue.splice(0).forEach((earlier) => this.apply(earlier));
+      this.newest = frame.t;
+      this.forgetWay();
+    }
     this.newest = Math.max(this.newest, frame.t);
     if (frame.history) {
-      this.track = [];
-      this.series = { planning: [], period: [], distance: [], terms: new Map() };
+      this.forgetWay();
       frame.history.forEach((earlier) => this.takeWay(earlier));
       frame.history.forEach((earlier) => this.takeFigures(earlier));
     }
