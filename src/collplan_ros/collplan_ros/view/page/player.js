@@ -117,8 +117,9 @@ export class Transport {
     this.steps(box, "impact", ",", ".", source.impactTimes);
     this.moment = element("a", box, "moment");
     this.moment.title = "a link to this moment: copy its address";
-    element("span", box, "about", `${recording.title}: ${recording.end}`);
-    for (const note of recording.notes) element("span", box, "note", note);
+    const said = element("div", box, "said");
+    element("b", said, "", `${recording.title}: ${recording.end}`);
+    for (const note of recording.notes) element("span", said, "note", note);
     for (const [key, words] of PLAYER_KEYS) {
       element("dt", byId("keys"), "", key);
       element("dd", byId("keys"), "", words);

@@ -38,7 +38,7 @@ export class Scene {
     if (frame.history) {
       this.forgetWay();
       frame.history.forEach((earlier) => this.takeWay(earlier));
-      frame.history.forEach((earlier) => this.takeFigures(earlier));
+      frame.history.forEach((earlier) => this.takeFigures(earlier, frame.goal));
     }
     this.takeWay(frame);
     this.queue.push(frame);
@@ -94,7 +94,7 @@ export class Scene {
     }
   }
 
-  takeFigures(frame) {
+  takeFigures(frame, goal = frame.goal ?? this.parts.goal) {
     const { planning, period, distance, terms } = this.series;
     const t = frame.t;
     if (frame.costs) {
@@ -105,7 +105,6 @@ export class Scene {
       }
     }
     if (frame.periods?.length) period.push({ t, value: Math.max(...frame.periods) });
-    const goal = frame.goal ?? this.parts.goal;
     if (frame.robot && goal?.at) {
       distance.push({ t, value: Math.hypot(frame.robot[0] - goal.at[0], frame.robot[1] - goal.at[1]) / 1000 });
     }
