@@ -19,7 +19,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run study study-bounce animation pictures test soak faults faults-long bench lint format ws
+.PHONY: help setup run demo study study-bounce animation pictures test soak faults faults-long bench lint format ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -29,6 +29,9 @@ setup: $(COMPILED)  ## make .venv, compile the planner, make .venv-oldest for th
 
 run: $(COMPILED)  ## simulate a run to the goal, ARGS="--help" for its options
 	@.venv/bin/bringup $(ARGS)
+
+demo: $(COMPILED)  ## watch the robot bounce through a serpentine, in a browser on this machine; simulated, Ctrl-C ends it
+	@.venv/bin/bringup --world $(SERPENTINE) --strategy bounce --view --again --no-pictures --out runs/demo $(ARGS)
 
 study: $(COMPILED)  ## the paper's 300 runs and what they say, simulated, ARGS="--help" for its options
 	@.venv/bin/study $(ARGS)

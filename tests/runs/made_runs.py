@@ -1,4 +1,7 @@
-"""Logs of runs made by hand."""
+"""Logs of runs made by hand, and what a recorder would have written of them."""
+
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -7,9 +10,16 @@ from collplan_core.plan import Contacts
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
+from collplan_ros.runs.record_file import RecordFile
+from collplan_ros.runs.record_reading import Told
 from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver
 
 EPOCH = 1.7e9
+AHEAD = EPOCH - 77.0
+"""Of the poses' clock before the clock of sending [s]."""
+THOUGHT = 0.03
+"""From the stamp of a plan to when it is sent [s]."""
+GOAL = np.array([0.0, 0.1])
 WALL = 1.0
 RADIUS = Settings().robot.radius
 WINDOW = Settings().mocap.velocity_window
@@ -44,3 +54,27 @@ def bouncing_run() -> RunLog:
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
     log.true_impacts.append(ImpactRecord(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
     return log
+
+
+def write_record(path: Path, log: RunLog, goal: np.ndarray = GOAL, told: Sequence[Told] = ()) -> None:
+    """Writes what a recorder would have written of this run, without its end."""
+    file = RecordFile(path)
+    file.write("run", {"simulated": True, "goal": goal.tolist(), "wall_clock_ahead": AHEAD})
+    rows = [(row.sent, "pose", row) for row in log.poses] + [(row.sent, "truth", row) for row in log.truth]
+    rows += [(row.sent, "command", row) for row in log.sent_commands]
+    rows += [(row.sent, "maneuver", row) for row in log.sent_maneuvers]
+    rows += [(row.sent, row.kind, (row.sent, *row.entries)) for row in told]
+    rows += [(i.stamp - AHEAD, "true_impact", (i.stamp - AHEAD, *i)) for i in log.true_impacts]
+    for stamp, each in log.contacts.items():
+        vectors = each.points.tolist(), each.velocities_after.tolist()
+        rows.append((stamp - AHEAD, "contacts", (stamp - AHEAD, stamp, each.times.tolist(), *vectors)))
+    for plan in log.plans:
+        sent = plan.stamp - AHEAD + THOUGHT
+        rows.append((sent, "plan", (sent, plan.stamp, plan.times.tolist(), plan.positions.tolist())))
+    for scan in log.scans:
+        sent = scan.stamp - AHEAD
+        limits = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, scan.time_increment
+        rows.append((sent, "scan", (sent, scan.stamp, *limits, scan.ranges.tolist())))
+    for _, kind, entries in sorted(rows, key=lambda row: row[0]):
+        file.write(kind, *entries)
+    file.flush()

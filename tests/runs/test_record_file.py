@@ -19,42 +19,17 @@ from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.record_file import RecordError, RecordFile
 from collplan_ros.runs.record_reading import RECORD, read_record
 from collplan_ros.runs.recorded_run import RunError, read_run
-from collplan_ros.runs.run_log import RunLog
 from collplan_ros.runs.run_times import RunTimes, continued
 from collplan_ros.runs.send_times import SendTimes
 from collplan_ros.runs.whole_file import replacing
-from made_runs import EPOCH, WINDOW, bouncing_run, room
+from made_runs import EPOCH, GOAL, WINDOW, bouncing_run, room, write_record
 
-GOAL = np.array([0.0, 0.1])
 HOUR = 3600.0
-
-
-def record(path: Path, log: RunLog) -> None:
-    """Writes what a recorder would have written of this run, without its end."""
-    file = RecordFile(path)
-    file.write("run", {"simulated": True, "goal": GOAL.tolist(), "wall_clock_ahead": EPOCH})
-    rows = [(row.sent, "pose", row) for row in log.poses] + [(row.sent, "truth", row) for row in log.truth]
-    rows += [(row.sent, "command", row) for row in log.sent_commands]
-    rows += [(row.sent, "maneuver", row) for row in log.sent_maneuvers]
-    rows += [(77.0 + i.stamp - EPOCH, "true_impact", (77.0, *i)) for i in log.true_impacts]
-    rows += [
-        (77.0 + s - EPOCH, "contacts", (77.0, s, c.times.tolist(), c.points.tolist(), c.velocities_after.tolist()))
-        for s, c in log.contacts.items()
-    ]
-    rows += [
-        (77.0 + p.stamp - EPOCH, "plan", (77.0, p.stamp, p.times.tolist(), p.positions.tolist())) for p in log.plans
-    ]
-    for scan in log.scans:
-        limits = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, scan.time_increment
-        rows.append((77.0 + scan.stamp - EPOCH, "scan", (77.0, scan.stamp, *limits, scan.ranges.tolist())))
-    for _, kind, entries in sorted(rows, key=lambda row: row[0]):
-        file.write(kind, *entries)
-    file.flush()
 
 
 def test_what_was_written_is_read(tmp_path):
     log = bouncing_run()
-    record(tmp_path / RECORD, log)
+    write_record(tmp_path / RECORD, log)
     read = read_record(tmp_path / RECORD)
     assert (read.simulated, read.goal.tolist()) == (True, GOAL.tolist())
     assert read.log.poses == log.poses
@@ -77,7 +52,7 @@ def killed(tmp_path_factory):
     )
     world = {"lidar.world": str(folder.parent / "room.yaml"), "simulator.world": str(folder.parent / "room.yaml")}
     write_parameters(Settings().with_values(world), folder / "parameters.yaml")
-    record(folder / RECORD, bouncing_run())
+    write_record(folder / RECORD, bouncing_run())
     with (folder / RECORD).open("a") as file:
         file.write('["pose",1700000002.0,0.1')
     return folder

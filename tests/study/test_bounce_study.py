@@ -24,6 +24,7 @@ from collplan_study.question.options import parse
 from collplan_study.question.question import question_from
 from collplan_study.question.sources import load_sources
 from collplan_study.report import pictures
+from collplan_study.report.bounce_tables import bounce_tables
 from collplan_study.report.write_report import write_report
 from collplan_study.tables.table_files import IMPACTS, TABLE, write_tables
 from fake_studies import fake_study, impact, reached, timed_out
@@ -196,6 +197,15 @@ def test_worlds_that_lose_are_named_and_first(found):
     page = (folder / "report.html").read_text()
     assert "1 of 12 (2 families together), 0 of 6 (pillars)" in page
     assert page.index(f"<td>{LOST}</td>") < page.index("<td>pillars:0</td>")
+
+
+def test_tables_are_no_wider_than_a_page_and_claim_no_loss_where_there_is_none(found):
+    tables = list(bounce_tables(results_in(found[1])))
+    assert max(len(each.head) for each in tables) <= 10
+    assert all(len(row) == len(each.head) for each in tables for row in each.rows)
+    titles = [each.title for each in tables]
+    assert "Worlds where bounce saves least against avoid" in titles
+    assert not any("loses" in title for title in titles)
 
 
 def test_what_knowing_the_map_saves_and_how_much_of_the_ceiling_is_reached(found):

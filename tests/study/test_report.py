@@ -95,6 +95,12 @@ def test_the_page_needs_nothing_but_itself(plain):
     assert not re.search(r"url\(|@import", text)
 
 
+def test_the_origin_of_numbers_says_what_was_asked_and_nothing_empty(plain):
+    asked = re.search(r"<td>asked</td><td>(.*?)</td>", (plain / "report.html").read_text())[1]
+    assert "trials: 6" in asked
+    assert not re.search(r": *(,|$)", asked)
+
+
 def test_figures_are_files_too_and_load_nothing(plain):
     stems = {path.stem for path in (plain / "figures").iterdir()}
     assert stems == {"corridor-map-periods", "corridor-paths"}

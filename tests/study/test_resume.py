@@ -11,6 +11,7 @@ import pytest
 from collplan_study.main import main
 from collplan_study.question.ablations import ABLATIONS
 from collplan_study.question.options import Options
+from collplan_study.report import pictures
 from collplan_study.run import preparation, worker
 from collplan_study.run.row_file import RowFile
 from collplan_study.run.study_folder import ROWS
@@ -72,6 +73,22 @@ def test_a_part_is_run_now_and_another_later(tmp_path):
     resume(folder, "--jobs", "1", "--run", "ablations")
     done = [(row["ablation"], row["trial"]) for row in table(folder).to_pylist()]
     assert done == [("", 0), ("", 1), *((name, 0) for name in ABLATIONS if name)]
+
+
+def test_what_completes_a_study_works_from_where_the_user_stands(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", [".venv/bin/study"])
+    folder = tmp_path / "my study"
+    assert main([*FEW, "--worlds", "random:3", "--run", "none", "--out", str(folder)]) == 0
+    said = capsys.readouterr().out
+    assert f"2 trials were not run; complete it with: .venv/bin/study --resume '{folder}'\n" in said
+    assert "report" not in said
+
+
+def test_where_the_report_is_is_said(copy, monkeypatch, capsys):
+    monkeypatch.setattr(pictures, "save_figure", lambda figure, stem: "<svg/>")
+    assert main(["--resume", str(copy), "--jobs", "1", "--run", "none"]) == 0
+    assert f"report: {copy / 'report.html'}\n" in capsys.readouterr().out
+    assert (copy / "report.html").is_file()
 
 
 def killed_and_resumed(folder, jobs, count):

@@ -30,6 +30,7 @@ FILES = {
     "impacts.csv",
     "trajectory.png",
     "run.gif",
+    "run.html",
     "parameters.yaml",
     "record.jsonl",
     "run.mcap",

@@ -208,3 +208,10 @@ def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_de
     assert sorted(ended, key=ended.__getitem__) == ["controller", "other", "device"]
     with pytest.raises(NodeDied, match=r"stubborn was killed by SIGKILL; its last lines:\n  up"):
         started["stubborn"].check()
+
+
+def test_a_robot_that_is_not_simulated_does_not_set_out_again_by_itself(tmp_path, capsys):
+    said = ["--robot", "serial:/dev/null", "--world", "corridor", "--goal", "2.0", "0.4", "--network", "local"]
+    assert main([*said, "--again", "--out", str(tmp_path / "runs")]) == 2
+    assert "--again: got --robot serial:/dev/null, expected a simulated one" in capsys.readouterr().err
+    assert not (tmp_path / "runs").exists()

@@ -31,7 +31,13 @@ WITH_ROS_IN_RUNS = {
     "collplan_ros.recording.graph_topics",
     "collplan_ros.recording.recorded_topics",
 }
-READING_RUNS = ("collplan_ros.runs", "collplan_ros.pictures", "collplan_ros.recording", "collplan_ros.replay")
+READING_RUNS = (
+    "collplan_ros.runs",
+    "collplan_ros.pictures",
+    "collplan_ros.recording",
+    "collplan_ros.replay",
+    "collplan_ros.view",
+)
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
 PIP_NAMES = {
@@ -41,7 +47,17 @@ PIP_NAMES = {
     "serial": "pyserial",
     "yaml": "PyYAML",
 }
-WITHOUT_ROSDEP_KEY = {"cobs", "distributed", "mcap", "mcap_ros2", "mujoco", "numba", "pyarrow", "pymunk"}
+WITHOUT_ROSDEP_KEY = {
+    "cobs",
+    "distributed",
+    "mcap",
+    "mcap_ros2",
+    "mujoco",
+    "numba",
+    "pyarrow",
+    "pymunk",
+    "websockets",
+}
 OPTIONAL = {"tf2_ros"}
 
 
@@ -157,7 +173,15 @@ def executables() -> list:
 
 
 def test_executables_are_those_of_the_graph():
-    nodes = {"mocap_node", "lidar_node", "planner_node", "controller_node", "simulator_node", "driver_node"}
+    nodes = {
+        "mocap_node",
+        "lidar_node",
+        "planner_node",
+        "controller_node",
+        "view_node",
+        "simulator_node",
+        "driver_node",
+    }
     of_runs = {"beside", "fit_robot", "fit_rebound", "replay"}
     programs = {"bringup", "compare_engines", "study", "firmware_emulator"}
     assert {executable.name for executable in executables()} == nodes | programs | of_runs

@@ -42,12 +42,16 @@ class Candidates:
         positions, velocities: (m, 2) [m], [m/s].
         costs: (m,).
         paths: whole ones (k, 2) that the best was refined from, if any [m].
+        path_costs: what each of these costs.
+        terms: (m,) each cost term by its name, where they are kept apart.
     """
 
     positions: np.ndarray
     velocities: np.ndarray
     costs: np.ndarray
     paths: tuple[np.ndarray, ...] = ()
+    path_costs: tuple[float, ...] = ()
+    terms: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

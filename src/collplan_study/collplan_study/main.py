@@ -1,21 +1,22 @@
 """The command `study`: checks the options, runs the trials that are missing, writes tables and report."""
 
+import shlex
 import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 
-from tqdm import tqdm
-
+from collplan_core.command_line import as_called
 from collplan_study.errors import StudyError, WorkersLost
 from collplan_study.question.options import Options, parse
 from collplan_study.run.pools import Pool, open_pool
 from collplan_study.run.preparation import Study, prepare
+from collplan_study.run.progress import trial_progress
 from collplan_study.run.provenance import finished_session, new_session
 from collplan_study.run.row_file import RowFile
 from collplan_study.run.runner import run_tasks
-from collplan_study.run.study_folder import ROWS, make_folder, write_provenance
+from collplan_study.run.study_folder import REPORT, ROWS, make_folder, write_provenance
 from collplan_study.tables.table_files import write_tables
 
 INCOMPLETE, REFUSED, INTERRUPTED = 1, 2, 130
@@ -38,7 +39,7 @@ def _run(options: Options) -> int:
 
 
 def _complete(options: Options, study: Study, folder: Path, rows: RowFile, pool: Pool) -> int:
-    advice = f"complete it with: study --resume {folder}"
+    advice = f"complete it with: {shlex.join([as_called('study'), '--resume', str(folder)])}"
     try:
         _run_missing(options, study, folder, rows, pool)
         write_tables(folder, study.grid, rows)
@@ -49,6 +50,8 @@ def _complete(options: Options, study: Study, folder: Path, rows: RowFile, pool:
     except KeyboardInterrupt:
         return _stopped(INTERRUPTED, f"interrupted; {advice}")
     _print_outcomes(folder, rows)
+    if options.report:
+        print(f"report: {folder / REPORT}")
     if len(rows) < len(study.grid):
         print(f"{len(study.grid) - len(rows)} trials were not run; {advice}")
     return 0
@@ -59,10 +62,10 @@ def _run_missing(options: Options, study: Study, folder: Path, rows: RowFile, po
     write_provenance(folder, {**study.provenance, "sessions": [*earlier, session]})
     started_at = perf_counter()
     missing = (task for task in study.grid if task.index not in rows and options.selects(task))
-    with tqdm(total=len(study.grid), initial=len(rows), unit="trial", mininterval=0.5) as bar:
+    with trial_progress(len(study.grid), len(rows)) as done:
         for records in run_tasks(missing, *pool):
             rows.append(records)
-            bar.update(len(records))
+            done(len(records))
     session = finished_session(session, len(rows) - session["done_before"], perf_counter() - started_at)
     write_provenance(folder, {**study.provenance, "sessions": [*earlier, session]})
 

@@ -112,7 +112,7 @@ def _best(
         space.points[best] + center,
         space.velocities[best],
         dict(zip(TERMS, terms[best].tolist(), strict=True)),
-        Candidates(space.points + center, space.velocities, costs),
+        Candidates(space.points + center, space.velocities, costs, terms=dict(zip(TERMS, terms.T, strict=True))),
         space.n_before_pruning,
     )
 

@@ -346,6 +346,16 @@ class Frames(Parameters):
 
 
 @dataclass(frozen=True)
+class View(Parameters):
+    """The live page of view_node, on 127.0.0.1 alone."""
+
+    group = "view"
+    port: int = parameter(8090, "Port of the page, on this machine alone; 0 is any that is free", low=0, high=65535)
+    rate: float = parameter(20.0, "Frames sent to a page per second", unit="Hz", low=1.0, high=60.0)
+    clients: int = parameter(20, "Pages that may be open at once", low=1, high=100)
+
+
+@dataclass(frozen=True)
 class Trial(Parameters):
     """When a run ends."""
 
@@ -358,7 +368,7 @@ class Trial(Parameters):
 
 GROUPS: tuple[type[Parameters], ...] = (
     Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Cap, Limits, Mocap, Lidar, Simulation, Kinematics, Driver,
-    Emulator, Frames, Trial,
+    Emulator, Frames, View, Trial,
 )
 
 
@@ -383,6 +393,7 @@ class Settings:
     driver: Driver = Driver()
     emulator: Emulator = Emulator()
     frames: Frames = Frames()
+    view: View = View()
     trial: Trial = Trial()
 
     def with_values(self, values: dict[str, Any]) -> "Settings":

@@ -96,12 +96,12 @@ def plan_cycle(
     initial = _initial_motion(problem, state, memory.expected, settings)
     coarse = coarse_plans(problem, initial, round(settings.time_to_goal.horizon / STEP))
     plans = _initial_plans(problem, initial, coarse, memory, state.stamp, settings)
-    compared = tuple(each.states[: each.n + 1, :2].copy() for each in plans)
+    compared = _compared(coarse, plans)
     best = _refined(problem, plans, np.random.default_rng(memory.cycle), deadline, settings)
     if problem.stop_test and best.costs[best.n] >= UNSTOPPABLE:
         best = braking(problem, initial)
     rows, contacts = sample_trajectory(problem, initial, best.commands[: max(best.n, 1)], settings.robot.radius)
-    plan = _plan(state.stamp, rows, contacts, best, coarse, compared)
+    plan = _plan(state.stamp, rows, contacts, best, compared)
     expected = Expected(plan.times, plan.positions, plan.velocities, plan.contacts.times)
     commands = best.commands[: best.n].copy()
     return plan, replace(memory, plan_stamp=state.stamp, commands=commands, expected=expected)
@@ -140,6 +140,18 @@ def _initial_plans(
     return plans
 
 
+def _compared(coarse: CoarsePlans, plans: list[FullPlan]) -> Candidates:
+    """What is compared: where coarse plans end, and the plans that are refined, as they are before that."""
+    ends = coarse.ends.reshape(-1, 4)
+    return Candidates(
+        positions=ends[:, :2],
+        velocities=ends[:, 2:],
+        costs=coarse.costs.reshape(-1),
+        paths=tuple(each.states[: each.n + 1, :2].copy() for each in plans),
+        path_costs=tuple(each.cost for each in plans),
+    )
+
+
 def _refined(
     problem: Problem, plans: list[FullPlan], random: np.random.Generator, deadline: Deadline, settings: Settings
 ) -> FullPlan:
@@ -160,14 +172,13 @@ def _plan(
     rows: np.ndarray,
     contacts: np.ndarray,
     best: FullPlan,
-    coarse: CoarsePlans,
-    compared: tuple[np.ndarray, ...],
+    compared: Candidates,
 ) -> Plan:
     """The plan as a record, from a trajectory's rows and contacts; its times count from `stamp` [s]."""
     times, positions, velocities = (
         np.ascontiguousarray(columns) for columns in (stamp + rows[:, 0], rows[:, 1:3], rows[:, 3:])
     )
-    paid, costs, ends = float(best.costs[best.n]), coarse.costs.reshape(-1), coarse.ends.reshape(-1, 4)
+    paid = float(best.costs[best.n])
     return Plan(
         stamp=stamp,
         times=times,
@@ -177,6 +188,6 @@ def _plan(
         aim=positions[-1],
         aim_velocity=velocities[-1],
         terms={"total": best.cost, "arrival_time": best.cost - paid, "contact_and_clearance": paid},
-        candidates=Candidates(ends[:, :2], ends[:, 2:], costs, compared),
-        n_before_pruning=len(costs),
+        candidates=compared,
+        n_before_pruning=len(compared.costs),
     )

@@ -19,11 +19,12 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from collplan_ros.bringup.commanders import TOPIC, other_commanders
-from collplan_ros.bringup.failures import GraphError, StartError
+from collplan_ros.bringup.failures import GraphError, NodeDied, StartError
 from collplan_ros.bringup.network import described, environment_set, graph_environment
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.processes import NodeProcess, stop, stop_all
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.robots import VIEWER
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.bringup.words import in_words
@@ -99,7 +100,7 @@ class Graph:
         self._stop_request = StopRequest()
         self._stack = ExitStack()
         self._silence = 0.0
-        self._robot_knows_planner = False
+        self._robot_knows_planner = self._ready = False
         self._record = RecordFile(folder.record)
         self._is_recorded = recording
         self._recording: RecordingFile | None = None
@@ -149,13 +150,22 @@ class Graph:
             RecordError: the record of the run cannot be written.
         """
         self._stop_request.check()
-        for process in self._processes:
-            process.check()
+        for process in list(self._processes):
+            self._check(process)
         self._refuse_other_commanders()
         self._take_what_came()
         self._record.flush_when_due()
         if self._recording is not None:
             self._recording.flush_when_due()
+
+    def _check(self, process: NodeProcess) -> None:
+        try:
+            process.check()
+        except NodeDied as died:
+            if process.name != VIEWER or not self._ready:
+                raise
+            self._processes.remove(process)
+            self._progress.say(f"{died}\nthe run goes on without its page")
 
     def _take_what_came(self) -> None:
         newest, begun = self.recorder.newest, time.monotonic()
@@ -203,6 +213,7 @@ class Graph:
         self.wait(lambda: self._robot_knows_planner, INPUT_PATIENCE, lambda: self._missing("robot/state", "reliable"))
         self._commanders_due = 0.0
         self._refuse_other_commanders()
+        self._ready = True
 
     def _refuse_other_commanders(self) -> None:
         if time.monotonic() < self._commanders_due:

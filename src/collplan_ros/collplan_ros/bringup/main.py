@@ -1,5 +1,6 @@
 """Entry point of bringup: starts a robot and its nodes, gives the goal, monitors the run, and writes the run folder."""
 
+import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from action_msgs.msg import GoalStatus
 
 from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK, TIMEOUT, RunMonitor
 from collplan_ros.bringup.check import check
@@ -22,17 +24,20 @@ from collplan_ros.bringup.failures import (
     StartError,
 )
 from collplan_ros.bringup.graph import LATE, REST_PATIENCE, Graph
+from collplan_ros.bringup.laps import EMERGENCY_STOP, drive_laps
 from collplan_ros.bringup.options import Options, parse
 from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
 from collplan_ros.bringup.preparation import prepare, write_used_parameters
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.results import counted_impacts, draw_pictures, write_results
+from collplan_ros.bringup.results import draw_pictures, make_page, write_results
+from collplan_ros.bringup.robots import VIEWER
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.recording.completion import complete_newest
 from collplan_ros.runs.record_file import RecordError
 from collplan_ros.runs.record_reading import read_record
 from collplan_ros.runs.run_log import RunLog
+from collplan_ros.runs.summary import counted_impacts
 
 PLANNER = "planner_node"
 MONITORED = (TIMEOUT, STUCK)
@@ -43,8 +48,8 @@ CANCEL_PERIOD = 0.1
 """Period at which the planner is asked to end the goal, until it has [s]: it may not be discovered yet."""
 CANCEL_PATIENCE = 0.3
 """Longest wait for the end of a goal that was canceled [s]."""
-EMERGENCY_STOP = "emergency_stop"
-"""Outcome of a run in which the robot's emergency stop was latched."""
+ACTIVE = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
+"""Status of a goal that the robot is on the way to."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +168,17 @@ class Bringup:
                     due = now + CANCEL_PERIOD
             graph.step()
 
+    def wait(self, condition: Callable[[], bool]) -> None:
+        """Lets the graph run until a condition holds."""
+        while not condition():
+            self.graph.step()
+
+    @property
+    def goal_is_active(self) -> bool:
+        """Whether the robot is on the way to a goal, whoever gave it."""
+        goal = self.graph.recorder.goal
+        return goal is not None and goal.status in ACTIVE
+
     @property
     def _goal_has_ended(self) -> bool:
         goal = self.graph.recorder.goal
@@ -188,7 +204,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
     bringup = Bringup(options, progress)
     folder, preparation, say = bringup.folder, bringup.preparation, bringup.progress.say
     _complete_newest(options.out, say)
-    outcome, exit_code, message = _driven(bringup)
+    outcome, exit_code, message = _driven(bringup, options)
     if outcome in (*MONITORED, ABORTED):
         say(message)
     try:
@@ -197,9 +213,9 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
     except (RecordError, OSError) as error:
         say(f"{error}; what was recorded until then is in {folder.record}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
-    undrawn = draw_pictures(folder, results, preparation) if options.pictures else ""
-    if undrawn:
-        say(undrawn)
+    if options.pictures:
+        for missing in filter(None, (draw_pictures(folder, results, preparation), make_page(folder, results))):
+            say(missing)
     return RunResult(outcome, exit_code, message, folder.path, results.summary)
 
 
@@ -213,7 +229,7 @@ def _complete_newest(parent: Path, say: Callable[[str], None]) -> None:
         say(said)
 
 
-def _driven(bringup: Bringup) -> tuple[str, int, str]:
+def _driven(bringup: Bringup, options: Options) -> tuple[str, int, str]:
     """Drives a prepared run; returns outcome, exit code and message."""
     try:
         with bringup:
@@ -221,6 +237,10 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
                 bringup.progress.say(bringup.preparation.speed)
             bringup.progress.say(_announcement(bringup))
             bringup.graph.wait_until_ready()
+            if options.view:
+                bringup.progress.say(_where_to_look(bringup))
+            if options.again:
+                drive_laps(bringup, bringup.preparation.ends, bringup.progress.say)
             outcome = bringup.drive()
             bringup.come_to_rest()
             reason = bringup.reason(outcome)
@@ -231,8 +251,14 @@ def _driven(bringup: Bringup) -> tuple[str, int, str]:
     except RecordError as error:
         return "record_lost", RECORD_LOST, str(error)
     except Interrupted as error:
-        return "interrupted", 128 + error.number, str(error)
+        meant = options.again and error.number == signal.SIGINT
+        return "interrupted", 0 if meant else 128 + error.number, str(error)
     return outcome, 0 if outcome == REACHED else NOT_REACHED, reason
+
+
+def _where_to_look(bringup: Bringup) -> str:
+    address = bringup.graph.last_message(VIEWER).partition(",")[0]
+    return f"\n    watch it in a browser on this machine:   {address}\n"
 
 
 def _announcement(bringup: Bringup) -> str:
@@ -249,6 +275,8 @@ def _conclusion(result: RunResult) -> str:
         return f"run ended: {result.outcome}\n{result.folder}"
     arrival = summary["arrival_time_s"]
     end = f"goal reached in {arrival:.2f} s" if arrival is not None else f"goal not reached: {result.outcome}"
+    if result.outcome == "interrupted" and not result.exit_code:
+        end = "driven there and back until Ctrl-C"
     kind = "simulated, " if summary["simulated"] else ""
     return (
         f"{end} ({kind}{summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}, "

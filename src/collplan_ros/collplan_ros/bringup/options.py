@@ -32,10 +32,12 @@ class Options:
         timeout: longest run [s].
         network: local or subnet; None is the robot's own, where it has one.
         max_speed: robot.max_speed [m/s].
-        pictures: whether trajectory.png and run.gif are made.
+        pictures: whether trajectory.png, run.gif and run.html are made.
         recording: whether every topic is recorded in run.mcap.
         check: whether the robot and its motion capture are checked instead of a run.
         yes: whether the check may move the robot without asking.
+        view: whether view_node shows the run in a browser.
+        again: whether the robot drives there and back until it is interrupted.
     """
 
     robot: str = "sim"
@@ -53,6 +55,8 @@ class Options:
     recording: bool = True
     check: bool = False
     yes: bool = False
+    view: bool = False
+    again: bool = False
 
     def values(self) -> dict[str, object]:
         """The parameters that these options set, by key."""
@@ -98,6 +102,8 @@ examples:
   bringup                                           the corridor, simulated
   bringup --world random:7 --strategy low_risk      another arena, another strategy
   bringup --world my_arena.yaml --goal 2.0 0.4      your own world and goal
+  bringup --world serpentine:2 --strategy bounce --view --again
+      to watch in a browser, until Ctrl-C
   bringup --robot emulator                          over serial bytes, to an emulated firmware
   bringup --robot serial:/dev/ttyUSB0 --world floor.yaml --goal 1.0 0.5 --network subnet
       the real robot, slow
@@ -106,10 +112,10 @@ examples:
   bringup --check --robot serial:/dev/ttyUSB0 --network subnet --params mocap.yaml
       before the first run of a robot
 
-Each run leaves a folder: summary.json, trajectory.csv and .png, impacts.csv, run.gif, parameters.yaml, the output of
-each node in log/, and record.jsonl and run.mcap, which are written while it goes on; run.mcap holds every topic. What a
-bringup that was killed has left of them the next one completes. The command line that repeats the run is said at its
-end, and in summary.json.
+Each run leaves a folder: run.html, which plays it in a browser, run.gif, trajectory.png and .csv, impacts.csv,
+summary.json, parameters.yaml, the output of each node in log/, and record.jsonl and run.mcap, written while it
+goes on; run.mcap holds every topic. What a bringup that was killed has left of them the next one completes. The
+command line that repeats the run is said at its end, and in summary.json.
 ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
 """
 
@@ -147,10 +153,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="V",
         help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s; for serial {FIRST_SPEED:g} or less)",
     )
-    add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png and run.gif")
+    add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png, run.gif and run.html")
     add("--no-recording", dest="recording", action="store_false", help="leave out run.mcap")
     add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")
     add("--yes", action="store_true", help="with --check: move the robot without asking")
+    add("--view", action="store_true", help="show the run in a browser, at the address that is said (view.port)")
+    add("--again", action="store_true", help="drive there and back again and again until Ctrl-C; simulated robots only")
     return parser
 
 

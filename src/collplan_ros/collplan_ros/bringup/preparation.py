@@ -13,7 +13,7 @@ from collplan_core.worlds import World, WorldError, check_route, load_world
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import find_executable
-from collplan_ros.bringup.robots import FIRST_SPEED, NODES, RobotKind, robot_kind
+from collplan_ros.bringup.robots import FIRST_SPEED, NODES, VIEWER, RobotKind, robot_kind
 from collplan_ros.bringup.words import in_words
 
 
@@ -39,6 +39,11 @@ class Preparation:
     programs: dict[str, str]
     speed: str = ""
 
+    @property
+    def ends(self) -> list[np.ndarray]:
+        """Goal and start (2,) [m], where a simulated robot may be driven to and fro."""
+        return [end for end in (self.goal, self.world.start) if end is not None]
+
 
 def prepare(options: Options) -> Preparation:
     """Checks the options of a run and resolves robot, parameters, world, goal and executables.
@@ -49,6 +54,8 @@ def prepare(options: Options) -> Preparation:
     """
     robot = robot_kind(options.robot)
     _refuse_unsaid(options, robot)
+    if options.again and not robot.simulated:
+        raise StartError(f"--again: got --robot {options.robot}, expected a simulated one: it sets out again by itself")
     try:
         given = read_parameters(options.params) if options.params else {}
         settings, speed = _slow(_settings(options, robot, given), options, robot, given)
@@ -56,7 +63,8 @@ def prepare(options: Options) -> Preparation:
         goal = _checked_goal(options, world, settings, robot)
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
-    found = {name: find_executable(name) for name in (*robot.nodes, *NODES)}
+    onlookers = (VIEWER,) if options.view else ()
+    found = {name: find_executable(name) for name in (*robot.nodes, *NODES, *onlookers)}
     return Preparation(robot, options.network or robot.network or "local", settings, world, goal, found, speed)
 
 

@@ -1,5 +1,6 @@
 """Progress output of a run."""
 
+import math
 import os
 import sys
 import time
@@ -35,7 +36,9 @@ class Progress:
         if time.monotonic() - self._last < (TERMINAL_PERIOD if self._live else PLAIN_PERIOD):
             return
         self._last = time.monotonic()
-        line = f"{elapsed:6.1f} s   {distance:5.2f} m to the goal   {maneuver:<18}   impacts {impacts}"
+        # cut off, not rounded: no time is said before it has come
+        shown = math.floor(10.0 * elapsed) / 10.0
+        line = f"{shown:6.1f} s   {distance:5.2f} m to the goal   {maneuver:<18}   impacts {impacts}"
         self._write(f"\r{line}" if self._live else f"{line}\n")
         self._open = self._live
 

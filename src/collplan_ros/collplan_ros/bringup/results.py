@@ -1,7 +1,5 @@
 """Result files of a run."""
 
-from typing import Any
-
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.run_folder import RunFolder
@@ -28,31 +26,32 @@ def draw_pictures(folder: RunFolder, results: Results, preparation: Preparation)
         return ""
     # imported late: both are slow to load
     from collplan_ros.pictures.animation import draw_animation
+    from collplan_ros.pictures.title import run_end, run_title
     from collplan_ros.pictures.trajectory_png import draw_trajectory
 
     log, impacts, goal = results.log, results.impacts, preparation.goal
     settings, world = preparation.settings, preparation.world
+    title = run_title(world, settings, preparation.robot.simulated)
     try:
         with replacing(folder.picture) as path:
-            draw_trajectory(path, log, impacts, world, goal, settings, _title(results.summary))
+            draw_trajectory(path, log, impacts, world, goal, settings, f"{title}\n{run_end(results.summary)}")
         if log.scans:
             with replacing(folder.animation) as path:
-                draw_animation(path, log, impacts, world, goal, settings)
+                draw_animation(path, log, impacts, world, goal, settings, title)
     except Exception as error:  # whatever a drawing library finds: the run is over, and its figures are written
         return f"pictures not drawn: {type(error).__name__}: {error}"
     return ""
 
 
-def _title(summary: dict[str, Any]) -> str:
-    arrival = summary["arrival_time_s"]
-    end = f"goal reached in {arrival:.1f} s" if arrival is not None else summary["outcome"].replace("_", " ")
-    kind = "simulated" if summary["simulated"] else "measured"
-    return (
-        f"{summary['world']}, {summary['strategy']}, seed {summary['seed']} ({kind}): "
-        f"{end}, {summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}"
-    )
+def make_page(folder: RunFolder, results: Results) -> str:
+    """Writes run.html of a run with poses; returns why there is none, or ""."""
+    if not results.log.poses:
+        return ""
+    # imported late: slow to load
+    from collplan_ros.view.player import write_run_page
 
-
-def counted_impacts(number: int) -> str:
-    """Number of impacts in words: "1 impact", "2 impacts"."""
-    return f"{number} impact{'' if number == 1 else 's'}"
+    try:
+        write_run_page(folder.path)
+    except Exception as error:  # whatever it is: the run is over, and its figures are written
+        return f"run.html not written: {type(error).__name__}: {error}"
+    return ""

@@ -32,12 +32,12 @@ def _strips_as_lines(strips: Sequence[np.ndarray]) -> np.ndarray:
 def _boundaries(head: Header, remembered: RememberedBoundaries | None, settings: Settings) -> Iterable[Marker]:
     pieces = np.zeros((0, 4)) if remembered is None else remembered.pieces
     yield lines_of_one_color(head, "remembered", pieces.reshape(-1, 2), REMEMBERED)
-    solid = np.zeros((0, 2)) if remembered is None else _inferred(remembered, settings)
+    solid = np.zeros((0, 2)) if remembered is None else inferred_lines(remembered, settings)
     # each line as wide as its piece is long
     yield lines_of_one_color(head, "inferred", solid, INFERRED, settings.remembered.spacing)
 
 
-def _inferred(remembered: RememberedBoundaries, settings: Settings) -> np.ndarray:
+def inferred_lines(remembered: RememberedBoundaries, settings: Settings) -> np.ndarray:
     """(2n, 2) ends of a line into the inferred solid behind each piece; boundaries are those of the robot's centre."""
     here = remembered.solid_behind & ~remembered.seen_free_behind
     middles = remembered.pieces[here].reshape(-1, 2, 2).mean(axis=1)

@@ -28,7 +28,8 @@ EVENT = _profile(50)
 # plan, cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to whoever starts later.
 NEWEST = _profile(1)
 
-# goal_status, maneuver, controller/state, planner/markers: a late listener gets the present state
+# goal_status, maneuver, controller/state, planner/markers, planner/seen, planner/compared: a late listener gets the
+# present state
 LATCHED = _profile(1, latched=True)
 
 # planner/journal, controller/journal: whoever records hears it from the node's first cycle on, though found late

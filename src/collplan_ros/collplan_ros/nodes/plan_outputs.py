@@ -5,7 +5,7 @@ import math
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
 from rclpy.node import Node
-from sensor_msgs.msg import TimeReference
+from sensor_msgs.msg import PointCloud2, TimeReference
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
@@ -14,15 +14,18 @@ from collplan_core.loop.decisions import Cycle
 from collplan_core.parameters import Settings
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
+from collplan_ros.messages.planner_clouds import compared_to_message, seen_layers, seen_to_message
 from collplan_ros.messages.plans import contacts_to_message, plan_to_path, validity_to_message
 from collplan_ros.nodes.cost_report import costs_message
 
 MARKERS_PERIOD = 0.2
 """Shortest time between two sets of markers, which take as long to make as a plan [s]."""
+CLOUDS_PERIOD = 0.1
+"""Shortest time between two sets of point clouds [s]."""
 
 
 class PlanOutputs:
-    """Publishes of each cycle plan, what goes with it, and planner/costs, and planner/markers if subscribed."""
+    """Publishes of each cycle plan, what goes with it, planner/costs; if subscribed planner/markers, seen, compared."""
 
     def __init__(self, node: Node) -> None:
         """Publishes through `node`."""
@@ -33,6 +36,9 @@ class PlanOutputs:
         self._costs = node.create_publisher(DiagnosticArray, "planner/costs", qos.EVENT)
         self._markers = node.create_publisher(MarkerArray, "planner/markers", qos.LATCHED)
         self._markers_sent = -math.inf
+        self._seen = node.create_publisher(PointCloud2, "planner/seen", qos.LATCHED)
+        self._compared = node.create_publisher(PointCloud2, "planner/compared", qos.LATCHED)
+        self._clouds_sent = -math.inf
         self._impact: MeasuredImpact | None = None
 
     def publish(self, cycle: Cycle, planning_time: float, local: float, settings: Settings) -> None:
@@ -50,3 +56,13 @@ class PlanOutputs:
         if self._markers.get_subscription_count() and not 0.0 <= local - self._markers_sent < MARKERS_PERIOD:
             self._markers_sent = local
             self._markers.publish(plan_markers(cycle.local_map, plan, cycle.boundaries, self._impact, settings))
+        self._publish_clouds(cycle, local, settings)
+
+    def _publish_clouds(self, cycle: Cycle, local: float, settings: Settings) -> None:
+        looks = self._seen.get_subscription_count() or self._compared.get_subscription_count()
+        if not looks or 0.0 <= local - self._clouds_sent < CLOUDS_PERIOD:
+            return
+        self._clouds_sent = local
+        stamp, frame = cycle.plan.stamp, settings.frames.map
+        self._seen.publish(seen_to_message(seen_layers(cycle.local_map, cycle.boundaries, settings), stamp, frame))
+        self._compared.publish(compared_to_message(cycle.plan.candidates, stamp, frame))

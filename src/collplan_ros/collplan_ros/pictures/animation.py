@@ -12,9 +12,14 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.pictures.drawing import (
+    BEAM_END,
+    FLOOR,
+    FREE,
+    PLAN,
     ROBOT,
     SMOOTHING,
     TEXT,
+    WALL,
     Canvas,
     Marks,
     Trail,
@@ -24,24 +29,31 @@ from collplan_ros.pictures.drawing import (
     draw_marks,
     draw_robot,
     draw_trail,
-    save_gif,
     trail_of,
 )
+from collplan_ros.pictures.gif_file import save_gif
+from collplan_ros.pictures.legend import MARGIN, font, legend, run_entries
+from collplan_ros.pictures.title import shortened
 from collplan_ros.runs.impact_log import Impacts
 from collplan_ros.runs.run_log import PlanRow, RunLog
+from collplan_ros.runs.summary import counted_impacts
 
 FRAME_PERIOD = 0.1
 """Time between two frames of a short run [s]."""
 MOST_FRAMES = 110
 """Longer runs are shown with fewer frames per second, at the same speed."""
 LONG_SIDE = 460
-"""Longer side of the picture, without the caption [pixel]."""
-CAPTION = 22
-"""Height of the caption [pixel]."""
+"""Longer side of the picture, without the text below [pixel]."""
+NARROWEST = 0.65
+"""Least width of what is shown, in its heights: the text below needs room."""
+CLOCK, TITLE = 30, 24
+"""Height of the lines with the time and with the title [pixel]."""
+LARGE, SMALL = 16, 12
+"""Sizes of the font [pixel]."""
+MANEUVER_AT = 74
+"""Where the maneuver begins, right of the time [pixel]."""
 LAST_FRAME = 1.5
 """How long the last frame stays [s]."""
-
-FREE, BEAM_END, PLAN = "#cfe8d5", "#27408b", "#d9480f"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +64,7 @@ class _Animated:
         log: the run.
         background: picture of the world.
         canvas: its scale.
+        foot: picture of legend and title.
         trail: where the robot went.
         marks: its impacts.
         goal: (2,) [m].
@@ -61,6 +74,7 @@ class _Animated:
     log: RunLog
     background: Image.Image
     canvas: Canvas
+    foot: Image.Image
     trail: Trail
     marks: Marks
     goal: np.ndarray
@@ -68,18 +82,28 @@ class _Animated:
 
 
 def draw_animation(
-    path: Path, log: RunLog, impacts: Impacts, world: World, goal: np.ndarray, settings: Settings
+    path: Path, log: RunLog, impacts: Impacts, world: World, goal: np.ndarray, settings: Settings, title: str
 ) -> None:
     """Writes the animation of a run in real time; nothing if no scan was received. The goal is (2,) [m]."""
     stamps, period = _frame_stamps(log)
     if len(stamps) == 0:
         return
-    canvas = canvas_of(world.bounds, LONG_SIDE)
+    canvas = canvas_of(_view(world), LONG_SIDE)
+    empty = background(canvas, world)
     rows = np.array([row[:3] for row in log.track])
-    trail = trail_of(rows[:, 0], rows[:, 1:], settings.robot.max_speed)
+    top_speed = settings.robot.max_speed
+    trail = trail_of(rows[:, 0], rows[:, 1:], top_speed)
     marks = Marks(impacts.times, impacts.points, impacts.deliberate)
-    run = _Animated(log, background(canvas, world, CAPTION), canvas, trail, marks, goal, settings)
+    foot = _foot(empty.width // SMOOTHING, top_speed, title)
+    run = _Animated(log, empty, canvas, foot, trail, marks, goal, settings)
     save_gif(path, [_frame(run, stamp) for stamp in stamps], period, LAST_FRAME)
+
+
+def _view(world: World) -> tuple[float, float, float, float]:
+    """Bounds x0, y0, x1, y1 [m] of what is shown: the world's, wider where it is narrow."""
+    x0, y0, x1, y1 = world.bounds
+    beside = 0.5 * max(0.0, NARROWEST * (y1 - y0) - (x1 - x0))
+    return x0 - beside, y0, x1 + beside, y1
 
 
 def _frame_stamps(log: RunLog) -> tuple[np.ndarray, float]:
@@ -92,8 +116,8 @@ def _frame_stamps(log: RunLog) -> tuple[np.ndarray, float]:
 
 
 def _frame(run: _Animated, stamp: float) -> Image.Image:
-    image = run.background.copy()
-    draw = ImageDraw.Draw(image)
+    drawn = run.background.copy()
+    draw = ImageDraw.Draw(drawn)
     scan = run.log.scans[_newest(stamp, [s.stamp for s in run.log.scans])]
     _draw_scan(draw, run.canvas, scan, _state_at(scan.stamp, run.log), run.settings)
     draw_goal(draw, run.canvas, run.goal, run.settings.planner.goal_tolerance)
@@ -101,9 +125,12 @@ def _frame(run: _Animated, stamp: float) -> Image.Image:
     _draw_plan(draw, run.canvas, _plan_at(stamp, run.log.plans))
     draw_marks(draw, run.canvas, run.marks, stamp)
     _draw_robot(draw, run.canvas, _state_at(stamp, run.log), run.settings.robot.radius)
-    small = image.reduce(SMOOTHING)
-    _write_caption(small, stamp, run.log, int((run.marks.times <= stamp).sum()))
-    return small
+    world = drawn.reduce(SMOOTHING)
+    image = Image.new("RGB", (world.width, world.height + CLOCK + run.foot.height), FLOOR)
+    image.paste(world, (0, 0))
+    image.paste(run.foot, (0, world.height + CLOCK))
+    _write_clock(ImageDraw.Draw(image), world.size, stamp, run)
+    return image
 
 
 def _draw_scan(draw: ImageDraw.ImageDraw, canvas: Canvas, scan: Scan, state: State, settings: Settings) -> None:
@@ -126,11 +153,27 @@ def _draw_robot(draw: ImageDraw.ImageDraw, canvas: Canvas, state: State, radius:
     draw.line(canvas.at(np.array([state.position, nose])), fill=ROBOT, width=2 * SMOOTHING)
 
 
-def _write_caption(image: Image.Image, stamp: float, log: RunLog, n_impacts: int) -> None:
+def _write_clock(draw: ImageDraw.ImageDraw, world: tuple[int, int], stamp: float, run: _Animated) -> None:
+    """Writes time, maneuver and number of impacts under the picture of the world, `world` pixels wide and high."""
+    log, (width, y) = run.log, (world[0], world[1] + 0.5 * CLOCK)
     maneuver = _last(stamp, [(c.stamp, c.maneuver) for c in log.commands]) or ""
     elapsed = max(0.0, stamp - (log.time_zero if log.time_zero is not None else stamp))
-    text = f"{elapsed:4.1f} s    {maneuver.replace('_', ' ')}    impacts {n_impacts}"
-    ImageDraw.Draw(image).text((8, image.height - CAPTION + 4), text, fill=TEXT)
+    impacts = counted_impacts(int((run.marks.times <= stamp).sum()))
+    draw.line([0, world[1], width, world[1]], fill=WALL)
+    draw.text((MANEUVER_AT - 12, y), f"{elapsed:.1f} s", fill=TEXT, font=font(LARGE), anchor="rm")
+    draw.text((MANEUVER_AT, y), maneuver.replace("_", " "), fill=TEXT, font=font(SMALL), anchor="lm")
+    draw.text((width - MARGIN, y), impacts, fill=TEXT, font=font(LARGE), anchor="rm")
+
+
+def _foot(width: int, top_speed: float, title: str) -> Image.Image:
+    """Picture of legend and title, `width` pixels wide."""
+    explained = legend(width, run_entries(top_speed))
+    image = Image.new("RGB", (width, explained.height + TITLE), FLOOR)
+    image.paste(explained, (0, 0))
+    words = shortened(title, lambda text: font(SMALL).getlength(text) <= width - 2 * MARGIN)
+    where = (MARGIN, explained.height + 0.5 * TITLE)
+    ImageDraw.Draw(image).text(where, words, fill=TEXT, font=font(SMALL), anchor="lm")
+    return image
 
 
 def _newest(stamp: float, stamps: list[float]) -> int:

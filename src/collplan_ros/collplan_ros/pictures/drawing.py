@@ -1,8 +1,7 @@
-"""Drawing of world, trail, robot, goal and impacts in the frames of an animation."""
+"""Drawing of world, trail, robot, goal and impacts in the frames of an animation, and the colours of all pictures."""
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -11,8 +10,6 @@ from collplan_core.worlds import World
 
 SMOOTHING = 2
 """Factor by which frames are drawn larger and then reduced, for smooth edges."""
-N_COLORS = 128
-"""Colours of a GIF."""
 FLASH_TIME = 0.3
 """Time for which a new impact is drawn larger [s]."""
 MARK, FLASH = 0.028, 0.06
@@ -25,7 +22,10 @@ TRAIL_WIDTH = 2.5
 """Width of a trail [pixel]."""
 
 FLOOR, OBSTACLE, WALL, ROBOT, GOAL, TEXT = "#f4f5f7", "#c9ced6", "#8a919c", "#2b2d33", "#1a8f4c", "#2b2d33"
+FREE, BEAM_END, PLAN = "#cfe8d5", "#27408b", "#d9480f"
 DELIBERATE, OTHER = "#f2a900", "#d7263d"
+COLORS = ("#ffffff", FLOOR, OBSTACLE, WALL, ROBOT, GOAL, TEXT, FREE, BEAM_END, PLAN, DELIBERATE, OTHER)
+"""Everything drawn but trails."""
 SLOW_TO_FAST = np.array([[122, 16, 66], [142, 107, 191], [20, 150, 200]])
 
 Point = tuple[float, float]
@@ -104,9 +104,9 @@ def speed_color(index: int) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def background(canvas: Canvas, world: World, below: int) -> Image.Image:
-    """Picture of the world, with space for `below` pixels of text under it."""
-    image = Image.new("RGB", (canvas.size[0], canvas.size[1] + SMOOTHING * below), FLOOR)
+def background(canvas: Canvas, world: World) -> Image.Image:
+    """Picture of the world."""
+    image = Image.new("RGB", canvas.size, FLOOR)
     draw = ImageDraw.Draw(image)
     for corners in world.polygons:
         draw.polygon(canvas.at(corners), fill=OBSTACLE, outline=WALL)
@@ -160,11 +160,3 @@ def draw_mark(draw: ImageDraw.ImageDraw, x: float, y: float, radius: float, deli
 def box(x: float, y: float, radius: float) -> list[float]:
     """Bounding box of a disc in pixels, for Pillow."""
     return [x - radius, y - radius, x + radius, y + radius]
-
-
-def save_gif(path: Path, frames: list[Image.Image], period: float, last: float) -> None:
-    """Writes an endless GIF of frames shown for `period` [s] each, the last one for `last` [s]."""
-    palette = frames[-1].quantize(N_COLORS)
-    reduced = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    durations = [round(1e3 * period)] * (len(frames) - 1) + [round(1e3 * last)]
-    reduced[0].save(path, save_all=True, append_images=reduced[1:], duration=durations, loop=0, optimize=True)

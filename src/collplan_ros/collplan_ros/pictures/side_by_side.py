@@ -1,11 +1,10 @@
 """Animation of runs in the same world beside each other, at the same time scale."""
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_ros.pictures.drawing import (
@@ -24,9 +23,10 @@ from collplan_ros.pictures.drawing import (
     draw_marks,
     draw_robot,
     draw_trail,
-    save_gif,
     speed_color,
 )
+from collplan_ros.pictures.gif_file import save_gif
+from collplan_ros.pictures.legend import font
 from collplan_ros.pictures.shown_run import ShownRun
 
 FRAME_PERIOD = 0.05
@@ -66,7 +66,7 @@ def _view(runs: Sequence[ShownRun]) -> tuple[float, float, float, float]:
 
 
 def _panels(run: ShownRun, canvas: Canvas, times: Iterable[float]) -> list[Image.Image]:
-    empty = background(canvas, run.recorded.world, 0)
+    empty = background(canvas, run.recorded.world)
     draw_goal(ImageDraw.Draw(empty), canvas, run.goal, run.recorded.settings.planner.goal_tolerance)
     return [_panel(run, canvas, empty, min(time, run.end)) for time in times]
 
@@ -91,9 +91,9 @@ def _write_head(draw: ImageDraw.ImageDraw, run: ShownRun, time: float, width: in
     ended, reached = time >= run.end, run.outcome == REACHED
     clock = f"{'goal at ' if ended and reached else ''}{time:.2f} s{'' if reached or not ended else ', ' + run.outcome}"
     color = TEXT if not ended else GOAL if reached else OTHER
-    draw.text((MARGIN, 6), run.recorded.settings.planner.strategy, fill=TEXT, font=_font(LARGE))
-    draw.text((MARGIN, 29), contacts, fill=TEXT, font=_font(SMALL))
-    draw.text((width - MARGIN, 6), clock, fill=color, font=_font(LARGE), anchor="ra")
+    draw.text((MARGIN, 6), run.recorded.settings.planner.strategy, fill=TEXT, font=font(LARGE))
+    draw.text((MARGIN, 29), contacts, fill=TEXT, font=font(SMALL))
+    draw.text((width - MARGIN, 6), clock, fill=color, font=font(LARGE), anchor="ra")
 
 
 def _foot(runs: Sequence[ShownRun], width: int, speed: float) -> Image.Image:
@@ -109,11 +109,11 @@ def _foot(runs: Sequence[ShownRun], width: int, speed: float) -> Image.Image:
     draw.line([0, 0, right, 0], fill=WALL, width=SMOOTHING)
     foot = drawn.reduce(SMOOTHING)
     text = ImageDraw.Draw(foot)
-    text.text((28, 6), "deliberate contact", fill=TEXT, font=_font(SMALL))
-    text.text((198, 6), "other contact", fill=TEXT, font=_font(SMALL))
+    text.text((28, 6), "deliberate contact", fill=TEXT, font=font(SMALL))
+    text.text((198, 6), "other contact", fill=TEXT, font=font(SMALL))
     top = max(run.recorded.settings.robot.max_speed for run in runs)
-    text.text((width - 16 - 8 * SPEED_COLORS, 6), f"speed 0 to {top:g} m/s", fill=TEXT, font=_font(SMALL), anchor="ra")
-    text.text((MARGIN, 25), _about(runs, speed), fill=TEXT, font=_font(SMALL))
+    text.text((width - 16 - 8 * SPEED_COLORS, 6), f"speed 0 to {top:g} m/s", fill=TEXT, font=font(SMALL), anchor="ra")
+    text.text((MARGIN, 25), _about(runs, speed), fill=TEXT, font=font(SMALL))
     return foot
 
 
@@ -123,7 +123,7 @@ def _about(runs: Sequence[ShownRun], speed: float) -> str:
     return ";  ".join(
         (
             _each(runs, lambda run: "simulated" if run.recorded.simulated else "measured"),
-            f"world {_each(runs, lambda run: run.recorded.settings.lidar.world)}",
+            f"world {_each(runs, lambda run: run.recorded.world.name)}",
             f"seed {_each(runs, lambda run: str(run.recorded.settings.simulator.seed))}",
             f"a_max {_each(runs, lambda run: f'{run.recorded.settings.robot.max_acceleration:g}')} m/s^2",
             pace,
@@ -144,8 +144,3 @@ def _joined(panels: Sequence[Image.Image], foot: Image.Image) -> Image.Image:
         image.paste(panel, (k * (width + GAP), 0))
     image.paste(foot, (0, height))
     return image
-
-
-@cache
-def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    return ImageFont.load_default(size)

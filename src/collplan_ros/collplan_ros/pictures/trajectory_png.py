@@ -7,11 +7,14 @@ import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
+from collplan_ros.pictures.drawing import SLOW_TO_FAST
+from collplan_ros.pictures.title import wrapped
 from collplan_ros.runs.impact_log import Impacts
 from collplan_ros.runs.run_log import PlanRow, RunLog
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
 
 PLAN_PERIOD = 0.6
@@ -19,6 +22,10 @@ PLAN_PERIOD = 0.6
 OBSTACLE, WALL = "#5b6472", "#2f353d"
 PLAN, START, GOAL = "#7aa6d8", "#4a4a4a", "#1a8f4c"
 FORESEEN, UNFORESEEN = "#f2a900", "#d7263d"
+WIDTH, AROUND, TITLE_LINE = 7.0, 1.25, 0.2
+"""Width of the picture; height of what is around the arena, and of each line of the title [inch]."""
+TITLE_SIZE, TITLE_WIDTH = 10, 0.95
+"""Font size of the title [points], and how much of the picture's width it takes at most."""
 
 
 def draw_trajectory(
@@ -30,23 +37,26 @@ def draw_trajectory(
     settings: Settings,
     title: str,
 ) -> None:
-    """Writes a picture of world, path coloured by speed, impacts, some plans, start and goal (2,) [m]."""
+    """Writes a picture of world, path coloured by speed, impacts, some plans, start and goal (2,) [m].
+
+    The title may have several lines.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     x0, y0, x1, y1 = world.bounds
-    width = 7.0
-    figure = Figure(figsize=(width, 0.86 * width * (y1 - y0) / (x1 - x0) + 1.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = Figure(figsize=(WIDTH, WIDTH), layout="constrained")
+    lines = _write_title(FigureCanvasAgg(figure), title)
+    figure.set_figheight(0.8 * WIDTH * (y1 - y0) / (x1 - x0) + AROUND + TITLE_LINE * lines)
     axes = figure.add_subplot()
     _draw_world(axes, world)
     _draw_plans(axes, log.plans)
     _draw_ends(axes, log, goal, settings)
-    speeds = _draw_path(axes, log)
+    speeds = _draw_path(axes, log, settings.robot.max_speed)
     if speeds is not None:
         figure.colorbar(speeds, ax=axes, label="speed [m/s]", shrink=0.85, pad=0.02)
     _draw_impacts(axes, impacts)
-    _label(axes, world, title)
+    _label(axes, world)
     # the layout keeps it apart from the axis labels, whatever the arena's shape
     figure.legend(loc="outside lower center", ncols=5, frameon=False, fontsize=8)
     figure.savefig(path, dpi=150)
@@ -87,19 +97,21 @@ def _draw_ends(axes: "Axes", log: RunLog, goal: np.ndarray, settings: Settings) 
         axes.plot(start.x, start.y, "o", color=START, markersize=4, linestyle="none", label="start", zorder=4)
 
 
-def _draw_path(axes: "Axes", log: RunLog) -> "LineCollection | None":
+def _draw_path(axes: "Axes", log: RunLog, top_speed: float) -> "LineCollection | None":
     from matplotlib.collections import LineCollection
+    from matplotlib.colors import LinearSegmentedColormap
 
     if len(log.track) < 2:
         return None
     track = np.array(log.track)
     points = track[:, 1:3]
     speed = np.hypot(track[:, 4], track[:, 5])
-    lines = LineCollection(
-        list(np.stack([points[:-1], points[1:]], axis=1)), cmap="plasma", linewidth=2.6, capstyle="round", zorder=3
-    )
+    pieces = list(np.stack([points[:-1], points[1:]], axis=1))
+    # colours and their range are those of the animations
+    colors = LinearSegmentedColormap.from_list("speed", SLOW_TO_FAST / 255.0)
+    lines = LineCollection(pieces, cmap=colors, linewidth=2.6, capstyle="round", zorder=3)
     lines.set_array(speed[:-1])
-    lines.set_clim(0.0, max(0.1, float(speed.max())))
+    lines.set_clim(0.0, top_speed)
     axes.add_collection(lines)
     return lines
 
@@ -123,11 +135,26 @@ def _draw_impacts(axes: "Axes", impacts: Impacts) -> None:
             )
 
 
-def _label(axes: "Axes", world: World, title: str) -> None:
+def _label(axes: "Axes", world: World) -> None:
     x0, y0, x1, y1 = world.bounds
     margin = 0.03 * max(x1 - x0, y1 - y0)
     axes.set(
         aspect="equal", xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin), xlabel="x [m]", ylabel="y [m]"
     )
-    # a world's path may hold what matplotlib takes for formulas
-    axes.set_title(title, fontsize=10, parse_math=False)
+
+
+def _write_title(canvas: "FigureCanvasAgg", title: str) -> int:
+    """Writes the title and returns the number of its lines."""
+    from matplotlib.font_manager import FontProperties
+
+    figure, renderer = canvas.figure, canvas.get_renderer()
+    font = FontProperties(size=TITLE_SIZE)
+
+    def fits(text: str) -> bool:
+        width, _, _ = renderer.get_text_width_height_descent(text, font, ismath=False)
+        return bool(width <= TITLE_WIDTH * figure.bbox.width)
+
+    # of the figure, which is wider than the axes; a world's name may hold what matplotlib takes for formulas
+    text = wrapped(title, fits)
+    figure.suptitle(text, fontsize=TITLE_SIZE, parse_math=False)
+    return len(text.splitlines())

@@ -24,7 +24,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,6 +48,14 @@ PICTURED = ("plan", "scan")
 """Kinds that nothing but the pictures need, and most of a record is."""
 
 
+class Told(NamedTuple):
+    """What a node told of itself: when it was sent [s], kind of the line, and its other entries."""
+
+    sent: float
+    kind: str
+    entries: tuple[Any, ...]
+
+
 @dataclass
 class Record:
     """What was recorded of a run.
@@ -55,12 +63,16 @@ class Record:
     Attributes:
         log: the log of the run, up to its end.
         simulated: whether the robot was simulated.
-        goal: (2,) [m]; NaN where the run was killed before it had one.
+        goal: (2,) [m], the last one given; NaN where the run was killed before it had one.
+        wall_clock_ahead: of the wall clock before the clock of `sent`, when the run began [s].
+        told: lines of the kinds costs, goal, health and robot, and as `target` each goal given, in order of receipt.
     """
 
     log: RunLog = field(default_factory=RunLog)
     simulated: bool = False
     goal: np.ndarray = field(default_factory=lambda: np.full(2, math.nan))
+    wall_clock_ahead: float = 0.0
+    told: list[Told] = field(default_factory=list)
 
 
 def read_record(path: Path, pictured: bool = True) -> Record:
@@ -112,10 +124,10 @@ class _Reading:
             "impact": lambda _, stamp, *place: log.detected_impacts.append(
                 DetectedImpactRecord(self._time(stamp), *place)
             ),
-            "costs": lambda _, figures: log.costs.append(figures),
+            "costs": self._take_costs,
             "goal": self._take_goal,
-            "health": lambda *_: None,
-            "robot": lambda *_: None,
+            "health": lambda sent, *entries: self._tell(sent, "health", *entries),
+            "robot": lambda sent, *entries: self._tell(sent, "robot", *entries),
             "end": self._take_end,
         }
 
@@ -129,8 +141,13 @@ class _Reading:
         """Time of the run [s] at a stamp of another message than a pose."""
         return continued(stamp, self._log.poses[-1].stamp if self._log.poses else stamp, self._corrections)
 
+    def _tell(self, sent: float, kind: str, *entries: Any) -> None:
+        self._record.told.append(Told(sent, kind, entries))
+
     def _take_header(self, header: dict[str, Any]) -> None:
         self._record.simulated, self._record.goal = header["simulated"], np.array(header["goal"], dtype=float)
+        self._record.wall_clock_ahead = header.get("wall_clock_ahead", 0.0)
+        self._tell(self._log.poses[-1].sent if self._log.poses else -math.inf, "target", *header["goal"])
 
     def _take_asked(self, _: float) -> None:
         self._log.reached_sent = self._end = None
@@ -138,15 +155,20 @@ class _Reading:
     def _take_clock(self, corrections: list[float]) -> None:
         self._corrections = corrections
 
+    def _take_costs(self, sent: float, figures: dict[str, float]) -> None:
+        self._log.costs.append(figures)
+        self._tell(sent, "costs", figures)
+
     def _take_goal(self, sent: float, status: str) -> None:
         self._log.reached_sent = sent if status == SUCCEEDED else None
+        self._tell(sent, "goal", status)
 
     def _take_end(self, stamp: float, sent: float) -> None:
         self._end = PoseRow(stamp, 0.0, 0.0, 0.0, 0.0, 0.0, sent)
 
-    def _take_plan(self, _: float, stamp: float, times: list[float], positions: list[list[float]]) -> None:
+    def _take_plan(self, sent: float, stamp: float, times: list[float], positions: list[list[float]]) -> None:
         at = self._time(stamp)
-        self._log.plans.append(PlanRow(at, at - stamp + np.array(times), np.array(positions).reshape(-1, 2)))
+        self._log.plans.append(PlanRow(at, at - stamp + np.array(times), np.array(positions).reshape(-1, 2), sent))
 
     def _take_contacts(self, _: float, stamp: float, times: list[float], *vectors: list[list[float]]) -> None:
         at = self._time(stamp)

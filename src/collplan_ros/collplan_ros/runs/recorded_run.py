@@ -63,16 +63,7 @@ def read_run(folder: Path) -> RecordedRun:
     Raises:
         RunError: a file is missing or has another form than bringup writes.
     """
-    if not folder.is_dir():
-        raise RunError(f"{folder}: not a folder, expected one that bringup left")
-    parameters = folder / "parameters.yaml"
-    try:
-        settings = Settings().with_values(read_parameters(parameters))
-        world = load_world(settings.lidar.world)
-    except ParameterError as error:  # names the file
-        raise RunError(str(error)) from None
-    except (WorldError, OSError) as error:
-        raise RunError(f"{parameters}: lidar.world: {error}") from None
+    settings, world = settings_and_world(folder)
     unfinished = _unfinished(folder)
     if unfinished is not None:
         path, yaws = _path(folder / RECORD, _trajectory_of(unfinished))
@@ -80,6 +71,24 @@ def read_run(folder: Path) -> RecordedRun:
     trajectory = folder / "trajectory.csv"
     path, yaws = _path(trajectory, _text(trajectory))
     return RecordedRun(folder, _simulated(folder / "summary.json"), settings, world, path, yaws)
+
+
+def settings_and_world(folder: Path) -> tuple[Settings, World]:
+    """Parameters and world of the run in a folder.
+
+    Raises:
+        RunError: a file is missing or has another form than bringup writes.
+    """
+    if not folder.is_dir():
+        raise RunError(f"{folder}: not a folder, expected one that bringup left")
+    parameters = folder / "parameters.yaml"
+    try:
+        settings = Settings().with_values(read_parameters(parameters))
+        return settings, load_world(settings.lidar.world)
+    except ParameterError as error:  # names the file
+        raise RunError(str(error)) from None
+    except (WorldError, OSError) as error:
+        raise RunError(f"{parameters}: lidar.world: {error}") from None
 
 
 def _unfinished(folder: Path) -> Record | None:

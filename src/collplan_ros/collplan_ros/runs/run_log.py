@@ -84,11 +84,15 @@ class DetectedImpactRecord(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlanRow:
-    """A plan: stamp of the scan or pose it was made from [s], times (n,) [s] and positions (n, 2) [m]."""
+    """A plan: stamp of the scan or pose it was made from [s], times (n,) [s] and positions (n, 2) [m].
+
+    `sent` is NaN where it is not needed.
+    """
 
     stamp: float
     times: np.ndarray
     positions: np.ndarray
+    sent: float = math.nan
 
 
 @dataclass

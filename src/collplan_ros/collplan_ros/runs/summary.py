@@ -94,3 +94,8 @@ def _mean(log: RunLog, key: str) -> float | None:
 def write_summary(path: Path, summary: dict[str, Any]) -> None:
     """Writes summary.json; unknown figures are null."""
     path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
+
+
+def counted_impacts(number: int) -> str:
+    """Number of impacts in words: "1 impact", "2 impacts"."""
+    return f"{number} impact{'' if number == 1 else 's'}"

@@ -13,25 +13,33 @@ from collplan_study.analysis.statistics import Estimate
 from collplan_study.report.bounce_tables import MAIN
 from collplan_study.report.figures import STYLE, add_caption, new_figure
 
-OURS_COLOUR, WORLD_COLOUR, ZERO = "#0072b2", "#9aa5b1", "#b03a00"
+OURS_COLOUR, WORLD_COLOUR, ZERO = "#0072b2", "#6b7785", "#b03a00"
 WIDEST = 40.0
 """Larger savings and losses are drawn at this value [%]: a run that never arrives would dwarf all others."""
+NARROWEST, OF_A_GROUP, FULL_WIDTH = 4.4, 1.1, 7.6
+"""Least width of the figure of worlds, what each group adds to it, and the width of the page [inch]."""
 
 
 @rc_context(STYLE)
 def draw_worlds(groups: Sequence[GroupResults], ours: str, against: str) -> Figure:
     """Time saved in each world, beside the mean over the worlds with its interval."""
-    figure = new_figure(7.6, 3.6)
+    width = min(max(NARROWEST, 1.0 + OF_A_GROUP * len(groups)), FULL_WIDTH)
+    figure = new_figure(width, 3.6)
     axes = figure.add_subplot(ylabel=f"time saved against {against} [%]")
     for place, each in enumerate(groups):
         saved = np.clip([world.saved for world in each.worlds], -WIDEST, WIDEST)
         spread = np.linspace(-0.22, 0.12, len(saved))
-        axes.plot(place + spread, saved, "o", markersize=3.5, color=WORLD_COLOUR)
+        axes.plot(place + spread, saved, "o", markersize=3.5, color=WORLD_COLOUR, label="a world")
         (gain,) = (gain for gain in each.gains if gain.other == against)
-        _draw_estimate(axes, place + 0.3, gain.saved)
+        _draw_estimate(axes, place + 0.3, gain.saved, label="mean, 95 % interval")
     axes.axhline(0.0, color=ZERO, linewidth=0.9)
+    # as wide for one group as for several
+    axes.set_xlim(-0.7, len(groups) - 0.3)
     axes.set_xticks(range(len(groups)), [each.group.name.replace(" ", "\n") for each in groups])
-    add_caption(figure, f"{ours}; a dot a world (beyond {WIDEST:g} % at the edge); bars: 95 % intervals of the mean")
+    handles, names = axes.get_legend_handles_labels()
+    shown = dict(zip(names, handles, strict=True))
+    figure.legend(list(shown.values()), list(shown), loc="outside upper right", ncols=len(shown))
+    add_caption(figure, f"{ours}; a world beyond {WIDEST:g} % is drawn at the edge")
     return figure
 
 
@@ -57,12 +65,12 @@ def draw_variants(variants: Sequence[VariantResults], ours: str, against: str) -
     return figure
 
 
-def _draw_estimate(axes: Axes, place: float, estimate: Estimate, across: bool = False) -> None:
+def _draw_estimate(axes: Axes, place: float, estimate: Estimate, across: bool = False, label: str = "") -> None:
     # None becomes NaN, which is not drawn
     value, low, high = np.array([estimate.value, estimate.low, estimate.high], dtype=float)
     bar = [[value - low], [high - value]]
     look: dict[str, Any] = {"fmt": "s", "markersize": 4.5, "color": OURS_COLOUR, "capsize": 2.5, "linewidth": 1.3}
     if across:
-        axes.errorbar(value, place, xerr=bar, **look)
+        axes.errorbar(value, place, xerr=bar, label=label, **look)
     else:
-        axes.errorbar(place, value, yerr=bar, **look)
+        axes.errorbar(place, value, yerr=bar, label=label, **look)

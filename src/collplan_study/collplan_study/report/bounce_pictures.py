@@ -10,8 +10,8 @@ from collplan_study.report.figures import PathPanel, draw_paths
 from collplan_study.report.pictures import path_panels, saved_picture
 from collplan_study.report.study_data import StudyData
 
-WORST_DRAWN = 2
-"""Worlds of each headline group whose paths are drawn because most is lost there; one where most is saved follows."""
+LEAST_DRAWN = 2
+"""Worlds of each headline group whose paths are drawn because least is saved there; the one where most is follows."""
 
 
 def bounce_pictures(data: StudyData, results: BounceResults) -> Iterator[Picture]:
@@ -32,14 +32,14 @@ def bounce_pictures(data: StudyData, results: BounceResults) -> Iterator[Picture
 
 def _extreme_paths(data: StudyData, found: GroupResults, both: tuple[str, str]) -> Picture:
     drawn = draw_paths([_panels(data, world, both) for world in _extremes(found)])
-    words = f"{found.group.name}: where most is lost, and last where most is saved; circles: deliberate impacts"
+    words = f"{found.group.name}: where least is saved, and last where most is; circles: deliberate impacts"
     return saved_picture(data, f"paths-{found.group.name}", drawn, words)
 
 
 def _extremes(found: GroupResults) -> list[str]:
-    """The worlds where most is lost, then the one where most is saved."""
+    """The worlds where least is saved, then the one where most is."""
     worlds = [each.world for each in found.worlds]
-    return list(dict.fromkeys([*worlds[:WORST_DRAWN], worlds[-1]]))
+    return list(dict.fromkeys([*worlds[:LEAST_DRAWN], worlds[-1]]))
 
 
 def _panels(data: StudyData, world: str, both: tuple[str, str]) -> list[PathPanel]:

@@ -11,8 +11,8 @@ from collplan_study.analysis.rebound_errors import ReboundErrors
 from collplan_study.report.content import Row, Table, number, with_interval
 from collplan_study.tables.trial_record import ERROR
 
-WORST = 6
-"""Worlds listed of each headline group, those where most is lost."""
+LEAST = 6
+"""Worlds listed of each headline group, those where least is saved."""
 MAIN = "as in the main comparison"
 """Name of the variant that changes nothing."""
 
@@ -22,8 +22,9 @@ def bounce_tables(results: BounceResults) -> Iterator[Table]:
     yield _saved(results)
     yield _lost(results)
     yield _strategies(results)
+    yield _contacts(results)
     yield _rebounds(results)
-    yield _worst(results)
+    yield _least_saved(results)
     if results.known_map:
         yield _known_map(results)
     if results.variants:
@@ -63,45 +64,55 @@ def _strategies(results: BounceResults) -> Table:
     return Table(
         "Each strategy",
         "Wilson's interval of the share that arrives; a run that does not arrive counts with the time limit and the "
-        "length it drove; impacts are means over the runs. Deliberate: more than 0.2 m/s into the wall and foreseen. "
-        "Planning times are wall times of this machine at work: the mean of the runs' medians, the slowest p99.",
+        "length it drove.",
+        ("worlds", "strategy", "runs", "arrive [%]", "how others end", "time [s]", "path [m]"),
+        [_strategy(each.group, cell) for each in results.groups for cell in each.cells],
+    )
+
+
+def _strategy(group: Group, cell: Cell) -> Row:
+    time, _, length, _ = cell.levels
+    others = (f"{cell.outcomes[end]} {end}" for end in (TIMEOUT, STUCK, ABORTED, ERROR) if cell.outcomes[end])
+    return (
+        group.name,
+        cell.strategy,
+        str(cell.runs),
+        with_interval(cell.success, 1),
+        ", ".join(others) or "none",
+        number(time.value, 3),
+        number(length.value, 3),
+    )
+
+
+def _contacts(results: BounceResults) -> Table:
+    return Table(
+        "Each strategy's impacts and planning",
+        "Impacts are means over the runs. Deliberate: more than 0.2 m/s into the wall and foreseen. Planning times are "
+        "wall times of this machine at work: the mean of the runs' medians, the slowest p99.",
         (
             "worlds",
             "strategy",
-            "runs",
-            "arrive [%]",
-            "time-outs",
-            "stuck",
-            "aborted",
-            "errors",
-            "time [s]",
-            "path [m]",
             "impacts",
             "deliberate",
             "unforeseen",
-            "speed into the wall [m/s]",
+            "into the wall [m/s]",
             "hardest [m/s]",
-            "planning p50 [ms]",
+            "plan p50 [ms]",
             "p99 [ms]",
         ),
         [
-            _strategy(each.group, cell, rebounds)
+            _contact(each.group, cell, rebounds)
             for each in results.groups
             for cell, rebounds in zip(each.cells, each.rebounds, strict=True)
         ],
     )
 
 
-def _strategy(group: Group, cell: Cell, rebounds: ReboundErrors) -> Row:
-    means, (time, _, length, _) = cell.means, cell.levels
+def _contact(group: Group, cell: Cell, rebounds: ReboundErrors) -> Row:
+    means = cell.means
     return (
         group.name,
         cell.strategy,
-        str(cell.runs),
-        with_interval(cell.success, 1),
-        *(str(cell.outcomes[outcome]) for outcome in (TIMEOUT, STUCK, ABORTED, ERROR)),
-        number(time.value, 3),
-        number(length.value, 3),
         *(number(means[name], 2) for name in ("impacts", "deliberate_impacts", "unforeseen_impacts")),
         number(rebounds.speed_into, 2),
         number(cell.largest["max_impact_speed"], 2),
@@ -143,16 +154,16 @@ def _rebound(each: ReboundErrors) -> Row:
     )
 
 
-def _worst(results: BounceResults) -> Table:
+def _least_saved(results: BounceResults) -> Table:
     counts = ", ".join(
         f"{sum(world.saved < 0.0 for world in each.worlds)} of {len(each.worlds)} ({each.group.name})"
         for each in _headlines(results)
     )
     return Table(
-        f"Worlds where {results.ours} loses most against {results.against}",
+        f"Worlds where {results.ours} saves least against {results.against}",
         f"Slower in the mean of its pairs in {counts}.",
         ("world", "pairs", "saved [%]", f"{results.ours} [s]", f"{results.against} [s]"),
-        [_world(world) for each in _headlines(results) for world in each.worlds[:WORST]],
+        [_world(world) for each in _headlines(results) for world in each.worlds[:LEAST]],
     )
 
 

@@ -60,7 +60,7 @@ def origin_section(provenance: Mapping[str, Any]) -> Iterator[str]:
     yield heading(2, "Where the numbers come from")
     yield preformatted("\n".join(session["command"] for session in sessions))
     rows = [
-        ("asked", _listed(provenance["question"])),
+        ("asked", _listed(_said(provenance["question"]))),
         ("code", _listed(provenance["code"])),
         ("versions", _listed(provenance["versions"])),
         ("machine", _listed(provenance["platform"])),
@@ -84,6 +84,11 @@ def _parameter_rows(specs: Iterable[Spec], values: Mapping[str, Any]) -> list[Ro
     return [
         (spec.key, f"{_text(values[spec.key])} {spec.unit}".strip(), spec.doc) for spec in specs if spec.key in values
     ]
+
+
+def _said(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values that are not empty."""
+    return {key: value for key, value in values.items() if _text(value)}
 
 
 def _listed(values: Mapping[str, Any]) -> str:

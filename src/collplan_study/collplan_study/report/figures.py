@@ -25,7 +25,8 @@ from collplan_study.analysis.statistics import MEAN, SPREAD, Estimate
 
 COLOURS = {"harness": "#0072b2", "high_risk": "#d55e00", "low_risk": "#009e73"}
 """Colours of Okabe and Ito, which the colour-blind can distinguish."""
-OTHER_COLOURS = ("#cc79a7", "#e69f00", "#56b4e9", "#555555")
+OTHER_COLOURS = ("#882255", "#8f5a00", "#332288", "#555555")
+"""Dark enough for thin lines on white."""
 MARKS = "os^Dv*P"
 SOLID, GROWN, FAILED, GROUND = "#5b6472", "#d5d9df", "#000000", "#ffffff"
 AXIS_LABELS = {
@@ -169,13 +170,16 @@ def _draw_map(axes: Axes, panel: PathPanel, strategies: Sequence[str]) -> None:
 def _draw_runs(axes: Axes, paths: Sequence[RunPath], colour: str) -> None:
     for run in paths:
         if run.outcome == REACHED:
-            axes.plot(*run.points.T, color=colour, linewidth=1.0, alpha=0.6, zorder=3)
+            axes.plot(*run.points.T, color=colour, linewidth=1.0, alpha=0.8, zorder=3)
         else:
             axes.plot(*run.points.T, color=FAILED, linewidth=1.0, linestyle=":", zorder=3)
             axes.plot(*run.points[-1:].T, marker="x", color=FAILED, markersize=5, zorder=3)
-        axes.plot(
-            *run.impacts.T, linestyle="none", marker="o", markersize=4, markerfacecolor="none", color=colour, zorder=4
-        )
+        _mark_impacts(axes, run.impacts, colour)
+
+
+def _mark_impacts(axes: Axes, points: np.ndarray, colour: str) -> None:
+    # half of each lies on an obstacle, which is dark, the other half on the ground
+    axes.plot(*points.T, "o", markersize=5, markerfacecolor=GROUND, markeredgecolor=colour, zorder=4)
 
 
 def _frame(axes: Axes, world: World) -> None:

@@ -16,8 +16,9 @@ from collplan_study.report.bounce_pictures import bounce_pictures
 from collplan_study.report.closing_sections import assumed_section, failure_section, origin_section
 from collplan_study.report.paper_page import paper_page
 from collplan_study.report.study_data import StudyData, read_study
+from collplan_study.run.study_folder import REPORT
 
-RESULTS, REPORT, PAGE, DOCUMENT = "table.json", "report.html", "report_page.html", "tables.md"
+RESULTS, PAGE, DOCUMENT = "table.json", "report_page.html", "tables.md"
 
 
 def write_report(folder: Path) -> None:

@@ -16,7 +16,7 @@ from collplan_core.worlds.file import read_world
 from collplan_study.errors import StudyError
 from collplan_study.question.sources import Source
 
-PROVENANCE, WORLDS, ROWS = "provenance.json", "worlds", "trials.jsonl"
+PROVENANCE, WORLDS, ROWS, REPORT = "provenance.json", "worlds", "trials.jsonl", "report.html"
 RUNS = Path("runs")
 REQUIRED = frozenset({"question", "sources", "ablations", "code", "sessions"})
 """Keys of a provenance that resuming a study needs."""

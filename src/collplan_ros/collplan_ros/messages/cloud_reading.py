@@ -1,0 +1,98 @@
+"""What the planner sees and compares out of point clouds, by the attributes of these alone.
+
+A message decoded from a recording will do as well as one of rclpy's, and no ROS is needed.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from collplan_ros.messages.reading import MessageError, check_frame
+
+FREE_SPACE, FRONTIERS, PREDICTED, REMEMBERED, INFERRED = LAYERS = (
+    "free_space",
+    "frontiers",
+    "predicted",
+    "remembered",
+    "inferred",
+)
+"""Layers of planner/seen, by the number in its field `layer`: a closed polygon, and lines of two points each."""
+PLACES = ("x", "y", "vx", "vy", "line")
+"""Fields of planner/compared before the cost terms: position, velocity, and which line of points it belongs to."""
+TOTAL = "total"
+KINDS = {7: "<f4", 2: "|u1"}
+"""Types of fields that are used, by their numbers in sensor_msgs/PointField: FLOAT32 and UINT8."""
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """What a plan was chosen from: single candidates, or whole rollouts.
+
+    Attributes:
+        rows: (m, 4) x, y, vx, vy of each candidate [m], [m/s].
+        terms: (m,) each cost term by its name, TOTAL among them.
+        paths: those of rollouts (n, 2), n > 1 [m].
+        costs: what each rollout costs.
+    """
+
+    rows: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
+    terms: Mapping[str, np.ndarray] = field(default_factory=dict)
+    paths: Sequence[np.ndarray] = ()
+    costs: Sequence[float] = ()
+
+
+def seen_from_message(message: Any, frame: str) -> dict[str, np.ndarray]:
+    """Points (n, 2) [m] of each layer of LAYERS in a message.
+
+    Raises:
+        MessageError: another frame, other fields, or fewer bytes than it says.
+    """
+    table = _table(message, frame)
+    _check_fields(table, ("x", "y", "layer"))
+    points = np.column_stack([table["x"], table["y"]]).astype(float)
+    return {name: points[table["layer"] == number] for number, name in enumerate(LAYERS)}
+
+
+def compared_from_message(message: Any, frame: str) -> Compared:
+    """What was compared, as in a message.
+
+    Raises:
+        MessageError: another frame, other fields, or fewer bytes than it says.
+    """
+    table = _table(message, frame)
+    _check_fields(table, (*PLACES, TOTAL))
+    rows = np.column_stack([table[name] for name in PLACES[:4]]).astype(float)
+    starts = np.flatnonzero(np.diff(table["line"], prepend=np.nan) != 0.0)
+    lengths = np.diff(starts, append=len(table))
+    terms = {name: table[name].astype(float) for name in table.dtype.names or () if name not in PLACES}
+    long = lengths > 1
+    paths = [rows[start : start + length, :2] for start, length in zip(starts[long], lengths[long], strict=True)]
+    single = starts[~long]
+    singles = {name: values[single] for name, values in terms.items()}
+    return Compared(rows[single], singles, paths, terms[TOTAL][starts[long]].tolist())
+
+
+def _table(message: Any, frame: str) -> np.ndarray:
+    check_frame("header.frame_id", message.header.frame_id, frame)
+    step, size = int(message.point_step), int(message.width) * int(message.height)
+    names, formats, offsets = [], [], []
+    for each in message.fields:
+        kind = KINDS.get(each.datatype)
+        if kind is None or each.count != 1 or each.offset + np.dtype(kind).itemsize > step:
+            raise MessageError(f"fields: got {each.name!r} of type {each.datatype}, expected FLOAT32 or UINT8")
+        names.append(str(each.name))
+        formats.append(kind)
+        offsets.append(int(each.offset))
+    if message.is_bigendian or step == 0 or len(message.data) != step * size or len(set(names)) != len(names):
+        got = f"{len(message.data)} bytes"
+        raise MessageError(f"data: got {got}, expected {size} points of {step} bytes, little endian")
+    layout = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": step})
+    return np.frombuffer(message.data, layout, count=size) if size else np.zeros(0, layout)
+
+
+def _check_fields(table: np.ndarray, expected: Sequence[str]) -> None:
+    names = table.dtype.names or ()
+    if not set(expected) <= set(names):
+        raise MessageError(f"fields: got {', '.join(names)}, expected {', '.join(expected)}")

@@ -1,0 +1,128 @@
+"""What the planner sees and compares, as point clouds: cheap for both ends, where markers take as long as a plan.
+
+planner/seen holds lines of several layers; planner/compared what the choice was made from, with each cost term in a
+field of its own, so that a viewer of point clouds can colour by it.
+"""
+
+from array import array
+from collections.abc import Mapping
+
+import numpy as np
+from sensor_msgs.msg import PointCloud2, PointField
+
+from collplan_core.local_map import LocalMap
+from collplan_core.parameters import Settings
+from collplan_core.plan import Candidates
+from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_ros.markers.plan_markers import ARROW_LENGTH
+from collplan_ros.markers.rollout_markers import inferred_lines
+from collplan_ros.messages.cloud_reading import (
+    FREE_SPACE,
+    FRONTIERS,
+    INFERRED,
+    KINDS,
+    LAYERS,
+    PLACES,
+    PREDICTED,
+    REMEMBERED,
+    TOTAL,
+)
+from collplan_ros.messages.conversions import header
+
+SEEN = np.dtype({"names": ["x", "y", "layer"], "formats": ["<f4", "<f4", "u1"], "offsets": [0, 4, 8], "itemsize": 12})
+MOST_COMPARED = 500
+"""Only so many of the cheapest candidates are told."""
+_NUMBERS = {kind: number for number, kind in KINDS.items()}
+
+
+# ---- planner/seen
+
+
+def seen_to_message(layers: Mapping[str, np.ndarray], stamp: float, frame: str) -> PointCloud2:
+    """Message of points (n, 2) [m] of each layer in LAYERS, at a stamp [s]."""
+    points = [np.asarray(layers.get(name, ())).reshape(-1, 2) for name in LAYERS]
+    table = np.zeros(sum(map(len, points)), SEEN)
+    table["x"], table["y"] = np.concatenate(points).T
+    table["layer"] = np.repeat(np.arange(len(LAYERS)), [len(each) for each in points])
+    return _cloud(table, stamp, frame)
+
+
+def seen_layers(
+    local_map: LocalMap, remembered: RememberedBoundaries | None, settings: Settings
+) -> dict[str, np.ndarray]:
+    """Points (n, 2) [m] of each layer of LAYERS; boundaries that none are remembered of have none."""
+    origins, tangents = local_map.predicted[:, :2], local_map.predicted[:, 2:]
+    layers = {
+        FREE_SPACE: local_map.border_points,
+        FRONTIERS: local_map.segments.reshape(-1, 2),
+        PREDICTED: np.stack([origins, origins + ARROW_LENGTH * tangents], axis=1).reshape(-1, 2),
+    }
+    if remembered is None:
+        return layers
+    return layers | {
+        REMEMBERED: remembered.pieces.reshape(-1, 2),
+        INFERRED: inferred_lines(remembered, settings),
+    }
+
+
+# ---- planner/compared
+
+
+def compared_to_message(candidates: Candidates, stamp: float, frame: str) -> PointCloud2:
+    """Message of the rollouts that were compared, or where there are none of the cheapest candidates, at a stamp [s].
+
+    Points of one `line` are one rollout, whose velocities are left at zero; a candidate is a line of one point.
+    """
+    if candidates.paths:
+        return _cloud(_rollout_table(candidates), stamp, frame)
+    cheapest = np.argsort(candidates.costs, kind="stable")[:MOST_COMPARED]
+    terms = {TOTAL: candidates.costs, **candidates.terms}
+    table = _empty_table(len(cheapest), tuple(terms))
+    table["x"], table["y"] = candidates.positions[cheapest].T
+    table["vx"], table["vy"] = candidates.velocities[cheapest].T
+    table["line"] = np.arange(len(cheapest))
+    for name, values in terms.items():
+        table[name] = values[cheapest]
+    return _cloud(table, stamp, frame)
+
+
+def _rollout_table(candidates: Candidates) -> np.ndarray:
+    known = [(path, cost) for path, cost in zip(candidates.paths, candidates.path_costs, strict=True) if len(path) > 1]
+    lengths = [len(path) for path, _ in known]
+    table = _empty_table(sum(lengths), (TOTAL,))
+    table["x"], table["y"] = np.concatenate([np.zeros((0, 2)), *(path for path, _ in known)]).T
+    table["line"] = np.repeat(np.arange(len(lengths)), lengths)
+    table[TOTAL] = np.repeat([cost for _, cost in known], lengths)
+    return table
+
+
+def _empty_table(size: int, terms: tuple[str, ...]) -> np.ndarray:
+    return np.zeros(size, [(name, "<f4") for name in (*PLACES, *terms)])
+
+
+# ---- point clouds
+
+
+def _cloud(table: np.ndarray, stamp: float, frame: str) -> PointCloud2:
+    """Message of a structured array, a point a row and a field of the message for each of its own."""
+    names, layout = table.dtype.names or (), table.dtype
+    fields = [
+        PointField(name=name, offset=offset, datatype=_NUMBERS[layout[name].str], count=1)
+        for name, offset in zip(names, _offsets(layout), strict=True)
+    ]
+    return PointCloud2(
+        header=header(stamp, frame),
+        height=1,
+        width=len(table),
+        fields=fields,
+        is_bigendian=False,
+        point_step=table.dtype.itemsize,
+        row_step=table.nbytes,
+        data=array("B", table.tobytes()),
+        is_dense=bool(all(np.isfinite(table[name]).all() for name in names)),
+    )
+
+
+def _offsets(layout: np.dtype) -> list[int]:
+    fields = layout.fields
+    return [] if fields is None else [fields[name][1] for name in layout.names or ()]

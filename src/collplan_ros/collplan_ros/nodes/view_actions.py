@@ -1,0 +1,91 @@
+"""What the page asks for, done in the graph: a stop before everything that waits."""
+
+import queue
+from collections.abc import Callable
+from itertools import count
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from collplan_ros.messages.conversions import goal_to_message, stamp_from_seconds
+from collplan_ros.messages.qos import EVENT
+from collplan_ros.node_kit.service_calls import ServiceCalls
+from collplan_ros.nodes.view_parameters import GraphParameters
+from collplan_ros.view.commands import CANCEL, CLEAR_STOP, GOAL, RESUME, SET, STOP, Command
+from collplan_ros.view.server import Reply
+
+SERVICES = (STOP, CANCEL, RESUME, CLEAR_STOP)
+"""Actions that are services of the same name."""
+MOST_WAITING = 100
+"""Commands that may wait; a stop always may."""
+
+
+class ViewActions:
+    """Takes commands from any thread and does them in the node's own."""
+
+    def __init__(self, node: Node, calls: ServiceCalls, parameters: GraphParameters, frame: str) -> None:
+        """Publishes and calls through `node`; goals are in `frame`."""
+        self._node = node
+        self._calls = calls
+        self._parameters = parameters
+        self._frame = frame
+        self._goals = node.create_publisher(PoseStamped, "goal_pose", EVENT)
+        for name in SERVICES:
+            calls.keep(Trigger, name)
+        self._order = count()
+        self._inbox: queue.PriorityQueue[tuple[bool, int, Command, Reply]] = queue.PriorityQueue()
+        self._woken = node.create_guard_condition(self.do_all)
+
+    def take(self, command: Command, reply: Reply) -> None:
+        """Has a command done as soon as the node can; from any thread."""
+        if command.action != STOP and self._inbox.qsize() >= MOST_WAITING:
+            reply(False, "too many commands wait")
+            return
+        self._inbox.put((command.action != STOP, next(self._order), command, reply))
+        self._woken.trigger()
+
+    def do_all(self) -> None:
+        """Does what waits, stops first."""
+        while True:
+            try:
+                *_, command, reply = self._inbox.get_nowait()
+            except queue.Empty:
+                return
+            self._node.get_logger().info(f"page: {_in_words(command)}")
+            self._do(command, reply)
+
+    def _do(self, command: Command, reply: Reply) -> None:
+        if command.action in SERVICES:
+            self._calls.now(command.action, Trigger.Request(), _answer(reply))
+        elif command.action == GOAL:
+            self._give_goal(command, reply)
+        elif command.action == SET:
+            self._parameters.set(command.node, command.name, command.value, reply)
+
+    def _give_goal(self, command: Command, reply: Reply) -> None:
+        # this node hears goals too
+        if self._goals.get_subscription_count() < 2:
+            reply(False, f"nobody listens to {self._goals.topic_name}")
+            return
+        message = goal_to_message(np.array(command.at), self._frame)
+        message.header.stamp = stamp_from_seconds(1e-9 * self._node.get_clock().now().nanoseconds)
+        self._goals.publish(message)
+        reply(True, f"goal ({command.at[0]:.2f}, {command.at[1]:.2f}) given")
+
+
+def _answer(reply: Reply) -> Callable[[Trigger.Response | None, str], None]:
+    def done(response: Trigger.Response | None, trouble: str) -> None:
+        if response is None:
+            reply(False, trouble)
+        else:
+            reply(bool(response.success), str(response.message))
+
+    return done
+
+
+def _in_words(command: Command) -> str:
+    if command.action == GOAL:
+        return f"goal ({command.at[0]:.3f}, {command.at[1]:.3f})"
+    return f"{command.node} {command.name}: {command.value!r}" if command.action == SET else command.action

@@ -1,0 +1,287 @@
+"""What view_node hears of the graph while somebody looks, turned into parts of frames."""
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
+from nav_msgs.msg import Odometry, Path
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy, qos_profile_parameter_events
+from sensor_msgs.msg import LaserScan, PointCloud2
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+from collplan_core.goal import NO_GOAL
+from collplan_core.parameters import Settings
+from collplan_core.plan import Contacts
+from collplan_core.state import State
+from collplan_ros.messages import qos
+from collplan_ros.messages.cloud_reading import (
+    LAYERS,
+    REMEMBERED,
+    compared_from_message,
+    seen_from_message,
+)
+from collplan_ros.messages.cmd_vel import command_type
+from collplan_ros.messages.conversions import goal_from_message, impact_contact_from_message
+from collplan_ros.messages.goal_status import goal_from_status
+from collplan_ros.messages.plans import contacts_from_message
+from collplan_ros.messages.raw_reading import path_from_bytes, state_from_bytes
+from collplan_ros.messages.reading import scan_from_message
+from collplan_ros.node_kit.polled import PolledSubscriptions
+from collplan_ros.view import scene
+from collplan_ros.view.frames import Changes
+from collplan_ros.view.impacts import Impacts
+
+POSES = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Every pose of a frame's time and of a short stall; none is waited for."""
+COMMANDS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
+NEWEST = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+KEPT = 1.0
+"""Time for which poses are kept, to find the one at a scan's stamp [s]."""
+STEP_BACK = 0.5
+"""A pose that is so much before the newest begins another time, as after a restart [s]."""
+MEMORY_EVERY = 5
+"""Of the messages about what is seen, those of which the memory is shown: it is the most of them and changes least."""
+NODES_PERIOD = 0.5
+"""Time between two looks at which nodes are silent [s]."""
+MOST_NODES = 50
+"""Nodes shown: so many belong to no robot."""
+LONGEST_PERIOD = 2.0
+"""A longer time between two commands is a pause, not a period [s]."""
+
+Values = Mapping[str, Any]
+
+
+class ViewInputs:
+    """The topics that the page shows: subscribed between `open` and `close`.
+
+    Attributes:
+        goal: the newest goal given, (2,) [m]; heard all the time, as nobody repeats it.
+        robot: full name of the node that says how the robot is; empty before it has.
+        reports: newest health report of each node of this namespace, by full name.
+        refused: messages that could not be read.
+    """
+
+    def __init__(self, node: Node, settings: Settings, changes: Changes, clock: Callable[[], float]) -> None:
+        """Listens in `node` and puts parts into `changes`; `clock` gives the local time [s]."""
+        self.goal: np.ndarray | None = None
+        self.robot = ""
+        self.reports: dict[str, scene.NodeReport] = {}
+        self._node = node
+        self._settings = settings
+        self._frames = settings.frames
+        self._changes = changes
+        self._clock = clock
+        self._namespace = node.get_namespace().rstrip("/")
+        self._on_node: Callable[[str], None] = lambda name: None
+        self._on_parameters: Callable[[ParameterEvent], None] = lambda event: None
+        self._always = PolledSubscriptions(node)
+        self._always.listen(PoseStamped, "goal_pose", self._take_goal, qos.EVENT)
+        self._watched = PolledSubscriptions(node)
+        self._reset()
+
+    def _reset(self) -> None:
+        self._impacts = Impacts()
+        self._states: deque[State] = deque()
+        self._fresh: list[State] = []
+        self._robot: scene.Part = None
+        self._contacts: dict[float, Contacts] = {}
+        self._commanded = math.nan
+        self._periods: list[float] = []
+        self._seen = 0
+        self._time, self._at = 0.0, self._clock()
+        self._status = NO_GOAL
+        self._told_nodes = -math.inf
+
+    @property
+    def refused(self) -> int:
+        return self._always.refused + self._watched.refused
+
+    @property
+    def newest_refusal(self) -> str:
+        """What the newest message that could not be read was; empty before the first."""
+        return self._watched.newest_refusal or self._always.newest_refusal
+
+    def tell(self, on_node: Callable[[str], None], on_parameters: Callable[[ParameterEvent], None]) -> None:
+        """Has each health report's node, and each change of parameters, told."""
+        self._on_node, self._on_parameters = on_node, on_parameters
+
+    def open(self) -> None:
+        """Subscribes to everything that is shown."""
+        listen = self._watched.listen
+        self._reset()
+        listen(Odometry, "mocap/odom", self._take_pose, POSES, raw=True)
+        listen(LaserScan, "scan", self._take_scan, NEWEST)
+        listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._take_contacts, qos.EVENT)
+        listen(Path, "plan", self._take_plan, NEWEST, raw=True)
+        listen(PointCloud2, "planner/seen", self._take_seen, qos.LATCHED)
+        listen(PointCloud2, "planner/compared", self._take_compared, qos.LATCHED)
+        listen(DiagnosticArray, "planner/costs", self._take_costs, NEWEST)
+        listen(GoalStatus, "goal_status", self._take_status, qos.LATCHED)
+        listen(PoseStamped, "impact/contact", self._take_impact, qos.EVENT)
+        listen(DiagnosticStatus, "controller/state", self._take_doing, qos.LATCHED)
+        listen(DiagnosticStatus, "robot/state", self._take_hold, qos.LATCHED)
+        listen(command_type(self._settings), "cmd_vel", self._take_command, COMMANDS)
+        listen(DiagnosticArray, "/diagnostics", self._take_health, qos.DIAGNOSTICS_SUBSCRIBED)
+        listen(ParameterEvent, "/parameter_events", self._take_event, qos_profile_parameter_events)
+        self._put_goal()
+
+    def close(self) -> None:
+        """Ends what `open` began."""
+        self._watched.close()
+        self.reports.clear()
+        self.robot = ""
+
+    def poll(self) -> float:
+        """Takes what has come and puts it into the changes; returns the time of the frame [s]."""
+        self._always.poll()
+        self._watched.poll()
+        now = self._clock()
+        self._put_robot(now)
+        if self._periods:
+            self._changes.put("periods", [round(1e3 * period, 1) for period in self._periods])
+            self._periods = []
+        if now - self._told_nodes >= NODES_PERIOD:
+            self._told_nodes = now
+            self._changes.put("nodes", scene.nodes(self.reports.values(), now))
+        return scene.time_of(self._time)
+
+    def hear_goals(self) -> None:
+        """Takes what has come of that which is heard all the time."""
+        self._always.poll()
+
+    # ---- poses
+
+    def _take_pose(self, raw: bytes, _: Values) -> None:
+        state = state_from_bytes(raw, self._frames.map, self._frames.base)
+        self._robot = scene.robot(state)
+        if self._states and state.stamp < self._states[-1].stamp - STEP_BACK:
+            self._begin_anew()
+        self._states.append(state)
+        self._fresh.append(state)
+        self._impacts.moved(state)
+        while self._states[0].stamp < state.stamp - KEPT:
+            self._states.popleft()
+
+    def _begin_anew(self) -> None:
+        """Drops what belongs to another time, as after a restart of the robot."""
+        self._states.clear()
+        self._fresh.clear()
+        self._impacts = Impacts()
+        self._changes.put("impacts", [])
+
+    def _put_robot(self, now: float) -> None:
+        before = self._time
+        if self._fresh:
+            *between, newest = self._fresh
+            self._fresh = []
+            self._time = newest.stamp
+            self._changes.put("robot", self._robot)
+            if between:
+                self._changes.put("trail", scene.trail(between, newest.stamp))
+        else:
+            # time goes on without poses: what is silent is to be seen to be
+            self._time = before + now - self._at
+        if 0.0 < before - self._time < STEP_BACK:
+            self._time = before
+        self._at = now
+
+    # ---- scans
+
+    def _take_scan(self, message: LaserScan, _: Values) -> None:
+        scan = scan_from_message(message, self._frames.base)
+        if not self._states:
+            return
+        after = next((state for state in self._states if state.stamp >= scan.stamp), self._states[-1])
+        before = next((state for state in reversed(self._states) if state.stamp <= scan.stamp), self._states[0])
+        self._changes.put("scan", scene.scan(scan, scene.between(before, after, scan.stamp)))
+
+    # ---- plans
+
+    def _take_contacts(self, message: MultiDOFJointTrajectory, _: Values) -> None:
+        stamp, contacts = contacts_from_message(message, self._frames.map)
+        self._contacts = dict([*self._contacts.items(), (stamp, contacts)][-qos.EVENT.depth :])
+        self._impacts.planned(stamp, contacts)
+
+    def _take_plan(self, raw: bytes, _: Values) -> None:
+        stamp, times, positions = path_from_bytes(raw, self._frames.map)
+        self._changes.put("plan", scene.plan(stamp, times, positions, self._contacts.get(stamp)))
+
+    def _take_seen(self, message: PointCloud2, _: Values) -> None:
+        layers = seen_from_message(message, self._frames.map)
+        short = {"free_space": "free"}
+        shown = LAYERS if self._seen % MEMORY_EVERY == 0 else LAYERS[: LAYERS.index(REMEMBERED)]
+        for name in shown:
+            self._changes.put(short.get(name, name), scene.milli(layers[name]))
+        self._seen += 1
+
+    def _take_compared(self, message: PointCloud2, _: Values) -> None:
+        compared = compared_from_message(message, self._frames.map)
+        self._changes.put("candidates", scene.candidates(compared.rows, compared.terms))
+        self._changes.put("rollouts", scene.rollouts(compared.paths, compared.costs))
+
+    def _take_costs(self, message: DiagnosticArray, _: Values) -> None:
+        for status in message.status:
+            self._changes.put("costs", scene.costs({item.key: item.value for item in status.values}))
+
+    # ---- the goal
+
+    def _take_goal(self, message: PoseStamped, _: Values) -> None:
+        self.goal = goal_from_message(message, self._frames.map)
+        self._put_goal()
+
+    def _take_status(self, message: GoalStatus, _: Values) -> None:
+        goal = goal_from_status(message)
+        self._status = goal.status
+        self._put_goal()
+        if not goal.active:
+            self._changes.put("plan", None)
+            for name in ("free", "frontiers", "predicted", "rollouts"):
+                self._changes.put(name, [])
+            self._changes.put("candidates", scene.candidates(np.zeros((0, 4)), {}))
+
+    def _put_goal(self) -> None:
+        self._changes.put("goal", scene.goal(self.goal, self._status))
+
+    # ---- what happens and is said
+
+    def _take_impact(self, message: PoseStamped, _: Values) -> None:
+        self._impacts.happened(impact_contact_from_message(message, self._frames.map))
+        self._changes.put("impacts", self._impacts.part)
+
+    def _take_doing(self, message: DiagnosticStatus, _: Values) -> None:
+        values = {item.key: item.value for item in message.values}
+        said = {name: str(values.get(name, "")) for name in ("maneuver", "activity", "reason")}
+        self._changes.put("doing", {**said, "warn": message.level != DiagnosticStatus.OK})
+
+    def _take_hold(self, message: DiagnosticStatus, _: Values) -> None:
+        self.robot = str(message.name)
+        state = {item.key: item.value for item in message.values}.get("state", "")
+        self._changes.put("hold", {"state": str(state), "message": str(message.message)})
+
+    def _take_command(self, message: Twist | TwistStamped, info: Values) -> None:
+        sent = 1e-9 * info["source_timestamp"]
+        if 0.0 < sent - self._commanded < LONGEST_PERIOD:
+            self._periods.append(sent - self._commanded)
+        self._commanded = sent
+
+    def _take_health(self, message: DiagnosticArray, _: Values) -> None:
+        for status in message.status:
+            name = str(status.name)
+            if name.rpartition("/")[0] != self._namespace or not self._is_known_or_fits(name):
+                continue
+            values = {str(item.key): str(item.value) for item in status.values}
+            self.reports[name] = scene.NodeReport(name, status.level[0], str(status.message), values, self._clock())
+            self._on_node(name)
+
+    def _is_known_or_fits(self, name: str) -> bool:
+        return name in self.reports or len(self.reports) < MOST_NODES
+
+    def _take_event(self, event: ParameterEvent, _: Values) -> None:
+        self._on_parameters(event)

@@ -1,0 +1,176 @@
+"""The live page's node: what the graph says goes to the browsers that look, what they ask for goes to the graph.
+
+It decides nothing, and takes no part in what moves the robot: any graph runs the same without it. While nobody looks
+it listens to new goals alone.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from collplan_core.parameters import Frames, Settings, View
+from collplan_core.scan import Scan
+from collplan_core.worlds import World, WorldError, load_world
+from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
+from collplan_ros.node_kit.node_parameters import declare, read_settings
+from collplan_ros.node_kit.run_node import run_node
+from collplan_ros.node_kit.service_calls import ServiceCalls
+from collplan_ros.nodes.view_actions import ViewActions
+from collplan_ros.nodes.view_inputs import ViewInputs
+from collplan_ros.nodes.view_parameters import GraphParameters, first_of
+from collplan_ros.view import scene
+from collplan_ros.view.frames import Changes
+from collplan_ros.view.server import PageServer
+from collplan_ros.view.which_robot import which_robot
+
+GROUPS = (View, Frames, "controller.stamped_cmd_vel")
+LINGER = 10.0
+"""Time after the last page was closed until the graph is no longer listened to [s]: it may only be loaded anew."""
+IDLE_PERIOD = 0.25
+"""Time between two looks whether somebody looks [s]."""
+ABOUT_EVERY = 10
+"""Of the frames those that are looked at for a change of what seldom changes."""
+WORLDS = ("lidar.world", "simulator.world")
+"""Parameters that name the world: the one that scans are cast in comes first."""
+
+
+class ViewNode(Node):
+    """Serves the page on this machine; hears what is shown, and gives goals, calls services, sets parameters."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        """Keyword arguments go to `rclpy.node.Node`.
+
+        Raises:
+            PortTaken: view.port cannot be listened on.
+        """
+        super().__init__("view_node", **kwargs)
+        declare(self, *GROUPS, live=())
+        self._settings: Settings = read_settings(self, *GROUPS)
+        # steady even where the node follows /clock: people look in their own time
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._changes = Changes()
+        self._calls = ServiceCalls(self)
+        self._graph_parameters = GraphParameters(self._calls)
+        self._inputs = ViewInputs(self, self._settings, self._changes, self._now)
+        self._inputs.tell(self._graph_parameters.heard, self._graph_parameters.take_event)
+        self._actions = ViewActions(self, self._calls, self._graph_parameters, self._settings.frames.map)
+        self._loader = ThreadPoolExecutor(max_workers=1, thread_name_prefix="world")
+        self._world_name: str | None = None
+        self._world: Future[World] | None = None
+        self._watched = False
+        self._frames = 0
+        Scan(0.0, 0.0, 1.0, 0.0, 1.0, np.ones(2))  # loads what was compiled, so that the first scan is not late
+        view = self._settings.view
+        self._server = PageServer(view.port, view.clients, self._actions.take, self.get_logger().warning)
+        self._timer = self.create_timer(IDLE_PERIOD, self._tick, clock=self._steady)
+        self._diagnostics = Diagnostics(self, self._health)
+        self.get_logger().info(f"open {self.address} in a browser on this machine")
+
+    @property
+    def address(self) -> str:
+        """Address of the page."""
+        return self._server.address
+
+    def _now(self) -> float:
+        return seconds(self._steady)
+
+    def _tick(self) -> None:
+        watched = self._server.unwatched_for() < LINGER
+        if watched != self._watched:
+            self._watched = watched
+            if watched:
+                self._open()
+            else:
+                self._close()
+        if not watched:
+            self._inputs.hear_goals()
+            return
+        self._calls.step()
+        time = self._inputs.poll()
+        if self._frames % ABOUT_EVERY == 0:
+            self._put_about()
+            self._changes.put("parameters", self._graph_parameters.live)
+        self._server.publish(self._changes.take(time))
+        self._frames += 1
+
+    def _open(self) -> None:
+        self._timer.timer_period_ns = round(1e9 / self._settings.view.rate)
+        self._inputs.open()
+
+    def _close(self) -> None:
+        self._timer.timer_period_ns = round(1e9 * IDLE_PERIOD)
+        self._inputs.close()
+        self._changes.take(0.0)
+        self._changes.forget()
+        self._server.forget()
+
+    # ---- what the frames begin with
+
+    def _put_about(self) -> None:
+        known = self._graph_parameters.values
+        world, trouble = self._found_world()
+        self._changes.put(
+            "about",
+            {
+                "robot": which_robot(self._inputs.robot, known, self._inputs.reports),
+                "namespace": self.get_namespace(),
+                "world": self._world_name or "",
+                "trouble": trouble,
+                "radius": _milli(first_of(known, "robot.radius"), self._settings.robot.radius),
+                "max_speed": _milli(first_of(known, "robot.max_speed"), self._settings.robot.max_speed),
+                "tolerance": _milli(first_of(known, "planner.goal_tolerance"), self._settings.planner.goal_tolerance),
+                "spacing": _milli(first_of(known, "remembered.spacing"), self._settings.remembered.spacing),
+            },
+        )
+        self._changes.put("world", None if world is None else scene.world(world))
+
+    def _found_world(self) -> tuple[World | None, str]:
+        """The world that the graph names, once it is made, or why there is none."""
+        known = self._graph_parameters.values
+        name = next((found for key in WORLDS if (found := first_of(known, key)) is not None), None)
+        if name is None:
+            return None, ""
+        if name != self._world_name:
+            self._world_name = str(name)
+            # a stop must not wait for it
+            self._world = self._loader.submit(load_world, self._world_name)
+        if self._world is None or not self._world.done():
+            return None, ""
+        try:
+            return self._world.result(), ""
+        except (WorldError, OSError, ValueError) as error:
+            return None, str(error)
+
+    # ---- how it is
+
+    def _health(self) -> Health:
+        values: dict[str, object] = {
+            "address": self.address,
+            "pages": self._server.n_clients,
+            "frames": self._frames,
+            "refused": self._server.n_refused,
+            "unread": self._inputs.refused,
+            "newest_unread": self._inputs.newest_refusal,
+        }
+        pages = self._server.n_clients
+        return Health(OK, f"{self.address}, {pages} {'page' if pages == 1 else 'pages'} open", values)
+
+    def destroy_node(self) -> None:
+        """Closes the pages first."""
+        self._server.close()
+        self._loader.shutdown(wait=False, cancel_futures=True)
+        super().destroy_node()
+
+
+def _milli(value: object, otherwise: float) -> int:
+    return scene.milli([float(value) if isinstance(value, (int, float)) else otherwise])[0]
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Entry point of the executable; returns its exit code."""
+    return run_node(ViewNode, args)

@@ -1,0 +1,110 @@
+"""What a page may ask for: one JSON object a message, checked before anything is done."""
+
+import hmac
+import json
+from dataclasses import dataclass
+from typing import Any, TypeGuard
+
+GOAL, CANCEL, RESUME, STOP, CLEAR_STOP, SET = ACTIONS = ("goal", "cancel", "resume", "estop", "clear_estop", "set")
+LONGEST_TEXT = 200
+"""Longest name or text in a command."""
+LARGEST = 1e15
+"""Largest number in a command; what the nodes take is less."""
+
+Value = bool | int | float | str | tuple[float, ...]
+
+
+class WrongToken(Exception):
+    """A command without the token of this start: it does not come from the page that was served."""
+
+
+class CommandError(ValueError):
+    """A command that cannot be done; the text names what was got and what was expected."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """What is asked for.
+
+    Attributes:
+        number: the page's own number of it, for the answer.
+        action: one of ACTIONS.
+        at: where to go, of GOAL [m].
+        node, name, value: the node's full name, the parameter and its new value, of SET.
+    """
+
+    number: int
+    action: str
+    at: tuple[float, float] = (0.0, 0.0)
+    node: str = ""
+    name: str = ""
+    value: Value = 0
+
+
+def command_from_text(text: str | bytes, token: str) -> Command:
+    """The command in a message.
+
+    Raises:
+        WrongToken: it has another token, or none, or is no such object at all.
+        CommandError: it has the token, and does not say what to do.
+    """
+    try:
+        given = json.loads(text)
+    except (ValueError, RecursionError):
+        raise WrongToken from None
+    if not isinstance(given, dict) or not _is_token(given.get("token"), token):
+        raise WrongToken
+    number, action = given.get("number"), given.get("do")
+    if type(number) is not int or not 0 <= number < 2**31:
+        raise CommandError(f"number: got {_shown(number)}, expected a whole number from 0")
+    if action not in ACTIONS:
+        raise CommandError(f"do: got {_shown(action)}, expected one of {', '.join(ACTIONS)}")
+    if action == GOAL:
+        return Command(number, action, at=(_coordinate(given, "x"), _coordinate(given, "y")))
+    if action == SET:
+        return Command(number, action, node=_name(given, "node"), name=_name(given, "name"), value=_value(given))
+    return Command(number, action)
+
+
+def number_of(text: str | bytes) -> int:
+    """The number of a command that was refused; 0 where it has none."""
+    number = json.loads(text).get("number")
+    return number if type(number) is int else 0
+
+
+def _is_token(given: Any, token: str) -> bool:
+    return isinstance(given, str) and hmac.compare_digest(given.encode(errors="replace"), token.encode())
+
+
+def _coordinate(given: dict[str, Any], key: str) -> float:
+    value = given.get(key)
+    if not _is_number(value):
+        raise CommandError(f"{key}: got {_shown(value)}, expected a number [m]")
+    return float(value)
+
+
+def _name(given: dict[str, Any], key: str) -> str:
+    value = given.get(key)
+    if not isinstance(value, str) or not 0 < len(value) <= LONGEST_TEXT:
+        raise CommandError(f"{key}: got {_shown(value)}, expected a name")
+    return value
+
+
+def _value(given: dict[str, Any]) -> Value:
+    value = given.get("value")
+    if isinstance(value, str) and len(value) <= LONGEST_TEXT:
+        return value
+    if isinstance(value, bool) or _is_number(value):
+        return value
+    if isinstance(value, list) and all(map(_is_number, value)):
+        return tuple(float(each) for each in value)
+    raise CommandError(f"value: got {_shown(value)}, expected true, false, a finite number, a list of them or a text")
+
+
+def _is_number(value: Any) -> TypeGuard[int | float]:
+    # compared, as a whole number may be too large for a float
+    return type(value) in (int, float) and abs(value) <= LARGEST
+
+
+def _shown(value: Any) -> str:
+    return repr(value)[:LONGEST_TEXT]

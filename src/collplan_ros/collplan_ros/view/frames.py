@@ -1,0 +1,106 @@
+"""Frames on their way to pages: what has changed, the newest of all, and what a slow page has not got yet."""
+
+import json
+import math
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+HISTORY = ("robot", "trail", "costs", "periods")
+"""Parts of which earlier ones are kept, for a page that comes late."""
+KEPT = 1200
+"""Frames of history that are kept: a minute at 20 Hz."""
+STEP_BACK = 0.5
+"""A frame that is so much before the one before it begins another time, as after a restart of the robot [s]."""
+LOSSY = ("trail", "periods")
+"""Parts that stand for one frame alone: the newest of them says nothing of those before."""
+
+Texts = Mapping[str, str]
+"""Parts of a frame by name, each as JSON."""
+
+
+def as_json(value: Any) -> str:
+    """A value as JSON without spaces, ASCII alone, and never what JSON does not know.
+
+    Raises:
+        ValueError: a number in it is not finite.
+    """
+    return json.dumps(value, separators=(",", ":"), allow_nan=False)
+
+
+def joined(parts: Texts) -> str:
+    """One JSON object of parts that are JSON already."""
+    return "{" + ",".join(f'"{name}":{text}' for name, text in parts.items()) + "}"
+
+
+class Changes:
+    """Collects the parts of the next frame; a part that is as it was is none."""
+
+    def __init__(self) -> None:
+        self._newest: dict[str, str] = {}
+        self._changed: dict[str, str] = {}
+
+    def put(self, name: str, value: Any) -> None:
+        """Sets a part, if it is another than the newest of its name.
+
+        Raises:
+            ValueError: a number in it is not finite.
+        """
+        text = as_json(value)
+        if name in LOSSY or self._newest.get(name) != text:
+            self._newest[name] = self._changed[name] = text
+
+    def forget(self) -> None:
+        """Forgets what was put: everything is a change from now on."""
+        self._newest.clear()
+        self._changed.clear()
+
+    def take(self, time: float) -> Texts:
+        """The frame at a time [s]: all that has changed since the one before."""
+        changed, self._changed = self._changed, {}
+        return {"t": as_json(time), **changed}
+
+
+class Newest:
+    """The newest of each part of the frames so far, and their history."""
+
+    def __init__(self) -> None:
+        self._parts: dict[str, str] = {}
+        self._history: deque[str] = deque(maxlen=KEPT)
+        self._time = -math.inf
+
+    def add(self, frame: Texts) -> None:
+        """Takes the next frame; one that is of an earlier time begins another history."""
+        time = float(frame["t"])
+        if time < self._time - STEP_BACK:
+            self._history.clear()
+        self._time = time
+        self._parts.update((name, text) for name, text in frame.items() if name not in LOSSY)
+        kept = {name: frame[name] for name in HISTORY if name in frame}
+        if kept:
+            self._history.append(joined({"t": frame["t"], **kept}))
+
+    def whole(self) -> Texts:
+        """The frame for a page that comes now: everything, with the history; empty before the first frame."""
+        return {**self._parts, "history": f"[{','.join(self._history)}]"} if self._parts else {}
+
+    def forget(self) -> None:
+        """Forgets everything."""
+        self._parts.clear()
+        self._history.clear()
+
+
+class Slot:
+    """What one page is sent next: one frame, into which all that it could not be sent in time are merged."""
+
+    def __init__(self) -> None:
+        self._frame: Texts = {}
+
+    def put(self, frame: Texts) -> None:
+        """Adds a frame to what is to be sent."""
+        self._frame = {**self._frame, **frame} if self._frame else frame
+
+    def take(self) -> Texts:
+        """What is to be sent; empty where there is nothing."""
+        frame, self._frame = self._frame, {}
+        return frame

@@ -1,0 +1,58 @@
+"""Impacts as they happen: whether a plan in force foresaw each, and whether it was deliberate."""
+
+from collections import deque
+
+import numpy as np
+
+from collplan_core.evaluation.impact_matching import Prediction, deliberate_impacts, foreseen_impacts
+from collplan_core.plan import Contacts
+from collplan_core.sensing.impact_contact import ImpactContact
+from collplan_core.state import State
+from collplan_ros.view import scene
+
+KEPT = 1.5
+"""Time for which plans and poses are kept [s]; an impact is found 0.02 to 0.08 s after it."""
+SETTLED = 0.06
+"""Time before an impact at which no pose has anything of it in its velocity [s]."""
+MOST = 200
+"""Impacts that are kept."""
+DELIBERATE, FORESEEN, OTHER = "deliberate", "foreseen", "other"
+
+
+class Impacts:
+    """The impacts so far, as the page is sent them.
+
+    Attributes:
+        part: the part `impacts` of a frame.
+    """
+
+    def __init__(self) -> None:
+        self.part: list[scene.Part] = []
+        self._predictions: deque[Prediction] = deque()
+        self._states: deque[State] = deque()
+
+    def planned(self, made: float, contacts: Contacts) -> None:
+        """Takes the contacts that a plan of this stamp [s] foresees."""
+        self._predictions.append(Prediction(made, contacts))
+        while self._predictions[0].made < made - KEPT:
+            self._predictions.popleft()
+
+    def moved(self, state: State) -> None:
+        """Takes the next state."""
+        self._states.append(state)
+        while self._states[0].stamp < state.stamp - KEPT:
+            self._states.popleft()
+
+    def happened(self, contact: ImpactContact) -> None:
+        """Takes an impact."""
+        speed = self._speed_into(contact)
+        foreseen = foreseen_impacts(np.array([contact.time]), contact.point[None], list(self._predictions))
+        deliberate = deliberate_impacts(foreseen, np.array([speed]))[0]
+        kind = DELIBERATE if deliberate else FORESEEN if foreseen[0] else OTHER
+        # a new list: what was sent before stays as it was
+        self.part = [*self.part, scene.impact(contact, kind, speed)][-MOST:]
+
+    def _speed_into(self, contact: ImpactContact) -> float:
+        """Speed into the wall before an impact [m/s], by the last pose that has nothing of it; 0 without one."""
+        before = [state for state in self._states if state.stamp <= contact.time - SETTLED]
+        return max(0.0, -float(before[-1].velocity @ contact.normal)) if before else 0.0

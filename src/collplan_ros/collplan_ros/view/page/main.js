@@ -1,0 +1,4 @@
+import { liveSource } from "./live.js";
+import { start } from "./page.js";
+
+start(liveSource());

@@ -1,0 +1,144 @@
+// What the page says beside the picture: which robot, what it is doing and why, who takes part, what is shown.
+
+import { byId, element, keep, kept } from "./dom.js";
+import { LAYERS } from "./layers.js";
+
+const ROBOTS = {
+  simulated: ["SIMULATED", "simulated robot"],
+  emulated: ["SIMULATED", "simulated robot behind an emulated firmware"],
+  real: ["REAL ROBOT", "real robot"],
+  unknown: ["robot not known", "whether the robot is simulated is not known"],
+};
+const LEVELS = ["ok", "warn", "error", "error"];
+const SIGNS = { ok: "●", warn: "▲", error: "✖", silent: "◌" };
+
+/** Which robot, what it is doing, and how the nodes are. */
+export class Panels {
+  constructor(scene) {
+    this.scene = scene;
+    this.version = -1;
+    this.nodes = "";
+  }
+
+  /** Writes what has changed. */
+  write() {
+    if (this.scene.version === this.version) return;
+    this.version = this.scene.version;
+    const { about, doing, hold, goal, costs, nodes, impacts } = this.scene.parts;
+    this.writeAbout(about, costs);
+    byId("maneuver").textContent = (doing?.maneuver || "no controller heard").replaceAll("_", " ");
+    byId("goal_status").textContent = goal && goal.status !== "none" ? `· goal ${goal.status}` : "· no goal";
+    byId("reason").textContent = doing?.reason ?? "";
+    byId("reason").classList.toggle("warning", Boolean(doing?.warn));
+    const held = hold && hold.state !== "free" && hold.message;
+    byId("hold").hidden = !held;
+    byId("hold").textContent = held ? hold.message : "";
+    byId("counts").textContent = counted(impacts ?? []);
+    this.writeNodes(nodes ?? []);
+  }
+
+  writeAbout(about, costs) {
+    const badge = byId("badge");
+    badge.hidden = !about;
+    if (!about) return;
+    const [sign, words] = ROBOTS[about.robot] ?? ROBOTS.unknown;
+    badge.textContent = sign;
+    badge.dataset.robot = about.robot;
+    const told = [words, costs?.strategy, about.world, about.namespace === "/" ? "" : about.namespace];
+    byId("about").textContent = told.filter(Boolean).join(" · ") + (about.trouble ? ` · no walls: ${about.trouble}` : "");
+    byId("speed_high").textContent = `${(about.max_speed / 1000).toFixed(1)} m/s`;
+  }
+
+  writeNodes(nodes) {
+    const text = JSON.stringify(nodes.map(({ name, level, message, age, silent }) => [name, level, message, silent && age]));
+    if (text === this.nodes) return;
+    this.nodes = text;
+    const list = byId("nodes");
+    list.replaceChildren();
+    if (!nodes.length) element("p", list, "note", "none has reported");
+    for (const { name, level, message, age, silent, values } of nodes) {
+      const state = silent ? "silent" : LEVELS[level] ?? "error";
+      const row = element("div", list, `node ${state}`);
+      element("span", row, "sign", SIGNS[state]);
+      element("b", row, "", name.slice(name.lastIndexOf("/") + 1) + (silent ? `: silent for ${age} s` : ""));
+      element("p", row, "", message);
+      row.title = Object.entries(values).map(([key, value]) => `${key}: ${value}`).join("\n");
+    }
+  }
+}
+
+/** Impacts by their kind, in words. */
+function counted(impacts) {
+  if (!impacts.length) return "no impact yet";
+  const of = (kind) => impacts.filter((impact) => impact.kind === kind).length;
+  return `${impacts.length} impact${impacts.length > 1 ? "s" : ""}: ${of("deliberate")} deliberate, ${of("foreseen")} foreseen, ${of("other")} other`;
+}
+
+/** Switches of the layers of a canvas. */
+export class LayerList {
+  constructor(picture, colors) {
+    this.picture = picture;
+    this.samples = [];
+    const off = new Set(kept("layers_off") ?? []);
+    for (const layer of LAYERS) {
+      const label = element("label", byId("layers"));
+      const box = element("input", label);
+      box.type = "checkbox";
+      box.checked = !off.has(layer.id);
+      if (!box.checked) picture.hidden.add(layer.id);
+      const sample = element("canvas", label);
+      this.samples.push([layer, sample]);
+      element("span", label, "", layer.label);
+      box.addEventListener("change", () => {
+        if (box.checked) picture.hidden.delete(layer.id);
+        else picture.hidden.add(layer.id);
+        keep("layers_off", [...picture.hidden]);
+        picture.stale = true;
+      });
+    }
+    this.paint(colors);
+  }
+
+  /** Draws the samples in other colours. */
+  paint(colors) {
+    const ratio = window.devicePixelRatio || 1;
+    for (const [layer, canvas] of this.samples) {
+      canvas.width = 26 * ratio;
+      canvas.height = 14 * ratio;
+      const ctx = canvas.getContext("2d");
+      ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+      layer.sample(ctx, colors);
+    }
+  }
+}
+
+/** What is pointed at, beside the pointer. */
+export function showTip(found, pointer) {
+  const tip = byId("tip");
+  tip.hidden = !found;
+  if (!found) return;
+  tip.replaceChildren();
+  element("b", tip, "", found.title);
+  const table = element("table", tip);
+  for (const [name, value] of found.rows) {
+    const row = element("tr", table);
+    element("td", row, "", name);
+    element("td", row, "", value);
+  }
+  const stage = byId("stage").getBoundingClientRect();
+  const [x, y] = pointer;
+  tip.style.left = `${Math.min(x + 14, stage.width - tip.offsetWidth - 6)}px`;
+  tip.style.top = `${Math.min(y + 14, stage.height - tip.offsetHeight - 6)}px`;
+}
+
+let toastEnds = 0;
+
+/** Says something for a moment. */
+export function toast(text, failed = false) {
+  const box = byId("toast");
+  box.textContent = text;
+  box.hidden = !text;
+  box.classList.toggle("failed", failed);
+  clearTimeout(toastEnds);
+  toastEnds = setTimeout(() => (box.hidden = true), failed ? 8000 : 3000);
+}

@@ -1,0 +1,5 @@
+"""run.html: a run that plays on the live page, in one file that needs nothing but a browser."""
+
+from collplan_ros.view.player.run_page import write_run_page
+
+__all__ = ["write_run_page"]

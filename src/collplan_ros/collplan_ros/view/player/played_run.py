@@ -1,0 +1,82 @@
+"""What run.html is made from, read from a run folder."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from collplan_core.parameters import Settings
+from collplan_core.worlds import World
+from collplan_ros.pictures.title import run_end, run_title
+from collplan_ros.runs.impact_log import Impacts, impacts_of
+from collplan_ros.runs.record_reading import RECORD, Record, read_record
+from collplan_ros.runs.recorded_run import RunError, settings_and_world
+
+INCOMPLETE = "incomplete"
+
+
+@dataclass(frozen=True, eq=False)
+class PlayedRun:
+    """A run that can be played.
+
+    Attributes:
+        folder: the run folder.
+        settings: the parameters used.
+        world: the world that the robot was in.
+        record: what was recorded, with at least one pose.
+        impacts: its impacts.
+        title: world, strategy and seed of the run, and whether it was simulated.
+        end: how it ended.
+    """
+
+    folder: Path
+    settings: Settings
+    world: World
+    record: Record
+    impacts: Impacts
+    title: str
+    end: str
+
+    @property
+    def zero(self) -> float:
+        """Time of t = 0 in the files of the run and in its page [s, poses' clock]."""
+        return self.record.log.begin
+
+    @property
+    def last(self) -> float:
+        """Time of the last pose [s, poses' clock]."""
+        return self.record.log.poses[-1].stamp
+
+
+def read_played_run(folder: Path) -> PlayedRun:
+    """Reads the run in a folder of bringup, also one without results.
+
+    Raises:
+        RunError: a file is missing or has another form than bringup writes.
+    """
+    settings, world = settings_and_world(folder)
+    record = _record(folder / RECORD)
+    impacts = impacts_of(record.log, world, settings.mocap.velocity_window)
+    title = run_title(world, settings, record.simulated)
+    return PlayedRun(folder, settings, world, record, impacts, title, _end(folder / "summary.json"))
+
+
+def _record(path: Path) -> Record:
+    if not path.exists():
+        raise RunError(f"{path}: no such file, expected the record that bringup writes while a run goes on")
+    try:
+        record = read_record(path)
+    except (OSError, LookupError, TypeError, ValueError) as error:
+        raise RunError(f"{path}: expected what bringup writes: {error!r}") from None
+    if not record.log.poses:
+        raise RunError(f"{path}: no poses, expected those of a run")
+    return record
+
+
+def _end(path: Path) -> str:
+    """How the run ended as its summary says; without one bringup did not live to write it."""
+    try:
+        return run_end(json.loads(path.read_text()))
+    except FileNotFoundError:
+        return INCOMPLETE
+    except (OSError, LookupError, TypeError, ValueError, AttributeError) as error:
+        raise RunError(f"{path}: expected JSON with the figures of a run: {error!r}") from None

@@ -1,0 +1,109 @@
+"""Writes run.html of a run folder."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from collplan_core.parameters import Settings
+from collplan_core.strategies import TIME_TO_GOAL
+from collplan_ros.recording.recording_file import RECORDING
+from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.whole_file import replacing
+from collplan_ros.view import scene
+from collplan_ros.view.player.one_file import one_file
+from collplan_ros.view.player.played_run import PlayedRun, read_played_run
+from collplan_ros.view.player.record_events import beginning, map_events, record_events
+from collplan_ros.view.player.run_frames import Event, Frame, frames_of, thinned
+
+PAGE = "run.html"
+LARGEST_SHORT, SHORT = 2_000_000, 10.0
+"""Largest file of a run of up to so long [bytes], [s]; of a longer one it is larger in proportion."""
+LARGEST = 10_000_000
+"""Largest file of any run [bytes]."""
+COARSEST = 4096
+"""Of the heavy parts of a run no fewer than every so many-th are kept."""
+
+
+def write_run_page(folder: Path) -> Path:
+    """Writes the page of a recorded run into its folder; returns its path.
+
+    Raises:
+        RunError: the run cannot be read.
+        RecordError: the file cannot be written.
+    """
+    run = read_played_run(folder)
+    try:
+        text = run_page(run)
+    except scene.SceneError as error:
+        raise RunError(f"{folder}: {error}") from None
+    path = folder / PAGE
+    with replacing(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8", newline="\n")
+    return path
+
+
+def run_page(run: PlayedRun) -> str:
+    """The page of a run, with fewer scans, maps and candidates where it would be too large.
+
+    Raises:
+        SceneError: a number in the run cannot be drawn.
+    """
+    thought, notes = _thought(run)
+    # what both tell is told better by the recording
+    better = {event.part for event in thought}
+    recorded = (event for event in record_events(run) if event.part not in better)
+    frames = frames_of(run.record.log.poses, [*recorded, *thought], beginning(run), run.zero)
+    notes += _missing(frames, run.settings)
+    largest, factor = largest_file(run.last - run.record.log.poses[0].stamp), 1
+    text = _page(run, frames, notes)
+    while len(text) > largest and factor < COARSEST:
+        factor *= 2 ** max(1, int(math.log2(len(text) / largest)))
+        size = f"{1e-6 * largest:g} MB"
+        fewer = f"one in {factor} scans, maps and sets of candidates: all would make a file of over {size}"
+        text = _page(run, thinned(frames, factor), [*notes, fewer])
+    return text
+
+
+def largest_file(duration: float) -> int:
+    """Size that the page of a run of this duration [s] must not exceed [bytes]."""
+    return int(min(max(1.0, duration / SHORT) * LARGEST_SHORT, LARGEST))
+
+
+def _page(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> str:
+    recording: dict[str, Any] = {"title": run.title, "end": run.end, "notes": notes, "frames": frames}
+    return one_file(f"{run.title}: {run.end}", recording)
+
+
+def _thought(run: PlayedRun) -> tuple[list[Event], list[str]]:
+    """What the planner saw and compared and what nodes said, and what to tell of it."""
+    recording = run.folder / RECORDING
+    events: list[Event] = []
+    notes: list[str] = []
+    if recording.exists():
+        try:
+            # imported late: only this needs ROS's messages
+            from collplan_ros.view.player.mcap_events import mcap_events
+
+            events = list(mcap_events(run, recording))
+        except Exception as error:  # whatever a reader makes of it: all else of the page does without
+            notes = [f"{RECORDING} could not be read: {error}"]
+    if all(event.part != "free" for event in events):
+        events += map_events(run)
+        notes.append("free space, frontiers and predicted boundaries: computed again from scans and poses")
+    return events, notes
+
+
+def _missing(frames: Sequence[Frame], settings: Settings) -> list[str]:
+    """A note that names what was not recorded of the run; none where nothing is missing."""
+    compared = any(frame.get("rollouts") or frame.get("candidates", {}).get("at") for frame in frames)
+    remembers = settings.planner.strategy in TIME_TO_GOAL
+    known = {
+        "what the planner compared": compared,
+        "boundaries that it remembered": not remembers or any(frame.get("remembered") for frame in frames),
+        "cost terms": any(frame.get("costs", {}).get("terms") for frame in frames),
+        "reasons of the controller": any(frame.get("doing", {}).get("activity") for frame in frames),
+        "health of the nodes": any(frame.get("nodes") for frame in frames),
+    }
+    missing = [words for words, is_known in known.items() if not is_known]
+    return [f"not recorded: {', '.join(missing)}"] if missing else []

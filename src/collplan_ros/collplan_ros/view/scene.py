@@ -1,0 +1,255 @@
+"""What the page is sent: frames, each part of them made here from the project's records.
+
+A frame is one JSON object. `t` is always there; every other key is a *part*, there only where it has changed, and then
+whole: it replaces the part of the same name. What the page shows at a time is the newest of each part up to then.
+
+Lengths are in mm, speeds in mm/s, angles in mrad, durations in ms, all whole numbers in the world frame; times are in s
+on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
+
+    t           time of the frame [s], in ms: that of the newest pose, and on from it where no more come; one that is
+                earlier by over 0.5 s begins another way and other plots, as after a restart of the robot
+    about       {"robot": "simulated" | "emulated" | "real" | "unknown", "namespace", "world": its name,
+                "radius", "max_speed", "tolerance": of the goal, "spacing": width of an inferred strip}
+    world       {"bounds": [x0, y0, x1, y1], "walled", "polygons": [[points], ...], "circles": [[x, y, radius], ...]},
+                null where it is not known
+    robot       [x, y, yaw, vx, vy] at t
+    trail       [ms before t, x, y, ...]: poses between those of the frame before and of this one
+    scan        points that beams of the newest scan ended at
+    free        corners of F, the free space of the disc's centre
+    frontiers   two ends of each frontier segment
+    predicted   origin and tip of each predicted boundary
+    remembered  two ends of each remembered piece of a boundary
+    inferred    two ends of each strip of inferred solid, about.spacing wide
+    candidates  {"at": [x, y, vx, vy, ...], "terms": {name: [a number for each, ...]}}, "total" among the names
+    rollouts    [{"cost": number, "path": points}, ...], the cheapest first
+    plan        {"stamp" [s], "times": [ms after the stamp, ...], "path": points,
+                "contacts": [x, y, vx, vy, ms after the stamp, ...]}: points touched and velocities after; null: no plan
+    goal        {"at": [x, y] or null, "status": none, accepted, executing, succeeded, canceled or aborted}
+    doing       {"maneuver", "activity", "reason", "warn": whether it stands though a goal is active}
+    hold        {"state": free, held or stopped, "" where no robot was heard; "message"}
+    impacts     every impact kept: {"t", "at": [x, y], "normal": [1000 nx, 1000 ny],
+                "kind": "deliberate" | "foreseen" | "other", "speed": into the wall}
+    costs       {"planning_time" [ms], "strategy", "hardest": fastest contact foreseen, "terms": {name: number}}
+    periods     [ms, ...]: times between two commands since the frame before
+    nodes       [{"name", "level": 0 to 3, "message", "age" [s], "silent", "values": {name: text}}, ...]
+    parameters  live parameters by node: {node: [{"name", "doc", "type", "value", "low", "high", "choices"}, ...]}
+    history     earlier frames that hold t, robot, trail, costs and periods alone: first for a page that comes late
+
+`trail`, `periods` and the plots made of `costs` lose what a page that was too slow has skipped; nothing else does.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from collplan_core.plan import Contacts
+from collplan_core.scan import Scan
+from collplan_core.sensing.impact_contact import ImpactContact
+from collplan_core.state import State
+from collplan_core.worlds import World
+
+Part = Any
+"""A part of a frame, ready for JSON."""
+
+SIMULATED, EMULATED, REAL, UNKNOWN = "simulated", "emulated", "real", "unknown"
+"""Which robot it is: without hardware; without hardware, over a serial line; of hardware; not known."""
+SILENT_AFTER = 2.5
+"""Time without diagnostics after which a node counts as silent [s]: each sends them once a second."""
+LARGEST = 1e6
+"""Farthest coordinate and fastest speed that is drawn [m], [m/s]."""
+NO_TERMS = frozenset(
+    {
+        "planning_time_ms",
+        "candidates",
+        "candidates_before_pruning",
+        "foreseen_contacts",
+        "hardest_contact",
+        "rebound_stamp",
+        "rebound_foreseen_direction",
+        "rebound_foreseen_speed",
+        "rebound_measured_direction",
+        "rebound_measured_speed",
+        "rebound_direction_error_deg",
+    }
+)
+"""What planner/costs says beside the cost terms."""
+
+
+class SceneError(ValueError):
+    """What cannot be drawn: a number that is not finite, or larger than LARGEST."""
+
+
+def milli(values: np.ndarray | Sequence[float]) -> list[int]:
+    """Numbers of any shape as one list of whole thousandths.
+
+    Raises:
+        SceneError: one of them is not finite or beyond LARGEST.
+    """
+    numbers = np.asarray(values, dtype=float).reshape(-1)
+    if not (np.abs(numbers) <= LARGEST).all():
+        raise SceneError(f"got {numbers[~(np.abs(numbers) <= LARGEST)][0]}, expected at most {LARGEST:g} in size")
+    return np.rint(1e3 * numbers).astype(np.int64).tolist()
+
+
+def significant(values: np.ndarray | Sequence[float]) -> list[float]:
+    """Numbers (n,) to four significant digits; what is not finite becomes 0, as a term that was not computed."""
+    return [float(f"{value:.4g}") if math.isfinite(value) else 0.0 for value in np.asarray(values, dtype=float)]
+
+
+# ---- the robot and what it measures
+
+
+def robot(state: State) -> Part:
+    """The part `robot`."""
+    return milli([*state.position, math.remainder(state.yaw, 2 * math.pi), *state.velocity])
+
+
+def trail(states: Iterable[State], end: float) -> Part:
+    """The part `trail` of the states before the time `end` [s]."""
+    return milli([value for state in states for value in (end - state.stamp, *state.position)])
+
+
+def scan(seen: Scan, at: State) -> Part:
+    """The part `scan`: where the beams of a scan end that was taken at a state; those that hit nothing are left out."""
+    hits = np.isfinite(seen.ranges)
+    ranges, bearings = seen.ranges[hits], seen.angles[hits] + at.yaw
+    return milli(at.position + ranges[:, None] * np.column_stack([np.cos(bearings), np.sin(bearings)]))
+
+
+def between(before: State, after: State, stamp: float) -> State:
+    """The state at a stamp [s] on the straight way from one to another; the nearer one where it is not between."""
+    span = after.stamp - before.stamp
+    share = min(max((stamp - before.stamp) / span, 0.0), 1.0) if span > 0.0 else 1.0
+    turn = math.remainder(after.yaw - before.yaw, 2 * math.pi)
+    return State(
+        before.stamp + share * span,
+        before.position + share * (after.position - before.position),
+        before.velocity + share * (after.velocity - before.velocity),
+        before.yaw + share * turn,
+    )
+
+
+# ---- the place
+
+
+def world(place: World) -> Part:
+    """The part `world`."""
+    return {
+        "bounds": milli(place.bounds),
+        "walled": bool(place.walled),
+        "polygons": [milli(corners) for corners in place.polygons],
+        "circles": [milli(circle) for circle in place.circles],
+    }
+
+
+# ---- what was thought
+
+
+def candidates(rows: np.ndarray, terms: Mapping[str, np.ndarray]) -> Part:
+    """The part `candidates` of rows (m, 4) x, y, vx, vy [m], [m/s] and their cost terms, each (m,)."""
+    return {"at": milli(rows), "terms": {name: significant(values) for name, values in terms.items()}}
+
+
+def rollouts(paths: Sequence[np.ndarray], costs: Sequence[float]) -> Part:
+    """The part `rollouts` of paths (n, 2) [m], each with its cost."""
+    order = np.argsort(np.asarray(costs, dtype=float), kind="stable").tolist()
+    priced = significant(costs)
+    return [{"cost": priced[k], "path": milli(paths[k])} for k in order]
+
+
+def plan(stamp: float, times: np.ndarray, positions: np.ndarray, contacts: Contacts | None) -> Part:
+    """The part `plan`.
+
+    Args:
+        stamp: when it begins [s].
+        times: (n,) [s], positions: (n, 2) [m].
+        contacts: those it foresees; None where they are not known.
+    """
+    touched = Contacts.none() if contacts is None else contacts
+    rows = np.column_stack([touched.points, touched.velocities_after, touched.times - stamp])
+    return {"stamp": _seconds(stamp), "times": milli(times - stamp), "path": milli(positions), "contacts": milli(rows)}
+
+
+def costs(values: Mapping[str, str]) -> Part:
+    """The part `costs` of the figures on planner/costs."""
+    numbers = {name: number for name, text in values.items() if (number := _number(text)) is not None}
+    terms = {name: number for name, number in numbers.items() if name not in NO_TERMS}
+    return {
+        "planning_time": round(numbers.get("planning_time_ms", 0.0), 2),
+        "strategy": values.get("strategy", ""),
+        "hardest": milli([numbers.get("hardest_contact", 0.0)])[0],
+        "terms": dict(zip(terms, significant(list(terms.values())), strict=True)),
+    }
+
+
+# ---- what happens
+
+
+def goal(at: np.ndarray | None, status: str) -> Part:
+    """The part `goal` at (2,) [m], None where it is not known."""
+    return {"at": None if at is None else milli(at), "status": status}
+
+
+def impact(contact: ImpactContact, kind: str, speed: float) -> Part:
+    """One entry of the part `impacts`: `kind` of it, and its speed into the wall [m/s]."""
+    return {
+        "t": _seconds(contact.time),
+        "at": milli(contact.point),
+        "normal": milli(contact.normal),
+        "kind": kind,
+        "speed": milli([speed])[0],
+    }
+
+
+# ---- who takes part
+
+
+@dataclass(frozen=True)
+class NodeReport:
+    """The newest health report of a node: full name, level, message, figures by name, and when it came [s]."""
+
+    name: str
+    level: int
+    message: str
+    values: Mapping[str, str]
+    came: float
+
+
+def nodes(reports: Iterable[NodeReport], now: float) -> Part:
+    """The part `nodes` at a time on the clock of the reports [s]."""
+    rows = []
+    for report in sorted(reports, key=lambda each: each.name):
+        age = max(0.0, now - report.came)
+        rows.append(
+            {
+                "name": report.name,
+                "level": report.level,
+                "message": report.message,
+                "age": round(age),
+                "silent": age > SILENT_AFTER,
+                "values": dict(report.values),
+            }
+        )
+    return rows
+
+
+def time_of(seconds: float) -> float:
+    """A time [s] as it is sent, to the ms."""
+    return _seconds(seconds)
+
+
+def _seconds(value: float) -> float:
+    if not math.isfinite(value):
+        raise SceneError(f"got time {value}, expected a finite one")
+    return round(value, 3)
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

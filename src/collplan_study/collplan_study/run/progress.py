@@ -1,0 +1,42 @@
+"""Progress of a study: a bar on a terminal, a line now and then where nobody watches."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TextIO
+
+from tqdm import tqdm
+
+PERIOD = 30.0
+"""Time between two lines [s]."""
+
+
+@contextmanager
+def trial_progress(total: int, done: int, stream: TextIO | None = None) -> Iterator[Callable[[int], object]]:
+    """Shows that `done` of `total` trials are done, on `stream`, by default standard error.
+
+    Yields:
+        What is to be called with the number of trials that were done since.
+    """
+    stream = stream or sys.stderr
+    if stream.isatty():
+        with tqdm(total=total, initial=done, unit="trial", mininterval=0.5, file=stream) as bar:
+            yield bar.update
+    else:
+        yield _lines(total, done, stream)
+
+
+def _lines(total: int, done: int, stream: TextIO) -> Callable[[int], object]:
+    begun = said = time.monotonic()
+    count = done
+
+    def update(number: int) -> None:
+        nonlocal said, count
+        count += number
+        now = time.monotonic()
+        if now - said >= PERIOD:
+            said = now
+            print(f"{count} of {total} trials, {count - done} of them in {now - begun:.0f} s", file=stream, flush=True)
+
+    return update

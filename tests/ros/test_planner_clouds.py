@@ -1,0 +1,167 @@
+"""What the planner sees and compares, as point clouds: there and back, and only for whoever looks."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import PointCloud2
+
+from collplan_core.local_map import build_local_map
+from collplan_core.parameters import Settings
+from collplan_core.plan import Candidates
+from collplan_core.planners import PAPER, ROLLOUTS, planner_for
+from collplan_core.state import State
+from collplan_core.worlds.raycast import simulate_scan
+from collplan_ros.markers.rollout_markers import inferred_lines
+from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
+from collplan_ros.messages.conversions import MessageError, seconds_from_stamp
+from collplan_ros.messages.planner_clouds import (
+    FREE_SPACE,
+    FRONTIERS,
+    INFERRED,
+    LAYERS,
+    MOST_COMPARED,
+    PREDICTED,
+    REMEMBERED,
+    compared_to_message,
+    seen_layers,
+    seen_to_message,
+)
+from collplan_ros.messages.qos import LATCHED
+from fake_robot import LIDAR, hall
+from planner_bench import PlannerBench
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=100)
+
+SETTINGS = Settings().with_values({"time_to_goal.proposals": 100})
+FLOAT32 = 2e-7
+COORDINATES = st.floats(-100.0, 100.0, width=32)
+POINTS = arrays.arrays(float, st.tuples(st.integers(0, 20), st.just(2)), elements=COORDINATES)
+
+
+def over_the_wire(message):
+    return deserialize_message(serialize_message(message), PointCloud2)
+
+
+@pytest.fixture(scope="module", params=["harness", "bounce"])
+def cycle(request):
+    """Second cycle of a strategy: map, plan, remembered boundaries."""
+    planner, boundaries = planner_for(request.param), {"harness": PAPER, "bounce": ROLLOUTS}[request.param].boundaries
+    settings, memory = SETTINGS.with_values({"planner.strategy": request.param}), None
+    for stamp in (3.25, 3.30):
+        state = State(stamp, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
+        local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, settings.robot, settings.local_map)
+        plan, memory = planner.plan(memory, local_map, state, np.array([2.0, 0.0]), settings)
+    return local_map, plan, boundaries(memory)
+
+
+def test_what_is_seen_comes_back(cycle):
+    local_map, _, remembered = cycle
+    message = over_the_wire(seen_to_message(seen_layers(local_map, remembered, SETTINGS), 3.25, "map"))
+    assert (message.header.frame_id, seconds_from_stamp(message.header.stamp)) == ("map", 3.25)
+    layers = seen_from_message(message, "map")
+    np.testing.assert_allclose(layers[FREE_SPACE], local_map.border_points, rtol=FLOAT32)
+    np.testing.assert_allclose(layers[FRONTIERS].reshape(-1, 4), local_map.segments, rtol=FLOAT32)
+    np.testing.assert_allclose(layers[PREDICTED][::2], local_map.predicted[:, :2], rtol=FLOAT32)
+    pieces = np.zeros((0, 4)) if remembered is None else remembered.pieces
+    np.testing.assert_allclose(layers[REMEMBERED].reshape(-1, 4), pieces, rtol=FLOAT32)
+    inferred = np.zeros((0, 2)) if remembered is None else inferred_lines(remembered, SETTINGS)
+    np.testing.assert_allclose(layers[INFERRED], inferred, rtol=FLOAT32, atol=1e-7)
+
+
+def test_what_was_compared_comes_back(cycle):
+    _, plan, _ = cycle
+    candidates = plan.candidates
+    compared = compared_from_message(over_the_wire(compared_to_message(candidates, 3.25, "map")), "map")
+    if candidates.paths:
+        assert len(compared.rows) == 0
+        known = [
+            (path, cost) for path, cost in zip(candidates.paths, candidates.path_costs, strict=True) if len(path) > 1
+        ]
+        assert len(compared.paths) == len(known) > 3
+        for told, (path, _) in zip(compared.paths, known, strict=True):
+            np.testing.assert_allclose(told, path, rtol=FLOAT32, atol=1e-7)
+        np.testing.assert_allclose(compared.costs, [cost for _, cost in known], rtol=FLOAT32)
+        return
+    assert len(compared.paths) == 0
+    assert len(compared.rows) == len(candidates.costs) > 10
+    assert set(compared.terms) == set(plan.terms)
+    # the plan's own terms are those of the cheapest
+    cheapest = int(np.argmin(compared.terms["total"]))
+    assert cheapest == 0
+    for name, value in plan.terms.items():
+        assert compared.terms[name][cheapest] == pytest.approx(value, rel=1e-3, abs=1e-6)
+
+
+@QUICK
+@given(st.dictionaries(st.sampled_from(LAYERS), POINTS))
+def test_any_lines_come_back(layers):
+    back = seen_from_message(seen_to_message(layers, 1.0, "map"), "map")
+    assert set(back) == set(LAYERS)
+    for name in LAYERS:
+        np.testing.assert_array_equal(back[name], layers.get(name, np.zeros((0, 2))))
+
+
+@QUICK
+@given(st.lists(st.integers(1, 9), max_size=6))
+def test_any_rollouts_come_back_but_those_of_one_point(lengths):
+    paths = tuple(np.arange(2.0 * n).reshape(n, 2) + 100 * k for k, n in enumerate(lengths))
+    costs = tuple(float(k) for k in range(len(lengths)))
+    nothing = np.zeros((0, 2))
+    back = compared_from_message(
+        compared_to_message(Candidates(nothing, nothing, np.zeros(0), paths, costs), 0.0, "m"), "m"
+    )
+    expected = [(path, cost) for path, cost in zip(paths, costs, strict=True) if len(path) > 1]
+    assert back.costs == [cost for _, cost in expected]
+    for told, (path, _) in zip(back.paths, expected, strict=True):
+        np.testing.assert_array_equal(told, path)
+
+
+def test_only_the_cheapest_candidates_are_told():
+    costs = np.arange(2.0 * MOST_COMPARED)[::-1]
+    candidates = Candidates(np.zeros((len(costs), 2)), np.zeros((len(costs), 2)), costs)
+    told = compared_from_message(compared_to_message(candidates, 0.0, "map"), "map").terms["total"]
+    np.testing.assert_array_equal(told, np.arange(float(MOST_COMPARED)))
+
+
+def broken(change):
+    message = seen_to_message({FREE_SPACE: np.eye(2)}, 0.0, "map")
+    change(message)
+    return message
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda m: setattr(m.header, "frame_id", "odom"),
+        lambda m: setattr(m, "width", 5),
+        lambda m: setattr(m, "width", 2**32 - 1),
+        lambda m: setattr(m, "point_step", 0),
+        lambda m: setattr(m, "point_step", 4),
+        lambda m: setattr(m, "is_bigendian", True),
+        lambda m: setattr(m, "fields", []),
+        lambda m: setattr(m, "fields", m.fields[:2]),
+        lambda m: setattr(m.fields[0], "datatype", 9),
+        lambda m: setattr(m.fields[0], "count", 3),
+        lambda m: setattr(m.fields[0], "offset", 2**31),
+        lambda m: setattr(m.fields[0], "name", "y"),
+    ],
+)
+@pytest.mark.parametrize("read", [seen_from_message, compared_from_message])
+def test_a_cloud_that_is_another_is_refused(change, read):
+    with pytest.raises(MessageError):
+        read(broken(change), "map")
+
+
+def test_the_planner_tells_whoever_looks(ros):
+    bench = PlannerBench(ros)
+    bench.send_goal()
+    bench.wait_for_plan()
+    seen = ros.listen(PointCloud2, "planner/seen", LATCHED)
+    compared = ros.listen(PointCloud2, "planner/compared", LATCHED)
+    assert ros.wait_until(lambda: seen and compared)
+    layers = seen_from_message(seen[0], "map")
+    assert len(layers[FREE_SPACE]) == Settings().local_map.n_rays
+    assert len(compared_from_message(compared[0], "map").rows) > 0

@@ -1,0 +1,375 @@
+"""view_node in this process: what a page gets of a graph, and what it can do to it."""
+
+import json
+import socket
+import urllib.request
+from contextlib import ExitStack
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import Path
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import LaserScan, PointCloud2
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import MultiDOFJointTrajectory
+from websockets.sync.client import connect
+
+from collplan_core.goal import EXECUTING, SUCCEEDED, Goal
+from collplan_core.parameters import Planning, Robot, Simulation
+from collplan_core.plan import Candidates, Contacts
+from collplan_core.sensing.impact_contact import ImpactContact
+from collplan_core.sensing.pose_filter import PoseSample
+from collplan_ros.messages.conversions import goal_to_message, header, impact_contact_to_message, pose_to_message
+from collplan_ros.messages.goal_status import goal_to_status
+from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
+from collplan_ros.messages.plans import contacts_to_message
+from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
+from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health, status_message
+from collplan_ros.node_kit.node_parameters import declare
+from collplan_ros.nodes import view_node
+from collplan_ros.nodes.view_node import ViewNode
+from fake_robot import FakeRobot, hall
+
+
+class Other(Node):
+    """A node with parameters of its own, which reports."""
+
+    def __init__(self, name, *groups, **kwargs):
+        super().__init__(name, **kwargs)
+        declare(self, *groups)
+        self.diagnostics = Diagnostics(self, lambda: Health(OK, "fine", {"plans": 3}))
+
+
+class Bench:
+    """A view_node, a page that is open, and all that it was sent so far, merged."""
+
+    def __init__(self, ros, stack, namespace="", **parameters):
+        self.ros = ros
+        given = {"view.port": 0, **{key.replace("__", "."): value for key, value in parameters.items()}}
+        self.node = ros.make(ViewNode, given, namespace=namespace)
+        self.parts, self.answers, self.frames = {}, {}, []
+        with urllib.request.urlopen(self.node.address) as page:
+            self.token = page.read().decode().partition('name="token" content="')[2].partition('"')[0]
+        host = self.node.address.removeprefix("http://")
+        self.page = stack.enter_context(connect(f"ws://{host}/frames", origin=self.node.address, proxy=None))
+
+    def read(self):
+        while True:
+            try:
+                message = json.loads(self.page.recv(timeout=0.001))
+            except TimeoutError:
+                return
+            if "answer" in message:
+                self.answers[message["answer"]] = message
+            else:
+                self.frames.append(message)
+                self.parts.update(message)
+
+    def shows(self, condition, timeout=10.0):
+        def reached():
+            self.read()
+            return condition(self.parts)
+
+        return self.ros.wait_until(reached, timeout)
+
+    def ask(self, **command):
+        number = len(self.answers) + 1
+        self.page.send(json.dumps({"token": self.token, "number": number, **command}))
+        assert self.shows(lambda _: number in self.answers), f"no answer to {command}"
+        return self.answers[number]["done"], self.answers[number]["text"]
+
+    def latched(self, message_type, topic, message):
+        """Publishes to the probe's namespace, once somebody listens."""
+        self.ros.publisher(message_type, topic, LATCHED).publish(message)
+
+
+@pytest.fixture
+def stack():
+    with ExitStack() as stack:
+        yield stack
+
+
+@pytest.fixture
+def bench(ros, stack):
+    return Bench(ros, stack)
+
+
+def state_message(name, **values):
+    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return DiagnosticStatus(name=name, level=OK, message=values.get("reason", ""), values=pairs)
+
+
+# ---- what a page gets
+
+
+def test_poses_and_scans_are_shown_where_they_are(ros, bench):
+    robot = FakeRobot(ros, hall())
+    robot.position = np.array([0.5, -0.25])
+    assert bench.shows(lambda parts: parts.get("robot", [0])[0] == 500 and len(parts.get("scan", [])) > 100)
+    assert bench.parts["robot"][1] == -250
+    points = np.array(bench.parts["scan"]).reshape(-1, 2)
+    # all hits lie on the walls of the hall
+    on_wall = np.isin(points[:, 0], (-500, 2500)) | np.isin(points[:, 1], (-1000, 1000))
+    assert on_wall.mean() > 0.95
+    times = [frame["t"] for frame in bench.frames]
+    assert times == sorted(times)
+
+
+def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
+    contacts = Contacts(np.array([12.5]), np.array([[0.3, 0.4]]), np.array([[-0.5, 0.25]]))
+    foreseen = ros.publisher(MultiDOFJointTrajectory, "planner/foreseen_impacts", EVENT)
+    plans = ros.publisher(Path, "plan", NEWEST)
+    foreseen.publish(contacts_to_message(contacts, 12.0, "map", "base_link"))
+    ros.spin(0.3)
+    poses = [pose_to_message(PoseSample(12.0 + k, np.array([0.1 * k, 0.2]), 0.0), "map") for k in range(3)]
+    plans.publish(Path(header=header(12.0, "map"), poses=poses))
+    nothing = np.zeros((0, 2))
+    rollout = Candidates(nothing, nothing, np.zeros(0), (np.eye(2), 2 * np.eye(2)), (3.5, 1.25))
+    bench.latched(PointCloud2, "planner/compared", compared_to_message(rollout, 12.0, "map"))
+    bench.latched(PointCloud2, "planner/seen", seen_to_message({"free_space": np.eye(2)}, 12.0, "map"))
+    assert bench.shows(lambda parts: parts.get("plan") and parts.get("rollouts") and parts.get("free"))
+    assert bench.parts["plan"] == {
+        "stamp": 12.0, "times": [0, 1000, 2000], "path": [0, 200, 100, 200, 200, 200],
+        "contacts": [300, 400, -500, 250, 500],
+    }  # fmt: skip
+    assert [each["cost"] for each in bench.parts["rollouts"]] == [1.25, 3.5]
+    assert bench.parts["free"] == [1000, 0, 0, 1000]
+
+
+def test_the_goal_and_what_becomes_of_it(ros, bench):
+    ros.publisher(PoseStamped, "goal_pose", EVENT).publish(goal_to_message(np.array([1.0, 2.0]), "map"))
+    bench.latched(GoalStatus, "goal_status", goal_to_status(Goal(bytes(16), 1.0, np.zeros(2), EXECUTING)))
+    assert bench.shows(lambda parts: parts.get("goal") == {"at": [1000, 2000], "status": "executing"})
+    bench.latched(GoalStatus, "goal_status", goal_to_status(Goal(bytes(16), 1.0, np.zeros(2), SUCCEEDED)))
+    assert bench.shows(lambda parts: parts["goal"]["status"] == "succeeded")
+    assert bench.parts["plan"] is None
+
+
+def test_an_impact_is_shown(ros, bench):
+    impacts = ros.publisher(PoseStamped, "impact/contact", EVENT)
+    contact = ImpactContact(5.0, np.array([0.1, 0.2]), np.array([0.0, 1.0]))
+    impacts.publish(impact_contact_to_message(contact, "map"))
+    assert bench.shows(lambda parts: parts.get("impacts"))
+    (impact,) = bench.parts["impacts"]
+    assert (impact["at"], impact["kind"]) == ([100, 200], "other")
+
+
+def test_what_the_controller_does_and_what_holds_the_robot(ros, bench):
+    doing = state_message("/controller_node", maneuver="flow_through", activity="maneuver", reason="<b>so</b>")
+    bench.latched(DiagnosticStatus, "controller/state", doing)
+    bench.latched(DiagnosticStatus, "robot/state", state_message("/driver_node", state="held", reason="just started"))
+    assert bench.shows(lambda parts: "doing" in parts and "hold" in parts)
+    assert bench.parts["doing"]["reason"] == "<b>so</b>"
+    assert bench.parts["hold"] == {"state": "held", "message": "just started"}
+
+
+def test_costs_and_control_periods(ros, bench):
+    costs = ros.publisher(DiagnosticArray, "planner/costs", EVENT)
+    values = {"planning_time_ms": 12.5, "total": 3.0, "strategy": "bounce"}
+    costs.publish(DiagnosticArray(status=[status_message("/planner_node", Health(OK, "", values))]))
+    commands = ros.publisher(Twist, "cmd_vel", NEWEST)
+    for _ in range(4):
+        commands.publish(Twist())
+        ros.spin(0.05)
+    assert bench.shows(lambda parts: "costs" in parts and "periods" in parts)
+    assert bench.parts["costs"]["terms"] == {"total": 3.0}
+    periods = [period for frame in bench.frames for period in frame.get("periods", [])]
+    assert all(period > 30.0 for period in periods)
+
+
+def test_a_node_that_goes_silent_is_seen_to_be(ros, bench):
+    other = ros.make(lambda **kwargs: Other("planner_node", Planning, **kwargs))
+    assert bench.shows(lambda parts: any(node["name"] == "/planner_node" for node in parts.get("nodes", [])))
+    named = {node["name"]: node for node in bench.parts["nodes"]}
+    assert (named["/planner_node"]["message"], named["/planner_node"]["silent"]) == ("fine", False)
+    ros.remove(other)
+    assert bench.shows(lambda parts: any(node["silent"] for node in parts["nodes"]))
+    assert {node["name"] for node in bench.parts["nodes"] if node["silent"]} == {"/planner_node"}
+
+
+def test_world_and_robot_are_known_by_the_parameters_of_their_nodes(ros, bench):
+    given = [Parameter("simulator.world", value="serpentine:2"), Parameter("robot.radius", value=0.12)]
+    ros.make(lambda **kwargs: Other("simulator_node", Simulation, Robot, **{**kwargs, "parameter_overrides": given}))
+    bench.latched(DiagnosticStatus, "robot/state", state_message("/simulator_node", state="free"))
+    assert bench.shows(lambda parts: parts.get("world") and parts["about"]["robot"] == "simulated", 30.0)
+    assert (bench.parts["about"]["world"], bench.parts["about"]["radius"]) == ("serpentine:2", 120)
+    assert len(bench.parts["world"]["polygons"]) > 2
+
+
+def test_a_world_that_is_none_is_said_and_stays_text(ros, bench):
+    name = "<script>alert(1)</script>"
+    given = [Parameter("simulator.world", value=name)]
+    ros.make(lambda **kwargs: Other("simulator_node", Simulation, **{**kwargs, "parameter_overrides": given}))
+    assert bench.shows(lambda parts: parts.get("about", {}).get("trouble"), 30.0)
+    assert bench.parts["about"]["world"] == name
+    assert "unknown" in bench.parts["about"]["trouble"]
+    assert bench.parts["world"] is None
+
+
+# ---- what a page can do
+
+
+def test_a_click_gives_a_goal(ros, bench):
+    assert bench.ask(do="goal", x=1.5, y=-0.5) == (False, "nobody listens to /goal_pose")
+    goals = ros.listen(PoseStamped, "goal_pose", EVENT)
+    assert ros.wait_until(lambda: bench.node.count_subscribers("goal_pose") > 1)
+    done, text = bench.ask(do="goal", x=1.5, y=-0.5)
+    assert (done, text) == (True, "goal (1.50, -0.50) given")
+    assert ros.wait_until(lambda: goals)
+    assert (goals[0].header.frame_id, goals[0].pose.position.x, goals[0].pose.position.y) == ("map", 1.5, -0.5)
+
+
+@pytest.mark.parametrize("name", ["estop", "cancel", "resume", "clear_estop"])
+def test_services_are_called(ros, bench, name):
+    assert bench.ask(do=name) == (False, f"nobody offers /{name}")
+    called = []
+
+    def serve(request, response):
+        called.append(name)
+        response.success, response.message = True, "as you say"
+        return response
+
+    ros.probe.create_service(Trigger, name, serve)
+    client = next(client for client in bench.node.clients if client.srv_name == name)
+    assert ros.wait_until(client.service_is_ready)
+    assert bench.ask(do=name) == (True, "as you say")
+    assert called == [name]
+
+
+def test_a_stop_goes_before_what_waits(ros, bench):
+    order = []
+    for name in ("estop", "cancel"):
+
+        def serve(request, response, name=name):
+            order.append(name)
+            return response
+
+        ros.probe.create_service(Trigger, name, serve)
+    clients = {client.srv_name: client for client in bench.node.clients}
+    assert ros.wait_until(lambda: clients["estop"].service_is_ready() and clients["cancel"].service_is_ready())
+    for number, name in enumerate(["cancel", "cancel", "cancel", "estop"]):
+        bench.page.send(json.dumps({"token": bench.token, "number": number, "do": name}))
+    # all have come before the node looks
+    inbox = bench.node._actions._inbox
+    assert wait_without_ros(lambda: inbox.qsize() == 4)
+    assert ros.wait_until(lambda: len(order) == 4)
+    assert order[0] == "estop"
+
+
+def wait_without_ros(condition):
+    import time
+
+    end = time.monotonic() + 10.0
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.005)
+    return condition()
+
+
+def test_live_parameters_are_described_and_set(ros, bench):
+    other = ros.make(lambda **kwargs: Other("planner_node", Planning, **kwargs))
+    assert bench.shows(lambda parts: parts.get("parameters", {}).get("/planner_node"))
+    entries = {entry["name"]: entry for entry in bench.parts["parameters"]["/planner_node"]}
+    strategy, tolerance = entries["planner.strategy"], entries["planner.goal_tolerance"]
+    assert {"bounce", "harness"} <= set(strategy["choices"])
+    assert (tolerance["low"], tolerance["high"], tolerance["kind"]) == (0.01, 5.0, "float")
+    assert tolerance["doc"].endswith("[m]")
+    assert "planner.n_samples" not in entries  # not live
+    change = {"do": "set", "node": "/planner_node"}
+    done, text = bench.ask(**change, name="planner.strategy", value="bounce")
+    assert (done, text) == (True, "planner.strategy is bounce")
+    assert other.get_parameter("planner.strategy").value == "bounce"
+    assert bench.ask(**change, name="planner.goal_tolerance", value=1)[0]  # a whole number will do
+    done, text = bench.ask(**change, name="planner.goal_tolerance", value=99.0)
+    assert not done
+    assert "planner.goal_tolerance" in text
+    assert bench.ask(**change, name="planner.goal_tolerance", value="x")[1].endswith("expected another type")
+    for name in ("planner.n_samples", "no.such", "use_sim_time"):
+        assert bench.ask(**change, name=name, value=1) == (False, f"/planner_node has no live parameter {name}")
+    # what somebody else sets is seen
+    other.set_parameters([Parameter("planner.strategy", value="avoid")])
+    values = lambda parts: {each["name"]: each["value"] for each in parts["parameters"]["/planner_node"]}  # noqa: E731
+    assert bench.shows(lambda parts: values(parts)["planner.strategy"] == "avoid")
+
+
+# ---- whatever comes
+
+
+def test_messages_that_nobody_expects_end_nothing(ros, bench):
+    robot = FakeRobot(ros, hall())
+    for scan in robot.bad_scans():
+        ros.publisher(LaserScan, "scan", SENSOR_DATA).publish(scan)
+    for pose in robot.bad_poses():
+        robot.poses.publish(pose)
+    far = robot.pose()
+    far.pose.pose.position.x = 1e300
+    robot.poses.publish(far)
+    ros.publisher(Path, "plan", NEWEST).publish(Path(header=header(1.0, "elsewhere")))
+    ros.publisher(PointCloud2, "planner/seen", LATCHED).publish(PointCloud2())
+    ros.publisher(PointCloud2, "planner/compared", LATCHED).publish(PointCloud2(header=header(1.0, "map"), width=7))
+    ros.publisher(DiagnosticArray, "planner/costs", EVENT).publish(DiagnosticArray(status=[DiagnosticStatus()]))
+    ros.publisher(MultiDOFJointTrajectory, "planner/foreseen_impacts", EVENT).publish(MultiDOFJointTrajectory())
+    ros.publisher(PoseStamped, "impact/contact", EVENT).publish(PoseStamped())
+    ros.publisher(PoseStamped, "goal_pose", EVENT).publish(PoseStamped())
+    ros.publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED).publish(
+        DiagnosticArray(status=[DiagnosticStatus(name="/\udcff".encode(errors="replace").decode()), DiagnosticStatus()])
+    )
+    assert ros.wait_until(lambda: bench.node._inputs.refused >= 5)
+    robot.position = np.array([0.75, 0.0])
+    assert bench.shows(lambda parts: parts.get("robot", [0])[0] == 750)
+    assert bench.node._inputs.newest_refusal
+
+
+def test_without_a_page_nothing_is_listened_to(ros, monkeypatch):
+    monkeypatch.setattr(view_node, "LINGER", 0.3)
+    FakeRobot(ros, hall())
+    with ExitStack() as stack:
+        bench = Bench(ros, stack)
+        assert bench.shows(lambda parts: "robot" in parts)
+        assert ros.probe.count_subscribers("mocap/odom") == 1
+    assert ros.wait_until(lambda: ros.probe.count_subscribers("mocap/odom") == 0)
+    assert ros.probe.count_subscribers("scan") == 0
+    frames = bench.node._frames
+    ros.spin(0.5)
+    assert bench.node._frames == frames
+    # a goal given meanwhile is known when somebody looks again
+    ros.publisher(PoseStamped, "goal_pose", EVENT).publish(goal_to_message(np.array([1.0, 2.0]), "map"))
+    ros.spin(0.5)
+    with ExitStack() as stack:
+        again = Bench.__new__(Bench)
+        again.ros, again.parts, again.answers, again.frames = ros, {}, {}, []
+        host = bench.node.address.removeprefix("http://")
+        again.page = stack.enter_context(connect(f"ws://{host}/frames", origin=bench.node.address, proxy=None))
+        assert again.shows(lambda parts: parts.get("goal", {}).get("at") == [1000, 2000] and "robot" in parts)
+
+
+def test_in_a_namespace_it_shows_and_drives_that_robot_alone(ros, stack):
+    bench = Bench(ros, stack, namespace="/robot1")
+    called = []
+
+    def serve(request, response):
+        called.append(request)
+        return response
+
+    ros.probe.create_service(Trigger, "/robot1/estop", serve)
+    for name in ("/robot1/planner_node", "/planner_node", "/robot2/planner_node"):
+        status = status_message(name, Health(OK, "fine"))
+        ros.publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED).publish(DiagnosticArray(status=[status]))
+    assert bench.shows(lambda parts: parts.get("nodes"))
+    names = {node["name"] for node in bench.parts["nodes"]}
+    assert {name.rpartition("/")[0] for name in names} == {"/robot1"}
+    client = next(client for client in bench.node.clients if client.srv_name == "estop")
+    assert ros.wait_until(client.service_is_ready)
+    bench.ask(do="estop")
+    assert called
+
+
+def test_a_port_that_is_taken_ends_the_start_with_a_sentence(ros, capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        code = view_node.main(["view_node", "--ros-args", "-p", f"view.port:={port}"])
+    assert code == 2
+    assert f"view.port: 127.0.0.1:{port} is taken by another program, expected a free port" in capsys.readouterr().err

@@ -1,0 +1,89 @@
+"""Run folders made by hand that can be played, and what is in the page of one."""
+
+import base64
+import gzip
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_parameters
+from collplan_core.plan import Contacts
+from collplan_core.scan import Scan
+from collplan_ros.runs.record_reading import RECORD, Told
+from collplan_ros.runs.run_log import PlanRow, PoseRow, RunLog, SentCommand, SentManeuver
+from made_runs import EPOCH, bouncing_run, write_record
+
+ROOM = {
+    "bounds": [-2.0, -1.5, 2.5, 1.5],
+    "polygons": [[[1, -1], [2, -1], [2, 1], [1, 1]]],
+    "circles": [{"center": [-1.0, 0.5], "radius": 0.2}],
+}
+TOLD = (
+    Told(77.02, "goal", ("accepted",)),
+    Told(77.2, "costs", ({"planning_time_ms": 3.25, "candidates": 80.0, "hardest_contact": 0.4},)),
+    Told(77.3, "goal", ("executing",)),
+    Told(77.4, "robot", ("held", "its node has started")),
+    Told(78.99, "goal", ("succeeded",)),
+)
+
+
+def played_folder(
+    parent: Path, log: RunLog | None = None, name: str = "room", strategy: str = "harness", told: Sequence[Told] = TOLD
+) -> Path:
+    """The folder of a run that bringup has finished, in a world of this name."""
+    folder = parent / "run"
+    folder.mkdir(parents=True)
+    world = parent / "room.yaml"
+    world.write_text(yaml.safe_dump({"name": name, **ROOM}))
+    values = {"lidar.world": str(world), "simulator.world": str(world), "planner.strategy": strategy}
+    write_parameters(Settings().with_values(values), folder / "parameters.yaml")
+    write_record(folder / RECORD, log or bouncing_run(), told=told)
+    summary = {"arrival_time_s": 1.84, "outcome": "reached", "path_length_m": 0.72, "impacts": 1}
+    (folder / "summary.json").write_text(json.dumps(summary))
+    return folder
+
+
+def long_run(duration: float = 10.0) -> RunLog:
+    """To and fro with as much in it as a real run has, and noise that cannot be compressed."""
+    rng, log = np.random.default_rng(0), RunLog(sent_maneuvers=[SentManeuver(77.1, "free_space")])
+    for k in range(round(100 * duration)):
+        t = 0.01 * k
+        x, y = np.array([0.8 * np.sin(0.7 * t), 0.3 * np.cos(1.1 * t)]) + rng.normal(0.0, 0.0005, 2)
+        log.poses.append(PoseRow(EPOCH + t, x, y, 0.1 * np.sin(t), 0.5, 0.1, 77.0 + t))
+        if k % 5 == 0:
+            log.sent_commands.append(SentCommand(77.0 + t, 0.3, 0.0, 0.0))
+            ranges = 0.8 + 0.3 * np.sin(np.arange(360) / 40.0) + rng.normal(0.0, 0.005, 360)
+            log.scans.append(Scan(EPOCH + t, -np.pi, 2 * np.pi / 360, 0.05, 8.0, ranges))
+            times = EPOCH + t + np.linspace(0.0, 3.0, 120)
+            way = np.column_stack([np.linspace(x, 1.0, 120), y + 0.1 * np.sin(times)])
+            way += rng.normal(0.0, 0.001, way.shape)
+            log.plans.append(PlanRow(EPOCH + t, times, way))
+            log.contacts[EPOCH + t] = Contacts(times[[60]], way[[60]], np.array([[0.3, -0.2]]))
+    return log
+
+
+def recording_in(page: str) -> dict[str, Any]:
+    """What the player of a page is given."""
+    (packed,) = re.findall(r'<script type="application/gzip" id="recording">([A-Za-z0-9+/=]*)</script>', page)
+    return json.loads(gzip.decompress(base64.b64decode(packed)))
+
+
+def poses_in(frames: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    """(n, 3) time [ms] and place [mm] of every pose in the frames, in order."""
+    rows: list[list[float]] = []
+    for frame in frames:
+        trail = np.array(frame.get("trail", [])).reshape(-1, 3)
+        rows += [[1e3 * frame["t"] - before, x, y] for before, x, y in trail.tolist()]
+        rows.append([1e3 * frame["t"], *frame["robot"][:2]])
+    return np.array(rows)
+
+
+def newest(frames: Sequence[Mapping[str, Any]], part: str, time: float) -> Any:
+    """What the page shows of a part at a time [s]."""
+    return next(frame[part] for frame in reversed(frames) if frame["t"] <= time and part in frame)

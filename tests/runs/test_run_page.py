@@ -1,0 +1,383 @@
+"""run.html: what is in it is what was recorded, it needs nothing but itself, and it does not grow beyond its bound."""
+
+import base64
+import hashlib
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from collplan_ros.runs.record_reading import RECORD
+from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.run_log import PoseRow, RunLog
+from collplan_ros.view.player import run_page, write_run_page
+from collplan_ros.view.player.one_file import one_script
+from collplan_ros.view.player.run_frames import HEAVY, LATEST, PERIOD, Event, frames_of, thinned
+from made_runs import AHEAD, EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
+from played_folders import long_run, newest, played_folder, poses_in, recording_in
+
+ZERO = 0.15
+"""When the first command moves the robot of `bouncing_run` [s]."""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    return write_run_page(played_folder(tmp_path_factory.mktemp("runs"))).read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def frames(page):
+    return recording_in(page)["frames"]
+
+
+class Parsed(HTMLParser):
+    """Elements with their attributes, and the text in each."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.open = [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs), []))
+        self.open.append(self.elements[-1])
+
+    def handle_endtag(self, tag):
+        while self.open and self.open.pop()[0] != tag:
+            pass
+
+    def handle_data(self, data):
+        if self.open:
+            self.open[-1][2].append(data)
+
+    def texts(self, tag, **attributes):
+        return [
+            "".join(text)
+            for found, attrs, text in self.elements
+            if found == tag and attributes.items() <= attrs.items()
+        ]
+
+
+# ---- what is in it
+
+
+def assert_same_poses(frames, log):
+    """Every pose to the mm and the ms, one after the other."""
+    rows = poses_in(frames)
+    begin = log.begin
+    expected = np.array([[1e3 * (pose.stamp - begin), 1e3 * pose.x, 1e3 * pose.y] for pose in log.poses])
+    assert len(rows) == len(expected)
+    np.testing.assert_allclose(rows[:, 1:], expected[:, 1:], atol=0.51)
+    np.testing.assert_allclose(rows[:, 0], expected[:, 0], atol=1.01)
+
+
+def test_every_pose_is_in_it_and_times_are_those_of_the_other_files(frames):
+    log = bouncing_run()
+    assert log.begin == pytest.approx(EPOCH + ZERO)
+    assert frames[0]["t"] == pytest.approx(-ZERO)
+    assert_same_poses(frames, log)
+
+
+def test_every_plan_is_shown_from_when_it_was_sent(frames):
+    shown = [frame for frame in frames if frame.get("plan")]
+    stamps = [frame["plan"]["stamp"] for frame in shown]
+    assert stamps == pytest.approx([plan.stamp - EPOCH - ZERO for plan in bouncing_run().plans], abs=2e-3)
+    assert [frame["t"] - frame["plan"]["stamp"] for frame in shown] == pytest.approx([THOUGHT] * len(shown), abs=0.011)
+    first = shown[0]["plan"]
+    assert first["times"] == [0, 1000]
+    x, y, vx, vy, after = first["contacts"]
+    assert (x, y, vx, vy) == (1000 * WALL, 120, -600, 800)
+    assert after == pytest.approx(1e3 * (HIT_AT + 0.02), abs=1)
+    assert shown[-1]["plan"]["contacts"] == []
+
+
+def test_scans_end_on_the_walls_and_free_space_lies_between(frames):
+    before_the_wall = newest(frames, "scan", 0.5)
+    x, y = np.array(before_the_wall).reshape(-1, 2).T
+    ahead = (np.abs(y) < 900) & (x > 0)
+    assert ahead.sum() > 20
+    np.testing.assert_allclose(x[ahead], 1000 * WALL, atol=2)
+    free = np.array(newest(frames, "free", 0.5)).reshape(-1, 2)
+    assert free[:, 0].max() < 1000 * WALL
+    assert len(newest(frames, "frontiers", 0.5)) % 4 == 0
+
+
+def test_what_happened_is_told_at_its_time(frames):
+    (impact,) = frames[-1]["impacts"] if "impacts" in frames[-1] else newest(frames, "impacts", 9.0)
+    assert impact["kind"] == "deliberate"
+    assert impact["t"] == pytest.approx(HIT_AT - 0.003 - ZERO, abs=2e-3)
+    assert (impact["at"], impact["normal"], impact["speed"]) == ([1000 * WALL, 100], [-1000, 0], 500)
+    assert newest(frames, "impacts", HIT_AT - ZERO - 0.02) == []
+    assert newest(frames, "impacts", HIT_AT - ZERO + 0.011) == [impact]
+    statuses = [frame["goal"]["status"] for frame in frames if "goal" in frame]
+    assert statuses == ["none", "accepted", "executing", "succeeded"]
+    assert newest(frames, "goal", 9.0)["at"] == [0, 100]
+    (costs,) = (frame["costs"] for frame in frames if "costs" in frame)
+    assert (costs["planning_time"], costs["hardest"], costs["strategy"]) == (3.25, 400, "harness")
+    assert newest(frames, "hold", 9.0) == {"state": "held", "message": "its node has started"}
+    assert newest(frames, "doing", 9.0)["maneuver"] == "free_space"
+    assert sum(len(frame.get("periods", [])) for frame in frames) == len(bouncing_run().sent_commands) - 1
+
+
+def test_a_goal_given_on_the_way_is_where_it_was_given(tmp_path):
+    folder = played_folder(tmp_path)
+    lines = (folder / RECORD).read_text().splitlines()
+    header = {"simulated": True, "goal": [0.5, -0.2], "wall_clock_ahead": AHEAD}
+    lines.insert(len(lines) // 2, json.dumps(["run", header]))
+    (folder / RECORD).write_text("\n".join(lines) + "\n")
+    frames = recording_in(write_run_page(folder).read_text())["frames"]
+    assert [frame["goal"]["at"] for frame in frames if "goal" in frame] == [[0, 100]] * 3 + [[500, -200]] * 2
+    assert frames[0]["goal"]["status"] == "none"
+    assert newest(frames, "goal", 9.0)["status"] == "succeeded"
+
+
+def test_the_page_says_what_it_does_not_show(page):
+    notes = " ".join(recording_in(page)["notes"])
+    assert "not recorded: what the planner compared" in notes
+    assert "computed again from scans and poses" in notes
+    assert "boundaries that it remembered" not in notes
+
+
+def test_a_strategy_that_remembers_boundaries_misses_them_too(tmp_path):
+    page = write_run_page(played_folder(tmp_path, strategy="bounce")).read_text()
+    assert "boundaries that it remembered" in " ".join(recording_in(page)["notes"])
+
+
+TIMES = st.floats(0.0, 2.0).map(lambda t: round(t, 3))
+
+
+@given(
+    stamps=st.lists(TIMES, min_size=1, max_size=40, unique=True).map(sorted),
+    events=st.lists(st.tuples(TIMES, st.sampled_from(["plan", "scan", "goal"]), st.integers(0, 9)), max_size=30),
+)
+def test_each_frame_completes_what_was_known_at_its_time(stamps, events):
+    poses = [PoseRow(t, t, -t, 0.0, 0.0, 0.0) for t in stamps]
+    frames = frames_of(poses, [Event(*event) for event in events], {"world": None}, zero=0.0)
+    rows = poses_in(frames)
+    np.testing.assert_allclose(rows[:, 1], 1e3 * np.array(stamps), atol=0.51)
+    assert frames[-1]["t"] == pytest.approx(stamps[-1])
+    shown = {}
+    for frame in frames:
+        shown.update(frame)
+        known = [event for event in sorted(events, key=lambda each: each[0]) if event[0] <= frame["t"]]
+        if frame is frames[-1]:
+            known = [event for event in sorted(events, key=lambda each: each[0]) if event[0] <= frame["t"] + LATEST]
+        expected = {part: value for _, part, value in known}
+        assert {part: shown[part] for part in expected} == expected
+        assert shown.keys() - {"t", "robot", "trail", "world"} == expected.keys()
+
+
+@given(st.lists(TIMES, min_size=2, max_size=40, unique=True).map(sorted))
+def test_every_plan_that_came_between_two_poses_of_its_own_has_a_frame_of_its_own(stamps):
+    """Steps by plan leave none out."""
+    poses = [PoseRow(t, 0.0, 0.0, 0.0, 0.0, 0.0) for t in stamps]
+    frames = frames_of(poses, [Event(t, "plan", {"stamp": t}) for t in stamps], {}, zero=0.0)
+    assert [frame["plan"]["stamp"] for frame in frames] == stamps
+
+
+def test_frames_without_plans_are_a_period_apart():
+    poses = [PoseRow(0.01 * k, 0.0, 0.0, 0.0, 0.0, 0.0) for k in range(200)]
+    times = [frame["t"] for frame in frames_of(poses, [], {}, zero=0.0)]
+    assert np.diff(times[:-1]) == pytest.approx(PERIOD, abs=0.011)
+
+
+# ---- it needs nothing but itself
+
+
+def test_it_loads_nothing(page):
+    parsed = Parsed(page)
+    for tag, attributes, _ in parsed.elements:
+        for name, value in attributes.items():
+            assert not name.startswith("on"), (tag, name)
+            assert name != "style", tag
+            if name in ("src", "href", "srcset", "data", "action", "poster", "xlink:href"):
+                assert value.startswith(("data:", "#")), (tag, value)
+    assert not {"iframe", "object", "embed", "base", "form"} & {tag for tag, _, _ in parsed.elements}
+    for code in (*parsed.texts("script", type="module"), *parsed.texts("style")):
+        assert not re.search(
+            r"https?://|wss?://|@import|url\(|importScripts|XMLHttpRequest|WebSocket|fetch\(|sendBeacon", code
+        )
+        assert not re.search(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function", code)
+
+
+def test_its_policy_allows_its_own_script_and_style_alone(page):
+    parsed = Parsed(page)
+    ((policy, place),) = (
+        (attributes["content"], k)
+        for k, (tag, attributes, _) in enumerate(parsed.elements)
+        if attributes.get("http-equiv") == "Content-Security-Policy"
+    )
+    rules = dict(rule.split(maxsplit=1) for rule in policy.split("; "))
+    assert rules["default-src"] == "'none'"
+    assert "unsafe" not in policy
+    (script,), (style,) = parsed.texts("script", type="module"), parsed.texts("style")
+    for text, rule in ((script, "script-src"), (style, "style-src")):
+        assert rules[rule] == f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+    # the policy holds for what follows it
+    tags = [tag for tag, _, _ in parsed.elements]
+    assert place < min(tags.index("script"), tags.index("style"))
+
+
+@pytest.mark.parametrize("name", ["<script>alert(1)</script>", "</title><img src=x onerror=alert(1)>", "a\"b'c&d"])
+def test_a_name_that_is_a_script_stays_text(tmp_path, name):
+    text = write_run_page(played_folder(tmp_path, name=name)).read_text()
+    parsed = Parsed(text)
+    assert [attributes.get("type") for tag, attributes, _ in parsed.elements if tag == "script"] == [
+        "application/gzip",
+        "module",
+    ]
+    assert not any("onerror" in attributes for _, attributes, _ in parsed.elements)
+    assert "<script>alert" not in text
+    recording = recording_in(text)
+    assert recording["title"].startswith(name)
+    assert recording["frames"][0]["about"]["world"] == name
+    assert parsed.texts("title")[0].startswith(name)
+
+
+def test_modules_become_one_script():
+    modules = {
+        "a.js": 'export const ONE = 1;\nexport function two() {\n  return "export this";\n}\n',
+        "b.js": 'import {ONE, two} from "./a.js";\nimport {\n  three,\n} from "./c.js"\n\nexport class Four {}\n',
+    }
+    script = one_script(modules)
+    assert script.replace("\n", "") == ('const ONE = 1;function two() {  return "export this";}class Four {}')
+    with pytest.raises(ValueError, match="export default"):
+        one_script({"a.js": "export default 3;\n"})
+
+
+def test_no_two_modules_of_the_page_share_a_name(page):
+    (script,) = Parsed(page).texts("script", type="module")
+    declared = re.findall(r"^(?:async )?(?:const|let|class|function\*?) ([A-Za-z_$][\w$]*)", script, re.MULTILINE)
+    assert len(declared) > 20
+    assert sorted(set(declared)) == sorted(declared)
+    assert not re.search(r"^\s*(?:import|export)\b", script, re.MULTILINE)
+
+
+# ---- its size
+
+
+def test_ten_seconds_take_less_than_two_megabytes(tmp_path):
+    log = long_run(10.0)
+    text = write_run_page(played_folder(tmp_path, log)).read_text()
+    assert len(text) < 2_000_000
+    recording = recording_in(text)
+    assert not any("one in" in note for note in recording["notes"])
+    assert_same_poses(recording["frames"], log)
+
+
+def test_a_page_that_would_be_too_large_shows_fewer_scans_and_says_so(tmp_path, monkeypatch):
+    whole = played_folder(tmp_path / "whole", long_run(4.0))
+    larger = write_run_page(whole)
+    limit = larger.stat().st_size * 2 // 3
+    monkeypatch.setattr(run_page, "LARGEST_SHORT", limit)
+    text = write_run_page(whole).read_text()
+    assert len(text) <= limit
+    recording = recording_in(text)
+    (note,) = (note for note in recording["notes"] if "one in" in note)
+    factor = int(re.search(r"one in (\d+) scans", note)[1])
+    kept = [frame for frame in recording["frames"] if "scan" in frame]
+    assert len(kept) == -(-80 // factor)
+    assert_same_poses(recording["frames"], long_run(4.0))
+
+
+def test_a_longer_run_may_take_more_but_not_without_end():
+    assert run_page.largest_file(0.0) == run_page.largest_file(10.0) == 2_000_000
+    assert run_page.largest_file(20.0) == 4_000_000
+    assert run_page.largest_file(1e6) == run_page.LARGEST
+
+
+@given(st.lists(st.sets(st.sampled_from(["scan", "plan", "goal", "robot", "trail"])), max_size=40), st.integers(1, 40))
+def test_thinning_keeps_what_happened_and_the_first_of_each_part(parts, factor):
+    frames = [{"t": k, **dict.fromkeys(sorted(each), k)} for k, each in enumerate(parts)]
+    kept = thinned(frames, factor)
+    assert [frame["t"] for frame in kept] == [frame["t"] for frame in frames]
+    for part in ("scan", "plan", "goal", "robot", "trail"):
+        before = [frame[part] for frame in frames if part in frame]
+        after = [frame[part] for frame in kept if part in frame]
+        assert after[:1] == before[:1]
+        assert after == before or part in HEAVY
+        assert len(after) >= len(before) // factor
+
+
+# ---- what it is made from
+
+
+def test_a_run_that_was_killed_has_its_page(tmp_path):
+    folder = played_folder(tmp_path)
+    (folder / "summary.json").unlink()
+    with (folder / RECORD).open("ab") as file:
+        file.write(b'["pose",17000')
+    recording = recording_in(write_run_page(folder).read_text())
+    assert recording["end"] == "incomplete"
+    assert_same_poses(recording["frames"], bouncing_run())
+
+
+def test_a_run_of_one_pose_has_its_page(tmp_path):
+    log = RunLog(poses=bouncing_run().poses[:1])
+    (frame,) = recording_in(write_run_page(played_folder(tmp_path, log, told=())).read_text())["frames"]
+    assert frame["t"] == 0.0
+    assert frame["goal"]["status"] == "none"
+
+
+def test_equal_runs_have_equal_pages(tmp_path):
+    folder = played_folder(tmp_path)
+    first = write_run_page(folder)
+    assert first == folder / "run.html"
+    before = first.read_bytes()
+    assert write_run_page(folder).read_bytes() == before
+    assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "said"),
+    [
+        (None, None, "not a folder, expected one that bringup left"),
+        ("parameters.yaml", None, "parameters.yaml"),
+        ("parameters.yaml", "robot: [", "parameters.yaml"),
+        (RECORD, None, f"{RECORD}: no such file, expected the record"),
+        (RECORD, "", f"{RECORD}: no poses, expected those of a run"),
+        (RECORD, "no JSON\n", f"{RECORD}: no poses"),
+        (RECORD, '["pose",1.0]\n', f"{RECORD}: expected what bringup writes"),
+        (RECORD, '["nothing known",1.0]\n', f"{RECORD}: expected what bringup writes"),
+        (RECORD, '["pose",1.0,1e9,0.0,0.0,0.0,0.0,1.0]\n', "expected at most 1e.06 in size"),
+        (RECORD, '["pose",1.0,NaN,0.0,0.0,0.0,0.0,1.0]\n', "got nan"),
+        ("summary.json", "[]", "summary.json: expected JSON with the figures of a run"),
+        ("run.mcap", "no recording", None),
+    ],
+)
+def test_what_cannot_be_read_is_said_in_a_sentence(tmp_path, file, text, said):
+    folder = played_folder(tmp_path)
+    if file is None:
+        folder = folder / "gone"
+    elif text is None:
+        (folder / file).unlink()
+    else:
+        (folder / file).write_text(text)
+    if said is None:
+        notes = recording_in(write_run_page(folder).read_text())["notes"]
+        assert any(note.startswith("run.mcap could not be read: ") for note in notes)
+        return
+    with pytest.raises(RunError, match=said) as error:
+        write_run_page(folder)
+    assert "\n" not in str(error.value)
+    assert str(folder) in str(error.value)
+    assert not (folder / "run.html").exists()
+
+
+def test_a_world_that_is_gone_is_named(tmp_path):
+    folder = played_folder(tmp_path)
+    (tmp_path / "room.yaml").unlink()
+    with pytest.raises(RunError, match=r"room.yaml: no such file"):
+        write_run_page(folder)
+
+
+def test_numbers_are_whole_and_json_is_plain(page):
+    recording = recording_in(page)
+    json.dumps(recording, allow_nan=False)
+    for frame in recording["frames"]:
+        assert all(isinstance(value, int) for part in ("robot", "scan", "free") for value in frame.get(part, []))

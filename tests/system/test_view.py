@@ -1,0 +1,87 @@
+"""bringup --view: the page of a run, and the run without its page."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+from contextlib import suppress
+
+import pytest
+from bringup_process import Run, wait_for
+from websockets.sync.client import connect
+
+pytestmark = pytest.mark.soak
+
+
+@pytest.fixture
+def parameters(tmp_path):
+    path = tmp_path / "free_port.yaml"
+    path.write_text('"/**":\n  ros__parameters:\n    view:\n      port: 0\n')
+    return str(path)
+
+
+def pid_of(name: str, out) -> int:
+    listed = subprocess.run(["ps", "-eo", "pid,args"], capture_output=True, text=True, check=True).stdout
+    return next(int(line.split()[0]) for line in listed.splitlines() if f"/{name} " in line and str(out) in line)
+
+
+def test_a_run_is_shown_driven_and_goes_on_without_its_page(tmp_path, parameters):
+    options = ("--world", "serpentine:2", "--strategy", "bounce", "--view", "--again", "--no-pictures")
+    with Run(tmp_path / "runs", *options, "--params", parameters) as run:
+        address = wait_for(lambda: re.search(r"this machine: +(http://127\.0\.0\.1:\d+)", run.text))[1]
+        token = re.search(r'name="token" content="([^"]+)"', urllib.request.urlopen(address).read().decode())[1]
+        parts, answers = {}, {}
+        with connect(address.replace("http", "ws") + "/frames", origin=address, proxy=None) as page:
+
+            def shows(condition):
+                with suppress(TimeoutError):
+                    message = json.loads(page.recv(timeout=0.1))
+                    (answers if "answer" in message else parts).update(message)
+                return condition()
+
+            everything = {
+                "robot",
+                "scan",
+                "free",
+                "rollouts",
+                "plan",
+                "remembered",
+                "impacts",
+                "costs",
+                "periods",
+                "nodes",
+            }
+            wait_for(lambda: shows(lambda: everything <= parts.keys() and parts["world"] and parts["impacts"]))
+            assert parts["about"]["robot"] == "simulated"
+            assert {node["name"] for node in parts["nodes"]} >= {"/simulator_node", "/planner_node", "/controller_node"}
+            page.send(json.dumps({"token": token, "number": 1, "do": "estop"}))
+            wait_for(lambda: shows(lambda: answers.get("done") and parts["hold"]["state"] == "stopped"))
+            wait_for(lambda: "the robot stands until you give it a goal" in run.text)
+            page.send(json.dumps({"token": token, "number": 2, "do": "clear_estop"}))
+            wait_for(lambda: shows(lambda: parts["hold"]["state"] == "held"))
+            goal = [value / 1000 for value in parts["robot"][:2]]
+            page.send(json.dumps({"token": token, "number": 3, "do": "goal", "x": goal[0], "y": goal[1]}))
+            wait_for(lambda: shows(lambda: parts["hold"]["state"] == "free"))
+        os.kill(pid_of("view_node", tmp_path), signal.SIGKILL)
+        wait_for(lambda: "the run goes on without its page" in run.text)
+        assert run.process.poll() is None
+        run.process.send_signal(signal.SIGINT)
+        assert run.process.wait(60) == 0, run.text
+        assert "driven there and back until Ctrl-C" in run.text
+
+
+def test_a_port_that_is_taken_ends_bringup_before_it_drives(tmp_path):
+    import socket
+
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        path = tmp_path / "taken.yaml"
+        path.write_text(f'"/**":\n  ros__parameters:\n    view:\n      port: {port}\n')
+        command = [sys.executable, "-m", "collplan_ros.bringup.main", "--view", "--params", str(path)]
+        command += ["--out", str(tmp_path / "runs")]
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    assert ended.returncode == 3
+    assert f"127.0.0.1:{port} is taken by another program" in ended.stdout + ended.stderr

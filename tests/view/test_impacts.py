@@ -1,0 +1,68 @@
+"""Impacts as they happen, by the plans before them."""
+
+import numpy as np
+import pytest
+
+from collplan_core.plan import Contacts
+from collplan_core.sensing.impact_contact import ImpactContact
+from collplan_core.state import State
+from collplan_ros.view.impacts import MOST, Impacts
+
+POINT, NORMAL = np.array([1.0, 0.0]), np.array([-1.0, 0.0])
+
+
+def coming(speed: float, until: float = 1.0) -> Impacts:
+    """A robot on its way into a wall at this speed [m/s]."""
+    impacts = Impacts()
+    for stamp in np.arange(until - 0.5, until, 0.01):
+        impacts.moved(State(float(stamp), POINT - [speed * (until - stamp), 0.0], np.array([speed, 0.1]), 0.0))
+    return impacts
+
+
+def contact_at(time: float) -> Contacts:
+    return Contacts(np.array([time]), POINT[None], np.array([[-0.5, 0.0]]))
+
+
+@pytest.mark.parametrize(("speed", "kind"), [(0.8, "deliberate"), (0.1, "foreseen")])
+def test_what_every_plan_in_force_foresaw_is_foreseen_and_where_fast_deliberate(speed, kind):
+    impacts = coming(speed)
+    for made in (0.7, 0.8, 0.9):
+        impacts.planned(made, contact_at(1.02))
+    impacts.happened(ImpactContact(1.0, POINT, NORMAL))
+    (impact,) = impacts.part
+    assert impact["kind"] == kind
+    assert impact["speed"] == pytest.approx(1000 * speed, abs=1)
+
+
+@pytest.mark.parametrize(
+    "plans",
+    [
+        [],
+        [(0.95, contact_at(1.0))],  # which only confirms what it sees
+        [(0.7, contact_at(1.0)), (0.9, Contacts.none())],
+        [(0.7, contact_at(1.5))],
+    ],
+)
+def test_what_was_not_foreseen_in_time_is_another(plans):
+    impacts = coming(0.8)
+    for made, contacts in plans:
+        impacts.planned(made, contacts)
+    impacts.happened(ImpactContact(1.0, POINT, NORMAL))
+    assert impacts.part[0]["kind"] == "other"
+
+
+def test_an_impact_without_poses_before_it_has_no_speed():
+    impacts = Impacts()
+    impacts.happened(ImpactContact(1.0, POINT, NORMAL))
+    assert impacts.part[0]["speed"] == 0
+
+
+def test_what_was_sent_stays_and_the_oldest_go():
+    impacts = Impacts()
+    impacts.happened(ImpactContact(1.0, POINT, NORMAL))
+    sent = impacts.part
+    for time in range(2, MOST + 5):
+        impacts.happened(ImpactContact(float(time), POINT, NORMAL))
+    assert len(sent) == 1
+    assert len(impacts.part) == MOST
+    assert impacts.part[-1]["t"] == MOST + 4

@@ -1,0 +1,350 @@
+"""The server by real attempts over its socket: who gets in, what a page can do, and what it cannot do to others."""
+
+import json
+import socket
+import time
+from contextlib import ExitStack
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from collplan_ros.view import server as server_module
+from collplan_ros.view.frames import as_json
+from collplan_ros.view.server import MOST_WAITING, PageServer, PortTaken
+
+PATIENCE = 20.0
+
+
+class Bench:
+    """A server, and what it was asked for."""
+
+    def __init__(self, most_clients: int = 20) -> None:
+        self.commands = []
+        self.lines = []
+        self.server = PageServer(0, most_clients, self._take, self.lines.append)
+        self.host = f"127.0.0.1:{self.server.port}"
+        self.number = 0
+
+    def _take(self, command, reply):
+        self.commands.append(command)
+        reply(True, f"{command.action} done")
+
+    def page(self, stack: ExitStack, origin: str | None = "", host: str = "", **options) -> ClientConnection:
+        """An open page, until the stack is left; its own origin by default, none where it is None."""
+        given = f"http://{self.host}" if origin == "" else origin
+        raw = socket.create_connection(("127.0.0.1", self.server.port))
+        connection = connect(
+            f"ws://{host or self.host}/frames", origin=given, sock=raw, compression=None, proxy=None, **options
+        )
+        return stack.enter_context(connection)
+
+    def ask(self, page: ClientConnection, **command) -> None:
+        self.number += 1
+        page.send(json.dumps({"token": self.server.token, "number": self.number, **command}))
+
+    def publish(self, **parts) -> None:
+        self.number += 1
+        self.server.publish({"t": as_json(float(self.number)), **{name: as_json(part) for name, part in parts.items()}})
+
+    def request(self, lines: list[str]) -> tuple[int, dict[str, str], bytes]:
+        """Status, headers and body of the answer to a request of these lines."""
+        with socket.create_connection(("127.0.0.1", self.server.port), timeout=PATIENCE) as raw:
+            raw.sendall("\r\n".join([*lines, "", ""]).encode())
+            answer = b"".join(iter(lambda: raw.recv(65536), b""))
+        head, _, body = answer.partition(b"\r\n\r\n")
+        first, *rest = head.decode().split("\r\n")
+        return int(first.split()[1]), dict(line.lower().split(": ", 1) for line in rest), body
+
+    def get(self, path: str, host: str = "", **headers: str) -> tuple[int, dict[str, str], bytes]:
+        named = [f"{name.replace('_', '-')}: {value}" for name, value in headers.items()]
+        return self.request([f"GET {path} HTTP/1.1", f"Host: {host or self.host}", *named])
+
+
+@pytest.fixture
+def bench():
+    bench = Bench()
+    yield bench
+    bench.server.close()
+
+
+def wait_until(condition) -> bool:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def next_with(page: ClientConnection, name: str):
+    """The next message that holds a key."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        message = json.loads(page.recv(timeout=PATIENCE))
+        if name in message:
+            return message
+    raise AssertionError(f"no {name}")
+
+
+def ends(page: ClientConnection) -> int | None:
+    """The code with which the server closes a page."""
+    try:
+        while True:
+            page.recv(timeout=PATIENCE)
+    except ConnectionClosed as closed:
+        return closed.rcvd.code if closed.rcvd else None
+
+
+# ---- files
+
+
+def test_the_page_and_all_its_files_are_served(bench):
+    status, headers, body = bench.get("/")
+    assert status == 200
+    assert bench.server.token in body.decode()
+    assert int(headers["content-length"]) == len(body)
+    assert "frame-ancestors 'none'" in headers["content-security-policy"]
+    assert headers["cache-control"] == "no-store"
+    for name in ("main.js", "style.css", "layers.js"):
+        status, headers, body = bench.get(f"/{name}", Origin=f"http://{bench.host}")
+        assert (status, int(headers["content-length"])) == (200, len(body))
+        assert headers["x-content-type-options"] == "nosniff"
+
+
+@pytest.mark.parametrize("host", ["evil.test", "evil.test:{port}", "127.0.0.1.evil.test:{port}"])
+@pytest.mark.parametrize("path", ["/", "/frames", "/main.js"])
+def test_dns_rebinding_gets_nothing(bench, host, path):
+    named = host.format(port=bench.server.port)
+    status, _, body = bench.get(path, host=named, Origin=f"http://{named}")
+    assert status == 421
+    assert bench.server.token not in body.decode()
+    assert bench.lines
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["GET / HTTP/1.1"],
+        ["GET / HTTP/1.1", "Host: evil.test", "Host: 127.0.0.1"],
+        ["GET / HTTP/1.1", "Host: 127.0.0.1", "Origin: null", "Origin: http://127.0.0.1"],
+        ["POST / HTTP/1.1", "Host: 127.0.0.1", "Content-Length: 0"],
+        ["POST / HTTP/1.1", "Host: 127.0.0.1", "Content-Length: 5"],
+        ["GET / HTTP/1.1", "Host: 127.0.0.1", "X: " + "x" * 9000],
+        ["GET http://evil.test/ HTTP/1.1", "Host: 127.0.0.1"],
+        ["nonsense"],
+    ],
+)
+def test_other_requests_are_refused_and_the_server_goes_on(bench, lines):
+    with socket.create_connection(("127.0.0.1", bench.server.port), timeout=PATIENCE) as raw:
+        raw.sendall("\r\n".join([*lines, "", ""]).encode())
+        answer = b"".join(iter(lambda: raw.recv(65536), b""))
+    assert not answer.startswith(b"HTTP/1.1 200")
+    assert bench.server.token.encode() not in answer
+    assert bench.get("/")[0] == 200
+
+
+# ---- the websocket
+
+
+@pytest.mark.parametrize("origin", ["http://evil.test", "null", None, "http://127.0.0.1:1", "https://{host}"])
+def test_a_page_of_another_origin_does_not_get_in(bench, origin):
+    told = origin and origin.format(host=bench.host)
+    with ExitStack() as stack, pytest.raises(InvalidStatus) as refused:
+        bench.page(stack, origin=told)
+    assert refused.value.response.status_code == 403
+    assert bench.server.n_clients == 0
+
+
+def test_a_rebound_name_does_not_get_in(bench):
+    name = f"evil.test:{bench.server.port}"
+    with ExitStack() as stack, pytest.raises(InvalidStatus) as refused:
+        bench.page(stack, origin=f"http://{name}", host=name)
+    assert refused.value.response.status_code == 421
+
+
+def test_a_page_gets_what_there_is_and_then_what_changes(bench):
+    bench.publish(world={"name": "here"}, robot=[1, 2, 3, 4, 5])
+    bench.publish(robot=[2, 2, 3, 4, 5])
+    with ExitStack() as stack:
+        page = bench.page(stack)
+        first = json.loads(page.recv(timeout=PATIENCE))
+        assert (first["world"], first["robot"]) == ({"name": "here"}, [2, 2, 3, 4, 5])
+        assert [earlier["robot"][0] for earlier in first["history"]] == [1, 2]
+        bench.publish(robot=[3, 2, 3, 4, 5])
+        assert next_with(page, "robot")["robot"][0] == 3
+
+
+def test_a_script_in_a_name_stays_text(bench):
+    name = '</script><img src=x onerror=alert(1)>"\u2028'
+    bench.publish(about={"world": name}, nodes=[{"name": name, "message": name}])
+    with ExitStack() as stack:
+        text = bench.page(stack).recv(timeout=PATIENCE)
+        assert json.loads(text)["about"]["world"] == name
+    assert "alert" not in bench.get("/")[2].decode()
+
+
+def test_commands_arrive_and_are_answered(bench):
+    with ExitStack() as stack:
+        page = bench.page(stack)
+        bench.ask(page, do="goal", x=1.0, y=2.0)
+        assert next_with(page, "answer") == {"answer": 1, "done": True, "text": "goal done"}
+        bench.ask(page, do="goal", x="here", y=2.0)
+        answer = next_with(page, "answer")
+        assert (answer["answer"], answer["done"]) == (2, False)
+        assert answer["text"].startswith("x: got 'here'")
+        bench.ask(page, do="estop")
+        assert next_with(page, "answer")["done"]
+    assert [command.action for command in bench.commands] == ["goal", "estop"]
+
+
+@pytest.mark.parametrize("token", ["", "wrong", None])
+def test_a_wrong_token_closes_the_page_and_nothing_is_done(bench, token):
+    with ExitStack() as stack:
+        page, other = bench.page(stack), bench.page(stack)
+        page.send(json.dumps({"token": token, "number": 1, "do": "estop"}))
+        assert ends(page) == 1008
+        bench.ask(other, do="resume")
+        assert next_with(other, "answer")["done"]
+    assert [command.action for command in bench.commands] == ["resume"]
+    assert any("without the token" in line for line in bench.lines)
+
+
+def test_each_start_has_another_token(bench):
+    other = Bench()
+    try:
+        assert len(bench.server.token) >= 32
+        assert other.server.token != bench.server.token
+        with ExitStack() as stack:
+            page = other.page(stack)
+            page.send(json.dumps({"token": bench.server.token, "number": 1, "do": "estop"}))
+            assert ends(page) == 1008
+        assert other.commands == []
+    finally:
+        other.server.close()
+
+
+@pytest.mark.parametrize("message", ["x" * 5000, b"\x00" * 5000])
+def test_a_large_message_closes_the_page(bench, message):
+    with ExitStack() as stack:
+        page = bench.page(stack)
+        page.send(message)
+        assert ends(page) == 1009
+    assert bench.commands == []
+
+
+# ---- many pages
+
+
+def test_no_more_pages_than_may_be(bench):
+    with ExitStack() as stack:
+        pages = [bench.page(stack) for _ in range(20)]
+        assert wait_until(lambda: bench.server.n_clients == 20)
+        with pytest.raises(InvalidStatus) as refused:
+            bench.page(stack)
+        assert refused.value.response.status_code == 503
+        pages[0].close()
+        assert wait_until(lambda: bench.server.n_clients == 19)
+        bench.page(stack)
+    assert wait_until(lambda: bench.server.n_clients == 0)
+    assert bench.server.unwatched_for() < PATIENCE
+
+
+def test_among_twenty_pages_one_that_stalls_and_one_that_floods_harm_nobody(bench, monkeypatch):
+    monkeypatch.setattr(server_module, "SEND_PATIENCE", 1.0)
+    with ExitStack() as stack:
+        pages = [bench.page(stack) for _ in range(18)]
+        # one that takes nothing: its own end reads no more than its queue holds
+        stalled = bench.page(stack, max_queue=1, ping_interval=None, close_timeout=0.1)
+        flooding = bench.page(stack, close_timeout=0.1)
+        assert wait_until(lambda: bench.server.n_clients == 20)
+        with pytest.raises(ConnectionClosed):  # noqa: PT012
+            while True:
+                bench.ask(flooding, do="cancel")
+        end = time.monotonic() + PATIENCE
+        large = list(range(10000))
+        while bench.server.n_clients > 18 and time.monotonic() < end:
+            bench.publish(robot=[bench.number], scan=large)
+            for page in pages:
+                assert next_with(page, "robot")
+        assert bench.server.n_clients == 18, bench.lines
+        bench.publish(robot=[-1])
+        for page in pages:
+            assert any(next_with(page, "robot")["robot"] == [-1] for _ in range(1000))
+        bench.ask(pages[0], do="estop")
+        assert next_with(pages[0], "answer")["done"]
+        del stalled
+    assert sum(command.action == "cancel" for command in bench.commands) < 100
+    assert bench.commands[-1].action == "estop"
+    assert any("took nothing" in line for line in bench.lines)
+    assert any("too many commands" in line or "sent too much" in line for line in bench.lines)
+
+
+def test_a_page_that_sends_without_end_is_cut(bench):
+    with ExitStack() as stack:
+        page = bench.page(stack, close_timeout=0.1)
+        with pytest.raises((ConnectionClosed, OSError)):  # noqa: PT012
+            for number in range(100000):
+                page.ping(f"{number:0100}")
+        assert bench.lines == ["a connection sent too much and is cut"]
+        assert bench.get("/")[0] == 200
+
+
+def test_connections_that_say_nothing_do_not_pile_up(bench):
+    silent = [socket.create_connection(("127.0.0.1", bench.server.port)) for _ in range(2 * MOST_WAITING)]
+    try:
+        gone = 0
+        for each in silent[MOST_WAITING:]:
+            each.settimeout(PATIENCE)
+            try:
+                gone += each.recv(1) == b""
+            except ConnectionResetError:
+                gone += 1
+        assert gone == MOST_WAITING
+    finally:
+        for each in silent:
+            each.close()
+    assert wait_until(lambda: bench_answers(bench))
+
+
+def bench_answers(bench: Bench) -> bool:
+    try:
+        return bench.get("/")[0] == 200
+    except (OSError, ValueError, IndexError):
+        return False
+
+
+def test_refusals_fill_no_disk(bench):
+    for _ in range(300):
+        bench.get("/", host="evil.test")
+    assert bench.server.n_refused == 300
+    assert len(bench.lines) < 100
+
+
+# ---- its socket
+
+
+def test_a_port_that_is_taken_is_said_and_no_other_is_taken(bench):
+    with pytest.raises(PortTaken) as error:
+        PageServer(bench.server.port, 20, lambda command, reply: None, print)
+    assert str(error.value) == (
+        f"view.port: 127.0.0.1:{bench.server.port} is taken by another program, "
+        f"expected a free port, as view.port {bench.server.port + 1}"
+    )
+
+
+def test_it_listens_on_this_machine_alone(bench):
+    name = bench.server._socket.getsockname()
+    assert name == ("127.0.0.1", bench.server.port)
+
+
+def test_it_ends_while_pages_are_open():
+    bench = Bench()
+    with ExitStack() as stack:
+        page = bench.page(stack)
+        bench.server.close()
+        assert ends(page) == 1001
+    bench.server.close()
+    bench.server.publish({"t": "1.0"})
+    with pytest.raises(OSError, match="refused"):
+        socket.create_connection(("127.0.0.1", bench.server.port))

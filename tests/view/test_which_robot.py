@@ -1,0 +1,50 @@
+"""A robot is called simulated, emulated or real only where there is no doubt."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_ros.view.scene import EMULATED, REAL, SIMULATED, UNKNOWN
+from collplan_ros.view.which_robot import which_robot
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=100)
+
+SIMULATOR = {"simulator.world": "corridor", "robot.radius": 0.09}
+SERIAL = {"driver.port": "/dev/ttyUSB0", "robot.radius": 0.09}
+DRIVER = {"driver.port": "/tmp/omnipuck", "robot.radius": 0.09}
+FIRMWARE = {"emulator.link": "/tmp/omnipuck", "simulator.world": "corridor"}
+PLANNER = {"planner.strategy": "bounce"}
+
+
+@pytest.mark.parametrize(
+    ("known", "silent", "expected"),
+    [
+        ({"/robot": SIMULATOR}, [], SIMULATED),
+        ({"/robot": SIMULATOR, "/p": PLANNER}, ["/q"], SIMULATED),
+        ({"/robot": DRIVER, "/f": FIRMWARE}, [], EMULATED),
+        ({"/robot": SERIAL, "/p": PLANNER}, [], REAL),
+        ({"/robot": SERIAL}, ["/q"], UNKNOWN),  # which may be the emulated firmware
+        ({"/robot": SERIAL, "/f": FIRMWARE}, [], UNKNOWN),  # which may be at the port by another name
+        ({"/robot": DRIVER}, [], UNKNOWN),
+        ({"/robot": {"driver.port": "/dev/pts/3"}}, [], UNKNOWN),
+        ({"/robot": {"my.own": 1}}, [], UNKNOWN),
+        ({"/p": PLANNER}, [], UNKNOWN),
+        ({}, [], UNKNOWN),
+    ],
+)
+def test_which_robot(known, silent, expected):
+    assert which_robot("/robot", known, [*known, *silent]) == expected
+
+
+@QUICK
+@given(
+    st.dictionaries(st.text(max_size=4), st.sampled_from([SERIAL, DRIVER, FIRMWARE, PLANNER, SIMULATOR]), max_size=5)
+)
+def test_never_the_wrong_one(known):
+    for source in [*known, "/nobody"]:
+        told = which_robot(source, known, known)
+        if told == SIMULATED:
+            assert "simulator.world" in known[source]
+        if told == REAL:
+            assert known[source] is SERIAL
+            assert FIRMWARE not in known.values()
