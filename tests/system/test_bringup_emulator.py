@@ -29,7 +29,9 @@ CORRUPTED = """
 def bringup(out: Path, *options: str) -> tuple[int, str, dict]:
     command = [sys.executable, "-m", "collplan_ros.bringup.main", "--no-pictures", "--out", str(out), *options]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
-    return ended.returncode, ended.stdout + ended.stderr, json.loads((out / "latest" / "summary.json").read_text())
+    text, summary = ended.stdout + ended.stderr, out / "latest" / "summary.json"
+    assert summary.exists(), f"exit code {ended.returncode}: {text}"
+    return ended.returncode, text, json.loads(summary.read_text())
 
 
 def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(tmp_path):

@@ -339,7 +339,8 @@ def test_what_was_queued_in_a_stall_of_the_node_is_dropped(robot):
         time.sleep(0.2)  # nothing in this process goes on
         robot.until(lambda late=late: contract._late > late)
         assert contract._commands == taken
-    robot.drive_until(lambda: robot.speed > 0.1, x=0.2)
+    # without a fresh command for over 1 s it may be held by now
+    robot.go_until(lambda: contract._commands > taken, x=0.2)
 
 
 def test_clearing_what_is_not_stopped_changes_nothing(robot):
