@@ -23,8 +23,8 @@ from collplan_ros.messages.mocap_formats import message_type
 from collplan_ros.messages.qos import EVERY_LATCHED, EVERY_ONE, EVERY_UNRELIABLE
 
 SPARSE = {"planner/markers": 2.0}
-"""Topics of which one message is recorded in so long [s], and that nobody listens to in between: the planner makes a
-set of markers, which takes as long as a plan, only for who listens."""
+"""Topics of which one message in so long [s] is recorded. In between nobody listens: the planner makes a set of markers,
+which takes as long as a plan, only for who does. They are among RELIABLE, as what was latched earlier would come again."""
 
 RELIABLE: dict[str, type] = {
     "goal_pose": PoseStamped,
@@ -38,6 +38,8 @@ RELIABLE: dict[str, type] = {
     "planner/heartbeat": Empty,
     "planner/costs": DiagnosticArray,
     "planner/markers": MarkerArray,
+    "planner/seen": PointCloud2,
+    "planner/compared": PointCloud2,
     "controller/reference": PointStamped,
     "robot/resumed": Empty,
     "ground_truth/odom": Odometry,
@@ -53,6 +55,8 @@ LATCHED: dict[str, type] = {
     "controller/motion_delay": Float64,
     "planner/seen": PointCloud2,
     "planner/compared": PointCloud2,
+    "planner/journal": String,
+    "controller/journal": String,
     "robot/state": DiagnosticStatus,
     "shared_constants": DiagnosticStatus,
     "/diagnostics": DiagnosticArray,
