@@ -27,6 +27,7 @@ NODES = (
     "controller_node",
     "simulator_node",
     "driver_node",
+    "view_node",
     "firmware_emulator",
 )
 """Names of the nodes that have parameters."""

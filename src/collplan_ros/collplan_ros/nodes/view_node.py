@@ -87,10 +87,10 @@ class ViewNode(Node):
                 self._open()
             else:
                 self._close()
+        self._calls.step()
         if not watched:
             self._inputs.hear_goals()
             return
-        self._calls.step()
         time = self._inputs.poll()
         if self._frames % ABOUT_EVERY == 0:
             self._put_about()
