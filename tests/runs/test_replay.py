@@ -1,6 +1,8 @@
 """The program replay, over journals of trials and over messages of a recording."""
 
 import json
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -29,6 +31,14 @@ def journal(tmp_path_factory):
 
 def lines_of(path) -> list[dict]:
     return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def without(rows, of, *numbers) -> list[dict]:
+    """The rows without some lines of a journal, whose scans and plans are kept: the other one refers to them too."""
+    return [
+        {"contents": row.get("contents", [])} if row.get("of") == of and row["number"] in numbers else row
+        for row in rows
+    ]
 
 
 def written(path, rows):
@@ -77,7 +87,7 @@ def test_what_has_changed_since_is_said_with_a_difference(journal, tmp_path, cap
 
 
 def test_a_gap_is_said(journal, tmp_path, capsys):
-    rows = [row for row in lines_of(journal) if (row.get("of"), row.get("number")) != (CONTROLLER, 12)]
+    rows = without(lines_of(journal), CONTROLLER, 12)
     assert main([written(tmp_path / "other.jsonl", rows)]) == INTERRUPTED
     planner, controller = capsys.readouterr().out.splitlines()
     assert "gap" not in planner
@@ -86,7 +96,7 @@ def test_a_gap_is_said(journal, tmp_path, capsys):
 
 
 def test_one_loop_without_a_journal_is_said(journal, tmp_path, capsys):
-    rows = [row for row in lines_of(journal) if row.get("of") != CONTROLLER]
+    rows = without(lines_of(journal), CONTROLLER, *range(1000))
     assert main([written(tmp_path / "other.jsonl", rows)]) == SAME
     assert capsys.readouterr().out.splitlines()[1] == "controller: no journal"
 
@@ -141,11 +151,27 @@ def test_another_strategy_is_printed_as_a_table(journal, capsys):
     assert times == sorted(times)
 
 
+def test_a_table_that_ends_at_a_gap_says_so(journal, tmp_path, capsys):
+    path = written(tmp_path / "other.jsonl", without(lines_of(journal), PLANNER, 8))
+    assert main([path, "--strategy", "low_risk"]) == INTERRUPTED
+    *_, last, end = capsys.readouterr().out.splitlines()
+    assert float(last.split()[0]) > 0.5
+    assert end == "ends at a gap: 1 line is missing before line 9 of the journal"
+
+
 def test_a_strategy_that_there_is_not_is_refused(journal, capsys):
     with pytest.raises(SystemExit) as ended:
         main([str(journal), "--strategy", "teleport"])
     assert ended.value.code == REFUSED
     assert "teleport" in capsys.readouterr().err
+
+
+def test_a_reader_that_goes_away_ends_nothing(journal):
+    program = [sys.executable, "-m", "collplan_ros.replay.main", str(journal), "--strategy", "low_risk"]
+    replay = subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    replay.stdout.close()
+    assert replay.stderr.read() == b""
+    assert replay.wait(100.0) == SAME
 
 
 def test_finishing_is_left_to_the_recording(tmp_path, monkeypatch, capsys):

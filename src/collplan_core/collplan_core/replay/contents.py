@@ -73,11 +73,11 @@ def value_of(content: dict[str, Any]) -> Scan | Plan:
         ((kind, held),) = content.items()
         numbers, arrays = decode(held)
         if kind == SCAN:
-            *beams, time_increment = numbers
-            return Scan(*beams, ranges=arrays[0], time_increment=time_increment)
+            stamp, first, step, nearest, farthest, between = numbers
+            return Scan(stamp, first, step, nearest, farthest, arrays[0], between)
         (stamp,), (times, positions, velocities) = numbers, arrays
     except (AttributeError, TypeError, ValueError) as error:
-        raise JournalError(f"contents: got {str(content):.80}, expected a scan or a plan ({error})") from None
+        raise JournalError(f"contents: got {content!s:.80}, expected a scan or a plan ({error})") from None
     return timed_path(stamp, times, positions, velocities)
 
 

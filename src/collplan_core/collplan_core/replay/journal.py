@@ -85,18 +85,18 @@ class Journal:
         self._current: _Call | None = None
 
     def begin(self, settings: Settings, known_map: str | None = None) -> None:
-        """Sends the first line: the settings that the loop is made with, and the text of the world it is given, if any."""
+        """Sends the first line: the settings that the loop is made with, and the text of the world given, if any."""
         self._write({"format": FORMAT, "made_with": origin(), "settings": encode(settings), "known_map": known_map})
 
     def call(self, method: Callable[P, R], *given: P.args, **named: P.kwargs) -> R:
-        """Calls a method of the loop, and returns what it returns; everything is given by its place."""
-        assert not named
+        """Calls a method of the loop, and returns what it returns."""
+        assert not named, "everything is given by its place"
         if self._send is None:
-            return method(*given)
+            return method(*given, **named)
         call = self._current = _Call(method.__name__, given)
         self._calls.append(call)
         try:
-            came = call.came = method(*given)
+            came = call.came = method(*given, **named)
         except Exception as error:
             call.came = error
             raise

@@ -1,6 +1,6 @@
 """What another strategy would have planned at each moment of a run, from what was seen until then."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +51,20 @@ class Moment:
     note: str = ""
 
 
-def moments(events: Iterable[Event], contents: Contents, strategy: str) -> Iterator[Moment]:
+@dataclass(frozen=True)
+class PlansBeside:
+    """The plans of two strategies over the same inputs.
+
+    Attributes:
+        moments: in order.
+        end: why they end before the run does; "" where they do not.
+    """
+
+    moments: tuple[Moment, ...]
+    end: str = ""
+
+
+def plans_beside(events: Iterable[Event], contents: Contents, strategy: str) -> PlansBeside:
     """Plays the journal of the planner twice, once with another strategy, up to the first gap.
 
     The other one remembers what it would, but for a time-to-goal plan in force: the robot did not follow that. It
@@ -61,20 +74,21 @@ def moments(events: Iterable[Event], contents: Contents, strategy: str) -> Itera
     Raises:
         JournalError: the journal does not fit the loop.
     """
+    found: list[Moment] = []
     players: tuple[Player, Player] | None = None
     for event in events:
         if isinstance(event, Beginning):
             changed = {STRATEGY: strategy}
             players = Player(PLANNER, event, contents), Player(PLANNER, event, contents, changed)
         elif isinstance(event, Gap) or players is None:
-            return
+            return PlansBeside(tuple(found), str(event))
         else:
             try:
                 moment = _moment(*players, event, strategy)
-            except (Missing, Altered):
-                return
-            if moment is not None:
-                yield moment
+            except (Missing, Altered) as error:
+                return PlansBeside(tuple(found), str(error))
+            found += [] if moment is None else [moment]
+    return PlansBeside(tuple(found))
 
 
 def _moment(own: Player, other: Player, call: Call, strategy: str) -> Moment | None:

@@ -108,11 +108,11 @@ def decode(value: Any) -> Any:
         return value
     tag, held = next(iter(value.items())) if len(value) == 1 else ("", None)
     if tag not in _DECODERS:
-        raise JournalError(f"got {str(value):.80}, expected an object with one key, one of {', '.join(_DECODERS)}")
+        raise JournalError(f"got {value!s:.80}, expected an object with one key, one of {', '.join(_DECODERS)}")
     try:
         return _DECODERS[tag](held)
     except (TypeError, struct.error) as error:
-        raise JournalError(f"{tag}: got {str(held):.80} ({error})") from None
+        raise JournalError(f"{tag}: got {held!s:.80} ({error})") from None
 
 
 def _state(held: Any) -> State:

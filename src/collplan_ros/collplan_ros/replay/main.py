@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from collplan_core.command_line import examples
@@ -10,12 +10,13 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import PLANNERS
 from collplan_core.replay.comparison import Comparison, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
-from collplan_core.replay.other_strategy import moments
+from collplan_core.replay.other_strategy import plans_beside
 from collplan_core.replay.reading import Beginning
 from collplan_core.replay.values import JournalError
+from collplan_ros.bringup.progress import Progress
 from collplan_ros.recording.completion import complete
 from collplan_ros.replay.recorded_journals import RecordedJournals, read_journals
-from collplan_ros.replay.report import REFUSED, SAME, exit_code, said_of, table_of
+from collplan_ros.replay.report import INTERRUPTED, REFUSED, SAME, exit_code, said_of, table_of
 from collplan_ros.runs.record_file import RecordError
 from collplan_ros.runs.recorded_run import RunError
 
@@ -38,12 +39,14 @@ examples:
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
     options = _parser().parse_args(args)
+    # where nobody reads on, as `head`, it goes nowhere
+    say = Progress().say
     try:
         if options.finish:
-            print(complete(options.run))
+            say(complete(options.run))
             return SAME
         journals = read_journals(options.run)
-        return _print_table(journals, options.strategy) if options.strategy else _print_comparison(journals)
+        return _say_plans(journals, options.strategy, say) if options.strategy else _say_comparison(journals, say)
     except (JournalError, ParameterError, RecordError, RunError) as error:
         print(f"replay: {error}", file=sys.stderr)
         return REFUSED
@@ -64,26 +67,28 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _print_comparison(journals: RecordedJournals) -> int:
+def _say_comparison(journals: RecordedJournals, say: Callable[[str], None]) -> int:
     found: list[Comparison] = []
     for of in (PLANNER, CONTROLLER):
         comparisons = list(compare(of, journals.events(of), journals.contents))
         if not comparisons:
-            print(f"{of}: no journal")
+            say(f"{of}: no journal")
         for comparison in comparisons:
-            print("\n".join(said_of(of, comparison)))
+            say("\n".join(said_of(of, comparison)))
         found += comparisons
     return exit_code(found)
 
 
-def _print_table(journals: RecordedJournals, strategy: str) -> int:
+def _say_plans(journals: RecordedJournals, strategy: str, say: Callable[[str], None]) -> int:
     events = journals.events(PLANNER)
     beginning = next((event for event in events if isinstance(event, Beginning)), None)
     if beginning is None:
         raise JournalError(f"{journals.source}: no beginning of the planner's journal, expected one")
-    found = list(moments(events, journals.contents, strategy))
-    print("\n".join(table_of(found, beginning.settings.planner.strategy, strategy)))
-    return SAME
+    found = plans_beside(events, journals.contents, strategy)
+    say("\n".join(table_of(found.moments, beginning.settings.planner.strategy, strategy)))
+    if found.end:
+        say(f"ends at a gap: {found.end}")
+    return INTERRUPTED if found.end else SAME
 
 
 if __name__ == "__main__":
