@@ -137,6 +137,29 @@ def test_a_link_names_a_moment(run, fragment, moment):
     assert run("const result = momentIn(input.fragment);", fragment=fragment) == moment
 
 
+def test_after_a_jump_the_way_and_the_plots_of_the_time_before_are_there(tmp_path):
+    for name in ("geometry.js", "state.js"):
+        (tmp_path / name).write_text((PAGE / name).read_text(encoding="utf-8"))
+    (tmp_path / "package.json").write_text('{"type": "module"}')
+    (tmp_path / "program.js").write_text(
+        'import { Scene } from "./state.js";\n'
+        "const scene = new Scene();\n"
+        "scene.push(JSON.parse(process.argv[2]));\n"
+        "scene.advance(Infinity);\n"
+        "const { planning, distance } = scene.series;\n"
+        "const times = [scene.track, planning, distance].map((list) => [...new Set(list.map(({ t }) => t))]);\n"
+        "process.stdout.write(JSON.stringify(times));\n"
+    )
+    passed = FRAMES[:4]
+    merged = {part: value for frame in passed for part, value in frame.items()}
+    done = _node(tmp_path / "program.js", json.dumps({**merged, "history": passed}))
+    assert done.returncode == 0, done.stderr
+    track, planning, distance = json.loads(done.stdout)
+    assert track == pytest.approx([-0.1, 0.0, 0.04, 0.05, 0.4])
+    assert planning[0] == 0.0
+    assert distance == pytest.approx([-0.1, 0.0, 0.05, 0.4])
+
+
 def test_the_modules_of_the_page_together_are_a_script(tmp_path):
     script = tmp_path / "page.mjs"
     script.write_text(one_script({name: (PAGE / name).read_text(encoding="utf-8") for name in SCRIPTS}))

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from collplan_ros.replay.main import main
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.recorded_run import RunError
 from collplan_ros.runs.run_log import PoseRow, RunLog
@@ -381,3 +382,13 @@ def test_numbers_are_whole_and_json_is_plain(page):
     json.dumps(recording, allow_nan=False)
     for frame in recording["frames"]:
         assert all(isinstance(value, int) for part in ("robot", "scan", "free") for value in frame.get(part, []))
+
+
+def test_replay_writes_the_page_of_a_run_or_says_in_a_sentence_why_not(tmp_path, capsys):
+    folder = played_folder(tmp_path)
+    assert main(["--page", str(folder)]) == 0
+    assert capsys.readouterr().out == f"written to {folder / 'run.html'}\n"
+    assert_same_poses(recording_in((folder / "run.html").read_text())["frames"], bouncing_run())
+    (folder / RECORD).unlink()
+    assert main(["--page", str(folder)]) == 2
+    assert capsys.readouterr().err.startswith(f"replay: {folder / RECORD}: no such file, expected the record")

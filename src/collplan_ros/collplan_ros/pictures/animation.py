@@ -52,6 +52,8 @@ LARGE, SMALL = 16, 12
 """Sizes of the font [pixel]."""
 MANEUVER_AT = 74
 """Where the maneuver begins, right of the time [pixel]."""
+WIDE_SPACE = "  "
+"""One space of the font is hardly to be seen."""
 LAST_FRAME = 1.5
 """How long the last frame stays [s]."""
 
@@ -158,9 +160,9 @@ def _write_clock(draw: ImageDraw.ImageDraw, world: tuple[int, int], stamp: float
     log, (width, y) = run.log, (world[0], world[1] + 0.5 * CLOCK)
     maneuver = _last(stamp, [(c.stamp, c.maneuver) for c in log.commands]) or ""
     elapsed = max(0.0, stamp - (log.time_zero if log.time_zero is not None else stamp))
-    impacts = counted_impacts(int((run.marks.times <= stamp).sum()))
+    impacts = counted_impacts(int((run.marks.times <= stamp).sum())).replace(" ", WIDE_SPACE)
     draw.line([0, world[1], width, world[1]], fill=WALL)
-    draw.text((MANEUVER_AT - 12, y), f"{elapsed:.1f} s", fill=TEXT, font=font(LARGE), anchor="rm")
+    draw.text((MANEUVER_AT - 12, y), f"{elapsed:.1f}{WIDE_SPACE}s", fill=TEXT, font=font(LARGE), anchor="rm")
     draw.text((MANEUVER_AT, y), maneuver.replace("_", " "), fill=TEXT, font=font(SMALL), anchor="lm")
     draw.text((width - MARGIN, y), impacts, fill=TEXT, font=font(LARGE), anchor="rm")
 

@@ -22,7 +22,7 @@ PLAN_PERIOD = 0.6
 OBSTACLE, WALL = "#5b6472", "#2f353d"
 PLAN, START, GOAL = "#7aa6d8", "#4a4a4a", "#1a8f4c"
 FORESEEN, UNFORESEEN = "#f2a900", "#d7263d"
-WIDTH, AROUND, TITLE_LINE = 7.0, 1.25, 0.2
+WIDTH, AROUND, TITLE_LINE = 7.0, 1.4, 0.2
 """Width of the picture; height of what is around the arena, and of each line of the title [inch]."""
 TITLE_SIZE, TITLE_WIDTH = 10, 0.95
 """Font size of the title [points], and how much of the picture's width it takes at most."""
@@ -47,7 +47,7 @@ def draw_trajectory(
     x0, y0, x1, y1 = world.bounds
     figure = Figure(figsize=(WIDTH, WIDTH), layout="constrained")
     lines = _write_title(FigureCanvasAgg(figure), title)
-    figure.set_figheight(0.8 * WIDTH * (y1 - y0) / (x1 - x0) + AROUND + TITLE_LINE * lines)
+    figure.set_figheight(0.76 * WIDTH * (y1 - y0) / (x1 - x0) + AROUND + TITLE_LINE * lines)
     axes = figure.add_subplot()
     _draw_world(axes, world)
     _draw_plans(axes, log.plans)

@@ -19,6 +19,7 @@ from collplan_ros.replay.recorded_journals import RecordedJournals, read_journal
 from collplan_ros.replay.report import INTERRUPTED, REFUSED, SAME, exit_code, said_of, table_of
 from collplan_ros.runs.record_file import RecordError
 from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.view.player import write_run_page
 
 DESCRIPTION = """\
 Gives what planner and controller were given in a recorded run to them again, without ROS and without a robot, and
@@ -32,6 +33,7 @@ examples:
   replay runs/latest                      the run again
   replay runs/latest --strategy avoid     what avoid would have planned at each moment
   replay --finish runs/latest             completes a run whose bringup was killed
+  replay --page runs/latest               run.html of a run, which plays it in a browser
   replay trial.jsonl                      a trial's journal
 """
 
@@ -44,6 +46,9 @@ def main(args: Sequence[str] | None = None) -> int:
     try:
         if options.finish:
             say(complete(options.run))
+            return SAME
+        if options.page:
+            print(f"written to {write_run_page(options.run)}")
             return SAME
         journals = read_journals(options.run)
         return _say_plans(journals, options.strategy, say) if options.strategy else _say_comparison(journals, say)
@@ -64,6 +69,7 @@ def _parser() -> argparse.ArgumentParser:
     chosen = parser.add_mutually_exclusive_group().add_argument
     chosen("--strategy", choices=sorted(PLANNERS), metavar="NAME", help="print what this strategy would have planned")
     chosen("--finish", action="store_true", help="complete the files of a run whose bringup was killed, and no more")
+    chosen("--page", action="store_true", help="write run.html, which plays the run in a browser, and no more")
     return parser
 
 

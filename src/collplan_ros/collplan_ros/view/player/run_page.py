@@ -57,10 +57,10 @@ def run_page(run: PlayedRun) -> str:
     notes += _missing(frames, run.settings)
     largest, factor = largest_file(run.last - run.record.log.poses[0].stamp), 1
     text = _page(run, frames, notes)
-    while len(text) > largest and factor < COARSEST:
-        factor *= 2 ** max(1, int(math.log2(len(text) / largest)))
-        size = f"{1e-6 * largest:g} MB"
-        fewer = f"one in {factor} scans, maps and sets of candidates: all would make a file of over {size}"
+    while (size := len(text.encode())) > largest and factor < COARSEST:
+        factor *= 2 ** max(1, int(math.log2(size / largest)))
+        bound = f"{1e-6 * largest:g} MB"
+        fewer = f"one in {factor} scans, maps and sets of candidates: all would make a file of over {bound}"
         text = _page(run, thinned(frames, factor), [*notes, fewer])
     return text
 
