@@ -69,23 +69,28 @@ def main() -> int:
     parser.add_argument("--world", default="serpentine:2", metavar="W", help="where (default serpentine:2)")
     parser.add_argument("--strategy", default="bounce", metavar="NAME", help="how (default bounce)")
     given = parser.parse_args()
-    rows: dict[bool, list[dict[str, float]]] = {True: [], False: []}
+    pairs: list[dict[bool, dict[str, float]]] = []
     with tempfile.TemporaryDirectory(prefix="recording-") as folder:
         for pair in range(given.pairs):
+            pairs.append({})
             for recorded in (True, False) if pair % 2 else (False, True):  # neither is always the first
                 options = ["--world", given.world, "--strategy", given.strategy, "--seed", str(pair)]
                 row = measured(Path(folder, str(recorded)), options + ([] if recorded else ["--no-recording"]))
-                rows[recorded].append(row)
+                pairs[-1][recorded] = row
                 print(json.dumps({"recorded": recorded, **row}), file=sys.stderr, flush=True)
-    print(f"{given.pairs} pairs in {given.world} with {given.strategy}: median with and without, and of the difference")
+    whole = [pair for pair in pairs if all(row["outcome"] == "reached" for row in pair.values())]
+    print(f"{len(whole)} of {len(pairs)} pairs, both of which reached the goal, in {given.world} with {given.strategy}")
+    if not whole:
+        return 1
+    print(f"{'median':<32} {'with':>8} {'without':>8} {'change':>8}")
     for name, words in FIGURES.items():
-        each = [np.array([row[name] for row in rows[recorded]]) for recorded in (True, False)]
+        each = [np.array([pair[recorded][name] for pair in whole]) for recorded in (True, False)]
         difference = each[0] - each[1]
         low, high = np.percentile(difference, [10, 90])
         medians = [*map(np.median, each), np.median(difference)]
         spread = f"(10 to 90 %: {low:+.2f} to {high:+.2f})"
         print(f"{words:<32} {medians[0]:8.2f} {medians[1]:8.2f} {medians[2]:+8.2f}  {spread}")
-    size = 60e-6 * np.median([row["bytes_per_second"] for row in rows[True]])
+    size = 60e-6 * np.median([pair[True]["bytes_per_second"] for pair in whole])
     print(f"{'size of run.mcap [MB a minute]':<32} {size:8.2f}")
     return 0
 

@@ -23,8 +23,8 @@ from collplan_ros.messages.mocap_formats import message_type
 from collplan_ros.messages.qos import EVERY_LATCHED, EVERY_ONE, EVERY_UNRELIABLE
 
 SPARSE = {"planner/markers": 2.0}
-"""Topics of which one message in so long [s] is recorded. In between nobody listens: the planner makes a set of markers,
-which takes as long as a plan, only for who does. They are among RELIABLE, as what was latched earlier would come again."""
+"""Topics of which one message in so long [s] is recorded. In between nobody listens: the planner makes markers only for
+who does, and they take as long as a plan. They are among RELIABLE, as what was latched earlier would come again."""
 
 RELIABLE: dict[str, type] = {
     "goal_pose": PoseStamped,
