@@ -9,6 +9,7 @@ from collplan_core.worlds import World
 from collplan_ros.pictures import animation
 from collplan_ros.pictures.animation import LONG_SIDE, NARROWEST, draw_animation
 from collplan_ros.pictures.drawing import BEAM_END, DELIBERATE, FREE, GOAL, OBSTACLE, PLAN, SPEED_COLORS, speed_color
+from collplan_ros.pictures.gif_file import save_gif
 from collplan_ros.pictures.legend import MARGIN, Entry, legend, run_entries
 from collplan_ros.pictures.title import shortened
 from collplan_ros.runs.impact_log import impacts_of
@@ -94,3 +95,19 @@ def test_a_text_that_does_not_fit_loses_its_middle(length):
     shown = shortened(text, lambda each: len(each) <= length)
     assert len(shown) == min(length, 26)
     assert shown == text or (shown[0] in "a." and shown[-1] in "z.")
+
+
+def test_a_colour_that_only_some_frames_show_is_kept(tmp_path):
+    """Another palette than that of the last frame alone."""
+    plain = Image.new("RGB", (60, 40), FREE)
+    plain.paste(DELIBERATE, (0, 0, 9, 9))
+    shown = plain.copy()
+    shown.paste(PLAN, (20, 10, 40, 30))
+    shown.paste("#123456", (45, 10, 55, 30))
+    path = tmp_path / "a.gif"
+    save_gif(path, [plain, *[shown] * 8, plain], 0.1, 0.5)
+    with Image.open(path) as image:
+        image.seek(1)
+        frame = np.asarray(image.convert("RGB")).astype(int)
+    assert count_of(frame, PLAN, 40) == 20 * 20
+    assert count_of(frame, "#123456", 40) == 10 * 20

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(NODE is None, reason="no Node here")
 PAGE = files("collplan_ros.view") / "page"
 FRAMES = [
     {"t": -0.1, "robot": [0, 0, 0, 0, 0], "world": None, "impacts": [], "goal": {"at": [5, 5], "status": "none"}},
-    {"t": 0.0, "robot": [1, 0, 0, 0, 0], "plan": {"stamp": -0.02}, "costs": {"planning_time": 1}},
+    {"t": 0.0, "robot": [1, 0, 0, 0, 0], "plan": {"stamp": -0.02}, "costs": {"planning_time": 1, "terms": {}}},
     {"t": 0.05, "robot": [2, 0, 0, 0, 0], "trail": [10, 1, 0], "periods": [50]},
     {"t": 0.4, "robot": [3, 0, 0, 0, 0], "plan": {"stamp": 0.38}, "impacts": [{"t": 0.39}]},
     {"t": 0.8, "robot": [4, 0, 0, 0, 0], "plan": {"stamp": 0.78}, "scan": [7, 7]},

@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_ros.replay.main import main
@@ -149,6 +149,7 @@ def test_a_strategy_that_remembers_boundaries_misses_them_too(tmp_path):
     assert "boundaries that it remembered" in " ".join(recording_in(page)["notes"])
 
 
+few = settings(derandomize=True, deadline=None, max_examples=60)
 TIMES = st.floats(0.0, 2.0).map(lambda t: round(t, 3))
 
 
@@ -156,6 +157,7 @@ TIMES = st.floats(0.0, 2.0).map(lambda t: round(t, 3))
     stamps=st.lists(TIMES, min_size=1, max_size=40, unique=True).map(sorted),
     events=st.lists(st.tuples(TIMES, st.sampled_from(["plan", "scan", "goal"]), st.integers(0, 9)), max_size=30),
 )
+@few
 def test_each_frame_completes_what_was_known_at_its_time(stamps, events):
     poses = [PoseRow(t, t, -t, 0.0, 0.0, 0.0) for t in stamps]
     frames = frames_of(poses, [Event(*event) for event in events], {"world": None}, zero=0.0)
@@ -174,6 +176,7 @@ def test_each_frame_completes_what_was_known_at_its_time(stamps, events):
 
 
 @given(st.lists(TIMES, min_size=2, max_size=40, unique=True).map(sorted))
+@few
 def test_every_plan_that_came_between_two_poses_of_its_own_has_a_frame_of_its_own(stamps):
     """Steps by plan leave none out."""
     poses = [PoseRow(t, 0.0, 0.0, 0.0, 0.0, 0.0) for t in stamps]
@@ -293,6 +296,7 @@ def test_a_longer_run_may_take_more_but_not_without_end():
 
 
 @given(st.lists(st.sets(st.sampled_from(["scan", "plan", "goal", "robot", "trail"])), max_size=40), st.integers(1, 40))
+@few
 def test_thinning_keeps_what_happened_and_the_first_of_each_part(parts, factor):
     frames = [{"t": k, **dict.fromkeys(sorted(each), k)} for k, each in enumerate(parts)]
     kept = thinned(frames, factor)

@@ -10,6 +10,7 @@ from PIL import Image
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
+from played_folders import played_folder, recording_in
 from test_compare_runs import run_folder
 
 NO_ROS = """
@@ -22,6 +23,11 @@ sys.modules.update(dict.fromkeys(missing))
 COMPARE = """
 from collplan_ros.pictures.compare_runs import main
 sys.exit(main(sys.argv[1:]))
+"""
+PAGE = """
+from pathlib import Path
+from collplan_ros.view.player import write_run_page
+write_run_page(Path(sys.argv[1]))
 """
 FIT = """
 from collplan_ros.runs.fit_robot import main
@@ -93,3 +99,10 @@ def test_a_trial_is_replayed(tmp_path):
     done = run_without_ros(REPLAY, journal)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("bit-equal") == 2
+
+
+def test_a_run_becomes_a_page(tmp_path):
+    folder = played_folder(tmp_path)
+    done = run_without_ros(PAGE, folder)
+    assert done.returncode == 0, done.stderr
+    assert recording_in((folder / "run.html").read_text())["title"].startswith("room, harness")

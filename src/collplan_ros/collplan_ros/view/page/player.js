@@ -253,7 +253,7 @@ export async function playRecording() {
   const box = byId("transport");
   let recording = null;
   try {
-    recording = await unpacked(byId("recording").textContent);
+    recording = await unpacked(document.querySelector("#recording").textContent);
   } catch (error) {
     element("span", box, "note", `the run in this file cannot be unpacked: ${error.message}`);
     element("span", box, "note", "Chrome, Firefox and Safari can since 2023, if the file is whole");
