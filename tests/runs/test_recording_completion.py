@@ -24,8 +24,7 @@ from collplan_ros.recording.recording_file import LIBRARY, RECORDING
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.recorded_run import read_run
 from made_recordings import TOPICS, MadeRecording, String, point
-from made_runs import bouncing_run, room
-from test_record_file import record
+from made_runs import bouncing_run, room, write_record
 
 CHUNKS, IN_CHUNK = 6, 5
 HEADER = 8 + 9 + len("....ros2....") + len(LIBRARY)
@@ -146,7 +145,7 @@ def killed_run(folder: Path, goal: bool = True) -> Path:
     worlds = {key: str(folder / "room.yaml") for key in ("lidar.world", "simulator.world")}
     write_parameters(Settings().with_values(worlds), folder / "parameters.yaml")
     if goal:
-        record(folder / RECORD, bouncing_run())
+        write_record(folder / RECORD, bouncing_run())
     (folder / RECORDING).write_bytes(WHOLE)
     return folder
 

@@ -179,7 +179,7 @@ def test_a_changed_bit_of_a_scan_is_told(lines):
     )
     stamp, (shape, ranges) = scan[0][0], scan[1][0]["array"]
     beams = np.frombuffer(b64decode(ranges), dtype="<u8").copy()
-    beams[7] ^= 1
+    beams[7] ^= np.uint64(1)
     scan[1][0]["array"] = [shape, b64encode(beams.tobytes()).decode()]
     for of in (PLANNER, CONTROLLER):
         found = compared([json.dumps(row) for row in rows], of)
