@@ -86,8 +86,8 @@ def test_what_was_lost_on_the_way_is_told_by_the_numbers_of_the_messages(ran):
         assert np.diff(numbers).min() >= 1, name
         share = len(numbers) / (numbers[-1] - numbers[0] + 1)
         assert share > 0.95, (name, share)
-        # subscribed before the node had started
-        assert numbers[0] <= 50, name
+        # subscribed before the node had started, so that all that can be missed is what it sends until it is discovered
+        assert numbers[0] <= 400, name
     markers = [message.came for message in raw_messages(path, ["planner/markers"])]
     assert all(np.diff(markers) >= 0.9e9 * SPARSE["planner/markers"])
 
