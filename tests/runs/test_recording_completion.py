@@ -1,4 +1,4 @@
-"""A recording whose bringup was killed is completed: all of its closed chunks is there, wherever it was cut off."""
+"""A recording whose bringup was killed is completed: what was closed of it is there, wherever it was cut off."""
 
 import json
 import os
