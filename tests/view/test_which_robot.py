@@ -28,12 +28,21 @@ PLANNER = {"planner.strategy": "bounce"}
         ({"/robot": DRIVER}, [], UNKNOWN),
         ({"/robot": {"driver.port": "/dev/pts/3"}}, [], UNKNOWN),
         ({"/robot": {"my.own": 1}}, [], UNKNOWN),
+        ({"/robot": SIMULATOR, "/other": SERIAL}, [], UNKNOWN),  # two robots in a namespace
+        ({"/robot": SERIAL, "/other": SIMULATOR}, [], UNKNOWN),
+        ({"/robot": FIRMWARE}, [], UNKNOWN),
+        ({"/robot": {"driver.port": 3}}, [], UNKNOWN),
         ({"/p": PLANNER}, [], UNKNOWN),
         ({}, [], UNKNOWN),
     ],
 )
 def test_which_robot(known, silent, expected):
     assert which_robot("/robot", known, [*known, *silent]) == expected
+
+
+def test_a_robot_that_has_ended_counts_no_more():
+    known = {"/robot": SERIAL, "/simulator_node": SIMULATOR}
+    assert which_robot("/robot", known, ["/robot"]) == REAL
 
 
 @QUICK

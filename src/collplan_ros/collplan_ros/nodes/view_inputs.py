@@ -108,6 +108,12 @@ class ViewInputs:
         """What the newest message that could not be read was; empty before the first."""
         return self._watched.newest_refusal or self._always.newest_refusal
 
+    @property
+    def heard(self) -> list[str]:
+        """Full names of the nodes that are not silent."""
+        now = self._clock()
+        return [name for name, report in self.reports.items() if now - report.came <= scene.SILENT_AFTER]
+
     def tell(self, on_node: Callable[[str], None], on_parameters: Callable[[ParameterEvent], None]) -> None:
         """Has each health report's node, and each change of parameters, told."""
         self._on_node, self._on_parameters = on_node, on_parameters

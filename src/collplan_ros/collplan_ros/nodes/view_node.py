@@ -117,7 +117,7 @@ class ViewNode(Node):
         self._changes.put(
             "about",
             {
-                "robot": which_robot(self._inputs.robot, known, self._inputs.reports),
+                "robot": which_robot(self._inputs.robot, known, self._inputs.heard),
                 "namespace": self.get_namespace(),
                 "world": self._world_name or "",
                 "trouble": trouble,

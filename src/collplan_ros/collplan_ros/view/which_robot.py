@@ -1,6 +1,6 @@
 """Which robot moves: a simulated one must never be taken for a real one, nor the other way round."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 
 from collplan_ros.view.scene import EMULATED, REAL, SIMULATED, UNKNOWN
 
@@ -8,25 +8,34 @@ Values = Mapping[str, object]
 """Parameters of a node by name."""
 
 
-def which_robot(source: str, known: Mapping[str, Values], nodes: Iterable[str]) -> str:
+def which_robot(source: str, known: Mapping[str, Values], nodes: Collection[str]) -> str:
     """Which robot it is that says how it is, by the parameters that its node has; UNKNOWN as long as there is doubt.
 
     Args:
         source: full name of the robot's node.
         known: parameters of the nodes that were asked and have answered, by full name.
-        nodes: full names of all nodes heard of.
+        nodes: full names of all nodes that are heard.
     """
     own = known.get(source)
-    if own is None:
+    there = [known[name] for name in {*nodes, source} if name in known]
+    firmware = [values["emulator.link"] for values in there if "emulator.link" in values]
+    if own is None or sum(map(_is_robot, there)) != 1 or not _is_robot(own):
         return UNKNOWN
-    if any(name.startswith("simulator.") for name in own):
+    if _is_simulator(own):
         return SIMULATED
-    port = own.get("driver.port")
-    if not isinstance(port, str):
-        return UNKNOWN
-    links = [values["emulator.link"] for values in known.values() if "emulator.link" in values]
-    if port in links:
+    port = own["driver.port"]
+    if port in firmware:
         return EMULATED
     # one that has not answered may be the emulated firmware, and one there is may be at the port by another name
-    in_doubt = links or not set(nodes) <= known.keys()
-    return UNKNOWN if in_doubt or not port.startswith("/dev/") or port.startswith("/dev/pts/") else REAL
+    in_doubt = bool(firmware) or any(name not in known for name in nodes)
+    leads_to_hardware = isinstance(port, str) and port.startswith("/dev/") and not port.startswith("/dev/pts/")
+    return REAL if leads_to_hardware and not in_doubt else UNKNOWN
+
+
+def _is_robot(values: Values) -> bool:
+    """Whether a node takes commands; the emulated firmware is none, but behind one."""
+    return "emulator.link" not in values and ("driver.port" in values or _is_simulator(values))
+
+
+def _is_simulator(values: Values) -> bool:
+    return any(name.startswith("simulator.") for name in values)
