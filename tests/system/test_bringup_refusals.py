@@ -1,6 +1,7 @@
 """What bringup refuses before anything starts, and what it says when the graph does not come up."""
 
 import os
+import socket
 import stat
 import sys
 import textwrap
@@ -214,4 +215,14 @@ def test_a_robot_that_is_not_simulated_does_not_set_out_again_by_itself(tmp_path
     said = ["--robot", "serial:/dev/null", "--world", "corridor", "--goal", "2.0", "0.4", "--network", "local"]
     assert main([*said, "--again", "--out", str(tmp_path / "runs")]) == 2
     assert "--again: got --robot serial:/dev/null, expected a simulated one" in capsys.readouterr().err
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_page_whose_port_is_taken_is_refused_before_anything_starts(tmp_path, capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        path = tmp_path / "taken.yaml"
+        path.write_text(f'"/**":\n  ros__parameters:\n    view:\n      port: {port}\n')
+        assert main(["--view", "--params", str(path), "--out", str(tmp_path / "runs")]) == 2
+    assert f"bringup: view.port: 127.0.0.1:{port} is taken by another program" in capsys.readouterr().err
     assert not (tmp_path / "runs").exists()

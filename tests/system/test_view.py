@@ -5,7 +5,6 @@ import os
 import re
 import signal
 import subprocess
-import sys
 import urllib.request
 from contextlib import suppress
 
@@ -71,17 +70,3 @@ def test_a_run_is_shown_driven_and_goes_on_without_its_page(tmp_path, parameters
         run.process.send_signal(signal.SIGINT)
         assert run.process.wait(60) == 0, run.text
         assert "driven there and back until Ctrl-C" in run.text
-
-
-def test_a_port_that_is_taken_ends_bringup_before_it_drives(tmp_path):
-    import socket
-
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        path = tmp_path / "taken.yaml"
-        path.write_text(f'"/**":\n  ros__parameters:\n    view:\n      port: {port}\n')
-        command = [sys.executable, "-m", "collplan_ros.bringup.main", "--view", "--params", str(path)]
-        command += ["--out", str(tmp_path / "runs")]
-        ended = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
-    assert ended.returncode == 3
-    assert f"127.0.0.1:{port} is taken by another program" in ended.stdout + ended.stderr

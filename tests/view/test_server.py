@@ -11,7 +11,8 @@ from websockets.sync.client import ClientConnection, connect
 
 from collplan_ros.view import server as server_module
 from collplan_ros.view.frames import as_json
-from collplan_ros.view.server import MOST_WAITING, PageServer, PortTaken
+from collplan_ros.view.listening import PortTaken
+from collplan_ros.view.server import MOST_WAITING, PageServer
 
 PATIENCE = 20.0
 

@@ -15,6 +15,7 @@ from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import find_executable
 from collplan_ros.bringup.robots import FIRST_SPEED, NODES, VIEWER, RobotKind, robot_kind
 from collplan_ros.bringup.words import in_words
+from collplan_ros.view.listening import listening_socket
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +62,8 @@ def prepare(options: Options) -> Preparation:
         settings, speed = _slow(_settings(options, robot, given), options, robot, given)
         world = load_world(settings.simulator.world)
         goal = _checked_goal(options, world, settings, robot)
+        if options.view:
+            listening_socket(settings.view.port).close()
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
     onlookers = (VIEWER,) if options.view else ()

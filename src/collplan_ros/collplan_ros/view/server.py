@@ -5,7 +5,6 @@ it must take what it is sent, and a rate at which it may speak.
 """
 
 import asyncio
-import errno
 import logging
 import secrets
 import socket
@@ -27,9 +26,8 @@ from collplan_ros.view.allowance import Allowance
 from collplan_ros.view.commands import Command, CommandError, WrongToken, command_from_text, number_of
 from collplan_ros.view.door import LOOKED_AT, Answer, Request, answer, full, page_files
 from collplan_ros.view.frames import Newest, Slot, Texts, as_json, joined
+from collplan_ros.view.listening import ADDRESS, listening_socket
 
-ADDRESS = "127.0.0.1"
-"""The only address it listens on."""
 LARGEST_MESSAGE = 4096
 """Largest message of a client [bytes]."""
 MOST_WAITING = 40
@@ -52,10 +50,6 @@ POLICY_VIOLATION = 1008
 
 Reply = Callable[[bool, str], None]
 """Tells the page that asked whether something was done, and what there is to say; from any thread."""
-
-
-class PortTaken(OSError):
-    """The port cannot be listened on."""
 
 
 class PageServer:
@@ -93,7 +87,7 @@ class PageServer:
         self._clients: set[_Client] = set()
         self._waiting: set[_Connection] = set()
         self._left_at = -float("inf")
-        self._socket = _listening(port)
+        self._socket = listening_socket(port)
         self.port = int(self._socket.getsockname()[1])
         self._loop = asyncio.new_event_loop()
         self._end = asyncio.Event()
@@ -314,15 +308,6 @@ class _Client:
                 self._sending_since = None
         except ConnectionClosed:
             pass
-
-
-def _listening(port: int) -> socket.socket:
-    try:
-        return socket.create_server((ADDRESS, port))
-    except OSError as error:
-        taken = error.errno == errno.EADDRINUSE
-        why = "is taken by another program" if taken else f"cannot be listened on: {error.strerror or error}"
-        raise PortTaken(f"view.port: {ADDRESS}:{port} {why}, expected a free port, as view.port {port + 1}") from None
 
 
 def _response(reply: Answer) -> Response:
