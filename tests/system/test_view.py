@@ -4,12 +4,11 @@ import json
 import os
 import re
 import signal
-import subprocess
 import urllib.request
 from contextlib import suppress
 
 import pytest
-from bringup_process import Run, wait_for
+from bringup_process import Run, nodes_of, wait_for
 from websockets.sync.client import connect
 
 pytestmark = pytest.mark.soak
@@ -20,11 +19,6 @@ def parameters(tmp_path):
     path = tmp_path / "free_port.yaml"
     path.write_text('"/**":\n  ros__parameters:\n    view:\n      port: 0\n')
     return str(path)
-
-
-def pid_of(name: str, out) -> int:
-    listed = subprocess.run(["ps", "-eo", "pid,args"], capture_output=True, text=True, check=True).stdout
-    return next(int(line.split()[0]) for line in listed.splitlines() if f"/{name} " in line and str(out) in line)
 
 
 def test_a_run_is_shown_driven_and_goes_on_without_its_page(tmp_path, parameters):
@@ -64,7 +58,7 @@ def test_a_run_is_shown_driven_and_goes_on_without_its_page(tmp_path, parameters
             goal = [value / 1000 for value in parts["robot"][:2]]
             page.send(json.dumps({"token": token, "number": 3, "do": "goal", "x": goal[0], "y": goal[1]}))
             wait_for(lambda: shows(lambda: parts["hold"]["state"] == "free"))
-        os.kill(pid_of("view_node", tmp_path), signal.SIGKILL)
+        os.kill(nodes_of(run.out)["view_node"], signal.SIGKILL)
         wait_for(lambda: "the run goes on without its page" in run.text)
         assert run.process.poll() is None
         run.process.send_signal(signal.SIGINT)
