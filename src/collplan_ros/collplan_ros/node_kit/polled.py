@@ -16,7 +16,7 @@ Take = Callable[[Any, Mapping[str, Any]], None]
 """Takes a message and what DDS says of it."""
 
 
-class _NeverCalled(CallbackGroup):
+class NeverCalled(CallbackGroup):
     """A group whose members no executor waits for."""
 
     def can_execute(self, entity: object) -> bool:
@@ -41,7 +41,7 @@ class PolledSubscriptions:
         self.refused = 0
         self.newest_refusal = ""
         self._node = node
-        self._group = _NeverCalled()
+        self._group = NeverCalled()
         self._taken: list[tuple[Subscription, Take]] = []
 
     def listen(self, message_type: type, topic: str, take: Take, qos: QoSProfile, raw: bool = False) -> None:

@@ -11,6 +11,7 @@ from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
 from collplan_ros.messages.qos import EVERY_ONE
+from collplan_ros.node_kit.polled import NeverCalled
 from collplan_ros.recording.offered_qos import offered_qos
 from collplan_ros.recording.recorded_topics import RecordedTopic
 from collplan_ros.recording.recording_file import RecordingFile
@@ -33,7 +34,7 @@ class GraphTopics:
         self._node = node
         self._known = topics
         self._recording = recording
-        self._group = _LeftAlone()
+        self._group = NeverCalled()
         self._taken: dict[str, _Topic] = {}
         if recording is not None:
             for name in topics:
@@ -60,19 +61,6 @@ class GraphTopics:
         if name not in self._taken:
             self._taken[name] = _Topic(self._node, self._known[name], self._recording, self._group)
         return self._taken[name]
-
-
-class _LeftAlone(CallbackGroup):
-    """Keeps its subscriptions from the executor."""
-
-    def can_execute(self, entity: Any) -> bool:
-        return False
-
-    def beginning_execution(self, entity: Any) -> bool:
-        return False
-
-    def ending_execution(self, entity: Any) -> None:
-        pass
 
 
 class _Topic:
