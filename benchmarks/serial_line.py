@@ -12,6 +12,7 @@ from typing import Any
 
 from timing import Timed, time_each
 
+from collplan_ros.bringup.network import graph_environment
 from omnipuck_driver.codec import Decoder, Encoder
 from omnipuck_driver.messages import NO_TEMPERATURE, CommandMessage, Message, Telemetry
 
@@ -73,7 +74,7 @@ def _share(rate: float) -> float:
 
 @contextmanager
 def _running(*command: object) -> Iterator[subprocess.Popen[bytes]]:
-    quiet = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": "97"}
+    quiet = {**graph_environment("local", os.environ), "ROS_DOMAIN_ID": "97"}
     process = subprocess.Popen([str(part) for part in command], env={**os.environ, **quiet}, stderr=subprocess.DEVNULL)
     try:
         yield process

@@ -31,7 +31,11 @@ def free_domain() -> tuple[int, TextIO]:
 
 DOMAIN, DOMAIN_LOCK = free_domain()
 os.environ["ROS_DOMAIN_ID"] = str(DOMAIN)
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+if importlib.util.find_spec("rclpy"):
+    from collplan_ros.bringup.network import graph_environment
+
+    # as bringup's nodes, whatever the user's own is
+    os.environ.update(graph_environment("local", {}))
 # read when the message modules are imported
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 if "ROS_DISTRO" not in os.environ:

@@ -16,6 +16,7 @@ from collplan_core.planners import map_period_of
 from collplan_ros.bringup import graph, preparation, processes
 from collplan_ros.bringup.failures import NodeDied
 from collplan_ros.bringup.main import main, run
+from collplan_ros.bringup.network import PROFILE, RANGE, environment_set
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import NodeProcess, stop, stop_all
 from collplan_ros.bringup.robots import ROBOTS, RobotKind
@@ -119,9 +120,11 @@ def test_a_run_folder_that_cannot_be_written_stops_it_before_the_start(tmp_path,
     assert "cannot be written" in capsys.readouterr().err
 
 
-def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys):
+@pytest.mark.parametrize("by_hand", [False, True])
+def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys, by_hand):
     context = Context()
-    context.init()
+    with environment_set({RANGE: "LOCALHOST"} if by_hand else {}):
+        context.init()
     other = Node("planner_node", context=context)
     try:
         assert main(["--out", str(tmp_path)]) == 2
@@ -162,14 +165,15 @@ def test_without_poses_the_message_says_where_they_were_expected(tmp_path, lone_
 
         sys.exit(run_node(Robot))
         """)
+    before = {key: os.environ[key] for key in ("ROS_DOMAIN_ID", RANGE, PROFILE)}
     result = run(Options(robot="fake", out=tmp_path / "runs"))
     assert (result.outcome, result.exit_code) == ("graph_lost", 3)
-    domain = os.environ["ROS_DOMAIN_ID"]
+    domain = before["ROS_DOMAIN_ID"]
     assert result.message == (
-        f"nothing on /mocap/odom (reliable) for 0.5 s; domain {domain}, discovery range SUBNET, "
+        f"nothing on /mocap/odom (reliable) for 0.5 s; domain {domain}, network subnet, "
         "made from /mocap/pose (best effort)"
     )
-    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
+    assert {key: os.environ[key] for key in before} == before
 
 
 def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(tmp_path, lone_robot):

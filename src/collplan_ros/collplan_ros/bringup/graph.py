@@ -348,12 +348,12 @@ class Graph:
             self.step()
             others = sorted((self._names() - Counter([NAME])).keys())
             if others:
-                raise StartError(f"{in_words(others)} already in {described()}; end it, or set another ROS_DOMAIN_ID")
+                raise StartError(f"{in_words(others)} already in {self._where}; end it, or set another ROS_DOMAIN_ID")
 
     def _refuse_duplicates(self) -> None:
         duplicates = sorted(name for name, count in self._names().items() if count > 1)
         if duplicates:
-            raise GraphError(f"another {in_words(duplicates)} in {described()}; end it, or set another ROS_DOMAIN_ID")
+            raise GraphError(f"another {in_words(duplicates)} in {self._where}; end it, or set another ROS_DOMAIN_ID")
 
     def _all_reported(self) -> Callable[[], bool]:
         notice = time.monotonic() + NOTICE_TIME
@@ -387,6 +387,10 @@ class Graph:
         answer = client.call_async(SetParameters.Request(parameters=[off]))
         self.wait(answer.done, INPUT_PATIENCE, lambda: "mocap_node: no answer to mocap.detect_impacts: false")
 
+    @property
+    def _where(self) -> str:
+        return described(self._preparation.network)
+
     def _full_name(self, node: str) -> str:
         return f"{self.node.get_namespace().rstrip('/')}/{node}"
 
@@ -395,7 +399,7 @@ class Graph:
 
     def _unready(self) -> str:
         silent = in_words(self._silent_nodes())
-        return f"{silent} not ready within {READY_PATIENCE:g} s: nothing on /diagnostics; {described()}"
+        return f"{silent} not ready within {READY_PATIENCE:g} s: nothing on /diagnostics; {self._where}"
 
     def _no_pose(self) -> str:
         mocap = self._preparation.settings.mocap
@@ -409,10 +413,10 @@ class Graph:
 
     def _no_planner(self) -> str:
         goal, status = self._name("goal_pose"), self._name("goal_status")
-        return f"no answer on {status} to the goal on {goal} (reliable) for {INPUT_PATIENCE:g} s; {described()}"
+        return f"no answer on {status} to the goal on {goal} (reliable) for {INPUT_PATIENCE:g} s; {self._where}"
 
     def _missing(self, topic: str, reliability: str) -> str:
-        return f"nothing on {self._name(topic)} ({reliability}) for {INPUT_PATIENCE:g} s; {described()}"
+        return f"nothing on {self._name(topic)} ({reliability}) for {INPUT_PATIENCE:g} s; {self._where}"
 
     def _name(self, topic: str) -> str:
         return str(self.node.resolve_topic_name(topic))

@@ -6,15 +6,23 @@ from contextlib import contextmanager
 from importlib.resources import files
 
 RANGES = {"local": "LOCALHOST", "subnet": "SUBNET"}
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
+OWN_PROFILES = {network: str(files("collplan_ros") / "config" / f"fastdds_{network}.xml") for network in RANGES}
 
 
 def graph_environment(network: str, environment: Mapping[str, str]) -> dict[str, str]:
-    """Environment variables of a graph that is `local` or `subnet`; a Fast DDS profile set by the user is kept."""
-    chosen = {"ROS_AUTOMATIC_DISCOVERY_RANGE": RANGES[network]}
-    if not environment.get(PROFILE):
-        chosen[PROFILE] = str(files("collplan_ros") / "config" / "fastdds_local.xml")
-    return chosen
+    """Environment variables of a graph that is `local` or `subnet`.
+
+    Fast DDS is given a profile that says which interfaces it uses, and the discovery range leaves that to the profile:
+    by itself it would add shared memory. A profile set by the user is kept; then, and with another middleware, the
+    discovery range says it.
+    """
+    middleware = environment.get("RMW_IMPLEMENTATION") or "rmw_fastrtps_cpp"
+    is_users = (environment.get(PROFILE) or OWN_PROFILES[network]) not in OWN_PROFILES.values()
+    if is_users or not middleware.startswith("rmw_fastrtps"):
+        return {RANGE: RANGES[network]}
+    return {RANGE: "SYSTEM_DEFAULT", PROFILE: OWN_PROFILES[network]}
 
 
 @contextmanager
@@ -32,7 +40,6 @@ def environment_set(values: Mapping[str, str]) -> Iterator[None]:
                 os.environ[key] = value
 
 
-def described() -> str:
-    """Domain and discovery range in words."""
-    domain = os.environ.get("ROS_DOMAIN_ID") or "0"
-    return f"domain {domain}, discovery range {os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE']}"
+def described(network: str) -> str:
+    """Domain and extent of the graph in words."""
+    return f"domain {os.environ.get('ROS_DOMAIN_ID') or '0'}, network {network}"
