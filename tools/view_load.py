@@ -13,8 +13,11 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
+PORT = 8090
+"""view.port as shipped."""
 SETTLING = 3.0
 """Time before each measurement [s]."""
 LINGER = 12.0
@@ -37,14 +40,19 @@ def processor_time(pid: int) -> float:
 
 
 class Page(threading.Thread):
-    """Reads what comes, and counts it."""
+    """Reads what comes, and counts it, from when the server is there."""
 
     def __init__(self, port: int, end: threading.Event) -> None:
-        super().__init__()
+        super().__init__(daemon=True)
         self.bytes = self.frames = 0
         self._port, self._end = port, end
 
     def run(self) -> None:
+        while not self._end.wait(0.1):
+            with suppress(OSError, WebSocketException):
+                self._read()
+
+    def _read(self) -> None:
         host = f"127.0.0.1:{self._port}"
         with connect(f"ws://{host}/frames", origin=f"http://{host}", compression=None, proxy=None) as socket:
             while not self._end.is_set():
@@ -76,7 +84,7 @@ def measure(pid: int, port: int, n_pages: int, duration: float) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--port", type=int, default=8090, help="view.port (default 8090)")
+    parser.add_argument("--port", type=int, default=PORT, help="view.port (default 8090)")
     parser.add_argument("--pages", type=int, nargs="+", default=[0, 1, 5], help="how many pages (default 0 1 5)")
     parser.add_argument("--duration", type=float, default=20.0, help="length of each measurement [s] (default 20)")
     options = parser.parse_args()

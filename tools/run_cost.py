@@ -1,7 +1,7 @@
-"""What the recording costs: runs with and without it in pairs, each in a process of its own.
+"""What the recording costs, or the live page: runs with and without it in pairs, each in a process of its own.
 
 CPU is of the time from goal to arrival, as a share of one core: of bringup's process, and of all of its nodes. The
-control period is that of summary.json.
+control period is that of summary.json. The live page is open once, to a client that reads and draws nothing.
 """
 
 import argparse
@@ -9,9 +9,12 @@ import json
 import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
 
 import numpy as np
+
+from view_load import PORT, Page
 
 RUN = """
 import json, os, sys, time
@@ -44,6 +47,8 @@ print(json.dumps({
     "bytes_per_second": folder.recording.stat().st_size / recorded if options.recording else 0.0,
 }))
 """
+WITHOUT = {"recording": ["--no-recording"], "page": []}
+WITH = {"recording": [], "page": ["--view"]}
 FIGURES = {
     "bringup": "bringup's CPU [% of a core]",
     "nodes": "CPU of all nodes [% of a core]",
@@ -56,35 +61,43 @@ FIGURES = {
 def measured(folder: Path, options: list[str]) -> dict[str, float]:
     """The figures of one run."""
     command = [sys.executable, "-c", RUN, "--no-pictures", "--out", str(folder), *options]
+    end = threading.Event()
+    page = Page(PORT, end)
+    if "--view" in options:
+        page.start()
     done = subprocess.run(command, capture_output=True, text=True, timeout=300.0)
+    end.set()
     if done.returncode != 0:
         raise SystemExit(f"a run failed: {done.stderr[-2000:]}")
+    if "--view" in options and not page.frames:
+        raise SystemExit("the page was sent nothing")
     return json.loads(done.stdout.splitlines()[-1])
 
 
 def main() -> int:
     """Prints the figures of pairs of runs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", choices=WITH, help="whose cost")
     parser.add_argument("--pairs", type=int, default=20, metavar="N", help="so many (default 20)")
     parser.add_argument("--world", default="serpentine:2", metavar="W", help="where (default serpentine:2)")
     parser.add_argument("--strategy", default="bounce", metavar="NAME", help="how (default bounce)")
     given = parser.parse_args()
     pairs: list[dict[bool, dict[str, float]]] = []
-    with tempfile.TemporaryDirectory(prefix="recording-") as folder:
+    with tempfile.TemporaryDirectory(prefix="runs-") as folder:
         for pair in range(given.pairs):
             pairs.append({})
-            for recorded in (True, False) if pair % 2 else (False, True):  # neither is always the first
+            for there in (True, False) if pair % 2 else (False, True):  # neither is always the first
                 options = ["--world", given.world, "--strategy", given.strategy, "--seed", str(pair)]
-                row = measured(Path(folder, str(recorded)), options + ([] if recorded else ["--no-recording"]))
-                pairs[-1][recorded] = row
-                print(json.dumps({"recorded": recorded, **row}), file=sys.stderr, flush=True)
+                row = measured(Path(folder, str(there)), options + (WITH if there else WITHOUT)[given.part])
+                pairs[-1][there] = row
+                print(json.dumps({given.part: there, **row}), file=sys.stderr, flush=True)
     whole = [pair for pair in pairs if all(row["outcome"] == "reached" for row in pair.values())]
     print(f"{len(whole)} of {len(pairs)} pairs, both of which reached the goal, in {given.world} with {given.strategy}")
     if not whole:
         return 1
     print(f"{'median':<32} {'with':>8} {'without':>8} {'change':>8}")
     for name, words in FIGURES.items():
-        each = [np.array([pair[recorded][name] for pair in whole]) for recorded in (True, False)]
+        each = [np.array([pair[there][name] for pair in whole]) for there in (True, False)]
         difference = each[0] - each[1]
         low, high = np.percentile(difference, [10, 90])
         medians = [*map(np.median, each), np.median(difference)]
