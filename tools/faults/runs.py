@@ -34,19 +34,23 @@ ORPHANS = 5.0
 """Longest time for which a node outlives bringup [s]."""
 FULL = """
 import resource, sys
+from pathlib import Path
 from collplan_ros.bringup.main import main
+from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.runs.recorder import Recorder
 
 begin = Recorder.begin
 
 def full(self, *given):
     begin(self, *given)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
+    folder = Path(sys.argv[sys.argv.index("--out") + 1])
+    held = max(file.stat().st_size for file in folder.rglob(RECORDING))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (held + 60_000, resource.RLIM_INFINITY))
 
 Recorder.begin = full
 sys.exit(main(sys.argv[1:]))
 """
-"""bringup on a disk that is full soon."""
+"""bringup on a disk that is full soon after the run has begun."""
 EARLY = {TIMEOUT: {"timeout": 1.5}, STUCK: {"stuck_time": 0.8, "stuck_distance": 5.0}}
 """Under which a run ends while the robot drives."""
 
