@@ -91,12 +91,9 @@ void omnipuck_report(struct omnipuck_state *state)
         state->answer_due = !announce(state, state->session);
         idle = omnipuck_transmitter_flush(&state->transmitter, state->hardware);
     }
-    if (state->since_telemetry < OMNIPUCK_TELEMETRY_PERIOD_MS) {
-        return;
-    }
-    /* What is over is kept, so that the rate is steady; whole periods are not made up for. */
-    state->since_telemetry %= OMNIPUCK_TELEMETRY_PERIOD_MS;
-    if (idle && tell(state)) {
+    if (idle && state->since_telemetry >= OMNIPUCK_TELEMETRY_PERIOD_MS && tell(state)) {
+        /* What is over is kept, so that the rate is steady; whole periods are not made up for. */
+        state->since_telemetry %= OMNIPUCK_TELEMETRY_PERIOD_MS;
         state->held_up = false;
     }
 }

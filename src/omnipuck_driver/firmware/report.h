@@ -1,7 +1,7 @@
 /* What the device says: Announce when greeted, telemetry at a steady rate.
  *
- * Announces go first, and wait for the port. Telemetry does not wait, for the next one says more: one that finds the port
- * taken is left out whole. */
+ * Announces go first. Telemetry is written when the port is free for it, so it says what is true then; when the port was
+ * taken for more than a period, the telemetry of that period is left out. */
 #ifndef OMNIPUCK_REPORT_H
 #define OMNIPUCK_REPORT_H
 
