@@ -1126,6 +1126,51 @@ static void test_many_wheels(void)
     CHECK(rig.announce.wheels == 8 && rig.bad_frames == 0);
 }
 
+/* Within one step, before the next would put it right. */
+static void test_no_gap_of_a_step(void)
+{
+    rig_make_armed(&rig);
+    rig.motor_fault = true;
+    ++rig.released;
+    rig_command(&rig, 5, 5, 5);
+    omnipuck_step(&rig.state);
+    CHECK(!rig.state.arming.armed);
+    rig.motor_fault = false;
+    rig.button = true;
+    rig_run(&rig, 1);
+    ++rig.cleared;
+    rig_command(&rig, 0, 0, 0);
+    omnipuck_step(&rig.state);
+    CHECK(rig.state.arming.latched);
+
+    /* A life used up on the way is no step of motion, and not the end of a life. */
+    rig_make_armed(&rig);
+    rig_drive(&rig, 20, 0, 0, 0);
+    rig.life = 0;
+    rig_command(&rig, 5, 5, 5);
+    rig_stall(&rig, 5);
+    omnipuck_step(&rig.state);
+    CHECK(rig_stands(&rig) && !rig.state.outlived);
+    /* Nor is one dropped because the device is disarmed. */
+    rig_make(&rig);
+    rig_boot(&rig);
+    rig_hello(&rig, 42);
+    rig_drive(&rig, 500, 5, 5, 5);
+    rig_run(&rig, 300);
+    CHECK(!rig_status(&rig, OMNIPUCK_STATUS_OUTLIVED) && rig.telemetry.session == 42);
+}
+
+static void test_rate_of_telemetry_with_long_steps(void)
+{
+    rig_make(&rig);
+    rig_boot(&rig);
+    for (int i = 0; i < 1000; ++i) {
+        omnipuck_step(&rig.state);
+        rig_stall(&rig, 7);
+    }
+    CHECK(rig.telemetries >= 348 && rig.telemetries <= 351);
+}
+
 static void test_two_in_one_process(void)
 {
     rig_make_armed(&rig);
@@ -1176,6 +1221,8 @@ int main(void)
     test_slow_port();
     test_restart();
     test_many_wheels();
+    test_no_gap_of_a_step();
+    test_rate_of_telemetry_with_long_steps();
     test_two_in_one_process();
     printf("%lu checks, %lu failures\n", checks, failures);
     return failures == 0 ? 0 : 1;
