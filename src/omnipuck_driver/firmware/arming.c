@@ -48,13 +48,12 @@ void omnipuck_arming_command(struct omnipuck_arming *arming, uint8_t flags, uint
     arming->released = released;
 
     omnipuck_arming_flags(arming, flags);
-    /* As it was before this command: the one that ends the emergency stop leaves the device disarmed. */
-    const bool was_latched = arming->latched;
     if (clears && !button_pressed && (flags & OMNIPUCK_FLAG_EMERGENCY_STOP) == 0) {
         arming->latched = false;
     }
-    /* Of a flag this version does not know it is not known that the robot may move. */
-    if (releases && flags == 0 && !was_latched && !fault) {
+    /* Cleared first: of a command that changes both counts the one before it was lost, and the host has seen to the order. */
+    const bool stops = (flags & (OMNIPUCK_FLAG_EMERGENCY_STOP | OMNIPUCK_FLAG_HOLD)) != 0;
+    if (releases && !stops && !arming->latched && !fault) {
         arming->armed = true;
     }
 }

@@ -19,8 +19,17 @@ static void pass(uint32_t *age, uint32_t elapsed)
 
 static float smaller_cap(float told, float own)
 {
-    const float cap = told < own ? told : own;
-    return cap > 0.0F ? cap : 0.0F;
+    return told < own ? told : own;
+}
+
+static bool turns(const float *wheel, size_t wheels)
+{
+    for (size_t i = 0; i < wheels; ++i) {
+        if (wheel[i] != 0.0F) {
+            return true;
+        }
+    }
+    return false;
 }
 
 static bool has_fault(const struct omnipuck_state *state)
@@ -57,7 +66,7 @@ static void end_life(struct omnipuck_state *state)
     const uint32_t elapsed = state->now - state->following.since;
     if (state->following.active && elapsed >= state->following.life) {
         state->following.active = false;
-        state->outlived = true;
+        state->outlived = state->outlived || turns(state->following.wheel, state->configuration->wheels);
     }
 }
 
@@ -90,7 +99,6 @@ static void hear_hello(struct omnipuck_state *state, const struct omnipuck_hello
     } else if (hello->session != state->session) {
         begin_session(state, hello->session, smaller_cap(hello->wheel_speed, state->configuration->wheel_speed),
                       smaller_cap(hello->wheel_acceleration, state->configuration->wheel_acceleration));
-        state->outlived = false;
     }
     state->silence = 0;
     state->answer_due = true;
@@ -100,12 +108,9 @@ static void follow(struct omnipuck_state *state, const struct omnipuck_command *
 {
     struct omnipuck_following *following = &state->following;
     const size_t wheels = state->configuration->wheels;
-    bool zero = true;
-    for (size_t i = 0; i < wheels; ++i) {
-        zero = zero && command->wheel[i] == 0.0F;
-    }
+    const bool asks_to_turn = turns(command->wheel, wheels);
     const bool stops = (command->flags & (OMNIPUCK_FLAG_EMERGENCY_STOP | OMNIPUCK_FLAG_HOLD)) != 0;
-    if (!state->arming.armed && !zero && !stops) {
+    if (!state->arming.armed && asks_to_turn && !stops) {
         return;
     }
     following->active = true;
@@ -116,7 +121,7 @@ static void follow(struct omnipuck_state *state, const struct omnipuck_command *
         following->wheel[i] = state->arming.armed ? command->wheel[i] : 0.0F;
     }
     omnipuck_wheels_cap(following->wheel, wheels, state->wheel_speed);
-    state->outlived = false;
+    state->outlived = state->outlived && !turns(following->wheel, wheels);
 }
 
 static void hear_command(struct omnipuck_state *state, const struct omnipuck_command *command)
@@ -124,13 +129,10 @@ static void hear_command(struct omnipuck_state *state, const struct omnipuck_com
     if (state->session == 0 || command->session != state->session) {
         return;
     }
-    state->silence = 0;
     if (command->wheels != state->configuration->wheels) {
         return;
     }
-    state->echoes = true;
-    state->echo = command->sent_ms;
-    state->since_echo = 0;
+    state->silence = 0;
 
     const uint32_t longest = state->configuration->longest_life;
     const uint32_t life = command->life_ms < longest ? command->life_ms : longest;
@@ -143,6 +145,9 @@ static void hear_command(struct omnipuck_state *state, const struct omnipuck_com
         }
         return;
     }
+    state->echoes = true;
+    state->echo = command->sent_ms;
+    state->since_echo = 0;
     omnipuck_arming_command(&state->arming, command->flags, command->cleared, command->released, state->button_pressed,
                             has_fault(state));
     follow(state, command, life - excess, excess);

@@ -28,7 +28,7 @@ enum omnipuck_drop {
     OMNIPUCK_DROP_VERSION,
     OMNIPUCK_DROP_TYPE,
     OMNIPUCK_DROP_LENGTH,
-    OMNIPUCK_DROP_NOT_FINITE,
+    OMNIPUCK_DROP_CONTENT, /* a float that is not finite, a cap not above 0, too many wheels */
     OMNIPUCK_DROP_REPETITION,
     OMNIPUCK_DROP_REASONS
 };

@@ -8,6 +8,11 @@ enum {
     FLOAT_SIZE = 4
 };
 
+static bool is_cap(float value)
+{
+    return omnipuck_is_finite(value) && value > 0.0F;
+}
+
 static enum omnipuck_drop hello_read(const uint8_t *payload, size_t length, struct omnipuck_hello *hello)
 {
     if (length != HELLO_SIZE) {
@@ -16,8 +21,8 @@ static enum omnipuck_drop hello_read(const uint8_t *payload, size_t length, stru
     hello->session = omnipuck_get_u32(payload);
     hello->wheel_speed = omnipuck_get_f32(payload + 4);
     hello->wheel_acceleration = omnipuck_get_f32(payload + 8);
-    if (!omnipuck_is_finite(hello->wheel_speed) || !omnipuck_is_finite(hello->wheel_acceleration)) {
-        return OMNIPUCK_DROP_NOT_FINITE;
+    if (!is_cap(hello->wheel_speed) || !is_cap(hello->wheel_acceleration)) {
+        return OMNIPUCK_DROP_CONTENT;
     }
     return OMNIPUCK_DROP_NONE;
 }
@@ -38,16 +43,16 @@ static enum omnipuck_drop command_read(const uint8_t *payload, size_t length, st
     if (length != COMMAND_SIZE_WITHOUT_WHEELS + (size_t)command->wheels * FLOAT_SIZE) {
         return OMNIPUCK_DROP_LENGTH;
     }
-    /* Another number of wheels than this device's is a whole frame, if a useless one: which reason it is dropped for is not
-     * to depend on the robot. So all floats are looked at, though not all may have room. */
+    if (command->wheels > OMNIPUCK_WHEELS_MAX) {
+        return OMNIPUCK_DROP_CONTENT;
+    }
+    /* Another number of wheels than this device's is a whole frame, if a useless one: all floats are looked at. */
     for (size_t i = 0; i < command->wheels; ++i) {
         const float speed = omnipuck_get_f32(payload + COMMAND_SIZE_WITHOUT_WHEELS + i * FLOAT_SIZE);
         if (!omnipuck_is_finite(speed)) {
-            return OMNIPUCK_DROP_NOT_FINITE;
+            return OMNIPUCK_DROP_CONTENT;
         }
-        if (i < OMNIPUCK_WHEELS_MAX) {
-            command->wheel[i] = speed;
-        }
+        command->wheel[i] = speed;
     }
     return OMNIPUCK_DROP_NONE;
 }

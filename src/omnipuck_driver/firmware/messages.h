@@ -59,7 +59,7 @@ struct omnipuck_command {
     uint8_t flags; /* enum omnipuck_flag */
     uint8_t cleared;
     uint8_t released;
-    uint8_t wheels;                    /* how many were sent; wheel holds no more than its size of them */
+    uint8_t wheels;                    /* how many were sent */
     float wheel[OMNIPUCK_WHEELS_MAX];  /* rad/s */
 };
 
@@ -104,7 +104,7 @@ struct omnipuck_telemetry {
     float wheel[OMNIPUCK_WHEELS_MAX]; /* rad/s, measured */
 };
 
-/* OMNIPUCK_DROP_NONE, or what is wrong with it: type, length or a float. */
+/* OMNIPUCK_DROP_NONE, or what is wrong with it: type, length or content. */
 enum omnipuck_drop omnipuck_message_read(const struct omnipuck_frame *frame, struct omnipuck_message *message);
 
 /* Both return the length of the payload. A float that is not finite is sent as 0: the host would drop the whole frame. */

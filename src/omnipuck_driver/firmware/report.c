@@ -1,11 +1,9 @@
 #include "report.h"
 
-/* The largest age that telemetry can say. */
-enum { AGE_MAX = OMNIPUCK_NO_AGE - 1 };
-
+/* What no age can be is also said of one that is longer than its field can hold. */
 static uint16_t age_to_tell(uint32_t age)
 {
-    return age > AGE_MAX ? AGE_MAX : (uint16_t)age;
+    return age > OMNIPUCK_NO_AGE ? OMNIPUCK_NO_AGE : (uint16_t)age;
 }
 
 static bool announce(struct omnipuck_state *state, uint32_t session)

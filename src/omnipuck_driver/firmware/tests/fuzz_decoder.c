@@ -94,10 +94,10 @@ static void judge_command(const struct omnipuck_command *command)
     if (judge.session == 0 || command->session != judge.session) {
         return;
     }
-    judge.heard = rig.clock;
     if (command->wheels != RIG_WHEELS) {
         return;
     }
+    judge.heard = rig.clock;
     if ((command->flags & 3) != 0) {
         judge.released_since_stop = false;
         judge.count = 0;
@@ -124,22 +124,24 @@ static enum omnipuck_heard judge_frame(struct omnipuck_message *message)
     if (frame.version != 2) {
         return OMNIPUCK_HEARD_OTHER_VERSION;
     }
-    bool finite = true;
+    bool sound = true;
     if (host_read_hello(&frame, &message->of.hello)) {
         message->type = OMNIPUCK_HELLO;
-        finite = isfinite(message->of.hello.wheel_speed) && isfinite(message->of.hello.wheel_acceleration);
+        const float speed = message->of.hello.wheel_speed, acceleration = message->of.hello.wheel_acceleration;
+        sound = isfinite(speed) && isfinite(acceleration) && speed > 0 && acceleration > 0;
     } else if (host_read_command(&frame, &message->of.command)) {
         message->type = OMNIPUCK_COMMAND;
+        sound = message->of.command.wheels <= 8;
         for (size_t i = 0; i < message->of.command.wheels; ++i) {
             float value;
             memcpy(&value, frame.payload + 16 + 4 * i, sizeof value);
-            finite = finite && isfinite(value);
+            sound = sound && isfinite(value);
         }
     } else {
         return OMNIPUCK_HEARD_DROPPED;
     }
     const bool later = (int16_t)(uint16_t)(frame.sequence - judge.sequence) > 0;
-    if (!finite || (message->type == OMNIPUCK_COMMAND && judge.numbered && !later)) {
+    if (!sound || (message->type == OMNIPUCK_COMMAND && judge.numbered && !later)) {
         return OMNIPUCK_HEARD_DROPPED;
     }
     judge.numbered = true;
@@ -472,7 +474,7 @@ int main(int count, char **arguments)
     restart();
     printf("%lu inputs of seed %lu: %lu frames accepted, dropped", inputs, seed, frames_accepted);
     static const char *const names[OMNIPUCK_DROP_REASONS] = {"",     "too long", "COBS",       "too short", "crc", "version",
-                                                             "type", "length",   "not finite", "repetition"};
+                                                             "type", "length",   "content", "repetition"};
     for (int reason = 1; reason < OMNIPUCK_DROP_REASONS; ++reason) {
         printf("%s %lu %s", reason == 1 ? "" : ",", frames_dropped[reason], names[reason]);
     }
