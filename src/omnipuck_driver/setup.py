@@ -3,6 +3,7 @@
 from setuptools import find_packages, setup
 
 PACKAGE = "omnipuck_driver"
+FIRMWARE = {f"{PACKAGE}.firmware": "firmware", f"{PACKAGE}.firmware.host": "firmware/host"}
 
 setup(
     name=PACKAGE,
@@ -11,7 +12,9 @@ setup(
     maintainer="collplan maintainers",
     maintainer_email="maintainers@collplan.example",
     license="Apache-2.0",
-    packages=find_packages(),
+    packages=[*find_packages(), *FIRMWARE],
+    package_dir=FIRMWARE,
+    package_data={package: ["*.c", "*.h", "README.md"] for package in FIRMWARE},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
         ("share/" + PACKAGE, ["package.xml"]),

@@ -1,9 +1,10 @@
-"""One contract for every robot: the simulated one, and the driver with the emulated firmware behind a serial line.
+"""One contract for every robot: the simulated one, and the driver with either firmware behind a serial line.
 
 What stands between `cmd_vel` and the robot's motion may differ; what the graph sees of it may not.
 """
 
 import math
+import shutil
 import time
 import uuid
 
@@ -23,6 +24,7 @@ from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NE
 from collplan_ros.nodes.commanders import BREAK_TIME
 from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver.driver_node import DriverNode
+from omnipuck_sim.emulator.c_library import COMPILER
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
@@ -32,6 +34,12 @@ LONGEST = SETTINGS.limits.command_age + 1.0 / SETTINGS.controller.rate
 POSE_PERIOD = 1.0 / SETTINGS.simulator.mocap_rate
 STANDING = 1e-3
 ROBOTS = {"simulator_node": (SimulatorNode,), "driver_node": (DriverNode, FirmwareEmulator)}
+NO_COMPILER = pytest.mark.skipif(shutil.which(COMPILER) is None, reason="no C compiler")
+KINDS = [
+    pytest.param(("simulator_node", {}), id="simulator_node"),
+    pytest.param(("driver_node", {}), id="driver_node"),
+    pytest.param(("driver_node", {"emulator.firmware": "c"}), id="firmware in C", marks=NO_COMPILER),
+]
 
 
 class Robot:
@@ -127,9 +135,10 @@ class Robot:
         return math.hypot(*self.velocity)
 
 
-@pytest.fixture(params=ROBOTS)
+@pytest.fixture(params=KINDS)
 def make_robot(request, ros, tmp_path):
-    return lambda **parameters: Robot(ros, tmp_path, request.param, **parameters)
+    name, own = request.param
+    return lambda **parameters: Robot(ros, tmp_path, name, **own, **parameters)
 
 
 @pytest.fixture

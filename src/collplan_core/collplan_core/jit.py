@@ -42,18 +42,18 @@ def private_folder(path: Path) -> Path:
     return path
 
 
-def _cache_dir() -> str:
+def cache_folder(name: str) -> str:
+    """A folder for what is compiled on this machine, the user's alone."""
     home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    name = f"numba-{sources_digest()}"
     for parent in (home / "collplan", Path(tempfile.gettempdir()) / f"collplan-{os.getuid()}"):
         try:
             return str(private_folder(private_folder(parent) / name))
         except OSError:
             continue
-    return tempfile.mkdtemp(prefix="collplan-numba-")
+    return tempfile.mkdtemp(prefix="collplan-")
 
 
-os.environ["NUMBA_CACHE_DIR"] = _cache_dir()
+os.environ["NUMBA_CACHE_DIR"] = cache_folder(f"numba-{sources_digest()}")
 
 import numba  # noqa: E402  (reads NUMBA_CACHE_DIR when imported)
 from numba.extending import register_jitable  # noqa: E402

@@ -315,6 +315,7 @@ class Emulator(Parameters):
     """The emulated firmware around the simulated robot, and the faults it is asked for. Rates of faults hold in both directions."""
 
     group = "emulator"
+    firmware: str = parameter("python", "Firmware: the emulated one, or the reference in C, compiled by cc", choices=("python", "c"))
     link: str = parameter("/tmp/omnipuck", "Path made to lead to the pseudo-terminal, the driver's driver.port")
     baud: int = parameter(115200, "Rate that the firmware understands; at another one both ends read garbage", unit="bit/s", low=9600, high=4000000)
     telemetry_rate: float = parameter(50.0, "Telemetry frames per second", unit="Hz", low=1.0, high=100.0)

@@ -1,7 +1,7 @@
 """The robots that bringup can start."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from collplan_ros.bringup.failures import StartError
 
@@ -28,9 +28,11 @@ class RobotKind:
     values: Mapping[str, object] = field(default_factory=dict)
 
 
+EMULATOR = RobotKind(nodes=("driver_node", "firmware_emulator"), simulated=True, network="local", emulated=True)
 ROBOTS = {
     "sim": RobotKind(nodes=("simulator_node",), simulated=True, network="local"),
-    "emulator": RobotKind(nodes=("driver_node", "firmware_emulator"), simulated=True, network="local", emulated=True),
+    "emulator": EMULATOR,
+    "emulator:c": replace(EMULATOR, values={"emulator.firmware": "c"}),
 }
 EXPECTED = f"{', '.join(ROBOTS)}, {SERIAL}:PATH or {SERIAL}:PATH@BAUD"
 FIRST_SPEED = 0.3

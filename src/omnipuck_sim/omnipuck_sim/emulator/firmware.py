@@ -138,8 +138,7 @@ class Firmware:
             self._expired = True
             self._halt("life")
         if self._session and now - self._heard > SESSION_TIMEOUT:
-            self._session = 0
-            self._disarm("session")
+            self._begin(0, self._own_caps)
 
     def end(self) -> None:
         """Power off."""
@@ -156,6 +155,10 @@ class Firmware:
         """The stops since the last call, in order."""
         taken, self._stops = self._stops, []
         return taken
+
+    def counts(self) -> dict[str, int]:
+        """Commands that were refused, and those of them that came too late."""
+        return {"refused": self.refused, "late": self.late}
 
     def telemetry(self) -> bytes:
         """One frame of telemetry."""
@@ -221,13 +224,16 @@ class Firmware:
     def _greet(self, hello: Hello) -> bytes:
         self._heard = self._simulator.time
         if hello.session != self._session:
-            self._session = hello.session
-            self._caps = hello.caps.within(self._own_caps)
-            self._delay = SmallestDelay()
-            self._acts = None
-            self._echo = None
-            self._disarm("session")
+            self._begin(hello.session, hello.caps.within(self._own_caps))
         return self._announcement(hello.session)
+
+    def _begin(self, session: int, caps: WheelCaps) -> None:
+        """A session, 0 for none."""
+        self._session, self._caps = session, caps
+        self._delay = SmallestDelay()
+        self._acts = None
+        self._echo = None
+        self._disarm("session")
 
     def _take(self, command: CommandMessage) -> None:
         now = self._simulator.time
@@ -241,6 +247,8 @@ class Firmware:
         if stop:
             self._latched = True
             self._disarm("emergency stop")
+        if command.flags & HOLD:
+            self._disarm("hold")
         if life <= 0.0:
             self.refused += 1
             self.late += 1
@@ -261,9 +269,7 @@ class Firmware:
         self._acts = acts
         if cleared != cleared_before and not stop:
             self._latched = False
-        if hold:
-            self._disarm("hold")
-        elif released != released_before and not (self._latched or self._fault):
+        if released != released_before and not (hold or self._latched or self._fault):
             self._armed = True
 
     def _follow(self, speeds: np.ndarray, expires: float, born: float) -> None:

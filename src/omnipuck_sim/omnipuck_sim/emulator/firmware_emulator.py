@@ -17,11 +17,13 @@ from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
+from omnipuck_sim.emulator.c_firmware import CFirmware
 from omnipuck_sim.emulator.faults import BadLine
 from omnipuck_sim.emulator.firmware import Firmware, Stop
 from omnipuck_sim.emulator.pseudo_terminal import PseudoTerminal
 from omnipuck_sim.node.mocap_room import MOCAP_LIVE, MocapRoom
 
+FIRMWARES: dict[str, type[Firmware] | type[CFirmware]] = {"python": Firmware, "c": CFirmware}
 GROUPS = (Robot, Simulation, Limits, Control, Frames, Kinematics, Emulator)
 GARBLED = Emulator(flipped=0.5)
 """Faults of a line whose ends use different rates."""
@@ -77,8 +79,9 @@ class FirmwareEmulator(Node):
         self._firmware.estop_pressed, self._firmware.battery = emulator.estop_pressed, emulator.battery
         self._firmware.motor_fault, self._firmware.too_hot = emulator.motor_fault, emulator.too_hot
 
-    def _started(self) -> Firmware:
-        return Firmware(self._room.simulator, self._settings, secrets.randbits(32))
+    def _started(self) -> Firmware | CFirmware:
+        kind = FIRMWARES[self._settings.emulator.firmware]
+        return kind(self._room.simulator, self._settings, secrets.randbits(32))
 
     def _restart(self) -> None:
         self._firmware.end()
@@ -147,8 +150,7 @@ class FirmwareEmulator(Node):
     def _health(self) -> Health:
         stop, firmware = self._last_stop, self._firmware
         values: dict[str, object] = {
-            "refused": firmware.refused,
-            "late": firmware.late,
+            **firmware.counts(),
             "impacts": self._room.impacts,
             "simulated_time": self._room.simulator.time,
             "time_lost_in_stalls": self._room.lost,

@@ -1,0 +1,57 @@
+"""The reference firmware as a shared library, compiled on first use by the machine's C compiler."""
+
+import ctypes
+import hashlib
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import omnipuck_driver
+from collplan_core.jit import cache_folder
+from collplan_core.parameters.spec import ParameterError
+
+COMPILER = "cc"
+FLAGS = ("-std=c99", "-O2", "-ffreestanding", "-fPIC", "-shared")
+NAME = "libomnipuck_firmware.so"
+
+
+def firmware_sources() -> Path:
+    """The folder of the reference firmware.
+
+    Raises:
+        ParameterError: it was not installed.
+    """
+    package = Path(omnipuck_driver.__file__).resolve().parent
+    for folder in (package.parent / "firmware", package / "firmware"):
+        if (folder / "firmware.c").is_file():
+            return folder
+    raise ParameterError(f"emulator.firmware: got c, expected python: no sources of the firmware beside {package}")
+
+
+def compiled_firmware() -> ctypes.CDLL:
+    """The library; compiled where its sources have changed.
+
+    Raises:
+        ParameterError: there are no sources or no compiler, or it refuses them.
+    """
+    folder = firmware_sources()
+    sources = [*sorted(folder.glob("*.c")), *sorted(folder.glob("host/*.c"))]
+    headers = [*folder.glob("*.h"), *folder.glob("host/*.h")]
+    digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in sorted([*sources, *headers]))).hexdigest()[:16]
+    library = Path(cache_folder(f"firmware-{digest}")) / NAME
+    if not library.exists():
+        _compile(sources, library)
+    return ctypes.CDLL(str(library))
+
+
+def _compile(sources: list[Path], library: Path) -> None:
+    compiler = shutil.which(COMPILER)
+    if compiler is None:
+        raise ParameterError(f"emulator.firmware: got c, expected python: no C compiler, {COMPILER}, on PATH")
+    unfinished = library.with_name(f"{library.name}.{os.getpid()}")
+    done = subprocess.run([compiler, *FLAGS, "-o", unfinished, *sources], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise ParameterError(f"emulator.firmware: {compiler} refuses the sources: {done.stderr.strip()}")
+    # another process may compile the same
+    unfinished.replace(library)

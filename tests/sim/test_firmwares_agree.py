@@ -1,0 +1,132 @@
+"""The reference firmware and the emulated one, written apart from the same page, do the same with the same bytes."""
+
+import shutil
+from random import Random
+
+import numpy as np
+import pytest
+from damaged_frames import damaged
+
+from collplan_core.parameters import Settings
+from collplan_core.worlds import parse_world
+from omnipuck_driver.codec import Decoder, Encoder
+from omnipuck_driver.messages import NEVER, STALLED, CommandMessage, Hello, Telemetry, WheelCaps
+from omnipuck_sim.emulator.c_firmware import CFirmware
+from omnipuck_sim.emulator.c_library import COMPILER
+from omnipuck_sim.emulator.firmware import Firmware
+from omnipuck_sim.robot.physics import Simulator
+
+pytestmark = pytest.mark.skipif(shutil.which(COMPILER) is None, reason="no C compiler")
+HALL = parse_world({"name": "hall", "bounds": [-50.0, -50.0, 50.0, 50.0], "start": [0.0, 0.0]}, "hall")
+SETTINGS = Settings().with_values({"simulator.noise": 0.0, "emulator.senses_impacts": True})
+STEP = 1.0 / SETTINGS.simulator.physics_rate
+SAME = ("session", "boot", "battery", "temperature", "echo", "accepted", "dropped", "cleared", "released")
+CLOCK_RESOLUTION = 2e-3
+"""The reference firmware's clock counts milliseconds; it is read at each end [s]."""
+
+
+class Side:
+    """One firmware and its robot."""
+
+    def __init__(self, kind: type) -> None:
+        self.simulator = Simulator(HALL, SETTINGS, 0)
+        self.firmware = kind(self.simulator, SETTINGS, boot=7)
+        self.decoder = Decoder()
+        self.decoder.feed(self.firmware.booted())
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds / STEP)):
+            self.firmware.advance()
+            self.simulator.step()
+
+    @property
+    def told(self) -> Telemetry:
+        return next(each for each in self.decoder.feed(self.firmware.telemetry())[::-1] if isinstance(each, Telemetry))
+
+
+class Host:
+    """Says what a host may say, and what none would."""
+
+    def __init__(self, chance: Random) -> None:
+        self.chance = chance
+        self.encoder = Encoder()
+        self.session = 0
+        self.cleared = self.released = 0
+
+    def frame(self, now: float) -> bytes:
+        chance = self.chance
+        if chance.random() < 0.03 or not self.session:
+            self.session = chance.choice([self.session or 1, chance.randrange(1, 4)])
+            return self.encoder.encode(Hello(self.session, WheelCaps(chance.choice([8.0, 60.0]), 512.0)))
+        self.cleared = (self.cleared + (chance.random() < 0.1)) % 256
+        self.released = (self.released + (chance.random() < 0.3)) % 256
+        wheels = chance.choice([(0.0,) * 3, (-20.0, 0.0, 20.0), tuple(chance.uniform(-90.0, 90.0) for _ in range(3))])
+        if chance.random() < 0.03:
+            wheels += (1.0,)
+        # one that is a little late; the first of a session is the fastest there is
+        late = chance.choice([0, 0, 0, 0, 40, 150, 300])
+        flags = chance.choice([0] * 40 + [1, 2, 3, 0x80])
+        session = self.session if chance.random() < 0.95 else 9
+        message = CommandMessage(
+            session=session,
+            sent=(round(now * 1e3) - late + 5000) % (1 << 32),
+            age=chance.randrange(100),
+            life=chance.choice([0, 80, 200, 700]),
+            flags=flags,
+            cleared=self.cleared,
+            released=self.released,
+            wheels=wheels,
+        )
+        return self.encoder.encode(message)
+
+
+def differences(sides: list[Side]) -> list[str]:
+    """In what the firmwares differ, in words."""
+    told = one, other = [side.told for side in sides]
+    found = [name for name in SAME if getattr(one, name) != getattr(other, name)]
+    if one.status & ~STALLED != other.status & ~STALLED:
+        found.append("status")
+    ages = [each.command_age for each in told]
+    if (NEVER in ages and ages[0] != ages[1]) or abs(ages[0] - ages[1]) > 1e3 * CLOCK_RESOLUTION:
+        found.append("command_age")
+    speeds = [np.array(side.firmware._speeds) for side in sides]
+    if np.abs(speeds[0] - speeds[1]).max() > 512.0 * CLOCK_RESOLUTION:
+        found.append(f"speeds {speeds}")
+    return [f"{', '.join(found)}: {one}, {other}"] if found else []
+
+
+def agree(seed: int, n_frames: int) -> int:
+    """Gives both the same; in how many frames the robot moved."""
+    chance = Random(seed)
+    host, sides = Host(chance), [Side(Firmware), Side(CFirmware)]
+    moved = 0
+    for number in range(n_frames):
+        data = host.frame(sides[0].simulator.time)
+        if chance.random() < 0.2:
+            data = damaged(data, chance)
+        if chance.random() < 0.05:
+            name, value = chance.choice(["estop_pressed", "motor_fault", "too_hot"]), chance.random() < 0.1
+            for side in sides:
+                setattr(side.firmware, name, value)
+        pause = chance.choice([0.005, 0.025, 0.045, 0.125]) + (1.2 if chance.random() < 0.02 else 0.0)
+        for side in sides:
+            side.decoder.feed(side.firmware.receive(data))
+            side.run(pause)
+        if differences(sides):
+            # a life that ends at this moment ends for one a little earlier
+            for side in sides:
+                side.run(2.0 * CLOCK_RESOLUTION)
+        assert not differences(sides), f"seed {seed}, frame {number}"
+        moved += bool(sides[0].firmware._speeds.any())
+    return moved
+
+
+def test_both_do_the_same_with_what_a_line_may_bring():
+    moved = sum(agree(seed, 150) for seed in range(12))
+    assert moved > 100
+
+
+@pytest.mark.soak
+def test_both_do_the_same_for_long():
+    moved = sum(agree(1000 + seed, 500) for seed in range(100))
+    assert moved > 2000
