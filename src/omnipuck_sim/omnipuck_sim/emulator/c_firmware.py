@@ -1,19 +1,26 @@
 """The reference firmware in C around the simulated robot: this is its board. Its clock is the simulator's."""
 
 import ctypes
+from collections import deque
 from ctypes import POINTER, c_bool, c_char_p, c_float, c_int16, c_size_t, c_uint8, c_uint16, c_uint32, c_void_p
 
 import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.plane import rotate
 from omnipuck_driver.codec import Decoder
 from omnipuck_driver.framing import VERSION
 from omnipuck_driver.kinematics import OmniWheels
 from omnipuck_driver.messages import ARMED, ESTOP_LATCHED, EXPIRED, SENSES_IMPACTS, Telemetry
 from omnipuck_sim.emulator.c_library import compiled_firmware
-from omnipuck_sim.emulator.firmware import LONGEST_LIFE, LOW_BATTERY, MOST_ACCELERATION, Stop
+from omnipuck_sim.emulator.firmware import (
+    LONGEST_LIFE,
+    LOW_BATTERY,
+    MOST_ACCELERATION,
+    Stop,
+    change_in_body,
+    measured_wheels,
+)
 from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
 
@@ -91,7 +98,7 @@ class CFirmware:
         self._simulator = simulator
         self._speeds = np.zeros(len(self._wheels))
         self._incoming, self._outgoing = b"", b""
-        self._impacts: list[Impact] = []
+        self._impacts: deque[tuple[float, float]] = deque()
         self._stops: list[Stop] = []
         self._stepped_at = simulator.time
         # what the firmware keeps pointers to
@@ -154,7 +161,7 @@ class CFirmware:
 
     def sense(self, impact: Impact) -> None:
         """Keeps an impact until the firmware asks for it."""
-        self._impacts.append(impact)
+        self._impacts.append(change_in_body(impact, self._simulator))
 
     def take_stops(self) -> list[Stop]:
         """The stops since the last call, in order."""
@@ -221,15 +228,12 @@ class CFirmware:
         self._simulator.command(velocity, yaw_rate)
 
     def _measure_wheel_speeds(self, _: None, to: "ctypes._Pointer[c_float]", n: int) -> None:
-        state = self._simulator.state
-        measured = self._wheels.speeds(np.array(rotate(*state.velocity.tolist(), -state.yaw)), 0.0)
+        measured = measured_wheels(self._wheels, self._simulator)
         for i in range(n):
             to[i] = measured[i]
 
     def _take_impact(self, _: None, x: "ctypes._Pointer[c_float]", y: "ctypes._Pointer[c_float]") -> bool:
         if not self._impacts:
             return False
-        impact = self._impacts.pop(0)
-        change_x, change_y = (impact.velocity_after - impact.velocity_before).tolist()
-        x[0], y[0] = rotate(change_x, change_y, -self._simulator.state.yaw)
+        x[0], y[0] = self._impacts.popleft()
         return True

@@ -59,6 +59,18 @@ class Stop:
     cause: str
 
 
+def measured_wheels(wheels: OmniWheels, simulator: Simulator) -> np.ndarray:
+    """Wheel speeds (n,) [rad/s] with which the robot moves."""
+    state = simulator.state
+    return wheels.speeds(np.array(rotate(*state.velocity.tolist(), -state.yaw)), 0.0)
+
+
+def change_in_body(impact: Impact, simulator: Simulator) -> tuple[float, float]:
+    """Change of velocity in an impact just now, in the body frame [m/s]."""
+    change_x, change_y = (impact.velocity_after - impact.velocity_before).tolist()
+    return rotate(change_x, change_y, -simulator.state.yaw)
+
+
 class Firmware:
     """The firmware: takes and gives bytes, and drives the wheels of `simulator`.
 
@@ -147,9 +159,8 @@ class Firmware:
     def sense(self, impact: Impact) -> None:
         """Measures an impact, for the telemetry, where the ring has a sensor."""
         if self._senses:
-            change_x, change_y = (impact.velocity_after - impact.velocity_before).tolist()
             self._impacts += 1
-            self._impact = impact.time, rotate(change_x, change_y, -self._simulator.state.yaw)
+            self._impact = impact.time, change_in_body(impact, self._simulator)
 
     def take_stops(self) -> list[Stop]:
         """The stops since the last call, in order."""
@@ -162,11 +173,9 @@ class Firmware:
 
     def telemetry(self) -> bytes:
         """One frame of telemetry."""
-        now, decoder, state = self._simulator.time, self._decoder, self._simulator.state
+        now, decoder = self._simulator.time, self._decoder
         echo, echo_time = self._echo or (0, now)
         impact_time, impact = self._impact or (-1e9, (0.0, 0.0))
-        body = rotate(*state.velocity.tolist(), -state.yaw)
-        wheels = self._wheels.speeds(np.array(body), 0.0)
         frame = self._encoder.encode(
             Telemetry(
                 session=self._session,
@@ -185,7 +194,7 @@ class Firmware:
                 impact=impact,
                 cleared=self._acts[0] if self._acts else 0,
                 released=self._acts[1] if self._acts else 0,
-                wheels=tuple(wheels.tolist()),
+                wheels=tuple(measured_wheels(self._wheels, self._simulator).tolist()),
             )
         )
         self.stalled = False
