@@ -102,8 +102,18 @@ class RosGraph:
         self.context.try_shutdown()
 
 
+@pytest.fixture(scope="module")
+def collected() -> Iterator[None]:
+    """A node that failed when it was made stays in the domain until it is collected: it goes with the tests of its file.
+
+    A graph that another file's test starts as processes would find it there, and refuse to start.
+    """
+    yield
+    gc.collect()
+
+
 @pytest.fixture
-def ros() -> Iterator[RosGraph]:
+def ros(collected: None) -> Iterator[RosGraph]:
     graph = RosGraph()
     yield graph
     graph.close()
