@@ -104,7 +104,7 @@ class RosGraph:
 
 @pytest.fixture(scope="module")
 def collected() -> Iterator[None]:
-    """A node that failed when it was made stays in the domain until it is collected: it goes with the tests of its file.
+    """A node that failed when it was made stays in the domain until it is collected: it goes with its file.
 
     A graph that another file's test starts as processes would find it there, and refuse to start.
     """

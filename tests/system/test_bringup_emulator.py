@@ -148,5 +148,5 @@ def test_the_first_line_of_a_run_says_how_fast_a_real_robot_drives(tmp_path, mon
 
 @pytest.mark.parametrize("spec", ["serial", "serial:", "serial:/dev/ttyUSB0@fast", "tank", "sim:x", "emulator@9600"])
 def test_a_robot_that_is_none_is_refused(spec):
-    with pytest.raises(StartError, match="expected one of sim, emulator, serial:PATH"):
+    with pytest.raises(StartError, match="expected one of sim, emulator, emulator:c, serial:PATH"):
         robot_kind(spec)
