@@ -58,9 +58,7 @@ def test_what_no_option_can_be_is_refused_by_the_parser(capsys, arguments):
 
 
 def test_an_unknown_robot_of_a_script_is_named(capsys):
-    with pytest.raises(
-        preparation.StartError, match="robot 'tank': unknown, expected one of sim, emulator"
-    ):
+    with pytest.raises(preparation.StartError, match="robot 'tank': unknown, expected one of sim, emulator"):
         run(Options(robot="tank"))
 
 
