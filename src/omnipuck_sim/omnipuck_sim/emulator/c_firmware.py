@@ -160,8 +160,9 @@ class CFirmware:
             self._simulator.command(np.zeros(2), 0.0)
 
     def sense(self, impact: Impact) -> None:
-        """Keeps an impact until the firmware asks for it."""
-        self._impacts.append(change_in_body(impact, self._simulator))
+        """Keeps an impact until the firmware asks for it, where the ring has a sensor."""
+        if self._configuration.capabilities & SENSES_IMPACTS:
+            self._impacts.append(change_in_body(impact, self._simulator))
 
     def take_stops(self) -> list[Stop]:
         """The stops since the last call, in order."""
