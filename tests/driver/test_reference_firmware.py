@@ -4,10 +4,11 @@ import shutil
 import subprocess
 
 import pytest
+from c_compiler import NEEDS_COMPILER
 
 from omnipuck_sim.emulator.c_library import COMPILER, firmware_sources
 
-pytestmark = pytest.mark.skipif(not (shutil.which(COMPILER) and shutil.which("make")), reason="no C compiler")
+pytestmark = [NEEDS_COMPILER, pytest.mark.skipif(shutil.which("make") is None, reason="no make")]
 
 
 @pytest.fixture(scope="module")

@@ -1,10 +1,10 @@
 """The reference firmware and the emulated one, written apart from the same page, do the same with the same bytes."""
 
-import shutil
 from random import Random
 
 import numpy as np
 import pytest
+from c_compiler import NEEDS_COMPILER
 from damaged_frames import damaged
 
 from collplan_core.parameters import Settings
@@ -12,11 +12,10 @@ from collplan_core.worlds import parse_world
 from omnipuck_driver.codec import Decoder, Encoder
 from omnipuck_driver.messages import EXPIRED, NEVER, STALLED, CommandMessage, Hello, Telemetry, WheelCaps
 from omnipuck_sim.emulator.c_firmware import CFirmware
-from omnipuck_sim.emulator.c_library import COMPILER
 from omnipuck_sim.emulator.firmware import Firmware
 from omnipuck_sim.robot.physics import Simulator
 
-pytestmark = pytest.mark.skipif(shutil.which(COMPILER) is None, reason="no C compiler")
+pytestmark = NEEDS_COMPILER
 HALL = parse_world({"name": "hall", "bounds": [-50.0, -50.0, 50.0, 50.0], "start": [0.0, 0.0]}, "hall")
 SETTINGS = Settings().with_values({"simulator.noise": 0.0, "emulator.senses_impacts": True})
 STEP = 1.0 / SETTINGS.simulator.physics_rate

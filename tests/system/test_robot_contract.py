@@ -4,7 +4,6 @@ What stands between `cmd_vel` and the robot's motion may differ; what the graph 
 """
 
 import math
-import shutil
 import time
 import uuid
 
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 import rclpy
 from action_msgs.msg import GoalStatus
+from c_compiler import NEEDS_COMPILER
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
@@ -24,7 +24,6 @@ from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NE
 from collplan_ros.nodes.commanders import BREAK_TIME
 from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver.driver_node import DriverNode
-from omnipuck_sim.emulator.c_library import COMPILER
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
@@ -34,11 +33,10 @@ LONGEST = SETTINGS.limits.command_age + 1.0 / SETTINGS.controller.rate
 POSE_PERIOD = 1.0 / SETTINGS.simulator.mocap_rate
 STANDING = 1e-3
 ROBOTS = {"simulator_node": (SimulatorNode,), "driver_node": (DriverNode, FirmwareEmulator)}
-NO_COMPILER = pytest.mark.skipif(shutil.which(COMPILER) is None, reason="no C compiler")
 KINDS = [
     pytest.param(("simulator_node", {}), id="simulator_node"),
     pytest.param(("driver_node", {}), id="driver_node"),
-    pytest.param(("driver_node", {"emulator.firmware": "c"}), id="firmware in C", marks=NO_COMPILER),
+    pytest.param(("driver_node", {"emulator.firmware": "c"}), id="firmware in C", marks=NEEDS_COMPILER),
 ]
 
 
