@@ -9,8 +9,8 @@ import pytest
 from faults.bench import BenchError
 from faults.fault import Fault, Measured
 from faults.runner import CaseFile, run_bench
-from faults.stands import why_followed_again
-from faults.streams import Commanded, Motion, Streams, WheelStop, longest_gap, why_lost
+from faults.stands import commanded_to_stand, why_followed_again
+from faults.streams import Commanded, Motion, Placed, Said, Streams, WheelStop, longest_gap, why_lost
 from faults.table import ROWS, STOPS, figures, largest_rate, seconds_taken, write
 
 NEVER = math.inf
@@ -197,6 +197,44 @@ def test_the_zero_that_counts_is_the_one_that_only_zeros_follow():
     assert streams.stands_from(0.22) == pytest.approx(0.25)
     streams.commands = streams.commands[:4]
     assert streams.stands_from(0.0) is None
+
+
+class Heard:
+    """A graph that has sent what a test says; the robot was told to stand at 0.2 s."""
+
+    def __init__(self, refused: list[float]):
+        self.streams = Streams.__new__(Streams)
+        self.streams.commands = [Commanded(0.05 * k, k < 4) for k in range(-4, 20)]
+        self.streams.truth = [Motion(0.0, 0.0, 0.0, 1.0), Motion(0.5, 0.3, 0.0, 0.0)]
+        self.streams.poses = [Placed(0.01 * k, 0.0, 0.0) for k in range(-30, 0)]
+        self.streams.refusals = [Said(sent, "yaw") for sent in refused]
+
+    def until(self, condition, patience):
+        return True
+
+    def rest(self):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("refused", "stalled"),
+    [
+        ([0.01 * k for k in range(1, 40)], ""),
+        ([0.01, *(0.01 * k for k in range(12, 40))], "mocap_node did not run for 0.11 s"),
+        ([0.01, 0.23, 0.24], "mocap_node did not run for 0.22 s"),
+        ([*(0.01 * k for k in range(1, 25)), 0.5], ""),
+    ],
+    ids=["no stall", "stalled before the stop", "stalled beyond the stop", "stalled after it"],
+)
+def test_a_motion_capture_that_stalls_while_it_sends_is_a_stall(refused, stalled):
+    measured = commanded_to_stand(0.5, lambda graph, begun: refused[0])(Heard(refused), 0.0)
+    assert (measured.seconds, measured.stalled) == (pytest.approx(0.19), stalled)
+
+
+def test_poses_that_come_late_are_no_stall():
+    graph = Heard([])
+    graph.streams.poses += [Placed(0.15 + 0.01 * k, 0.0, 0.0) for k in range(9)]
+    assert commanded_to_stand(0.5, lambda *_: 0.15)(graph, 0.0).stalled == ""
 
 
 def test_a_gap_reaches_back_to_the_message_before():

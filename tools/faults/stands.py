@@ -21,7 +21,8 @@ def commanded_to_stand(hold: float, since: Callable[[LiveGraph, float], float] |
     The time of the zero is that at which the controller sent it.
 
     Args:
-        since: when what the controller acts on was sent, where that is another time than the fault's.
+        since: when mocap_node sent what the controller acts on; the time is counted from then on, and both nodes must
+            run. A node that stalls between stamping and sending has not told the controller anything yet.
     """
 
     def measure(graph: LiveGraph, begun: float) -> Measured:
@@ -34,6 +35,8 @@ def commanded_to_stand(hold: float, since: Callable[[LiveGraph, float], float] |
         if stands is None:
             return Measured(None, "" if came else "no commands", speed=speed, distance=way)
         stalled = why_stalled("controller_node", (row.sent for row in streams.commands), begun, stands)
+        if since:
+            stalled = stalled or streams.why_mocap_stalled(first, stands)
         return Measured(stands - first, "", stalled, streams.why_stood(begun), speed, way)
 
     return measure

@@ -145,6 +145,12 @@ class Streams:
         newest += [rows[-1] if rows else -math.inf for rows in (self.beats, self.scans)]
         return now - min(newest)
 
+    def why_mocap_stalled(self, first: float, end: float) -> str:
+        """Whether mocap_node stalled once it had stamped the message of time `first`, until `end` [s], in words."""
+        told = sorted(row.sent for rows in (self.poses, self.refusals) for row in rows if row.sent >= first)
+        following = next((sent for sent in told if sent > end), end)
+        return why_stalled("mocap_node", told, math.nextafter(first, math.inf), following)
+
     def motion_at(self, when: float) -> Motion:
         """The robot's true motion at a time [s, steady clock]."""
         rows = list(self.truth)
