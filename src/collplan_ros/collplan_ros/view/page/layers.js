@@ -88,7 +88,6 @@ function drawWalls({ ctx, view, colors, parts }) {
   const world = parts.world;
   if (!world) return;
   const outlines = () => {
-    ctx.beginPath();
     world.polygons.forEach((corners) => addLine(ctx, view, corners, true));
     for (const [x, y, radius] of world.circles) {
       ctx.moveTo(view.sx(x + radius), view.sy(y));
@@ -96,25 +95,24 @@ function drawWalls({ ctx, view, colors, parts }) {
     }
   };
   const [x0, y0, x1, y1] = world.bounds;
+  const rim = 0.025 * Math.max(x1 - x0, y1 - y0) * view.scale;
+  const [left, top, width, height] = [view.sx(x0), view.sy(y1), (x1 - x0) * view.scale, (y1 - y0) * view.scale];
+  // outlines first and the ground over their inner half: pieces that touch show no seam
+  ctx.strokeStyle = colors.edge;
+  ctx.fillStyle = colors.solid;
+  ctx.lineWidth = 4;
+  ctx.beginPath();
+  outlines();
+  if (world.walled) ctx.rect(left, top, width, height);
+  ctx.stroke();
   if (world.walled) {
-    const rim = 0.025 * Math.max(x1 - x0, y1 - y0) * view.scale;
-    const [left, top, width, height] = [view.sx(x0), view.sy(y1), (x1 - x0) * view.scale, (y1 - y0) * view.scale];
     ctx.beginPath();
     ctx.rect(left - rim, top - rim, width + 2 * rim, height + 2 * rim);
     ctx.rect(left, top, width, height);
-    ctx.fillStyle = colors.solid;
     ctx.fill("evenodd");
-    ctx.strokeStyle = colors.edge;
-    ctx.lineWidth = 2;
-    ctx.strokeRect(left, top, width, height);
   }
-  // outlines first and the ground over their inner half: pieces that touch show no seam
+  ctx.beginPath();
   outlines();
-  ctx.strokeStyle = colors.edge;
-  ctx.lineWidth = 4;
-  ctx.stroke();
-  outlines();
-  ctx.fillStyle = colors.solid;
   ctx.fill("nonzero");
 }
 
@@ -227,7 +225,8 @@ function drawRollouts(picture) {
 function drawBySpeed(picture, points, width, alphaOf = null) {
   const { ctx, colors, fastest } = picture;
   ctx.lineJoin = "round";
-  ctx.lineCap = "round";
+  // ends of what shines through would be seen twice where they overlap
+  ctx.lineCap = alphaOf ? "butt" : "round";
   picture.stroke("", width);
   const stepOf = (point) => Math.round((SPEED_STEPS * Math.min(point.speed, fastest)) / fastest);
   let begin = 0;

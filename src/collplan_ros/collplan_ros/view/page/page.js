@@ -19,9 +19,10 @@ const KEYS = [
 ];
 
 /**
- * Shows a source: {live, onframe, onreset, onstatus, now(), send(command)}. It calls `onframe` with frames in the order of
- * their time, `onreset` before one of another time, `onstatus` with a text and whether it is trouble; `now` is the moment
- * to draw, on the clock of the frames. `send` returns a promise of {ok, text}, and is asked for where it is live alone.
+ * Shows a source: {live, begin, end, onframe, onreset, onstatus, now(), send(command)}. It calls `onframe` with frames in
+ * the order of their time, `onreset` before one of another time, `onstatus` with a text and whether it is trouble; `now` is
+ * the moment to draw, on the clock of the frames, which is from `begin` to `end` in a recorded run. `send` returns a promise
+ * of {ok, text}, and is asked for where it is live alone.
  */
 export function start(source) {
   const scene = new Scene();
@@ -31,7 +32,7 @@ export function start(source) {
   picture.onhover = showTip;
   const panels = new Panels(scene);
   const layers = new LayerList(picture, colors);
-  const plots = new Plots(byId("plots"), scene);
+  const plots = new Plots(byId("plots"), scene, source.begin, source.end);
   const drive = source.live ? new Drive(source, scene, picture) : null;
   const parameters = drive ? new ParameterList(drive, scene) : null;
   byId("scene").classList.toggle("replayed", !source.live);

@@ -3,12 +3,13 @@
 import { element } from "./dom.js";
 import { firstAfter } from "./geometry.js";
 
-const SHOWN = 20; // s
+const SHOWN = 20; // s, or a whole run that is shorter
 const GAP = 1; // s without a figure, over which no line is drawn
+const LEGIBLE = 12; // px between two figures of an axis
 
 function nice(value) {
   const power = 10 ** Math.floor(Math.log10(Math.max(value, 1e-9)));
-  return [1, 1.5, 2, 3, 5, 7.5, 10].map((each) => each * power).find((each) => each >= value);
+  return [1, 1.6, 2, 3, 4, 6, 8, 10].map((each) => each * power).find((each) => each >= value);
 }
 
 /** One plot of lines [{name, points: [{t, value}, ...]}, ...]. */
@@ -24,7 +25,7 @@ class Plot {
     this.named = "";
   }
 
-  draw(lines, now, colors) {
+  draw(lines, [begin, end], now, colors) {
     const { canvas } = this;
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
@@ -36,17 +37,19 @@ class Plot {
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.clearRect(0, 0, width, height);
     const shown = lines.map(({ name, points }) => {
-      const begin = Math.max(0, firstAfter(points, now - SHOWN) - 1);
-      return { name, points: points.slice(begin, firstAfter(points, now)) };
+      const first = Math.max(0, firstAfter(points, begin) - 1);
+      return { name, points: points.slice(first, firstAfter(points, now)) };
     });
     const values = shown.flatMap(({ points }) => points.map(({ value }) => value));
     const [least, most] = [Math.min(0, ...values), Math.max(0, ...values)];
     const bottom = least < 0 ? -nice(-least) : 0;
     const top = most > 0 ? nice(most) : least < 0 ? 0 : 1;
     const [left, right, high, low] = [34, width - 2, 5, height - 5];
-    const sx = (t) => left + ((t - now + SHOWN) / SHOWN) * (right - left);
+    const sx = (t) => left + ((t - begin) / (end - begin)) * (right - left);
     const sy = (value) => low - ((value - bottom) / (top - bottom)) * (low - high);
-    this.drawAxis(ctx, [bottom, (bottom + top) / 2, top], sy, left, right, colors);
+    const middle = bottom < 0 && top > 0 ? 0 : (bottom + top) / 2;
+    const ticks = [bottom, middle, top].filter((tick) => tick === middle || Math.abs(sy(tick) - sy(middle)) > LEGIBLE);
+    this.drawAxis(ctx, ticks, sy, left, right, colors);
     ctx.save();
     ctx.beginPath();
     ctx.rect(left, 0, right - left, height);
@@ -102,10 +105,14 @@ class Plot {
   }
 }
 
-/** All plots, of a scene. */
+/** All plots, of a scene: its last seconds, or those of a run that begins and ends. */
 export class Plots {
-  constructor(parent, scene) {
+  constructor(parent, scene, begin = -Infinity, end = Infinity) {
     this.scene = scene;
+    this.begin = begin;
+    this.span = Math.min(SHOWN, end - begin);
+    const which = this.span < SHOWN ? "the whole run," : "the last";
+    element("p", parent, "note", `${which} ${Number(this.span.toPrecision(2))} s`);
     this.speed = new Plot(parent, "speed", "m/s", 2);
     this.distance = new Plot(parent, "distance to the goal", "m", 2);
     this.planning = new Plot(parent, "planning time", "ms", 0);
@@ -115,17 +122,19 @@ export class Plots {
 
   draw(now, colors) {
     const { track, series } = this.scene;
+    const begin = Math.max(this.begin, now - this.span);
+    const shown = [begin, begin + this.span];
     const speed = [];
-    for (let i = firstAfter(track, now - SHOWN - 1); i < track.length; i += 1) {
+    for (let i = firstAfter(track, begin - GAP); i < track.length; i += 1) {
       const { t, vx } = track[i];
       if (vx !== undefined) speed.push({ t, value: track[i].speed / 1000 });
     }
-    this.speed.draw([{ name: "speed", points: speed }], now, colors);
-    this.distance.draw([{ name: "distance", points: series.distance }], now, colors);
-    this.planning.draw([{ name: "planning", points: series.planning }], now, colors);
-    this.period.draw([{ name: "period", points: series.period }], now, colors);
-    const terms = [...series.terms].filter(([, points]) => points.length && points.at(-1).t > now - SHOWN);
+    this.speed.draw([{ name: "speed", points: speed }], shown, now, colors);
+    this.distance.draw([{ name: "distance", points: series.distance }], shown, now, colors);
+    this.planning.draw([{ name: "planning", points: series.planning }], shown, now, colors);
+    this.period.draw([{ name: "period", points: series.period }], shown, now, colors);
+    const terms = [...series.terms].filter(([, points]) => points.length && points.at(-1).t > begin);
     terms.sort(([a], [b]) => (b === "total") - (a === "total"));
-    this.terms.draw(terms.map(([name, points]) => ({ name, points })), now, colors);
+    this.terms.draw(terms.map(([name, points]) => ({ name, points })), shown, now, colors);
   }
 }
