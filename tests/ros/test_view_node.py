@@ -10,7 +10,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, Twist
-from nav_msgs.msg import Path
+from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, PointCloud2
@@ -23,14 +23,21 @@ from collplan_core.parameters import Planning, Robot, Simulation
 from collplan_core.plan import Candidates, Contacts
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
-from collplan_ros.messages.conversions import goal_to_message, header, impact_contact_to_message, pose_to_message
+from collplan_core.state import State
+from collplan_ros.messages.conversions import (
+    goal_to_message,
+    header,
+    impact_contact_to_message,
+    pose_to_message,
+    state_to_odometry,
+)
 from collplan_ros.messages.goal_status import goal_to_status
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
 from collplan_ros.messages.plans import contacts_to_message
-from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
+from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, POSE_PUBLISHED, SENSOR_DATA
 from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health, status_message
 from collplan_ros.node_kit.node_parameters import declare
-from collplan_ros.nodes import view_node
+from collplan_ros.nodes import view_inputs, view_node
 from collplan_ros.nodes.view_node import ViewNode
 from fake_robot import FakeRobot, hall
 
@@ -117,6 +124,21 @@ def test_poses_and_scans_are_shown_where_they_are(ros, bench):
     assert on_wall.mean() > 0.95
     times = [frame["t"] for frame in bench.frames]
     assert times == sorted(times)
+
+
+def test_frames_have_the_time_of_the_newest_pose_also_in_a_slow_simulation(ros, bench, monkeypatch):
+    """And go on without poses once they stay away."""
+    monkeypatch.setattr(view_inputs, "QUIET", 1.0)  # a stall of the machine is shorter
+    poses, stamp = ros.publisher(Odometry, "mocap/odom", POSE_PUBLISHED), 100.0
+    while stamp < 100.1:
+        stamp += 0.01
+        poses.publish(state_to_odometry(State(stamp, np.zeros(2), np.zeros(2), 0.0), "map", "base_link"))
+        ros.spin(0.15)
+    bench.read()
+    times = [frame["t"] for frame in bench.frames if frame["t"] > 99.0]
+    assert times == sorted(times)
+    assert times[-1] <= stamp + 1e-3
+    assert bench.shows(lambda _: bench.frames[-1]["t"] > stamp + 0.5)
 
 
 def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):

@@ -46,6 +46,8 @@ KEPT = 1.0
 """Time for which poses are kept, to find the one at a scan's stamp [s]."""
 STEP_BACK = 0.5
 """A pose that is so much before the newest begins another time, as after a restart [s]."""
+QUIET = 0.25
+"""Time without poses after which that of the frames goes on without them [s]: those of a slow simulation are rare."""
 MEMORY_EVERY = 5
 """Of the messages about what is seen, those of which the memory is shown: it is the most of them and changes least."""
 NODES_PERIOD = 0.5
@@ -95,7 +97,8 @@ class ViewInputs:
         self._commanded = math.nan
         self._periods: list[float] = []
         self._seen = 0
-        self._time, self._at = 0.0, self._clock()
+        self._time = self._posed = 0.0
+        self._came = self._clock()
         self._status = NO_GOAL
         self._told_nodes = -math.inf
 
@@ -187,16 +190,16 @@ class ViewInputs:
         if self._fresh:
             *between, newest = self._fresh
             self._fresh = []
-            self._time = newest.stamp
+            self._time = self._posed = newest.stamp
+            self._came = now
             self._changes.put("robot", self._robot)
             if between:
                 self._changes.put("trail", scene.trail(between, newest.stamp))
-        else:
-            # time goes on without poses: what is silent is to be seen to be
-            self._time = before + now - self._at
+        elif now - self._came > QUIET:
+            # what is silent is to be seen to be
+            self._time = self._posed + now - self._came
         if 0.0 < before - self._time < STEP_BACK:
             self._time = before
-        self._at = now
 
     # ---- scans
 

@@ -3,6 +3,8 @@
 const BEHIND = 0.09; // s that the picture is behind the newest frame, so that there are two to go between
 const FASTEST_CATCH = 3; // 1/s
 const JUMP = 0.5; // s: farther off, the picture jumps
+const PACED = 2; // s over which the pace of the frames is measured, which is that of a simulation
+const SLOWEST_PACE = 0.2; // s that have to pass for it
 const PATIENCE = 4000; // ms for an answer
 const AGAIN = 1500; // ms between two attempts to connect
 
@@ -15,6 +17,13 @@ export function liveSource() {
   let newest = NaN;
   let shown = NaN;
   let drawn = NaN;
+  let came = []; // moments and times of the newest frames
+
+  // seconds of the frames' clock that pass in one
+  function pace() {
+    const [first, last] = [came[0], came[came.length - 1]];
+    return came.length && last.moment - first.moment > SLOWEST_PACE ? (last.t - first.t) / (last.moment - first.moment) : 1;
+  }
 
   const source = {
     live: true,
@@ -26,9 +35,11 @@ export function liveSource() {
       const moment = performance.now() / 1000;
       const passed = Number.isNaN(drawn) ? 0 : moment - drawn;
       drawn = moment;
-      const error = newest - BEHIND - (shown + passed);
-      if (Number.isNaN(shown) || !(Math.abs(error) < JUMP)) shown = newest - BEHIND;
-      else shown += passed + error * Math.min(1, FASTEST_CATCH * passed);
+      const rate = pace();
+      const target = newest - BEHIND * rate;
+      const error = target - (shown + rate * passed);
+      if (Number.isNaN(shown) || !(Math.abs(error) < JUMP * Math.max(1, rate))) shown = target;
+      else shown += rate * passed + error * Math.min(1, FASTEST_CATCH * passed);
       shown = Math.min(shown, newest);
       return Number.isNaN(shown) ? 0 : shown;
     },
@@ -57,7 +68,11 @@ export function liveSource() {
       answer(message.answer, message.done, message.text);
       return;
     }
+    if (newest - message.t > JUMP) came = [];
     if (!(message.t < newest) || newest - message.t > JUMP) newest = message.t;
+    const moment = performance.now() / 1000;
+    came.push({ moment, t: newest });
+    while (came[0].moment < moment - PACED) came.shift();
     source.onframe(message);
   }
 
