@@ -8,9 +8,10 @@ from collplan_core.parameters import Settings
 from collplan_core.worlds import World
 from collplan_ros.pictures import animation
 from collplan_ros.pictures.animation import LONG_SIDE, NARROWEST, draw_animation
-from collplan_ros.pictures.drawing import BEAM_END, DELIBERATE, FREE, GOAL, OBSTACLE, PLAN, SPEED_COLORS, speed_color
+from collplan_ros.pictures.drawing import SPEED_COLORS, speed_color
 from collplan_ros.pictures.gif_file import save_gif
 from collplan_ros.pictures.legend import MARGIN, Entry, legend, run_entries
+from collplan_ros.pictures.palette import DELIBERATE, FREE, GOAL, OBSTACLE, PLAN, SCAN
 from collplan_ros.pictures.title import shortened
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.run_log import PlanRow
@@ -50,7 +51,7 @@ def test_what_is_drawn_has_its_own_colours_in_every_frame_though_the_last_one_hi
     frames = frames_of(tmp_path, run_with_a_plan_hidden_at_its_end())
     height = frames[0].shape[0] - 60
     assert count_of(frames[-1], PLAN, height) < 5
-    for color in (PLAN, FREE, GOAL, OBSTACLE, BEAM_END):
+    for color in (PLAN, FREE, GOAL, OBSTACLE, SCAN):
         assert min(count_of(frame, color, height) for frame in frames[:6]) > 5, color
     assert count_of(frames[-1], DELIBERATE, height) > 5
     slow_and_fast = [int(SPEED / Settings().robot.max_speed * SPEED_COLORS - 0.5 + k) for k in (0, 1)]

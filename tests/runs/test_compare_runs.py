@@ -10,7 +10,8 @@ from PIL import Image
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_ros.pictures.compare_runs import main
-from collplan_ros.pictures.drawing import DELIBERATE, OTHER, SMOOTHING, Trail, canvas_of, speed_color, trail_of
+from collplan_ros.pictures.drawing import SMOOTHING, Trail, canvas_of, speed_color, trail_of
+from collplan_ros.pictures.palette import DELIBERATE, OTHER
 from collplan_ros.pictures.shown_run import read_shown_run
 from collplan_ros.pictures.side_by_side import FRAME_PERIOD, GAP, HEAD, LAST_FRAME, LONG_SIDE, _view
 from collplan_ros.runs.impact_log import COLUMNS as IMPACT_COLUMNS

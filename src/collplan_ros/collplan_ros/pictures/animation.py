@@ -12,14 +12,7 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.pictures.drawing import (
-    BEAM_END,
-    FLOOR,
-    FREE,
-    PLAN,
-    ROBOT,
     SMOOTHING,
-    TEXT,
-    WALL,
     Canvas,
     Marks,
     Trail,
@@ -33,6 +26,7 @@ from collplan_ros.pictures.drawing import (
 )
 from collplan_ros.pictures.gif_file import save_gif
 from collplan_ros.pictures.legend import MARGIN, font, legend, run_entries
+from collplan_ros.pictures.palette import FLOOR, FREE, PLAN, ROBOT, SCAN, TEXT, WALL
 from collplan_ros.pictures.title import shortened
 from collplan_ros.runs.impact_log import Impacts
 from collplan_ros.runs.run_log import PlanRow, RunLog
@@ -140,7 +134,7 @@ def _draw_scan(draw: ImageDraw.ImageDraw, canvas: Canvas, scan: Scan, state: Sta
     hit = np.isfinite(scan.ranges)
     angles = scan.angles[hit] + state.yaw
     for x, y in canvas.at(state.position + scan.ranges[hit, None] * np.column_stack([np.cos(angles), np.sin(angles)])):
-        draw.rectangle([x - 1, y - 1, x + 1, y + 1], fill=BEAM_END)
+        draw.rectangle([x - 1, y - 1, x + 1, y + 1], fill=SCAN)
 
 
 def _draw_plan(draw: ImageDraw.ImageDraw, canvas: Canvas, plan: PlanRow | None) -> None:

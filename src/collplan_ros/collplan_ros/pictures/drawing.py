@@ -1,4 +1,4 @@
-"""Drawing of world, trail, robot, goal and impacts in the frames of an animation, and the colours of all pictures."""
+"""Drawing of world, trail, robot, goal and impacts in the frames of an animation."""
 
 import math
 from dataclasses import dataclass
@@ -7,6 +7,17 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from collplan_core.worlds import World
+from collplan_ros.pictures.palette import (
+    DELIBERATE,
+    FLOOR,
+    GOAL,
+    OBSTACLE,
+    OTHER,
+    OUTLINE,
+    ROBOT,
+    WALL,
+    speed_colors,
+)
 
 SMOOTHING = 2
 """Factor by which frames are drawn larger and then reduced, for smooth edges."""
@@ -14,6 +25,8 @@ FLASH_TIME = 0.3
 """Time for which a new impact is drawn larger [s]."""
 MARK, FLASH = 0.028, 0.06
 """Radius of an impact's mark, and of a new one [m]."""
+DIAMOND = 1.2
+"""Half the diagonal of a diamond that looks as large as a disc of radius 1."""
 SPEED_SPAN = 3
 """A speed is computed from the points so many before and after."""
 SPEED_COLORS = 12
@@ -21,12 +34,6 @@ SPEED_COLORS = 12
 TRAIL_WIDTH = 2.5
 """Width of a trail [pixel]."""
 
-FLOOR, OBSTACLE, WALL, ROBOT, GOAL, TEXT = "#f4f5f7", "#c9ced6", "#8a919c", "#2b2d33", "#1a8f4c", "#2b2d33"
-FREE, BEAM_END, PLAN = "#cfe8d5", "#27408b", "#d9480f"
-DELIBERATE, OTHER = "#f2a900", "#d7263d"
-COLORS = ("#ffffff", FLOOR, OBSTACLE, WALL, ROBOT, GOAL, TEXT, FREE, BEAM_END, PLAN, DELIBERATE, OTHER)
-"""Everything drawn but trails."""
-SLOW_TO_FAST = np.array([[122, 16, 66], [142, 107, 191], [20, 150, 200]])
 
 Point = tuple[float, float]
 
@@ -99,8 +106,7 @@ def trail_of(times: np.ndarray, points: np.ndarray, top_speed: float) -> Trail:
 
 def speed_color(index: int) -> tuple[int, int, int]:
     """Colour of a speed by its index, from 0 for the slowest to SPEED_COLORS - 1 for the fastest."""
-    where = (len(SLOW_TO_FAST) - 1) * index / (SPEED_COLORS - 1)
-    red, green, blue = (round(np.interp(where, range(len(SLOW_TO_FAST)), each)) for each in SLOW_TO_FAST.T)
+    red, green, blue = np.rint(speed_colors(np.array([index / (SPEED_COLORS - 1)]))[0]).astype(int).tolist()
     return red, green, blue
 
 
@@ -148,13 +154,17 @@ def draw_marks(draw: ImageDraw.ImageDraw, canvas: Canvas, marks: Marks, now: flo
 
 
 def draw_mark(draw: ImageDraw.ImageDraw, x: float, y: float, radius: float, deliberate: bool) -> None:
-    """Draws the mark of an impact at a pixel: a filled disc if it was deliberate, else a cross."""
+    """Draws the mark of an impact at a pixel: a diamond if it was deliberate, else a cross."""
     if deliberate:
-        draw.ellipse(box(x, y, radius), fill=DELIBERATE, outline=ROBOT, width=SMOOTHING)
+        r = DIAMOND * radius
+        draw.polygon(
+            [(x - r, y), (x, y - r), (x + r, y), (x, y + r)], fill=DELIBERATE, outline=OUTLINE, width=SMOOTHING
+        )
         return
     r = radius * math.sqrt(0.5)
-    for side in (-1, 1):
-        draw.line([x - r, y - side * r, x + r, y + side * r], fill=OTHER, width=3 * SMOOTHING)
+    for color, width in ((OUTLINE, 5 * SMOOTHING), (OTHER, 3 * SMOOTHING)):
+        for side in (-1, 1):
+            draw.line([x - r, y - side * r, x + r, y + side * r], fill=color, width=width)
 
 
 def box(x: float, y: float, radius: float) -> list[float]:

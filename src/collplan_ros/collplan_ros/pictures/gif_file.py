@@ -6,7 +6,8 @@ from pathlib import Path
 
 from PIL import Image, ImageColor
 
-from collplan_ros.pictures.drawing import COLORS, SPEED_COLORS, speed_color
+from collplan_ros.pictures.drawing import SPEED_COLORS, speed_color
+from collplan_ros.pictures.palette import IN_ANIMATIONS
 
 N_COLORS = 192
 """Colours of a GIF."""
@@ -29,7 +30,7 @@ def _palette(frames: Sequence[Image.Image]) -> Image.Image:
 
     The others come from frames of all parts of the run: what moves is hidden in some.
     """
-    fixed = [*map(_rgb, COLORS), *map(speed_color, range(SPEED_COLORS))]
+    fixed = [*map(_rgb, IN_ANIMATIONS), *map(speed_color, range(SPEED_COLORS))]
     chosen = [frames[k * (len(frames) - 1) // max(SAMPLED - 1, 1)] for k in range(SAMPLED)]
     width, height = chosen[0].size
     together = Image.new("RGB", (width, height * len(chosen)))

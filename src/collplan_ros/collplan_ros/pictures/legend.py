@@ -6,19 +6,8 @@ from typing import NamedTuple
 
 from PIL import Image, ImageDraw, ImageFont
 
-from collplan_ros.pictures.drawing import (
-    BEAM_END,
-    FLOOR,
-    FREE,
-    GOAL,
-    PLAN,
-    SMOOTHING,
-    SPEED_COLORS,
-    TEXT,
-    box,
-    draw_mark,
-    speed_color,
-)
+from collplan_ros.pictures.drawing import SMOOTHING, SPEED_COLORS, box, draw_mark, speed_color
+from collplan_ros.pictures.palette import FLOOR, FREE, GOAL, PLAN, SCAN, TEXT
 
 SIZE = 12
 """Size of the font [pixel]."""
@@ -53,7 +42,7 @@ def run_entries(top_speed: float) -> list[Entry]:
     """What the animation of a run shows; `top_speed` [m/s] and more have the last colour of a trail."""
     return [
         Entry("free space", lambda draw, x, y: _bar(draw, x, y, FREE, 12)),
-        Entry("scan", lambda draw, x, y: _dots(draw, x, y, BEAM_END)),
+        Entry("scan", lambda draw, x, y: _dots(draw, x, y, SCAN)),
         Entry("plan", lambda draw, x, y: _bar(draw, x, y, PLAN, 3)),
         Entry("goal", _goal),
         Entry("deliberate contact", lambda draw, x, y: draw_mark(draw, x, y, 6 * SMOOTHING, True)),

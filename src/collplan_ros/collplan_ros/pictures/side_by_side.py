@@ -8,13 +8,8 @@ from PIL import Image, ImageDraw
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_ros.pictures.drawing import (
-    FLOOR,
-    GOAL,
-    OTHER,
     SMOOTHING,
     SPEED_COLORS,
-    TEXT,
-    WALL,
     Canvas,
     background,
     canvas_of,
@@ -27,6 +22,7 @@ from collplan_ros.pictures.drawing import (
 )
 from collplan_ros.pictures.gif_file import save_gif
 from collplan_ros.pictures.legend import font
+from collplan_ros.pictures.palette import FAILED, FLOOR, GOAL, TEXT, WALL
 from collplan_ros.pictures.shown_run import ShownRun
 
 FRAME_PERIOD = 0.05
@@ -90,7 +86,7 @@ def _write_head(draw: ImageDraw.ImageDraw, run: ShownRun, time: float, width: in
     contacts = f"contacts: {deliberate.sum()} deliberate, {(~deliberate).sum()} other"
     ended, reached = time >= run.end, run.outcome == REACHED
     clock = f"{'goal at ' if ended and reached else ''}{time:.2f} s{'' if reached or not ended else ', ' + run.outcome}"
-    color = TEXT if not ended else GOAL if reached else OTHER
+    color = TEXT if not ended else GOAL if reached else FAILED
     draw.text((MARGIN, 6), run.recorded.settings.planner.strategy, fill=TEXT, font=font(LARGE))
     draw.text((MARGIN, 29), contacts, fill=TEXT, font=font(SMALL))
     draw.text((width - MARGIN, 6), clock, fill=color, font=font(LARGE), anchor="ra")

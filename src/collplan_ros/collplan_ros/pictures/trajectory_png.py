@@ -7,7 +7,17 @@ import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
-from collplan_ros.pictures.drawing import SLOW_TO_FAST
+from collplan_ros.pictures.palette import (
+    DELIBERATE,
+    FORESEEN,
+    GOAL,
+    OBSTACLE,
+    OTHER,
+    OUTLINE,
+    PLAN,
+    WALL,
+    speed_colors,
+)
 from collplan_ros.pictures.title import wrapped
 from collplan_ros.runs.impact_log import Impacts
 from collplan_ros.runs.run_log import PlanRow, RunLog
@@ -19,9 +29,11 @@ if TYPE_CHECKING:
 
 PLAN_PERIOD = 0.6
 """Shortest time between two plans drawn [s]; all of them would hide the path."""
-OBSTACLE, WALL = "#5b6472", "#2f353d"
-PLAN, START, GOAL = "#7aa6d8", "#4a4a4a", "#1a8f4c"
-FORESEEN, UNFORESEEN = "#f2a900", "#d7263d"
+START = "#4a4a4a"
+FAINT = 0.45
+"""Opacity of plans."""
+SHADES = 64
+"""Number of colours that speeds are shown in."""
 WIDTH, AROUND, TITLE_LINE = 7.0, 1.4, 0.2
 """Width of the picture; height of what is around the arena, and of each line of the title [inch]."""
 TITLE_SIZE, TITLE_WIDTH = 10, 0.95
@@ -58,7 +70,7 @@ def draw_trajectory(
     _draw_impacts(axes, impacts)
     _label(axes, world)
     # the layout keeps it apart from the axis labels, whatever the arena's shape
-    figure.legend(loc="outside lower center", ncols=5, frameon=False, fontsize=8)
+    figure.legend(loc="outside lower center", ncols=6, frameon=False, fontsize=8, columnspacing=1.2, handletextpad=0.6)
     figure.savefig(path, dpi=150)
 
 
@@ -79,9 +91,14 @@ def _draw_plans(axes: "Axes", plans: list[PlanRow]) -> None:
     for plan in plans:
         if plan.stamp - last >= PLAN_PERIOD:
             axes.plot(
-                *plan.positions.T, color=PLAN, linewidth=1.0, zorder=2, label="plans" if last == -np.inf else None
+                *plan.positions.T,
+                color=PLAN,
+                alpha=FAINT,
+                linewidth=1.0,
+                zorder=2,
+                label="plans" if last == -np.inf else None,
             )
-            axes.plot(*plan.positions[-1], "o", color=PLAN, markersize=2.5, zorder=2)
+            axes.plot(*plan.positions[-1], "o", color=PLAN, alpha=FAINT, markersize=2.5, zorder=2)
             last = plan.stamp
 
 
@@ -108,7 +125,7 @@ def _draw_path(axes: "Axes", log: RunLog, top_speed: float) -> "LineCollection |
     speed = np.hypot(track[:, 4], track[:, 5])
     pieces = list(np.stack([points[:-1], points[1:]], axis=1))
     # colours and their range are those of the animations
-    colors = LinearSegmentedColormap.from_list("speed", SLOW_TO_FAST / 255.0)
+    colors = LinearSegmentedColormap.from_list("speed", speed_colors(np.linspace(0.0, 1.0, SHADES)) / 255.0)
     lines = LineCollection(pieces, cmap=colors, linewidth=2.6, capstyle="round", zorder=3)
     lines.set_array(speed[:-1])
     lines.set_clim(0.0, top_speed)
@@ -117,19 +134,20 @@ def _draw_path(axes: "Axes", log: RunLog, top_speed: float) -> "LineCollection |
 
 
 def _draw_impacts(axes: "Axes", impacts: Impacts) -> None:
-    for chosen, color, label in (
-        (impacts.foreseen, FORESEEN, "impact, foreseen"),
-        (~impacts.foreseen, UNFORESEEN, "impact"),
+    for chosen, marker, color, label in (
+        (impacts.deliberate, "D", DELIBERATE, "impact, deliberate"),
+        (impacts.foreseen & ~impacts.deliberate, "o", FORESEEN, "impact, foreseen"),
+        (~impacts.foreseen & ~impacts.deliberate, "X", OTHER, "impact, other"),
     ):
         if chosen.any():
             points = impacts.points[chosen]
             axes.plot(
                 *points.T,
-                "X",
+                marker,
                 color=color,
-                markeredgecolor="black",
-                markeredgewidth=0.6,
-                markersize=8,
+                markeredgecolor=OUTLINE,
+                markeredgewidth=0.8,
+                markersize=7,
                 label=label,
                 zorder=6,
             )
