@@ -39,10 +39,11 @@ study: $(COMPILED)  ## the paper's 300 runs and what they say, simulated, ARGS="
 study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in worlds nothing was tuned on, simulated
 	@.venv/bin/study --bounces $(ARGS)
 
-animation: $(COMPILED)  ## docs/avoid_beside_bounce.gif anew, from two runs in a serpentine, simulated
+animation: $(COMPILED)  ## the animations in docs anew, from two runs in a serpentine, simulated; needs Chromium
 	@.venv/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures
-	@.venv/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
+	@.venv/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce
 	@.venv/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out docs/avoid_beside_bounce.gif $(ARGS)
+	@$(PYTHON) tools/page_animation.py runs/animation/bounce/latest/run.html docs/played_run.webp
 
 pictures: $(COMPILED)  ## docs/pictures anew, from the code
 	@$(PYTHON) tools/pictures $(ARGS)

@@ -46,7 +46,7 @@ def main() -> int:
     parser.add_argument("--width", type=int, default=1200, help="of the page [pixel] (default 1200)")
     parser.add_argument("--height", type=int, default=800, help="of the page [pixel] (default 800)")
     parser.add_argument("--scale", type=float, default=0.75, help="pixels drawn for each of them (default 0.75)")
-    parser.add_argument("--rate", type=float, default=10.0, metavar="HZ", help="frames per second (default 10)")
+    parser.add_argument("--rate", type=float, default=12.5, metavar="HZ", help="frames per second (default 12.5)")
     parser.add_argument("--dark", action="store_true", help="in dark colours")
     options = parser.parse_args()
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)

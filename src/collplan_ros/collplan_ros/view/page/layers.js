@@ -100,15 +100,17 @@ function drawWalls({ ctx, view, colors, parts }) {
   // outlines first and the ground over their inner half: pieces that touch show no seam
   ctx.strokeStyle = colors.edge;
   ctx.fillStyle = colors.solid;
+  ctx.lineWidth = 6;
+  if (world.walled) ctx.strokeRect(left, top, width, height);
   ctx.lineWidth = 4;
   ctx.beginPath();
   outlines();
-  if (world.walled) ctx.rect(left, top, width, height);
   ctx.stroke();
   if (world.walled) {
+    // a pixel more than the rim is wide, over which it meets the obstacles
     ctx.beginPath();
     ctx.rect(left - rim, top - rim, width + 2 * rim, height + 2 * rim);
-    ctx.rect(left, top, width, height);
+    ctx.rect(left + 1, top + 1, width - 2, height - 2);
     ctx.fill("evenodd");
   }
   ctx.beginPath();
