@@ -12,7 +12,7 @@ from collplan_core.planners import PAPER, ROLLOUTS
 from drawing import BORDER, CHOICE, DPI, FAINT, OBSTACLE_EDGE, TEXT, WIDTH, new_figure, save
 from running_graph import Topics, topics_by_node
 
-SIZE = (17.7, 11.4)
+SIZE = (17.7, 12.2)
 """Size of the drawing, in its own units."""
 
 
@@ -34,24 +34,25 @@ class Box(NamedTuple):
 
 ROBOT = "the robot, one of"
 BOXES = {
-    ROBOT: Box(1.8, 6.0, 1.65, 3.1),
-    "mocap_node": Box(7.3, 8.7, 1.15, 0.6),
-    "lidar_node": Box(9.7, 5.8, 0.95, 0.45),
-    "planner_node": Box(15.7, 8.4, 1.9, 1.05),
-    "controller_node": Box(15.7, 2.75, 1.9, 1.0),
+    ROBOT: Box(1.8, 6.3, 1.65, 3.9),
+    "mocap_node": Box(7.3, 9.4, 1.15, 0.6),
+    "lidar_node": Box(9.6, 6.4, 0.95, 0.45),
+    "planner_node": Box(15.7, 9.3, 1.9, 1.3),
+    "controller_node": Box(15.7, 3.1, 1.9, 1.3),
+    "view_node": Box(11.0, 11.5, 1.15, 0.45),
 }
 ALTERNATIVES = (("simulator_node",), ("driver_node", "firmware_emulator"))
 """What the robot is: simulated, or behind a serial line, where the real one takes the emulator's place."""
 TOPICS = {
-    "mocap/pose": (4.9, 8.7),
-    "mocap/odom": (7.3, 5.8),
-    "impact": (10.9, 8.6),
-    "scan": (11.9, 5.8),
-    "plan": (15.4, 4.95),
-    "goal_status": (16.4, 6.55),
-    "goal_pose": (15.7, 10.5),
-    "cmd_vel": (7.3, 2.9),
-    "robot/resumed": (9.7, 1.4),
+    "mocap/pose": (4.9, 9.4),
+    "mocap/odom": (7.3, 6.4),
+    "impact": (10.9, 9.3),
+    "scan": (11.55, 6.4),
+    "plan": (15.6, 5.75),
+    "goal_status": (16.4, 7.35),
+    "goal_pose": (15.7, 11.5),
+    "cmd_vel": (11.8, 3.1),
+    "robot/resumed": (8.8, 2.1),
 }
 """Where the topics between nodes stand, and those that come from outside."""
 COMPANIONS = {
@@ -63,16 +64,18 @@ COMPANIONS = {
 }
 """Topics that are drawn in the place of another one, which they go with."""
 AT_BOX = {
-    (ROBOT, "impact"): (3.45, 7.0),
-    ("mocap/odom", "planner_node"): (13.8, 7.9),
-    ("mocap/odom", "controller_node"): (13.8, 3.1),
-    ("scan", "planner_node"): (13.95, 7.35),
-    ("cmd_vel", "planner_node"): (14.2, 7.35),
-    ("scan", "controller_node"): (13.8, 3.5),
-    ("planner_node", "plan"): (14.6, 7.35),
-    ("goal_status", "controller_node"): (17.4, 3.75),
-    ("goal_status", ROBOT): (3.45, 6.6),
+    (ROBOT, "impact"): (3.45, 7.9),
+    (ROBOT, "robot/resumed"): (3.45, 2.65),
+    ("mocap/odom", "planner_node"): (13.8, 8.7),
+    ("mocap/odom", "controller_node"): (13.8, 3.85),
+    ("scan", "planner_node"): (13.8, 8.3),
+    ("cmd_vel", "planner_node"): (14.2, 8.0),
+    ("scan", "controller_node"): (13.8, 4.15),
+    ("planner_node", "plan"): (14.8, 8.0),
+    ("goal_status", "controller_node"): (17.5, 4.4),
+    ("goal_status", ROBOT): (3.45, 7.35),
     ("robot/resumed", "controller_node"): (13.8, 2.2),
+    ("robot/resumed", "planner_node"): (13.95, 8.0),
 }
 """Where an arrow meets a box, if not where the box is nearest to the topic."""
 
@@ -270,7 +273,8 @@ def _draw_caption(axes: Axes) -> None:
         "Read from the running graph. Red: driver_node alone, where the firmware says that the ring senses impacts.",
         "Beside a real robot mocap/pose comes from the motion capture. "
         f"plan: {paper} with the paper's strategies, {time_to_goal} with the time-to-goal ones.",
-        "Left out: services, and /rosout, /parameter_events and /diagnostics, which every node has.",
+        "view_node hears nearly all of it while a page is open. "
+        "Left out: services, and what every node has, such as /diagnostics.",
     )
     for k, line in enumerate(lines):
         axes.text(0.15, 1.0 - 0.36 * k, line, fontsize=7.0, color=FAINT, va="center")

@@ -19,11 +19,12 @@ from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from collplan_ros.nodes.planner_node import PlannerNode
+from collplan_ros.nodes.view_node import ViewNode
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
-NODES = (SimulatorNode, FirmwareEmulator, DriverNode, MocapNode, LidarNode, PlannerNode, ControllerNode)
+NODES = (SimulatorNode, FirmwareEmulator, DriverNode, MocapNode, LidarNode, PlannerNode, ControllerNode, ViewNode)
 OF_EVERY_NODE = {"/rosout", "/parameter_events", "/diagnostics", "/shared_constants"}
 DOMAIN = "101"
 """The ROS domain used here; the tests take lower ones."""
@@ -60,7 +61,12 @@ def _running_nodes() -> Iterator[list[Node]]:
         set_logger_level("", LoggingSeverity.WARN)
         stack.callback(set_logger_level, "", LoggingSeverity.INFO)
         stack.callback(context.try_shutdown)
-        parameters = {"emulator.link": str(link), "driver.port": str(link), "emulator.senses_impacts": True}
+        parameters = {
+            "emulator.link": str(link),
+            "driver.port": str(link),
+            "emulator.senses_impacts": True,
+            "view.port": 0,
+        }
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         executor = SingleThreadedExecutor(context=context)
         nodes = []
