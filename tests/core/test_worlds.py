@@ -9,7 +9,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.worlds import World, WorldError, arena_names, check_route, load_world, world_segments
+from collplan_core.worlds import World, WorldError, arena_names, check_route, has_room, load_world, world_segments
 from collplan_core.worlds.route import free_space
 from collplan_core.worlds.shapes import obstacle_at
 
@@ -161,7 +161,15 @@ def test_a_route_needs_room_at_both_ends(start, goal, words):
         check_route(world_of([GATE]), np.array(start), np.array(goal), 0.09)
 
 
-@pytest.mark.parametrize("name", ["corridor", "l_corridor", "slalom"])
+@pytest.mark.parametrize(
+    ("point", "radius", "expected"),
+    [((0.5, 0.5), 0.3, True), ((0.5, 0.5), 0.41, False), ((0.2, 0.5), 0.21, False), ((2.5, 0.5), 0.01, False)],
+)
+def test_room_for_a_disc(point, radius, expected):
+    assert has_room(world_of([GATE]), np.array(point), radius) == expected
+
+
+@pytest.mark.parametrize("name", ["corridor", "floor", "l_corridor", "slalom"])
 def test_a_shipped_arena_is_named_and_has_a_route(name):
     world = load_world(name)
     assert name in arena_names()
@@ -172,7 +180,10 @@ def test_a_shipped_arena_is_named_and_has_a_route(name):
 @pytest.mark.parametrize(
     ("spec", "words"),
     [
-        ("coridor", "unknown, expected one of corridor, l_corridor, slalom, random:SEED.*did you mean .*corridor"),
+        (
+            "coridor",
+            "unknown, expected one of corridor, floor, l_corridor, slalom, random:SEED.*did you mean .*corridor",
+        ),
         ("randon:3", "unknown.*did you mean random:SEED"),
         ("zzz", "unknown, expected one of"),
         ("", "unknown"),

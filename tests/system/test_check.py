@@ -4,14 +4,17 @@ import math
 import os
 import sys
 from contextlib import nullcontext
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from collplan_core.calibration.mocap_offset import AxesFit, BodyOffset
+from collplan_core.calibration.body_motions import Estimate
 from collplan_core.calibration.stream_quality import StreamQuality
+from collplan_core.calibration.stroke_fit import AxesFit
+from collplan_core.calibration.turn_fit import TurnFit
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.warm_up import warm_up
@@ -21,6 +24,7 @@ from collplan_ros.bringup.check_findings import (
     GOOD,
     WRONG,
     axes_finding,
+    drift_finding,
     node_findings,
     offset_finding,
     stream_findings,
@@ -30,29 +34,42 @@ from collplan_ros.bringup.main import main
 from collplan_ros.bringup.open_loop import OpenLoop
 from collplan_ros.bringup.progress import Progress
 
-HALL = "bounds: [0, 0, 2, 2]\nwalled: true\nstart: [1.0, 1.0]\ngoal: [1.5, 1.5]\n"
 OFFSET = {"x": 0.04, "y": -0.025, "yaw": 0.3}
 STALL = 0.03
 """Poses that come so much later than the last one, in simulated time, are late [s]; they should come every 10 ms."""
-QUIET = {"simulator.actuation_noise": 0.002, "simulator.actuation_bias": 0.01, "controller.max_yaw_rate": 2.5}
+QUIET = {"simulator.actuation_noise": 0.002, "simulator.actuation_bias": 0.01}
 
 
 @pytest.fixture
 def options(tmp_path):
-    """Writes a world and parameters; the options that name them."""
+    """Writes parameters; the options that name them."""
     warm_up()
-    (tmp_path / "hall.yaml").write_text(HALL)
 
     def written(**values):
         write_values({**QUIET, **{key.replace("__", "."): v for key, v in values.items()}}, tmp_path / "given.yaml")
-        files = ["--world", str(tmp_path / "hall.yaml"), "--params", str(tmp_path / "given.yaml")]
-        return ["--check", "--yes", *files, "--out", str(tmp_path / "runs")]
+        return ["--check", "--yes", "--params", str(tmp_path / "given.yaml"), "--out", str(tmp_path / "runs")]
 
     return written
 
 
 @pytest.mark.soak
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("robot", ["sim", "emulator"])
+@pytest.mark.parametrize("seed", range(3))
+def test_at_the_noise_shipped_the_offset_is_found_and_written(tmp_path, capsys, seed, robot):
+    placed = {"simulator.marker_offset_x": 0.02, "simulator.marker_offset_yaw": math.radians(6.0)}
+    write_values(placed, tmp_path / "given.yaml")
+    given = ["--params", str(tmp_path / "given.yaml"), "--out", str(tmp_path / "runs")]
+    assert main(["--check", "--yes", "--robot", robot, "--seed", str(seed), *given]) == 0, capsys.readouterr().out
+    found = read_parameters(tmp_path / "runs" / "latest" / "checked.yaml")
+    x, y, yaw = (found[f"mocap.body_offset_{key}"] for key in ("x", "y", "yaw"))
+    assert math.hypot(x - 0.02, y) < 0.003
+    assert yaw == pytest.approx(math.radians(6.0), abs=math.radians(1.0))
+    assert "WRONG" not in capsys.readouterr().out
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(1200)
 def test_the_offset_is_found_and_written(tmp_path, capsys, monkeypatch, options):
     """The 10 degrees that mocap.body_offset_yaw says already do not mislead it.
 
@@ -76,6 +93,16 @@ def test_the_offset_is_found_and_written(tmp_path, capsys, monkeypatch, options)
     assert found["mocap.body_offset_yaw"] == pytest.approx(OFFSET["yaw"], abs=math.radians(1.0))
     assert found["simulator.marker_offset_x"] == OFFSET["x"]
     assert "checked.yaml" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("said", [["--world", "corridor"], []], ids=["on the command line", "in the file"])
+def test_a_world_without_room_is_refused(tmp_path, capsys, options, said):
+    given = options() if said else options(simulator__world="corridor")
+    assert main([*given, *said]) == 2
+    assert "world corridor has less than 0.4 m free around the robot at its start; take --world floor" in (
+        capsys.readouterr().err
+    )
+    assert not (tmp_path / "runs").exists()
 
 
 def test_poses_that_are_not_used_move_nothing_and_are_explained(tmp_path, capsys, monkeypatch, options):
@@ -119,18 +146,21 @@ def test_it_asks_before_it_moves(monkeypatch, answer, goes):
 
 # ---- what the check makes of its figures
 
-FINE = AxesFit(turn=0.1, uncertainty=0.005, scale=1.02, mirrored=False)
+FINE = AxesFit(turn=0.1, uncertainty=0.005, scale=1.02, mirrored=False, robot_bias=0.01, bias_uncertainty=0.002)
+TURNED = TurnFit(lever=np.array([0.03, -0.02]), uncertainty=0.0005, share=1.0, share_uncertainty=0.001)
 
 
 @pytest.mark.parametrize(
     ("fit", "verdict", "text"),
     [
-        (FINE, GOOD, "1.020 times"),
+        (FINE, GOOD, "1.020 +- 0.005 times"),
         (AxesFit(0.0, 0.1, 0.05, False), WRONG, "did not move"),
         (AxesFit(0.0, 0.1, 1.0, True), WRONG, "left is right"),
         (AxesFit(0.0, 0.001, 1000.0, False), WRONG, "mocap.units"),
         (AxesFit(0.0, 0.001, 0.6, False), WRONG, "wheels"),
         (AxesFit(0.0, 0.1, 0.6, False), DOUBTFUL, "wheels"),
+        (AxesFit(0.0, 0.001, 0.8, False), DOUBTFUL, "touched something"),
+        (AxesFit(0.0, 0.001, 0.92, False), GOOD, "0.920"),
     ],
 )
 def test_axes(fit, verdict, text):
@@ -139,9 +169,21 @@ def test_axes(fit, verdict, text):
     assert text in finding.text
 
 
-@pytest.mark.parametrize(("share", "verdict"), [(0.99, GOOD), (-1.0, WRONG), (0.01, WRONG), (2.0, WRONG)])
+@pytest.mark.parametrize(
+    ("share", "verdict"), [(0.99, GOOD), (0.8, DOUBTFUL), (-1.0, WRONG), (0.01, WRONG), (2.0, WRONG)]
+)
 def test_turn(share, verdict):
-    assert turn_finding(share).verdict == verdict
+    assert turn_finding(replace(TURNED, share=share)).verdict == verdict
+
+
+def test_a_drift_is_told_in_the_robots_frame():
+    """The body is turned by a quarter on the robot: what it sees ahead of it is to the robot's left."""
+    quarter = replace(FINE, turn=-0.5 * math.pi)
+    finding = drift_finding(quarter, Estimate(TURNED, quarter).offset)
+    assert finding.verdict == GOOD
+    assert "+0 mm/s ahead and +10 mm/s to the left" in finding.text
+    far = replace(FINE, room_bias=0.2)
+    assert drift_finding(far, Estimate(TURNED, far).offset).verdict == DOUBTFUL
 
 
 @pytest.mark.parametrize(
@@ -166,8 +208,11 @@ def test_nodes():
     ]
 
 
-def test_an_uncertain_heading_is_doubtful():
-    offset = BodyOffset(0.03, -0.02, 0.17)
-    assert offset_finding(offset, FINE).verdict == GOOD
-    assert offset_finding(offset, AxesFit(0.1, 0.02, 1.0, False)).verdict == DOUBTFUL
-    assert "+30.0 mm ahead and -20.0 mm left" in offset_finding(offset, FINE).text
+def test_an_uncertain_heading_or_place_is_doubtful():
+    """Seen 0.1 rad to the left of where it goes: the lever is turned by as much on the robot."""
+    fine = offset_finding(Estimate(TURNED, FINE))
+    assert fine.verdict == GOOD
+    assert "+27.9 +- 0.5 mm ahead and -22.9 +- 0.5 mm left of the centre, turned by -5.73 +- 0.29 deg" in fine.text
+    assert offset_finding(Estimate(TURNED, replace(FINE, uncertainty=0.02))).verdict == DOUBTFUL
+    assert offset_finding(Estimate(replace(TURNED, uncertainty=0.001), FINE)).verdict == DOUBTFUL
+    assert offset_finding(Estimate(None, FINE)).verdict == DOUBTFUL

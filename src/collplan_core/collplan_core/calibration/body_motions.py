@@ -1,22 +1,43 @@
-"""The motions from which the place of the measured body on the robot is estimated."""
+"""The motions from which the place of the measured body on the robot is estimated.
 
+Slow ones first, which show whether the robot goes and turns the way it is told. Where the wheels are so rough that
+these do not determine the place, more of them, faster: the wheels' noise adds up with time, and a faster motion takes
+less. The robot stays near where it began, as well as is known by then which way it goes.
+"""
+
+import math
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from collplan_core.calibration.mocap_offset import AxesFit, displacement, fit_axes, fit_lever, mean_pose
+from collplan_core.calibration.mocap_offset import ENOUGH_POSITION, ENOUGH_YAW, BodyOffset, body_offset, mean_pose
+from collplan_core.calibration.stroke_fit import AxesFit, Stroke, centre, fit_axes
+from collplan_core.calibration.turn_fit import SETTLING_TIME, Turn, TurnFit, fit_turns
+from collplan_core.parameters import Robot
 from collplan_core.sensing.pose_filter import PoseSample
 
-DISTANCE, SPEED = 0.1, 0.1
-"""Distance and speed of a motion along an axis [m, m/s]."""
-DIRECTIONS = np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
-"""Directions of the motions: each way and back, so that the robot ends where it began."""
-MOST_ROUNDS = 3
-"""Times the four motions are driven at most."""
-ENOUGH_CERTAINTY = np.radians(0.5)
-"""Standard deviation of the body's heading above which the motions are repeated [rad]."""
-REVOLUTION = 2.1 * np.pi
-"""Commanded turn in place: a little more than one revolution [rad]."""
+HALF_TURN, TURN_TIME = 1.05 * math.pi, 2.1
+"""A turn is at least half a revolution long [rad], and takes at least so long [s]."""
+CAREFUL_ROUNDS = 4
+"""Slow rounds: two turns to the left make a revolution, then two to the right."""
+NEAR = 0.04
+"""Distance from the beginning from which the robot is not brought back [m]."""
+MOST_DISTANCE = 0.4
+"""Distance from the beginning at which the motions end [m]."""
+STROKES = 4
+"""Strokes of a round."""
+GOLDEN_ANGLE = 2.4
+"""Angle between the ends of one stroke and the next, about the beginning: their directions cover the circle [rad]."""
+LONGEST_STROKE = 3.0
+"""[s]"""
+LARGEST_SHARE = 0.8
+"""Largest share of the speed that is spent against a bias of the wheels."""
+LEAST_SCALE, MOST_SCALE = 0.5, 2.0
+"""Of a robot that goes less or farther than so many times what it is told, the way back is not known."""
+PAUSE = 0.85
+"""Time after a motion until the next one, roughly: coming to rest, and measuring there [s]."""
+NO_LEVER = np.zeros(2)
 
 
 class MeasuredRobot(Protocol):
@@ -32,32 +53,211 @@ class MeasuredRobot(Protocol):
         """Some poses of the body at rest."""
 
 
-def turn_in_place(robot: MeasuredRobot, yaw_rate: float) -> tuple[np.ndarray, float]:
-    """One turn at `yaw_rate` [rad/s]: lever of `fit_lever` (2,) [m], and the share of the turn that was measured."""
-    poses = robot.drive((0.0, 0.0), yaw_rate, REVOLUTION / yaw_rate)
-    yaws = np.unwrap([pose.yaw for pose in poses])
-    return fit_lever(poses), float(yaws[-1] - yaws[0]) / REVOLUTION
+class Strayed(RuntimeError):
+    """The robot is too far from where it began; the message says how far."""
 
 
-def drive_each_way(robot: MeasuredRobot, lever: np.ndarray, max_speed: float) -> AxesFit:
-    """Drives forward, back, left and right, again while the result is uncertain.
+@dataclass(frozen=True)
+class Pace:
+    """How the robot is driven.
 
-    Args:
-        lever: (2,) lever found by `turn_in_place` [m].
-        max_speed: upper limit of the speed [m/s].
+    Attributes:
+        speed: [m/s]; yaw_rate: [rad/s].
+        limit: speed that is not exceeded against a drift [m/s].
+        reach: distance from the beginning up to which it drives [m].
     """
-    speed = min(SPEED, max_speed)
-    commanded: list[np.ndarray] = []
-    measured: list[np.ndarray] = []
-    before = mean_pose(robot.rest())
-    for _ in range(MOST_ROUNDS):
-        for x, y in DIRECTIONS.tolist():
-            robot.drive((speed * x, speed * y), 0.0, DISTANCE / speed)
-            after = mean_pose(robot.rest())
-            commanded.append(DISTANCE * np.array([x, y]))
-            measured.append(displacement(before, after, lever))
-            before = after
-        fit = fit_axes(np.array(commanded), np.array(measured))
-        if fit.uncertainty <= ENOUGH_CERTAINTY:
-            break
-    return fit
+
+    speed: float
+    limit: float
+    yaw_rate: float
+    reach: float
+
+    @property
+    def turn_time(self) -> float:
+        """Duration of a turn [s]."""
+        return max(TURN_TIME, HALF_TURN / self.yaw_rate)
+
+
+def careful(robot: Robot) -> Pace:
+    """The pace of a robot of which nobody knows yet where it goes."""
+    return Pace(min(0.1, robot.max_speed), min(0.3, robot.max_speed), min(1.0, robot.max_yaw_rate), 0.05)
+
+
+def quick(robot: Robot) -> Pace:
+    """The pace once the axes are known to be right."""
+    speed = min(0.3, robot.max_speed)
+    return Pace(speed, speed, min(3.0, robot.max_yaw_rate), 0.25)
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """What was driven so far, in order."""
+
+    start: PoseSample
+    turns: tuple[Turn, ...] = ()
+    strokes: tuple[Stroke, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What the motions so far say.
+
+    Attributes:
+        turns: of the turns; None where there were none.
+        axes: of the strokes.
+    """
+
+    turns: TurnFit | None
+    axes: AxesFit
+
+    @property
+    def lever(self) -> np.ndarray:
+        """(2,) lever as of `TurnFit`, 0 while it is unknown [m]."""
+        return NO_LEVER if self.turns is None else self.turns.lever
+
+    @property
+    def offset(self) -> BodyOffset:
+        """The body's place on the robot."""
+        return body_offset(self.axes, self.turns or TurnFit(NO_LEVER, math.inf, math.nan, math.inf))
+
+    @property
+    def place_is_certain(self) -> bool:
+        """Whether it is known well enough about which point of the body the robot turns."""
+        return self.turns is not None and self.turns.uncertainty <= ENOUGH_POSITION
+
+    @property
+    def heading_is_certain(self) -> bool:
+        """Whether the body's heading on the robot is known well enough."""
+        return self.axes.uncertainty <= ENOUGH_YAW
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether the offset can be driven with."""
+        return self.place_is_certain and self.heading_is_certain
+
+
+def estimate(motions: Motions, lag: float) -> Estimate:
+    """The estimate from motions that hold at least two strokes; `lag` [s] of the robot behind its commands."""
+    turns = fit_turns(motions.turns, lag) if motions.turns else None
+    return Estimate(turns, fit_axes(motions.strokes, NO_LEVER if turns is None else turns.lever))
+
+
+def drive_each_way(robot: MeasuredRobot, pace: Pace, lag: float) -> Motions:
+    """The first motions: forward and back, left and right, twice `pace.reach` each.
+
+    Raises:
+        Strayed: it is too far from where it began.
+    """
+    motions = Motions(mean_pose(robot.rest()))
+    for way in ((1.0, 0.0), (0.0, 1.0)):
+        for sign in (1.0, -1.0):
+            velocity = sign * pace.speed * np.array(way)
+            motions = _with_stroke(robot, motions, velocity, 2.0 * pace.reach / pace.speed)
+        known = estimate(motions, lag)
+        if LEAST_SCALE < known.axes.scale < MOST_SCALE:
+            motions = _to(robot, motions, known, pace, 0.0, NEAR)
+    return motions
+
+
+def one_more_round(robot: MeasuredRobot, motions: Motions, pace: Pace, lag: float) -> Motions:
+    """A turn and strokes around the place where the robot began, those of which the figures are not certain enough.
+
+    Raises:
+        Strayed: it is too far from where it began.
+    """
+    known, rounds = estimate(motions, lag), len(motions.turns)
+    if not known.place_is_certain or rounds < CAREFUL_ROUNDS:
+        # so that a drift leads across the beginning
+        halfway = -0.5 * pace.turn_time * _drift(motions, known.axes)
+        motions = _to(robot, motions, known, pace, halfway, NEAR)
+        # left, left, right, right
+        motions = _with_turn(robot, motions, pace, 1.0 if rounds // 2 % 2 == 0 else -1.0)
+        known = estimate(motions, lag)
+    if not known.heading_is_certain or rounds < CAREFUL_ROUNDS:
+        for _ in range(STROKES):
+            target = pace.reach * complex(np.exp(1j * GOLDEN_ANGLE * len(motions.strokes)))
+            motions = _to(robot, motions, known, pace, target, 0.0)
+    return motions
+
+
+def time_missing(motions: Motions, pace: Pace, lag: float) -> float:
+    """For how long rounds have to go on, roughly, until the offset is certain [s]; 0 where it is."""
+    known = estimate(motions, lag)
+    place = known.turns.uncertainty if known.turns else math.inf
+    travel = sum(float(s.velocity @ s.velocity) * s.duration for s in motions.strokes)
+    spin = sum(turn.yaw_rate**2 * (turn.duration - SETTLING_TIME) for turn in motions.turns)
+    stroke_time = 2.0 * pace.reach * math.sin(0.5 * GOLDEN_ANGLE) / pace.speed
+    strokes = _missing(travel, known.axes.uncertainty / ENOUGH_YAW) / (pace.speed**2 * stroke_time)
+    turn_spin = pace.yaw_rate**2 * (pace.turn_time - SETTLING_TIME)
+    turns = _missing(spin, place / ENOUGH_POSITION) / turn_spin
+    return math.ceil(strokes) * (stroke_time + PAUSE) + math.ceil(turns) * (pace.turn_time + PAUSE)
+
+
+def _missing(driven: float, ratio: float) -> float:
+    """A variance falls with what was driven; `ratio` is the deviation over the one wanted."""
+    return driven * max(ratio**2 - 1.0, 0.0)
+
+
+def _with_turn(robot: MeasuredRobot, motions: Motions, pace: Pace, sign: float) -> Motions:
+    before = _last(motions)
+    poses = robot.drive((0.0, 0.0), sign * pace.yaw_rate, pace.turn_time)
+    turn = Turn(sign * pace.yaw_rate, _driven(poses, pace.turn_time), before, tuple(poses), mean_pose(robot.rest()))
+    return replace(motions, turns=(*motions.turns, turn))
+
+
+def _with_stroke(robot: MeasuredRobot, motions: Motions, velocity: np.ndarray, duration: float) -> Motions:
+    before = _last(motions)
+    poses = robot.drive((float(velocity[0]), float(velocity[1])), 0.0, duration)
+    stroke = Stroke(velocity, _driven(poses, duration), before, mean_pose(robot.rest()))
+    return replace(motions, strokes=(*motions.strokes, stroke))
+
+
+def _to(robot: MeasuredRobot, motions: Motions, known: Estimate, pace: Pace, target: complex, near: float) -> Motions:
+    """Drives to `target` [m, map frame, from the beginning], as well as is known how, unless it is `near` [m].
+
+    Raises:
+        Strayed: it is too far from where it began.
+    """
+    axes, start, here = known.axes, centre(motions.start, known.lever), centre(_last(motions), known.lever)
+    if abs(here - start) > MOST_DISTANCE:
+        raise Strayed(f"it is {abs(here - start):.2f} m from where it began, at most {MOST_DISTANCE:g} m were expected")
+    way = start + target - here
+    if abs(way) <= near:
+        return motions
+    scale, drift = max(axes.scale, LEAST_SCALE), _drift(motions, axes)
+    # against a drift it drives faster, so that it is not slower over the floor
+    speed = min(pace.speed + abs(drift) / scale, pace.limit)
+    duration, velocity = _against_drift(way, drift, speed * scale)
+    commanded = velocity / scale * complex(np.exp(-1j * (axes.turn + _last(motions).yaw)))
+    if axes.mirrored:
+        commanded = commanded.conjugate()
+    return _with_stroke(robot, motions, np.array([commanded.real, commanded.imag]), duration)
+
+
+def _drift(motions: Motions, axes: AxesFit) -> complex:
+    """The centre's velocity beside what is commanded, at the robot's heading now [m/s, map frame]."""
+    return axes.robot_bias * complex(np.exp(1j * _last(motions).yaw)) + axes.room_bias
+
+
+def _against_drift(way: complex, drift: complex, speed: float) -> tuple[float, complex]:
+    """Time [s] and velocity [m/s] of a motion that ends `way` [m] from here in spite of a drift, at `speed` [m/s]."""
+    if abs(drift) > LARGEST_SHARE * speed:
+        drift *= LARGEST_SHARE * speed / abs(drift)
+    along = (way * drift.conjugate()).real
+    # |way / time - drift| = speed
+    rate = (along + math.sqrt(along**2 + abs(way) ** 2 * (speed**2 - abs(drift) ** 2))) / abs(way) ** 2
+    return min(1.0 / rate, LONGEST_STROKE), way * rate - drift
+
+
+def _last(motions: Motions) -> PoseSample:
+    """The newest pose at rest."""
+    ends = [*(turn.after for turn in motions.turns[-1:]), *(stroke.after for stroke in motions.strokes[-1:])]
+    return max(ends, key=lambda pose: pose.stamp, default=motions.start)
+
+
+def _driven(poses: list[PoseSample], duration: float) -> float:
+    """For how long the command was really in force [s]: a machine that is busy ends it late."""
+    if len(poses) < 3:
+        return duration
+    stamps = np.array([pose.stamp for pose in poses])
+    return float(stamps[-1] - stamps[0] + np.median(np.diff(stamps)))

@@ -2,7 +2,7 @@
 
 from collplan_core.worlds.file import parse_world, read_world, save_world, world_text
 from collplan_core.worlds.load import arena_names, load_world
-from collplan_core.worlds.route import check_route
+from collplan_core.worlds.route import check_route, has_room
 from collplan_core.worlds.shapes import World, WorldError, world_segments
 
 __all__ = [
@@ -10,6 +10,7 @@ __all__ = [
     "WorldError",
     "arena_names",
     "check_route",
+    "has_room",
     "load_world",
     "parse_world",
     "read_world",

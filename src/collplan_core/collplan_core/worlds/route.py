@@ -49,6 +49,13 @@ def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float
         )
 
 
+def has_room(world: World, point: np.ndarray, radius: float) -> bool:
+    """Whether a disc of `radius` [m] can stand at a point (2,) [m] of the arena."""
+    import shapely
+
+    return in_bounds(world.bounds, point) and bool(free_space(world, radius).covers(shapely.Point(point)))
+
+
 def _check_room(world: World, free: "BaseGeometry", key: str, point: np.ndarray, radius: float) -> None:
     import shapely
 

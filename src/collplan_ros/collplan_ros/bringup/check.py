@@ -7,20 +7,34 @@ import select
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from math import degrees
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
-from collplan_core.calibration.body_motions import DISTANCE, MOST_ROUNDS, SPEED, drive_each_way, turn_in_place
-from collplan_core.calibration.mocap_offset import BodyOffset, body_offset
+from collplan_core.calibration.body_motions import (
+    CAREFUL_ROUNDS,
+    MOST_DISTANCE,
+    Estimate,
+    Motions,
+    Strayed,
+    careful,
+    drive_each_way,
+    estimate,
+    one_more_round,
+    quick,
+    time_missing,
+)
+from collplan_core.calibration.mocap_offset import BodyOffset
 from collplan_core.calibration.stream_quality import stream_quality
 from collplan_core.parameters.file import read_parameters, write_values
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.worlds import has_room
 from collplan_ros.bringup.check_findings import (
-    DOUBTFUL,
-    GOOD,
     WRONG,
     Finding,
     axes_finding,
+    drift_finding,
     node_findings,
     offset_finding,
     stream_findings,
@@ -40,6 +54,12 @@ REPORT_PATIENCE = 3.0
 """Longest wait for a report of every node, which each sends once a second [s]."""
 WATCHING_TIME = 2.0
 """Time for which poses of the robot at rest are recorded [s]."""
+MOST_TIME = 360.0
+"""Longest time for which it goes on where the first motions do not determine the offset [s]."""
+TELLING_PERIOD = 30.0
+"""Time after which it says how certain the offset is by then [s]."""
+FLOOR = "floor"
+"""The world of a simulated robot, unless another is said."""
 
 
 class Declined(RuntimeError):
@@ -83,16 +103,41 @@ def check(options: Options, progress: Progress) -> int:
 
 
 def _prepared(options: Options) -> Preparation:
-    preparation = prepare(options)
+    preparation = prepare(replace(options, world=_world(options)))
+    settings, world = preparation.settings, preparation.world
+    room = MOST_DISTANCE + settings.robot.radius
+    if preparation.robot.simulated and world.start is not None and not has_room(world, world.start, room):
+        raise StartError(
+            f"--check: world {world.name} has less than {MOST_DISTANCE:g} m free around the robot at its start; "
+            f"take --world {FLOOR}"
+        )
     programs = {name: path for name, path in preparation.programs.items() if name not in NOT_NEEDED}
     return replace(preparation, programs=programs)
 
 
+def _world(options: Options) -> str | None:
+    """The world's name, where the command line or the parameter file does not say another."""
+    if options.world is not None or (options.params and "simulator.world" in _given(options)):
+        return options.world
+    return FLOOR
+
+
+def _given(options: Options) -> dict[str, object]:
+    """Values of the given parameter file.
+
+    Raises:
+        StartError: it cannot be read.
+    """
+    try:
+        return read_parameters(options.params) if options.params else {}
+    except ParameterError as error:
+        raise StartError(str(error)) from None
+
+
 def _checked_values(options: Options, offset: BodyOffset) -> dict[str, object]:
     """Values of the given parameter file with the offset found, to be used in that file's place."""
-    given = read_parameters(options.params) if options.params else {}
     found = {f"mocap.body_offset_{key}": round(getattr(offset, key), 5) for key in ("x", "y", "yaw")}
-    return {**given, **found}
+    return {**_given(options), **found}
 
 
 class _Check:
@@ -136,28 +181,66 @@ class _Check:
         return stream_findings(stream_quality(stamps, received, positions), self._settings)
 
     def _motions(self) -> BodyOffset | None:
-        rate = min(self._settings.controller.max_yaw_rate, self._settings.robot.max_yaw_rate)
-        self._ask(f"turn in place, once round at {rate:g} rad/s")
+        slow, lag = careful(self._settings.robot), self._settings.robot.velocity_lag
+        across = f"{200 * slow.reach:g} cm at {slow.speed:g} m/s"
+        self._ask(
+            f"drive {across}, forward, back, left and right, and turn in place at {slow.yaw_rate:g} rad/s, a minute"
+        )
         self._loop.resume()
-        lever, share = turn_in_place(self._loop, rate)
-        if not self._passes([turn_finding(share)]):
+        try:
+            motions = drive_each_way(self._loop, slow, lag)
+            axes = axes_finding(estimate(motions, lag).axes)
+            if axes.verdict == WRONG:
+                self._passes([axes])
+                return None
+            for _ in range(CAREFUL_ROUNDS):
+                motions = one_more_round(self._loop, motions, slow, lag)
+            known = estimate(motions, lag)
+            if not known.is_certain and not _is_wrong(self._found(known)):
+                motions = self._go_on(motions)
+        except Strayed as error:
+            self._passes([Finding(WRONG, f"{error}: slipping wheels, a tilted floor, or wrong poses")])
             return None
-        ways = f"drive {100 * DISTANCE:g} cm forward, back, left and back, at {SPEED:g} m/s"
-        self._ask(f"{ways}, up to {MOST_ROUNDS} times")
+        known = estimate(motions, lag)
+        if not self._passes(self._found(known)):
+            return None
+        if not known.is_certain:  # a heading off by degrees turns every command
+            missing = time_missing(motions, quick(self._settings.robot), lag)
+            self._progress.say(f"  that would take {missing:.0f} s more: a floor with a better grip needs less")
+            return None
+        return known.offset
+
+    def _found(self, known: Estimate) -> list[Finding]:
+        turns = [turn_finding(known.turns)] if known.turns else []
+        return [*turns, axes_finding(known.axes), drift_finding(known.axes, known.offset), offset_finding(known)]
+
+    def _go_on(self, motions: Motions) -> Motions:
+        """Quicker motions until the offset is certain, for MOST_TIME at most.
+
+        Raises:
+            Strayed: the robot is too far from where it began.
+        """
+        pace, lag = quick(self._settings.robot), self._settings.robot.velocity_lag
+        missing = min(time_missing(motions, pace, lag), MOST_TIME)
+        self._progress.say(f"  so far {_certainty(estimate(motions, lag))}")
+        self._ask(
+            f"go on for about {missing:.0f} s, up to {100 * pace.reach:g} cm to each side at up to {pace.limit:g} m/s, "
+            f"turning at {pace.yaw_rate:g} rad/s"
+        )
         self._loop.resume()
-        axes = drive_each_way(self._loop, lever, self._settings.robot.max_speed)
-        offset = body_offset(axes, lever)
-        found = offset_finding(offset, axes)
-        passes = self._passes([axes_finding(axes), found])
-        if found.verdict == DOUBTFUL:  # a heading off by degrees turns every command
-            self._progress.say("  too uncertain to drive with: the floor, the wheels or the poses are too rough for it")
-        return offset if passes and found.verdict == GOOD else None
+        begun = told = self._graph.pose.stamp
+        while not (known := estimate(motions, lag)).is_certain and self._graph.pose.stamp - begun < MOST_TIME:
+            if self._graph.pose.stamp - told >= TELLING_PERIOD:
+                told = self._graph.pose.stamp
+                self._progress.say(f"  {_certainty(known)}, about {time_missing(motions, pace, lag):.0f} s more")
+            motions = one_more_round(self._loop, motions, pace, lag)
+        return motions
 
     def _passes(self, findings: Sequence[Finding]) -> bool:
         """Prints the findings; whether none of them is wrong."""
         for finding in findings:
             self._progress.say(f"  {finding.verdict:<8}  {finding.text}")
-        return all(finding.verdict != WRONG for finding in findings)
+        return not _is_wrong(findings)
 
     def _ask(self, motion: str) -> None:
         """Asks the user for consent to a motion, and waits for the answer.
@@ -168,9 +251,19 @@ class _Check:
         if self._yes:
             self._progress.say(f"the robot is going to {motion}")
             return
-        self._progress.say(f"The robot is going to {motion}. Clear 40 cm around it. y and Enter to go, Enter to end:")
+        room = f"{100 * MOST_DISTANCE:g} cm"
+        self._progress.say(f"The robot is going to {motion}. Clear {room} around it. y and Enter to go, Enter to end:")
         # waits without blocking, so that Ctrl-C is noticed and messages are taken
         while not select.select([sys.stdin], [], [], 0.0)[0]:
             self._graph.step()
         if sys.stdin.readline().strip().lower() not in ("y", "yes"):
             raise Declined
+
+
+def _is_wrong(findings: Sequence[Finding]) -> bool:
+    return any(finding.verdict == WRONG for finding in findings)
+
+
+def _certainty(known: Estimate) -> str:
+    offset = known.offset
+    return f"+- {1e3 * offset.position_uncertainty:.1f} mm and {degrees(offset.yaw_uncertainty):.2f} deg"

@@ -2,24 +2,30 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import degrees
+from math import cos, degrees, sin
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from collplan_core.calibration.mocap_offset import AxesFit, BodyOffset
+from collplan_core.calibration.body_motions import Estimate
+from collplan_core.calibration.mocap_offset import ENOUGH_POSITION, ENOUGH_YAW, BodyOffset
 from collplan_core.calibration.stream_quality import StreamQuality
+from collplan_core.calibration.stroke_fit import AxesFit
+from collplan_core.calibration.turn_fit import TurnFit
 from collplan_core.parameters import Settings
 from collplan_ros.node_kit.diagnostics import OK, WARN
 
 GOOD, DOUBTFUL, WRONG = "ok", "doubtful", "WRONG"
 ENOUGH_RATE = 50.0
 """Pose rate below which the velocity window holds too few poses for a good line fit [Hz]."""
-LARGEST_ERROR = 0.3
-"""Largest relative error of a measured motion; beyond it wheel radius, units or axes are set wrongly."""
+USUAL_ERROR, LARGEST_ERROR = 0.1, 0.3
+"""Relative errors of a measured motion. A wheel that slips or whose radius was read off a ruler stays within the first;
+beyond the second wheel radius, units or axes are set wrongly."""
 NO_MOTION = 0.2
 """Ratio of measured to commanded motion below which the robot counts as not moving."""
-ENOUGH_CERTAINTY = 0.5
-"""Largest acceptable standard deviation of the body's heading [deg]."""
+LARGEST_DRIFT = 0.1
+"""Largest velocity beside the commanded one that wheels and floor may add [m/s]."""
+SURELY = 3.0
+"""Standard deviations beyond a limit at which it is surely exceeded."""
 
 
 @dataclass(frozen=True)
@@ -59,29 +65,56 @@ def axes_finding(fit: AxesFit) -> Finding:
         return Finding(WRONG, "the robot did not move: motors off, emergency stop, or cmd_vel does not get there?")
     if fit.mirrored:
         return Finding(WRONG, "left is right: mocap.axes, or the order or direction of the wheels")
-    if abs(fit.scale - 1.0) > LARGEST_ERROR:
-        surely = abs(fit.scale - 1.0) > LARGEST_ERROR + 3.0 * fit.scale * fit.uncertainty
-        verdict = WRONG if surely else DOUBTFUL
-        return Finding(verdict, f"moves {fit.scale:.3g} times as far as told: mocap.units, or the radius of the wheels")
-    return Finding(GOOD, f"moves {fit.scale:.3f} times as far as told, to the side it was told")
+    verdict = _share_verdict(fit.scale, fit.scale * fit.uncertainty)
+    moves = f"moves {fit.scale:.3f} +- {fit.scale * fit.uncertainty:.3f} times as far as told"
+    if verdict == GOOD:
+        return Finding(GOOD, f"{moves}, to the side it was told")
+    return Finding(verdict, f"{moves}: mocap.units, the radius of the wheels, or it touched something")
 
 
-def turn_finding(share: float) -> Finding:
-    """Finding on the turn in place; `share` is the measured angle over the commanded one."""
-    if abs(share) < NO_MOTION:
+def turn_finding(fit: TurnFit) -> Finding:
+    """Finding on the turns in place."""
+    if abs(fit.share) < NO_MOTION:
         return Finding(WRONG, "the robot did not turn, or its heading is not measured")
-    if share < 0.0:
+    if fit.share < 0.0:
         return Finding(WRONG, "turns to the other side than told: mocap.axes, or the direction of the wheels")
-    verdict = GOOD if abs(share - 1.0) <= LARGEST_ERROR else WRONG
-    return Finding(verdict, f"turns {share:.3f} times as far as told")
+    verdict = _share_verdict(fit.share, fit.share_uncertainty)
+    turns = f"turns {fit.share:.3f} +- {fit.share_uncertainty:.3f} times as far as told"
+    return Finding(verdict, turns if verdict == GOOD else f"{turns}: kinematics.mount_radius, the radius of the wheels")
 
 
-def offset_finding(offset: BodyOffset, fit: AxesFit) -> Finding:
-    """Finding on the place of the measured body on the robot."""
-    uncertainty = degrees(fit.uncertainty)
-    verdict = GOOD if uncertainty <= ENOUGH_CERTAINTY else DOUBTFUL
+def _share_verdict(share: float, uncertainty: float) -> str:
+    """Verdict on a measured motion over the commanded one."""
+    error = abs(share - 1.0)
+    if error <= USUAL_ERROR:
+        return GOOD
+    return WRONG if error > LARGEST_ERROR + SURELY * uncertainty else DOUBTFUL
+
+
+def drift_finding(fit: AxesFit, offset: BodyOffset) -> Finding:
+    """Finding on the velocity that wheels and floor add to the commanded one while the robot drives."""
+    # the fit sees the robot's own from the body that is turned on it
+    robot = fit.robot_bias * complex(cos(offset.yaw), sin(offset.yaw))
+    floor = fit.room_bias
+    verdict = GOOD if max(abs(robot), abs(floor)) <= LARGEST_DRIFT else DOUBTFUL
     return Finding(
         verdict,
-        f"the measured body is {1e3 * offset.x:+.1f} mm ahead and {1e3 * offset.y:+.1f} mm left of the centre, "
-        f"turned by {degrees(offset.yaw):+.2f} +- {uncertainty:.2f} deg",
+        f"drifts while it drives by {1e3 * robot.real:+.0f} mm/s ahead and {1e3 * robot.imag:+.0f} mm/s to the left, "
+        f"and by {1e3 * floor.real:+.0f}, {1e3 * floor.imag:+.0f} mm/s in x, y of the room, "
+        f"+- {1e3 * fit.bias_uncertainty:.0f} mm/s; not taken for an offset",
     )
+
+
+def offset_finding(known: Estimate) -> Finding:
+    """Finding on the place of the measured body on the robot."""
+    offset = known.offset
+    uncertainty = 1e3 * offset.position_uncertainty
+    text = (
+        f"the measured body is {1e3 * offset.x:+.1f} +- {uncertainty:.1f} mm ahead and {1e3 * offset.y:+.1f} +- "
+        f"{uncertainty:.1f} mm left of the centre, turned by {degrees(offset.yaw):+.2f} +- "
+        f"{degrees(offset.yaw_uncertainty):.2f} deg"
+    )
+    if known.is_certain:
+        return Finding(GOOD, text)
+    wanted = f"+- {1e3 * ENOUGH_POSITION:g} mm and {degrees(ENOUGH_YAW):.2g} deg"
+    return Finding(DOUBTFUL, f"{text}; {wanted} are wanted to drive with it")

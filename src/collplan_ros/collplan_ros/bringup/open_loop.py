@@ -24,7 +24,7 @@ GREETING_TIME = 0.1
 """Time for which the robot is commanded zero first: of its first command it cannot tell the age [s]."""
 PATIENCE = 3.0
 """Longest wait for the robot's answer [s]."""
-RESTING_TIME = 0.4
+RESTING_TIME = 0.25
 """Time over which poses are averaged to one [s]."""
 
 

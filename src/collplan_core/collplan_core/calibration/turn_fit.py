@@ -1,0 +1,157 @@
+"""The point about which a robot turns, seen from the measured body, from turns in place either way.
+
+Positions are complex numbers x + i y. During a turn a body at heading p is at z = c + L e^(ip): the lever L is sought.
+Two things move the centre c meanwhile. A bias of the wheels that is constant in the robot's frame drives it round a
+circle, so that a turn to the left alone shows a lever too long or short on one side; a turn to the right shows the
+opposite, and both together tell the two apart. A bias that is constant in the room, as of a tilted floor, is a straight
+drift. What is left is the wheels' noise: a random walk that lags as the robot does.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.sensing.pose_filter import PoseSample
+
+SETTLING_TIME = 0.3
+"""Time from the first command until the drift is steady [s]."""
+SPAN = 0.3
+"""Poses within it are averaged [s]."""
+_INSIDE = SPAN * (np.arange(4) - 1.5) / 4.0
+
+SHORTEST_LAG = 0.01
+"""Wheels without any lag are taken for ones with this [s]."""
+RATIOS = np.array([0.0, *np.geomspace(1e-2, 1e6, 33)])
+"""Candidates of the random walk's variance in a second, over the variance of an averaged position [1/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """A turn in place from rest to rest; poses of the body, map frame.
+
+    Attributes:
+        yaw_rate: commanded, positive to the left [rad/s].
+        duration: for which it was commanded [s].
+        before, after: at rest.
+        poses: while it was commanded, in order.
+    """
+
+    yaw_rate: float
+    duration: float
+    before: PoseSample
+    poses: Sequence[PoseSample]
+    after: PoseSample
+
+
+@dataclass(frozen=True, eq=False)
+class TurnFit:
+    """What turns show of the body and of the wheels.
+
+    Attributes:
+        lever: (2,) the body's origin seen from the point it turns about, in the body's own frame [m].
+        uncertainty: standard deviation of the lever by axis [m]; inf where the turns do not determine it.
+        share: measured angle over the commanded one.
+        share_uncertainty: its standard deviation; inf of a single turn.
+    """
+
+    lever: np.ndarray
+    uncertainty: float
+    share: float
+    share_uncertainty: float
+
+
+def fit_turns(turns: Sequence[Turn], lag: float) -> TurnFit:
+    """Least squares through all turns, each weighted by a noise that the turns themselves show.
+
+    Args:
+        turns: at least one, each of some tenths of a second beyond SETTLING_TIME; the wheels' bias is told from the
+            lever where they go both ways.
+        lag: time constant with which the robot follows its commands [s].
+    """
+    lever, uncertainty = _fit_lever(turns, max(lag, SHORTEST_LAG))
+    angles = np.array([_angle(turn) * np.sign(turn.yaw_rate) for turn in turns])
+    asked = np.array([abs(turn.yaw_rate) * turn.duration for turn in turns])
+    spread = float(np.std(angles / asked, ddof=1)) / np.sqrt(len(turns)) if len(turns) > 1 else np.inf
+    return TurnFit(lever, uncertainty, float(angles.sum() / asked.sum()), float(spread))
+
+
+def _angle(turn: Turn) -> float:
+    """From rest to rest: what the robot is late at the begin it makes up for after the end."""
+    yaws = np.unwrap([turn.before.yaw, *(pose.yaw for pose in turn.poses), turn.after.yaw])
+    return float(yaws[-1] - yaws[0])
+
+
+def _fit_lever(turns: Sequence[Turn], lag: float) -> tuple[np.ndarray, float]:
+    windows = [_windows(turn, lag) for turn in turns]
+    # without turns both ways bias and lever are one
+    both_ways = len({turn.yaw_rate > 0.0 for turn in turns}) > 1
+    unknowns = [0, 1, 2] if both_ways else [0, 2]
+    walks = [_averaged_walk(times, lag) for times, _, _ in windows]
+    best = (np.inf, np.zeros(2), np.inf)
+    for ratio in RATIOS.tolist():
+        rows, sides, log_determinant = [], [], 0.0
+        for (times, columns, positions), walk in zip(windows, walks, strict=True):
+            factor = np.linalg.cholesky(np.eye(len(times)) + ratio * walk)
+            whitened = np.linalg.solve(factor, np.column_stack([columns[:, unknowns], positions, np.ones(len(times))]))
+            # where a turn begins is nobody's business
+            one = whitened[:, -1]
+            size = float(np.real(one @ one))
+            whitened = whitened[:, :-1] - np.outer(one, one @ whitened[:, :-1]) / size
+            log_determinant += 2.0 * float(np.log(np.real(np.diag(factor))).sum()) + np.log(size)
+            rows.append(whitened[:, :-1])
+            sides.append(whitened[:, -1])
+        matrix, side = np.concatenate(rows), np.concatenate(sides)
+        freedom = len(side) - len(turns) - len(unknowns)
+        found, _, rank, _ = np.linalg.lstsq(matrix, side, rcond=1e-9)
+        if freedom < 1 or rank < len(unknowns):
+            return np.zeros(2), np.inf
+        variance = max(float(np.sum(np.abs(side - matrix @ found) ** 2)) / freedom, 1e-18)
+        normal = matrix.conj().T @ matrix
+        unlikely = freedom * np.log(variance) + log_determinant + float(np.linalg.slogdet(normal)[1])
+        if unlikely < best[0]:
+            deviation = float(np.sqrt(0.5 * variance * np.real(np.linalg.inv(normal)[0, 0])))
+            best = (unlikely, np.array([found[0].real, found[0].imag]), deviation)
+    return best[1], best[2]
+
+
+def _windows(turn: Turn, lag: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (n,) since the turn began, columns (n, 3) of lever, robot's bias and room's bias, positions (n,)."""
+    times = np.array([pose.stamp for pose in turn.poses]) - turn.poses[0].stamp
+    kept = times >= SETTLING_TIME
+    times, yaws = times[kept], np.unwrap([pose.yaw for pose in turn.poses])[kept]
+    points = np.array([pose.position for pose in turn.poses])[kept] @ np.array([1.0, 1.0j])
+    index = np.floor((times - SETTLING_TIME) / SPAN).astype(int)
+    counts = np.bincount(index) if len(index) else np.zeros(0)
+    full = counts >= 0.5 * counts.max(initial=0.0)
+
+    def averaged(values: np.ndarray) -> np.ndarray:
+        sums = np.bincount(index, values.real) + 1j * np.bincount(index, values.imag)
+        return np.asarray(sums[full] / counts[full])
+
+    if len(times) < 2:
+        return np.zeros(0), np.zeros((0, 3), complex), np.zeros(0, complex)
+    rate = float(np.polyfit(times, yaws, 1)[0]) or 1e-9
+    heading = averaged(np.exp(1j * yaws))
+    middle = averaged(times.astype(complex)).real
+    circle = heading / (1j * rate * (1.0 + 1j * rate * lag))
+    return middle, np.column_stack([heading, circle, middle]), averaged(points)
+
+
+def _averaged_walk(times: np.ndarray, lag: float) -> np.ndarray:
+    """Covariance (n, n) of a walk's averages over SPAN around `times` (n,) [s]; points would vary much more."""
+    points = np.add.outer(times, _INSIDE)
+    within = points.shape[1]
+    walk = _walk(points.ravel(), lag).reshape(len(times), within, len(times), within)
+    return np.asarray(walk.mean(axis=(1, 3)))
+
+
+def _walk(times: np.ndarray, lag: float) -> np.ndarray:
+    """Covariance (n, n) of the positions at `times` (n,) [s] of a walk whose velocity follows white noise with a lag.
+
+    The noise has unit spectral density; the velocity is in its steady state.
+    """
+    earlier = np.minimum.outer(times, times)
+    faded = np.exp(-times / lag)
+    between = np.exp(-np.abs(np.subtract.outer(times, times)) / lag)
+    return np.asarray(earlier + 0.5 * lag * (np.add.outer(faded, faded) - 1.0 - between))
