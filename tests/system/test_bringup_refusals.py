@@ -120,14 +120,14 @@ def test_a_run_folder_that_cannot_be_written_stops_it_before_the_start(tmp_path,
     assert "cannot be written" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("by_hand", [False, True])
-def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys, by_hand):
+@pytest.mark.parametrize(("by_hand", "namespace"), [(False, "/"), (True, "/"), (False, "/robot1")])
+def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys, by_hand, namespace):
     context = Context()
     with environment_set({RANGE: "LOCALHOST"} if by_hand else {}):
         context.init()
-    other = Node("planner_node", context=context)
+    other = Node("planner_node", context=context, namespace=namespace)
     try:
-        assert main(["--out", str(tmp_path)]) == 2
+        assert main(["--out", str(tmp_path), "--namespace", namespace]) == 2
     finally:
         other.destroy_node()
         context.shutdown()
@@ -150,8 +150,15 @@ def lone_robot(tmp_path, monkeypatch):
     return lambda body: program(tmp_path, "fake_robot", body)
 
 
-def test_without_poses_the_message_says_where_they_were_expected(tmp_path, lone_robot, monkeypatch):
+@pytest.mark.parametrize(
+    ("namespace", "words"), [("/", ""), ("/robot1", ", namespace /robot1")], ids=["alone", "robot1"]
+)
+def test_without_poses_the_message_says_where_they_were_expected(
+    ros, tmp_path, lone_robot, monkeypatch, namespace, words
+):
+    """Beside another robot's nodes of the same names."""
     monkeypatch.setattr(graph, "INPUT_PATIENCE", 0.5)
+    ros.make(lambda **kwargs: Node("fake_robot", namespace="/robot2", **kwargs))
     lone_robot("""
         import sys
         from rclpy.node import Node
@@ -166,12 +173,13 @@ def test_without_poses_the_message_says_where_they_were_expected(tmp_path, lone_
         sys.exit(run_node(Robot))
         """)
     before = {key: os.environ[key] for key in ("ROS_DOMAIN_ID", RANGE, PROFILE)}
-    result = run(Options(robot="fake", out=tmp_path / "runs"))
+    result = run(Options(robot="fake", out=tmp_path / "runs", namespace=namespace))
     assert (result.outcome, result.exit_code) == ("graph_lost", 3)
+    within = namespace.rstrip("/")
     domain = before["ROS_DOMAIN_ID"]
     assert result.message == (
-        f"nothing on /mocap/odom (reliable) for 0.5 s; domain {domain}, network subnet, "
-        "made from /mocap/pose (best effort)"
+        f"nothing on {within}/mocap/odom (reliable) for 0.5 s; domain {domain}, network subnet{words}, "
+        f"made from {within}/mocap/pose (best effort)"
     )
     assert {key: os.environ[key] for key in before} == before
 
