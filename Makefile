@@ -1,9 +1,11 @@
 # Every target sets up what it needs; `make help` lists them. ARGS="..." goes to what a target runs.
 
-PYTHON := .venv/bin/python
-# stands for .venv and holds the folder it was made in: an environment cannot be moved
-READY := .venv/.ready-$(or $(ROS_DISTRO),wheels)
-COMPILED := .venv/.compiled
+# .venv, or .venv-jazzy where that is sourced: a shell with ROS and one without have an environment each
+export VENV := .venv$(addprefix -,$(ROS_DISTRO))
+PYTHON := $(VENV)/bin/python
+# stands for the environment and holds the folder it was made in: an environment cannot be moved
+READY := $(VENV)/.ready
+COMPILED := $(VENV)/.compiled
 INSTALLED_FROM := $(wildcard src/*/setup.py requirements*.txt) constraints.txt constraints-oldest.txt tools/setup.sh
 CORE := $(shell find src/collplan_core -name '*.py')
 # of the worlds serpentine:0 to 11 the one in the middle by the time that bounce saved in a trial, when it was chosen
@@ -11,7 +13,7 @@ SERPENTINE := serpentine:2
 
 ifeq ($(ROS_DISTRO),)
 # ROS from wheels: the environment is the ROS installation
-export AMENT_PREFIX_PATH := $(CURDIR)/.venv
+export AMENT_PREFIX_PATH := $(CURDIR)/$(VENV)
 unexport RMW_IMPLEMENTATION
 endif
 
@@ -24,25 +26,24 @@ endif
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
 
-setup: $(COMPILED)  ## make .venv, compile the planner, make .venv-oldest for the second leg of the tests
-	@tools/test_oldest.sh --setup-only
+setup: $(COMPILED)  ## make .venv, or .venv-jazzy where ROS is sourced, and compile the planner
 
 run: $(COMPILED)  ## simulate a run to the goal, ARGS="--help" for its options
-	@.venv/bin/bringup $(ARGS)
+	@$(VENV)/bin/bringup $(ARGS)
 
 demo: $(COMPILED)  ## watch the robot bounce through a serpentine, in a browser on this machine; simulated, Ctrl-C ends it
-	@.venv/bin/bringup --world $(SERPENTINE) --strategy bounce --view --again --no-pictures --out runs/demo $(ARGS)
+	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --view --again --no-pictures --out runs/demo $(ARGS)
 
 study: $(COMPILED)  ## the paper's 300 runs and what they say, simulated, ARGS="--help" for its options
-	@.venv/bin/study $(ARGS)
+	@$(VENV)/bin/study $(ARGS)
 
 study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in worlds nothing was tuned on, simulated
-	@.venv/bin/study --bounces $(ARGS)
+	@$(VENV)/bin/study --bounces $(ARGS)
 
 animation: $(COMPILED)  ## docs/avoid_beside_bounce.gif anew, from two runs in a serpentine, simulated
-	@.venv/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures
-	@.venv/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
-	@.venv/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out docs/avoid_beside_bounce.gif $(ARGS)
+	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures
+	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
+	@$(VENV)/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out docs/avoid_beside_bounce.gif $(ARGS)
 
 pictures: $(COMPILED)  ## docs/pictures anew, from the code
 	@$(PYTHON) tools/pictures $(ARGS)
