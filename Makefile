@@ -21,7 +21,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce animation pictures test soak faults faults-long bench lint format ws
+.PHONY: help setup run demo study study-bounce animation pictures test soak faults faults-long bench lint format dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -72,6 +72,9 @@ lint: $(READY)  ## style and types
 format: $(READY)  ## lay the sources out as lint wants them
 	$(PYTHON) -m ruff check --fix
 	$(PYTHON) -m ruff format
+
+dist: $(COMPILED)  ## the packages as wheels in dist/, installed and tried in a clean environment, without and with ROS
+	@tools/dist.sh
 
 ws: $(COMPILED)  ## build ros_ws with colcon and try its executables
 	@tools/build_ws.sh $(ARGS)
