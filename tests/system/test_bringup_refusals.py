@@ -151,10 +151,20 @@ def lone_robot(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("namespace", "words"), [("/", ""), ("/robot1", ", namespace /robot1")], ids=["alone", "robot1"]
+    ("namespace", "words", "topic", "source"),
+    [
+        ("/", "", "mocap/pose", "/mocap/pose (best effort)"),
+        (
+            "/robot1",
+            ", namespace /robot1",
+            "/vicon/body",
+            "/vicon/body (best effort); a simulated robot sends its poses on /robot1/mocap/pose, in no receiver's form",
+        ),
+    ],
+    ids=["alone", "robot1_with_a_receivers_set"],
 )
 def test_without_poses_the_message_says_where_they_were_expected(
-    ros, tmp_path, lone_robot, monkeypatch, namespace, words
+    ros, tmp_path, lone_robot, monkeypatch, namespace, words, topic, source
 ):
     """Beside another robot's nodes of the same names."""
     monkeypatch.setattr(graph, "INPUT_PATIENCE", 0.5)
@@ -173,13 +183,15 @@ def test_without_poses_the_message_says_where_they_were_expected(
         sys.exit(run_node(Robot))
         """)
     before = {key: os.environ[key] for key in ("ROS_DOMAIN_ID", RANGE, PROFILE)}
-    result = run(Options(robot="fake", out=tmp_path / "runs", namespace=namespace))
+    params = tmp_path / "set.yaml"
+    params.write_text(f"/**:\n  ros__parameters:\n    mocap: {{topic: {topic}}}\n")
+    result = run(Options(robot="fake", params=params, out=tmp_path / "runs", namespace=namespace))
     assert (result.outcome, result.exit_code) == ("graph_lost", 3)
     within = namespace.rstrip("/")
     domain = before["ROS_DOMAIN_ID"]
     assert result.message == (
         f"nothing on {within}/mocap/odom (reliable) for 0.5 s; domain {domain}, network subnet{words}, "
-        f"made from {within}/mocap/pose (best effort)"
+        f"made from {source}"
     )
     assert {key: os.environ[key] for key in before} == before
 

@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
+from collplan_core.parameters import Mocap
 from collplan_ros.bringup.commanders import TOPIC, other_commanders
 from collplan_ros.bringup.failures import GraphError, NodeDied, StartError
 from collplan_ros.bringup.network import described, environment_set, graph_environment
@@ -414,6 +415,8 @@ class Graph:
         source = f"{self._name(mocap.topic)} ({mocap.reliability.replace('_', ' ')})"
         reported = self.recorder.reported.get(self.full_name("mocap_node"))
         reason = f"; mocap_node: {reported.message}" if reported else ""
+        if self._preparation.robot.simulated and mocap.topic != Mocap().topic:
+            reason += f"; a simulated robot sends its poses on {self._name(Mocap().topic)}, in no receiver's form"
         return f"{self._missing('mocap/odom', 'reliable')}, made from {source}{reason}"
 
     def _too_slow(self) -> str:
