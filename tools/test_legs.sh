@@ -2,6 +2,7 @@
 # test_legs.sh test|soak [PYTEST ARGUMENT...]: all legs of the tests, each whatever became of the one before; a line on
 # each at the end. Fails where one did.
 set -u
+: "${VENV:?make names the environment: call make test or make soak}"
 cd "$(dirname "$0")/.."
 mode=$1
 shift
@@ -23,13 +24,13 @@ side_by_side="-n 2 --dist loadfile"
 # shellcheck disable=SC2086  # two options
 case $mode in
 test)
-    leg "installed versions" .venv/bin/python -m pytest $side_by_side "$@"
+    leg "installed versions" "$VENV/bin/python" -m pytest $side_by_side "$@"
     # the properties held above; what an older version lacks shows at once
     oldest=--few-examples
     ;;
 soak)
-    leg "installed versions, with the long ones" .venv/bin/python -m pytest $side_by_side -m "soak or not soak" "$@"
-    leg "core without its compiler" env NUMBA_DISABLE_JIT=1 .venv/bin/python -m pytest $side_by_side tests/core "$@"
+    leg "installed versions, with the long ones" "$VENV/bin/python" -m pytest $side_by_side -m "soak or not soak" "$@"
+    leg "core without its compiler" env NUMBA_DISABLE_JIT=1 "$VENV/bin/python" -m pytest $side_by_side tests/core "$@"
     ;;
 *)
     echo "test_legs.sh: test or soak, not $mode" >&2

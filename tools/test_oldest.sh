@@ -1,5 +1,5 @@
 #!/bin/sh
-# test_oldest.sh --setup-only | [PYTEST ARGUMENT...]: the tests that need no ROS, on the oldest versions declared, in
+# test_oldest.sh [PYTEST ARGUMENT...]: the tests that need no ROS, on the oldest versions declared, in
 # .venv-oldest. They are known to work together on Python 3.11 and 3.12; without one of those, says so and
 # succeeds.
 set -eu
@@ -22,7 +22,6 @@ if [ "$(cat .venv-oldest/.ready 2>/dev/null)" != "$PWD $sum" ]; then
         -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study
     echo "$PWD $sum" >.venv-oldest/.ready
 fi
-[ "${1:-}" != --setup-only ] || exit 0
 
 echo "Oldest versions: $(.venv-oldest/bin/python -m pip --disable-pip-version-check freeze 2>/dev/null |
     grep -E '^(numpy|scipy|shapely|numba|pymunk)==' | tr '\n' ' ')"

@@ -3,10 +3,12 @@
 import ast
 import re
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 
 import yaml
 
-from collplan_core.parameters import GROUPS
+from collplan_core.parameters import GROUPS, ParameterError, Settings
+from collplan_core.parameters.file import read_parameters
 from command_lines import HEADS, wrong_command
 from repository import (
     EVERYTHING,
@@ -89,6 +91,20 @@ def wrong_parameters(text: str) -> list[str]:
     return [wrong for key in keys if key for wrong in wrong_value(key[1], key[2])]
 
 
+def wrong_parameter_files(text: str) -> list[str]:
+    wrong = []
+    for block in blocks(text, "yaml"):
+        if "ros__parameters" in block:
+            with NamedTemporaryFile("w", suffix=".yaml") as file:
+                file.write(block)
+                file.flush()
+                try:
+                    Settings().with_values(read_parameters(Path(file.name)))
+                except ParameterError as error:
+                    wrong.append(str(error))
+    return wrong
+
+
 def wrong_commands(text: str) -> list[str]:
     lines = [span for span in spans(text) if HEADS.match(span) and " " in span]
     for block in blocks(text, ""):
@@ -112,5 +128,6 @@ def listed(text: str, head: str) -> set[str]:
 
 
 def untrue(text: str, folder: Path) -> list[str]:
-    checks = (wrong_paths, wrong_functions, wrong_imports, wrong_parameters, wrong_commands, wrong_topics)
+    names = (wrong_paths, wrong_functions, wrong_imports, wrong_parameters, wrong_topics)
+    checks = (*names, wrong_parameter_files, wrong_commands)
     return wrong_links(text, folder) + [each for check in checks for each in check(text)]

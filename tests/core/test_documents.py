@@ -32,6 +32,7 @@ def test_every_topic_and_service_is_listed():
         "```\nros2 run collplan_ros lidar_node --ros-args -p lidar.world:=slalom\nros2 topic echo planner/costs\n```",
         "```\nros2 param set /planner_node planner.map_period 0.4\nros2 service call /cancel std_srvs/srv/Trigger\n```",
         "```\n00 | a picture of bytes -> no command; build.py -> frontiers.py\n```",
+        "```yaml\n/**:\n  ros__parameters:\n    robot: {radius: 0.1}\n```\n```yaml\nstart: [0.3, 1.0]\n```",
         "```python\nfrom collplan_core.parameters import Settings\nfrom omnipuck_sim.trial import run_trial\n```",
     ],
 )
@@ -53,6 +54,8 @@ def test_what_is_true_passes(text):
         "`local_map/build.py: no_such_function`",
         "`plan_cycle.py: plan_cycle`",  # which of the two?
         "`planner.no_such_key`",
+        "```yaml\n/**:\n  ros__parameters:\n    robot: {radus: 0.1}\n```",
+        "```yaml\n/**:\n  ros__parameters:\n    robot: {max_speed: 9.0}\n```",
         "`planner.strategy: no_such_strategy`",
         "`robot.radius:=50`",
         "`no_such/topic`",

@@ -25,9 +25,14 @@ from collplan_ros.markers.plan_markers import (
     plan_markers,
 )
 from collplan_ros.markers.shapes import ARROW_ENDS
+from collplan_ros.messages.qos import EVERY_UNRELIABLE
+from collplan_ros.recording.recorded_topics import recorded_topics
 from fake_robot import LIDAR, hall
 
 SETTINGS = Settings()
+GOAL = np.array([2.0, 0.0])
+KINDS = {"SetGoal": "PoseStamped"}
+"""What RViz's tools send; displays are named like what they show."""
 FIXED_SCALE = {Marker.TRIANGLE_LIST: ("x", "y", "z"), Marker.POINTS: ("x", "y")}
 
 
@@ -35,7 +40,7 @@ FIXED_SCALE = {Marker.TRIANGLE_LIST: ("x", "y", "z"), Marker.POINTS: ("x", "y")}
 def cycle():
     state = State(3.25, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
     local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, SETTINGS.robot, SETTINGS.local_map)
-    plan, memory = planner_for("harness").plan(None, local_map, state, np.array([2.0, 0.0]), SETTINGS)
+    plan, memory = planner_for("harness").plan(None, local_map, state, GOAL, SETTINGS)
     return local_map, plan, PAPER.boundaries(memory)
 
 
@@ -52,12 +57,12 @@ def rollouts():
     for stamp in (3.25, 3.30):
         state = State(stamp, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
         local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, settings.robot, settings.local_map)
-        plan, memory = planner_for("bounce").plan(memory, local_map, state, np.array([2.0, 0.0]), settings)
+        plan, memory = planner_for("bounce").plan(memory, local_map, state, GOAL, settings)
     return local_map, plan, ROLLOUTS.boundaries(memory), settings
 
 
 def by_namespace(cycle, hit=None, settings=SETTINGS):
-    return {marker.ns: marker for marker in plan_markers(*cycle, hit, settings).markers}
+    return {marker.ns: marker for marker in plan_markers(*cycle, hit, GOAL, settings).markers}
 
 
 def points(marker):
@@ -65,7 +70,7 @@ def points(marker):
 
 
 def test_one_marker_a_namespace_so_that_each_replaces_the_last(cycle):
-    made = plan_markers(*cycle, None, SETTINGS).markers
+    made = plan_markers(*cycle, None, GOAL, SETTINGS).markers
     assert len({m.ns for m in made}) == len(made)
     assert {m.id for m in made} == {0}
     assert {m.header.frame_id for m in made} == {"map"}
@@ -169,16 +174,43 @@ def test_the_last_hit_is_shown_as_foreseen_and_as_measured(cycle, foreseen):
     assert shown.colors[::ARROW_ENDS] == colors
 
 
-def rviz_topics():
+def test_robot_goal_and_scan_are_where_they_are(markers):
+    """All that RViz needs to show them is the frame map."""
+    corners = points(markers["robot"]).reshape(-1, 3, 2)
+    np.testing.assert_allclose(corners[:, 0], np.tile([0.1, 0.2], (len(corners), 1)))
+    np.testing.assert_allclose(np.hypot(*(corners[:, 1] - [0.1, 0.2]).T), SETTINGS.robot.radius)
+    np.testing.assert_allclose(np.hypot(*(points(markers["goal"]) - GOAL).T), SETTINGS.planner.goal_tolerance)
+    state = State(3.25, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
+    scan = simulate_scan(hall(0.1), state, LIDAR)
+    bearings = state.yaw + scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    ends = state.position + scan.ranges[:, None] * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    np.testing.assert_allclose(points(markers["scan"]), ends[np.isfinite(scan.ranges)], atol=1e-9)
+
+
+def test_what_moves_is_not_shown_for_long(markers):
+    assert {name for name, marker in markers.items() if marker.lifetime.sec} == {"robot", "scan"}
+
+
+def rviz_displays():
     text = (files("collplan_ros") / "rviz" / "collplan.rviz").read_text()
     manager = yaml.safe_load(text)["Visualization Manager"]
     assert manager["Global Options"]["Fixed Frame"] == "map"
-    shown = [*manager["Displays"], *manager["Tools"]]
-    return {display["Topic"]["Value"]: display["Topic"] for display in shown if "Topic" in display}
+    return [shown for shown in [*manager["Displays"], *manager["Tools"]] if "Topic" in shown]
 
 
 def test_rviz_shows_the_graph_and_hears_what_is_sent():
-    topics = rviz_topics()
-    assert {"planner/markers", "scan", "plan", "mocap/odom", "goal_pose"} <= topics.keys()
-    assert topics["scan"]["Reliability Policy"] == "Best Effort"
-    assert topics["planner/markers"]["Durability Policy"] == "Transient Local"
+    displays = {shown["Topic"]["Value"]: shown for shown in rviz_displays()}
+    assert {"planner/markers", "scan", "plan", "mocap/odom", "goal_pose"} <= displays.keys()
+    published = recorded_topics(SETTINGS)
+    for name, shown in displays.items():
+        kind = shown["Class"].partition("/")[2]
+        assert published[name].kind.__name__ == KINDS.get(kind, kind)
+        wants_all = shown["Topic"]["Reliability Policy"] == "Reliable"
+        assert not wants_all or published[name].qos != EVERY_UNRELIABLE, name
+    assert displays["planner/markers"]["Topic"]["Durability Policy"] == "Transient Local"
+
+
+def test_rviz_shows_nothing_at_first_that_needs_a_transform():
+    assert [shown["Class"] for shown in rviz_displays() if shown.get("Enabled") is False] == [
+        "rviz_default_plugins/LaserScan"
+    ]

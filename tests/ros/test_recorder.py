@@ -49,13 +49,14 @@ WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None
 class Recording:
     """A recorder that listens to no graph: it is handed messages and when they were sent [s after WALL_CLOCK]."""
 
-    def __init__(self, wall: Callable[[], float] = lambda: WALL_CLOCK) -> None:
+    def __init__(self, wall: Callable[[], float] = lambda: WALL_CLOCK, namespace: str = "/") -> None:
         self._take = {}
         self._folder = tempfile.TemporaryDirectory()
         self._path = Path(self._folder.name) / RECORD
         self._file = RecordFile(self._path)
         # by the steady clock the recorder begins at 0
-        self.recorder = Recorder(self, Settings(), self._file, SendTimes(wall, lambda: wall() - WALL_CLOCK))
+        times = SendTimes(wall, lambda: wall() - WALL_CLOCK)
+        self.recorder = Recorder(self, Settings(), self._file, times, namespace)
         self.recorder.begin(True, GOAL)
 
     def listen(self, topic, take) -> None:
@@ -100,6 +101,14 @@ def recorded(order: list[str]) -> RunLog:
 def in_time() -> list[str]:
     """The topics in the order of sending."""
     return [topic for _, topic in sorted((sent, topic) for topic, rows in sent_messages().items() for sent, _ in rows)]
+
+
+@pytest.mark.parametrize(("namespace", "own"), [("/", "/mocap_node"), ("/robot1", "/robot1/mocap_node")])
+def test_diagnostics_of_other_robots_are_theirs(namespace, own):
+    recording = Recording(namespace=namespace)
+    names = ("/mocap_node", "/robot1/mocap_node", "/robot2/mocap_node", "/robot1/arm/mocap_node")
+    recording.take("/diagnostics", 0.1, DiagnosticArray(status=[DiagnosticStatus(name=name) for name in names]))
+    assert recording.recorder.reported.keys() == recording.recorder.reported_at.keys() == {own}
 
 
 def arrival(log: RunLog) -> float:

@@ -38,11 +38,26 @@ def test_every_example_of_the_help_starts_the_program_as_it_was_called(monkeypat
 
 @pytest.mark.parametrize("goal", [(2.0, 0.4), (-1e-05, -3.0)])
 @pytest.mark.parametrize("network", [None, "subnet"])
-def test_the_line_that_repeats_a_run_gives_robot_goal_and_parameters(monkeypatch, goal, network):
+@pytest.mark.parametrize("namespace", ["/", "/lab/robot1"])
+def test_the_line_that_repeats_a_run_gives_robot_goal_and_parameters(monkeypatch, goal, network, namespace):
     monkeypatch.setattr("sys.argv", [".venv/bin/bringup", "--seed", "3"])
-    first = Options(robot="serial:/dev/my robot", goal=goal, network=network, timeout=9.0, max_speed=0.9)
+    first = Options(
+        robot="serial:/dev/my robot", goal=goal, network=network, timeout=9.0, max_speed=0.9, namespace=namespace
+    )
     program, *arguments = shlex.split(first.repeat(np.array(goal), Path("the runs/latest/parameters.yaml")))
     again = parse(arguments)
     assert (program, again.robot, again.goal, again.network) == (".venv/bin/bringup", first.robot, goal, network)
-    assert again.max_speed == first.max_speed
+    assert (again.max_speed, again.namespace) == (first.max_speed, namespace)
     assert again.params == Path("the runs/latest/parameters.yaml")
+
+
+def test_a_namespace_is_given_with_or_without_its_slash():
+    assert parse([]).namespace == "/"
+    assert parse(["--namespace", "robot1"]).namespace == parse(["--namespace", "/robot1"]).namespace == "/robot1"
+
+
+@pytest.mark.parametrize("namespace", ["robot 1", "1st", "robot1/", "/lab//robot1", "robot-1", "//robot1"])
+def test_a_namespace_that_ros_does_not_take_is_refused(capsys, namespace):
+    with pytest.raises(SystemExit, match="2"):
+        parse(["--namespace", namespace])
+    assert f"namespace: got {namespace!r}, expected letters, digits and _" in capsys.readouterr().err

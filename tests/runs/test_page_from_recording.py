@@ -47,8 +47,9 @@ def sent_in_a_run():
     stopped = doing | {"activity": "stopped", "reason": "old"}
     yield "controller/state", 1.5, status("/controller_node", b"\1", "", **stopped)
     yield "robot/state", 0.5, status("/simulator_node", b"\0", "", state="free", reason="")
-    yield "/diagnostics", 0.2, DiagnosticArray(status=[status("/planner_node", b"\0", "plans")])
-    yield "/diagnostics", 1.0, DiagnosticArray(status=[status("/mocap_node", b"\1", "<b>late</b>", poses="12")])
+    yield "/diagnostics", 0.2, DiagnosticArray(status=[status("/robot1/planner_node", b"\0", "plans")])
+    yield "/diagnostics", 1.0, DiagnosticArray(status=[status("/robot1/mocap_node", b"\1", "<b>late</b>", poses="12")])
+    yield "/diagnostics", 1.0, DiagnosticArray(status=[status("/robot2/mocap_node", b"\2", "another robot's")])
 
 
 @pytest.fixture(scope="module")
@@ -96,9 +97,9 @@ def test_what_nodes_said_is_shown(recording):
     assert (last["activity"], last["reason"], last["warn"]) == ("stopped", "old", True)
     assert newest(frames, "hold", 9.0) == {"state": "free", "message": ""}
     mocap, planner = newest(frames, "nodes", 9.0)
-    assert (mocap["name"], mocap["level"], mocap["message"]) == ("/mocap_node", 1, "<b>late</b>")
+    assert (mocap["name"], mocap["level"], mocap["message"]) == ("/robot1/mocap_node", 1, "<b>late</b>")
     assert mocap["values"] == {"poses": "12"}
-    assert (planner["name"], planner["silent"]) == ("/planner_node", False)
+    assert (planner["name"], planner["silent"]) == ("/robot1/planner_node", False)
 
 
 def test_nothing_is_said_to_be_missing(recording):

@@ -18,7 +18,7 @@ from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.recording.reading import description
+from collplan_ros.recording.reading import description, raw_messages
 from collplan_ros.recording.recording_file import RECORDING, RecordingFile
 
 QUESTION = {"world", "strategy", "seed", "simulated", "repeat", "assumed"}
@@ -117,6 +117,25 @@ def test_a_bringup_that_falls_behind_tells_the_run_as_it_was(tmp_path, monkeypat
     impacts = [float(row["t"]) for row in csv.DictReader((result.folder / "impacts.csv").open())]
     assert all(0.0 <= t <= result.summary["arrival_time_s"] for t in impacts)
     assert said.getvalue().count("   0.0 s ") <= 1
+
+
+@pytest.mark.soak
+def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path):
+    """One in simulated time that is half as fast: were /clock shared, neither would know the time."""
+    slow = tmp_path / "slow.yaml"
+    slow.write_text("/**:\n  ros__parameters:\n    simulator: {speed_factor: 0.5}\n")
+    runs, plain = tmp_path / "runs", ["--no-pictures", "--world", "slalom"]
+    with (
+        Run(runs / "one", "--namespace", "robot1", *plain, "--params", str(slow)) as one,
+        Run(runs / "two", "--namespace", "/robot2", *plain) as two,
+    ):
+        assert (one.end(), two.end()) == (0, 0), one.text + two.text
+    for robot, namespace in ((one, "/robot1"), (two, "/robot2")):
+        assert robot.summary()["outcome"] == "reached"
+        recording = robot.out / "latest" / RECORDING
+        assert description(recording, "run")["namespace"] == namespace
+        assert len(list(raw_messages(recording, ["goal_status"]))) >= 3
+    assert list(raw_messages(one.out / "latest" / RECORDING, ["clock"]))
 
 
 @pytest.mark.parametrize(

@@ -120,14 +120,14 @@ def test_a_run_folder_that_cannot_be_written_stops_it_before_the_start(tmp_path,
     assert "cannot be written" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("by_hand", [False, True])
-def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys, by_hand):
+@pytest.mark.parametrize(("by_hand", "namespace"), [(False, "/"), (True, "/"), (False, "/robot1")])
+def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys, by_hand, namespace):
     context = Context()
     with environment_set({RANGE: "LOCALHOST"} if by_hand else {}):
         context.init()
-    other = Node("planner_node", context=context)
+    other = Node("planner_node", context=context, namespace=namespace)
     try:
-        assert main(["--out", str(tmp_path)]) == 2
+        assert main(["--out", str(tmp_path), "--namespace", namespace]) == 2
     finally:
         other.destroy_node()
         context.shutdown()
@@ -150,8 +150,25 @@ def lone_robot(tmp_path, monkeypatch):
     return lambda body: program(tmp_path, "fake_robot", body)
 
 
-def test_without_poses_the_message_says_where_they_were_expected(tmp_path, lone_robot, monkeypatch):
+@pytest.mark.parametrize(
+    ("namespace", "words", "topic", "source"),
+    [
+        ("/", "", "mocap/pose", "/mocap/pose (best effort)"),
+        (
+            "/robot1",
+            ", namespace /robot1",
+            "/vicon/body",
+            "/vicon/body (best effort); a simulated robot sends its poses on /robot1/mocap/pose, in no receiver's form",
+        ),
+    ],
+    ids=["alone", "robot1_with_a_receivers_set"],
+)
+def test_without_poses_the_message_says_where_they_were_expected(
+    ros, tmp_path, lone_robot, monkeypatch, namespace, words, topic, source
+):
+    """Beside another robot's nodes of the same names."""
     monkeypatch.setattr(graph, "INPUT_PATIENCE", 0.5)
+    ros.make(lambda **kwargs: Node("fake_robot", namespace="/robot2", **kwargs))
     lone_robot("""
         import sys
         from rclpy.node import Node
@@ -166,12 +183,15 @@ def test_without_poses_the_message_says_where_they_were_expected(tmp_path, lone_
         sys.exit(run_node(Robot))
         """)
     before = {key: os.environ[key] for key in ("ROS_DOMAIN_ID", RANGE, PROFILE)}
-    result = run(Options(robot="fake", out=tmp_path / "runs"))
+    params = tmp_path / "set.yaml"
+    params.write_text(f"/**:\n  ros__parameters:\n    mocap: {{topic: {topic}}}\n")
+    result = run(Options(robot="fake", params=params, out=tmp_path / "runs", namespace=namespace))
     assert (result.outcome, result.exit_code) == ("graph_lost", 3)
+    within = namespace.rstrip("/")
     domain = before["ROS_DOMAIN_ID"]
     assert result.message == (
-        f"nothing on /mocap/odom (reliable) for 0.5 s; domain {domain}, network subnet, "
-        "made from /mocap/pose (best effort)"
+        f"nothing on {within}/mocap/odom (reliable) for 0.5 s; domain {domain}, network subnet{words}, "
+        f"made from {source}"
     )
     assert {key: os.environ[key] for key in before} == before
 

@@ -146,7 +146,7 @@ class _Check:
     def __init__(self, graph: Graph, preparation: Preparation, progress: Progress, yes: bool) -> None:
         self._graph = graph
         self._settings = preparation.settings
-        self._names = list(preparation.programs)
+        self._names = [graph.full_name(name) for name in preparation.programs]
         self._progress = progress
         self._yes = yes
         self._statuses: dict[str, DiagnosticStatus] = {}
@@ -165,14 +165,13 @@ class _Check:
         self._graph.node.create_subscription(DiagnosticArray, "/diagnostics", self._take_statuses, EVERY_ONE)
 
         def silent() -> list[str]:
-            reported = {name.rpartition("/")[2] for name in self._statuses}
-            return [name for name in self._names if name not in reported]
+            return [name for name in self._names if name not in self._statuses]
 
         self._graph.wait(lambda: not silent(), REPORT_PATIENCE, lambda: f"no diagnostics of {', '.join(silent())}")
         return node_findings(self._statuses)
 
     def _take_statuses(self, message: DiagnosticArray) -> None:
-        self._statuses.update({s.name: s for s in message.status if s.name.rpartition("/")[2] in self._names})
+        self._statuses.update({s.name: s for s in message.status if s.name in self._names})
 
     def _stream(self) -> list[Finding]:
         poses = self._loop.rest(WATCHING_TIME)

@@ -2,6 +2,7 @@
 
 from rclpy.node import Node
 
+from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.node_kit.publishers import known_publishers
 
 TOPIC = "cmd_vel"
@@ -12,5 +13,4 @@ def other_commanders(node: Node, commander: str) -> list[str]:
 
     One of the commander's own name is not told apart here; bringup refuses a second node of that name at its start.
     """
-    expected = f"{node.get_namespace().rstrip('/')}/{commander}"
-    return sorted(set(known_publishers(node, TOPIC)) - {expected})
+    return sorted(set(known_publishers(node, TOPIC)) - {full_name(node.get_namespace(), commander)})

@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
+from collplan_core.parameters import Mocap
 from collplan_ros.bringup.commanders import TOPIC, other_commanders
 from collplan_ros.bringup.failures import GraphError, NodeDied, StartError
 from collplan_ros.bringup.network import described, environment_set, graph_environment
@@ -31,6 +32,7 @@ from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.conversions import goal_to_message
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.diagnostics import ERROR
+from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.recording.description import describe_run
 from collplan_ros.recording.graph_topics import GraphTopics
 from collplan_ros.recording.recorded_topics import recorded_topics
@@ -259,28 +261,33 @@ class Graph:
         """The nodes that report no more although their processes run, to be added to a sentence; empty without any."""
         silent = self.recorder.silent(LONGEST_SILENCE)
         found = [
-            f"{name} for {silent[self._full_name(name)]:.1f} s"
+            f"{name} for {silent[self.full_name(name)]:.1f} s"
             for name in self._preparation.programs
-            if self._full_name(name) in silent
+            if self.full_name(name) in silent
         ]
         return f"; frozen: nothing on /diagnostics from {in_words(found)}" if found else ""
 
+    def full_name(self, node: str) -> str:
+        """Full name of a node of this graph."""
+        return full_name(self._preparation.namespace, node)
+
     def last_message(self, node: str) -> str:
         """Message of a node's newest health report; "" before the first."""
-        status = self.recorder.reported.get(self._full_name(node))
+        status = self.recorder.reported.get(self.full_name(node))
         return "" if status is None else status.message
 
     def _open_node(self, stack: ExitStack) -> None:
         context = Context()
         context.init()
         stack.callback(context.try_shutdown)
-        self.node = Node(NAME, context=context)
+        remapped = ["--ros-args", *self._remapping()]
+        self.node = Node(NAME, context=context, namespace=self._preparation.namespace, cli_args=remapped)
         stack.callback(self.node.destroy_node)
         settings = self._preparation.settings
         if self._is_recorded:
             self._recording = self._begun_recording(stack)
         topics = self._topics = GraphTopics(self.node, recorded_topics(settings), self._recording)
-        self.recorder = Recorder(topics, settings, self._record)
+        self.recorder = Recorder(topics, settings, self._record, namespace=self._preparation.namespace)
         self._cancel = self.node.create_client(Trigger, "cancel")
         self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
         topics.listen("robot/state", self._take_robot_state)
@@ -292,8 +299,8 @@ class Graph:
         preparation, folder = self._preparation, self._folder
         recording = RecordingFile(folder.recording)
         stack.callback(recording.finish)
-        goal, simulated, namespace = preparation.goal.tolist(), preparation.robot.simulated, self.node.get_namespace()
-        describe_run(recording, folder.parameters, preparation.world, goal, simulated, namespace)
+        goal, simulated = preparation.goal.tolist(), preparation.robot.simulated
+        describe_run(recording, folder.parameters, preparation.world, goal, simulated, preparation.namespace)
         return recording
 
     def _take_robot_state(self, message: DiagnosticStatus, _: dict[str, Any]) -> None:
@@ -301,12 +308,17 @@ class Graph:
         self._robot_knows_planner = ("knows_planner", "yes") in [(item.key, item.value) for item in message.values]
 
     def _ros_arguments(self) -> list[str]:
-        arguments = ["--params-file", str(self._folder.parameters)]
+        namespace = f"__ns:={self._preparation.namespace}"
+        arguments = ["--params-file", str(self._folder.parameters), "-r", namespace, *self._remapping()]
         if self._preparation.settings.simulator.speed_factor != 1.0:
             arguments += ["-p", "use_sim_time:=true"]
         if self._preparation.robot.emulated:
             arguments += ["-p", f"emulator.link:={self._folder.serial}", "-p", f"driver.port:={self._folder.serial}"]
         return arguments
+
+    def _remapping(self) -> list[str]:
+        """Keeps a simulation's clock in its own namespace: ROS has one for all robots of a domain, /clock."""
+        return ["-r", "/clock:=clock"]
 
     def _stop_processes(self) -> None:
         try:
@@ -340,7 +352,7 @@ class Graph:
         """Number of visible nodes for each name of this graph, in its namespace."""
         ours = {NAME, *self._preparation.programs}
         seen = self.node.get_node_names_and_namespaces()
-        return Counter(name for name, space in seen if space == self.node.get_namespace() and name in ours)
+        return Counter(name for name, space in seen if space == self._preparation.namespace and name in ours)
 
     def _refuse_running_nodes(self) -> None:
         end = time.monotonic() + LISTENING_TIME
@@ -372,7 +384,7 @@ class Graph:
 
     @property
     def _robot_status(self) -> DiagnosticStatus:
-        return self.recorder.reported[self._full_name(self._preparation.robot.nodes[0])]
+        return self.recorder.reported[self.full_name(self._preparation.robot.nodes[0])]
 
     def _robot_problem(self) -> str:
         return f"{self._preparation.robot.nodes[0]}: {self._robot_status.message}"
@@ -381,7 +393,7 @@ class Graph:
         """Sets mocap.detect_impacts to false if the firmware senses impacts, lest each be published twice."""
         if ("impact_sensing", "yes") not in [(item.key, item.value) for item in self._robot_status.values]:
             return
-        client = self.node.create_client(SetParameters, f"{self._full_name('mocap_node')}/set_parameters")
+        client = self.node.create_client(SetParameters, f"{self.full_name('mocap_node')}/set_parameters")
         off = Parameter("mocap.detect_impacts", value=False).to_parameter_msg()
         self.wait(client.service_is_ready, INPUT_PATIENCE, lambda: "mocap_node: no parameter service")
         answer = client.call_async(SetParameters.Request(parameters=[off]))
@@ -389,13 +401,10 @@ class Graph:
 
     @property
     def _where(self) -> str:
-        return described(self._preparation.network)
-
-    def _full_name(self, node: str) -> str:
-        return f"{self.node.get_namespace().rstrip('/')}/{node}"
+        return described(self._preparation.network, self._preparation.namespace)
 
     def _silent_nodes(self) -> list[str]:
-        return [name for name in self._preparation.programs if self._full_name(name) not in self.recorder.reported]
+        return [name for name in self._preparation.programs if self.full_name(name) not in self.recorder.reported]
 
     def _unready(self) -> str:
         silent = in_words(self._silent_nodes())
@@ -404,8 +413,10 @@ class Graph:
     def _no_pose(self) -> str:
         mocap = self._preparation.settings.mocap
         source = f"{self._name(mocap.topic)} ({mocap.reliability.replace('_', ' ')})"
-        reported = self.recorder.reported.get(self._full_name("mocap_node"))
+        reported = self.recorder.reported.get(self.full_name("mocap_node"))
         reason = f"; mocap_node: {reported.message}" if reported else ""
+        if self._preparation.robot.simulated and mocap.topic != Mocap().topic:
+            reason += f"; a simulated robot sends its poses on {self._name(Mocap().topic)}, in no receiver's form"
         return f"{self._missing('mocap/odom', 'reliable')}, made from {source}{reason}"
 
     def _too_slow(self) -> str:

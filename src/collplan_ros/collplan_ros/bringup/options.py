@@ -14,6 +14,7 @@ from collplan_core.parameters.spec import Parameters, specs
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import RANGES
 from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, robot_kind
+from collplan_ros.node_kit.node_names import namespace_from
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Options:
         yes: whether the check may move the robot without asking.
         view: whether view_node shows the run in a browser.
         again: whether the robot drives there and back until it is interrupted.
+        namespace: of all nodes, with its leading slash.
     """
 
     robot: str = "sim"
@@ -57,6 +59,7 @@ class Options:
     yes: bool = False
     view: bool = False
     again: bool = False
+    namespace: str = "/"
 
     def values(self) -> dict[str, object]:
         """The parameters that these options set, by key."""
@@ -79,7 +82,8 @@ class Options:
         network = ["--network", self.network] if self.network else []
         # a robot that is not simulated wants it said
         said = [] if robot_kind(self.robot).simulated else ["--world", self.world or "", *self._speed]
-        given = ["--robot", self.robot, *network, *said, "--params", str(parameters), "--goal", x, y]
+        namespace = [] if self.namespace == "/" else ["--namespace", self.namespace]
+        given = ["--robot", self.robot, *network, *namespace, *said, "--params", str(parameters), "--goal", x, y]
         return shlex.join([as_called("bringup"), *given])
 
     @property
@@ -116,7 +120,7 @@ Each run leaves a folder: run.html, which plays it in a browser, run.gif, trajec
 summary.json, parameters.yaml, the output of each node in log/, and record.jsonl and run.mcap, written while it
 goes on; run.mcap holds every topic. What a bringup that was killed has left of them the next one completes. The
 command line that repeats the run is said at its end, and in summary.json.
-ROS_DOMAIN_ID is left as it is set; only one bringup fits in a domain.
+ROS_DOMAIN_ID is left as it is set; several robots fit in a domain, each with a --namespace of its own.
 """
 
 
@@ -153,6 +157,13 @@ def _parser() -> argparse.ArgumentParser:
         metavar="V",
         help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s; for serial {FIRST_SPEED:g} or less)",
     )
+    add(
+        "--namespace",
+        default="/",
+        type=_namespace,
+        metavar="NAME",
+        help="of all nodes and topics, as robot1: one for each robot of a domain (default none)",
+    )
     add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png, run.gif and run.html")
     add("--no-recording", dest="recording", action="store_false", help="leave out run.mcap")
     add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")
@@ -168,6 +179,13 @@ def _robot(spec: str) -> str:
     except StartError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return spec
+
+
+def _namespace(text: str) -> str:
+    try:
+        return namespace_from(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _choices(group: type[Parameters], name: str) -> str:

@@ -29,6 +29,7 @@ class Preparation:
         world: the simulated world.
         goal: (2,) [m].
         programs: path of each node's executable, by node name.
+        namespace: of all nodes, with its leading slash.
         speed: how fast a robot that is not simulated drives, and what says so, in words; empty for others.
     """
 
@@ -38,6 +39,7 @@ class Preparation:
     world: World
     goal: np.ndarray
     programs: dict[str, str]
+    namespace: str = "/"
     speed: str = ""
 
     @property
@@ -68,7 +70,8 @@ def prepare(options: Options) -> Preparation:
         raise StartError(str(error)) from None
     onlookers = (VIEWER,) if options.view else ()
     found = {name: find_executable(name) for name in (*robot.nodes, *NODES, *onlookers)}
-    return Preparation(robot, options.network or robot.network or "local", settings, world, goal, found, speed)
+    network = options.network or robot.network or "local"
+    return Preparation(robot, network, settings, world, goal, found, options.namespace, speed)
 
 
 def write_used_parameters(path: Path, settings: Settings) -> None:

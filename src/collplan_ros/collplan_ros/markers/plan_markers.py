@@ -1,7 +1,8 @@
 """Markers of a planning cycle for RViz and Foxglove, in the map frame: one per namespace, replaced in each cycle.
 
-Every strategy shows free space, frontiers, predicted boundaries, the cheapest candidates coloured by cost, the choice,
-the plan, its foreseen contacts and rebounds, and the last impact; time-to-goal strategies also rollouts and memory.
+Every strategy shows robot, goal and scan, free space, frontiers, predicted boundaries, the cheapest candidates coloured
+by cost, the choice, the plan, its foreseen contacts and rebounds, and the last impact; time-to-goal strategies also
+rollouts and memory.
 """
 
 from collections.abc import Iterable
@@ -17,12 +18,15 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_ros.markers.rollout_markers import rollout_markers
+from collplan_ros.markers.scene_markers import scene_markers
 from collplan_ros.markers.shapes import (
     ARROW_ENDS,
     LINE_WIDTH,
     arrow_lines,
+    circle,
     color,
     dots,
+    fan,
     line_list,
     line_strip,
     lines_of_one_color,
@@ -56,6 +60,7 @@ def plan_markers(
     plan: Plan,
     remembered: RememberedBoundaries | None,
     impact: MeasuredImpact | None,
+    goal: np.ndarray,
     settings: Settings,
 ) -> MarkerArray:
     """All markers of one cycle, in the map frame at the plan's stamp.
@@ -65,7 +70,8 @@ def plan_markers(
         plan: the plan chosen.
         remembered: boundaries that the planner remembers; None where it remembers none.
         impact: the last impact measured; None before the first.
-        settings: their frames, robot and remembered boundaries are used.
+        goal: (2,) what the plan leads to [m].
+        settings: their frames, robot, goal tolerance and remembered boundaries are used.
     """
     head = header(plan.stamp, settings.frames.map)
     markers = [
@@ -81,6 +87,7 @@ def plan_markers(
         *_contacts(head, plan.contacts),
         _rebound(head, impact),
         *rollout_markers(head, plan, remembered, settings),
+        *scene_markers(head, local_map, plan, goal, settings),
     ]
     return MarkerArray(markers=markers)
 
@@ -93,9 +100,7 @@ def cost_colors(costs: np.ndarray) -> list[ColorRGBA]:
 
 def _free_space(head: Header, local_map: LocalMap) -> Marker:
     """F as a fan of triangles: the centre and two neighbouring ends each."""
-    ends = local_map.border_points
-    center = np.broadcast_to(local_map.position, ends.shape)
-    corners = np.stack([center, ends, np.roll(ends, -1, axis=0)], axis=1).reshape(-1, 2)
+    corners = fan(local_map.position, local_map.border_points)
     return marker(head, "free_space", Marker.TRIANGLE_LIST, Vector3(x=1.0, y=1.0, z=1.0), corners, FREE_SPACE)
 
 
@@ -121,9 +126,7 @@ def _candidates(head: Header, candidates: Candidates) -> Iterable[Marker]:
 
 def _choice(head: Header, plan: Plan, radius: float) -> Iterable[Marker]:
     """The robot's disc at the aim p_s, and the velocity v_s there."""
-    angles = np.linspace(0.0, 2 * np.pi, 33)
-    disc = plan.aim + radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    yield line_strip(head, "choice", disc, CHOICE, LINE_WIDTH)
+    yield line_strip(head, "choice", circle(plan.aim, radius), CHOICE, LINE_WIDTH)
     ends = np.stack([plan.aim, plan.aim + 2 * VELOCITY_SCALE * plan.aim_velocity])
     yield lines_of_one_color(head, "choice_velocity", ends, CHOICE)
 

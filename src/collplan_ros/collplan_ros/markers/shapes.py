@@ -42,6 +42,17 @@ def dots(head: Header, namespace: str, points: np.ndarray, size: float, dot_colo
     return marker(head, namespace, Marker.POINTS, Vector3(x=size, y=size), points, dot_color)
 
 
+def circle(center: np.ndarray, radius: float) -> np.ndarray:
+    """(33, 2) points of a closed circle [m] around a centre (2,) [m]."""
+    angles = np.linspace(0.0, 2 * np.pi, 33)
+    return center + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def fan(center: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """(3 n, 2) corners of the triangles between a centre (2,) and neighbours of a closed border (n, 2) [m]."""
+    return np.stack([np.broadcast_to(center, ends.shape), ends, np.roll(ends, -1, axis=0)], axis=1).reshape(-1, 2)
+
+
 def arrow_lines(origins: np.ndarray, tips: np.ndarray, barb: float) -> np.ndarray:
     """(n * ARROW_ENDS, 2) ends of line segments that draw arrows from origins (n, 2) to tips (n, 2), barbs `barb` long.
 

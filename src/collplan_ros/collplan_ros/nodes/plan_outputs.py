@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
 from rclpy.node import Node
@@ -41,8 +42,8 @@ class PlanOutputs:
         self._clouds_sent = -math.inf
         self._impact: MeasuredImpact | None = None
 
-    def publish(self, cycle: Cycle, planning_time: float, local: float, settings: Settings) -> None:
-        """Publishes a cycle that took `planning_time` [s] and ended at `local` [s, local clock].
+    def publish(self, cycle: Cycle, goal: np.ndarray, planning_time: float, local: float, settings: Settings) -> None:
+        """Publishes a cycle for a goal (2,) [m] that took `planning_time` [s] and ended at `local` [s, local clock].
 
         What goes with the plan is sent before it, to be known when it comes, and all else after it: the robot waits.
         """
@@ -55,7 +56,7 @@ class PlanOutputs:
         self._impact = cycle.impact or self._impact
         if self._markers.get_subscription_count() and not 0.0 <= local - self._markers_sent < MARKERS_PERIOD:
             self._markers_sent = local
-            self._markers.publish(plan_markers(cycle.local_map, plan, cycle.boundaries, self._impact, settings))
+            self._markers.publish(plan_markers(cycle.local_map, plan, cycle.boundaries, self._impact, goal, settings))
         self._publish_clouds(cycle, local, settings)
 
     def _publish_clouds(self, cycle: Cycle, local: float, settings: Settings) -> None:

@@ -193,7 +193,8 @@ class PlannerNode(Node):
             if isinstance(decision, Goal):
                 self._status.publish(goal_to_status(decision))
             elif isinstance(decision, Cycle):
-                self._outputs.publish(decision, self._planning_time, self._local(), self._settings)
+                goal = self._loop.goal.position
+                self._outputs.publish(decision, goal, self._planning_time, self._local(), self._settings)
             else:
                 self._say(decision)
 

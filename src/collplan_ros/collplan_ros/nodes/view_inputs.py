@@ -33,6 +33,7 @@ from collplan_ros.messages.goal_status import goal_from_status
 from collplan_ros.messages.plans import contacts_from_message
 from collplan_ros.messages.raw_reading import path_from_bytes, state_from_bytes
 from collplan_ros.messages.reading import scan_from_message
+from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.node_kit.polled import PolledSubscriptions
 from collplan_ros.view import scene
 from collplan_ros.view.frames import Changes
@@ -80,7 +81,7 @@ class ViewInputs:
         self._frames = settings.frames
         self._changes = changes
         self._clock = clock
-        self._namespace = node.get_namespace().rstrip("/")
+        self._namespace = node.get_namespace()
         self._on_node: Callable[[str], None] = lambda name: None
         self._on_parameters: Callable[[ParameterEvent], None] = lambda event: None
         self._always = PolledSubscriptions(node)
@@ -283,7 +284,7 @@ class ViewInputs:
     def _take_health(self, message: DiagnosticArray, _: Values) -> None:
         for status in message.status:
             name = str(status.name)
-            if name.rpartition("/")[0] != self._namespace or not self._is_known_or_fits(name):
+            if not is_in(self._namespace, name) or not self._is_known_or_fits(name):
                 continue
             values = {str(item.key): str(item.value) for item in status.values}
             self.reports[name] = scene.NodeReport(name, status.level[0], str(status.message), values, self._clock())

@@ -29,6 +29,7 @@ from collplan_ros.messages.conversions import (
 from collplan_ros.messages.goal_status import NAMES
 from collplan_ros.messages.plans import contacts_from_message
 from collplan_ros.messages.reading import plan_from_path, scan_from_message
+from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.nodes import robot_state
 from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.run_log import PoseRow
@@ -88,9 +89,14 @@ class Recorder:
     """
 
     def __init__(
-        self, topics: Listening, settings: Settings, record: RecordFile, send_times: SendTimes | None = None
+        self,
+        topics: Listening,
+        settings: Settings,
+        record: RecordFile,
+        send_times: SendTimes | None = None,
+        namespace: str = "/",
     ) -> None:
-        """Listens to `topics`, and writes to `record`."""
+        """Listens to `topics`, and writes to `record`; what robots share, it takes of nodes in `namespace` alone."""
         self.reported: dict[str, DiagnosticStatus] = {}
         self.reported_at: dict[str, float] = {}
         self.goal: GoalReport | None = None
@@ -104,6 +110,7 @@ class Recorder:
         self._send_times = send_times or SendTimes()
         self._run_times = RunTimes(settings.simulator.speed_factor)
         self._record = record
+        self._namespace = namespace
         self._frames = settings.frames
         self._tolerance = settings.planner.goal_tolerance
         self._target = np.full(2, np.nan)
@@ -204,6 +211,8 @@ class Recorder:
 
     def _take_diagnostics(self, message: DiagnosticArray, sent: float) -> None:
         for status in message.status:
+            if not is_in(self._namespace, status.name):
+                continue
             before = self.reported.get(status.name)
             if before is None or (before.level, before.message) != (status.level, status.message):
                 self._write("health", sent, status.name, status.level[0], status.message)

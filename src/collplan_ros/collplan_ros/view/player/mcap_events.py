@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
-from collplan_ros.recording.reading import messages
+from collplan_ros.node_kit.node_names import is_in
+from collplan_ros.recording.description import RUN
+from collplan_ros.recording.reading import description, messages
 from collplan_ros.view import scene
 from collplan_ros.view.player.played_run import PlayedRun
 from collplan_ros.view.player.run_frames import Event
@@ -32,7 +34,7 @@ def mcap_events(run: PlayedRun, path: Path) -> Iterator[Event]:
         MessageError: a message in it is not as planner_node publishes it.
     """
     log, ahead = run.record.log, run.record.wall_clock_ahead
-    takers = _takers(run)
+    takers = _takers(run, description(path, RUN).get("namespace", "/"))
     for topic, came, message in messages(path, list(takers)):
         at = log.stamp_at(1e-9 * came - ahead)
         for part, value in takers[topic](message, at):
@@ -43,7 +45,7 @@ Taker = Callable[[Any, float], Iterator[tuple[str, scene.Part]]]
 """Takes a message and when it came [s, poses' clock]; gives the parts that it makes new."""
 
 
-def _takers(run: PlayedRun) -> dict[str, Taker]:
+def _takers(run: PlayedRun, namespace: str) -> dict[str, Taker]:
     frame = run.settings.frames.map
     return {
         "planner/seen": lambda message, _: _seen(message, frame),
@@ -51,7 +53,7 @@ def _takers(run: PlayedRun) -> dict[str, Taker]:
         "planner/costs": lambda message, _: _costs(message),
         "controller/state": lambda message, _: _doing(message),
         "robot/state": lambda message, _: _hold(message),
-        "/diagnostics": _Nodes().take,
+        "/diagnostics": _Nodes(namespace).take,
     }
 
 
@@ -82,9 +84,10 @@ def _hold(message: Any) -> Iterator[tuple[str, scene.Part]]:
 
 
 class _Nodes:
-    """What the nodes say of themselves, all of them together."""
+    """What the nodes of the run's namespace say of themselves, all of them together."""
 
-    def __init__(self) -> None:
+    def __init__(self, namespace: str) -> None:
+        self._namespace = namespace
         self._reports: dict[str, scene.NodeReport] = {}
         self._due = float("-inf")
 
@@ -92,6 +95,8 @@ class _Nodes:
         """Takes a message of /diagnostics that came `now` [s]."""
         for status in message.status:
             name = str(status.name)
+            if not is_in(self._namespace, name):
+                continue
             self._reports[name] = scene.NodeReport(name, _level(status), str(status.message), _values(status), now)
         if now >= self._due:
             self._due = now + NODES_PERIOD
