@@ -46,3 +46,12 @@ def test_the_line_that_repeats_a_run_gives_robot_goal_and_parameters(monkeypatch
     assert (program, again.robot, again.goal, again.network) == (".venv/bin/bringup", first.robot, goal, network)
     assert again.max_speed == first.max_speed
     assert again.params == Path("the runs/latest/parameters.yaml")
+
+
+def test_the_line_that_repeats_a_run_says_whose_scans_and_no_world_where_there_was_none(monkeypatch):
+    monkeypatch.setattr("sys.argv", [".venv/bin/bringup"])
+    real = Options(robot="serial:/dev/x", goal=(1.0, 0.5), network="subnet", scan="real")
+    _, *arguments = shlex.split(real.repeat(np.array(real.goal), Path("parameters.yaml")))
+    again = parse(arguments)
+    assert (again.scan, again.world, again.robot) == ("real", None, real.robot)
+    assert "--scan" not in Options(goal=(1.0, 0.5)).repeat(np.array([1.0, 0.5]), Path("parameters.yaml"))
