@@ -61,7 +61,10 @@ def test_every_hit_is_on_a_wall_wherever_the_lidar_is_mounted(state, mount):
 @QUICK
 @given(state=poses, mount=mounts, wrong=st.sampled_from(["offset_x", "offset_y", "offset_yaw", "mirrored"]))
 def test_a_wrong_mount_puts_hits_off_the_walls(state, mount, wrong):
-    believed = {**mount, wrong: not mount[wrong] if wrong == "mirrored" else mount[wrong] + 0.05}
+    believed = {
+        **mount,
+        wrong: not mount[wrong] if wrong == "mirrored" else mount[wrong] - math.copysign(0.05, mount[wrong]),
+    }
     scan = simulate_scan(ROOM, state, Lidar(**mount))
     assert distances(placed_among(scan, state, [state], ScanInput(**believed)), state).max() > 0.01
 

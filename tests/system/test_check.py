@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
 
 from collplan_core.calibration.lidar_fit import LidarMount, MountFit
 from collplan_core.calibration.mocap_offset import AxesFit, BodyOffset
@@ -224,7 +225,7 @@ def test_scans_that_do_not_come_or_cannot_be_read_are_said():
     world = parse_text(FLOOR, "floor", "floor")
     scans, take = lidar_scans(world)
     assert scans.find([], BodyOffset(0.0, 0.0, 0.0)) == (Finding(WRONG, "no scan came (best effort)"), {})
-    take(LaserScan(angle_increment=0.1))
+    take(LaserScan(header=Header(frame_id="laser"), angle_increment=0.1))
     finding, found = scans.find([], BodyOffset(0.0, 0.0, 0.0))
     assert (finding.verdict, found) == (WRONG, {})
     assert "refused: ranges: got shape (0,)" in finding.text
