@@ -23,6 +23,13 @@ def values_of(spec: Spec) -> st.SearchStrategy:
     if spec.key == "limits.fence":
         sides = st.floats(0.1, 1e3)
         return st.just(()) | st.tuples(sides, sides).map(lambda side: (0.0, 0.0, side[0], 0.0, 0.0, side[1]))
+    if spec.key == "scan.median":
+        return st.integers(0, 4).map(lambda half: 2 * half + 1)
+    if spec.key == "scan.masked_angles":
+        angles = st.floats(spec.low, spec.high)
+        return st.lists(st.tuples(angles, angles), max_size=4).map(
+            lambda pairs: tuple(a for pair in pairs for a in pair)
+        )
     if spec.choices:
         return st.sampled_from(spec.choices)
     if kind is bool:
@@ -158,6 +165,17 @@ def test_every_node_with_parameters_can_have_a_section():
     sources = [path.read_text() for path in (Path(__file__).parents[2] / "src").rglob("*.py")]
     names = [re.findall(r'super\(\).__init__\("(\w+)"', text) for text in sources if "declare(self, *GROUPS" in text]
     assert sorted(NODES) == sorted(name for found in names for name in found)
+
+
+CONFIG = Path(__file__).parents[2] / "src/collplan_ros/collplan_ros/config"
+
+
+@pytest.mark.parametrize("path", sorted(CONFIG.glob("lidar_*.yaml")), ids=lambda path: path.stem)
+def test_the_sets_of_lidars_say_how_scans_are_read_and_nothing_else(path):
+    values = read_parameters(path)
+    assert values["scan.frame"]
+    assert all(key.startswith("scan.") for key in values)
+    assert path.name in (Path(__file__).parents[2] / "docs/hardware.md").read_text()
 
 
 NUMBERS = [spec for spec in all_specs().values() if type(spec.default) in (int, float)]

@@ -29,9 +29,11 @@ def refusal(spec: Spec, value: object) -> str:
 
 
 def of_kind(number: float, spec: Spec) -> object:
-    """A value of the parameter's type made of a number: of a fence, three corners."""
+    """A value of the parameter's type made of a number: of a fence three corners, of a mask both its ends."""
     if spec.key == "limits.fence":
         return (0.0, 0.0, number, 0.0, 0.0, number)
+    if spec.key == "scan.masked_angles":
+        return (number, number)
     return (number,) if isinstance(spec.default, tuple) else type(spec.default)(number)
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.parameters import Settings
+from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.beam_poses import beam_poses
 from collplan_core.sensing.pose_history import PoseHistory
@@ -219,9 +219,12 @@ def test_each_beam_has_the_pose_of_its_own_instant():
     for state in drive(n=5, yaw_rate=1.0):
         poses.add(state)
     scan = replace(scans_of(drive(n=1))[0], stamp=0.1, time_increment=0.2 / 360)
-    beams = beam_poses(replace(scan, time_increment=0.1 / 360), poses)
-    np.testing.assert_allclose(beams[180], [0.3, 0.4 + 0.6 * 0.15, 0.15], atol=1e-9)
-    # beyond the newest pose, at 0.2 s, by the velocity
-    np.testing.assert_allclose(beam_poses(scan, poses)[270], [0.3, 0.4 + 0.6 * 0.25, 0.1], atol=1e-9)
-    np.testing.assert_allclose(beam_poses(replace(scan, time_increment=0.0), poses)[270], [0.3, 0.46, 0.1], atol=1e-9)
-    assert beam_poses(replace(scan, stamp=0.3), poses) is None
+    centre = ScanInput()
+    for way in (1.0, -1.0):
+        beams = beam_poses(replace(scan, time_increment=way * 0.1 / 360), poses, centre)
+        np.testing.assert_allclose(beams[180], [0.3, 0.4 + 0.6 * (0.1 + way * 0.05), 0.1 + way * 0.05], atol=1e-9)
+    # the newest pose is of 0.2 s
+    assert beam_poses(scan, poses, centre) is None
+    instant = beam_poses(replace(scan, time_increment=0.0), poses, centre)
+    np.testing.assert_allclose(instant[270], [0.3, 0.46, 0.1], atol=1e-9)
+    assert beam_poses(replace(scan, stamp=0.3), poses, centre) is None

@@ -117,7 +117,7 @@ def test_each_beam_of_a_moving_robot_is_an_ideal_one_from_its_own_pose(world):
 
     times = EXACT.beam_times(0.3)
     poses = np.array([(*motion(t).position.tolist(), motion(t).yaw) for t in times])
-    scan = swept_scan(world, poses, 0.3, EXACT, -pi, random())
+    scan = swept_scan(world, poses, 0.3, EXACT, Lidar(), random())
     ideal = Lidar(n_beams=EXACT.n_beams, range_min=EXACT.range_min, range_max=EXACT.range_max)
     expected = [simulate_scan(world, motion(t), ideal).ranges[k] for k, t in enumerate(times)]
     np.testing.assert_allclose(scan.ranges, expected, rtol=1e-9)
@@ -127,7 +127,7 @@ def test_a_robot_at_rest_is_scanned_as_by_the_ideal_sensor():
     world = load_world("random:4")
     state = State(0.0, np.array(world.start, dtype=float), np.zeros(2), 0.7)
     poses = np.tile((*state.position.tolist(), state.yaw), (EXACT.n_beams, 1))
-    scan = swept_scan(world, poses, 2.0, EXACT, -pi, random())
+    scan = swept_scan(world, poses, 2.0, EXACT, Lidar(), random())
     ideal = simulate_scan(world, state, Lidar(n_beams=450, range_min=0.02, range_max=12.0))
     np.testing.assert_allclose(scan.ranges, ideal.ranges, rtol=1e-9)
     np.testing.assert_allclose(scan.angles, ideal.angles, atol=1e-12)
@@ -145,12 +145,12 @@ def test_times_are_those_of_a_laser_scan():
 
 
 def sweeps_scan():
-    return scans_of(Sweeps(room(), LD19, -pi, 0), np.arange(0.0, 0.2, 0.01))[0][1]
+    return scans_of(Sweeps(room(), LD19, Lidar(), 0), np.arange(0.0, 0.2, 0.01))[0][1]
 
 
 @pytest.mark.parametrize("period", [0.001, 0.005, 0.01, 0.1])
 def test_scans_follow_each_other_and_come_late_by_the_latency(period):
-    pairs = scans_of(Sweeps(room(), LD19, -pi, 0), period * np.arange(round(1.0 / period)))
+    pairs = scans_of(Sweeps(room(), LD19, Lidar(), 0), period * np.arange(round(1.0 / period)))
     stamps = np.array([scan.stamp for _, scan in pairs])
     assert len(stamps) in (8, 9)
     np.testing.assert_allclose(stamps, LD19.sweep_time * np.arange(len(stamps)), atol=1e-9)
@@ -161,13 +161,13 @@ def test_scans_follow_each_other_and_come_late_by_the_latency(period):
 
 def test_a_sweep_uses_the_poses_of_its_own_time():
     world = room([[0.5, -2.0], [0.6, -2.0], [0.6, 2.0], [0.5, 2.0]])
-    sweeps = Sweeps(world, EXACT, -pi, 0)
+    sweeps = Sweeps(world, EXACT, Lidar(), 0)
     came = scans_of(sweeps, np.arange(0.0, 0.5, 0.01))
     assert len(came) == 4
     for _, scan in came:
         times = EXACT.beam_times(scan.stamp)
         poses = np.array([(*driving(t).position.tolist(), driving(t).yaw) for t in times])
-        expected = swept_scan(world, poses, scan.stamp, EXACT, -pi, random())
+        expected = swept_scan(world, poses, scan.stamp, EXACT, Lidar(), random())
         np.testing.assert_allclose(scan.ranges, expected.ranges, rtol=1e-9)
 
 
@@ -175,7 +175,7 @@ def test_the_yaw_between_poses_goes_the_shortest_way():
     def turning(stamp):
         return State(stamp, np.zeros(2), np.zeros(2), (3.0 + 3.0 * stamp + pi) % tau - pi)
 
-    scan = scans_of(Sweeps(room(), EXACT, -pi, 0), np.arange(0.0, 0.2, 0.01), turning)[0][1]
+    scan = scans_of(Sweeps(room(), EXACT, Lidar(), 0), np.arange(0.0, 0.2, 0.01), turning)[0][1]
     angles = scan.angles + 3.0 + 3.0 * EXACT.beam_times(scan.stamp)
     expected = 3.0 / np.maximum(abs(np.cos(angles)), abs(np.sin(angles)))
     np.testing.assert_allclose(scan.ranges, expected, rtol=1e-9)
@@ -183,7 +183,7 @@ def test_the_yaw_between_poses_goes_the_shortest_way():
 
 def test_equal_seeds_give_equal_scans():
     def ranges(seed):
-        pairs = scans_of(Sweeps(room(), LD19, -pi, seed), np.arange(0.0, 0.5, 0.01))
+        pairs = scans_of(Sweeps(room(), LD19, Lidar(), seed), np.arange(0.0, 0.5, 0.01))
         return np.array([scan.ranges for _, scan in pairs])
 
     np.testing.assert_array_equal(ranges(3), ranges(3))
@@ -193,7 +193,7 @@ def test_equal_seeds_give_equal_scans():
 
 @pytest.mark.parametrize("jump", [-5.0, 0.4, 100.0])
 def test_after_silence_or_a_clock_set_a_sweep_begins_anew(jump):
-    sweeps = Sweeps(room(), LD19, -pi, 0)
+    sweeps = Sweeps(room(), LD19, Lidar(), 0)
     before = np.arange(0.0, 0.16, 0.01)
     assert len(scans_of(sweeps, before, lambda t: replace(driving(0.0), stamp=t))) == 1
     after = 0.15 + jump + np.arange(0.0, 0.25, 0.01)

@@ -10,8 +10,10 @@ from geometry_msgs.msg import PoseStamped, Quaternion
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import LaserScan
 
 from collplan_core.command import Command
+from collplan_core.parameters import ScanInput
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
@@ -238,6 +240,65 @@ def test_scan_in_another_frame():
     scan = Scan(0.0, 0.0, 0.1, 0.02, 5.0, np.full(5, 1.0))
     with pytest.raises(ScanError, match="'laser', expected 'base_link'"):
         scan_from_message(c.scan_to_message(scan, "laser"), "base_link")
+
+
+def test_scan_in_the_frame_that_is_expected():
+    message = c.scan_to_message(Scan(0.0, 0.0, 0.1, 0.02, 5.0, np.full(5, 1.0)), "laser")
+    assert len(scan_from_message(message, "base_link", ScanInput(frame="laser")).ranges) == 5
+    with pytest.raises(ScanError, match=r"'laser', expected 'front' \(scan.frame\)"):
+        scan_from_message(message, "base_link", ScanInput(frame="front"))
+
+
+def driver_message(**fields):
+    """As a driver of a spinning LIDAR sends it: 400 beams of a turn of 0.1 s."""
+    step = 2 * math.pi / 400
+    message = LaserScan(angle_min=-math.pi, angle_max=math.pi - step, angle_increment=step)
+    message.range_min, message.range_max = 0.15, 8.0
+    message.header.frame_id = "base_link"
+    message.header.stamp.sec = 7
+    message.scan_time, message.time_increment = 0.1, 0.1 / 400
+    message.ranges, message.intensities = [2.0] * 400, [40.0] * 400
+    for name, value in fields.items():
+        setattr(message, name, value)
+    return message
+
+
+def instants(scan):
+    return scan.stamp + scan.time_increment * np.arange(len(scan.ranges))
+
+
+def test_a_driver_that_turns_the_order_of_its_beams():
+    """sllidar_ros2: header.stamp is of the beam that was measured first and stands last."""
+    scan = scan_from_message(driver_message(), "base_link", ScanInput(backwards=True))
+    np.testing.assert_allclose(instants(scan), 7.0 + 0.1 / 400 * np.arange(400)[::-1], atol=1e-6)
+
+
+def test_a_driver_that_stamps_the_end_of_the_sweep():
+    scan = scan_from_message(driver_message(), "base_link", ScanInput(stamp_offset=-0.1))
+    np.testing.assert_allclose(instants(scan)[[0, -1]], [6.9, 7.0 - 0.1 / 400], atol=1e-6)
+
+
+def test_a_driver_that_gives_the_time_of_a_turn_alone():
+    half = {"angle_min": 0.0, "angle_max": math.pi, "angle_increment": math.pi / 199, "ranges": [2.0] * 200}
+    scan = scan_from_message(driver_message(time_increment=0.0, **half), "base_link")
+    assert instants(scan)[-1] - 7.0 == pytest.approx(0.05, rel=0.01)
+    assert scan_from_message(driver_message(time_increment=0.0, scan_time=0.0), "base_link").time_increment == 0.0
+
+
+@pytest.mark.parametrize(("zero", "meant"), [("near", -math.inf), ("lost", math.nan), ("free", math.inf)])
+def test_what_a_range_of_zero_means(zero, meant):
+    message = driver_message(ranges=[0.0, 0.1] + [2.0] * 398)
+    ranges = scan_from_message(message, "base_link", ScanInput(zero=zero)).ranges
+    np.testing.assert_array_equal(ranges[:3], [meant, -math.inf, 2.0])
+
+
+def test_weak_ranges_are_lost_and_beams_that_met_nothing_are_not():
+    message = driver_message(ranges=[2.0, math.inf, 1.0] + [2.0] * 397, intensities=[9.0, 0.0, 10.0] + [40.0] * 397)
+    ranges = scan_from_message(message, "base_link", ScanInput(min_intensity=10.0)).ranges
+    np.testing.assert_array_equal(ranges[:4], [math.nan, math.inf, 1.0, 2.0])
+    assert scan_from_message(message, "base_link").ranges[0] == 2.0
+    with pytest.raises(ScanError, match="intensities: got 0, expected 400"):
+        scan_from_message(driver_message(intensities=[]), "base_link", ScanInput(min_intensity=10.0))
 
 
 # ---- commands

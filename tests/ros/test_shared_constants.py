@@ -11,7 +11,8 @@ from rclpy.node import Node
 from terminal import ERROR as ERROR_LINE
 from terminal import Terminal
 
-from collplan_core.parameters import Frames, Limits, Robot, Settings
+from collplan_core.parameters import Frames, Limits, Robot, ScanInput, Settings
+from collplan_core.parameters.spec import specs
 from collplan_ros.messages.qos import CONSTANTS_SUBSCRIBED
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
@@ -27,7 +28,7 @@ from collplan_ros.node_kit.shared_constants import (
 RADIUS = {"robot.radius": "0.09"}
 
 
-def test_what_is_shared_are_constants_of_robot_and_frames_and_the_fence():
+def test_what_is_shared_are_constants_of_robot_frames_and_scans_and_the_fence():
     keys = set(constants_of(Settings(), Robot, Frames, Limits))
     assert "robot.max_speed" not in keys  # live
     assert keys == {
@@ -36,6 +37,7 @@ def test_what_is_shared_are_constants_of_robot_and_frames_and_the_fence():
         *("frames.map", "frames.base", "limits.fence"),
     }
     assert set(constants_of(Settings(), Limits, Frames)) == {"frames.map", "frames.base", "limits.fence"}
+    assert set(constants_of(Settings(), ScanInput)) == {spec.key for spec in specs(ScanInput)}
     assert set(constants_of(Settings(), Limits, "robot.radius")) == {"limits.fence", "robot.radius"}
 
 

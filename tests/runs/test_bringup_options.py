@@ -61,3 +61,12 @@ def test_a_namespace_that_ros_does_not_take_is_refused(capsys, namespace):
     with pytest.raises(SystemExit, match="2"):
         parse(["--namespace", namespace])
     assert f"namespace: got {namespace!r}, expected letters, digits and _" in capsys.readouterr().err
+
+
+def test_the_line_that_repeats_a_run_says_whose_scans_and_no_world_where_there_was_none(monkeypatch):
+    monkeypatch.setattr("sys.argv", [".venv/bin/bringup"])
+    real = Options(robot="serial:/dev/x", goal=(1.0, 0.5), network="subnet", scan="real")
+    _, *arguments = shlex.split(real.repeat(np.array(real.goal), Path("parameters.yaml")))
+    again = parse(arguments)
+    assert (again.scan, again.world, again.robot) == ("real", None, real.robot)
+    assert "--scan" not in Options(goal=(1.0, 0.5)).repeat(np.array([1.0, 0.5]), Path("parameters.yaml"))

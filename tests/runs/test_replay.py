@@ -213,7 +213,8 @@ def message_of(content):
     if "scan" in content:
         last = value.angle_min + value.angle_increment * (len(value.ranges) - 1)
         fields = {name: getattr(value, name) for name in ("angle_min", "angle_increment", "time_increment")}
-        limits = {"range_min": value.range_min, "range_max": value.range_max, "ranges": value.ranges.tolist()}
+        limits = {"range_min": value.range_min, "range_max": value.range_max, "scan_time": 0.0}
+        limits["ranges"] = value.ranges.tolist()
         return "scan", SimpleNamespace(header=head(value.stamp, "base_link"), angle_max=last, **fields, **limits)
     poses = [
         SimpleNamespace(header=head(time, "map"), pose=SimpleNamespace(position=SimpleNamespace(x=x, y=y)))

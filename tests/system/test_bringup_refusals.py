@@ -6,6 +6,7 @@ import stat
 import sys
 import textwrap
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,28 @@ def test_what_no_option_can_be_is_refused_by_the_parser(capsys, arguments):
     with pytest.raises(SystemExit, match="2"):
         main(arguments)
     assert arguments[0] in capsys.readouterr().err
+
+
+def test_a_real_lidar_needs_no_lidar_node_and_for_a_real_robot_no_world(tmp_path, monkeypatch):
+    monkeypatch.setattr(preparation, "find_executable", lambda name: name)
+    real = Options(robot="serial:/dev/null", network="subnet", goal=(1.0, 0.5), scan="real")
+    prepared = preparation.prepare(real)
+    assert "lidar_node" not in prepared.programs
+    assert (prepared.world.name, prepared.settings.lidar.world, prepared.settings.simulator.world) == ("unknown",) * 3
+    with pytest.raises(preparation.StartError, match="missing: --world"):
+        preparation.prepare(replace(real, scan="sim"))
+    with pytest.raises(preparation.StartError, match="missing: --goal"):
+        preparation.prepare(replace(real, goal=None))
+    simulated = preparation.prepare(Options(scan="real"))
+    assert (simulated.world.name, "lidar_node" in simulated.programs) == ("corridor", False)
+    # a world of the parameter file was another run's
+    (tmp_path / "old.yaml").write_text("/**:\n  ros__parameters:\n    lidar.world: slalom\n")
+    assert preparation.prepare(replace(real, params=tmp_path / "old.yaml")).world.name == "unknown"
+    assert preparation.prepare(replace(real, world="slalom")).world.name == "slalom"
+    # a check goes to no goal
+    (tmp_path / "floor.yaml").write_text(WORLD)
+    floor = replace(real, world=str(tmp_path / "floor.yaml"), goal=None, check=True)
+    assert preparation.prepare(floor).world.name == "floor"
 
 
 def test_an_unknown_robot_of_a_script_is_named(capsys):

@@ -10,29 +10,42 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
 
 from collplan_core.calibration.body_motions import Estimate
+from collplan_core.calibration.lidar_fit import LidarMount, MountFit
+from collplan_core.calibration.mocap_offset import BodyOffset
 from collplan_core.calibration.stream_quality import StreamQuality
 from collplan_core.calibration.stroke_fit import AxesFit
 from collplan_core.calibration.turn_fit import TurnFit
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Lidar, Settings
 from collplan_core.parameters.file import read_parameters, write_values
+from collplan_core.sensing.mocap_body import with_offset
+from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.state import State
 from collplan_core.warm_up import warm_up
+from collplan_core.worlds.file import parse_text
+from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.bringup import check, graph, open_loop
 from collplan_ros.bringup.check_findings import (
     DOUBTFUL,
     GOOD,
     WRONG,
+    Finding,
     axes_finding,
     drift_finding,
+    lidar_finding,
     node_findings,
     offset_finding,
     stream_findings,
     turn_finding,
 )
+from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.main import main
 from collplan_ros.bringup.open_loop import OpenLoop
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.messages.conversions import scan_to_message
 
 OFFSET = {"x": 0.04, "y": -0.025, "yaw": 0.3}
 STALL = 0.03
@@ -216,3 +229,70 @@ def test_an_uncertain_heading_or_place_is_doubtful():
     assert offset_finding(Estimate(TURNED, replace(FINE, uncertainty=0.02))).verdict == DOUBTFUL
     assert offset_finding(Estimate(replace(TURNED, uncertainty=0.001), FINE)).verdict == DOUBTFUL
     assert offset_finding(Estimate(None, FINE)).verdict == DOUBTFUL
+
+
+FLOOR = """bounds: [0, 0, 2.6, 2.2]
+polygons:
+  - [[1.2, 0.2], [1.6, 0.2], [1.6, 0.5], [1.2, 0.5]]
+  - [[0.1, 1.3], [0.3, 1.3], [0.3, 1.8], [0.1, 1.8]]
+"""
+MOUNTED = {"offset_x": 0.05, "offset_y": -0.02, "offset_yaw": 2.0, "mirrored": True}
+
+
+def lidar_scans(world, **values):
+    """What listens during a check, and what it listens with."""
+    taken = []
+    node = SimpleNamespace(create_subscription=lambda kind, topic, take, profile: taken.append(take))
+    preparation = SimpleNamespace(settings=Settings().with_values(values), world=world)
+    return LidarScans(SimpleNamespace(node=node), preparation), taken[0]
+
+
+def test_the_place_of_the_lidar_is_found_from_messages_of_any_frame():
+    """The body's poses are 3 cm off the robot's, and what is believed of the LIDAR before does not mislead it."""
+    world, random = parse_text(FLOOR, "floor", "floor"), np.random.default_rng(0)
+    scans, take = lidar_scans(world, **{"scan.frame": "base_laser", "scan.offset_x": 0.5, "scan.mirrored": True})
+    offset, body = BodyOffset(0.03, 0.0, 0.2), []
+    for step in range(60):
+        turning = 0.0 if step < 40 else 0.05 * (step - 40)
+        at = np.array([0.9, 0.9]) + random.normal(0.0, 0.002, 2)
+        body.append(with_offset(PoseSample(0.05 * step, at, 0.7 + turning), offset.x, offset.y, offset.yaw))
+        state = State(0.05 * step, np.array([0.9, 0.9]), np.zeros(2), 0.7 + turning)
+        take(scan_to_message(simulate_scan(world, state, Lidar(n_beams=120, **MOUNTED)), "laser"))
+    finding, found = scans.find(body, offset)
+    assert finding.verdict == GOOD, finding.text
+    assert (found["scan.mirrored"], found["scan.frame"]) == (True, "laser")
+    assert found["scan.offset_x"] == pytest.approx(0.05, abs=0.003)
+    assert found["scan.offset_y"] == pytest.approx(-0.02, abs=0.003)
+    assert found["scan.offset_yaw"] == pytest.approx(2.0, abs=math.radians(0.3))
+    Settings().with_values(found)
+
+
+def test_scans_that_do_not_come_or_cannot_be_read_are_said():
+    world = parse_text(FLOOR, "floor", "floor")
+    scans, take = lidar_scans(world)
+    assert scans.find([], BodyOffset(0.0, 0.0, 0.0)) == (Finding(WRONG, "no scan came (best effort)"), {})
+    take(LaserScan(header=Header(frame_id="laser"), angle_increment=0.1))
+    finding, found = scans.find([], BodyOffset(0.0, 0.0, 0.0))
+    assert (finding.verdict, found) == (WRONG, {})
+    assert "refused: ranges: got shape (0,)" in finding.text
+
+
+SURE = np.array([0.001, 0.001, 0.001])
+AHEAD = LidarMount(0.05, 0.0, 0.1, True)
+
+
+@pytest.mark.parametrize(
+    ("fit", "verdict", "text"),
+    [
+        (MountFit(AHEAD, 0.97, 0.4, 0.01, SURE), GOOD, "+50.0 mm ahead"),
+        (MountFit(AHEAD, 0.97, 0.4, 0.01, SURE), GOOD, "upside down"),
+        (MountFit(AHEAD, 0.97, 0.95, 0.01, SURE), DOUBTFUL, "another place of the room"),
+        (MountFit(AHEAD, 0.97, 0.4, 0.01, 20.0 * SURE), DOUBTFUL, "+50.0 mm ahead"),
+        (MountFit(AHEAD, 0.4, 0.3, 0.01, SURE), WRONG, "is it this room?"),
+        (None, WRONG, "12 scans"),
+    ],
+)
+def test_lidar(fit, verdict, text):
+    finding = lidar_finding(fit, 12)
+    assert finding.verdict == verdict
+    assert text in finding.text

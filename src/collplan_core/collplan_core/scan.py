@@ -6,6 +6,8 @@ from math import inf, isfinite, isnan
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.plane import rotate_rows
+from collplan_core.state import State
 
 
 class ScanError(ValueError):
@@ -34,15 +36,18 @@ def _apply_limits(ranges: np.ndarray, low: float, high: float) -> tuple[float, i
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """One turn of the LIDAR in the robot's frame (REP-117).
+    """One turn of the LIDAR (REP-117).
 
     Attributes:
         stamp: time of the first beam on the poses' clock [s].
-        angle_min: direction of the first beam [rad, robot frame].
+        angle_min: direction of the first beam [rad, sensor frame].
         angle_increment: step from beam to beam [rad], not zero.
         range_min, range_max: limits of a valid range [m].
         ranges: (n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured.
-        time_increment: time from beam to beam [s]; 0 where all are of one instant.
+        time_increment: time from beam to beam [s], below 0 where later ones were measured before; 0 where all are of
+            one instant.
+        sensor_poses: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam, in the robot's frame at the stamp; None
+            where all are those of the robot at the stamp.
 
     Raises:
         ScanError: wrong shape, fewer than 2 beams, more than a full turn, bad limits, finite ranges outside them,
@@ -56,6 +61,7 @@ class Scan:
     range_max: float
     ranges: np.ndarray
     time_increment: float = 0.0
+    sensor_poses: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=np.float64)
@@ -75,6 +81,8 @@ class Scan:
                 f"limits: got range_min {self.range_min}, range_max {self.range_max}, "
                 "expected 0 <= range_min < range_max"
             )
+        if self.sensor_poses is not None and self.sensor_poses.shape != (len(ranges), 3):
+            raise ScanError(f"sensor_poses: got shape {self.sensor_poses.shape}, expected {(len(ranges), 3)}")
         smallest, measured = _apply_limits(ranges, self.range_min, self.range_max)
         if smallest < 0.0:
             raise ScanError(f"ranges: got {smallest}, expected no negative range")
@@ -85,5 +93,31 @@ class Scan:
 
     @property
     def angles(self) -> np.ndarray:
-        """(n,) beam directions [rad, robot frame]."""
+        """(n,) beam directions [rad, sensor frame]."""
         return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+
+    def beams(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Where each beam begins (n, 2) [m], or (1, 2) where all do alike, and its bearing (n,) [rad], world frame.
+
+        Args:
+            state: the robot at the stamp.
+        """
+        if self.sensor_poses is None:
+            return state.position[np.newaxis], self.angles + state.yaw
+        return (
+            state.position + rotate_rows(self.sensor_poses[:, :2], state.yaw),
+            self.angles + state.yaw + self.sensor_poses[:, 2],
+        )
+
+    def points(self, state: State, which: np.ndarray) -> np.ndarray:
+        """Where beams end (m, 2) [m, world frame].
+
+        Args:
+            state: the robot at the stamp.
+            which: (n,) whether a beam is asked for, m of them; all of these have a finite range.
+        """
+        origins, bearings = self.beams(state)
+        if len(origins) > 1:
+            origins = origins[which]
+        ends = np.column_stack([np.cos(bearings[which]), np.sin(bearings[which])])
+        return origins + self.ranges[which, np.newaxis] * ends

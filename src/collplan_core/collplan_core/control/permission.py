@@ -91,7 +91,5 @@ def is_blocked(goal: np.ndarray, scan: Scan, state: State, robot: Robot, mapping
         state: the robot at the scan's stamp.
     """
     near = np.isfinite(scan.ranges) & (scan.ranges <= mapping.half_side)
-    ranges, angles = scan.ranges[near], scan.angles[near] + state.yaw
-    x = state.position[0] + ranges * np.cos(angles) - goal[0]
-    y = state.position[1] + ranges * np.sin(angles) - goal[1]
-    return bool((np.hypot(x, y) < robot.radius - TOUCH_MARGIN).any())
+    apart = scan.points(state, near) - goal
+    return bool((np.hypot(apart[:, 0], apart[:, 1]) < robot.radius - TOUCH_MARGIN).any())

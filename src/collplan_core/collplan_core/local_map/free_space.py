@@ -12,8 +12,11 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.local_map.surfaces import HIT, OPEN, Beams, Sweep
 from collplan_core.plane import nearest_on_segment
+from collplan_core.sight_lines import place_towards
 
 MAP_BORDER, UNSEEN_SURFACE = -1, -2
+SIGHT_STEP = 0.02
+"""Distance of the places along a direction at which it is asked whether a beam sees them [m]."""
 
 
 class FreeSpace(NamedTuple):
@@ -133,9 +136,8 @@ def _block(piece: np.ndarray, owner: int, radius: float, directions: np.ndarray,
 
 
 @njit
-def _beams_at(direction: float, m: int, sweep: Sweep) -> tuple[int, int]:
-    """The one of m beams before a direction and the one nearest to it; nearest -1 outside of what the scan covers."""
-    place = ((direction - sweep.first) % (2.0 * math.pi)) / sweep.step
+def _beams_at(place: float, m: int, sweep: Sweep) -> tuple[int, int]:
+    """The one of m beams before a place among them and the one nearest to it; nearest -1 where the scan has none."""
     before = int(math.floor(place + 1e-9))
     nearest = int(math.floor(place + 0.5 + 1e-9))
     if sweep.closed:
@@ -151,13 +153,16 @@ def _limits_by_beams(beams: Beams, sweep: Sweep, n: int) -> tuple[np.ndarray, np
     """What the beam nearest to each of n directions allows (n,) [m], and the surface it saw (n,).
 
     Between two beams on one surface the pieces say it all; elsewhere the nearest beam is believed, so that a sparse
-    scan does not leak past the end of a surface.
+    scan does not leak past the end of a surface. For beams that begin at the centre; `_end_where_unseen` for others.
     """
-    kind, distance, joined, surface = beams
+    kind, distance, joined, surface = beams.kind, beams.distance, beams.joined, beams.surface
     m = len(kind)
     limit, seen = np.full(n, math.inf), np.full(n, MAP_BORDER)
+    if len(beams.origins) > 0:
+        return limit, seen
     for k in range(n):
-        before, nearest = _beams_at(2.0 * math.pi * k / n, m, sweep)
+        place = ((2.0 * math.pi * k / n - sweep.first) % (2.0 * math.pi)) / sweep.step
+        before, nearest = _beams_at(place, m, sweep)
         if nearest < 0:
             limit[k], seen[k] = 0.0, UNSEEN_SURFACE
         elif (before < m and joined[before]) or kind[nearest] == OPEN:
@@ -167,6 +172,55 @@ def _limits_by_beams(beams: Beams, sweep: Sweep, n: int) -> tuple[np.ndarray, np
         else:
             limit[k], seen[k] = 0.0, UNSEEN_SURFACE
     return limit, seen
+
+
+@njit
+def _what_hides(x: float, y: float, beams: Beams, sweep: Sweep, guess: int) -> tuple[int, int]:
+    """What hides a point from the beams beside it, MAP_BORDER where they see it, and the beam nearest to it.
+
+    Between two beams on one surface the farther of them is believed, elsewhere the nearest beam.
+    """
+    m = len(beams.kind)
+    place = place_towards(x, y, beams.origins, sweep.first, sweep.step, guess)
+    before, nearest = _beams_at(place, m, sweep)
+    if nearest < 0:
+        return UNSEEN_SURFACE, guess
+    if beams.kind[nearest] == OPEN:
+        return MAP_BORDER, nearest
+    if beams.kind[nearest] != HIT:
+        return UNSEEN_SURFACE, nearest
+    far = beams.distance[nearest]
+    if before < m and beams.joined[before]:
+        far = max(beams.distance[before], beams.distance[(before + 1) % m])
+    away = math.hypot(x - beams.origins[nearest, 0], y - beams.origins[nearest, 1])
+    return (beams.surface[nearest] if away > far else MAP_BORDER), nearest
+
+
+@njit
+def _end_where_unseen(beams: Beams, sweep: Sweep, radius: float, directions: np.ndarray, free: FreeSpace) -> None:
+    """Shortens the directions at the first place that no beam sees: beams that begin elsewhere see past other edges.
+
+    The robot itself is where its disc is, which is therefore free.
+    """
+    reach, _, surface, normals, straight = free
+    guess = 0
+    for k in range(len(reach)):
+        ux, uy = directions[k]
+        seen, t = 0.0, radius
+        while t < reach[k]:
+            by, guess = _what_hides(t * ux, t * uy, beams, sweep, guess)
+            if by == MAP_BORDER:
+                seen, t = t, t + SIGHT_STEP
+                continue
+            hidden = t
+            while seen > 0.0 and hidden - seen > 1e-3:
+                middle = 0.5 * (seen + hidden)
+                if _what_hides(middle * ux, middle * uy, beams, sweep, guess)[0] == MAP_BORDER:
+                    seen = middle
+                else:
+                    hidden = middle
+            reach[k], surface[k], straight[k] = seen, by, False
+            normals[k, 0], normals[k, 1] = (-ux, -uy) if by >= 0 else (0.0, 0.0)
 
 
 @njit
@@ -203,6 +257,8 @@ def free_space(
         cx, cy = nearest_on_segment(ax, ay, bx, by, 0.0, 0.0)
         if math.hypot(cx, cy) < beyond:
             _block(pieces[j], owner[j], radius, directions, free)
+    if len(beams.origins) > 0:
+        _end_where_unseen(beams, sweep, radius, directions, free)
     for k in range(n):
         border[k, 0], border[k, 1] = reach[k] * directions[k, 0], reach[k] * directions[k, 1]
     return free

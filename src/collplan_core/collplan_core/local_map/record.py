@@ -42,6 +42,8 @@ class LocalMap:
         wall_surface: (w,) number of the surface a wall is of.
         view: (b,) how far each beam saw: a hit's range, inf without a hit, 0 unseen [m].
         view_from: (4,) where the beams begin x, y [m], bearing of the first one, angle between two [rad].
+        view_beams: (b, 3) where each begins x, y [m], of which view_from has the middle one, and how much farther it is
+            turned [rad]; (0, 3) where all are of one place.
     """
 
     stamp: float
@@ -62,6 +64,7 @@ class LocalMap:
     wall_surface: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     view: np.ndarray = field(default_factory=lambda: np.zeros(0))
     view_from: np.ndarray = field(default_factory=lambda: np.zeros(4))
+    view_beams: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     @cached_property
     def border(self) -> np.ndarray:

@@ -38,12 +38,15 @@ class Beams(NamedTuple):
         distance: (n,) range of a hit, inf where open, 0 where unseen [m].
         joined: (n,) whether beam i and the next one see one surface.
         surface: (n,) number of the surface seen, -1 without a hit.
+        origins: (n, 3) where each begins x, y [m], seen from the centre of F, and how much farther than `Sweep` says it
+            is turned [rad]; (0, 3) where all begin at the robot's centre.
     """
 
     kind: np.ndarray
     distance: np.ndarray
     joined: np.ndarray
     surface: np.ndarray
+    origins: np.ndarray
 
 
 @njit

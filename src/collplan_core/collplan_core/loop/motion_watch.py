@@ -79,8 +79,7 @@ class MotionWatch:
             return
         scan, state = placed
         near = np.isfinite(scan.ranges) & (scan.ranges < settings.robot.radius + NEARBY)
-        angles, ranges = scan.angles[near] + state.yaw, scan.ranges[near]
-        self._surfaces = state.position + np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+        self._surfaces = scan.points(state, near)
 
     def judge(self, now: float, settings: Settings) -> None:
         """Judges what was seen up to `now` [s]."""

@@ -8,9 +8,10 @@ from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.scan_trust import ScanTrust
 from collplan_core.parameters import Limits, Settings
-from collplan_core.scan import Scan
-from collplan_core.sensing.beam_poses import beam_poses
+from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.beam_poses import beam_poses, placed
 from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.sensing.scan_filters import used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.state import State
 
@@ -21,8 +22,8 @@ REFUSED_POSE_AGE = 0.05
 class Sensors:
     """The recent poses and scans, and their age since local receipt [s]. A pose that does not join clears both.
 
-    A scan is used once the pose of its stamp is known, and then only if it can be true after those before it, across a
-    gap or leap of the poses too: a robot that was carried off finds the walls where they were.
+    A scan is used once the poses of all its beams are known, and then only if it can be true after those before it,
+    across a gap or leap of the poses too: a robot that was carried off finds the walls where they were.
 
     Attributes:
         state: newest pose; None before the first.
@@ -58,7 +59,7 @@ class Sensors:
         self._clock.received(state.stamp, local)
         self._refused.pop("pose", None)
         self.state = state
-        self._place_scans(settings.limits)
+        self._place_scans(settings)
         return not relocated
 
     def take_scan(self, scan: Scan, local: float, settings: Settings) -> None:
@@ -68,9 +69,15 @@ class Sensors:
             self._refusals.add("scan", reason)
             self.refuse("scan", reason)
             return
+        try:
+            scan = used_scan(scan, settings.scan)
+        except ScanError as error:
+            self._refusals.add("scan", str(error))
+            self.refuse("scan", str(error))
+            return
         unplaced = [each for each in self._unplaced if scan.stamp - self._span <= each[0].stamp < scan.stamp]
         self._unplaced = deque([*unplaced, (scan, local)])
-        self._place_scans(settings.limits)
+        self._place_scans(settings)
 
     def _why_untimely(self, stamp: float, local: float, limits: Limits) -> str:
         """Why a scan with this stamp [s] comes too late, or too early for a pose of its time to come."""
@@ -82,19 +89,19 @@ class Sensors:
             return f"it comes {-late:.2f} s before its stamp, limit {limits.pose_age:.2f} s"
         return ""
 
-    def _place_scans(self, limits: Limits) -> None:
-        """Judges the scans whose pose has become known."""
+    def _place_scans(self, settings: Settings) -> None:
+        """Judges the scans whose poses have become known."""
         unplaced, self._unplaced = self._unplaced, deque()
         for scan, local in unplaced:
-            beams, state = beam_poses(scan, self._poses), self._poses.at(scan.stamp)
+            beams, state = beam_poses(scan, self._poses, settings.scan), self._poses.at(scan.stamp)
             if beams is None or state is None:
                 self._unplaced.append((scan, local))
                 continue
-            reason, self._scan_memory = judge_scan(self._scan_memory, scan, beams, state.velocity, limits)
+            reason, self._scan_memory = judge_scan(self._scan_memory, scan, beams, state.velocity, settings.limits)
             if reason:
                 self._refuse_scan(reason, local)
             else:
-                self._believe(scan, local)
+                self._believe(placed(scan, beams, state, settings.scan), local)
 
     def _believe(self, scan: Scan, local: float) -> None:
         if self._scans and scan.stamp <= self._scans[-1].stamp:
@@ -160,7 +167,7 @@ class Sensors:
         return 0.0 if self.state is None else self.state.stamp
 
     def newest_placed(self, after: float = -math.inf, until: float = math.inf) -> tuple[Scan, State] | None:
-        """The newest scan whose pose is known, and that pose, with a stamp in (after, until] [s]."""
+        """The newest scan whose poses are known, and the pose at its stamp, which is in (after, until] [s]."""
         for scan in reversed(self._scans):
             state = self._poses.at(scan.stamp) if after < scan.stamp <= until else None
             if state is not None:

@@ -236,6 +236,36 @@ class Mocap(Parameters):
 
 
 @dataclass(frozen=True)
+class ScanInput(Parameters):
+    """Scan ingestion: where the LIDAR is on the robot, and what of its scans is used."""
+
+    group = "scan"
+    frame: str = parameter("", "header.frame_id of the scans; empty for frames.base")
+    offset_x: float = parameter(0.0, "The LIDAR seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0)
+    offset_y: float = parameter(0.0, "The LIDAR seen from the robot's centre: to the left", unit="m", low=-1.0, high=1.0)
+    offset_yaw: float = parameter(0.0, "Heading of the LIDAR seen from the robot", unit="rad", low=-pi, high=pi)
+    mirrored: bool = parameter(False, "Its angles count clockwise seen from above, as of one mounted upside down")
+    stamp_offset: float = parameter(0.0, "When the sweep began, after header.stamp; below 0 where the driver stamps it later", unit="s", low=-0.5, high=0.5)
+    backwards: bool = parameter(False, "The first beam of a message was measured last, as where a driver turns the order of a LIDAR that sweeps clockwise")
+    zero: str = parameter("near", "What a range of 0 means: nearer than range_min as REP-117 has it, lost, or nothing within range_max", choices=("near", "lost", "free"))
+    min_intensity: float = parameter(0.0, "Ranges measured with less intensity count as lost; of messages with intensities", low=0.0, high=1e6)
+    masked_angles: tuple[float, ...] = parameter((), "From, to, from, to, ... in the angles of the messages, counter-clockwise in them: beams between count as lost, as those that see the robot itself", unit="rad", low=-2 * pi, high=2 * pi)
+    median: int = parameter(1, "Each range becomes the median of so many beams around it, against speckles; odd, 1 is none", low=1, high=9)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.masked_angles) % 2:
+            raise ParameterError(f"scan.masked_angles: got {len(self.masked_angles)} numbers, expected pairs: from, to, from, to, ...")
+        if self.median % 2 == 0:
+            raise ParameterError(f"scan.median: got {self.median}, expected an odd number of beams")
+
+    @property
+    def offset(self) -> tuple[float, float, float]:
+        """Where the LIDAR is on the robot: x, y [m] and its heading [rad]."""
+        return self.offset_x, self.offset_y, self.offset_yaw
+
+
+@dataclass(frozen=True)
 class Lidar(Parameters):
     """Simulated LIDAR: ray casting against a world. Sensor low_cost has rate, beams, span and limits of its own."""
 
@@ -249,6 +279,16 @@ class Lidar(Parameters):
     range_max: float = parameter(5.0, "Farthest range; farther is +Inf", unit="m", low=0.1, high=100.0)
     sensor: str = parameter("ideal", "What a scan suffers: ideal casts rays as the paper does, low_cost is a spinning low-cost sensor with noise, lost and mixed returns, latency and sweep", choices=("ideal", "low_cost"))
     seed: int = parameter(0, "Seed of the noise of sensor low_cost; a trial's own seed stands for it", low=0, high=2**31 - 1)
+    frame: str = parameter("", "header.frame_id of the scans; empty for frames.base. What is believed of it is scan.frame")
+    offset_x: float = parameter(0.0, "Where the sensor truly is on the robot: forward. What is believed of it is scan.offset_x", unit="m", low=-1.0, high=1.0)
+    offset_y: float = parameter(0.0, "Where the sensor truly is on the robot: to the left. What is believed of it is scan.offset_y", unit="m", low=-1.0, high=1.0)
+    offset_yaw: float = parameter(0.0, "True heading of the sensor on the robot. What is believed of it is scan.offset_yaw", unit="rad", low=-pi, high=pi)
+    mirrored: bool = parameter(False, "Its angles truly count clockwise, as of one mounted upside down. What is believed of it is scan.mirrored")
+
+    @property
+    def offset(self) -> tuple[float, float, float]:
+        """Where the sensor truly is on the robot: x, y [m] and its heading [rad]."""
+        return self.offset_x, self.offset_y, self.offset_yaw
 
 
 @dataclass(frozen=True)
@@ -368,8 +408,8 @@ class Trial(Parameters):
 
 
 GROUPS: tuple[type[Parameters], ...] = (
-    Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Cap, Limits, Mocap, Lidar, Simulation, Kinematics, Driver,
-    Emulator, Frames, View, Trial,
+    Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Cap, Limits, Mocap, ScanInput, Lidar, Simulation, Kinematics,
+    Driver, Emulator, Frames, View, Trial,
 )
 
 
@@ -388,6 +428,7 @@ class Settings:
     cap: Cap = Cap()
     limits: Limits = Limits()
     mocap: Mocap = Mocap()
+    scan: ScanInput = ScanInput()
     lidar: Lidar = Lidar()
     simulator: Simulation = Simulation()
     kinematics: Kinematics = Kinematics()

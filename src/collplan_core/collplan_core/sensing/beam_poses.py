@@ -1,22 +1,53 @@
-"""Where the robot was at each beam of a scan."""
+"""Where the sensor was at each beam of a scan."""
+
+from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
+from collplan_core.parameters import ScanInput
 from collplan_core.scan import Scan
-from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.sensing.lidar_mount import poses_of_sensor, seen_from_robot
+from collplan_core.sensing.pose_history import PoseHistory, poses_along
+from collplan_core.sensing.scan_filters import used_scan
+from collplan_core.state import State
 
 
-def beam_poses(scan: Scan, poses: PoseHistory) -> np.ndarray | None:
-    """(n, 3) x, y [m] and yaw [rad], not wrapped, of the robot at each beam; None without a pose for the stamp.
+def beam_poses(scan: Scan, poses: PoseHistory, mount: ScanInput) -> np.ndarray | None:
+    """(n, 3) x, y [m] and yaw [rad], not wrapped, of the sensor at each beam, world frame.
 
-    Beams later than the newest pose are placed by the velocity at the scan's stamp.
+    None where the robot's pose is not known, or not yet, at the instant of each of them.
     """
     state = poses.at(scan.stamp)
     if state is None:
         return None
-    after = scan.time_increment * np.arange(len(scan.ranges))
-    known = poses.at_each(scan.stamp + after) if scan.time_increment > 0.0 else None
-    if known is not None:
-        return known
-    x, y = (state.position[:, np.newaxis] + state.velocity[:, np.newaxis] * after).tolist()
-    return np.column_stack([x, y, np.full(len(after), state.yaw)])
+    if scan.time_increment == 0.0:
+        robot: np.ndarray | None = np.tile((*state.position.tolist(), state.yaw), (len(scan.ranges), 1))
+    else:
+        robot = poses.at_each(_instants(scan))
+    return None if robot is None else poses_of_sensor(robot, mount.offset)
+
+
+def placed(scan: Scan, beams: np.ndarray, state: State, mount: ScanInput) -> Scan:
+    """The scan with the poses of its sensor, which are `beams` (n, 3) in the world, seen from the robot at a state."""
+    if scan.time_increment == 0.0 and not any(mount.offset):
+        return scan
+    return replace(scan, sensor_poses=seen_from_robot(beams, state))
+
+
+def placed_among(scan: Scan, state: State, states: Collection[State], mount: ScanInput) -> Scan:
+    """What of a scan is used, with where its sensor was, for one of a record: no pose is waited for.
+
+    Args:
+        scan: the scan; beams beyond the states are placed by the first or the last of them.
+        state: the robot at its stamp.
+        states: of the time around, in order, at least one.
+        mount: where the sensor is on the robot.
+    """
+    scan, robot = used_scan(scan, mount), poses_along(states, _instants(scan))
+    return placed(scan, poses_of_sensor(robot, mount.offset), state, mount)
+
+
+def _instants(scan: Scan) -> np.ndarray:
+    """(n,) when each beam was measured [s]."""
+    return scan.stamp + scan.time_increment * np.arange(len(scan.ranges))

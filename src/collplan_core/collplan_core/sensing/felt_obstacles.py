@@ -17,14 +17,17 @@ def with_felt(scan: Scan, state: State, centers: np.ndarray, radius: float) -> S
         radius: of the discs [m]; one that the robot is inside of is left out.
     """
     ranges = np.array(scan.ranges, dtype=float)
-    angles = scan.angles + state.yaw
-    for x, y in centers - state.position:
-        # where beams meet the circle: the nearer root
-        along = x * np.cos(angles) + y * np.sin(angles)
-        reach = along**2 - (x * x + y * y - radius * radius)
-        if x * x + y * y <= radius * radius:
+    origins, bearings = scan.beams(state)
+    ahead, aside = np.cos(bearings), np.sin(bearings)
+    for center in centers:
+        if ((center - state.position) ** 2).sum() <= radius * radius:
             continue
-        met = (reach >= 0.0) & (along > 0.0)
+        # where beams meet the circle: the nearer root
+        x, y = (center - origins).T
+        along = x * ahead + y * aside
+        outside = x * x + y * y - radius * radius
+        reach = along**2 - outside
+        met = (reach >= 0.0) & (along > 0.0) & (outside > 0.0)
         near = along - np.sqrt(np.maximum(reach, 0.0))
         ranges = np.where(met & ~(ranges <= near), near, ranges)
     return replace(scan, ranges=ranges)

@@ -2,6 +2,7 @@
 
 from bisect import bisect_left
 from collections import deque
+from collections.abc import Collection
 from math import remainder, tau
 
 import numpy as np
@@ -41,13 +42,18 @@ class PoseHistory:
         return None if after == 0 else _between(self._states[after - 1], self._states[after], stamp)
 
     def at_each(self, stamps: np.ndarray) -> np.ndarray | None:
-        """(n, 3) x, y [m] and yaw [rad], not wrapped, at stamps (n,) [s], rising; None where one is outside."""
-        if not self._states or stamps[0] < self._states[0].stamp or stamps[-1] > self._states[-1].stamp:
+        """(n, 3) x, y [m] and yaw [rad], not wrapped, at stamps (n,) [s]; None where one is outside."""
+        if not self._states or stamps.min() < self._states[0].stamp or stamps.max() > self._states[-1].stamp:
             return None
-        times = np.array([state.stamp for state in self._states])
-        poses = np.array([(*state.position.tolist(), state.yaw) for state in self._states])
-        columns = poses[:, 0], poses[:, 1], np.unwrap(poses[:, 2])
-        return np.column_stack([np.interp(stamps, times, column) for column in columns])
+        return poses_along(self._states, stamps)
+
+
+def poses_along(states: Collection[State], stamps: np.ndarray) -> np.ndarray:
+    """(n, 3) x, y [m] and yaw [rad], not wrapped, at stamps (n,) [s]: between states, and those at the ends beyond."""
+    times = np.array([state.stamp for state in states])
+    poses = np.array([(*state.position.tolist(), state.yaw) for state in states])
+    columns = poses[:, 0], poses[:, 1], np.unwrap(poses[:, 2])
+    return np.column_stack([np.interp(stamps, times, column) for column in columns])
 
 
 def _between(a: State, b: State, stamp: float) -> State:

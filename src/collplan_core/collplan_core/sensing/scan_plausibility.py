@@ -52,7 +52,7 @@ def judge_scan(
     Args:
         memory: what came of the scan before.
         scan: the scan.
-        beams: (n, 3) x, y [m] and yaw [rad] of the robot at each beam, of `beam_poses`.
+        beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam, of `beam_poses`.
         velocity: (2,) of the robot [m/s].
         limits: the shares of beams that may be lost or miss a wall.
     """

@@ -6,6 +6,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.scan import Scan
+from collplan_core.sight_lines import is_full_turn
 
 NEAR = 3.0
 """Walls farther than this are not kept: a pose turned by 0.01 rad moves them by more than they are looked for [m]."""
@@ -17,12 +18,6 @@ MOST_NEIGHBOURS = 15
 """On either side of a beam."""
 FLATTEST = 4.0
 """How much longer than across the beams a piece may be: a wall met at a smaller angle than 14 degrees is not kept."""
-
-
-@njit
-def is_full_turn(n: int, step: float) -> bool:
-    """Whether the first of n beams, `step` [rad] apart, follows the last one."""
-    return abs(step) * (n + 0.5) > 2.0 * math.pi
 
 
 @njit
@@ -66,14 +61,14 @@ def _pieces(ranges: np.ndarray, beams: np.ndarray, first: float, step: float) ->
 
 
 def wall_of_each_beam(scan: Scan, beams: np.ndarray) -> np.ndarray:
-    """(n, 4) where each beam met a straight piece of wall, x, y [m], and its normal, towards the robot; world frame.
+    """(n, 4) where each beam met a straight piece of wall, x, y [m], and its normal, towards the sensor; world frame.
 
     NaN where it met none. Corners, ends, lone hits and walls met too flatly are left out: what the next scan says of
     them is chance.
 
     Args:
         scan: the scan.
-        beams: (n, 3) x, y [m] and yaw [rad] of the robot at each beam.
+        beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
     """
     return _pieces(scan.ranges, beams, scan.angle_min, scan.angle_increment)
 

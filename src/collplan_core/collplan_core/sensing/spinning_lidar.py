@@ -9,7 +9,9 @@ from math import radians, tau
 
 import numpy as np
 
+from collplan_core.parameters import Lidar
 from collplan_core.scan import Scan
+from collplan_core.sensing.lidar_mount import poses_of_sensor
 from collplan_core.worlds import World, load_world
 from collplan_core.worlds.raycast import cast_beams
 
@@ -77,7 +79,7 @@ SPINNING_SENSORS = {"low_cost": LD19}
 
 
 def swept_scan(
-    world: World, poses: np.ndarray, stamp: float, sensor: SpinningSensor, angle_min: float, random: np.random.Generator
+    world: World, poses: np.ndarray, stamp: float, sensor: SpinningSensor, lidar: Lidar, random: np.random.Generator
 ) -> Scan:
     """The scan of one sweep.
 
@@ -86,13 +88,16 @@ def swept_scan(
         poses: (n_beams, 3) x, y [m] and yaw [rad] of the robot at each of `sensor.beam_times(stamp)`.
         stamp: time of the first beam [s].
         sensor: what scans.
-        angle_min: direction of the first beam [rad, robot frame].
+        lidar: where it truly is on the robot, and the direction of its first beam.
         random: two draws a beam are taken from it, whatever the beam meets.
     """
     increment = tau / sensor.n_beams
-    angles = poses[:, 2] + angle_min + increment * np.arange(sensor.n_beams)
-    ranges = noisy(blended(world, poses[:, :2], angles, sensor), sensor, random)
-    return Scan(stamp, angle_min, increment, sensor.range_min, sensor.range_max, ranges, sensor.time_increment)
+    places = poses_of_sensor(poses, lidar.offset)
+    turned = -increment if lidar.mirrored else increment
+    angle_min = -lidar.angle_min if lidar.mirrored else lidar.angle_min
+    angles = places[:, 2] + angle_min + turned * np.arange(sensor.n_beams)
+    ranges = noisy(blended(world, places[:, :2], angles, sensor), sensor, random)
+    return Scan(stamp, lidar.angle_min, increment, sensor.range_min, sensor.range_max, ranges, sensor.time_increment)
 
 
 def blended(world: World, origins: np.ndarray, angles: np.ndarray, sensor: SpinningSensor) -> np.ndarray:
@@ -120,4 +125,4 @@ def warm_up() -> None:
     world = load_world("corridor")
     assert world.start is not None, "the shipped arenas have a start"
     poses = np.tile((*np.asarray(world.start, dtype=float).tolist(), 0.0), (LD19.n_beams, 1))
-    swept_scan(world, poses, 0.0, LD19, 0.0, np.random.default_rng(0))
+    swept_scan(world, poses, 0.0, LD19, Lidar(), np.random.default_rng(0))

@@ -23,11 +23,11 @@ class Sweeps:
     begins anew.
     """
 
-    def __init__(self, world: World, sensor: SpinningSensor, angle_min: float, seed: int) -> None:
-        """Equal poses and seeds give equal scans; `angle_min` is the direction of the first beam [rad, robot frame]."""
+    def __init__(self, world: World, sensor: SpinningSensor, lidar: Lidar, seed: int) -> None:
+        """Equal poses and seeds give equal scans; `lidar` says where the sensor truly is on the robot."""
         self._world = world
         self._sensor = sensor
-        self._angle_min = angle_min
+        self._lidar = lidar
         self._random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM,)))
         self._poses = PoseHistory(3.0 * sensor.sweep_time)
         self._newest = self._begun = float("nan")
@@ -46,10 +46,10 @@ class Sweeps:
             return None
         begun, self._begun = self._begun, self._begun + sensor.sweep_time
         poses = self._poses.at_each(sensor.beam_times(begun))
-        return None if poses is None else swept_scan(self._world, poses, begun, sensor, self._angle_min, self._random)
+        return None if poses is None else swept_scan(self._world, poses, begun, sensor, self._lidar, self._random)
 
 
 def sweeps_of(world: World, lidar: Lidar, seed: int) -> Sweeps | None:
     """The sweeps of the sensor that `lidar.sensor` names; None for ideal, whose beams are all of one instant."""
     sensor = SPINNING_SENSORS.get(lidar.sensor)
-    return None if sensor is None else Sweeps(world, sensor, lidar.angle_min, seed)
+    return None if sensor is None else Sweeps(world, sensor, lidar, seed)

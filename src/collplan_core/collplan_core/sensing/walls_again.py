@@ -7,7 +7,8 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.scan import Scan
-from collplan_core.sensing.seen_walls import NEAR, is_full_turn
+from collplan_core.sensing.seen_walls import NEAR
+from collplan_core.sight_lines import is_full_turn, place_towards
 
 GAP = 0.07
 """All beams towards a wall must end so far beyond it for it to be missing, or one so far before it for it to be hidden
@@ -51,15 +52,9 @@ class WallsAgain(NamedTuple):
 def _beam_towards(x: float, y: float, beams: np.ndarray, first: float, step: float) -> int:
     """The beam whose direction is nearest to that of a point [m]; -1 where no beam goes there."""
     n = len(beams)
-    k = n // 2
-    for _ in range(3):  # a robot that moves during the sweep is elsewhere at each beam
-        bearing = math.atan2(y - beams[k, 1], x - beams[k, 0]) - beams[k, 2] - first
-        turned = bearing % (2.0 * math.pi) if step > 0.0 else -bearing % (2.0 * math.pi)
-        k = int(round(turned / abs(step)))
-        if k >= n:
-            if not is_full_turn(n, step):
-                return -1
-            k %= n
+    k = int(round(place_towards(x, y, beams, first, step, n // 2)))
+    if k >= n:
+        return k % n if is_full_turn(n, step) else -1
     return k
 
 
@@ -137,7 +132,7 @@ def walls_again(walls: np.ndarray, now: np.ndarray, scan: Scan, beams: np.ndarra
         walls: (m, 4) points of walls and their normals, of scans before.
         now: (n, 4) the same of each beam of the scan, of `wall_of_each_beam`.
         scan: the scan.
-        beams: (n, 3) x, y [m] and yaw [rad] of the robot at each beam.
+        beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
         velocity: (2,) of the robot [m/s].
     """
     limits = max(scan.range_min, 0.01), scan.range_max

@@ -4,10 +4,16 @@ from difflib import get_close_matches
 from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
+
 from collplan_core.worlds.families import FAMILIES
 from collplan_core.worlds.file import parse_text, read_world
 from collplan_core.worlds.shapes import World, WorldError
 
+UNKNOWN = "unknown"
+"""The world of a robot that nobody gave a world: nothing is known to be in it."""
+AROUND = 3.0
+"""How far around the origin an unknown world is drawn [m]."""
 ARENAS = files("collplan_core.worlds") / "arenas"
 
 
@@ -19,9 +25,13 @@ def arena_names() -> list[str]:
 def load_world(spec: str) -> World:
     """The world called NAME (a shipped arena), FILE (a path ending in .yaml or .yml) or FAMILY:SEED, as in `random:7`.
 
+    UNKNOWN is one without anything, bounds aside.
+
     Raises:
         WorldError: no such world, with near matches, or a file that does not hold one.
     """
+    if spec == UNKNOWN:
+        return World(UNKNOWN, (), np.zeros((0, 3)), (-AROUND, -AROUND, AROUND, AROUND), walled=False)
     if spec in arena_names():
         return parse_text((ARENAS / f"{spec}.yaml").read_text(encoding="utf-8"), f"{spec}.yaml", spec)
     if spec.endswith((".yaml", ".yml")) or Path(spec).is_file():

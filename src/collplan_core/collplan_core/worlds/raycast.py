@@ -8,6 +8,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.parameters import Lidar
+from collplan_core.plane import rotate
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.worlds import World, world_segments
@@ -43,15 +44,19 @@ def ray_scene(world: World) -> RayScene:
 
 
 def simulate_scan(world: World, state: State, lidar: Lidar) -> Scan:
-    """The scan that a LIDAR at the robot's centre, turned with its body, takes of a world; stamped as the state.
+    """The scan that a LIDAR takes of a world that is on a robot where `lidar` says; stamped as the state.
 
-    A robot on or inside an obstacle, or beyond the walls, is nearer than `range_min` in every direction.
+    A LIDAR on or inside an obstacle, or beyond the walls, is nearer than `range_min` in every direction.
 
     Raises:
         ValueError: the pose is not finite.
     """
-    first, increment = state.yaw + lidar.angle_min, beam_increment(lidar)
-    x, y = float(state.position[0]), float(state.position[1])
+    increment = beam_increment(lidar)
+    ahead, left = rotate(lidar.offset_x, lidar.offset_y, state.yaw)
+    x, y = float(state.position[0]) + ahead, float(state.position[1]) + left
+    # the rays are cast counter-clockwise: of a LIDAR upside down the last beam is the first of them
+    begins = -(lidar.angle_min + increment * (lidar.n_beams - 1)) if lidar.mirrored else lidar.angle_min
+    first = state.yaw + begins + lidar.offset_yaw
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(first)):
         raise ValueError(f"pose: got position [{x}, {y}], first beam at {first} rad, expected finite numbers")
     scene = ray_scene(world)
@@ -60,6 +65,7 @@ def simulate_scan(world: World, state: State, lidar: Lidar) -> Scan:
     else:
         ranges = _nearest(x, y, scene.segments, scene.circles, float(first), increment, lidar.n_beams)
         _apply_limits(ranges, lidar.range_min, lidar.range_max)
+    ranges = ranges[::-1] if lidar.mirrored else ranges
     return Scan(state.stamp, lidar.angle_min, increment, lidar.range_min, lidar.range_max, ranges)
 
 

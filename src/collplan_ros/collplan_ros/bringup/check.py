@@ -1,6 +1,7 @@
 """`bringup --check`: link, motion capture and axes of a robot before it drives by itself; finds the body's offset.
 
-Only the robot and mocap_node run. The check drives slowly, in open loop, and asks before it does.
+With --scan real and a world file it finds where the LIDAR is, too. Only the robot and mocap_node run. The check drives
+slowly, in open loop, and asks before it does.
 """
 
 import select
@@ -42,10 +43,12 @@ from collplan_ros.bringup.check_findings import (
 )
 from collplan_ros.bringup.failures import FOUND_WRONG, GRAPH_LOST, GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import Graph
+from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.open_loop import OpenLoop
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation, prepare, write_used_parameters
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.robots import REAL
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.qos import EVERY_ONE
 
@@ -79,7 +82,10 @@ def check(options: Options, progress: Progress) -> int:
     write_used_parameters(folder.parameters, preparation.settings)
     try:
         with Graph(preparation, folder, progress) as graph:
-            offset = _Check(graph, preparation, progress, options.yes).run()
+            if options.scan == REAL and not options.world:
+                progress.say("without --world the place of the LIDAR is not looked for")
+            lidar = LidarScans(graph, preparation) if options.scan == REAL and options.world else None
+            found = _Check(graph, preparation, progress, options.yes, lidar).run()
     except StartError:
         folder.discard()
         raise
@@ -92,11 +98,11 @@ def check(options: Options, progress: Progress) -> int:
     except GraphError as error:
         progress.say(str(error))
         return GRAPH_LOST
-    if offset is None:
+    if found is None:
         progress.say("no offset written, see docs/first_run.md")
         return FOUND_WRONG
     path = folder.path / "checked.yaml"
-    write_values(_checked_values(options, offset), path)
+    write_values({**_given(options), **found}, path)
     folder.become_latest()
     progress.say(f"drive with --params {path}")
     return 0
@@ -134,32 +140,37 @@ def _given(options: Options) -> dict[str, object]:
         raise StartError(str(error)) from None
 
 
-def _checked_values(options: Options, offset: BodyOffset) -> dict[str, object]:
-    """Values of the given parameter file with the offset found, to be used in that file's place."""
-    found = {f"mocap.body_offset_{key}": round(getattr(offset, key), 5) for key in ("x", "y", "yaw")}
-    return {**_given(options), **found}
+def _offset_values(offset: BodyOffset) -> dict[str, object]:
+    return {f"mocap.body_offset_{key}": round(getattr(offset, key), 5) for key in ("x", "y", "yaw")}
 
 
 class _Check:
     """One check of a robot and mocap_node that run already."""
 
-    def __init__(self, graph: Graph, preparation: Preparation, progress: Progress, yes: bool) -> None:
+    def __init__(
+        self, graph: Graph, preparation: Preparation, progress: Progress, yes: bool, lidar: LidarScans | None = None
+    ) -> None:
         self._graph = graph
+        self._lidar = lidar
         self._settings = preparation.settings
         self._names = [graph.full_name(name) for name in preparation.programs]
         self._progress = progress
         self._yes = yes
         self._statuses: dict[str, DiagnosticStatus] = {}
 
-    def run(self) -> BodyOffset | None:
-        """The offset found; None where something is wrong or the offset is too uncertain."""
+    def run(self) -> dict[str, object] | None:
+        """The parameters found, by key; None where something is wrong or the body's offset is too uncertain."""
         self._progress.say(f"checking {', '.join(self._graph.pids)}")
         self._graph.wait_until_poses_come()
         self._loop = OpenLoop(self._graph, self._settings)
         if not self._passes([*self._nodes(), *self._stream()]):
             return None
         self._loop.refuse_other_publishers()
-        return self._motions()
+        offset = self._motions()
+        if offset is None or self._lidar is None:
+            return None if offset is None else _offset_values(offset)
+        finding, mount = self._lidar.find(self._loop.poses, offset)
+        return {**_offset_values(offset), **mount} if self._passes([finding]) else None
 
     def _nodes(self) -> list[Finding]:
         self._graph.node.create_subscription(DiagnosticArray, "/diagnostics", self._take_statuses, EVERY_ONE)

@@ -7,6 +7,7 @@ from math import cos, degrees, sin
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from collplan_core.calibration.body_motions import Estimate
+from collplan_core.calibration.lidar_fit import MountFit
 from collplan_core.calibration.mocap_offset import ENOUGH_POSITION, ENOUGH_YAW, BodyOffset
 from collplan_core.calibration.stream_quality import StreamQuality
 from collplan_core.calibration.stroke_fit import AxesFit
@@ -26,6 +27,14 @@ LARGEST_DRIFT = 0.1
 """Largest velocity beside the commanded one that wheels and floor may add [m/s]."""
 SURELY = 3.0
 """Standard deviations beyond a limit at which it is surely exceeded."""
+ENOUGH_EXPLAINED = 0.6
+"""Least share of the LIDAR's hits on surfaces of the world file: people and what else is not in it are the rest."""
+CLEARLY_WORSE = 0.1
+"""By so much less must any other mount explain."""
+ENOUGH_PLACED = 0.005
+"""Largest acceptable standard deviation of the LIDAR's place [m]."""
+ENOUGH_TURNED = 0.5
+"""Largest acceptable standard deviation of its direction [deg]."""
 
 
 @dataclass(frozen=True)
@@ -118,3 +127,23 @@ def offset_finding(known: Estimate) -> Finding:
         return Finding(GOOD, text)
     wanted = f"+- {1e3 * ENOUGH_POSITION:g} mm and {degrees(ENOUGH_YAW):.2g} deg"
     return Finding(DOUBTFUL, f"{text}; {wanted} are wanted to drive with it")
+
+
+def lidar_finding(fit: MountFit | None, n_scans: int) -> Finding:
+    """Finding on the place of the LIDAR on the robot, from `n_scans` scans of a robot at rest."""
+    if fit is None:
+        return Finding(WRONG, f"{n_scans} scans of the robot at rest show too little, or the world file holds nothing")
+    share, mount = f"{fit.explained:.0%} of what the LIDAR shows is on surfaces of the world file", fit.mount
+    if fit.explained < ENOUGH_EXPLAINED:
+        return Finding(WRONG, f"{share} at best, wherever the LIDAR is: is it this room?")
+    if fit.rival > fit.explained - CLEARLY_WORSE:
+        rival = f"{fit.rival:.0%} if it were mounted another way round"
+        return Finding(DOUBTFUL, f"{share}, and {rival}: begin at another place of the room")
+    x, y, yaw = fit.uncertainty.tolist()
+    over = ", upside down" if mount.mirrored else ""
+    verdict = GOOD if max(x, y) <= ENOUGH_PLACED and degrees(yaw) <= ENOUGH_TURNED else DOUBTFUL
+    return Finding(
+        verdict,
+        f"the LIDAR is {1e3 * mount.x:+.1f} mm ahead and {1e3 * mount.y:+.1f} mm left of the centre, "
+        f"turned by {degrees(mount.yaw):+.2f} +- {degrees(yaw):.2f} deg{over}; {share}",
+    )

@@ -13,7 +13,7 @@ from collplan_core.parameters import Planning, Settings, Simulation
 from collplan_core.parameters.spec import Parameters, specs
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import RANGES
-from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, robot_kind
+from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, REAL, SIM, robot_kind
 from collplan_ros.node_kit.node_names import namespace_from
 
 
@@ -35,6 +35,7 @@ class Options:
         max_speed: robot.max_speed [m/s].
         pictures: whether trajectory.png, run.gif and run.html are made.
         recording: whether every topic is recorded in run.mcap.
+        scan: sim or real, whose scans the robot drives by: those of lidar_node, or of a LIDAR that somebody else runs.
         check: whether the robot and its motion capture are checked instead of a run.
         yes: whether the check may move the robot without asking.
         view: whether view_node shows the run in a browser.
@@ -55,6 +56,7 @@ class Options:
     max_speed: float | None = None
     pictures: bool = True
     recording: bool = True
+    scan: str = SIM
     check: bool = False
     yes: bool = False
     view: bool = False
@@ -81,9 +83,12 @@ class Options:
         x, y = (np.format_float_positional(value, trim="0") for value in goal)
         network = ["--network", self.network] if self.network else []
         # a robot that is not simulated wants it said
-        said = [] if robot_kind(self.robot).simulated else ["--world", self.world or "", *self._speed]
+        world = ["--world", self.world] if self.world else []
+        said = [] if robot_kind(self.robot).simulated else [*world, *self._speed]
         namespace = [] if self.namespace == "/" else ["--namespace", self.namespace]
-        given = ["--robot", self.robot, *network, *namespace, *said, "--params", str(parameters), "--goal", x, y]
+        scan = [] if self.scan == SIM else ["--scan", self.scan]
+        where = [*network, *namespace, *scan]
+        given = ["--robot", self.robot, *where, *said, "--params", str(parameters), "--goal", x, y]
         return shlex.join([as_called("bringup"), *given])
 
     @property
@@ -99,7 +104,8 @@ A node died, the graph did not come up, somebody else commands the robot or this
 A file of the run cannot be written, as on a full disk: 4. Stopped by a signal: 128 + its number.
 
 A robot that is not simulated needs --world, --goal and --network, and drives at 0.3 m/s at most unless --max-speed
-says otherwise: a parameter file may lower that, not raise it.
+says otherwise: a parameter file may lower that, not raise it. With --scan real it needs no --world: what is there, its
+LIDAR shows.
 """
 EPILOG = """\
 examples:
@@ -110,7 +116,9 @@ examples:
       to watch in a browser, until Ctrl-C
   bringup --robot emulator                          over serial bytes, to an emulated firmware
   bringup --robot serial:/dev/ttyUSB0 --world floor.yaml --goal 1.0 0.5 --network subnet
-      the real robot, slow
+      the real robot, slow, its LIDAR simulated in the world of a file
+  bringup --robot serial:/dev/ttyUSB0 --scan real --goal 1.0 0.5 --network subnet --params lab.yaml
+      the real robot and its own LIDAR, whose driver runs already
   bringup --params runs/latest/parameters.yaml --goal 2.0 0.4
       the last run's parameters, and a goal: no file holds one
   bringup --check --robot serial:/dev/ttyUSB0 --network subnet --params mocap.yaml
@@ -166,7 +174,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png, run.gif and run.html")
     add("--no-recording", dest="recording", action="store_false", help="leave out run.mcap")
-    add("--check", action="store_true", help="check link, motion capture and axes instead, and find the body's offset")
+    add(
+        "--scan",
+        choices=(SIM, REAL),
+        default=SIM,
+        help="whose scans: of lidar_node, which casts rays in the world, or of a real LIDAR (default sim)",
+    )
+    add("--check", action="store_true", help="check link, motion capture, axes and LIDAR instead, and find offsets")
     add("--yes", action="store_true", help="with --check: move the robot without asking")
     add("--view", action="store_true", help="show the run in a browser, at the address that is said (view.port)")
     add("--again", action="store_true", help="drive there and back again and again until Ctrl-C; simulated robots only")

@@ -9,11 +9,11 @@ import numpy as np
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_parameters
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.worlds import World, WorldError, check_route, load_world
+from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import find_executable
-from collplan_ros.bringup.robots import FIRST_SPEED, NODES, VIEWER, RobotKind, robot_kind
+from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, NODES, SIM, VIEWER, RobotKind, robot_kind
 from collplan_ros.bringup.words import in_words
 from collplan_ros.view.listening import listening_socket
 
@@ -26,7 +26,7 @@ class Preparation:
         robot: kind of the robot.
         network: discovery range, local or subnet.
         settings: parameters of all nodes.
-        world: the simulated world.
+        world: the world, as far as it is known.
         goal: (2,) [m].
         programs: path of each node's executable, by node name.
         namespace: of all nodes, with its leading slash.
@@ -69,7 +69,8 @@ def prepare(options: Options) -> Preparation:
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
     onlookers = (VIEWER,) if options.view else ()
-    found = {name: find_executable(name) for name in (*robot.nodes, *NODES, *onlookers)}
+    nodes = [name for name in NODES if name != LIDAR or options.scan == SIM]
+    found = {name: find_executable(name) for name in (*robot.nodes, *nodes, *onlookers)}
     network = options.network or robot.network or "local"
     return Preparation(robot, network, settings, world, goal, found, options.namespace, speed)
 
@@ -90,7 +91,8 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
     """Refuses to guess where a robot that is not simulated is, where it goes, and who may command it."""
     needed: dict[str, object] = {"--network": options.network}
     if not options.check:
-        needed = {"--world": options.world, "--goal": options.goal, **needed}
+        world = {"--world": options.world} if options.scan == SIM else {}
+        needed = {**world, "--goal": options.goal, **needed}
     missing = [option for option, value in needed.items() if value is None]
     if missing and not robot.simulated:
         raise StartError(
@@ -101,6 +103,9 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
 
 def _settings(options: Options, robot: RobotKind, given: Mapping[str, object]) -> Settings:
     values = {**given, **robot.values, **options.values()}
+    if not robot.simulated and options.world is None and not options.check:
+        # a world of the parameter file was another run's
+        values |= {"lidar.world": UNKNOWN, "simulator.world": UNKNOWN}
     for key in ("lidar.world", "simulator.world"):
         # absolute, so that the parameter file written can be used from any folder
         if key in values and Path(str(values[key])).is_file():
@@ -136,6 +141,8 @@ def _slow(settings: Settings, options: Options, robot: RobotKind, given: Mapping
 
 def _checked_goal(options: Options, world: World, settings: Settings, robot: RobotKind) -> np.ndarray:
     goal = world.goal if options.goal is None else np.array(options.goal, dtype=float)
+    if goal is None and options.check:
+        goal = world.start if world.start is not None else np.zeros(2)  # nothing drives there
     if goal is None:
         raise WorldError(f"world {world.name}: goal: missing, expected goal: [x, y] in its file or --goal X Y")
     if world.start is None:

@@ -1,11 +1,19 @@
 """Result files of a run."""
 
+from dataclasses import replace
+
+import numpy as np
+
+from collplan_core.worlds import UNKNOWN, World
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.runs.result_files import Results, write_result_files
 from collplan_ros.runs.run_log import RunLog
 from collplan_ros.runs.whole_file import replacing
+
+BESIDE = 0.8
+"""Shown of an unknown world beside the robot's way [m]."""
 
 
 def write_results(folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, options: Options) -> Results:
@@ -30,7 +38,7 @@ def draw_pictures(folder: RunFolder, results: Results, preparation: Preparation)
     from collplan_ros.pictures.trajectory_png import draw_trajectory
 
     log, impacts, goal = results.log, results.impacts, preparation.goal
-    settings, world = preparation.settings, preparation.world
+    settings, world = preparation.settings, _drawn(preparation.world, results.log, goal)
     title = run_title(world, settings, preparation.robot.simulated)
     try:
         with replacing(folder.picture) as path:
@@ -41,6 +49,15 @@ def draw_pictures(folder: RunFolder, results: Results, preparation: Preparation)
     except Exception as error:  # whatever a drawing library finds: the run is over, and its figures are written
         return f"pictures not drawn: {type(error).__name__}: {error}"
     return ""
+
+
+def _drawn(world: World, log: RunLog, goal: np.ndarray) -> World:
+    """The world of a picture: of one that is not known what is around the robot's way and its goal (2,) [m]."""
+    if world.name != UNKNOWN:
+        return world
+    places = np.vstack([goal, *((pose.x, pose.y) for pose in log.poses)])
+    low, high = (places.min(axis=0) - BESIDE).tolist(), (places.max(axis=0) + BESIDE).tolist()
+    return replace(world, bounds=(*low, *high))
 
 
 def make_page(folder: RunFolder, results: Results) -> str:

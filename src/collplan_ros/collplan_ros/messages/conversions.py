@@ -174,7 +174,7 @@ def vector3(xy: np.ndarray) -> Vector3:
 
 
 def scan_to_message(scan: Scan, frame: str) -> LaserScan:
-    """Message of a scan in the robot's frame `frame`; scan_time is that of a sweep, 0 where it is one instant."""
+    """Message of a scan in the sensor's frame `frame`; scan_time is that of a sweep, 0 where it is one instant."""
     return LaserScan(
         header=header(scan.stamp, frame),
         angle_min=float(scan.angle_min),

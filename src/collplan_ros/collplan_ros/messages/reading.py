@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.parameters import ScanInput
 from collplan_core.plan import Plan, timed_path
 from collplan_core.scan import Scan, ScanError
 
 NANOSECONDS = 1_000_000_000
+SHIPPED = ScanInput()
 
 
 class MessageError(ValueError):
@@ -39,28 +41,61 @@ def check_finite(field: str, *values: float) -> None:
         raise MessageError(f"{field}: got {', '.join(f'{v:g}' for v in values)}, expected finite numbers")
 
 
-def scan_from_message(message: Any, frame: str) -> Scan:
-    """The scan in a LaserScan, in the robot's frame `frame`.
+def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> Scan:
+    """The scan in a LaserScan, as its sensor has it: where that is on the robot is not in it.
+
+    Args:
+        message: the LaserScan.
+        frame: the robot's frame, which the message names where `taken.frame` says nothing else.
+        taken: how it is to be read.
 
     Raises:
         ScanError: another frame, angles that do not fit the number of ranges, or values that `Scan` refuses.
     """
-    if message.header.frame_id != frame:
-        raise ScanError(f"header.frame_id: got {message.header.frame_id!r}, expected {frame!r}")
+    expected = taken.frame or frame
+    if message.header.frame_id != expected:
+        key = "scan.frame" if taken.frame else "frames.base, where scan.frame is empty"
+        raise ScanError(f"header.frame_id: got {message.header.frame_id!r}, expected {expected!r} ({key})")
     first, last, step = float(message.angle_min), float(message.angle_max), float(message.angle_increment)
-    ranges = np.array(message.ranges, dtype=np.float64)
+    ranges = _ranges(message, taken)
     # devices disagree on whether angle_max is the last beam's angle or one step further
     if not abs(first + step * (len(ranges) - 1) - last) <= 1.5 * abs(step):
         raise ScanError(f"angle_max: got {last:g}, expected {first:g} + {len(ranges) - 1} steps of {step:g}")
+    stamp, between = seconds_from_stamp(message.header.stamp), _time_increment(message, step)
+    if taken.stamp_offset != 0.0:
+        stamp += taken.stamp_offset
+    if taken.backwards:
+        stamp, between = stamp + between * (len(ranges) - 1), -between
     return Scan(
-        stamp=seconds_from_stamp(message.header.stamp),
+        stamp=stamp,
         angle_min=first,
         angle_increment=step,
         range_min=float(message.range_min),
         range_max=float(message.range_max),
         ranges=ranges,
-        time_increment=float(message.time_increment),
+        time_increment=between,
     )
+
+
+def _ranges(message: Any, taken: ScanInput) -> np.ndarray:
+    """(n,) the ranges of a LaserScan [m], NaN where they are not to be believed."""
+    ranges = np.array(message.ranges, dtype=np.float64)
+    if taken.zero != "near":
+        ranges[ranges == 0.0] = np.inf if taken.zero == "free" else np.nan
+    if taken.min_intensity > 0.0:
+        intensities = np.array(message.intensities, dtype=np.float64)
+        if len(intensities) != len(ranges):
+            got = f"got {len(intensities)}, expected {len(ranges)}, as many as ranges"
+            raise ScanError(f"intensities: {got}: scan.min_intensity is {taken.min_intensity:g}")
+        # a beam that met nothing has no intensity
+        ranges[np.isfinite(ranges) & ~(intensities >= taken.min_intensity)] = np.nan
+    return ranges
+
+
+def _time_increment(message: Any, step: float) -> float:
+    """Time from beam to beam [s]; of a driver that gives that of a turn alone, the turn's share."""
+    between, turn = float(message.time_increment), float(message.scan_time)
+    return turn * abs(step) / math.tau if between == 0.0 and turn > 0.0 else between
 
 
 def plan_from_path(path: Any, frame: str) -> Plan:

@@ -19,7 +19,7 @@ CHECK_PERIOD = 1.0
 """Time between two looks at which nodes are still there [s]."""
 PATIENCE = 3
 """Looks in a row at which a node is not there until it counts as ended: its message may come before ROS lists it."""
-GROUPS = ("robot.", "frames.", "limits.fence")
+GROUPS = ("robot.", "frames.", "limits.fence", "scan.")
 """Where keys of constants that must be shared begin."""
 
 

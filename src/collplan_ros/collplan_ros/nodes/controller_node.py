@@ -17,7 +17,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.command import stopped
 from collplan_core.loop.controller_loop import ControllerLoop
-from collplan_core.parameters import Control, Frames, Limits, LocalMapping, Robot, Settings
+from collplan_core.parameters import Control, Frames, Limits, LocalMapping, Robot, ScanInput, Settings
 from collplan_core.replay.journal import CONTROLLER
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -41,7 +41,7 @@ from collplan_ros.nodes.journal_output import journal_to
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
-GROUPS = (Robot, LocalMapping, Control, Limits, Frames, *MOCAP)
+GROUPS = (Robot, LocalMapping, Control, ScanInput, Limits, Frames, *MOCAP)
 MAPPED = ("local_map.half_side", "local_map.clearance", "local_map.surface_tolerance", "local_map.grazing_angle")
 """Of the local map it follows boundaries alone: what the planner makes of sight and of set E it does not read."""
 LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)
@@ -74,7 +74,7 @@ class ControllerNode(Node):
         listen = Inputs(self, self._loop.refusals, Backlog(self))
         self._inputs = listen
         self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age)
-        listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings.frames)
+        listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
         listen.listen(String, "mocap/refused", self._on_refused, qos.POSE_SUBSCRIBED, EVENT)
         listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED)
         listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)

@@ -47,6 +47,7 @@ class LidarNode(Node):
         self._poses_clock = PosesClock()
         self._scans = 0
         self._reported = 0
+        self._frame = self._settings.lidar.frame or self._settings.frames.base
         self._local = local_clock(self)
         self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_DATA)
         self._inputs = Inputs(self)
@@ -94,7 +95,7 @@ class LidarNode(Node):
         self._publish(scan)
 
     def _publish(self, scan: Scan) -> None:
-        self._publisher.publish(scan_to_message(scan, self._settings.frames.base))
+        self._publisher.publish(scan_to_message(scan, self._frame))
         self._scans += 1
 
     def _pose_age(self) -> float:

@@ -28,6 +28,7 @@ from collplan_core.parameters import (
     Rebound,
     Remembered,
     Robot,
+    ScanInput,
     Settings,
     TimeToGoal,
     Weights,
@@ -68,6 +69,7 @@ GROUPS = (
     Remembered,
     TimeToGoal,
     Mocap,
+    ScanInput,
     Limits,
     Frames,
     "controller.stamped_cmd_vel",
@@ -106,7 +108,7 @@ class PlannerNode(Node):
         self._status.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
         backlog = Backlog(self)
         self._inputs = Inputs(self, self._loop.refusals, backlog)
-        listen_to_sensors(self._inputs, self._refuse, self._on_pose, self._on_scan, self._settings.frames)
+        listen_to_sensors(self._inputs, self._refuse, self._on_pose, self._on_scan, self._settings)
         self._inputs.listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
         self._inputs.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
         self._inputs.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)

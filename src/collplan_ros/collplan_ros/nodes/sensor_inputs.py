@@ -5,7 +5,7 @@ from collections.abc import Callable
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
-from collplan_core.parameters import Frames
+from collplan_core.parameters import Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
 from collplan_ros.messages import qos
@@ -19,12 +19,13 @@ def listen_to_sensors(
     refuse: Callable[[str, str], None],
     take_pose: Callable[[State], None],
     take_scan: Callable[[Scan], None],
-    frames: Frames,
+    settings: Settings,
 ) -> None:
     """Subscribes mocap/odom and scan through `inputs`.
 
     What cannot be used is handed to `refuse` as "pose" or "scan", with the reason.
     """
+    frames = settings.frames
 
     def on_pose(message: Odometry) -> None:
         try:
@@ -36,7 +37,7 @@ def listen_to_sensors(
 
     def on_scan(message: LaserScan) -> None:
         try:
-            scan = scan_from_message(message, frames.base)
+            scan = scan_from_message(message, frames.base, settings.scan)
         except ScanError as error:
             refuse("scan", str(error))
             raise

@@ -19,6 +19,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from collplan_core.goal import NO_GOAL
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
+from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.state import State
 from collplan_ros.messages import qos
 from collplan_ros.messages.cloud_reading import (
@@ -205,12 +206,14 @@ class ViewInputs:
     # ---- scans
 
     def _take_scan(self, message: LaserScan, _: Values) -> None:
-        scan = scan_from_message(message, self._frames.base)
+        mount = self._settings.scan
+        scan = scan_from_message(message, self._frames.base, mount)
         if not self._states:
             return
         after = next((state for state in self._states if state.stamp >= scan.stamp), self._states[-1])
         before = next((state for state in reversed(self._states) if state.stamp <= scan.stamp), self._states[0])
-        self._changes.put("scan", scene.scan(scan, scene.between(before, after, scan.stamp)))
+        state = scene.between(before, after, scan.stamp)
+        self._changes.put("scan", scene.scan(placed_among(scan, state, self._states, mount), state))
 
     # ---- plans
 

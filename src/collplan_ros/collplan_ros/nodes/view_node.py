@@ -12,7 +12,7 @@ import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from collplan_core.parameters import Frames, Settings, View
+from collplan_core.parameters import Frames, ScanInput, Settings, View
 from collplan_core.scan import Scan
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_ros.node_kit.clock import seconds
@@ -28,7 +28,7 @@ from collplan_ros.view.frames import Changes
 from collplan_ros.view.server import PageServer
 from collplan_ros.view.which_robot import which_robot
 
-GROUPS = (View, Frames, "controller.stamped_cmd_vel")
+GROUPS = (View, ScanInput, Frames, "controller.stamped_cmd_vel")
 LINGER = 10.0
 """Time after the last page was closed until the graph is no longer listened to [s]: it may only be loaded anew."""
 IDLE_PERIOD = 0.25

@@ -9,6 +9,7 @@ from PIL import Image, ImageDraw
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.scan import Scan
+from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.pictures.drawing import (
@@ -29,7 +30,7 @@ from collplan_ros.pictures.legend import MARGIN, font, legend, run_entries
 from collplan_ros.pictures.palette import FLOOR, FREE, PLAN, ROBOT, SCAN, TEXT, WALL
 from collplan_ros.pictures.title import shortened
 from collplan_ros.runs.impact_log import Impacts
-from collplan_ros.runs.run_log import PlanRow, RunLog
+from collplan_ros.runs.run_log import PlanRow, RunLog, states_around
 from collplan_ros.runs.summary import counted_impacts
 
 FRAME_PERIOD = 0.1
@@ -115,7 +116,9 @@ def _frame(run: _Animated, stamp: float) -> Image.Image:
     drawn = run.background.copy()
     draw = ImageDraw.Draw(drawn)
     scan = run.log.scans[_newest(stamp, [s.stamp for s in run.log.scans])]
-    _draw_scan(draw, run.canvas, scan, _state_at(scan.stamp, run.log), run.settings)
+    at = _state_at(scan.stamp, run.log)
+    shown = placed_among(scan, at, states_around(run.log.poses, scan), run.settings.scan)
+    _draw_scan(draw, run.canvas, shown, at, run.settings)
     draw_goal(draw, run.canvas, run.goal, run.settings.planner.goal_tolerance)
     draw_trail(draw, run.canvas, run.trail, stamp)
     _draw_plan(draw, run.canvas, _plan_at(stamp, run.log.plans))
@@ -131,9 +134,7 @@ def _frame(run: _Animated, stamp: float) -> Image.Image:
 
 def _draw_scan(draw: ImageDraw.ImageDraw, canvas: Canvas, scan: Scan, state: State, settings: Settings) -> None:
     draw.polygon(canvas.at(build_local_map(scan, state, settings.robot, settings.local_map).border_points), fill=FREE)
-    hit = np.isfinite(scan.ranges)
-    angles = scan.angles[hit] + state.yaw
-    for x, y in canvas.at(state.position + scan.ranges[hit, None] * np.column_stack([np.cos(angles), np.sin(angles)])):
+    for x, y in canvas.at(scan.points(state, np.isfinite(scan.ranges))):
         draw.rectangle([x - 1, y - 1, x + 1, y + 1], fill=SCAN)
 
 
@@ -185,5 +186,4 @@ def _plan_at(stamp: float, plans: list[PlanRow]) -> PlanRow | None:
 
 
 def _state_at(stamp: float, log: RunLog) -> State:
-    row = log.poses[_newest(stamp, [p.stamp for p in log.poses])]
-    return State(row.stamp, np.array([row.x, row.y]), np.array([row.vx, row.vy]), row.yaw)
+    return log.poses[_newest(stamp, [p.stamp for p in log.poses])].state

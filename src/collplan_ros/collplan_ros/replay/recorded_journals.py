@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from collplan_core.parameters import Frames
+from collplan_core.parameters import Settings
 from collplan_core.replay.contents import Contents
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.reading import Beginning, Event, contents_of, events_of, rows_of
@@ -84,19 +84,22 @@ def journals_from_recording(path: Path, read: Messages) -> RecordedJournals:
             recorded.append((topic, message))
     rows = rows_of(lines, str(path))
     contents = contents_of(rows)
-    frames = _frames(rows)
+    settings = _settings(rows)
+    frames = settings.frames
     for topic, message in recorded:
         # what is no scan and no plan was not taken either
         with suppress(ScanError, MessageError):
-            scan = topic == "scan"
-            contents.add(scan_from_message(message, frames.base) if scan else plan_from_path(message, frames.map))
+            if topic == "scan":
+                contents.add(scan_from_message(message, frames.base, settings.scan))
+            else:
+                contents.add(plan_from_path(message, frames.map))
     return RecordedJournals(path, rows, contents)
 
 
-def _frames(rows: Sequence[Mapping[str, Any]]) -> Frames:
-    """The names of the frames that the nodes were given."""
+def _settings(rows: Sequence[Mapping[str, Any]]) -> Settings:
+    """What the nodes were given at first."""
     for of in TOPICS.values():
         for event in events_of(rows, of):
             if isinstance(event, Beginning):
-                return event.settings.frames
-    return Frames()
+                return event.settings
+    return Settings()

@@ -112,6 +112,7 @@ class Recorder:
         self._record = record
         self._namespace = namespace
         self._frames = settings.frames
+        self._scan_input = settings.scan
         self._tolerance = settings.planner.goal_tolerance
         self._target = np.full(2, np.nan)
         self._asked = 0.0
@@ -266,7 +267,7 @@ class Recorder:
             self._record.write(kind, sent, stamp, *entries)
 
     def _take_scan(self, message: LaserScan, sent: float) -> None:
-        scan = scan_from_message(message, self._frames.base)
+        scan = scan_from_message(message, self._frames.base, self._scan_input)
         self.scan_came = True
         limits = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, scan.time_increment)
         self._write("scan", sent, scan.stamp, *limits, scan.ranges.round(4).tolist())

@@ -15,6 +15,7 @@ import numpy as np
 from collplan_core.command import STOPPED
 from collplan_core.plan import Contacts
 from collplan_core.scan import Scan
+from collplan_core.state import State
 
 
 class PoseRow(NamedTuple):
@@ -27,6 +28,19 @@ class PoseRow(NamedTuple):
     vx: float
     vy: float
     sent: float = math.nan
+
+    @property
+    def state(self) -> State:
+        """The robot's state."""
+        return State(self.stamp, np.array([self.x, self.y]), np.array([self.vx, self.vy]), self.yaw)
+
+
+def states_around(poses: list[PoseRow], scan: Scan) -> list[State]:
+    """The states between which a scan was taken, of rows in order: from the one before its beams to the one after."""
+    ends = scan.stamp, scan.stamp + scan.time_increment * len(scan.ranges)
+    begin = bisect_right(poses, min(ends), key=lambda pose: pose.stamp)
+    end = bisect_right(poses, max(ends), key=lambda pose: pose.stamp)
+    return [pose.state for pose in poses[max(begin - 1, 0) : end + 1]]
 
 
 class SentCommand(NamedTuple):

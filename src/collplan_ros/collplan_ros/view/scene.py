@@ -114,9 +114,7 @@ def trail(states: Iterable[State], end: float) -> Part:
 
 def scan(seen: Scan, at: State) -> Part:
     """The part `scan`: where the beams of a scan end that was taken at a state; those that hit nothing are left out."""
-    hits = np.isfinite(seen.ranges)
-    ranges, bearings = seen.ranges[hits], seen.angles[hits] + at.yaw
-    return milli(at.position + ranges[:, None] * np.column_stack([np.cos(bearings), np.sin(bearings)]))
+    return milli(seen.points(at, np.isfinite(seen.ranges)))
 
 
 def between(before: State, after: State, stamp: float) -> State:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
+from collplan_core.sight_lines import place_towards
 from collplan_core.time_to_goal_planner.boundary_memory.working import Pool, Sight, middle
 
 EDGE_ON = 0.1
@@ -21,7 +22,12 @@ def seen_beyond(sight: Sight, x: float, y: float) -> float:
     dx, dy = x - sight.x, y - sight.y
     if n < 2 or max(abs(dx), abs(dy)) > sight.half_side:
         return -math.inf
-    before = int(math.floor(((math.atan2(dy, dx) - sight.first) % (2.0 * math.pi)) / sight.step))
+    if len(sight.beams) == 0:
+        before = int(math.floor(((math.atan2(dy, dx) - sight.first) % (2.0 * math.pi)) / sight.step))
+    else:
+        before = int(math.floor(place_towards(x, y, sight.beams, sight.first, sight.step, n // 2)))
+        nearest = min(before, n - 1)
+        dx, dy = x - sight.beams[nearest, 0], y - sight.beams[nearest, 1]
     after = before + 1
     if after >= n:
         if abs(n * sight.step - 2.0 * math.pi) > 0.5 * sight.step:

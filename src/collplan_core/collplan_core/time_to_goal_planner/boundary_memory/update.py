@@ -57,7 +57,7 @@ def known_boundaries(walls: np.ndarray, center: np.ndarray, robot: Robot, settin
     walls = np.ascontiguousarray(walls, dtype=float).reshape(-1, 4)
     far = np.abs(walls.reshape(-1, 2) - center).max(initial=0.0) + robot.radius + FAR
     nodes = empty_nodes(np.asarray(center), max(0.5 * settings.side, far), settings.spacing, robot.radius)
-    everywhere = Sight(np.zeros(0), float(center[0]), float(center[1]), 0.0, 0.0, math.inf, math.inf)
+    everywhere = Sight(np.zeros(0), float(center[0]), float(center[1]), 0.0, 0.0, np.zeros((0, 3)), math.inf, math.inf)
     cuts = cut(walls, np.arange(len(walls)), everywhere, settings.spacing, math.inf, 0.0)
     pool = pool_of(_nothing(nodes), len(cuts.pieces))
     pool.pieces[:], pool.normals[:], pool.seen[:], pool.kept[:] = cuts.pieces, cuts.normals, math.inf, True

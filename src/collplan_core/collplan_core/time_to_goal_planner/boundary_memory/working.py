@@ -48,6 +48,7 @@ class Sight(NamedTuple):
     Attributes:
         ranges: (b,) how far each beam saw [m].
         x, y: where the beams begin [m]; first: bearing of the first; step: angle between two [rad].
+        beams: (b, 3) where each begins [m] and how much farther it is turned [rad]; (0, 3) where all do at x, y.
         half_side: half the side of the square in which it counts [m].
         stamp: when it was taken [s].
     """
@@ -57,6 +58,7 @@ class Sight(NamedTuple):
     y: float
     first: float
     step: float
+    beams: np.ndarray
     half_side: float
     stamp: float
 
@@ -101,7 +103,7 @@ def pool_of(memory: RememberedBoundaries, more: int) -> Pool:
 def sight_of(local_map: LocalMap) -> Sight:
     """The scan that a local map was built from."""
     x, y, first, step = (float(value) for value in local_map.view_from)
-    return Sight(local_map.view, x, y, first, step, local_map.half_side, local_map.stamp)
+    return Sight(local_map.view, x, y, first, step, local_map.view_beams, local_map.half_side, local_map.stamp)
 
 
 @njit

@@ -13,12 +13,14 @@ import numpy as np
 
 from collplan_core.goal import NO_GOAL
 from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.scan import Scan
+from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.state import State
-from collplan_ros.runs.run_log import PoseRow, RunLog
+from collplan_ros.runs.run_log import PoseRow, RunLog, states_around
 from collplan_ros.view import scene
 from collplan_ros.view.impacts import DELIBERATE, FORESEEN, MOST, OTHER
 from collplan_ros.view.player.played_run import PlayedRun
-from collplan_ros.view.player.run_frames import Event, Frame, state_of
+from collplan_ros.view.player.run_frames import Event, Frame
 
 ARROW_LENGTH = 0.15
 """Drawn length of a predicted boundary [m]."""
@@ -55,8 +57,8 @@ def record_events(run: PlayedRun) -> Iterator[Event]:
 def map_events(run: PlayedRun) -> Iterator[Event]:
     """Free space, frontiers and predicted boundaries, computed again."""
     settings = run.settings
-    for scan in run.record.log.scans:
-        seen = build_local_map(scan, state_at(run.record.log.poses, scan.stamp), settings.robot, settings.local_map)
+    for scan, state in _placed_scans(run):
+        seen = build_local_map(scan, state, settings.robot, settings.local_map)
         yield Event(scan.stamp, "free", scene.milli(seen.border_points))
         yield Event(scan.stamp, "frontiers", scene.milli(seen.segments))
         yield Event(scan.stamp, "predicted", scene.milli(_arrows(seen)))
@@ -66,13 +68,19 @@ def state_at(poses: list[PoseRow], stamp: float) -> State:
     """The state at a stamp [s] between poses; the first or the last pose outside them."""
     following = bisect_right(poses, stamp, key=lambda pose: pose.stamp)
     before, after = poses[max(following - 1, 0)], poses[min(following, len(poses) - 1)]
-    return scene.between(state_of(before), state_of(after), stamp)
+    return scene.between(before.state, after.state, stamp)
 
 
 def _scans(run: PlayedRun) -> Iterator[Event]:
+    for scan, state in _placed_scans(run):
+        yield Event(scan.stamp, "scan", scene.scan(scan, state))
+
+
+def _placed_scans(run: PlayedRun) -> Iterator[tuple[Scan, State]]:
     poses = run.record.log.poses
     for scan in run.record.log.scans:
-        yield Event(scan.stamp, "scan", scene.scan(scan, state_at(poses, scan.stamp)))
+        state = state_at(poses, scan.stamp)
+        yield placed_among(scan, state, states_around(poses, scan), run.settings.scan), state
 
 
 def _plans(run: PlayedRun) -> Iterator[Event]:

@@ -3,8 +3,6 @@
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from collplan_core.state import State
 from collplan_ros.runs.run_log import PoseRow
 from collplan_ros.view import scene
@@ -56,12 +54,12 @@ def frames_of(poses: Sequence[PoseRow], events: Iterable[Event], beginning: Fram
             _take(parts, waiting[taken])
             taken += 1
         if not is_last and pose.stamp < due - EARLY and not parts.keys() & OWN_FRAME:
-            passed.append(state_of(pose))
+            passed.append(pose.state)
             continue
         trail = {"trail": scene.trail(passed, pose.stamp)} if passed else {}
         changed = {part: value for part, value in parts.items() if part in LOSSY or _differs(newest, part, value)}
         newest |= changed
-        frames.append({"t": scene.time_of(pose.stamp - zero), "robot": scene.robot(state_of(pose)), **trail, **changed})
+        frames.append({"t": scene.time_of(pose.stamp - zero), "robot": scene.robot(pose.state), **trail, **changed})
         parts, passed, due = {}, [], pose.stamp + PERIOD
     return frames
 
@@ -80,11 +78,6 @@ def thinned(frames: Sequence[Frame], factor: int) -> list[Frame]:
             kept[part] = value
         result.append(kept)
     return result
-
-
-def state_of(pose: PoseRow) -> State:
-    """The state in a row of a log."""
-    return State(pose.stamp, np.array([pose.x, pose.y]), np.array([pose.vx, pose.vy]), pose.yaw)
 
 
 def _take(parts: Frame, event: Event) -> None:

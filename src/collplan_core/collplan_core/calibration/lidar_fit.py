@@ -1,0 +1,199 @@
+"""Where the LIDAR is on the robot, from scans of a robot at rest in a world that is known."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.plane import rotate_rows
+from collplan_core.scan import Scan
+from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.sensing.scan_filters import upside_down
+from collplan_core.state import State
+from collplan_core.worlds import World, world_segments
+
+HEADINGS = 72
+"""Headings of the sensor that are tried first, evenly over the full turn."""
+BEAMS = 1500
+"""So many hits of all scans together are fitted at most."""
+REFINED = 6
+"""So many of the headings that explain most are refined."""
+GATES = (0.3, 0.15, 0.08, 0.05, 0.05, 0.05, 0.05, 0.05)
+"""Distance from a surface beyond which a hit is of something else, from step to step of the fit [m]."""
+NEAR = 0.05
+"""A hit within this of a surface is explained by it [m]."""
+APART = math.radians(10.0)
+"""Headings farther apart are different mounts."""
+BEFORE, AFTER = 0.2, 0.05
+"""The robot must have stood so long before and after the beams of a scan [s]: stamps are not to matter."""
+STILL = (0.015, 0.015, 0.03)
+"""Poses of a robot that stands differ by no more than this, by their noise [m, m, rad]."""
+FEWEST_POSES = 5
+MOST = 30
+"""Scans that are fitted."""
+FEWEST = 100
+"""Fewer hits than these say nothing."""
+
+
+@dataclass(frozen=True)
+class LidarMount:
+    """Where a LIDAR is: x forward and y left of the robot's centre [m], heading [rad], whether it is upside down."""
+
+    x: float
+    y: float
+    yaw: float
+    mirrored: bool
+
+
+@dataclass(frozen=True)
+class MountFit:
+    """The mount that explains the scans best.
+
+    Attributes:
+        mount: the mount.
+        explained: share of the hits within NEAR of a surface.
+        rival: the same of the best mount of another heading or sense of turning.
+        error: root mean square distance of the explained hits from their surfaces [m].
+        uncertainty: (3,) standard deviations of x, y [m] and yaw [rad], as far as ranges and poses are noisy.
+    """
+
+    mount: LidarMount
+    explained: float
+    rival: float
+    error: float
+    uncertainty: np.ndarray
+
+
+def at_rest(scans: Sequence[Scan], poses: Sequence[PoseSample]) -> list[tuple[Scan, State]]:
+    """The scans that were taken while the robot stood, each with its mean pose meanwhile; at most MOST, evenly.
+
+    Args:
+        scans: in any order.
+        poses: of the robot, in order.
+    """
+    stamps = np.array([pose.stamp for pose in poses])
+    rows = np.array([(*pose.position.tolist(), pose.yaw) for pose in poses]).reshape(-1, 3)
+    rows[:, 2] = np.unwrap(rows[:, 2])
+    found = []
+    for scan in scans:
+        ends = scan.stamp, scan.stamp + scan.time_increment * len(scan.ranges)
+        first, last = np.searchsorted(stamps, (min(ends) - BEFORE, max(ends) + AFTER))
+        meanwhile = rows[first:last]
+        if len(meanwhile) < FEWEST_POSES or stamps[-1] < max(ends) or (np.ptp(meanwhile, axis=0) > STILL).any():
+            continue
+        x, y, yaw = meanwhile.mean(axis=0).tolist()
+        found.append((scan, State(scan.stamp, np.array([x, y]), np.zeros(2), _wrapped(yaw))))
+    return found[:: max(1, math.ceil(len(found) / MOST))]
+
+
+def fit_mount(scans: Sequence[tuple[Scan, State]], world: World) -> MountFit | None:
+    """The mount of the LIDAR whose scans these are; None where there are fewer than FEWEST hits in all.
+
+    Args:
+        scans: as the sensor has them, each with the pose of the robot, which is at rest meanwhile.
+        world: what is there; unwalled bounds show nothing.
+    """
+    straight = _hits(scans)
+    if len(straight) < FEWEST or not len(world_segments(world)) + len(world.circles):
+        return None
+    turned = _hits([(upside_down(scan), state) for scan, state in scans])
+    fits = [(*each, mirrored) for mirrored in (False, True) for each in _fits(turned if mirrored else straight, world)]
+    fits.sort(key=lambda fit: -fit[0])
+    explained, mount, mirrored = fits[0]
+    others = [share for share, other, over in fits if over != mirrored or abs(_wrapped(other[2] - mount[2])) > APART]
+    hits = turned if mirrored else straight
+    error, uncertainty = _certainty(hits, mount, world)
+    found = LidarMount(float(mount[0]), float(mount[1]), _wrapped(mount[2]), mirrored)
+    return MountFit(found, explained, max(others, default=0.0), error, uncertainty)
+
+
+def _wrapped(angle: float) -> float:
+    return math.remainder(angle, math.tau)
+
+
+def _hits(scans: Sequence[tuple[Scan, State]]) -> np.ndarray:
+    """(m, 5) hits x, y in the sensor's frame [m], and the robot's x, y [m] and yaw [rad]."""
+    rows = []
+    for scan, state in scans:
+        hit = np.isfinite(scan.ranges)
+        ends = scan.ranges[hit, None] * np.column_stack([np.cos(scan.angles[hit]), np.sin(scan.angles[hit])])
+        rows.append(np.column_stack([ends, np.tile((*state.position, state.yaw), (len(ends), 1))]))
+    every = np.vstack(rows) if rows else np.zeros((0, 5))
+    return every[:: max(1, math.ceil(len(every) / BEAMS))]
+
+
+def _fits(hits: np.ndarray, world: World) -> list[tuple[float, np.ndarray]]:
+    """Share of the hits explained, and mount (3,), from each of the headings that explain most at first."""
+    few = hits[:: max(1, len(hits) // 300)]
+    headings = math.tau * np.arange(HEADINGS) / HEADINGS
+    coarse = []
+    for heading in headings.tolist():
+        off = np.abs(_distances(few, np.array([0.0, 0.0, heading]), world)[0])
+        # far ones count alike, however far: the robot sees what is not in the world, too
+        coarse.append(np.minimum(off, GATES[0]).mean())
+    best = np.argsort(coarse)[:REFINED]
+    refined = [_refined(hits, np.array([0.0, 0.0, headings[k]]), world) for k in best]
+    return [(float((np.abs(_distances(hits, mount, world)[0]) <= NEAR).mean()), mount) for mount in refined]
+
+
+def _refined(hits: np.ndarray, mount: np.ndarray, world: World) -> np.ndarray:
+    for gate in GATES:
+        for _ in range(4):
+            off, rows = _linearised(hits, mount, world)
+            near = np.abs(off) <= gate
+            if near.sum() < FEWEST // 2:
+                break
+            step = np.linalg.lstsq(rows[near], -off[near], rcond=None)[0]
+            mount = mount + np.clip(step, -0.2, 0.2)
+    return mount
+
+
+def _linearised(hits: np.ndarray, mount: np.ndarray, world: World) -> tuple[np.ndarray, np.ndarray]:
+    """Distance of each hit from its surface (m,) [m], and how it changes with x, y and yaw of the mount (m, 3)."""
+    off, normals = _distances(hits, mount, world)
+    # seen in the robot's frame the mount shifts a hit as it is, and turns it about the sensor
+    ways = rotate_rows(normals, -hits[:, 4])
+    arms = rotate_rows(hits[:, :2], np.full(len(hits), mount[2]))
+    return off, np.column_stack([ways, ways[:, 1] * arms[:, 0] - ways[:, 0] * arms[:, 1]])
+
+
+def _distances(hits: np.ndarray, mount: np.ndarray, world: World) -> tuple[np.ndarray, np.ndarray]:
+    """Distance of each hit from the nearest surface (m,) [m], signed along the unit normals (m, 2), world frame."""
+    on_robot = mount[:2] + rotate_rows(hits[:, :2], np.full(len(hits), mount[2]))
+    points = hits[:, 2:4] + rotate_rows(on_robot, hits[:, 4])
+    off, normals = np.full(len(points), np.inf), np.zeros((len(points), 2))
+    for x0, y0, x1, y1 in world_segments(world):
+        way = np.array([x1 - x0, y1 - y0])
+        length = math.hypot(*way)
+        way = way / length
+        apart = points - (x0, y0)
+        beyond = apart @ way
+        past = beyond - np.clip(beyond, 0.0, length)
+        normal = np.array([-way[1], way[0]])
+        across = apart @ normal
+        away = np.hypot(across, past)
+        nearer = away < np.abs(off)
+        off[nearer] = np.where(past == 0.0, across, away)[nearer]
+        ends = (across[:, None] * normal + past[:, None] * way) / np.maximum(away, 1e-12)[:, None]
+        normals[nearer] = np.where((past == 0.0)[:, None], normal, ends)[nearer]
+    for x, y, radius in world.circles:
+        apart = points - (x, y)
+        far = np.hypot(*apart.T)
+        nearer = np.abs(far - radius) < np.abs(off)
+        off[nearer] = (far - radius)[nearer]
+        normals[nearer] = (apart / np.maximum(far, 1e-12)[:, None])[nearer]
+    return off, normals
+
+
+def _certainty(hits: np.ndarray, mount: np.ndarray, world: World) -> tuple[float, np.ndarray]:
+    """Root mean square distance of the explained hits [m], and the standard deviations that it gives x, y and yaw."""
+    off, rows = _linearised(hits, mount, world)
+    near = np.abs(off) <= NEAR
+    if not near.any():
+        return math.nan, np.full(3, math.inf)
+    error = float(np.sqrt((off[near] ** 2).mean()))
+    size = rows[near].T @ rows[near]
+    if np.linalg.cond(size) > 1e9:
+        return error, np.full(3, math.inf)
+    return error, error * np.sqrt(np.diag(np.linalg.inv(size)))

@@ -1,0 +1,60 @@
+"""What of a scan is used: masked angles and speckles are left out, and its angles count counter-clockwise."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from collplan_core.parameters import ScanInput
+from collplan_core.scan import Scan
+from collplan_core.sight_lines import is_full_turn
+
+
+def used_scan(scan: Scan, taken: ScanInput) -> Scan:
+    """What of a scan is used; where nothing is left out and nothing turned over, the scan itself."""
+    ranges = scan.ranges
+    if taken.median > 1:
+        ranges = without_speckles(ranges, taken.median, is_full_turn(len(ranges), scan.angle_increment))
+    if taken.masked_angles:
+        ranges = np.where(is_masked(scan.angles, taken.masked_angles), np.nan, ranges)
+    if ranges is not scan.ranges:
+        scan = replace(scan, ranges=ranges)
+    return upside_down(scan) if taken.mirrored else scan
+
+
+def upside_down(scan: Scan) -> Scan:
+    """The scan of a sensor turned over: its angles count the other way round."""
+    return replace(scan, angle_min=-scan.angle_min, angle_increment=-scan.angle_increment)
+
+
+def is_masked(angles: np.ndarray, masked: tuple[float, ...]) -> np.ndarray:
+    """(n,) whether each of the angles (n,) [rad] lies in one of the intervals from, to, from, to, ... [rad].
+
+    An interval goes counter-clockwise from its first angle to its second, over any multiple of a full turn.
+    """
+    found = np.zeros(len(angles), bool)
+    for begin, end in zip(masked[::2], masked[1::2], strict=True):
+        # a mask of a whole turn is not one of nothing
+        width = end - begin if 0.0 <= end - begin <= math.tau else (end - begin) % math.tau
+        found |= (angles - begin) % math.tau <= width
+    return found
+
+
+def without_speckles(ranges: np.ndarray, width: int, closed: bool) -> np.ndarray:
+    """(n,) the median of the `width` ranges around each [m], odd; NaN stays NaN, and is not counted beside others.
+
+    It leaves a wall and the edge where it ends as they are, and takes away what less than half of the beams show. Of an
+    even number of ranges it is the nearer one: no range is made up.
+
+    Args:
+        ranges: (n,) [m].
+        width: number of beams.
+        closed: whether the first beam follows the last one; else there are fewer beams at the ends.
+    """
+    half = width // 2
+    beyond = ranges[-half:], ranges[:half]
+    padded = np.concatenate([beyond[0], ranges, beyond[1]] if closed else [[np.nan] * half, ranges, [np.nan] * half])
+    around = np.sort(np.lib.stride_tricks.sliding_window_view(padded, width), axis=1)
+    counted = (~np.isnan(around)).sum(axis=1)
+    middle = around[np.arange(len(ranges)), np.maximum(counted - 1, 0) // 2]
+    return np.where(np.isnan(ranges), np.nan, middle)

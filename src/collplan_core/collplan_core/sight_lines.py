@@ -1,0 +1,40 @@
+"""Which beam of a scan goes towards a point, where each beam begins at a place of its own."""
+
+import math
+
+import numpy as np
+
+from collplan_core.jit import njit
+
+TRIES = 4
+"""Looks from beam to beam: a sensor that moves during its sweep is elsewhere at each."""
+
+
+@njit
+def is_full_turn(n: int, step: float) -> bool:
+    """Whether the first of n beams, `step` [rad] apart, follows the last one."""
+    return abs(step) * (n + 0.5) > 2.0 * math.pi
+
+
+@njit
+def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: float, guess: int) -> float:
+    """How many beams after the first one the direction of a point lies, a fraction between two; 0 to 2 pi / step.
+
+    Args:
+        x, y: the point [m].
+        beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
+        first: direction of the first beam, seen from the sensor; step: angle from beam to beam [rad].
+        guess: number of a beam that goes about there.
+    """
+    n, k, place = len(beams), guess, 0.0
+    for _ in range(TRIES):
+        bearing = math.atan2(y - beams[k, 1], x - beams[k, 0]) - beams[k, 2] - first
+        turned = bearing % (2.0 * math.pi) if step > 0.0 else -bearing % (2.0 * math.pi)
+        place = turned / abs(step)
+        nearest = int(round(place))
+        if nearest >= n:  # between the last beam and the first, or where no beam goes
+            nearest = n - 1 if place - (n - 1) < 2.0 * math.pi / abs(step) - place else 0
+        if nearest == k:
+            break
+        k = nearest
+    return place

@@ -1,0 +1,62 @@
+"""The scans that come during a check, and the place of the LIDAR that they show."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from sensor_msgs.msg import LaserScan
+
+from collplan_core.calibration.lidar_fit import at_rest, fit_mount
+from collplan_core.calibration.mocap_offset import BodyOffset
+from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.mocap_body import without_offset
+from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.sensing.scan_filters import used_scan
+from collplan_ros.bringup.check_findings import GOOD, WRONG, Finding, lidar_finding
+from collplan_ros.bringup.graph import Graph
+from collplan_ros.bringup.preparation import Preparation
+from collplan_ros.messages.qos import SENSOR_DATA
+from collplan_ros.messages.reading import scan_from_message
+
+
+class LidarScans:
+    """Listens to scans of any frame, and finds where their sensor is on the robot."""
+
+    def __init__(self, graph: Graph, preparation: Preparation) -> None:
+        """Listens through the graph's node; `preparation` has the world and how scans are read."""
+        self._settings = preparation.settings
+        self._world = preparation.world
+        self._frame = ""
+        self._refused = ""
+        self._scans: list[Scan] = []
+        graph.node.create_subscription(LaserScan, "scan", self._take, SENSOR_DATA)
+
+    def _take(self, message: LaserScan) -> None:
+        # which way round its angles count is to be found
+        taken = replace(self._settings.scan, frame=message.header.frame_id, mirrored=False)
+        try:
+            self._scans.append(used_scan(scan_from_message(message, self._settings.frames.base, taken), taken))
+        except ScanError as error:
+            self._refused = str(error)
+            return
+        self._frame = str(message.header.frame_id)
+
+    def find(self, body: Sequence[PoseSample], offset: BodyOffset) -> tuple[Finding, dict[str, object]]:
+        """What the scans say, and the parameters found, none where that is wrong or uncertain.
+
+        Args:
+            body: poses of the measured body during the check, in order.
+            offset: where it is on the robot.
+        """
+        if not self._scans:
+            refused = f", refused: {self._refused}" if self._refused else ""
+            return Finding(WRONG, f"no scan came (best effort){refused}"), {}
+        robot = [without_offset(pose, offset.x, offset.y, offset.yaw) for pose in body]
+        resting = at_rest(self._scans, robot)
+        fit = fit_mount(resting, self._world)
+        finding = lidar_finding(fit, len(resting))
+        if fit is None or finding.verdict != GOOD:
+            return finding, {}
+        mount = fit.mount
+        found = {f"scan.offset_{key}": round(getattr(mount, key), 5) for key in ("x", "y", "yaw")}
+        frame = "" if self._frame == self._settings.frames.base else self._frame
+        return finding, {**found, "scan.mirrored": mount.mirrored, "scan.frame": frame}
