@@ -248,7 +248,8 @@ class Lidar(Parameters):
     range_min: float = parameter(0.02, "Nearest range; nearer is -Inf", unit="m", low=0.0, high=1.0)
     range_max: float = parameter(5.0, "Farthest range; farther is +Inf", unit="m", low=0.1, high=100.0)
     sensor: str = parameter("ideal", "What a scan suffers: ideal casts rays as the paper does, low_cost is a spinning low-cost sensor with noise, lost and mixed returns, latency and sweep", choices=("ideal", "low_cost"))
-    seed: int = parameter(0, "Seed of the noise of sensor low_cost; a trial's own seed stands for it", low=0, high=2**31 - 1)
+    range_noise: float = parameter(0.0, "Noise of a range of sensor ideal, standard deviation; low_cost has its own", unit="m", low=0.0, high=0.2)
+    seed: int = parameter(0, "Seed of the noise of ranges; a trial's own seed stands for it", low=0, high=2**31 - 1)
 
 
 @dataclass(frozen=True)
