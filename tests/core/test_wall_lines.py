@@ -118,6 +118,19 @@ def test_by_hand_what_stands_out_of_a_wall_stays(n_beams, height):
     assert (flat - np.mean(found, axis=0))[there].mean() > 0.8 * height
 
 
+def test_by_hand_a_lost_beam_is_filled_on_a_wall_and_stays_lost_elsewhere():
+    """On a wall one alone; not two running, nor the last one before a step to what is behind."""
+    exact = scan_of(world_of([box(0.3, -0.2, 0.5, 0.2)], bounds=(-1.0, -1.0, 1.0, 1.0), walled=True), at_rest())
+    ahead = int(np.argmin(exact.ranges))
+    edge = ahead + int(np.argmax(np.diff(exact.ranges[ahead:]) > 0.1))
+    lost = [ahead, 20, 21, edge]
+    noisy = with_noise(exact, 0.01).ranges.copy()
+    noisy[lost] = np.nan
+    found = on_wall_lines(replace(exact, ranges=noisy)).ranges
+    assert found[ahead] == pytest.approx(exact.ranges[ahead], abs=0.01)
+    assert np.isnan(found[[20, 21, edge]]).all()
+
+
 # ---- what is never touched
 
 
@@ -139,7 +152,9 @@ def any_scan(draw) -> Scan:
 def test_hits_stay_hits_within_the_noise_and_nothing_else_changes(scan):
     found = on_wall_lines(scan)
     hits = np.isfinite(scan.ranges)
-    np.testing.assert_array_equal(found.ranges[~hits], scan.ranges[~hits])
+    single = np.isnan(scan.ranges) & np.roll(hits, 1) & np.roll(hits, -1)
+    others = ~hits & ~single
+    np.testing.assert_array_equal(found.ranges[others], scan.ranges[others])
     assert np.isfinite(found.ranges[hits]).all()
     most = FARTHEST * min(range_noise(scan), MOST)
     assert np.abs(found.ranges[hits] - scan.ranges[hits]).max() <= most + 1e-12

@@ -161,7 +161,10 @@ def _unbiased(ranges: np.ndarray, beams: np.ndarray, a: int, b: int, x: float, y
 
 @njit
 def _on_lines(ranges: np.ndarray, step: float, noise: float, low: float, high: float) -> np.ndarray:
-    """(n,) ranges with every hit moved along its beam to the line that it lies on, within `low` and `high` [m]."""
+    """(n,) ranges with every hit moved along its beam to the line that it lies on, within `low` and `high` [m].
+
+    A single lost beam, NaN, whose two neighbours lie on one line ends on it too.
+    """
     n = len(ranges)
     beams = np.empty((n, 2))
     for i in range(n):
@@ -177,16 +180,21 @@ def _on_lines(ranges: np.ndarray, step: float, noise: float, low: float, high: f
         x, y = _unbiased(ranges, beams, a, b, x, y)
         for i in range(a, b):
             inverse = x * beams[i, 0] + y * beams[i, 1]
-            if _is_hit(ranges[i]) and inverse > 0.0:
+            if inverse <= 0.0:
+                continue
+            if _is_hit(ranges[i]):
                 least, most = max(low, ranges[i] - FARTHEST * noise), min(high, ranges[i] + FARTHEST * noise)
                 fitted[i] = min(max(1.0 / inverse, least), most)
+            elif math.isnan(ranges[i]) and a < i < b - 1 and _is_hit(ranges[i - 1]) and _is_hit(ranges[i + 1]):
+                fitted[i] = min(max(1.0 / inverse, low), high)
     return fitted
 
 
 def on_wall_lines(scan: Scan) -> Scan:
     """The scan with its hits moved along their beams to the straight walls that they show, by no more than noise does.
 
-    The same scan where it has no noise. Beams that hit nothing, were lost or hit what is farther than FAR stay.
+    A single lost beam between two hits on one wall is given that wall's range. The same scan where there is no noise;
+    other beams that were lost, that hit nothing or what is farther than FAR stay.
     """
     noise = min(range_noise(scan), MOST)
     if noise < NEGLIGIBLE:
