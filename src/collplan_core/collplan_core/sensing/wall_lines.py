@@ -23,7 +23,7 @@ PENALTY = 16.0
 OUTLIER = 4.5
 """A range farther from its line is on none [standard deviations]."""
 FARTHEST = 3.0
-"""No range is changed by more [standard deviations]."""
+"""No hit is moved to its line by more [standard deviations]."""
 
 
 @njit
@@ -160,6 +160,33 @@ def _unbiased(ranges: np.ndarray, beams: np.ndarray, a: int, b: int, x: float, y
 
 
 @njit
+def _beside(ranges: np.ndarray, i: int, onward: int) -> float:
+    """The range of the beam beside beam i, of the next one where that was lost; NaN where there is none."""
+    if math.isnan(ranges[i + onward]) and 0 <= i + 2 * onward < len(ranges):
+        return ranges[i + 2 * onward]
+    return ranges[i + onward]
+
+
+@njit
+def _settled(ranges: np.ndarray, sums: np.ndarray, starts: np.ndarray, noise: float) -> np.ndarray:
+    """(n,) ranges with a hit on no line, alone between a near and a far surface, given the range of the near one.
+
+    Such a beam straddles an edge, and its range is a mean of both: nothing is where it says. It does meet the near one.
+    """
+    settled = ranges.copy()
+    for k in range(len(starts) - 1):
+        a, b = starts[k], starts[k + 1]
+        if sums[b, 0] - sums[a, 0] >= 3.0:
+            continue
+        for i in range(max(a, 1), min(b, len(ranges) - 1)):
+            before, after = _beside(ranges, i, -1), _beside(ranges, i, 1)
+            near, far = min(before, after), max(before, after)
+            if 0.0 < near < ranges[i] - OUTLIER * noise and ranges[i] + OUTLIER * noise < far < math.inf:
+                settled[i] = near
+    return settled
+
+
+@njit
 def _on_lines(ranges: np.ndarray, step: float, noise: float, low: float, high: float) -> np.ndarray:
     """(n,) ranges with every hit moved along its beam to the line that it lies on, within `low` and `high` [m].
 
@@ -187,14 +214,15 @@ def _on_lines(ranges: np.ndarray, step: float, noise: float, low: float, high: f
                 fitted[i] = min(max(1.0 / inverse, least), most)
             elif math.isnan(ranges[i]) and a < i < b - 1 and _is_hit(ranges[i - 1]) and _is_hit(ranges[i + 1]):
                 fitted[i] = min(max(1.0 / inverse, low), high)
-    return fitted
+    return _settled(fitted, sums, starts, noise)
 
 
 def on_wall_lines(scan: Scan) -> Scan:
-    """The scan with its hits moved along their beams to the straight walls that they show, by no more than noise does.
+    """The scan with its hits moved along their beams to the straight walls that they show, by no more than noise moves.
 
-    A single lost beam between two hits on one wall is given that wall's range. The same scan where there is no noise;
-    other beams that were lost, that hit nothing or what is farther than FAR stay.
+    A single lost beam between two hits on one wall is given that wall's range, one that straddles an edge the range of
+    what is near. The same scan where there is no noise; other beams that were lost, that hit nothing or what is farther
+    than FAR stay.
     """
     noise = min(range_noise(scan), MOST)
     if noise < NEGLIGIBLE:
