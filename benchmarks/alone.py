@@ -4,25 +4,31 @@ import statistics
 from typing import Any
 
 from logged import Logged
-from ours import cycle_round, map_round, scan_round, trajectory_round, trial_round
+from ours import cycle_round, lines_round, map_round, scan_round, trajectory_round, trial_round
 from timing import Timed, ratio
 
 from collplan_core.worlds import World
 
 
 def alone(states: list[Logged], rounds: int) -> dict[str, Any]:
-    """Times of scan, map, cycle and trajectory in interleaved rounds, and the ratio of pruned to unpruned cycles."""
+    """Times of scan, walls of a noisy one, map, cycle and trajectory in interleaved rounds, and ratios of these."""
     # with the goal in free space there is nothing to choose or prune: such cycles would lower the times
     states = [state for state in states if state.chooses]
-    timed = {name: Timed() for name in ("scan", "local_map", "cycle_pruned", "cycle_unpruned", "trajectory")}
+    timed = {
+        name: Timed() for name in ("scan", "wall_lines", "local_map", "cycle_pruned", "cycle_unpruned", "trajectory")
+    }
     for _ in range(rounds):
         timed["scan"].rounds.append(scan_round(states))
+        timed["wall_lines"].rounds.append(lines_round(states))
         timed["local_map"].rounds.append(map_round(states))
         timed["cycle_pruned"].rounds.append(cycle_round(states))
         timed["cycle_unpruned"].rounds.append(cycle_round(states, pruned=False))
         timed["trajectory"].rounds.append(trajectory_round(states))
     figures: dict[str, Any] = {name: each.summary() for name, each in timed.items()}
-    figures["ratios"] = {"cycle_pruned_vs_unpruned": ratio(timed["cycle_pruned"], timed["cycle_unpruned"])["ratio"]}
+    figures["ratios"] = {
+        "cycle_pruned_vs_unpruned": ratio(timed["cycle_pruned"], timed["cycle_unpruned"])["ratio"],
+        "wall_lines_vs_cycle": ratio(timed["wall_lines"], timed["cycle_pruned"])["ratio"],
+    }
     figures["candidates"] = {
         "pruned": statistics.fmean(len(state.plan.candidates.costs) for state in states),
         "unpruned": statistics.fmean(state.plan.n_before_pruning for state in states),

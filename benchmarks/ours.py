@@ -1,5 +1,6 @@
 """This project's side of each comparison, one round at a time."""
 
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -9,17 +10,31 @@ from timing import time_each
 from collplan_core.local_map import build_local_map
 from collplan_core.paper_planner.trajectory import TIME_LAWS, WAYPOINTS, spline
 from collplan_core.parameters import Settings
+from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.trial import run_trial
 from omnipuck_sim.trial_record import TrialResult
 
 SHIPPED = Settings()
+NOISE = 0.01
+"""Standard deviation of a range of a low-cost LIDAR [m]."""
 
 
 def scan_round(states: list[Logged]) -> list[float]:
     """The scan at each state [us]."""
     return time_each(lambda each: simulate_scan(each.world, each.state, SHIPPED.lidar), states)
+
+
+def lines_round(states: list[Logged]) -> list[float]:
+    """Time from a scan with NOISE on its ranges to the walls that it shows, in each state [us]."""
+    random = np.random.default_rng(0)
+    errors = NOISE * random.standard_normal((len(states), SHIPPED.lidar.n_beams))
+    noisy = [
+        replace(state.scan, ranges=np.maximum(state.scan.ranges + each, 0.0))
+        for state, each in zip(states, errors, strict=True)
+    ]
+    return time_each(on_wall_lines, noisy)
 
 
 def map_round(states: list[Logged]) -> list[float]:

@@ -6,6 +6,7 @@ TARGETS: list[tuple[str, tuple[str, ...], float, bool]] = [
     ("scan over ir-sim's Lidar2D.step", ("ratios", "scan_vs_irsim"), 1 / 100, True),
     ("cycle over a dynamic-window step", ("ratios", "cycle_vs_dwa"), 1 / 100, True),
     ("cycle, pruned over unpruned", ("ratios", "cycle_pruned_vs_unpruned"), 0.8, True),
+    ("walls of a noisy scan over a cycle", ("ratios", "wall_lines_vs_cycle"), 0.5, True),
     ("run over the same in ir-sim", ("ratios", "trial_vs_irsim"), 1 / 15, True),
     ("cycle [us, median]", ("cycle_pruned", "median_us"), 600.0, True),
     ("pruned aim near the unpruned [share]", ("pruning_agreement", "share"), 0.95, False),
@@ -34,7 +35,7 @@ def print_report(figures: dict[str, Any]) -> None:
     loads = f"load {where['load_average'][0]} before, {figures['load_average_after'][0]} after"
     print(f"\n{where['cpu']}, {where['cores']} cores, {loads}, Python {where['python']}")
     print(f"\n{'':38}{'median us':>11}{'p99 us':>11}{'n':>8}")
-    for name in ("scan", "local_map", "cycle_pruned", "cycle_unpruned", "trajectory"):
+    for name in ("scan", "wall_lines", "local_map", "cycle_pruned", "cycle_unpruned", "trajectory"):
         print(_times(name, figures[name]))
     print(f"\n{'share of a cycle by stage':38}{_stages(figures['stages'])}")
     _print_rollouts(figures["rollouts"])

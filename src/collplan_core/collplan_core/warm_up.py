@@ -14,7 +14,7 @@ from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
-from collplan_core.sensing import pose_filter, scan_plausibility, spinning_lidar
+from collplan_core.sensing import pose_filter, scan_plausibility, spinning_lidar, wall_lines
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -32,6 +32,7 @@ def warm_up() -> None:
     state = State(0.0, np.array(world.start), np.array([0.1, 0.0]), 0.0)
     scan = simulate_scan(world, state, settings.lidar)
     scan_plausibility.warm_up(scan, state, settings.limits)
+    wall_lines.warm_up(scan)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
     planner = planner_for("harness")
     plan, memory = planner.plan(None, local_map, state, world.goal, settings)

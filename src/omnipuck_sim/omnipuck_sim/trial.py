@@ -21,12 +21,12 @@ from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
+from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.sweeps import Sweeps, sweeps_of
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.worlds import World, WorldError
-from collplan_core.worlds.raycast import simulate_scan
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial_journal import TrialJournals, trial_journals
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
@@ -44,7 +44,7 @@ class _Nodes:
     def __init__(
         self, world: World, settings: Settings, seed: int, goal: np.ndarray, solid: World, journals: TrialJournals
     ) -> None:
-        self.world, self.settings = world, settings
+        self.settings = settings
         self._journals = journals
         self._to_planner, self._to_controller = journals.planner.call, journals.controller.call
         self.simulator = Simulator(solid, settings, seed)
@@ -57,6 +57,7 @@ class _Nodes:
         self._state: State | None = None
         self._measured: deque[PoseSample] = deque()
         self._sweeps: Sweeps | None = sweeps_of(world, settings.lidar, seed)
+        self._instant = InstantLidar(world, settings.lidar, seed)
         self._pass_on(self._to_planner(self._planner.take_goal, b"the only goal...", goal, self.simulator.time))
 
     def step(self) -> None:
@@ -85,7 +86,7 @@ class _Nodes:
 
     def lidar(self) -> None:
         if self._state is not None and self._sweeps is None:
-            self._take_scan(simulate_scan(self.world, self._state, self.settings.lidar))
+            self._take_scan(self._instant.scan(self._state))
 
     def planner(self) -> None:
         self._plan(self._planner.cycle, self.simulator.time)

@@ -13,6 +13,7 @@ from collplan_core.sensing.beam_poses import beam_poses, placed
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.sensing.scan_filters import used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
+from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
 
 REFUSED_POSE_AGE = 0.05
@@ -106,7 +107,7 @@ class Sensors:
     def _believe(self, scan: Scan, local: float) -> None:
         if self._scans and scan.stamp <= self._scans[-1].stamp:
             self._scans.clear()
-        self._scans.append(scan)
+        self._scans.append(on_wall_lines(scan))
         self._scan_received = local
         self._trust.believed()
         self._refused.pop("scan", None)

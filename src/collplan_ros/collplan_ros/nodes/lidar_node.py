@@ -11,11 +11,11 @@ from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.parameters import Frames, Lidar, Limits, Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing import spinning_lidar
+from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS
 from collplan_core.sensing.sweeps import sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
-from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import scan_to_message, state_from_odometry
 from collplan_ros.messages.qos import POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.node_kit.clock import described_age, local_clock, seconds
@@ -55,6 +55,7 @@ class LidarNode(Node):
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         lidar = self._settings.lidar
         self._sweeps = sweeps_of(self._world, lidar, lidar.seed)
+        self._instant = InstantLidar(self._world, lidar, lidar.seed)
         if self._sweeps is None:
             self.create_timer(1.0 / lidar.rate, self._scan, clock=self._local)
         self._warm_up()
@@ -69,7 +70,7 @@ class LidarNode(Node):
             return
         x_min, y_min, x_max, y_max = self._world.bounds
         middle = State(0.0, np.array([x_min + x_max, y_min + y_max]) / 2, np.zeros(2), 0.0)
-        simulate_scan(self._world, middle, self._settings.lidar)
+        self._instant.scan(middle)
 
     def _change(self, settings: Settings) -> None:
         self._settings = settings
@@ -88,7 +89,7 @@ class LidarNode(Node):
             return
         self._scanned = state
         try:
-            scan = simulate_scan(self._world, state, self._settings.lidar)
+            scan = self._instant.scan(state)
         except ScanError as error:
             self._inputs.refused("mocap/odom", str(error))
             return

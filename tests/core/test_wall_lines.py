@@ -1,0 +1,188 @@
+"""Noisy ranges and the straight walls behind them: what noise takes away, what is left, and what is never touched."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.scan import Scan
+from collplan_core.sensing.range_noise import range_noise
+from collplan_core.sensing.wall_lines import FARTHEST, MOST, on_wall_lines
+from collplan_core.worlds import World
+from scenes import TURN, at_rest, box, scan_of, world_of
+
+FEW = settings(derandomize=True, deadline=None, max_examples=40)
+NOISES = st.floats(0.002, 0.02)
+SEEDS = st.integers(0, 2**31)
+
+
+@st.composite
+def rooms(draw) -> World:
+    """A room with boxes in it, none of them near the origin."""
+    boxes = []
+    for _ in range(draw(st.integers(0, 4))):
+        x, y = draw(st.floats(0.2, 0.6)), draw(st.floats(0.2, 0.6))
+        corner = np.array([draw(st.sampled_from([-1, 1])) * x, draw(st.sampled_from([-1, 1])) * y])
+        far = corner + np.sign(corner) * draw(st.floats(0.05, 0.4))
+        boxes.append(box(*np.minimum(corner, far), *np.maximum(corner, far)))
+    half = draw(st.floats(0.7, 1.4)), draw(st.floats(0.7, 1.4))
+    return world_of(boxes, bounds=(-half[0], -half[1], *half), walled=True)
+
+
+def with_noise(scan: Scan, noise: float, seed: int = 0) -> Scan:
+    errors = noise * np.random.default_rng(seed).standard_normal(len(scan.ranges))
+    return replace(scan, ranges=np.maximum(scan.ranges + errors, 0.0))
+
+
+def spread(scan: Scan, exact: Scan) -> float:
+    """Below which 95 % of the errors of finite ranges are [m]: of the rest some straddle an edge."""
+    hits = np.isfinite(exact.ranges)
+    return float(np.quantile(np.abs(scan.ranges[hits] - exact.ranges[hits]), 0.95))
+
+
+# ---- how noisy
+
+
+@FEW
+@given(world=rooms(), noise=NOISES, seed=SEEDS)
+def test_the_noise_is_found_from_the_scan(world, noise, seed):
+    assert range_noise(with_noise(scan_of(world, at_rest()), noise, seed)) == pytest.approx(noise, rel=0.4)
+
+
+@FEW
+@given(world=rooms())
+def test_exact_walls_have_none_and_stay_to_the_last_bit(world):
+    scan = scan_of(world, at_rest())
+    assert range_noise(scan) < 1e-9
+    assert on_wall_lines(scan) is scan
+
+
+def test_too_few_hits_say_nothing():
+    ranges = np.full(360, np.inf)
+    ranges[:41] = 1.0 + 0.01 * np.random.default_rng(0).standard_normal(41)
+    scan = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, ranges)
+    assert range_noise(scan) == 0.0
+    assert on_wall_lines(scan) is scan
+
+
+# ---- what is left of it
+
+
+@FEW
+@given(world=rooms(), noise=NOISES, seed=SEEDS)
+def test_it_falls_to_less_than_six_tenths(world, noise, seed):
+    exact = scan_of(world, at_rest())
+    noisy = with_noise(exact, noise, seed)
+    assert spread(on_wall_lines(noisy), exact) < 0.6 * spread(noisy, exact)
+
+
+@FEW
+@given(distance=st.floats(0.1, 1.0), tilt=st.floats(-3.0, 3.0), seed=SEEDS)
+def test_a_wall_close_by_is_neither_nearer_nor_farther(distance, tilt, seed):
+    """Mean over many scans: inverse ranges alone would be off by 4 mm at 0.1 m."""
+    angles = TURN * np.arange(360) / 360
+    ahead = np.cos(angles - tilt)
+    exact = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, np.where(ahead > 0.5, distance / np.maximum(ahead, 0.5), np.inf))
+    errors = [
+        np.mean(on_wall_lines(with_noise(exact, 0.01, seed + k)).ranges[ahead > 0.5] - exact.ranges[ahead > 0.5])
+        for k in range(30)
+    ]
+    assert abs(np.mean(errors)) < 0.0015
+
+
+def test_by_hand_a_corner_stays_where_it_is():
+    exact = scan_of(world_of([box(0.3, -2.0, 2.0, 0.1)], bounds=(-1.0, -1.0, 1.0, 1.0), walled=True), at_rest())
+    found = np.mean([on_wall_lines(with_noise(exact, 0.01, seed)).ranges for seed in range(40)], axis=0)
+    assert np.abs(found - exact.ranges)[np.isfinite(exact.ranges)].max() < 0.012
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_by_hand_a_thin_post_before_a_wall_stays(seed):
+    exact = scan_of(world_of([box(0.4, -0.008, 0.416, 0.008)], bounds=(-0.5, -0.5, 0.5, 0.5), walled=True), at_rest())
+    post = np.flatnonzero(exact.ranges < 0.42)
+    assert 2 <= len(post) <= 4
+    found = on_wall_lines(with_noise(exact, 0.01, seed))
+    assert found.ranges[post].max() < 0.45
+
+
+@pytest.mark.parametrize(("n_beams", "height"), [(1, 0.08), (3, 0.06), (10, 0.03)])
+def test_by_hand_what_stands_out_of_a_wall_stays(n_beams, height):
+    """With 10 mm of noise 3 cm show over ten beams, not yet over three; docs/limits.md says so."""
+    angles = TURN * np.arange(360) / 360
+    flat = 0.6 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+    there = (np.arange(360) >= 15) & (np.arange(360) < 15 + n_beams)
+    exact = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, flat - np.where(there, height, 0.0))
+    found = [on_wall_lines(with_noise(exact, 0.01, seed)).ranges for seed in range(12)]
+    assert (flat - np.mean(found, axis=0))[there].mean() > 0.8 * height
+
+
+def test_by_hand_a_lost_beam_is_filled_on_a_wall_and_stays_lost_elsewhere():
+    """On a wall one alone; not two running, nor the last one before a step to what is behind."""
+    exact = scan_of(world_of([box(0.3, -0.2, 0.5, 0.2)], bounds=(-1.0, -1.0, 1.0, 1.0), walled=True), at_rest())
+    ahead = int(np.argmin(exact.ranges))
+    edge = ahead + int(np.argmax(np.diff(exact.ranges[ahead:]) > 0.1))
+    lost = [ahead, 20, 21, edge]
+    noisy = with_noise(exact, 0.01).ranges.copy()
+    noisy[lost] = np.nan
+    found = on_wall_lines(replace(exact, ranges=noisy)).ranges
+    assert found[ahead] == pytest.approx(exact.ranges[ahead], abs=0.01)
+    assert np.isnan(found[[20, 21, edge]]).all()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_by_hand_a_beam_that_straddles_an_edge_meets_what_is_near(seed):
+    exact = scan_of(world_of([box(0.3, -0.2, 0.5, 0.2)], bounds=(-1.0, -1.0, 1.0, 1.0), walled=True), at_rest())
+    ahead = int(np.argmin(exact.ranges))
+    edge = ahead + 1 + int(np.argmax(np.diff(exact.ranges[ahead:]) > 0.1))
+    noisy = with_noise(exact, 0.01, seed).ranges.copy()
+    noisy[edge] = 0.5 * (exact.ranges[edge - 1] + exact.ranges[edge + 1])
+    found = on_wall_lines(replace(exact, ranges=noisy)).ranges
+    assert found[edge] == pytest.approx(exact.ranges[edge - 1], abs=0.03)
+
+
+# ---- what is never touched
+
+
+@st.composite
+def any_scan(draw) -> Scan:
+    """Any count, angle range and sense, walls or nonsense, with beams that met nothing, were too near, or were lost."""
+    n = draw(st.integers(2, 800))
+    span = draw(st.floats(0.2, TURN))
+    random = np.random.default_rng(draw(SEEDS))
+    ranges = 0.5 + 0.4 * np.sin(np.arange(n) * draw(st.floats(0.0, 1.0))) + draw(st.floats(0.0, 0.1)) * random.random(n)
+    for value in (np.inf, -np.inf, np.nan, 4.0):
+        ranges[random.random(n) < draw(st.floats(0.0, 0.2))] = value
+    ranges[0] = 0.5
+    return Scan(0.0, 0.0, draw(st.sampled_from([-1.0, 1.0])) * span / n, 0.02, 5.0, ranges)
+
+
+@FEW
+@given(scan=any_scan())
+def test_hits_stay_hits_and_are_no_farther_than_noise_explains(scan):
+    found = on_wall_lines(scan)
+    hits = np.isfinite(scan.ranges)
+    single = np.isnan(scan.ranges) & np.roll(hits, 1) & np.roll(hits, -1)
+    others = ~hits & ~single
+    np.testing.assert_array_equal(found.ranges[others], scan.ranges[others])
+    assert np.isfinite(found.ranges[hits]).all()
+    most = FARTHEST * min(range_noise(scan), MOST)
+    moved = found.ranges[hits] - scan.ranges[hits]
+    assert moved.max() <= most + 1e-12
+    # nearer only where a beam straddles an edge: to what a neighbour met
+    near = np.flatnonzero(hits)[moved < -most - 1e-12]
+    off = [np.abs(np.roll(scan.ranges, k)[near] - found.ranges[near]) for k in (-2, -1, 1, 2)]
+    assert (np.nanmin(np.reshape(off, (4, -1)), axis=0, initial=np.inf) <= most + 1e-12).all()
+    assert replace(found, ranges=scan.ranges).angle_increment == scan.angle_increment
+
+
+@FEW
+@given(world=rooms(), noise=NOISES, seed=SEEDS, first=st.integers(0, 359))
+def test_neither_the_first_beam_nor_the_sense_of_turning_matters(world, noise, seed, first):
+    scan = with_noise(scan_of(world, at_rest()), noise, seed)
+    straight = on_wall_lines(scan)
+    turned = on_wall_lines(replace(scan, ranges=np.roll(scan.ranges, first)))
+    np.testing.assert_allclose(turned.ranges, np.roll(straight.ranges, first), atol=1e-9)
+    back = on_wall_lines(replace(scan, ranges=scan.ranges[::-1], angle_increment=-scan.angle_increment))
+    assert spread(back, replace(straight, ranges=straight.ranges[::-1])) < noise
