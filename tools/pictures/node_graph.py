@@ -37,6 +37,7 @@ BOXES = {
     ROBOT: Box(1.8, 6.0, 1.65, 3.1),
     "mocap_node": Box(7.3, 8.7, 1.15, 0.6),
     "lidar_node": Box(9.7, 5.8, 0.95, 0.45),
+    "teleop_node": Box(7.9, 10.5, 1.1, 0.4),
     "planner_node": Box(15.7, 8.4, 1.9, 1.05),
     "controller_node": Box(15.7, 2.75, 1.9, 1.0),
 }
@@ -50,6 +51,8 @@ TOPICS = {
     "plan": (15.4, 4.95),
     "goal_status": (16.4, 6.55),
     "goal_pose": (15.7, 10.5),
+    "joy": (5.3, 10.5),
+    "hand/cmd_vel": (11.2, 10.5),
     "cmd_vel": (7.3, 2.9),
     "robot/resumed": (9.7, 1.4),
 }
@@ -69,6 +72,8 @@ AT_BOX = {
     ("scan", "planner_node"): (13.95, 7.35),
     ("cmd_vel", "planner_node"): (14.2, 7.35),
     ("scan", "controller_node"): (13.8, 3.5),
+    ("hand/cmd_vel", "planner_node"): (13.8, 9.1),
+    ("hand/cmd_vel", "controller_node"): (13.8, 3.7),
     ("planner_node", "plan"): (14.6, 7.35),
     ("goal_status", "controller_node"): (17.4, 3.75),
     ("goal_status", ROBOT): (3.45, 6.6),
@@ -268,7 +273,7 @@ def _draw_caption(axes: Axes) -> None:
     paper, time_to_goal = f"{PAPER_PLANS:g} Hz", f"{TIME_TO_GOAL_PLANS:g} Hz"
     lines = (
         "Read from the running graph. Red: driver_node alone, where the firmware says that the ring senses impacts.",
-        "Beside a real robot mocap/pose comes from the motion capture. "
+        "Beside a real robot mocap/pose comes from the motion capture, joy from a joystick's node. "
         f"plan: {paper} with the paper's strategies, {time_to_goal} with the time-to-goal ones.",
         "Left out: services, and /rosout, /parameter_events and /diagnostics, which every node has.",
     )
