@@ -41,6 +41,7 @@ setup(
             "lidar_node = collplan_ros.nodes.lidar_node:main",
             "planner_node = collplan_ros.nodes.planner_node:main",
             "controller_node = collplan_ros.nodes.controller_node:main",
+            "teleop_node = collplan_ros.nodes.teleop_node:main",
             "view_node = collplan_ros.nodes.view_node:main",
             "bringup = collplan_ros.bringup.main:main",
             "fit_robot = collplan_ros.runs.fit_robot:main",

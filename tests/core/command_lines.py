@@ -38,6 +38,8 @@ MODULES = {
     for name, module in re.findall(r'"(\w+) = ([\w.]+):\w+"', SOURCES[path])
 }
 """Package and module of each executable."""
+OF_OTHERS = {("joy", "joy_node")}
+"""Package and executable of what ROS has itself."""
 SHELL = {"export", "source", "rviz2"}
 HEADS = re.compile(
     r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|fit_robot|replay|\.venv/bin/[a-z_]+)( |$)"
@@ -69,6 +71,8 @@ def wrong_options(name: str, args: list[str]) -> list[str]:
 def wrong_ros2(words: list[str]) -> list[str]:
     if words[0] == "run":
         package, name, *args = words[1:]
+        if (package, name) in OF_OTHERS:
+            return []
         known = MODULES.get(name, ("",))[0] == package
         return [] if name.isupper() else wrong_options(name, args) if known else [f"{package} {name}"]
     if words[0] == "param":

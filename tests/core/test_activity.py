@@ -5,7 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE, MANEUVERS, STOPPED, Command, stopped
+from collplan_core.command import (
+    BOUNDARY_FOLLOWING,
+    FLOW_THROUGH,
+    FREE_SPACE,
+    HAND,
+    MANEUVERS,
+    STOPPED,
+    Command,
+    stopped,
+)
 from collplan_core.control.activity import ACTIVITIES, BOUNCE, MANEUVER, TRACK, Activity, describe
 from collplan_core.plan import Candidates, Contacts, Plan
 
@@ -53,6 +62,10 @@ def test_before_and_after_it_follows_the_plan(now):
 
 def test_past_its_end_the_plan_is_held():
     assert describe(command(FREE_SPACE), plan(end=1.0), Contacts.none(), 1.1).reason == "holds the end of the plan"
+
+
+def test_by_hand_it_neither_bounces_nor_follows():
+    assert describe(command(HAND), plan(), contacts_at(1.0), 1.0) == Activity(HAND, "is driven by hand")
 
 
 def test_a_stop_gives_its_reason():

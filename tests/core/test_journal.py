@@ -98,6 +98,28 @@ def test_what_was_written_is_played_to_the_last_bit(lines):
     assert planner.calls == 78  # 55 poses, 11 scans, 11 cycles, a goal
 
 
+def test_a_drive_by_hand_is_played_to_the_last_bit():
+    lines = []
+    journal, loop = Journal(CONTROLLER, lines.append), ControllerLoop(SETTINGS)
+    journal.begin(SETTINGS)
+    for k in range(1, 13):
+        now = 0.05 * k
+        journal.call(loop.take_robot_state, "just started" if k < 3 else "")
+        if k < 7:
+            velocity = np.array([0.3 / k, np.nan if k == 6 else 0.1])
+            journal.call(loop.take_hand, velocity, 0.1 * k, now - 0.01, "two of them" if k == 4 else "")
+        journal.call(loop.tick, now)
+        journal.end_cycle()
+    (played,) = compared(lines, CONTROLLER)
+    assert (played.end, played.commands) == (None, 12)
+
+    def alone(row):
+        return {**row, "calls": [call for call in row["calls"] if call["call"] != "take_hand"]}
+
+    (other,) = compared(changed(lines, 3, CONTROLLER, alone), CONTROLLER)
+    assert isinstance(other.end, Difference)
+
+
 def test_what_the_loop_was_told_is_told_again(lines):
     calls = [call for call in events_of(rows_of(lines, ""), PLANNER) if isinstance(call, Call)]
     assert [call.forbidden for call in calls if call.forbidden] == [("nodes disagree",)]

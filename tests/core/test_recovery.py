@@ -136,6 +136,16 @@ def test_a_robot_that_is_not_commanded_to_move_is_not_stuck(velocity):
     assert robot.warnings == []
 
 
+def test_a_hand_that_pushes_is_no_robot_that_is_stuck():
+    robot = Stuck()
+    for _ in range(8):
+        robot.stays(0.3)
+        robot.loop.take_hand()
+    assert robot.warnings == []
+    robot.stays(1.0)
+    assert len(robot.warnings) == 1, "the planner's own commands count again"
+
+
 def test_without_a_goal_nobody_is_stuck():
     robot = Stuck()
     robot.loop.cancel()

@@ -19,6 +19,7 @@ from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from collplan_ros.nodes.planner_node import PlannerNode
+from collplan_ros.nodes.teleop_node import TeleopNode
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 from omnipuck_sim.node.simulator_node import SimulatorNode
@@ -58,7 +59,7 @@ def test_local_clock_follows_simulated_time(ros):
     assert 100.5 not in ticks
 
 
-NODES = [MocapNode, LidarNode, PlannerNode, ControllerNode, SimulatorNode, DriverNode, FirmwareEmulator]
+NODES = [MocapNode, LidarNode, PlannerNode, ControllerNode, TeleopNode, SimulatorNode, DriverNode, FirmwareEmulator]
 
 
 @pytest.mark.parametrize("kind", NODES, ids=lambda kind: kind.__name__)

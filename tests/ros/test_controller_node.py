@@ -9,6 +9,7 @@ import uuid
 
 import numpy as np
 import pytest
+import rclpy
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PointStamped, Twist, TwistStamped
@@ -481,3 +482,62 @@ def test_processes_end_clean_on_a_signal(ros):
     assert [process.returncode for process in running] == [0, 0], errors
     assert not [error for error in errors if "Traceback" in error]
     assert not any(is_moving(command) for command in commands)
+
+
+class Hand:
+    """A person's commands, 50 a second while the test waits."""
+
+    def __init__(self, bench, topic="hand/cmd_vel") -> None:
+        self.sent = None
+        self.publisher = bench.ros.publisher(Twist, topic, NEWEST)
+        bench.ros.probe.create_timer(0.02, lambda: self.sent and self.publisher.publish(self.sent))
+
+    def drives(self, x: float, y: float) -> None:
+        self.sent = Twist()
+        self.sent.linear.x, self.sent.linear.y = x, y
+
+    def lets_go(self) -> None:
+        """As teleop_node does: zero once, then nothing."""
+        self.sent = None
+        self.publisher.publish(Twist())
+
+
+def test_a_hand_drives_before_the_planner_and_gives_back_by_resume(ros, bench):
+    resumed = ros.publisher(Empty, "robot/resumed", EVENT)
+    hand = Hand(bench)
+    bench.drive()
+    ros.probe.create_timer(0.05, lambda: bench.plans.publish(bench.path()))
+    hand.drives(-0.2, 0.0)
+    assert ros.wait_until(lambda: bench.commands[-1].linear.x == pytest.approx(-0.2))
+    assert bench.maneuvers[-1].data == "hand"
+    assert bench.states[-1].message == "is driven by hand"
+    assert bench.health().message == "driven by hand"
+    references = len(bench.references)
+    ros.spin(0.1)
+    assert len(bench.references) == references
+    hand.lets_go()
+    bench.wait_until_still("held: driven by hand; give a new goal, or call resume")
+    resumed.publish(Empty())
+    assert ros.wait_until(bench.moves)
+
+
+def test_a_hand_that_dies_stops_the_robot(ros, bench):
+    hand = Hand(bench)
+    hand.drives(0.0, 0.2)
+    assert ros.wait_until(bench.moves)
+    hand.sent = None
+    assert ros.wait_until(lambda: not bench.moves())
+    assert bench.health().message == "standing still: no active goal"
+
+
+def test_two_hands_stop_the_robot_and_are_named(ros, bench):
+    hand = Hand(bench)
+    hand.drives(0.0, 0.2)
+    assert ros.wait_until(bench.moves)
+    other = ros.add(rclpy.create_node("other_hand", context=ros.context))
+    other.create_publisher(Twist, "hand/cmd_vel", NEWEST)
+    assert ros.wait_until(lambda: not bench.moves())
+    expected = "2 nodes publish /hand/cmd_vel: /other_hand, /probe; end all but one"
+    assert expected in bench.health().message
+    ros.remove(other)
+    assert ros.wait_until(bench.moves)

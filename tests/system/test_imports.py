@@ -179,6 +179,7 @@ def test_executables_are_those_of_the_graph():
         "planner_node",
         "controller_node",
         "view_node",
+        "teleop_node",
         "simulator_node",
         "driver_node",
     }

@@ -4,7 +4,8 @@ from array import array
 
 import pytest
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import PoseStamped
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -12,6 +13,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from collplan_core.command import HAND
 from collplan_core.replay.comparison import Comparison, Difference, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.reading import Call
@@ -117,6 +119,13 @@ def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
     again = goal_to_message(load_world("corridor").goal, "map")
     for event in [("goal_pose", again, nodes.local), *events[330:450]]:
         nodes.take(*event)
+    driven = Twist()
+    driven.linear.y = 0.2
+    # the first command of a sender is left out
+    for event in [("robot/state", DiagnosticStatus(), nodes.local), *2 * [("hand/cmd_vel", driven, nodes.local)]]:
+        nodes.take(*event)
+    nodes.take("controller", None, nodes.local)
+    assert controller._outputs.command.maneuver == HAND
     planner._on_cancel(Trigger.Request(), Trigger.Response())
     planner._on_resumed(None)
     controller._on_resumed(None)
@@ -126,7 +135,9 @@ def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
     assert (first.end, second.end) == (None, None), f"{first.end}\n{second.end}"
     planner_called, controller_called = nodes.recording.called(PLANNER), nodes.recording.called(CONTROLLER)
     assert planner_called >= {"change_settings", "refuse", "refuse_goal", "take_goal", "cancel", "forget_scans"}
+    assert "take_hand" in planner_called
     assert controller_called >= {"change_settings", "refuse", "resume", "take_valid_until", "take_plan"}
+    assert controller_called >= {"take_robot_state", "take_hand"}
 
 
 def test_a_scan_that_differs_in_a_bit_is_told(ros, monkeypatch):

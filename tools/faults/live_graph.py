@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import prepare, write_used_parameters
-from collplan_ros.bringup.processes import NodeProcess
+from collplan_ros.bringup.processes import NodeProcess, find_executable
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.node_kit.diagnostics import ERROR
@@ -54,6 +55,8 @@ START = 30.0
 """Longest wait for a node that has been started again [s]."""
 
 
+TELEOP = "teleop_node"
+"""The node of the joystick, which bringup does not start."""
 UNDER_WAY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
 
 
@@ -73,6 +76,8 @@ class LiveGraph(Graph, Bench):
         fenced = f"/**:\n  ros__parameters:\n    limits: {{fence: {list(FENCE)}}}\n"
         file.write_text(fenced, encoding="utf-8")
         preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file))
+        programs = {**preparation.programs, TELEOP: find_executable(TELEOP)}
+        preparation = replace(preparation, programs=programs)
         run_folder = RunFolder(folder / "runs")
         write_used_parameters(run_folder.parameters, preparation.settings)
         super().__init__(preparation, run_folder, Progress(io.StringIO()))

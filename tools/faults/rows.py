@@ -3,13 +3,14 @@
 from collections.abc import Callable
 from typing import Any
 
-from faults import fuzz, goals, line, nodes, order, poses, runs, stops, trials
+from faults import fuzz, goals, hands, line, nodes, order, poses, runs, stops, trials
 from faults.bench import Bench
 from faults.fault import Fault
 from faults.live_graph import LiveGraph
 
 FAULTS: list[Fault] = [
     *stops.FAULTS,
+    *hands.FAULTS,
     *nodes.FAULTS,
     *poses.FAULTS,
     *trials.FAULTS,

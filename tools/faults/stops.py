@@ -50,16 +50,17 @@ def watched(graph: LiveGraph, begun: float) -> Measured:
     return Measured(missed=no_motion_since(graph, begun) or ("" if graph.state == HELD else f"it is {graph.state}"))
 
 
-class Teleop:
-    """A second publisher on cmd_vel, of a node of its own."""
+class SecondPublisher:
+    """A second publisher of commands, of a node of its own."""
 
-    def __init__(self) -> None:
+    def __init__(self, topic: str) -> None:
+        self._topic = topic
         self._node: Node | None = None
 
     def begin(self, graph: LiveGraph) -> float:
-        self._node = node = Node(f"teleop_{next(_numbers)}", context=graph.node.context)
+        self._node = node = Node(f"second_{next(_numbers)}", context=graph.node.context)
         begun = graph.now()
-        self._publisher = node.create_publisher(Twist, "cmd_vel", NEWEST)
+        self._publisher = node.create_publisher(Twist, self._topic, NEWEST)
         message = Twist()
         message.linear.y = 0.3
         graph.repeat(0.05, lambda: self._publisher.publish(message))
@@ -87,13 +88,13 @@ def clear(graph: LiveGraph) -> None:
 
 
 def both(robot: str) -> list[Fault]:
-    stops, teleop = ROBOTS[robot], Teleop()
+    stops, second = ROBOTS[robot], SecondPublisher("cmd_vel")
     return [
         Fault("estop", robot, CALL, estop, stops(STOPPED), clear, long=PUBLISHED),
         Fault(
             f"clear_estop, then {NO_MOTION:g} s and poses lost for a moment: no motion", robot, None, cleared, watched
         ),
-        Fault("second publisher on cmd_vel", robot, COMMANDER, teleop.begin, teleop.named(stops), teleop.end, long=50),
+        Fault("second publisher on cmd_vel", robot, COMMANDER, second.begin, second.named(stops), second.end, long=50),
     ]
 
 

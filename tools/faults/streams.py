@@ -30,11 +30,13 @@ AT_REST = 0.03
 
 
 class Commanded(NamedTuple):
-    """A command, when it was sent [s, steady clock], and its speed [m/s]."""
+    """A command, when it was sent [s, steady clock], its speed and its velocity in the body's frame [m/s]."""
 
     sent: float
     moves: bool
     speed: float = 0.0
+    x: float = 0.0
+    y: float = 0.0
 
 
 class Motion(NamedTuple):
@@ -75,7 +77,8 @@ class Streams:
     """Listens to what faults are measured by.
 
     Attributes:
-        commands, truth, states, goals, stops, beats, refusals, poses, scans: what came, in the order of receipt.
+        commands, maneuvers, truth, states, goals, stops, beats, refusals, poses, scans: what came, in the order of
+            receipt.
         losses: when the firmware told how much time its clock has lost in stalls, and how much [s].
         health: newest report of each node by its name, with the time it was sent [s, steady clock].
     """
@@ -84,6 +87,7 @@ class Streams:
         """Subscribes through `node`."""
         self.health: dict[str, tuple[float, DiagnosticStatus]] = {}
         self.commands: deque[Commanded] = deque(maxlen=KEPT)
+        self.maneuvers: deque[Said] = deque(maxlen=KEPT)
         self.truth: deque[Motion] = deque(maxlen=KEPT)
         self.states: deque[Said] = deque(maxlen=KEPT)
         self.goals: deque[Said] = deque(maxlen=KEPT)
@@ -96,6 +100,7 @@ class Streams:
         self._times = SendTimes()
         self._node = node
         self._listen(Twist, "cmd_vel", self._take_command, EVENT)
+        self._listen(String, "maneuver", lambda m, sent: self.maneuvers.append(Said(sent, m.data)), LATCHED)
         self._listen(Odometry, "ground_truth/odom", self._take_truth, EVENT)
         self._listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED)
         self._listen(String, "mocap/refused", lambda m, sent: self.refusals.append(Said(sent, m.data)), POSE_SUBSCRIBED)
@@ -114,7 +119,7 @@ class Streams:
     def _take_command(self, message: Twist, sent: float) -> None:
         linear = message.linear
         moves = bool(linear.x or linear.y or message.angular.z)
-        self.commands.append(Commanded(sent, moves, math.hypot(linear.x, linear.y)))
+        self.commands.append(Commanded(sent, moves, math.hypot(linear.x, linear.y), linear.x, linear.y))
 
     def _take_truth(self, message: Odometry, sent: float) -> None:
         place, linear = message.pose.pose.position, message.twist.twist.linear

@@ -19,12 +19,23 @@ from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from collplan_ros.nodes.planner_node import PlannerNode
+from collplan_ros.nodes.teleop_node import TeleopNode
 from collplan_ros.nodes.view_node import ViewNode
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
-NODES = (SimulatorNode, FirmwareEmulator, DriverNode, MocapNode, LidarNode, PlannerNode, ControllerNode, ViewNode)
+NODES = (
+    SimulatorNode,
+    FirmwareEmulator,
+    DriverNode,
+    MocapNode,
+    LidarNode,
+    PlannerNode,
+    ControllerNode,
+    TeleopNode,
+    ViewNode,
+)
 OF_EVERY_NODE = {"/rosout", "/parameter_events", "/diagnostics", "/shared_constants"}
 DOMAIN = "101"
 """The ROS domain used here; the tests take lower ones."""

@@ -9,6 +9,8 @@ BOUNDARY_FOLLOWING = "boundary_following"
 FLOW_THROUGH = "flow_through"
 STOPPED = "stopped"
 MANEUVERS = (FREE_SPACE, BOUNDARY_FOLLOWING, FLOW_THROUGH, STOPPED)
+HAND = "hand"
+"""In the place of a maneuver: a person drives, and there is no reference."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,8 +20,8 @@ class Command:
     Attributes:
         velocity: (2,) [m/s, body frame].
         yaw_rate: [rad/s].
-        maneuver: one of MANEUVERS.
-        reference: (2,) position tracked now [m, world frame]; NaN when stopped.
+        maneuver: one of MANEUVERS, or HAND.
+        reference: (2,) position tracked now [m, world frame]; NaN when stopped or driven by hand.
         reason: why the robot is stopped, empty otherwise.
     """
 

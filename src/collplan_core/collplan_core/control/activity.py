@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, STOPPED, Command
+from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, HAND, STOPPED, Command
 from collplan_core.evaluation.impact_matching import TIME_TOLERANCE
 from collplan_core.plan import Contacts, Plan
 
 BOUNCE = "bounce"
 TRACK = "track"
 MANEUVER = "maneuver"
-ACTIVITIES = (BOUNCE, TRACK, MANEUVER, STOPPED)
+ACTIVITIES = (BOUNCE, TRACK, MANEUVER, HAND, STOPPED)
 
 MANEUVER_REASONS = {
     BOUNDARY_FOLLOWING: "follows the boundary that the plan runs into",
@@ -26,7 +26,8 @@ class Activity:
 
     Attributes:
         name: one of ACTIVITIES. BOUNCE: it drives into a contact that the plan foresees, or just did; TRACK: it follows
-            the plan elsewhere; MANEUVER: it leaves the plan for a maneuver at a boundary; STOPPED.
+            the plan elsewhere; MANEUVER: it leaves the plan for a maneuver at a boundary; HAND: a person drives;
+            STOPPED.
         reason: a few words on why.
     """
 
@@ -52,6 +53,8 @@ def describe(command: Command, plan: Plan | None, contacts: Contacts, now: float
     """
     if command.maneuver == STOPPED:
         return Activity(STOPPED, f"stands still: {command.reason}")
+    if command.maneuver == HAND:
+        return Activity(HAND, "is driven by hand")
     if command.maneuver in MANEUVER_REASONS:
         return Activity(MANEUVER, MANEUVER_REASONS[command.maneuver])
     touched = _touched_now(contacts, now)

@@ -1,17 +1,21 @@
-"""The controller's decisions: which plan to follow, and a command each period, without exception.
+"""The controller's decisions: who commands, which plan to follow, and a command each period, without exception.
 
-The command is zero unless a goal is active, pose, scan and plan are fresh, and the robot is within the fence. Where
-that was not so for LONGEST_FAULT, or where it moves late or against its commands, the robot is held until there is a
-new goal or it is told to resume. A plan is followed once the pose it begins at and a scan of then or before have come,
-with the local map of the newest such scan.
+A hand goes before the planner: as long as a person's commands come the robot is driven by them. It is held from the
+first one on, so that it stands when they end. Otherwise the command is zero unless a goal is active, pose, scan and
+plan are fresh, and the robot is within the fence. Where that was not so for LONGEST_FAULT, or where it moves late or
+against its commands, the robot is held until there is a new goal or it is told to resume. A plan is followed once the
+pose it begins at and a scan of then or before have come, with the local map of the newest such scan.
 """
 
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from collplan_core.command import Command, stopped
 from collplan_core.control.follow import follow
+from collplan_core.control.hand import TAKEN, Hand, hand_command, has_robot, why_not_by_hand
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.memory import ControllerMemory
 from collplan_core.control.motion_monitor import STOPPING
@@ -65,6 +69,9 @@ class ControllerLoop:
         self._valid_until: deque[tuple[float, float]] = deque(maxlen=KEPT)
         self._contacts: deque[tuple[float, Contacts]] = deque(maxlen=KEPT)
         self._memory = ControllerMemory()
+        self._hand: Hand | None = None
+        self._robot_stands = ""
+        self._sent = stopped("just started")
         self._interlock = Interlock()
         self._patience = LONGEST_START
         self._fault_since: float | None = None
@@ -127,6 +134,20 @@ class ControllerLoop:
         """A person says to go on: where scans are refused, the next one is believed."""
         self._sensors.forget_scans()
 
+    def take_robot_state(self, reason: str) -> None:
+        """Why the robot stands by itself, held or stopped; "" where it follows commands."""
+        self._robot_stands = reason
+
+    def take_hand(self, velocity: np.ndarray, yaw_rate: float, sent: float, trouble: str) -> None:
+        """A person's command.
+
+        Args:
+            velocity: (2,) [m/s, body frame]; yaw_rate: [rad/s].
+            sent: when it left the person's end [s, local clock].
+            trouble: why it must not be followed; the robot then stands. Empty where it may.
+        """
+        self._hand = Hand(velocity, yaw_rate, sent, trouble)
+
     def take_goal(self, goal: Goal) -> None:
         """The goal's identity, stamp and status; the position is not needed.
 
@@ -147,6 +168,9 @@ class ControllerLoop:
 
     def _go_on(self, patience: float) -> None:
         self._interlock = self._interlock.resumed()
+        # one that goes on driving keeps the robot
+        if self._hand is not None and self._hand.is_rest:
+            self._hand = None
         self.motion.forget()
         self.forget_scans()
         self._patience, self._fault_since, self._lost_since = patience, None, None
@@ -191,12 +215,32 @@ class ControllerLoop:
     def tick(self, local: float) -> Command:
         """The command of one control period."""
         self.motion.judge(local, self._settings)
-        command = self._command(local)
+        self._adopt()
+        hand = self._hand
+        if hand is not None and has_robot(hand, local, self._settings.limits):
+            command = self._hands_command(hand, local)
+        else:
+            command = self._planned_command(local)
         self.motion.commanded(command, local)
+        self._sent = command
         return command
 
-    def _command(self, local: float) -> Command:
-        self._adopt()
+    def _hands_command(self, hand: Hand, local: float) -> Command:
+        limits, state = self._settings.limits, self._sensors.state
+        # whoever is driven by hand is driven by the planner again only when a person says so, and with a new heading
+        self._interlock = self._interlock if self.held else self._interlock.held(TAKEN)
+        self._memory = ControllerMemory()
+        lost = self._sensors.why_no_pose(local, limits)
+        reason = why_not_by_hand(hand, self._robot_stands, lost, None if state is None else state.position, limits)
+        if reason:
+            return stopped(f"by hand: {reason}")
+        is_blind = bool(lost) or self.motion.verdict.kind in STOPPING
+        command = hand_command(hand, self._sent, is_blind, self._settings)
+        if command.reason:
+            self.refusals.add("hand", command.reason)
+        return command
+
+    def _planned_command(self, local: float) -> Command:
         reason = self._why_still(local)
         followed, state, now = self._followed, self._sensors.state, self._sensors.now(local)
         if reason or followed is None or state is None or now is None:
@@ -212,7 +256,7 @@ class ControllerLoop:
 
     def _why_still(self, local: float) -> str:
         """Why the robot must not move now, "" where it may; a reason that lasts holds it."""
-        forbidden = self._why_forbidden()
+        forbidden = self._why_forbidden() or self._robot_stands
         reason = forbidden or self._stop_reason(local)
         if not self.goal_active:
             self._fault_since = self._lost_since = None

@@ -131,6 +131,11 @@ class PlannerLoop:
             x, y = (float(value) for value in velocity)
             self._recovery.commanded(np.array(rotate(x, y, state.yaw)), now)
 
+    def take_hand(self) -> None:
+        """A person's command, which the robot follows instead of the plan."""
+        self._recovery.led_by_hand()
+        self.forget_plan()
+
     def take_scan(self, scan: Scan, local: float) -> None:
         """A scan."""
         self._sensors.take_scan(scan, local, self._settings)

@@ -43,6 +43,11 @@ class Recovery:
         self.forget_felt()
         self._forget_motion()
 
+    def led_by_hand(self) -> None:
+        """A person drives: what is commanded is not the plan's, and a robot pushed against something is not stuck."""
+        self._until = -np.inf
+        self._forget_motion()
+
     def forget_felt(self) -> None:
         """Takes nothing but what is seen for an obstacle."""
         self.felt = np.zeros((0, 2))

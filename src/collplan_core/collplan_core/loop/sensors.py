@@ -140,8 +140,12 @@ class Sensors:
 
     def why_stale(self, local: float, limits: Limits) -> str:
         """Why poses or scans are not to be used: none yet, too old, or the last ones were refused; "" if they are."""
+        return self.why_no_pose(local, limits) or self._why_scan(local, limits.scan_age)
+
+    def why_no_pose(self, local: float, limits: Limits) -> str:
+        """The same of poses alone."""
         pose_age = min(REFUSED_POSE_AGE, limits.pose_age) if "pose" in self._refused else limits.pose_age
-        return self._why("pose", self._clock.age(local), pose_age) or self._why_scan(local, limits.scan_age)
+        return self._why("pose", self._clock.age(local), pose_age)
 
     def _why_scan(self, local: float, limit: float) -> str:
         received = max((at for _, at in self._unplaced), default=-math.inf)

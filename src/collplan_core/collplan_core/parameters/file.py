@@ -28,6 +28,7 @@ NODES = (
     "simulator_node",
     "driver_node",
     "view_node",
+    "teleop_node",
     "firmware_emulator",
 )
 """Names of the nodes that have parameters."""

@@ -192,6 +192,8 @@ class Limits(Parameters):
     lost_beams: float = parameter(0.5, "Largest share of beams of a scan that may have measured nothing (NaN)", low=0.0, high=0.9)
     pose_history: float = parameter(0.5, "Time for which poses are kept, to find the one at a scan's stamp", unit="s", low=0.1, high=10.0)
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=3.0)
+    hand_age: float = parameter(0.2, "Age of the last command on hand/cmd_vel after which the hand has let go", unit="s", low=0.05, high=0.5)
+    blind_speed: float = parameter(0.3, "Largest speed by hand where poses are lost or the motion does not fit the commands", unit="m/s", low=0.0, high=1.0)
     heartbeat_age: float = parameter(0.2, "Silence of planner/heartbeat after which the robot stops, once one was heard", unit="s", low=0.1, high=0.5)
     goal_distance: float = parameter(100.0, "A goal farther from the robot is refused", unit="m", low=1.0, high=1000.0)
     fence: tuple[float, ...] = parameter((), "Corners x, y, x, y, ... in frames.map of a polygon that goals and the robot's centre must be in; empty for none", unit="m", low=-1e6, high=1e6)
@@ -398,6 +400,24 @@ class View(Parameters):
 
 
 @dataclass(frozen=True)
+class Teleop(Parameters):
+    """A person's joystick: axes and buttons by their index in sensor_msgs/Joy. As shipped those of a pad with two sticks."""
+
+    group = "teleop"
+    forward_axis: int = parameter(1, "Axis that drives forward", low=0, high=63)
+    left_axis: int = parameter(0, "Axis that drives to the left", low=0, high=63)
+    turn_axis: int = parameter(3, "Axis that turns to the left", low=0, high=63)
+    dead_man_button: int = parameter(5, "Dead-man button: the stick counts while it is pressed", low=0, high=63)
+    stop_button: int = parameter(1, "Button that calls estop", low=0, high=63)
+    resume_button: int = parameter(7, "Button that calls resume, with the dead-man button released", low=0, high=63)
+    speed_share: float = parameter(0.25, "Share of robot.max_speed at full stick", low=0.01, high=1.0)
+    turn_share: float = parameter(0.25, "Share of robot.max_yaw_rate at full stick", low=0.0, high=1.0)
+    deadzone: float = parameter(0.1, "Share of the stick's way around its centre that counts as none", low=0.0, high=0.9)
+    joy_age: float = parameter(0.2, "Silence of the joystick after which the dead-man button counts as released; also the oldest message taken", unit="s", low=0.02, high=0.5)
+    rate: float = parameter(50.0, "Most commands per second; the first one and a release come at once", unit="Hz", low=10.0, high=200.0)
+
+
+@dataclass(frozen=True)
 class Trial(Parameters):
     """When a run ends."""
 
@@ -410,7 +430,7 @@ class Trial(Parameters):
 
 GROUPS: tuple[type[Parameters], ...] = (
     Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, Control, Cap, Limits, Mocap, ScanInput, Lidar, Simulation, Kinematics,
-    Driver, Emulator, Frames, View, Trial,
+    Driver, Emulator, Frames, View, Teleop, Trial,
 )
 
 
@@ -437,6 +457,7 @@ class Settings:
     emulator: Emulator = Emulator()
     frames: Frames = Frames()
     view: View = View()
+    teleop: Teleop = Teleop()
     trial: Trial = Trial()
 
     def with_values(self, values: dict[str, Any]) -> "Settings":

@@ -28,6 +28,7 @@ CALLED = {
         "take_goal",
         "refuse_goal",
         "cancel",
+        "take_hand",
         "cycle",
     ),
     ControllerLoop: (
@@ -37,6 +38,8 @@ CALLED = {
         "refuse",
         "take_goal",
         "resume",
+        "take_robot_state",
+        "take_hand",
         "take_valid_until",
         "take_plan",
         "tick",

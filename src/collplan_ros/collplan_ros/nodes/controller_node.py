@@ -1,12 +1,13 @@
-"""The controller: plans, poses and scans in; a velocity command out, each period, without exception.
+"""The controller: plans, poses, scans and a hand's commands in; a velocity command out, each period, without exception.
 
-It follows any timed path, whoever published it, while a goal is active, and stands still with a reason otherwise. All
-decisions: collplan_core/loop.
+What a person commands goes before any plan. It follows any timed path, whoever published it, while a goal is active,
+and stands still with a reason otherwise. All decisions: collplan_core/loop.
 """
 
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Path
@@ -15,7 +16,7 @@ from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Empty, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-from collplan_core.command import stopped
+from collplan_core.command import HAND, stopped
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Control, Frames, Limits, LocalMapping, Robot, ScanInput, Settings
 from collplan_core.replay.journal import CONTROLLER
@@ -36,6 +37,7 @@ from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.controller_outputs import ControllerOutputs
+from collplan_ros.nodes.hand_input import HandInput
 from collplan_ros.nodes.heartbeat import HeartbeatWatch
 from collplan_ros.nodes.journal_output import journal_to
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
@@ -48,7 +50,7 @@ LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)
 
 
 class ControllerNode(Node):
-    """Subscribes mocap/*, scan, plan, planner/*, goal_status; publishes cmd_vel, maneuver and controller/*."""
+    """Hears mocap/*, scan, plan, planner/*, goal_status, hand/cmd_vel; publishes cmd_vel, maneuver and controller/*."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
@@ -61,7 +63,6 @@ class ControllerNode(Node):
         self._journal = journal_to(publisher, CONTROLLER)
         self._journal.begin(self._settings)
         self._loop = ControllerLoop(self._settings, self._journal.asked(self._why_forbidden))
-        self._robot_stands = ""
         self._period = ControlPeriod()
         warm_up()
         self._outputs = ControllerOutputs(self, self._settings)
@@ -82,10 +83,11 @@ class ControllerNode(Node):
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
         listen.listen(DiagnosticStatus, "robot/state", self._on_robot_state, qos.LATCHED, EVENT)
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
+        self._hand = HandInput(self, listen, self._settings, self._on_hand)
         self.create_timer(1.0 / self._settings.controller.rate, self._on_timer, clock=self._local_clock)
 
     def _why_forbidden(self) -> str:
-        return self._constants.disagreement or self._heartbeat.why_silent() or self._robot_stands
+        return self._constants.disagreement or self._heartbeat.why_silent()
 
     def _local(self) -> float:
         return seconds(self._local_clock)
@@ -114,10 +116,14 @@ class ControllerNode(Node):
     def _on_robot_state(self, message: DiagnosticStatus) -> None:
         # a robot that stands by itself is commanded zero, so that nobody takes it for stuck
         # the reason alone: what lets the robot move is said beside it where the controller is held too
-        self._robot_stands = {item.key: item.value for item in message.values}.get("reason", message.message)
+        reason = {item.key: item.value for item in message.values}.get("reason", message.message)
+        self._journal.call(self._loop.take_robot_state, reason)
 
     def _on_resumed(self, _: Empty) -> None:
         self._journal.call(self._loop.resume)
+
+    def _on_hand(self, velocity: np.ndarray, yaw_rate: float, age: float, trouble: str) -> None:
+        self._journal.call(self._loop.take_hand, velocity, yaw_rate, self._local() - age, trouble)
 
     def _on_plan(self, message: Path) -> None:
         plan = plan_from_path(message, self._settings.frames.map)
@@ -154,6 +160,11 @@ class ControllerNode(Node):
             **self._period.values,
             **self._loop.refusals.values,
         }
+        two_hands = self._hand.why_refused()
+        if two_hands:
+            return Health(WARN, two_hands, values)
+        if self._outputs.command.maneuver == HAND:
+            return Health(OK, "driven by hand", values)
         if not self._outputs.command.reason:
             trouble = self._loop.motion.verdict.reason
             return Health(WARN, trouble, values) if trouble else Health(OK, "moving", values)

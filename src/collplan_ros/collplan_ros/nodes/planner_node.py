@@ -87,7 +87,7 @@ def deadline(settings: Settings) -> Deadline:
 
 
 class PlannerNode(Node):
-    """Hears mocap/odom, scan, goal_pose, impact, cmd_vel; publishes plan, goal_status, planner/*; serves cancel."""
+    """Hears mocap/odom, scan, goal_pose, impact, commands; publishes plan, goal_status, planner/*; serves cancel."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
@@ -113,6 +113,7 @@ class PlannerNode(Node):
         self._inputs.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
         self._inputs.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
         self._inputs.listen(command_type(self._settings), "cmd_vel", self._on_command, qos.NEWEST, EVENT)
+        self._inputs.listen(command_type(self._settings), "hand/cmd_vel", self._on_hand, qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._timer = self.create_timer(map_period_of(self._settings), self._on_timer, clock=self._local_clock)
         on_change(self, self._take_settings, *GROUPS)
@@ -163,6 +164,9 @@ class PlannerNode(Node):
     def _on_command(self, message: Twist | TwistStamped) -> None:
         velocity, _ = velocity_from_twist(twist_of(message))
         self._journal.call(self._loop.take_command, velocity, self._local())
+
+    def _on_hand(self, _: Twist | TwistStamped) -> None:
+        self._journal.call(self._loop.take_hand)
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True

@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry, Path
 from rcl_interfaces.msg import Log, ParameterEvent
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import LaserScan, PointCloud2, TimeReference
+from sensor_msgs.msg import Joy, LaserScan, PointCloud2, TimeReference
 from std_msgs.msg import Empty, Float64, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
@@ -58,7 +58,7 @@ LATCHED: dict[str, type] = {
     "/diagnostics": DiagnosticArray,
     "/rosout": Log,
 }
-UNRELIABLE: dict[str, type] = {"scan": LaserScan}
+UNRELIABLE: dict[str, type] = {"scan": LaserScan, "joy": Joy}
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,8 @@ def _topics(settings: Settings) -> Iterator[RecordedTopic]:
         yield RecordedTopic(mocap.topic, message_type(mocap), measured)
     except ParameterError:  # mocap_node says so, and ends
         pass
-    yield RecordedTopic("cmd_vel", command_type(settings), EVERY_ONE)
+    for name in ("cmd_vel", "hand/cmd_vel"):
+        yield RecordedTopic(name, command_type(settings), EVERY_ONE)
     if settings.simulator.speed_factor != 1.0:
         yield RecordedTopic("/clock", Clock, EVERY_ONE)
     try:

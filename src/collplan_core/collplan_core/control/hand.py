@@ -1,0 +1,90 @@
+"""A person's command: whether the hand has the robot, why it must not drive, and what of its command is sent.
+
+A hand goes before the planner, and needs no plan, goal or scan: a person sees the robot. What the robot says of itself,
+the fence and a second hand stop it. Where the controller cannot vouch for the motion it drives slowly.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.command import HAND, Command, stopped
+from collplan_core.control.permission import why_outside, why_stale
+from collplan_core.control.tracking import clip_command, saturate
+from collplan_core.parameters import Limits, Settings
+
+TAKEN = "driven by hand"
+"""Why a robot that a person has driven is held."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hand:
+    """The newest command of a person.
+
+    Attributes:
+        velocity: (2,) [m/s, body frame].
+        yaw_rate: [rad/s].
+        sent: when it left the person's end [s, local clock].
+        trouble: why it must not be followed, as where several nodes send such commands; empty where it may.
+    """
+
+    velocity: np.ndarray
+    yaw_rate: float
+    sent: float
+    trouble: str = ""
+
+    @property
+    def is_rest(self) -> bool:
+        """Whether it commands the robot to stand, as a hand does when it lets go."""
+        return not self.velocity.any() and self.yaw_rate == 0.0
+
+
+def has_robot(hand: Hand, local: float, limits: Limits) -> bool:
+    """Whether a person has the robot at `local` [s, local clock]: the newest command is not older than hand_age."""
+    return not why_stale("hand", local - hand.sent, limits.hand_age)
+
+
+def why_not_by_hand(hand: Hand, robot_stands: str, lost: str, position: np.ndarray | None, limits: Limits) -> str:
+    """Why the robot must not be driven by hand now; empty where it may.
+
+    Args:
+        robot_stands: why the robot itself stands; empty where it does not.
+        lost: why poses are not to be used now; empty where they are.
+        position: (2,) newest of the robot [m]; None before the first.
+    """
+    if robot_stands or hand.trouble:
+        return robot_stands or hand.trouble
+    if not limits.fence:
+        return ""
+    if lost or position is None:
+        return f"not known to be within limits.fence: {lost or 'no pose yet'}"
+    return why_outside(position, limits)
+
+
+def hand_command(hand: Hand, before: Command, is_blind: bool, settings: Settings) -> Command:
+    """What is sent of a person's command.
+
+    It goes from the command before as fast as wheels can follow, so that a hand takes the robot over without a jump.
+    What is commanded to rest rests at once. A command not finite, or far beyond the robot's limits, is one to stand.
+
+    Args:
+        before: the command sent a control period earlier.
+        is_blind: whether the controller cannot vouch for the motion.
+    """
+    robot, limits, period = settings.robot, settings.limits, 1.0 / settings.controller.rate
+    clipped = clip_command(hand.velocity, hand.yaw_rate, robot, limits)
+    if clipped is None:
+        (x, y), share = hand.velocity.tolist(), limits.excess_speed
+        limit = f"{share * robot.max_speed:g} m/s, {share * robot.max_yaw_rate:g} rad/s"
+        return stopped(f"by hand: got {x:g}, {y:g} m/s, {hand.yaw_rate:g} rad/s, expected at most {limit}")
+    wanted, turn = clipped
+    velocity, yaw_rate = np.zeros(2), 0.0
+    if wanted.any():
+        velocity = before.velocity + saturate(wanted - before.velocity, robot.max_acceleration * period)
+        velocity = saturate(velocity, min(robot.max_speed, limits.blind_speed) if is_blind else robot.max_speed)
+    if turn:
+        # the rim of a turning robot is as slow to follow
+        most = robot.max_acceleration / robot.radius * period
+        yaw_rate = before.yaw_rate + math.copysign(min(abs(turn - before.yaw_rate), most), turn - before.yaw_rate)
+    return Command(velocity, yaw_rate, HAND, np.full(2, np.nan))

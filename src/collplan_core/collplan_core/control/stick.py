@@ -1,0 +1,104 @@
+"""A joystick with a dead-man button: which velocity its stick asks for, and whether a hand holds it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from collplan_core.control.tracking import saturate
+from collplan_core.parameters import Robot, Settings, Teleop
+from collplan_core.parameters.spec import ParameterError
+
+
+class StickError(ValueError):
+    """A joystick that lacks an axis or a button, or whose axes are no numbers; says what came and what was expected."""
+
+
+@dataclass(frozen=True)
+class Stick:
+    """What a joystick shows.
+
+    Attributes:
+        axes: each in [-1, 1], positive forward, to the left and for a turn to the left.
+        buttons: whether each is pressed.
+    """
+
+    axes: tuple[float, ...]
+    buttons: tuple[bool, ...]
+
+    def pressed(self, button: int) -> bool:
+        """Whether a button is pressed.
+
+        Raises:
+            StickError: there is no such button.
+        """
+        if button >= len(self.buttons):
+            raise StickError(f"buttons: got {len(self.buttons)}, expected one of index {button}")
+        return self.buttons[button]
+
+    def axis(self, index: int) -> float:
+        """Where an axis stands.
+
+        Raises:
+            StickError: there is no such axis, or it is no number.
+        """
+        if index >= len(self.axes):
+            raise StickError(f"axes: got {len(self.axes)}, expected one of index {index}")
+        if not math.isfinite(self.axes[index]):
+            raise StickError(f"axes[{index}]: got {self.axes[index]}, expected a finite number")
+        return self.axes[index]
+
+
+@dataclass(frozen=True)
+class Grip:
+    """Whether a hand holds the dead-man button.
+
+    A button that is pressed from the start, or since the joystick was silent, is one that may be stuck, or that nobody
+    has pressed to set out: it counts once it was seen released.
+
+    Attributes:
+        was_released: whether it was seen released.
+        holds: whether it is pressed, and counts.
+    """
+
+    was_released: bool = False
+    holds: bool = False
+
+    def after(self, pressed: bool) -> "Grip":
+        """The grip after the button was seen pressed or released."""
+        return Grip(self.was_released or not pressed, pressed and self.was_released)
+
+
+def check_stick(settings: Settings) -> None:
+    """Checks that no axis and no button is for two things.
+
+    Raises:
+        ParameterError: one is.
+    """
+    teleop = settings.teleop
+    axes = {name: getattr(teleop, name) for name in ("forward_axis", "left_axis", "turn_axis")}
+    buttons = {name: getattr(teleop, name) for name in ("dead_man_button", "stop_button", "resume_button")}
+    for chosen in (axes, buttons):
+        if len(set(chosen.values())) < len(chosen):
+            got = ", ".join(f"teleop.{name} {index}" for name, index in chosen.items())
+            raise ParameterError(f"{got}: expected another one for each")
+
+
+def velocity_of(stick: Stick, teleop: Teleop, robot: Robot) -> tuple[np.ndarray, float]:
+    """The velocity (2,) [m/s, body frame] and the yaw rate [rad/s] that a stick asks for.
+
+    The deadzone is a disc for driving: the direction is the stick's. From its edge on the speed grows from zero.
+
+    Raises:
+        StickError: an axis is not there, or no number.
+    """
+    drive = saturate(np.array([stick.axis(teleop.forward_axis), stick.axis(teleop.left_axis)]), 1.0)
+    turn = min(max(stick.axis(teleop.turn_axis), -1.0), 1.0)
+    speed = teleop.speed_share * robot.max_speed * _beyond(math.hypot(*drive), teleop.deadzone)
+    yaw_rate = teleop.turn_share * robot.max_yaw_rate * _beyond(abs(turn), teleop.deadzone)
+    return speed * drive / max(math.hypot(*drive), 1e-9), math.copysign(yaw_rate, turn)
+
+
+def _beyond(way: float, deadzone: float) -> float:
+    """How far a stick is beyond its deadzone, as a share of what is left of its way there."""
+    return max(way - deadzone, 0.0) / (1.0 - deadzone)

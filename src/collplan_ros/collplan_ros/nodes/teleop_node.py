@@ -1,0 +1,159 @@
+"""A person's joystick: commands on hand/cmd_vel while the dead-man button is pressed, and buttons that stop and resume.
+
+Each command comes from a message of the joystick; none is repeated. A release is a zero at once, and then silence. So
+is a joystick that falls silent: its button counts again once it was seen released.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import Joy
+from std_srvs.srv import Trigger
+
+from collplan_core.command import HAND, Command, stopped
+from collplan_core.control.sender_age import SenderAge
+from collplan_core.control.stick import Grip, Stick, StickError, check_stick, velocity_of
+from collplan_core.parameters import Frames, Teleop
+from collplan_ros.messages.cmd_vel import command_to_message, command_type
+from collplan_ros.messages.conversions import MessageError
+from collplan_ros.messages.qos import NEWEST, SENSOR_DATA
+from collplan_ros.node_kit.backlog import Backlog
+from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.node_parameters import declare, read_settings
+from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
+from collplan_ros.node_kit.service_calls import ServiceCalls
+from collplan_ros.node_kit.shared_constants import SharedConstants
+
+GROUPS = (Teleop, Frames, "robot.max_speed", "robot.max_yaw_rate", "controller.stamped_cmd_vel")
+SERVICES = ("estop", "resume")
+
+
+class TeleopNode(Node):
+    """Subscribes joy; publishes hand/cmd_vel, and calls estop and resume."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        """Keyword arguments go to `rclpy.node.Node`."""
+        super().__init__("teleop_node", **kwargs)
+        declare(self, *GROUPS, live=(), check=check_stick)
+        self._settings = read_settings(self, *GROUPS)
+        teleop = self._settings.teleop
+        # steady even where the node follows /clock: a hand lets go in real time
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._age = SenderAge(teleop.joy_age)
+        self._heard = -np.inf
+        self._grip = Grip()
+        self._unsent: Command | None = None
+        self._sent = 0
+        # as if pressed before: what rests on it at the start has not been pressed by anybody now
+        self._pressed = {"estop": False, "resume": True}
+        self._hand = self.create_publisher(command_type(self._settings), "hand/cmd_vel", NEWEST)
+        self._calls = ServiceCalls(self)
+        for name in SERVICES:
+            self._calls.keep(Trigger, name)
+        self._inputs = Inputs(self, backlog=Backlog(self))
+        self._inputs.listen(Joy, "joy", self._on_joy, SENSOR_DATA)
+        self.create_timer(1.0 / teleop.rate, self._on_timer, clock=self._steady)
+        self._constants = SharedConstants(self, self._settings, *GROUPS)
+        self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
+        speed = teleop.speed_share * self._settings.robot.max_speed
+        self._inputs.ready(f"dead-man button {teleop.dead_man_button}, {speed:.2f} m/s at full stick")
+
+    # ---- the joystick
+
+    def _on_joy(self, message: Joy) -> None:
+        teleop, now = self._settings.teleop, seconds(self._steady)
+        stick = Stick(tuple(map(float, message.axes)), tuple(map(bool, message.buttons)))
+        age = self._age.measured(self._inputs.sent, now)
+        try:
+            # whoever wants to stop is heard however late
+            self._on_button("estop", stick.pressed(teleop.stop_button))
+            if np.isfinite(age) and age > teleop.joy_age:
+                raise StickError(f"{age:.2f} s old, limit {teleop.joy_age:.2f} s")
+            self._on_button("resume", stick.pressed(teleop.resume_button))
+            velocity, yaw_rate = velocity_of(stick, teleop, self._settings.robot)
+            pressed = stick.pressed(teleop.dead_man_button)
+        except StickError as error:
+            self._let_go()
+            raise MessageError(str(error)) from None
+        # when it was sent: what a message takes is no time to drive on
+        self._heard = now - (age if np.isfinite(age) else 0.0)
+        before, self._grip = self._grip, self._grip.after(pressed)
+        if before.holds and not self._grip.holds:
+            self._send(stopped("released"))
+        if not self._grip.holds:
+            return
+        self._unsent = Command(velocity, yaw_rate, HAND, np.full(2, np.nan))
+        if not before.holds:
+            self._send(self._unsent)
+
+    def _on_button(self, service: str, pressed: bool) -> None:
+        was_pressed, self._pressed[service] = self._pressed[service], pressed
+        if not pressed or was_pressed:
+            return
+        if service == "estop":
+            # the controller stops at a hand that commands to stand, should nobody answer
+            self._grip = Grip()
+            self._send(stopped("stop"))
+        elif self._grip.holds:
+            self.get_logger().warning("resume: release the dead-man button first")
+            return
+        self._calls.now(service, Trigger.Request(), self._answered(service))
+
+    def _answered(self, service: str) -> Callable[[Any, str], None]:
+        def done(response: Any, trouble: str) -> None:
+            said = trouble or response.message
+            if trouble or not response.success:
+                self.get_logger().error(f"{service}: {said}")
+            else:
+                self.get_logger().info(f"{service}: {said}")
+
+        return done
+
+    def _on_timer(self) -> None:
+        self._calls.step()
+        silence = seconds(self._steady) - self._heard
+        if silence > self._settings.teleop.joy_age:
+            if self._grip.holds:
+                self.get_logger().warning(f"joy silent for {silence:.2f} s: counts as released until it was released")
+            self._let_go()
+        elif self._unsent is not None:
+            self._send(self._unsent)
+
+    def _let_go(self) -> None:
+        """Stops a robot that is driven; the dead-man button counts again once it was seen released."""
+        was_held, self._grip = self._grip.holds, Grip()
+        if was_held:
+            self._send(stopped("let go"))
+
+    def _send(self, command: Command) -> None:
+        self._unsent = None
+        self._sent += 1
+        self._hand.publish(self._message(command))
+
+    def _message(self, command: Command) -> Any:
+        return command_to_message(command, seconds(self.get_clock()), self._settings)
+
+    # ---- diagnostics
+
+    def _health(self) -> Health:
+        values: dict[str, object] = {"commands": self._sent, "holds": self._grip.holds, **self._inputs.refusals.values}
+        if seconds(self._steady) - self._heard > self._settings.teleop.joy_age:
+            return Health(WARN, "the joystick is silent", values)
+        if not self._grip.was_released:
+            return Health(WARN, "waits until the dead-man button is released", values)
+        return Health(OK, "drives" if self._grip.holds else "dead-man button released", values)
+
+    def stop(self) -> None:
+        """Stops a robot that is driven, and waits until the controller has received that."""
+        if self._grip.holds:
+            publish_acknowledged(self._hand, self._message(stopped("teleop_node ends")))
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Entry point of the executable; returns its exit code."""
+    return run_node(TeleopNode, args)

@@ -1,0 +1,51 @@
+"""The age of the messages of a stream, by the clock of whoever sends."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.control.sender_age import SILENCE, SenderAge
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=60)
+LIMIT = 0.2
+offsets = st.floats(-1e6, 1e6)
+
+
+@QUICK
+@given(offsets, st.lists(st.floats(0.0, 0.5), min_size=1, max_size=10))
+def test_ages_are_counted_from_the_smallest_delay_whatever_the_sender_s_clock_says(offset, delays):
+    age = SenderAge(LIMIT)
+    assert math.isinf(age.measured(offset, 0.0))
+    for k, delay in enumerate(delays):
+        sent = 0.1 * (k + 1)
+        least = min(0.0, *delays[: k + 1])
+        # the smallest delay may drift
+        assert age.measured(offset + sent, sent + delay) == pytest.approx(delay - least, abs=2e-3)
+
+
+@QUICK
+@given(offsets, st.floats(1.5, 100.0), st.floats(0.5, 4.0))
+def test_after_a_silence_another_sender_is_measured_anew(offset, silence, behind):
+    age = SenderAge(LIMIT)
+    age.measured(offset, 0.0)
+    assert age.measured(offset + 0.1, 0.1) == pytest.approx(0.0, abs=1e-6)
+    now = 0.1 + silence
+    assert math.isinf(age.measured(offset + now - behind, now))
+    assert age.measured(offset + now + 0.05 - behind, now + 0.05) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_after_a_silence_the_same_sender_is_known():
+    age = SenderAge(LIMIT)
+    age.measured(5.0, 0.0)
+    assert age.measured(15.0, 10.0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_what_is_late_within_a_stream_stays_late():
+    age = SenderAge(LIMIT)
+    age.measured(0.0, 0.0)
+    for k in range(1, 6):
+        now = 0.15 * k
+        assert age.measured(now - 0.3, now) > LIMIT
+    assert now < SILENCE

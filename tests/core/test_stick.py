@@ -1,0 +1,110 @@
+"""A joystick with a dead-man button: which velocity its stick asks for, and when a hand holds it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.control.stick import Grip, Stick, StickError, check_stick, velocity_of
+from collplan_core.parameters import Robot, Settings, Teleop
+from collplan_core.parameters.spec import ParameterError
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=60)
+ROBOT = Robot()
+shares = st.floats(0.0, 0.9)
+teleops = st.builds(Teleop, deadzone=shares, speed_share=st.floats(0.01, 1.0), turn_share=st.floats(0.0, 1.0))
+ways = st.floats(-1.5, 1.5)
+
+
+def stick(forward=0.0, left=0.0, turn=0.0) -> Stick:
+    return Stick((left, forward, 0.0, turn), (False,) * 8)
+
+
+@QUICK
+@given(teleops, ways, ways, ways)
+def test_no_stick_asks_for_more_than_its_share(teleop, forward, left, turn):
+    velocity, yaw_rate = velocity_of(stick(forward, left, turn), teleop, ROBOT)
+    assert math.hypot(*velocity) <= teleop.speed_share * ROBOT.max_speed * (1.0 + 1e-9)
+    assert abs(yaw_rate) <= teleop.turn_share * ROBOT.max_yaw_rate * (1.0 + 1e-9)
+
+
+@QUICK
+@given(teleops, st.floats(0.0, 1.0), st.floats(-math.pi, math.pi))
+def test_within_the_deadzone_it_asks_for_rest_and_beyond_it_for_its_own_direction(teleop, way, angle):
+    forward, left = way * math.cos(angle), way * math.sin(angle)
+    velocity, _ = velocity_of(stick(forward, left), teleop, ROBOT)
+    speed = math.hypot(*velocity)
+    if way <= teleop.deadzone - 1e-9:
+        assert speed == 0.0
+    elif way > teleop.deadzone + 1e-6:
+        assert speed > 0.0
+        assert velocity / speed == pytest.approx([math.cos(angle), math.sin(angle)], abs=1e-6)
+
+
+@QUICK
+@given(teleops, ways, ways, ways)
+def test_the_opposite_stick_asks_for_the_opposite(teleop, forward, left, turn):
+    velocity, yaw_rate = velocity_of(stick(forward, left, turn), teleop, ROBOT)
+    back, turned_back = velocity_of(stick(-forward, -left, -turn), teleop, ROBOT)
+    assert back == pytest.approx(-velocity)
+    assert turned_back == pytest.approx(-yaw_rate)
+
+
+@QUICK
+@given(teleops, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_farther_is_never_slower(teleop, one, other):
+    near, far = sorted((one, other))
+    slow, fast = (velocity_of(stick(way, 0.0, way), teleop, ROBOT) for way in (near, far))
+    assert slow[0][0] <= fast[0][0]
+    assert slow[1] <= fast[1]
+
+
+def test_by_hand_a_full_stick_asks_for_the_whole_share():
+    teleop, robot = Teleop(speed_share=0.5, turn_share=0.1), Robot(max_speed=0.8)
+    velocity, yaw_rate = velocity_of(stick(1.0, 0.0, -1.0), teleop, robot)
+    assert velocity == pytest.approx([0.4, 0.0])
+    assert yaw_rate == pytest.approx(-0.3)
+
+
+@pytest.mark.parametrize(
+    ("broken", "said"),
+    [
+        (replace(stick(), axes=(0.0,) * 3), "axes: got 3, expected one of index 3"),
+        (replace(stick(), axes=(0.0, math.nan, 0.0, 0.0)), "axes[1]: got nan, expected a finite number"),
+    ],
+)
+def test_a_joystick_that_does_not_fit_is_refused(broken, said):
+    with pytest.raises(StickError) as error:
+        velocity_of(broken, Teleop(), ROBOT)
+    assert str(error.value) == said
+
+
+def test_a_button_that_is_not_there_is_refused():
+    with pytest.raises(StickError, match="buttons: got 8, expected one of index 9"):
+        stick().pressed(9)
+
+
+def test_one_axis_or_button_is_not_for_two_things():
+    check_stick(Settings())
+    with pytest.raises(ParameterError, match=r"teleop\.dead_man_button 1, teleop\.stop_button 1, .* expected another"):
+        check_stick(Settings().with_values({"teleop.dead_man_button": 1}))
+    with pytest.raises(ParameterError, match=r"teleop\.left_axis 0, teleop\.turn_axis 0: expected another one"):
+        check_stick(Settings().with_values({"teleop.turn_axis": 0}))
+
+
+@QUICK
+@given(st.lists(st.booleans(), max_size=12))
+def test_a_hand_holds_a_button_that_is_pressed_and_was_released_before(presses):
+    grip = Grip()
+    for k, pressed in enumerate(presses):
+        grip = grip.after(pressed)
+        assert grip.holds == (pressed and not all(presses[: k + 1]))
+
+
+def test_what_it_asks_for_is_finite_at_the_centre():
+    velocity, yaw_rate = velocity_of(stick(), Teleop(deadzone=0.0), ROBOT)
+    assert not np.any(velocity)
+    assert yaw_rate == 0.0
