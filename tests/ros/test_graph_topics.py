@@ -29,7 +29,7 @@ TOPICS = recorded_topics(Settings())
 SENT = {
     "mocap/odom": (Odometry(child_frame_id="base_link"), qos.POSE_PUBLISHED),
     "mocap/pose": (PoseStamped(), qos.POSE_PUBLISHED),
-    "scan": (LaserScan(angle_min=-3.0), qos.SENSOR_DATA),
+    "scan": (LaserScan(angle_min=-3.0), qos.SENSOR_PUBLISHED),
     "maneuver": (String(data="flow_through"), qos.LATCHED),
     "planner/heartbeat": (Empty(), qos.NEWEST),
     "plan": (Path(), qos.NEWEST),

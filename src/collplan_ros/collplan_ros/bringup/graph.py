@@ -25,7 +25,7 @@ from collplan_ros.bringup.network import described, environment_set, graph_envir
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.processes import NodeProcess, stop, stop_all
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.robots import VIEWER
+from collplan_ros.bringup.robots import LIDAR, VIEWER
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.bringup.words import in_words
@@ -286,7 +286,8 @@ class Graph:
         settings = self._preparation.settings
         if self._is_recorded:
             self._recording = self._begun_recording(stack)
-        topics = self._topics = GraphTopics(self.node, recorded_topics(settings), self._recording)
+        known = recorded_topics(settings, real_scans=LIDAR not in self._preparation.programs)
+        topics = self._topics = GraphTopics(self.node, known, self._recording)
         self.recorder = Recorder(topics, settings, self._record, namespace=self._preparation.namespace)
         self._cancel = self.node.create_client(Trigger, "cancel")
         self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)

@@ -18,8 +18,9 @@ POSE_SUBSCRIBED = _profile(10, reliable=False)
 POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": POSE_PUBLISHED}
 """Profile of the subscription to a motion-capture receiver, by the value of mocap.reliability."""
 
-# scan
+# scan, joy: heard best effort, as drivers may send them so; lidar_node's are reliable, and no recording lacks one
 SENSOR_DATA = _profile(5, reliable=False)
+SENSOR_PUBLISHED = _profile(5)
 
 # impact, impact/contact, goal_pose, planner/valid_until, planner/foreseen_impacts, planner/costs, ground_truth/*:
 # every one counts

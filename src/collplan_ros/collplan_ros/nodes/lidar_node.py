@@ -17,7 +17,7 @@ from collplan_core.sensing.sweeps import sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import scan_to_message, state_from_odometry
-from collplan_ros.messages.qos import POSE_SUBSCRIBED, SENSOR_DATA
+from collplan_ros.messages.qos import POSE_SUBSCRIBED, SENSOR_PUBLISHED
 from collplan_ros.node_kit.clock import described_age, local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
@@ -49,7 +49,7 @@ class LidarNode(Node):
         self._reported = 0
         self._frame = self._settings.lidar.frame or self._settings.frames.base
         self._local = local_clock(self)
-        self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_DATA)
+        self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_PUBLISHED)
         self._inputs = Inputs(self)
         self._inputs.listen(Odometry, "mocap/odom", self._take_odometry, POSE_SUBSCRIBED, kind="pose")
         self._constants = SharedConstants(self, self._settings, *GROUPS)

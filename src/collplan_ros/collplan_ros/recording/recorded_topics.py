@@ -58,7 +58,7 @@ LATCHED: dict[str, type] = {
     "/diagnostics": DiagnosticArray,
     "/rosout": Log,
 }
-UNRELIABLE: dict[str, type] = {"scan": LaserScan, "joy": Joy}
+UNRELIABLE: dict[str, type] = {"joy": Joy}
 
 
 @dataclass(frozen=True)
@@ -78,9 +78,13 @@ class RecordedTopic:
     period: float = 0.0
 
 
-def recorded_topics(settings: Settings) -> dict[str, RecordedTopic]:
-    """Every topic that is recorded of a robot with these parameters, by its name."""
-    return {topic.name: topic for topic in _topics(settings)}
+def recorded_topics(settings: Settings, real_scans: bool = False) -> dict[str, RecordedTopic]:
+    """Every topic that is recorded of a robot with these parameters, by its name.
+
+    `real_scans`: whether a LIDAR's driver sends them, which may do so best effort; lidar_node does not.
+    """
+    scans = RecordedTopic("scan", LaserScan, EVERY_UNRELIABLE if real_scans else EVERY_ONE)
+    return {topic.name: topic for topic in (scans, *_topics(settings))}
 
 
 def _topics(settings: Settings) -> Iterator[RecordedTopic]:
