@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.time import Time
 from serial_robot import HALL, let_move, twist
 from std_srvs.srv import Trigger
 
@@ -116,12 +117,18 @@ class Robot:
         return int(next(item.value for item in self.health[f"/{self.name}"].values if item.key == key))
 
     def stays_still(self, poses: int, **velocity) -> bool:
-        """Whether it stands still for so many poses, commanded or not."""
-        n = len(self.truth)
-        self.drive_until(lambda: len(self.truth) > n + poses, **velocity) if velocity else self.until(
-            lambda: len(self.truth) > n + poses
-        )
-        return all(math.hypot(o.twist.twist.linear.x, o.twist.twist.linear.y) < STANDING for o in self.truth[n + 2 :])
+        """Whether it stands still for so many poses from now on, commanded or not."""
+        now = self.ros.probe.get_clock().now()
+
+        def later() -> list[Odometry]:
+            # on a busy machine some that are older have not been taken yet
+            return [odometry for odometry in self.truth if Time.from_msg(odometry.header.stamp) > now]
+
+        if velocity:
+            self.drive_until(lambda: len(later()) > poses, **velocity)
+        else:
+            self.until(lambda: len(later()) > poses)
+        return all(math.hypot(o.twist.twist.linear.x, o.twist.twist.linear.y) < STANDING for o in later())
 
     @property
     def velocity(self) -> tuple[float, float]:
