@@ -124,10 +124,10 @@ def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path
     """One in simulated time that is half as fast: were /clock shared, neither would know the time."""
     slow = tmp_path / "slow.yaml"
     slow.write_text("/**:\n  ros__parameters:\n    simulator: {speed_factor: 0.5}\n")
-    runs, plain = tmp_path / "runs", ["--no-pictures", "--world", "slalom"]
+    plain = ["--no-pictures", "--world", "slalom"]
     with (
-        Run(runs / "one", "--namespace", "robot1", *plain, "--params", str(slow)) as one,
-        Run(runs / "two", "--namespace", "/robot2", *plain) as two,
+        Run(tmp_path / "one", "--namespace", "robot1", *plain, "--params", str(slow)) as one,
+        Run(tmp_path / "two", "--namespace", "/robot2", *plain) as two,
     ):
         assert (one.end(), two.end()) == (0, 0), one.text + two.text
     for robot, namespace in ((one, "/robot1"), (two, "/robot2")):
