@@ -37,10 +37,10 @@ BOXES = {
     ROBOT: Box(1.8, 6.3, 1.65, 3.9),
     "mocap_node": Box(7.3, 9.4, 1.15, 0.6),
     "lidar_node": Box(9.6, 6.4, 0.95, 0.45),
-    "teleop_node": Box(5.4, 11.5, 1.1, 0.45),
+    "teleop_node": Box(7.0, 11.5, 1.1, 0.45),
     "planner_node": Box(15.7, 9.3, 1.9, 1.3),
     "controller_node": Box(15.7, 3.1, 1.9, 1.3),
-    "view_node": Box(12.2, 11.5, 1.15, 0.45),
+    "view_node": Box(13.0, 11.5, 1.15, 0.45),
 }
 ALTERNATIVES = (("simulator_node",), ("driver_node", "firmware_emulator"))
 """What the robot is: simulated, or behind a serial line, where the real one takes the emulator's place."""
@@ -52,8 +52,8 @@ TOPICS = {
     "plan": (15.6, 5.75),
     "goal_status": (16.4, 7.35),
     "goal_pose": (15.7, 11.5),
-    "joy": (3.0, 11.5),
-    "hand/cmd_vel": (8.6, 11.5),
+    "joy": (4.6, 11.5),
+    "hand/cmd_vel": (10.1, 11.5),
     "cmd_vel": (11.8, 3.1),
     "robot/resumed": (8.8, 2.1),
 }
@@ -276,7 +276,7 @@ def _draw_caption(axes: Axes) -> None:
     paper, time_to_goal = f"{PAPER_PLANS:g} Hz", f"{TIME_TO_GOAL_PLANS:g} Hz"
     lines = (
         "Read from the running graph. Red: driver_node alone, where the firmware says that the ring senses impacts.",
-        "Beside a real robot mocap/pose comes from the motion capture, joy from a joystick's node. "
+        "mocap/pose of a real robot comes from the motion capture, joy from joy_node. "
         f"plan: {paper} with the paper's strategies, {time_to_goal} with the time-to-goal ones.",
         "view_node hears nearly all of it while a page is open. "
         "Left out: services, and what every node has, such as /diagnostics.",
