@@ -47,7 +47,7 @@ ALTERNATIVES = (("simulator_node",), ("driver_node", "firmware_emulator"))
 TOPICS = {
     "mocap/pose": (4.9, 9.4),
     "mocap/odom": (7.3, 6.4),
-    "impact": (10.9, 9.3),
+    "impact": (10.4, 9.3),
     "scan": (11.55, 6.4),
     "plan": (15.6, 5.75),
     "goal_status": (16.4, 7.35),
