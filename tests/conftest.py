@@ -54,9 +54,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Gives long tests their time, has those in processes begin, and takes few examples where that was asked for."""
-    # they take longest, each file in one of two workers: at the end one worker would wait for the other
-    items.sort(key=lambda item: "system" not in item.path.parts)
+    """Gives long tests their time, and takes few examples where that was asked for."""
     for item in items:
         if item.get_closest_marker("soak") and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(SOAK_TIMEOUT))

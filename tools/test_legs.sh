@@ -20,8 +20,8 @@ leg() {
 }
 
 # two processes, each with a ROS domain of its own: tests of the graph wait more than they compute
-side_by_side="-n 2 --dist loadfile --no-loadscope-reorder"
-# shellcheck disable=SC2086  # several options
+side_by_side="-n 2 --dist loadfile"
+# shellcheck disable=SC2086  # two options
 case $mode in
 test)
     leg "installed versions" "$VENV/bin/python" -m pytest $side_by_side "$@"
