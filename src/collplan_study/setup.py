@@ -36,8 +36,8 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "compare_engines = collplan_study.compare_engines:main",
-            "study = collplan_study.main:main",
+            "compare_engines = collplan_study.executables:compare_engines",
+            "study = collplan_study.executables:study",
         ],
     },
 )

@@ -25,7 +25,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "driver_node = omnipuck_driver.driver_node:main",
+            "driver_node = omnipuck_driver.executables:driver_node",
         ],
     },
 )

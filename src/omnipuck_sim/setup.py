@@ -34,8 +34,8 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "firmware_emulator = omnipuck_sim.emulator.firmware_emulator:main",
-            "simulator_node = omnipuck_sim.node.simulator_node:main",
+            "firmware_emulator = omnipuck_sim.executables:firmware_emulator",
+            "simulator_node = omnipuck_sim.executables:simulator_node",
         ],
     },
 )

@@ -34,8 +34,8 @@ PARSERS = {
 MODULES = {
     name: (path.split("/")[1], module)
     for path in FILES
-    if re.fullmatch(r"src/\w+/setup\.py", path)
-    for name, module in re.findall(r'"(\w+) = ([\w.]+):\w+"', SOURCES[path])
+    if re.fullmatch(r"src/\w+/\w+/executables\.py", path)
+    for name, module in re.findall(r'^(\w+) = Executable\("([\w.]+)"\)', SOURCES[path], re.MULTILINE)
 }
 """Package and module of each executable."""
 OF_OTHERS = {("joy", "joy_node")}

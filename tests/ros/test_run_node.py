@@ -82,6 +82,13 @@ def test_start_that_fails_is_one_line_and_exit_code_2(arguments, words):
     assert words in errors
 
 
+@pytest.mark.parametrize("said", ["mocap.topic:=pose", "talking:mocap.topic:=pose"])
+def test_a_parameter_of_another_node_is_refused(said):
+    code, _, errors = finish(start("talking", *parameter(said)))
+    assert code == 2
+    assert errors == "nodes_to_run.py: mocap.topic: no parameter of talking\n"
+
+
 def test_forgotten_ros_args():
     code, _, errors = finish(start("talking", "-p", "robot.max_speed:=1.0"))
     assert code == 2

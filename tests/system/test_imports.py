@@ -190,7 +190,7 @@ def test_executables_are_those_of_the_graph():
 
 @pytest.mark.parametrize("executable", executables(), ids=lambda executable: executable.name)
 def test_executable_has_its_function(executable):
-    assert callable(executable.load())
+    assert callable(executable.load().load())
 
 
 def test_the_simulated_robot_knows_nothing_of_what_the_planners_believe():

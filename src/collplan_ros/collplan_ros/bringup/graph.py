@@ -59,6 +59,8 @@ SILENCE = 1.0
 """Time without poses after which none is waited for while the graph is stopped [s]."""
 LISTENING_TIME = 0.5
 """Time within which other nodes in the domain are discovered [s]."""
+SERIAL_ENDS = {"firmware_emulator": "emulator.link", "driver_node": "driver.port"}
+"""Parameters that name the pseudo-terminal in the place of a serial device, by node."""
 READY_PATIENCE = 300.0
 """Longest wait for the nodes to report; they may have to compile first [s]."""
 NOTICE_TIME = 5.0
@@ -118,7 +120,7 @@ class Graph:
             self._refuse_running_nodes()
             stack.callback(self._stop_processes)
             for name, program in self._preparation.programs.items():
-                command = [program, "--ros-args", *self._ros_arguments()]
+                command = [program, "--ros-args", *self._ros_arguments(name)]
                 self._processes.append(NodeProcess(name, command, self._folder.logs / f"{name}.log"))
             self._stack = stack.pop_all()
         return self
@@ -308,13 +310,13 @@ class Graph:
         # a goal is new to the robot, and lets it move, only after it has heard of the planner
         self._robot_knows_planner = ("knows_planner", "yes") in [(item.key, item.value) for item in message.values]
 
-    def _ros_arguments(self) -> list[str]:
+    def _ros_arguments(self, name: str) -> list[str]:
         namespace = f"__ns:={self._preparation.namespace}"
         arguments = ["--params-file", str(self._folder.parameters), "-r", namespace, *self._remapping()]
         if self._preparation.settings.simulator.speed_factor != 1.0:
             arguments += ["-p", "use_sim_time:=true"]
-        if self._preparation.robot.emulated:
-            arguments += ["-p", f"emulator.link:={self._folder.serial}", "-p", f"driver.port:={self._folder.serial}"]
+        if self._preparation.robot.emulated and name in SERIAL_ENDS:
+            arguments += ["-p", f"{SERIAL_ENDS[name]}:={self._folder.serial}"]
         return arguments
 
     def _remapping(self) -> list[str]:

@@ -1,9 +1,11 @@
 """Start, run and shutdown of a node, the same for every executable."""
 
 import argparse
+import re
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from types import FrameType
 
@@ -16,8 +18,12 @@ from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from collplan_core.parameters.spec import ParameterError
+
 STARTUP_ERROR = 2
 """Exit code of a node that could not be made."""
+PARAMETER = re.compile(r"(?:[^:]+:)?([^:]+):=")
+"""KEY:=VALUE, or NODE:KEY:=VALUE."""
 # RuntimeError: rcl's own errors, among them ROS arguments and parameter files that cannot be read
 _STARTUP_ERRORS = (ValueError, OSError, RuntimeError, ParameterException, NameValidationException)
 
@@ -56,6 +62,7 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         _refuse_other_arguments(program, argv)
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
         node = make_node()
+        _refuse_parameters_of_others(node, argv)
     except _STARTUP_ERRORS as error:
         print(f"{program}: {' '.join(str(error).split())}", file=sys.stderr)
         rclpy.try_shutdown()
@@ -68,6 +75,14 @@ def _refuse_other_arguments(program: str, argv: list[str]) -> None:
     """Exits with usage on arguments outside --ros-args, which ROS would ignore without a word."""
     usage = "%(prog)s [--ros-args -p KEY:=VALUE --params-file FILE -r FROM:=TO ...]"
     argparse.ArgumentParser(prog=program, usage=usage).parse_args(remove_ros_args(argv)[1:])
+
+
+def _refuse_parameters_of_others(node: Node, argv: list[str]) -> None:
+    """Raises ParameterError on a parameter given by name that this node does not have; files serve every node."""
+    for option, value in pairwise(argv):
+        given = PARAMETER.match(value) if option in ("-p", "--param") else None
+        if given and not node.has_parameter(given[1]):
+            raise ParameterError(f"{given[1]}: no parameter of {node.get_name()}")
 
 
 def _spin(node: Node, flag: _StopFlag) -> None:

@@ -1,0 +1,15 @@
+"""The programs of collplan_ros: its nodes, bringup, and what reads and fits recorded runs."""
+
+from collplan_core.executable import Executable
+
+mocap_node = Executable("collplan_ros.nodes.mocap_node")
+lidar_node = Executable("collplan_ros.nodes.lidar_node")
+planner_node = Executable("collplan_ros.nodes.planner_node")
+controller_node = Executable("collplan_ros.nodes.controller_node")
+teleop_node = Executable("collplan_ros.nodes.teleop_node")
+view_node = Executable("collplan_ros.nodes.view_node")
+bringup = Executable("collplan_ros.bringup.main")
+fit_robot = Executable("collplan_ros.runs.fit_robot")
+fit_rebound = Executable("collplan_ros.runs.fit_rebound")
+replay = Executable("collplan_ros.replay.main")
+beside = Executable("collplan_ros.pictures.compare_runs")

@@ -1,0 +1,6 @@
+"""The programs of collplan_study."""
+
+from collplan_core.executable import Executable
+
+compare_engines = Executable("collplan_study.compare_engines")
+study = Executable("collplan_study.main")

@@ -1,0 +1,52 @@
+"""What installed programs start: Ctrl-C during imports ends them quietly, later it is theirs."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = """
+import time
+{importing}
+def main():
+    try:
+        {running}
+    except KeyboardInterrupt:
+        return 7
+"""
+WAITING = "print('here', flush=True); time.sleep(60)"
+
+
+def interrupted(tmp_path, importing, running, *, ignoring=False):
+    """Exit code and stderr of a program that is interrupted where it says that it is there."""
+    (tmp_path / "program.py").write_text(PROGRAM.format(importing=importing, running=running))
+    start = "from collplan_core.executable import Executable; raise SystemExit(Executable('program')())"
+    if ignoring:
+        start = f"import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); {start}"
+    process = subprocess.Popen(
+        [sys.executable, "-c", start],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])},
+    )
+    assert process.stdout.readline() == "here\n"
+    process.send_signal(signal.SIGINT)
+    errors = process.communicate(timeout=30.0)[1]
+    return process.returncode, errors
+
+
+def test_ctrl_c_during_imports_ends_it_without_a_word(tmp_path):
+    assert interrupted(tmp_path, importing=WAITING, running="pass") == (-signal.SIGINT, "")
+
+
+def test_a_running_program_handles_ctrl_c_itself(tmp_path):
+    assert interrupted(tmp_path, importing="", running=WAITING) == (7, "")
+
+
+@pytest.mark.parametrize("where", ["importing", "running"])
+def test_a_program_that_was_started_to_ignore_it_goes_on(tmp_path, where):
+    program = {"importing": "", "running": "pass"} | {where: WAITING.replace("60", "0.2")}
+    assert interrupted(tmp_path, **program, ignoring=True) == (0, "")
