@@ -253,7 +253,7 @@ class LiveGraph(Graph, Bench):
         index = next(k for k, process in enumerate(self._processes) if process.name == node)
         self._processes[index].kill()
         begun = self.now()
-        command = [self._preparation.programs[node], "--ros-args", *self._ros_arguments()]
+        command = [self._preparation.programs[node], "--ros-args", *self._ros_arguments(node)]
         self._processes[index] = NodeProcess(node, command, self._folder.logs / f"{node}-{begun:.0f}.log")
         if not self.until(lambda: self.streams.health[node][0] > begun, START):
             raise BenchError(f"{node} did not start again: {self._processes[index].last_lines()}")
