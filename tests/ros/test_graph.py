@@ -64,6 +64,7 @@ class Graph:
         return self.statuses[-1].status if self.statuses else None
 
 
+@pytest.mark.soak
 def test_the_robot_reaches_its_goal_and_stops(ros):
     graph = Graph(ros, "l_corridor")
     goal = load_world("l_corridor").goal
@@ -127,7 +128,7 @@ def test_each_strategy_takes_over_from_any_other_while_the_robot_drives(ros, mon
     assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, clock=lambda: graph.state.stamp)
 
 
-@pytest.mark.parametrize(("obstacle_y", "side"), [(0.1, -1.0), (-0.1, 1.0)])
+@pytest.mark.parametrize(("obstacle_y", "side"), [(0.1, -1.0), pytest.param(-0.1, 1.0, marks=pytest.mark.soak)])
 def test_plan_follows_an_obstacle_that_only_simulator_and_lidar_know(ros, tmp_path, obstacle_y, side):
     path = tmp_path / "hall.yaml"
     save_world(hall(obstacle_y), path)

@@ -92,7 +92,8 @@ class Graph:
         return next(when for when, moving, _ in self.commands if when > begun and not moving) - begun, stall
 
 
-@pytest.mark.parametrize("how", [signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.soak)])
+@pytest.mark.soak
+@pytest.mark.parametrize("how", [signal.SIGSTOP, signal.SIGKILL])
 def test_a_planner_that_is_frozen_or_dead_stops_the_robot_at_any_map_period(ros, how):
     graph = Graph(ros)
     # a plan holds for 4.2 s at this period

@@ -66,7 +66,14 @@ def test_a_robot_in_its_emergency_stop_is_commanded_zero_and_neither_stuck_nor_r
 
 
 @pytest.mark.parametrize(
-    ("fault", "reason"), [("yaw_180", "yaw"), ("yaw_90", "yaw"), ("tilt", "tilt"), ("lift", "height")]
+    ("fault", "reason"),
+    [
+        ("yaw_180", "yaw"),
+        *(
+            pytest.param(*each, marks=pytest.mark.soak)
+            for each in (("yaw_90", "yaw"), ("tilt", "tilt"), ("lift", "height"))
+        ),
+    ],
 )
 def test_a_false_pose_stops_the_robot_in_time(make_hall, fault, reason):
     graph = make_hall()

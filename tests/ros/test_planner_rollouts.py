@@ -252,6 +252,7 @@ def test_a_plan_may_take_the_time_budget_and_the_parameter_reads_as_it_was_set(r
     assert bench.node.get_parameter("time_to_goal.time_budget").value == 0.01
 
 
+@pytest.mark.soak
 def test_strategies_of_both_kinds_follow_each_other(ros, bench):
     bench.send_goal()
     bench.wait_for_plan()

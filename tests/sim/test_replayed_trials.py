@@ -20,8 +20,9 @@ from omnipuck_sim.trial import run_trial
 
 STRATEGIES = (*PAPER_WEIGHTS, *TIME_TO_GOAL)
 CASES = [
-    *((world, strategy) for world in ("corridor", "u:17", "random:7") for strategy in PAPER_WEIGHTS),
-    *((world, strategy) for world in ("u:17", "random:7") for strategy in TIME_TO_GOAL),
+    *(("corridor", strategy) for strategy in PAPER_WEIGHTS),
+    *(("u:17", strategy) for strategy in TIME_TO_GOAL),
+    *(pytest.param("random:7", strategy, marks=pytest.mark.soak) for strategy in STRATEGIES),
 ]
 FEW = {"time_to_goal.n_starts": 2, "time_to_goal.start_proposals": 20, "time_to_goal.proposals": 100}
 """Of what refinement tries: a plan is as much one as with more."""

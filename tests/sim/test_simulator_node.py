@@ -10,25 +10,17 @@ from functools import partial
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Twist, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from serial_robot import let_move
+from serial_robot import HALL, let_move, twist
 from std_srvs.srv import Trigger
 
-from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import WorldError
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, EVERY_ONE, NEWEST, POSE_SUBSCRIBED
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
-HALL = """
-bounds: [-1.0, -3.0, 20.0, 3.0]
-walled: true
-start: [0.0, 0.0]
-"""
-V_MAX = Settings().robot.max_speed
-PATIENCE = Settings().limits.command_age + 1.0 / Settings().controller.rate
 EXECUTABLE = [sys.executable, "-c", "import sys; from omnipuck_sim.node.simulator_node import main; sys.exit(main())"]
 HEARD = (
     ("ground_truth/odom", Odometry, EVENT),
@@ -46,30 +38,26 @@ class Bench:
         self.ros = ros
         self.heard = {topic: ros.listen(kind, topic, qos) for topic, kind, qos in HEARD}
         ros.make(SimulatorNode, {"simulator.world": world, "simulator.noise": 0.0, **parameters})
-        stamped = bool(parameters.get("controller.stamped_cmd_vel"))
-        self.commands = ros.publisher(TwistStamped if stamped else Twist, "cmd_vel", NEWEST)
+        self.commands = ros.publisher(Twist, "cmd_vel", NEWEST)
         self.until(lambda: self.odometry and self.heard["/diagnostics"])
 
     def until(self, condition: Callable[[], object]) -> None:
         assert self.ros.wait_until(condition, timeout=30.0), "waited in vain"
 
-    def drive_until(self, condition: Callable[[], object], message=None, **velocity) -> None:
+    def drive_until(self, condition: Callable[[], object], **velocity) -> None:
         """Sends the command at about 20 Hz until the condition holds."""
-        message = twist(**velocity) if message is None else message
+        message = twist(**velocity)
         timer = self.ros.probe.create_timer(0.05, lambda: self.commands.publish(message))
         self.until(condition)
         self.ros.probe.destroy_timer(timer)
 
-    def go_until(self, condition: Callable[[], object], message=None, **velocity) -> None:
+    def go_until(self, condition: Callable[[], object], **velocity) -> None:
         """As `drive_until`, with a person who lets it move, again where a stall of the test has held it."""
         with let_move(self.ros):
-            self.drive_until(condition, message, **velocity)
+            self.drive_until(condition, **velocity)
 
     def call(self, name: str) -> Trigger.Response:
         return self.ros.call(Trigger, name)
-
-    def diagnosed(self, key: str) -> int:
-        return int(next(v.value for v in self.heard["/diagnostics"][-1].status[0].values if v.key == key))
 
     @property
     def odometry(self) -> list[Odometry]:
@@ -83,12 +71,6 @@ class Bench:
     def speed(self) -> float:
         linear = self.odometry[-1].twist.twist.linear
         return math.hypot(linear.x, linear.y)
-
-
-def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
-    message = Twist()
-    message.linear.x, message.linear.y, message.angular.z = x, y, yaw_rate
-    return message
 
 
 def seconds(stamp) -> float:
@@ -126,51 +108,6 @@ def test_poses_are_sent_late_by_the_latency_of_the_motion_capture(bench):
     assert late == pytest.approx(latency, abs=0.15)
 
 
-def test_a_command_moves_it_and_silence_stops_it_by_its_own_clock(bench):
-    b = bench()
-    b.go_until(lambda: b.speed > 0.95 * V_MAX, x=V_MAX)
-    n = len(b.odometry)
-    b.until(lambda: b.speed < 1e-3)
-    stamps = [seconds(o.header.stamp) for o in b.odometry[n:]]
-    speeds = np.array([o.twist.twist.linear.x for o in b.odometry[n:]])
-    # 0.5 m to stop, at most the patience before it, all in simulated time
-    rests = stamps[int(np.argmax(abs(speeds) < 1e-3))]
-    braking = rests - stamps[int(np.argmax(speeds < speeds.max() - 0.01))]
-    assert braking == pytest.approx(V_MAX / 1.5 + 0.3, abs=0.5)
-    assert stamps[int(np.argmax(speeds < speeds.max() - 0.01))] - stamps[0] <= PATIENCE + 0.1
-    stopped = b.x
-    n = len(b.odometry)
-    b.until(lambda: len(b.odometry) > n + 20)
-    assert b.x == pytest.approx(stopped, abs=1e-3)
-
-
-def test_a_stamped_command_moves_it_where_the_parameter_says_so(bench):
-    b = bench(**{"controller.stamped_cmd_vel": True})
-    message = TwistStamped(twist=twist(y=0.5))
-    b.go_until(lambda: b.odometry[-1].twist.twist.linear.y > 0.4, message)
-    assert b.odometry[-1].twist.twist.linear.x == pytest.approx(0.0, abs=1e-6)
-
-
-def test_bad_commands_are_refused_counted_and_stop_it(bench):
-    b = bench()
-    for bad in ({"x": math.nan}, {"y": math.inf}, {"yaw_rate": math.nan}, {"x": 1.51 * V_MAX}):
-        b.go_until(lambda: b.speed > 0.25, x=0.3)
-        b.drive_until(lambda: b.speed < 1e-3, **bad)
-    b.until(lambda: "refused" in b.heard["/diagnostics"][-1].status[0].message)
-    assert b.heard["/diagnostics"][-1].status[0].level == b"\x01"
-    assert b.diagnosed("refused") >= 4
-    assert math.isfinite(b.x)
-
-
-def test_a_command_just_too_fast_is_clipped_with_its_direction_kept(bench):
-    b = bench()
-    b.go_until(lambda: b.speed > 0.98 * V_MAX and b.diagnosed("clipped") > 0, x=1.1 * V_MAX, y=-0.55 * V_MAX)
-    linear = b.odometry[-1].twist.twist.linear
-    assert b.speed <= V_MAX + 1e-6
-    assert linear.y / linear.x == pytest.approx(-0.5, abs=1e-3)
-    assert b.diagnosed("refused") == 0
-
-
 @pytest.mark.parametrize("engine", ["pymunk", "mujoco"])
 def test_an_impact_is_told_as_the_change_of_velocity(bench, engine):
     pytest.importorskip(engine, reason="MuJoCo is not installed: it needs Python 3.11")
@@ -182,22 +119,6 @@ def test_an_impact_is_told_as_the_change_of_velocity(bench, engine):
     assert impact.vector.x == pytest.approx(1.7 * before, rel=0.05)
     assert impact.vector.y == pytest.approx(0.0, abs=1e-9)
     assert abs(seconds(impact.header.stamp) - seconds(b.odometry[-1].header.stamp)) < 1.0
-
-
-def test_estop_holds_until_it_is_cleared(bench):
-    b = bench()
-    b.go_until(lambda: b.speed > 0.5, x=0.6)
-    assert b.call("estop").success
-    b.drive_until(lambda: b.speed < 1e-3, x=0.6)
-    where, n = b.x, len(b.odometry)
-    b.drive_until(lambda: len(b.odometry) > n + 30, x=0.6)
-    assert b.x == pytest.approx(where, abs=1e-3)
-    b.until(lambda: "emergency stop" in b.heard["/diagnostics"][-1].status[0].message)
-    assert b.call("clear_estop").success
-    n = len(b.odometry)
-    b.until(lambda: len(b.odometry) > n + 30)
-    assert b.speed < 1e-3  # clearing alone moves nothing
-    b.go_until(lambda: b.speed > 0.5, x=0.6)
 
 
 def test_reset_puts_it_back_at_rest_with_stamps_that_go_on(bench):

@@ -86,7 +86,13 @@ class JournalledNodes(Nodes):
         super().take(kind, message, local)
 
 
-@pytest.mark.parametrize(("world", "strategy"), [("corridor", "harness"), ("random:7", "low_risk"), ("u:17", "bounce")])
+@pytest.mark.parametrize(
+    ("world", "strategy"),
+    [
+        *(pytest.param(*each, marks=pytest.mark.soak) for each in (("corridor", "harness"), ("random:7", "low_risk"))),
+        ("u:17", "bounce"),
+    ],
+)
 def test_nodes_are_replayed_to_the_last_bit(ros, monkeypatch, world, strategy):
     """With the deadline by the clock, as ever in a node."""
     events = recorded(world, strategy, monkeypatch)
