@@ -24,6 +24,7 @@ from omnipuck_driver import port, serial_link
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_driver.framing import VERSION
 from omnipuck_driver.messages import BATTERY_LOW, WheelCaps
+from omnipuck_sim.emulator.firmware import Firmware
 
 LONGEST = Settings().limits.command_age + 1.0 / Settings().controller.rate
 STANDING = 1e-3
@@ -275,6 +276,16 @@ def test_with_a_low_battery_it_goes_on_to_its_goal_and_refuses_the_next(serial_r
     robot.drive_until(lambda: robot.speed < STANDING, x=0.3)
     robot.drive_until(lambda: "held, the battery is low: the next goal is refused" in robot.said["/driver_node"], x=0.3)
     assert not robot.call("resume").success
+
+
+def test_a_firmware_that_never_arms_is_named_and_holds_it(serial_robot, monkeypatch):
+    monkeypatch.setattr(Firmware, "_take_acts", lambda firmware, acts, stop, hold: setattr(firmware, "_acts", acts))
+    robot = serial_robot()
+    robot.ready()
+    assert robot.call("resume").success
+    robot.drive_until(lambda: "the firmware does not arm" in robot.said.get("/driver_node", ""), x=0.3)
+    assert robot.value("driver_node", "armed") == "no"
+    assert robot.speed < STANDING
 
 
 def test_bad_lines_are_driven_over(serial_robot):

@@ -117,6 +117,19 @@ def test_a_planner_that_is_not_reached_is_asked_again_and_then_the_controller_is
     assert zero - ended[0] <= patience + 2 * AT_ONCE, said.getvalue()
 
 
+@pytest.mark.soak
+def test_a_kept_emergency_stop_waits_for_a_person_and_nothing_drives_off_by_its_clearing(ros, tmp_path):
+    with Run(tmp_path / "runs", "--no-pictures") as run:
+        assert ros.call(Trigger, "estop", timeout=60.0).success
+        wait_for(lambda: "call /clear_estop" in run.text)
+        assert run.process.poll() is None
+        assert ros.call(Trigger, "clear_estop").success
+        assert run.end() == 3, run.text
+    assert "the emergency stop is cleared: start again to drive" in run.text
+    assert "commands are ignored until clear_estop" in run.text
+    assert "free_space" not in run.text
+
+
 @pytest.mark.parametrize("how", ["cancel", *(pytest.param(how, marks=pytest.mark.soak) for how in ("estop", "signal"))])
 def test_zero_follows_at_once_on_whatever_ends_a_run(ros, tmp_path, how):
     with Run(tmp_path / "runs", "--no-pictures") as run:

@@ -32,6 +32,8 @@ FINAL_WAIT = 0.2
 """Longest wait for the last zero command to leave the device [s]."""
 LOG_PERIOD = 1.0
 """Shortest time between two lines about the link: on a bad one they would come without end [s]."""
+UNARMED = 25
+"""So many telemetries in a row, half a second, of a firmware that may arm and does not."""
 BATTERY = {BATTERY_LOW: "the battery is low: the next goal is refused until it is charged"}
 """A robot that moves goes on to its goal."""
 FAULTS = {MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
@@ -59,6 +61,7 @@ class DriverNode(Node):
         self._expired = 0
         self._session: int | None = None
         self._was_armed = False
+        self._unarmed = 0
         self._reported_trouble = ""
         self._logged_trouble: str | None = None
         self._logged_at = float("-inf")
@@ -158,14 +161,18 @@ class DriverNode(Node):
         contract, session = self._contract, self._link.session
         faults = self._faults(FAULTS)
         told = self._permission.is_told_by(telemetry)
+        waits = contract.may_move and told and not session.armed
+        self._unarmed = self._unarmed + 1 if waits else 0
         if session.button_pressed:
             contract.latch("by the button on the robot")
         elif session.stop_latched and told and not contract.stopped_by:
             contract.latch("kept by the firmware")
         elif contract.may_move and faults:
             contract.hold(faults)
-        elif contract.may_move and told and self._was_armed and not session.armed:
+        elif waits and self._was_armed:
             contract.hold("the firmware stands still by itself")
+        elif self._unarmed > UNARMED:
+            contract.hold("the firmware does not arm")
         self._was_armed = told and session.armed
 
     def _faults(self, known: Mapping[int, str]) -> str:

@@ -44,6 +44,7 @@ class LinkReport:
         values: dict[str, object] = {
             "firmware": announced.firmware,
             "impact_sensing": "yes" if announced.capabilities & SENSES_IMPACTS else "no",
+            "armed": "yes" if session.armed else "no",
             "battery_v": telemetry.battery * 1e-3,
             "firmware_frames_in": telemetry.accepted,
             "firmware_frames_dropped": telemetry.dropped,

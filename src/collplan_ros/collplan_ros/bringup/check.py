@@ -196,6 +196,7 @@ class _Check:
         self._ask(
             f"drive {across}, forward, back, left and right, and turn in place at {slow.yaw_rate:g} rad/s, a minute"
         )
+        self._graph.refuse_kept_stop()
         self._loop.resume()
         try:
             motions = drive_each_way(self._loop, slow, lag)

@@ -219,6 +219,21 @@ class Graph:
         self._refuse_other_commanders()
         self._ready = True
 
+    def refuse_kept_stop(self) -> None:
+        """Where the robot has kept an emergency stop, waits until somebody clears it, however long that takes.
+
+        Nothing drives off by that: then it ends, for whoever starts it again.
+
+        Raises:
+            GraphError: the emergency stop has been cleared.
+        """
+        why = self.recorder.emergency_stop
+        if not why:
+            return
+        self._progress.say(f"{why}: call {self._name('clear_estop')}, as the page of --view does; Ctrl-C ends")
+        self.wait(lambda: not self.recorder.emergency_stop, math.inf, str)
+        raise GraphError("the emergency stop is cleared: start again to drive")
+
     def _refuse_other_commanders(self) -> None:
         if time.monotonic() < self._commanders_due:
             return

@@ -239,6 +239,7 @@ def _driven(bringup: Bringup, options: Options) -> tuple[str, int, str]:
             bringup.graph.wait_until_ready()
             if options.view:
                 bringup.progress.say(_where_to_look(bringup))
+            bringup.graph.refuse_kept_stop()
             if options.again:
                 drive_laps(bringup, bringup.preparation.ends, bringup.progress.say)
             outcome = bringup.drive()
