@@ -50,16 +50,6 @@ def late_unnoticed(delay: float) -> Lie:
     return lambda scans, begun, random: replace(_before(scans, delay), stamp=scans[-1].stamp)
 
 
-def held_up(delay: float) -> Lie:
-    """Nothing at first, then each scan `delay` [s] late, with its own stamp."""
-
-    def lie(scans: list[Scan], begun: int, random: np.random.Generator) -> Scan | None:
-        scan = _before(scans, delay)
-        return scan if scan.stamp >= scans[begun].stamp else None
-
-    return lie
-
-
 def _before(scans: list[Scan], delay: float) -> Scan:
     return next((scan for scan in reversed(scans) if scan.stamp <= scans[-1].stamp - delay + 1e-6), scans[0])
 
@@ -83,14 +73,11 @@ class Watched:
     Attributes:
         begun: when the first scan lied [s]; NaN where none did.
         commands: time [s], whether it is zero, and the reason to stand still, of each command.
-        refused: scans refused by planner and controller together.
         hits: time [s] and speed into the wall [m/s] of each impact.
     """
 
     begun: float = float("nan")
     commands: list[tuple[float, bool, str]] = field(default_factory=list)
-    refused: int = 0
-    reasons: list[str] = field(default_factory=list)
     hits: list[tuple[float, float]] = field(default_factory=list)
     result: TrialResult | None = None
 
@@ -127,8 +114,6 @@ def watched_trial(lie: Lie | None, world: str, strategy: str, seed: int, **value
         told = scan if first is None or lie is None else lie(true_scans, first, np.random.default_rng(seed))
         if told is not None:
             take_scan(nodes, told)
-        watched.refused = nodes._planner.refusals["scan"] + nodes._controller.refusals["scan"]
-        watched.reasons += [nodes._controller.refusals.newest] if nodes._controller.refusals["scan"] else []
 
     def listen(record: TrialRecord, command, now: float) -> None:
         watched.commands.append((now, not command.velocity.any(), command.reason))

@@ -50,14 +50,18 @@ class CurrentGoal:
         self.goal = replace(goal, status=ABORTED)
         return self.goal
 
-    def end(self, status: str) -> Goal | None:
+    def become(self, status: str) -> Goal | None:
         """Sets the status; returns the goal if it is another one."""
-        return self._set(status)
+        assert self.goal is not None
+        if status == self.goal.status:
+            return None
+        self.goal = replace(self.goal, status=status)
+        return self.goal
 
     def planned(self) -> Goal | None:
         """Notes that a plan leads to the goal; returns the goal at the first one."""
         self._closed_since = None
-        return self._set(EXECUTING)
+        return self.become(EXECUTING)
 
     def restamp(self, stamp: float) -> Goal | None:
         """Gives an active goal a new stamp [s], so that every plan made up to then is refused; returns it, if any."""
@@ -80,10 +84,3 @@ class CurrentGoal:
         if self._closed_since is None:
             self._closed_since = local
         return local - self._closed_since >= CLOSED_OFF_TIME
-
-    def _set(self, status: str) -> Goal | None:
-        assert self.goal is not None
-        if status == self.goal.status:
-            return None
-        self.goal = replace(self.goal, status=status)
-        return self.goal

@@ -210,7 +210,7 @@ class PlannerLoop:
 
     def _end_goal(self, status: str) -> None:
         self.trouble = self._reported = ""
-        self._announce(self.goal.end(status))
+        self._announce(self.goal.become(status))
 
     def _announce(self, changed: Goal | None) -> None:
         if changed is not None:

@@ -1,7 +1,7 @@
 """Conversion between the project's records and ROS messages: stamps, poses, impacts, scans and commands.
 
 Scans and plans are read in `reading`. Plans are filled in `plans`, the controller's state in `controller_state`, the
-poses of a motion-capture system in `mocap_formats`; message fields are filled and read nowhere else.
+poses of a motion-capture system in `mocap_formats`.
 
 Every field is cast to Python's own float, int or str: rclpy does not check fields by default, and then sends garbage
 for an int or a numpy scalar in a float field.

@@ -5,7 +5,7 @@ subscriber that falls behind receives the backlogs of its topics in no common or
 """
 
 import math
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeVar
@@ -142,11 +142,6 @@ class RunLog:
     reached_sent: float | None = None
 
     @property
-    def n_impacts(self) -> int:
-        """Number of the true impacts of a simulated robot, else of the detected ones."""
-        return len(self.true_impacts if self.truth else self.detected_impacts)
-
-    @property
     def track(self) -> list[PoseRow]:
         """The true poses of a simulated robot, else the measured ones."""
         return self.truth or self.poses
@@ -195,12 +190,6 @@ class RunLog:
     def command_at(self, sent: float) -> SentCommand | None:
         """The last command sent by then; None before the first."""
         return _newest(self.sent_commands, sent)
-
-    def arrival_pose(self, goal: np.ndarray, tolerance: float, asked: float) -> PoseRow | None:
-        """The first pose within `tolerance` [m] of the goal (2,) [m] that was sent at `asked` [s] or later, if any."""
-        x, y = goal.tolist()
-        later = self.poses[bisect_left(self.poses, asked, key=lambda row: row.sent) :]
-        return next((row for row in later if math.hypot(row.x - x, row.y - y) <= tolerance), None)
 
     def end_with(self, last: PoseRow) -> None:
         """Removes everything after the pose `last`; figures of planning cycles have no time, and stay."""

@@ -11,6 +11,7 @@ from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.runs.recorded_run import RunError
 from collplan_ros.runs.whole_file import replacing
 from collplan_ros.view import scene
+from collplan_ros.view.player.mcap_events import mcap_events
 from collplan_ros.view.player.one_file import one_file
 from collplan_ros.view.player.played_run import PlayedRun, read_played_run
 from collplan_ros.view.player.record_events import beginning, map_events, record_events
@@ -82,9 +83,6 @@ def _thought(run: PlayedRun) -> tuple[list[Event], list[str]]:
     notes: list[str] = []
     if recording.exists():
         try:
-            # imported late: only this needs ROS's messages
-            from collplan_ros.view.player.mcap_events import mcap_events
-
             events = list(mcap_events(run, recording))
         except Exception as error:  # whatever a reader makes of it: all else of the page does without
             notes = [f"{RECORDING} could not be read: {error}"]
