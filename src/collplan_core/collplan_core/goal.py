@@ -6,6 +6,8 @@ import numpy as np
 
 NO_GOAL = "none"
 ACCEPTED, EXECUTING, SUCCEEDED, CANCELED, ABORTED = "accepted", "executing", "succeeded", "canceled", "aborted"
+ACTIVE = ACCEPTED, EXECUTING
+"""Status of a goal that the robot is to go to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,4 +29,4 @@ class Goal:
     @property
     def active(self) -> bool:
         """Whether the robot is to go to it."""
-        return self.status in (ACCEPTED, EXECUTING)
+        return self.status in ACTIVE

@@ -22,12 +22,7 @@ from collplan_core.plan import Contacts
 from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.state import State
 from collplan_ros.messages import qos
-from collplan_ros.messages.cloud_reading import (
-    LAYERS,
-    REMEMBERED,
-    compared_from_message,
-    seen_from_message,
-)
+from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED
 from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.conversions import goal_from_message, impact_contact_from_message
 from collplan_ros.messages.goal_status import goal_from_status
@@ -39,6 +34,16 @@ from collplan_ros.node_kit.polled import PolledSubscriptions
 from collplan_ros.view import scene
 from collplan_ros.view.frames import Changes
 from collplan_ros.view.impacts import Impacts
+from collplan_ros.view.message_parts import (
+    Parts,
+    compared_parts,
+    costs_parts,
+    doing_parts,
+    hold_parts,
+    parts_without_goal,
+    report_of,
+    seen_parts,
+)
 
 POSES = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 """Every pose of a frame's time and of a short stall; none is waited for."""
@@ -227,21 +232,19 @@ class ViewInputs:
         self._changes.put("plan", scene.plan(stamp, times, positions, self._contacts.get(stamp)))
 
     def _take_seen(self, message: PointCloud2, _: Values) -> None:
-        layers = seen_from_message(message, self._frames.map)
-        short = {"free_space": "free"}
         shown = LAYERS if self._seen % MEMORY_EVERY == 0 else LAYERS[: LAYERS.index(REMEMBERED)]
-        for name in shown:
-            self._changes.put(short.get(name, name), scene.milli(layers[name]))
+        self._put(seen_parts(message, self._frames.map, shown))
         self._seen += 1
 
     def _take_compared(self, message: PointCloud2, _: Values) -> None:
-        compared = compared_from_message(message, self._frames.map)
-        self._changes.put("candidates", scene.candidates(compared.rows, compared.terms))
-        self._changes.put("rollouts", scene.rollouts(compared.paths, compared.costs))
+        self._put(compared_parts(message, self._frames.map))
 
     def _take_costs(self, message: DiagnosticArray, _: Values) -> None:
-        for status in message.status:
-            self._changes.put("costs", scene.costs({item.key: item.value for item in status.values}))
+        self._put(costs_parts(message))
+
+    def _put(self, parts: Parts) -> None:
+        for name, value in parts:
+            self._changes.put(name, value)
 
     # ---- the goal
 
@@ -254,10 +257,7 @@ class ViewInputs:
         self._status = goal.status
         self._put_goal()
         if not goal.active:
-            self._changes.put("plan", None)
-            for name in ("free", "frontiers", "predicted", "rollouts"):
-                self._changes.put(name, [])
-            self._changes.put("candidates", scene.candidates(np.zeros((0, 4)), {}))
+            self._put(parts_without_goal())
 
     def _put_goal(self) -> None:
         self._changes.put("goal", scene.goal(self.goal, self._status))
@@ -269,14 +269,11 @@ class ViewInputs:
         self._changes.put("impacts", self._impacts.part)
 
     def _take_doing(self, message: DiagnosticStatus, _: Values) -> None:
-        values = {item.key: item.value for item in message.values}
-        said = {name: str(values.get(name, "")) for name in ("maneuver", "activity", "reason")}
-        self._changes.put("doing", {**said, "warn": message.level != DiagnosticStatus.OK})
+        self._put(doing_parts(message))
 
     def _take_hold(self, message: DiagnosticStatus, _: Values) -> None:
         self.robot = str(message.name)
-        state = {item.key: item.value for item in message.values}.get("state", "")
-        self._changes.put("hold", {"state": str(state), "message": str(message.message)})
+        self._put(hold_parts(message))
 
     def _take_command(self, message: Twist | TwistStamped, info: Values) -> None:
         sent = 1e-9 * info["source_timestamp"]
@@ -286,12 +283,10 @@ class ViewInputs:
 
     def _take_health(self, message: DiagnosticArray, _: Values) -> None:
         for status in message.status:
-            name = str(status.name)
-            if not is_in(self._namespace, name) or not self._is_known_or_fits(name):
-                continue
-            values = {str(item.key): str(item.value) for item in status.values}
-            self.reports[name] = scene.NodeReport(name, status.level[0], str(status.message), values, self._clock())
-            self._on_node(name)
+            report = report_of(status, self._clock())
+            if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
+                self.reports[report.name] = report
+                self._on_node(report.name)
 
     def _is_known_or_fits(self, name: str) -> bool:
         return name in self.reports or len(self.reports) < MOST_NODES

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from collplan_core.goal import NO_GOAL
+from collplan_core.goal import ACTIVE, NO_GOAL
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.scan import Scan
 from collplan_core.sensing.beam_poses import placed_among
@@ -19,6 +19,7 @@ from collplan_core.state import State
 from collplan_ros.runs.run_log import PoseRow, RunLog, states_around
 from collplan_ros.view import scene
 from collplan_ros.view.impacts import DELIBERATE, FORESEEN, MOST, OTHER
+from collplan_ros.view.message_parts import parts_without_goal
 from collplan_ros.view.player.played_run import PlayedRun
 from collplan_ros.view.player.run_frames import Event, Frame
 
@@ -136,6 +137,8 @@ def _told(run: PlayedRun) -> Iterator[Event]:
         elif told.kind == "goal":
             (status,) = told.entries
             yield Event(at, "goal", _goal(target, status))
+            if status not in ACTIVE:
+                yield from (Event(at, *part) for part in parts_without_goal())
         elif told.kind == "costs":
             figures = {name: str(value) for name, value in told.entries[0].items()}
             yield Event(at, "costs", scene.costs({"strategy": run.settings.planner.strategy, **figures}))
