@@ -11,7 +11,7 @@ import numpy as np
 
 from collplan_core.command import HAND, Command, stopped
 from collplan_core.control.permission import why_outside, why_stale
-from collplan_core.control.tracking import clip_command, saturate
+from collplan_core.control.tracking import saturate
 from collplan_core.parameters import Limits, Settings
 
 TAKEN = "driven by hand"
@@ -66,19 +66,19 @@ def hand_command(hand: Hand, before: Command, is_blind: bool, settings: Settings
     """What is sent of a person's command.
 
     It goes from the command before as fast as wheels can follow, so that a hand takes the robot over without a jump.
-    What is commanded to rest rests at once. A command not finite, or far beyond the robot's limits, is one to stand.
+    What is commanded to rest rests at once. What is beyond the robot's limits is cut to them: who pushes a stick
+    farther does not mean to stand, and the sender may know other limits. A command that is not finite is one to stand.
 
     Args:
         before: the command sent a control period earlier.
         is_blind: whether the controller cannot vouch for the motion.
     """
     robot, limits, period = settings.robot, settings.limits, 1.0 / settings.controller.rate
-    clipped = clip_command(hand.velocity, hand.yaw_rate, robot, limits)
-    if clipped is None:
-        (x, y), share = hand.velocity.tolist(), limits.excess_speed
-        limit = f"{share * robot.max_speed:g} m/s, {share * robot.max_yaw_rate:g} rad/s"
-        return stopped(f"by hand: got {x:g}, {y:g} m/s, {hand.yaw_rate:g} rad/s, expected at most {limit}")
-    wanted, turn = clipped
+    if not (np.isfinite(hand.velocity).all() and math.isfinite(hand.yaw_rate)):
+        x, y = hand.velocity.tolist()
+        return stopped(f"by hand: got {x:g}, {y:g} m/s, {hand.yaw_rate:g} rad/s, expected finite numbers")
+    wanted = saturate(hand.velocity, robot.max_speed)
+    turn = min(max(hand.yaw_rate, -robot.max_yaw_rate), robot.max_yaw_rate)
     velocity, yaw_rate = np.zeros(2), 0.0
     if wanted.any():
         velocity = before.velocity + saturate(wanted - before.velocity, robot.max_acceleration * period)
