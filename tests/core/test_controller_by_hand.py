@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from collplan_core.command import FREE_SPACE, HAND, STOPPED
 from collplan_core.control.hand import TAKEN
 from collplan_core.control.interlock import REMEDY
-from collplan_core.control.motion_monitor import LATE, MotionVerdict
+from collplan_core.control.motion_monitor import STOPPING, MotionVerdict
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
 from loop_scenes import IDENTITY, SETTINGS, see, straight_plan
@@ -138,6 +138,7 @@ def test_what_the_robot_says_of_itself_stops_a_hand(reason):
     drive.periods(3, LEFT)
     drive.loop.take_robot_state(reason)
     assert drive.period(LEFT).reason == f"by hand: {reason}"
+    assert drive.loop.hand_trouble == reason
     drive.loop.take_robot_state("")
     # from rest, as after any stop
     assert math.hypot(*drive.period(LEFT).velocity) == pytest.approx(SETTINGS.robot.max_acceleration * PERIOD)
@@ -162,6 +163,9 @@ def test_what_is_no_command_stops_and_is_counted():
     drive.periods(3, LEFT)
     assert drive.period([math.nan, 0.0]).reason.startswith("by hand: got nan")
     assert drive.loop.refusals["hand"] == 1
+    assert drive.loop.hand_trouble.startswith("by hand: got nan")
+    drive.periods(10)
+    assert drive.loop.hand_trouble == ""
 
 
 @pytest.mark.parametrize("fence", [(), (-1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0)])
@@ -175,14 +179,24 @@ def test_where_poses_are_lost_it_creeps_or_stands_where_there_is_a_fence(fence):
         assert command.reason == "by hand: not known to be within limits.fence: pose 0.25 s old, limit 0.15 s"
     else:
         assert command.velocity == pytest.approx([LIMITS.blind_speed, 0.0])
+        assert drive.loop.hand_trouble == "pose 0.25 s old, limit 0.15 s"
 
 
-def test_it_creeps_where_the_motion_does_not_fit_the_commands(monkeypatch):
-    drive = Drive()
-    drive.periods(20, [1.0, 0.0])
+@pytest.mark.parametrize("by_hand", [False, True])
+@pytest.mark.parametrize("kind", STOPPING)
+def test_once_the_motion_did_not_fit_the_commands_it_creeps_until_a_person_resumes(monkeypatch, kind, by_hand):
+    drive, fast = Drive(), [1.0, 0.0]
+    drive.periods(20, fast if by_hand else None)
     monkeypatch.setattr(drive.loop.motion, "judge", lambda *given: None)
-    drive.loop.motion.verdict = MotionVerdict(LATE, 0.3, "late")
-    assert drive.period([1.0, 0.0]).velocity == pytest.approx([LIMITS.blind_speed, 0.0])
+    drive.loop.motion.verdict = MotionVerdict(kind, 0.3, "does not fit")
+    drive.period(fast if by_hand else None)
+    drive.loop.motion.verdict = MotionVerdict()
+    for _ in range(20):
+        assert math.hypot(*drive.period(fast).velocity) <= LIMITS.blind_speed + 1e-9
+        assert drive.loop.hand_trouble == "does not fit"
+    drive.loop.resume()
+    assert drive.periods(20, fast).velocity == pytest.approx(fast)
+    assert drive.loop.hand_trouble == ""
 
 
 def test_outside_of_the_fence_it_stands():

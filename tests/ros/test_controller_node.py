@@ -521,13 +521,29 @@ def test_a_hand_drives_before_the_planner_and_gives_back_by_resume(ros, bench):
     assert ros.wait_until(bench.moves)
 
 
-def test_a_hand_that_dies_stops_the_robot(ros, bench):
+def test_a_hand_that_is_slowed_or_refused_is_a_warning_and_one_that_dies_stops_the_robot(ros, bench):
+    def warned(state: str, health: str) -> bool:
+        """Whether state and health begin so; the health is a warning."""
+        said = bench.health()
+        return bench.states[-1].message.startswith(state) and (said.level, said.message[: len(health)]) == (
+            DiagnosticStatus.WARN,
+            health,
+        )
+
     hand = Hand(bench)
+    hand.drives(0.0, 0.2)
+    assert ros.wait_until(bench.moves)
+    bench.robot.poses_on = False
+    assert ros.wait_until(lambda: warned("is driven by hand, slowly: pose ", "driven by hand, slowly: pose "))
+    hand.drives(math.nan, 0.2)
+    assert ros.wait_until(lambda: warned("stands still: by hand: got nan", "standing still: by hand: got nan"))
+    assert bench.states[-1].level == DiagnosticStatus.WARN
     hand.drives(0.0, 0.2)
     assert ros.wait_until(bench.moves)
     hand.sent = None
     assert ros.wait_until(lambda: not bench.moves())
-    assert bench.health().message == "standing still: no active goal"
+    health = bench.health()
+    assert (health.level, health.message) == (DiagnosticStatus.OK, "standing still: no active goal")
 
 
 def test_two_hands_stop_the_robot_and_are_named(ros, bench):

@@ -12,11 +12,11 @@ from collplan_ros.messages.qos import LATCHED
 from collplan_ros.nodes.state_output import StateOutput
 
 
-@pytest.mark.parametrize("goal_active", [False, True])
-def test_only_a_stop_on_the_way_to_a_goal_is_a_warning(goal_active):
+@pytest.mark.parametrize("is_to_move", [False, True])
+def test_only_a_stop_of_a_robot_that_is_to_move_is_a_warning(is_to_move):
     for name, maneuver in itertools.product(ACTIVITIES, MANEUVERS):
-        message = activity_to_message(Activity(name, "why"), maneuver, 1.0, goal_active, "/controller_node")
-        assert (message.level == DiagnosticStatus.WARN) == (goal_active and name == STOPPED)
+        message = activity_to_message(Activity(name, "why"), maneuver, 1.0, is_to_move, "/controller_node")
+        assert (message.level == DiagnosticStatus.WARN) == (is_to_move and name == STOPPED)
 
 
 def test_the_message_says_what_why_and_by_which_plan():

@@ -54,6 +54,8 @@ class ControllerLoop:
         goal: the goal that planner and robot are about; None before the first.
         refusals: counts of what was refused.
         motion: how the robot moves, compared with what it was told.
+        hand_trouble: why a hand that has the robot is not followed, or drives at limits.blind_speed at most; empty
+            where it drives as it asks, or has not the robot.
     """
 
     def __init__(self, settings: Settings, why_forbidden: Callable[[], str] = lambda: "") -> None:
@@ -61,6 +63,7 @@ class ControllerLoop:
         self.goal: Goal | None = None
         self.refusals = Refusals()
         self.motion = MotionWatch()
+        self.hand_trouble = ""
         self._settings = settings
         self._why_forbidden = why_forbidden
         self._sensors = Sensors(settings.limits.pose_history, self.refusals)
@@ -72,6 +75,7 @@ class ControllerLoop:
         self._hand: Hand | None = None
         self._robot_stands = ""
         self._sent = stopped("just started")
+        self._mistrusted = ""
         self._interlock = Interlock()
         self._patience = LONGEST_START
         self._fault_since: float | None = None
@@ -172,6 +176,7 @@ class ControllerLoop:
         if self._hand is not None and self._hand.is_rest:
             self._hand = None
         self.motion.forget()
+        self._mistrusted = ""
         self.forget_scans()
         self._patience, self._fault_since, self._lost_since = patience, None, None
 
@@ -215,11 +220,15 @@ class ControllerLoop:
     def tick(self, local: float) -> Command:
         """The command of one control period."""
         self.motion.judge(local, self._settings)
+        if self.motion.verdict.kind in STOPPING:
+            # until a person says to go on: at a constant speed turned motion does not show, and is as wrong
+            self._mistrusted = self.motion.verdict.reason
         self._adopt()
         hand = self._hand
         if hand is not None and has_robot(hand, local, self._settings.limits):
             command = self._hands_command(hand, local)
         else:
+            self.hand_trouble = ""
             command = self._planned_command(local)
         self.motion.commanded(command, local)
         self._sent = command
@@ -232,11 +241,12 @@ class ControllerLoop:
         self._memory = ControllerMemory()
         lost = self._sensors.why_no_pose(local, limits)
         reason = why_not_by_hand(hand, self._robot_stands, lost, None if state is None else state.position, limits)
+        self.hand_trouble = reason or lost or self._mistrusted
         if reason:
             return stopped(f"by hand: {reason}")
-        is_blind = bool(lost) or self.motion.verdict.kind in STOPPING
-        command = hand_command(hand, self._sent, is_blind, self._settings)
+        command = hand_command(hand, self._sent, bool(self.hand_trouble), self._settings)
         if command.reason:
+            self.hand_trouble = command.reason
             self.refusals.add("hand", command.reason)
         return command
 

@@ -8,15 +8,15 @@ from collplan_ros.messages.conversions import stamp_from_seconds
 
 
 def activity_to_message(
-    activity: Activity, maneuver: str, plan_stamp: float | None, goal_active: bool, source: str
+    activity: Activity, maneuver: str, plan_stamp: float | None, is_to_move: bool, source: str
 ) -> DiagnosticStatus:
-    """Message of an activity; a warning where the robot stands still although a goal is active.
+    """Message of an activity; a warning where the robot stands still although it is to move.
 
     Args:
         activity: what the controller is doing.
         maneuver: that of its command, one of `collplan_core.command.MANEUVERS`.
         plan_stamp: stamp of the plan in force [s, poses' clock]; None without one.
-        goal_active: whether the robot is to go to a goal.
+        is_to_move: whether the robot is to go to a goal, or where a hand drives it.
         source: full name of the controller's node.
     """
     values = {
@@ -26,7 +26,7 @@ def activity_to_message(
         "plan_stamp": "none" if plan_stamp is None else _printed(plan_stamp),
     }
     return DiagnosticStatus(
-        level=DiagnosticStatus.WARN if goal_active and activity.name == STOPPED else DiagnosticStatus.OK,
+        level=DiagnosticStatus.WARN if is_to_move and activity.name == STOPPED else DiagnosticStatus.OK,
         name=str(source),
         message=activity.reason,
         values=[KeyValue(key=key, value=value) for key, value in values.items()],

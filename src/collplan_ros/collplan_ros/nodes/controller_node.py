@@ -163,12 +163,14 @@ class ControllerNode(Node):
         two_hands = self._hand.why_refused()
         if two_hands:
             return Health(WARN, two_hands, values)
+        hand_trouble = self._loop.hand_trouble
         if self._outputs.command.maneuver == HAND:
-            return Health(OK, "driven by hand", values)
+            slowly = f", slowly: {hand_trouble}" if hand_trouble else ""
+            return Health(WARN if hand_trouble else OK, f"driven by hand{slowly}", values)
         if not self._outputs.command.reason:
             trouble = self._loop.motion.verdict.reason
             return Health(WARN, trouble, values) if trouble else Health(OK, "moving", values)
-        troubled = self._loop.goal_active or self._constants.disagreement
+        troubled = self._loop.goal_active or hand_trouble or self._constants.disagreement
         return Health(WARN if troubled else OK, f"standing still: {self._outputs.command.reason}", values)
 
     def stop(self) -> None:

@@ -1,6 +1,7 @@
 """What controller_node publishes each period, and says at the terminal when what it does changes."""
 
 import math
+from dataclasses import replace
 
 from geometry_msgs.msg import Point, PointStamped
 from rclpy.node import Node
@@ -64,11 +65,13 @@ class ControllerOutputs:
             self._told_delay = delay
 
     def _say(self, loop: ControllerLoop, now: float) -> None:
-        plan, active = loop.plan, loop.goal_active
+        plan, is_to_move = loop.plan, loop.goal_active or bool(loop.hand_trouble)
         activity = describe(self.command, plan, loop.contacts, now)
-        if not self._state.publish(activity, self.command.maneuver, None if plan is None else plan.stamp, active):
+        if self.command.maneuver == HAND and loop.hand_trouble:
+            activity = replace(activity, reason=f"{activity.reason}, slowly: {loop.hand_trouble}")
+        if not self._state.publish(activity, self.command.maneuver, None if plan is None else plan.stamp, is_to_move):
             return
-        if self.command.reason and active:
+        if loop.hand_trouble or (self.command.reason and loop.goal_active):
             self._log.warning(activity.reason)
         else:
             self._log.info(activity.reason)

@@ -16,19 +16,19 @@ class StateOutput:
         self._source = node.get_fully_qualified_name()
         self._out = node.create_publisher(DiagnosticStatus, "controller/state", qos.LATCHED)
         self._said: Activity | None = None
-        self._goal_active = False
+        self._is_to_move = False
 
-    def publish(self, activity: Activity, maneuver: str, plan_stamp: float | None, goal_active: bool) -> bool:
+    def publish(self, activity: Activity, maneuver: str, plan_stamp: float | None, is_to_move: bool) -> bool:
         """Publishes what is done now, if that is news; returns whether it is.
 
         Args:
             activity: what the controller is doing.
             maneuver: that of its command.
             plan_stamp: stamp of the plan in force [s]; None without one.
-            goal_active: whether the robot is to go to a goal; standing still is then a warning.
+            is_to_move: whether a goal is active, or a hand has trouble in driving it; standing still is then a warning.
         """
-        if not activity.differs(self._said) and goal_active == self._goal_active:
+        if not activity.differs(self._said) and is_to_move == self._is_to_move:
             return False
-        self._said, self._goal_active = activity, goal_active
-        self._out.publish(activity_to_message(activity, maneuver, plan_stamp, goal_active, self._source))
+        self._said, self._is_to_move = activity, is_to_move
+        self._out.publish(activity_to_message(activity, maneuver, plan_stamp, is_to_move, self._source))
         return True
