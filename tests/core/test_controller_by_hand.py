@@ -80,12 +80,30 @@ def test_a_hand_that_lets_go_leaves_it_standing_until_a_person_gives_it_back():
     assert drive.period().maneuver == FREE_SPACE
 
 
-def test_it_is_given_back_at_once_after_the_release():
+def test_it_is_given_back_once_the_release_is_old():
     drive = Drive()
     drive.periods(3, LEFT)
     drive.period(np.zeros(2))
     drive.loop.resume()
-    assert drive.period().maneuver == FREE_SPACE
+    for _ in range(3):
+        assert drive.period().velocity.tolist() == [0.0, 0.0]
+    assert drive.periods(2).maneuver == FREE_SPACE
+
+
+@settings(derandomize=True, deadline=None, max_examples=20)
+@given(st.integers(1, 3), st.integers(1, 6), st.booleans())
+def test_whatever_is_resumed_a_hand_that_rests_and_holds_on_keeps_the_robot_still(every, when, by_goal):
+    """Its messages come in every so many periods."""
+    drive = Drive()
+    drive.periods(3, LEFT)
+    for k in range(20):
+        if k == when and by_goal:
+            drive.give_goal(bytes(16), drive.now)
+        elif k == when:
+            drive.loop.resume()
+        drive.period(np.zeros(2) if k % every == 0 else None)
+    assert not any(command.velocity.any() for command in drive.commands[3:])
+    assert drive.periods(10).reason == HELD
 
 
 def test_a_hand_that_drives_keeps_the_robot_whatever_is_resumed():
@@ -104,7 +122,7 @@ def test_a_new_goal_gives_it_back_too():
     drive.periods(3, LEFT)
     drive.period(np.zeros(2))
     drive.give_goal(bytes(16), drive.now)
-    assert drive.period().maneuver == FREE_SPACE
+    assert drive.periods(5).maneuver == FREE_SPACE
 
 
 def test_the_planner_holds_the_heading_that_a_hand_has_left():
@@ -115,7 +133,8 @@ def test_the_planner_holds_the_heading_that_a_hand_has_left():
     assert drive.loop._memory.heading is None
     drive.period(np.zeros(2))
     drive.loop.resume()
-    assert drive.period().yaw_rate == 0.0
+    command = drive.periods(5)
+    assert (command.maneuver, command.yaw_rate) == (FREE_SPACE, 0.0)
 
 
 @settings(derandomize=True, deadline=None, max_examples=30)

@@ -73,6 +73,7 @@ class ControllerLoop:
         self._contacts: deque[tuple[float, Contacts]] = deque(maxlen=KEPT)
         self._memory = ControllerMemory()
         self._hand: Hand | None = None
+        self._given_back: Hand | None = None
         self._robot_stands = ""
         self._sent = stopped("just started")
         self._mistrusted = ""
@@ -172,9 +173,9 @@ class ControllerLoop:
 
     def _go_on(self, patience: float) -> None:
         self._interlock = self._interlock.resumed()
-        # one that goes on driving keeps the robot
+        # one that rests may have let go, which its silence will show; one that goes on commanding keeps the robot
         if self._hand is not None and self._hand.is_rest:
-            self._hand = None
+            self._given_back = self._hand
         self.motion.forget()
         self._mistrusted = ""
         self.forget_scans()
@@ -237,7 +238,8 @@ class ControllerLoop:
     def _hands_command(self, hand: Hand, local: float) -> Command:
         limits, state = self._settings.limits, self._sensors.state
         # whoever is driven by hand is driven by the planner again only when a person says so, and with a new heading
-        self._interlock = self._interlock if self.held else self._interlock.held(TAKEN)
+        if not self.held and hand is not self._given_back:
+            self._interlock = self._interlock.held(TAKEN)
         self._memory = ControllerMemory()
         lost = self._sensors.why_no_pose(local, limits)
         reason = why_not_by_hand(hand, self._robot_stands, lost, None if state is None else state.position, limits)
