@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.control.stick import Grip, Stick, StickError, check_stick, velocity_of
+from collplan_core.control.stick import RELEASED_FOR, Grip, Stick, StickError, check_stick, velocity_of
 from collplan_core.parameters import Robot, Settings, Teleop
 from collplan_core.parameters.spec import ParameterError
 
@@ -96,12 +96,24 @@ def test_one_axis_or_button_is_not_for_two_things():
 
 
 @QUICK
-@given(st.lists(st.booleans(), max_size=12))
-def test_a_hand_holds_a_button_that_is_pressed_and_was_released_before(presses):
-    grip = Grip()
-    for k, pressed in enumerate(presses):
-        grip = grip.after(pressed)
-        assert grip.holds == (pressed and not all(presses[: k + 1]))
+@given(st.lists(st.tuples(st.booleans(), st.integers(1, 3)), max_size=20))
+def test_a_hand_holds_a_button_that_is_pressed_and_was_released_for_long_before(presses):
+    grip, now, released, counts = Grip(), 0.0, 0, False
+    for pressed, steps in presses:
+        for _ in range(steps):
+            grip = grip.after(pressed, now)
+            released = 0 if pressed else released + 1
+            # in three messages, a little more than half of RELEASED_FOR apart
+            counts = counts or released == 3
+            assert (grip.was_released, grip.holds) == (counts, pressed and counts)
+            now += 0.51 * RELEASED_FOR
+
+
+def test_by_hand_a_release_that_a_joystick_just_opened_shows_is_none():
+    grip = Grip().after(False, 1.0).after(False, 1.2).after(True, 1.25)
+    assert not grip.holds
+    assert grip.after(False, 1.3).after(False, 1.55).after(True, 1.56) == Grip()
+    assert grip.after(False, 1.3).after(False, 1.61).after(True, 1.62).holds
 
 
 def test_what_it_asks_for_is_finite_at_the_centre():

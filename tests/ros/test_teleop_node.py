@@ -1,5 +1,6 @@
 """teleop_node in this process, with a joystick and a robot's services of the test's own."""
 
+import math
 import time
 
 import pytest
@@ -123,6 +124,40 @@ def test_resume_is_called_with_the_dead_man_button_released_alone(ros, pad):
     assert ros.wait_until(lambda: pad.called)
     ros.spin(0.2)
     assert pad.called == ["resume"]
+
+
+def test_resume_is_not_called_with_a_dead_man_button_that_is_pressed_and_does_not_count(ros, pad):
+    both = (TELEOP.dead_man_button, TELEOP.resume_button)
+    pad.show(0.0, both)
+    assert ros.wait_until(lambda: pad.node._grip.holds)
+    pad.sends = False
+    assert ros.wait_until(lambda: not pad.node._grip.was_released)
+    pad.show(0.0, both[:1])
+    pad.sends = True
+    assert ros.wait_until(lambda: pad.node._resume.was_released)
+    pad.show(0.0, both)
+    assert ros.wait_until(lambda: pad.node._resume.holds)
+    ros.spin(0.1)
+    assert not pad.node._grip.was_released
+    assert pad.called == []
+
+
+@pytest.mark.parametrize("button", [TELEOP.dead_man_button, TELEOP.resume_button])
+def test_a_button_that_is_pressed_when_a_joystick_is_opened_counts_once_it_was_released(ros, pad, button):
+    """joy_node shows all of them released at first."""
+    pad.sends = False
+    assert ros.wait_until(lambda: not pad.node._grip.was_released)
+    pad.show(1.0)
+    pad._joy.publish(pad.message)
+    assert ros.wait_until(lambda: pad.node._grip.since < math.inf)
+    pad.show(1.0, (button,))
+    pad.sends = True
+    ros.spin(0.4)
+    assert (pad.commands, pad.called) == ([], [])
+    pad.show(1.0)
+    assert ros.wait_until(lambda: pad.node._grip.was_released and pad.node._resume.was_released)
+    pad.show(1.0, (button,))
+    assert ros.wait_until(lambda: pad.commands or pad.called)
 
 
 def test_its_health_says_what_it_waits_for(ros, pad):

@@ -8,6 +8,7 @@ from itertools import pairwise
 from sensor_msgs.msg import Joy
 
 from collplan_core.command import HAND
+from collplan_core.control.stick import RELEASED_FOR
 from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import NEWEST
 from faults.bench import BenchError
@@ -45,7 +46,7 @@ class Joystick:
         self._message = Joy()
 
     def plug_in(self, graph: LiveGraph) -> None:
-        """Sends from now on, with nothing pressed, until teleop_node has seen that.
+        """Sends from now on, with nothing pressed, until teleop_node has seen that for long enough.
 
         Raises:
             BenchError: nobody listens.
@@ -55,7 +56,7 @@ class Joystick:
         if not graph.until(lambda: self._publisher.get_subscription_count() > 0, ANSWER):
             raise BenchError("teleop_node does not listen to joy")
         graph.repeat(PERIOD, self.send)
-        graph.pause(4 * PERIOD)
+        graph.pause(RELEASED_FOR + 4 * PERIOD)
 
     def send(self) -> None:
         self._publisher.publish(self._message)

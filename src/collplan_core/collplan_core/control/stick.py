@@ -9,9 +9,13 @@ from collplan_core.control.tracking import saturate
 from collplan_core.parameters import Robot, Settings, Teleop
 from collplan_core.parameters.spec import ParameterError
 
+RELEASED_FOR = 0.3
+"""A button nobody has seen before must be seen released for so long [s]: joy_node shows all of them released when it
+opens a joystick, and what is pressed a moment later."""
+
 
 class StickError(ValueError):
-    """A joystick that lacks an axis or a button, or whose axes are no numbers; says what came and what was expected."""
+    """A joystick that cannot be followed, as one without an axis or a button; says what came and what was expected."""
 
 
 @dataclass(frozen=True)
@@ -51,22 +55,26 @@ class Stick:
 
 @dataclass(frozen=True)
 class Grip:
-    """Whether a hand holds the dead-man button.
+    """Whether a hand holds a button: the dead-man button, or the one that resumes.
 
     A button that is pressed from the start, or since the joystick was silent, is one that may be stuck, or that nobody
-    has pressed to set out: it counts once it was seen released.
+    has pressed now: it counts once it was seen released, and nothing else, for RELEASED_FOR.
 
     Attributes:
-        was_released: whether it was seen released.
+        was_released: whether it was.
         holds: whether it is pressed, and counts.
+        since: since when it is seen released [s]; infinite where it is pressed, or not seen yet.
     """
 
     was_released: bool = False
     holds: bool = False
+    since: float = math.inf
 
-    def after(self, pressed: bool) -> "Grip":
-        """The grip after the button was seen pressed or released."""
-        return Grip(self.was_released or not pressed, pressed and self.was_released)
+    def after(self, pressed: bool, now: float) -> "Grip":
+        """The grip after the button was seen pressed or released at `now` [s]."""
+        since = math.inf if pressed else min(self.since, now)
+        was_released = self.was_released or now - since >= RELEASED_FOR
+        return Grip(was_released, pressed and was_released, since)
 
 
 def check_stick(settings: Settings) -> None:

@@ -1,7 +1,7 @@
 """A person's joystick: commands on hand/cmd_vel while the dead-man button is pressed, and buttons that stop and resume.
 
 Each command comes from a message of the joystick; none is repeated. A release is a zero at once, and then silence. So
-is a joystick that falls silent: its button counts again once it was seen released.
+is a joystick that falls silent: its buttons count again once they were seen released for a while.
 """
 
 from collections.abc import Callable, Sequence
@@ -46,11 +46,10 @@ class TeleopNode(Node):
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._age = SenderAge(teleop.joy_age)
         self._heard = -np.inf
-        self._grip = Grip()
+        self._grip = self._resume = Grip()
+        self._stop_pressed = False
         self._unsent: Command | None = None
         self._sent = 0
-        # as if pressed before: what rests on it at the start has not been pressed by anybody now
-        self._pressed = {"estop": False, "resume": True}
         self._hand = self.create_publisher(command_type(self._settings), "hand/cmd_vel", NEWEST)
         self._calls = ServiceCalls(self)
         for name in SERVICES:
@@ -71,18 +70,18 @@ class TeleopNode(Node):
         age = self._age.measured(self._inputs.sent, now)
         try:
             # whoever wants to stop is heard however late
-            self._on_button("estop", stick.pressed(teleop.stop_button))
+            self._on_stop(stick.pressed(teleop.stop_button))
             if np.isfinite(age) and age > teleop.joy_age:
                 raise StickError(f"{age:.2f} s old, limit {teleop.joy_age:.2f} s")
-            self._on_button("resume", stick.pressed(teleop.resume_button))
             velocity, yaw_rate = velocity_of(stick, teleop, self._settings.robot)
-            pressed = stick.pressed(teleop.dead_man_button)
+            pressed, resume = stick.pressed(teleop.dead_man_button), stick.pressed(teleop.resume_button)
         except StickError as error:
             self._let_go()
             raise MessageError(str(error)) from None
         # when it was sent: what a message takes is no time to drive on
         self._heard = now - (age if np.isfinite(age) else 0.0)
-        before, self._grip = self._grip, self._grip.after(pressed)
+        self._on_resume(resume, pressed, now)
+        before, self._grip = self._grip, self._grip.after(pressed, now)
         if before.holds and not self._grip.holds:
             self._send(stopped("released"))
         if not self._grip.holds:
@@ -91,17 +90,25 @@ class TeleopNode(Node):
         if not before.holds:
             self._send(self._unsent)
 
-    def _on_button(self, service: str, pressed: bool) -> None:
-        was_pressed, self._pressed[service] = self._pressed[service], pressed
-        if not pressed or was_pressed:
-            return
-        if service == "estop":
+    def _on_stop(self, pressed: bool) -> None:
+        was_pressed, self._stop_pressed = self._stop_pressed, pressed
+        if pressed and not was_pressed:
             # the controller stops at a hand that commands to stand, should nobody answer
             self._grip = Grip()
             self._send(stopped("stop"))
-        elif self._grip.holds:
-            self.get_logger().warning("resume: release the dead-man button first")
+            self._call("estop")
+
+    def _on_resume(self, pressed: bool, dead_man_pressed: bool, now: float) -> None:
+        before, self._resume = self._resume, self._resume.after(pressed, now)
+        if before.holds or not self._resume.holds:
             return
+        if dead_man_pressed:
+            # whether it counts or not: who presses it believes to have the robot, and the planner would drive
+            self.get_logger().warning("resume: release the dead-man button first")
+        else:
+            self._call("resume")
+
+    def _call(self, service: str) -> None:
         self._calls.now(service, Trigger.Request(), self._answered(service))
 
     def _answered(self, service: str) -> Callable[[Any, str], None]:
@@ -125,8 +132,8 @@ class TeleopNode(Node):
             self._send(self._unsent)
 
     def _let_go(self) -> None:
-        """Stops a robot that is driven; the dead-man button counts again once it was seen released."""
-        was_held, self._grip = self._grip.holds, Grip()
+        """Stops a robot that is driven; buttons count again once they were seen released for a while."""
+        was_held, self._grip, self._resume = self._grip.holds, Grip(), Grip()
         if was_held:
             self._send(stopped("let go"))
 
