@@ -10,6 +10,7 @@ from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Joy
 from std_srvs.srv import Trigger
 
+from collplan_core.control.sender_age import SILENCE
 from collplan_core.parameters import Settings
 from collplan_ros.messages.conversions import asks_for_rest
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT
@@ -33,7 +34,7 @@ class Pad:
         self.message = Joy(axes=[0.0] * 4, buttons=[0] * 8)
         self.sends = True
         self.node = ros.make(TeleopNode, parameters)
-        self._joy = ros.publisher(Joy, "joy", 1)
+        self._joy = ros.publisher(Joy, "joy", 10)
         ros.probe.create_timer(PERIOD, self._send, clock=Clock(clock_type=ClockType.STEADY_TIME))
         assert ros.wait_until(lambda: self.node._grip.was_released)
         assert ros.wait_until(lambda: all(client.service_is_ready() for client in self.node._calls._kept.values()))
@@ -111,6 +112,34 @@ def test_the_stop_button_calls_estop_once_and_lets_go(ros, pad):
     pad.show(1.0, (TELEOP.dead_man_button,))
     pad.wait_until_silent()
     assert pad.called == ["estop"]
+
+
+def test_a_press_of_the_stop_button_is_heard_after_a_stall_and_nothing_else(ros, pad):
+    pad.drive()
+    pad.show(1.0, (TELEOP.dead_man_button, TELEOP.stop_button))
+    for _ in range(8):
+        pad._joy.publish(pad.message)
+        pad.show(1.0, (TELEOP.dead_man_button,))
+    time.sleep(1.5 * TELEOP.joy_age)
+    assert ros.wait_until(lambda: pad.called)
+    pad.wait_until_silent()
+    assert pad.called == ["estop"]
+    assert pad.node._inputs.refusals.newest.endswith("where a clock was set, restart joy_node")
+
+
+def test_a_message_of_unknown_age_counts_for_no_button(ros, pad):
+    """After a silence another joystick may have sent it, or this one while the node did not run."""
+    pad.show()
+    pad.sends = False
+    ros.spin(1.1 * SILENCE)
+    watch = pad.node._inputs._watches["joy"]
+    taken = watch.n_taken
+    pad._joy.publish(pad.message)
+    time.sleep(1.5 * TELEOP.joy_age)
+    assert ros.wait_until(lambda: watch.n_taken > taken)
+    assert pad.node._grip.since == math.inf
+    pad.sends = True
+    assert ros.wait_until(lambda: pad.node._grip.was_released)
 
 
 def test_resume_is_called_with_the_dead_man_button_released_alone(ros, pad):

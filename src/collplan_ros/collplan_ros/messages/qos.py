@@ -18,7 +18,7 @@ POSE_SUBSCRIBED = _profile(10, reliable=False)
 POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": POSE_PUBLISHED}
 """Profile of the subscription to a motion-capture receiver, by the value of mocap.reliability."""
 
-# scan, joy: heard best effort, as drivers may send them so; lidar_node's are reliable, and no recording lacks one
+# scan: heard best effort, as drivers may send them so; lidar_node's are reliable, and no recording lacks one
 SENSOR_DATA = _profile(5, reliable=False)
 SENSOR_PUBLISHED = _profile(5)
 
@@ -48,4 +48,4 @@ CONSTANTS_SUBSCRIBED = DIAGNOSTICS_SUBSCRIBED
 EVERY_ONE = _profile(1000)
 EVERY_LATCHED = _profile(1000, latched=True)
 EVERY_UNRELIABLE = _profile(1000, reliable=False)
-"""Also hears publishers that are reliable."""
+"""Also hears publishers that are reliable. teleop_node hears joy so: whatever the stall, a press of stop is in it."""

@@ -4,6 +4,7 @@ Each command comes from a message of the joystick; none is repeated. A release i
 is a joystick that falls silent: its buttons count again once they were seen released for a while.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -19,8 +20,7 @@ from collplan_core.control.stick import Grip, Stick, StickError, check_stick, ve
 from collplan_core.parameters import Frames, Teleop
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import MessageError
-from collplan_ros.messages.qos import NEWEST, SENSOR_DATA
-from collplan_ros.node_kit.backlog import Backlog
+from collplan_ros.messages.qos import EVERY_UNRELIABLE, NEWEST
 from collplan_ros.node_kit.clock import seconds
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
@@ -45,7 +45,7 @@ class TeleopNode(Node):
         # steady even where the node follows /clock: a hand lets go in real time
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._age = SenderAge(teleop.joy_age)
-        self._heard = -np.inf
+        self._heard = -math.inf
         self._grip = self._resume = Grip()
         self._stop_pressed = False
         self._unsent: Command | None = None
@@ -54,8 +54,9 @@ class TeleopNode(Node):
         self._calls = ServiceCalls(self)
         for name in SERVICES:
             self._calls.keep(Trigger, name)
-        self._inputs = Inputs(self, backlog=Backlog(self))
-        self._inputs.listen(Joy, "joy", self._on_joy, SENSOR_DATA)
+        # what queued up while the node did not run is told by its age: a press of the stop button in it counts
+        self._inputs = Inputs(self)
+        self._inputs.listen(Joy, "joy", self._on_joy, EVERY_UNRELIABLE)
         self.create_timer(1.0 / teleop.rate, self._on_timer, clock=self._steady)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
@@ -71,15 +72,20 @@ class TeleopNode(Node):
         try:
             # whoever wants to stop is heard however late
             self._on_stop(stick.pressed(teleop.stop_button))
-            if np.isfinite(age) and age > teleop.joy_age:
-                raise StickError(f"{age:.2f} s old, limit {teleop.joy_age:.2f} s")
+            if math.isinf(age):
+                # another sender's first message, or one that queued up while this node did not run
+                self._let_go()
+                return
+            if age > teleop.joy_age:
+                remedy = "where a clock was set, restart joy_node"
+                raise StickError(f"{age:.2f} s old, limit {teleop.joy_age:.2f} s; {remedy}")
             velocity, yaw_rate = velocity_of(stick, teleop, self._settings.robot)
             pressed, resume = stick.pressed(teleop.dead_man_button), stick.pressed(teleop.resume_button)
         except StickError as error:
             self._let_go()
             raise MessageError(str(error)) from None
         # when it was sent: what a message takes is no time to drive on
-        self._heard = now - (age if np.isfinite(age) else 0.0)
+        self._heard = now - age
         self._on_resume(resume, pressed, now)
         before, self._grip = self._grip, self._grip.after(pressed, now)
         if before.holds and not self._grip.holds:
