@@ -4,6 +4,7 @@ import math
 import time
 
 import pytest
+import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
@@ -112,6 +113,21 @@ def test_the_stop_button_calls_estop_once_and_lets_go(ros, pad):
     pad.show(1.0, (TELEOP.dead_man_button,))
     pad.wait_until_silent()
     assert pad.called == ["estop"]
+
+
+def test_two_joysticks_drive_nothing_and_are_named_and_one_stops(ros, pad):
+    pad.drive()
+    other = ros.add(rclpy.create_node("other_joy", context=ros.context))
+    other.create_publisher(Joy, "joy", 10)
+    pad.wait_until_silent()
+    expected = "2 nodes publish /joy: /other_joy, /probe; end all but one"
+    assert pad.node._inputs.refusals.newest == expected
+    pad.show(0.0, (TELEOP.stop_button,))
+    assert ros.wait_until(lambda: pad.called == ["estop"])
+    ros.remove(other)
+    pad.show()
+    assert ros.wait_until(lambda: pad.node._grip.was_released)
+    pad.drive()
 
 
 def test_a_press_of_the_stop_button_is_heard_after_a_stall_and_nothing_else(ros, pad):

@@ -1,7 +1,8 @@
 """A person's joystick: commands on hand/cmd_vel while the dead-man button is pressed, and buttons that stop and resume.
 
 Each command comes from a message of the joystick; none is repeated. A release is a zero at once, and then silence. So
-is a joystick that falls silent: its buttons count again once they were seen released for a while.
+is a joystick that falls silent: its buttons count again once they were seen released for a while. Of two joysticks none
+is followed: which of them is holding on?
 """
 
 import math
@@ -28,6 +29,7 @@ from collplan_ros.node_kit.node_parameters import declare, read_settings
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.node_kit.service_calls import ServiceCalls
 from collplan_ros.node_kit.shared_constants import SharedConstants
+from collplan_ros.nodes.commanders import Commanders
 
 GROUPS = (Teleop, Frames, "robot.max_speed", "robot.max_yaw_rate", "controller.stamped_cmd_vel")
 SERVICES = ("estop", "resume")
@@ -45,6 +47,7 @@ class TeleopNode(Node):
         # steady even where the node follows /clock: a hand lets go in real time
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._age = SenderAge(teleop.joy_age)
+        self._senders = Commanders(self, "joy")
         self._heard = -math.inf
         self._grip = self._resume = Grip()
         self._stop_pressed = False
@@ -69,9 +72,12 @@ class TeleopNode(Node):
         teleop, now = self._settings.teleop, seconds(self._steady)
         stick = Stick(tuple(map(float, message.axes)), tuple(map(bool, message.buttons)))
         age = self._age.measured(self._inputs.sent, now)
+        self._senders.took(self._inputs.number, now)
         try:
-            # whoever wants to stop is heard however late
+            # whoever wants to stop is heard however late, and whoever else sends
             self._on_stop(stick.pressed(teleop.stop_button))
+            if self._senders.why_refused:
+                raise StickError(self._senders.why_refused)
             if math.isinf(age):
                 # another sender's first message, or one that queued up while this node did not run
                 self._let_go()
@@ -86,10 +92,10 @@ class TeleopNode(Node):
             raise MessageError(str(error)) from None
         # when it was sent: what a message takes is no time to drive on
         self._heard = now - age
-        self._on_resume(resume, pressed, now)
         before, self._grip = self._grip, self._grip.after(pressed, now)
         if before.holds and not self._grip.holds:
             self._send(stopped("released"))
+        self._on_resume(resume, pressed, now)
         if not self._grip.holds:
             return
         self._unsent = Command(velocity, yaw_rate, HAND, np.full(2, np.nan))
@@ -129,7 +135,9 @@ class TeleopNode(Node):
 
     def _on_timer(self) -> None:
         self._calls.step()
-        silence = seconds(self._steady) - self._heard
+        now = seconds(self._steady)
+        self._senders.look(now)
+        silence = now - self._heard
         if silence > self._settings.teleop.joy_age:
             if self._grip.holds:
                 self.get_logger().warning(f"joy silent for {silence:.2f} s: counts as released until it was released")
