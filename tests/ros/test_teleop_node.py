@@ -10,6 +10,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Joy
 from std_srvs.srv import Trigger
+from terminal import WARN, Terminal
 
 from collplan_core.control.sender_age import SILENCE
 from collplan_core.parameters import Settings
@@ -103,6 +104,7 @@ def test_a_message_that_is_no_joystick_stops(ros, pad, broken):
         setattr(pad.message, name, value)
     pad.wait_until_silent()
     assert pad.node._inputs.refusals["joy"] >= 1
+    assert ros.wait_until(lambda: pad.node._health().message.startswith(f"joy refused: {next(iter(broken))}"))
 
 
 def test_the_stop_button_calls_estop_once_and_lets_go(ros, pad):
@@ -205,6 +207,22 @@ def test_a_button_that_is_pressed_when_a_joystick_is_opened_counts_once_it_was_r
     assert ros.wait_until(lambda: pad.commands or pad.called)
 
 
+def test_a_press_that_does_not_count_is_told_once_also_of_a_joystick_that_does_not_repeat(ros):
+    terminal = Terminal(ros)
+    pad = Pad(ros)
+    pad.sends = False
+    for _ in range(2):
+        assert ros.wait_until(lambda: not pad.node._grip.was_released)
+        for pressed in ((TELEOP.dead_man_button,), ()):
+            pad.show(1.0, pressed)
+            pad._joy.publish(pad.message)
+            ros.spin(1.5 * TELEOP.joy_age)
+    line = "the dead-man button is pressed, and counts once it was released for 0.3 s, in messages at most 0.2 s apart"
+    terminal.says(pad.node, WARN, line)
+    assert [text for _, text in terminal.lines(pad.node)].count(line) == 1
+    assert pad.commands == []
+
+
 def test_its_health_says_what_it_waits_for(ros, pad):
     def said() -> str:
         pad.node._diagnostics.publish()
@@ -215,6 +233,13 @@ def test_its_health_says_what_it_waits_for(ros, pad):
     assert ros.wait_until(lambda: said() == "drives")
     pad.sends = False
     assert ros.wait_until(lambda: said() == "the joystick is silent")
+    pad.sends = True
+    assert ros.wait_until(lambda: said() == "waits until the dead-man button is released")
+    pad.show()
+    assert ros.wait_until(lambda: said() == "dead-man button released")
+    commands = next(each for each in ros.probe.subscriptions if each.topic_name == "/hand/cmd_vel")
+    ros.probe.destroy_subscription(commands)
+    assert ros.wait_until(lambda: said() == "nobody listens to hand/cmd_vel: controller_node is to run")
 
 
 def test_it_stops_the_robot_when_it_ends(ros, pad):

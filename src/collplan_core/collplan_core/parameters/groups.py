@@ -413,7 +413,7 @@ class Teleop(Parameters):
     speed_share: float = parameter(0.25, "Share of robot.max_speed at full stick", low=0.01, high=1.0)
     turn_share: float = parameter(0.25, "Share of robot.max_yaw_rate at full stick", low=0.0, high=1.0)
     deadzone: float = parameter(0.1, "Share of the stick's way around its centre that counts as none", low=0.0, high=0.9)
-    joy_age: float = parameter(0.2, "Silence of the joystick after which the dead-man button counts as released; also the oldest message taken", unit="s", low=0.02, high=0.5)
+    joy_age: float = parameter(0.2, "Silence of the joystick after which the dead-man button counts as released; also the oldest message taken. joy_node has to repeat more often than once in it", unit="s", low=0.02, high=0.5)
     rate: float = parameter(50.0, "Most commands per second; the first one and a release come at once", unit="Hz", low=10.0, high=200.0)
 
 

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 
 from collplan_core.command import HAND, Command, stopped
 from collplan_core.control.sender_age import SenderAge
-from collplan_core.control.stick import Grip, Stick, StickError, check_stick, velocity_of
+from collplan_core.control.stick import RELEASED_FOR, Grip, Stick, StickError, check_stick, velocity_of
 from collplan_core.parameters import Frames, Teleop
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import MessageError
@@ -48,9 +48,10 @@ class TeleopNode(Node):
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._age = SenderAge(teleop.joy_age)
         self._senders = Commanders(self, "joy")
-        self._heard = -math.inf
+        self._came = self._heard = -math.inf
         self._grip = self._resume = Grip()
         self._stop_pressed = False
+        self._told: set[str] = set()
         self._unsent: Command | None = None
         self._sent = 0
         self._hand = self.create_publisher(command_type(self._settings), "hand/cmd_vel", NEWEST)
@@ -72,6 +73,7 @@ class TeleopNode(Node):
         teleop, now = self._settings.teleop, seconds(self._steady)
         stick = Stick(tuple(map(float, message.axes)), tuple(map(bool, message.buttons)))
         age = self._age.measured(self._inputs.sent, now)
+        self._came = now
         self._senders.took(self._inputs.number, now)
         try:
             # whoever wants to stop is heard however late, and whoever else sends
@@ -96,6 +98,8 @@ class TeleopNode(Node):
         if before.holds and not self._grip.holds:
             self._send(stopped("released"))
         self._on_resume(resume, pressed, now)
+        self._tell("dead-man", pressed, self._grip)
+        self._tell("resume", resume, self._resume)
         if not self._grip.holds:
             return
         self._unsent = Command(velocity, yaw_rate, HAND, np.full(2, np.nan))
@@ -119,6 +123,15 @@ class TeleopNode(Node):
             self.get_logger().warning("resume: release the dead-man button first")
         else:
             self._call("resume")
+
+    def _tell(self, name: str, pressed: bool, grip: Grip) -> None:
+        """Says once that a button is pressed and does not count."""
+        if grip.was_released:
+            self._told.discard(name)
+        elif pressed and name not in self._told:
+            self._told.add(name)
+            needed = f"{RELEASED_FOR:g} s, in messages at most {self._settings.teleop.joy_age:g} s apart"
+            self.get_logger().warning(f"the {name} button is pressed, and counts once it was released for {needed}")
 
     def _call(self, service: str) -> None:
         self._calls.now(service, Trigger.Request(), self._answered(service))
@@ -163,8 +176,12 @@ class TeleopNode(Node):
 
     def _health(self) -> Health:
         values: dict[str, object] = {"commands": self._sent, "holds": self._grip.holds, **self._inputs.refusals.values}
-        if seconds(self._steady) - self._heard > self._settings.teleop.joy_age:
-            return Health(WARN, "the joystick is silent", values)
+        now, joy_age = seconds(self._steady), self._settings.teleop.joy_age
+        if now - self._heard > joy_age:
+            refused = self._inputs.refusals.newest if now - self._came <= joy_age else ""
+            return Health(WARN, f"joy refused: {refused}" if refused else "the joystick is silent", values)
+        if not self._hand.get_subscription_count():
+            return Health(WARN, "nobody listens to hand/cmd_vel: controller_node is to run", values)
         if not self._grip.was_released:
             return Health(WARN, "waits until the dead-man button is released", values)
         return Health(OK, "drives" if self._grip.holds else "dead-man button released", values)
