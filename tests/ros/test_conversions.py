@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,14 +14,18 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import LaserScan
 
 from collplan_core.command import Command
-from collplan_core.parameters import ScanInput
+from collplan_core.local_map import build_local_map
+from collplan_core.parameters import ScanInput, Settings
+from collplan_core.parameters.file import read_parameters
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c
 from collplan_ros.messages.reading import scan_from_message
 
+CONFIG = Path(__file__).parents[2] / "src/collplan_ros/collplan_ros/config"
 FEW = settings(derandomize=True, deadline=None, max_examples=40)
 numbers = st.floats(-1e3, 1e3)
 points = st.tuples(numbers, numbers).map(np.array)
@@ -290,6 +295,52 @@ def test_what_a_range_of_zero_means(zero, meant):
     message = driver_message(ranges=[0.0, 0.1] + [2.0] * 398)
     ranges = scan_from_message(message, "base_link", ScanInput(zero=zero)).ranges
     np.testing.assert_array_equal(ranges[:3], [meant, -math.inf, 2.0])
+
+
+RPLIDAR = Settings().with_values(
+    read_parameters(CONFIG / "lidar_sllidar.yaml") | {"scan.frame": "", "scan.backwards": False}
+)
+"""Its shipped set; without what it says of frame and order, the message here being another."""
+
+
+def rplidar(ranges):
+    """As sllidar_ros2 sends it: +Inf for what the device gives as 0, as all that is nearer than range_min."""
+    ranges = np.array(ranges)
+    return driver_message(ranges=np.where((ranges < 0.15) | (ranges > 8.0), np.inf, ranges).tolist())
+
+
+def test_infinite_ranges_are_free_or_lost():
+    message = driver_message(ranges=[math.inf, 9.0, 0.1, math.nan] + [2.0] * 396)
+    for infinite, meant in (("free", math.inf), ("lost", math.nan)):
+        ranges = scan_from_message(message, "base_link", ScanInput(infinite=infinite)).ranges
+        np.testing.assert_array_equal(ranges[:5], [meant, math.inf, -math.inf, math.nan, 2.0])
+
+
+@given(distance=st.floats(0.091, 0.149), place=st.integers(0, 399))
+@FEW
+def test_what_the_shipped_set_of_a_lidar_does_not_measure_close_by_is_not_free(distance, place):
+    """A wall that the robot all but touches: the beams that would show it measure nothing."""
+    angles = -math.pi + 2 * math.pi / 400 * np.arange(400)
+    ahead = np.cos(angles - angles[place])
+    ranges = np.minimum(np.where(ahead > 0.0, distance / np.maximum(ahead, 1e-9), 2.0), 2.0)
+    scan = scan_from_message(rplidar(ranges), "base_link", RPLIDAR.scan)
+    state = State(7.0, np.zeros(2), np.zeros(2), 0.0)
+    free = build_local_map(scan, state, RPLIDAR.robot, RPLIDAR.local_map).border_points
+    towards = free @ [math.cos(angles[place]), math.sin(angles[place])]
+    facing = towards > 0.5 * np.linalg.norm(free, axis=1)
+    assert towards[facing].max(initial=0.0) < 0.5 * distance
+
+
+def test_a_corner_that_the_robot_touches_loses_no_more_than_the_shipped_set_allows():
+    angles = -math.pi + 2 * math.pi / 400 * np.arange(400)
+    ranges = 0.09 / np.maximum(np.maximum(np.cos(angles), np.sin(angles)), 0.045)
+    scan = scan_from_message(rplidar(ranges), "base_link", RPLIDAR.scan)
+    reasons = [
+        judge_scan(ScanMemory(), scan, np.zeros((400, 3)), np.zeros(2), each.limits)[0]
+        for each in (RPLIDAR, Settings())
+    ]
+    assert reasons[0] == ""
+    assert "of the beams are lost" in reasons[1]
 
 
 def test_weak_ranges_are_lost_and_beams_that_met_nothing_are_not():

@@ -80,6 +80,8 @@ def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> S
 def _ranges(message: Any, taken: ScanInput) -> np.ndarray:
     """(n,) the ranges of a LaserScan [m], NaN where they are not to be believed."""
     ranges = np.array(message.ranges, dtype=np.float64)
+    if taken.infinite == "lost":
+        ranges[ranges == np.inf] = np.nan
     if taken.zero != "near":
         ranges[ranges == 0.0] = np.inf if taken.zero == "free" else np.nan
     if taken.min_intensity > 0.0:
