@@ -45,7 +45,8 @@ from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.main import main
 from collplan_ros.bringup.open_loop import OpenLoop
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.messages.conversions import scan_to_message
+from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
+from collplan_ros.runs.run_log import PoseRow
 
 OFFSET = {"x": 0.04, "y": -0.025, "yaw": 0.3}
 STALL = 0.03
@@ -155,6 +156,42 @@ def test_it_asks_before_it_moves(monkeypatch, answer, goes):
         with nullcontext() if goes else pytest.raises(check.Declined):
             check._Check(waiting, preparation, Progress(), yes=False)._ask("move")
     assert len(steps) == 3
+
+
+class Runaway:
+    """A graph with a robot that goes at 1 m/s along x for as long as it is commanded to move."""
+
+    def __init__(self):
+        self.node = SimpleNamespace(
+            create_publisher=lambda *_: self, create_subscription=lambda kind, topic, take, profile: self._takes(take)
+        )
+        self.pose, self.commanded = PoseRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), []
+
+    def _takes(self, take):
+        self._take = take
+
+    def publish(self, command):
+        self.commanded.append(command.linear.x)
+
+    def step(self):
+        moves = bool(self.commanded and self.commanded[-1])
+        self.pose = self.pose._replace(stamp=self.pose.stamp + 0.01, x=self.pose.x + 0.01 * moves)
+        self._take(state_to_odometry(self.pose.state, "map", "base_link"))
+
+
+@pytest.mark.parametrize("limit", [0.1, 0.4, 2.0])
+def test_a_motion_ends_where_it_leads_too_far(limit):
+    """Zero follows, as after any motion, and a robot that is far by then may still be commanded zero."""
+    graph = Runaway()
+    loop = OpenLoop(graph, Settings())
+    loop.rest()
+    poses = loop.drive((0.1, 0.0), 0.0, 1.0, lambda pose: pose.position[0] <= limit)
+    assert graph.pose.x == pytest.approx(min(limit, 1.0), abs=0.021)
+    assert max(pose.position[0] for pose in poses) == pytest.approx(graph.pose.x, abs=1e-6)
+    n_moving = np.count_nonzero(graph.commanded)
+    assert not any(graph.commanded[n_moving:])
+    assert len(graph.commanded[n_moving:]) > 5
+    assert graph.pose.stamp > poses[-1].stamp + open_loop.HALTING_TIME - 0.02
 
 
 # ---- what the check makes of its figures

@@ -6,6 +6,7 @@ less. The robot stays near where it began, as well as is known by then which way
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -24,7 +25,7 @@ CAREFUL_ROUNDS = 4
 NEAR = 0.04
 """Distance from the beginning from which the robot is not brought back [m]."""
 MOST_DISTANCE = 0.4
-"""Distance from the beginning at which the motions end [m]."""
+"""Distance from the beginning at which the motions end, also in the middle of one [m]; what it coasts comes on top."""
 STROKES = 4
 """Strokes of a round."""
 GOLDEN_ANGLE = 2.4
@@ -43,10 +44,12 @@ NO_LEVER = np.zeros(2)
 class MeasuredRobot(Protocol):
     """A robot that can be driven open loop while the body on it is measured."""
 
-    def drive(self, velocity: tuple[float, float], yaw_rate: float, duration: float) -> list[PoseSample]:
+    def drive(
+        self, velocity: tuple[float, float], yaw_rate: float, duration: float, is_near: Callable[[PoseSample], bool]
+    ) -> list[PoseSample]:
         """The body's poses while a velocity [m/s, robot frame] and a yaw rate [rad/s] are commanded for `duration` [s].
 
-        The robot is at rest afterwards.
+        The command ends before that at the first pose that is not near. The robot is at rest afterwards.
         """
 
     def rest(self) -> list[PoseSample]:
@@ -152,7 +155,7 @@ def drive_each_way(robot: MeasuredRobot, pace: Pace, lag: float) -> Motions:
     for way in ((1.0, 0.0), (0.0, 1.0)):
         for sign in (1.0, -1.0):
             velocity = sign * pace.speed * np.array(way)
-            motions = _with_stroke(robot, motions, velocity, 2.0 * pace.reach / pace.speed)
+            motions = _with_stroke(robot, motions, velocity, 2.0 * pace.reach / pace.speed, NO_LEVER)
         known = estimate(motions, lag)
         if LEAST_SCALE < known.axes.scale < MOST_SCALE:
             motions = _to(robot, motions, known, pace, 0.0, NEAR)
@@ -171,7 +174,7 @@ def one_more_round(robot: MeasuredRobot, motions: Motions, pace: Pace, lag: floa
         halfway = -0.5 * pace.turn_time * _drift(motions, known.axes)
         motions = _to(robot, motions, known, pace, halfway, NEAR)
         # left, left, right, right
-        motions = _with_turn(robot, motions, pace, 1.0 if rounds // 2 % 2 == 0 else -1.0)
+        motions = _with_turn(robot, motions, pace, 1.0 if rounds // 2 % 2 == 0 else -1.0, known.lever)
         known = estimate(motions, lag)
     if not known.heading_is_certain or rounds < CAREFUL_ROUNDS:
         for _ in range(STROKES):
@@ -198,18 +201,44 @@ def _missing(driven: float, ratio: float) -> float:
     return driven * max(ratio**2 - 1.0, 0.0)
 
 
-def _with_turn(robot: MeasuredRobot, motions: Motions, pace: Pace, sign: float) -> Motions:
-    before = _last(motions)
-    poses = robot.drive((0.0, 0.0), sign * pace.yaw_rate, pace.turn_time)
-    turn = Turn(sign * pace.yaw_rate, _driven(poses, pace.turn_time), before, tuple(poses), mean_pose(robot.rest()))
+def _with_turn(robot: MeasuredRobot, motions: Motions, pace: Pace, sign: float, lever: np.ndarray) -> Motions:
+    before, rate = _last(motions), sign * pace.yaw_rate
+    poses, after = _moved(robot, motions.start, lever, (0.0, 0.0), rate, pace.turn_time)
+    turn = Turn(rate, _driven(poses, pace.turn_time), before, tuple(poses), after)
     return replace(motions, turns=(*motions.turns, turn))
 
 
-def _with_stroke(robot: MeasuredRobot, motions: Motions, velocity: np.ndarray, duration: float) -> Motions:
-    before = _last(motions)
-    poses = robot.drive((float(velocity[0]), float(velocity[1])), 0.0, duration)
-    stroke = Stroke(velocity, _driven(poses, duration), before, mean_pose(robot.rest()))
-    return replace(motions, strokes=(*motions.strokes, stroke))
+def _with_stroke(
+    robot: MeasuredRobot, motions: Motions, velocity: np.ndarray, duration: float, lever: np.ndarray
+) -> Motions:
+    before, (vx, vy) = _last(motions), velocity.tolist()
+    poses, after = _moved(robot, motions.start, lever, (vx, vy), 0.0, duration)
+    return replace(motions, strokes=(*motions.strokes, Stroke(velocity, _driven(poses, duration), before, after)))
+
+
+def _moved(
+    robot: MeasuredRobot,
+    start: PoseSample,
+    lever: np.ndarray,
+    velocity: tuple[float, float],
+    yaw_rate: float,
+    duration: float,
+) -> tuple[list[PoseSample], PoseSample]:
+    """The body's poses during a motion, and the one at rest after it.
+
+    Raises:
+        Strayed: the robot came too far from where it began; while its lever is unknown, the body on it did.
+    """
+
+    def away(pose: PoseSample) -> float:
+        return abs(centre(pose, lever) - centre(start, lever))
+
+    poses = robot.drive(velocity, yaw_rate, duration, lambda pose: away(pose) <= MOST_DISTANCE)
+    after = mean_pose(robot.rest())
+    farthest = max(away(pose) for pose in (*poses, after))
+    if farthest > MOST_DISTANCE:
+        raise Strayed(f"it is {farthest:.2f} m from where it began, at most {MOST_DISTANCE:g} m were expected")
+    return poses, after
 
 
 def _to(robot: MeasuredRobot, motions: Motions, known: Estimate, pace: Pace, target: complex, near: float) -> Motions:
@@ -219,8 +248,6 @@ def _to(robot: MeasuredRobot, motions: Motions, known: Estimate, pace: Pace, tar
         Strayed: it is too far from where it began.
     """
     axes, start, here = known.axes, centre(motions.start, known.lever), centre(_last(motions), known.lever)
-    if abs(here - start) > MOST_DISTANCE:
-        raise Strayed(f"it is {abs(here - start):.2f} m from where it began, at most {MOST_DISTANCE:g} m were expected")
     way = start + target - here
     if abs(way) <= near:
         return motions
@@ -231,7 +258,7 @@ def _to(robot: MeasuredRobot, motions: Motions, known: Estimate, pace: Pace, tar
     commanded = velocity / scale * complex(np.exp(-1j * (axes.turn + _last(motions).yaw)))
     if axes.mirrored:
         commanded = commanded.conjugate()
-    return _with_stroke(robot, motions, np.array([commanded.real, commanded.imag]), duration)
+    return _with_stroke(robot, motions, np.array([commanded.real, commanded.imag]), duration, known.lever)
 
 
 def _drift(motions: Motions, axes: AxesFit) -> complex:

@@ -210,7 +210,8 @@ class _Check:
             if not known.is_certain and not _is_wrong(self._found(known)):
                 motions = self._go_on(motions)
         except Strayed as error:
-            self._passes([Finding(WRONG, f"{error}: slipping wheels, a tilted floor, or wrong poses")])
+            why = "wheels that slip or are set wrongly, a tilted floor, or wrong poses"
+            self._passes([Finding(WRONG, f"{error}: {why}")])
             return None
         known = estimate(motions, lag)
         if not self._passes(self._found(known)):

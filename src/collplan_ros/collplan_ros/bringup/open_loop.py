@@ -1,6 +1,7 @@
 """Open-loop driving of a robot, without planner and controller, and recording of its measured poses."""
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 from nav_msgs.msg import Odometry
@@ -69,8 +70,12 @@ class OpenLoop:
             raise GraphError(f"the robot must not move: {answer.result().message}")
         self._command(stopped("check"), GREETING_TIME)
 
-    def drive(self, velocity: tuple[float, float], yaw_rate: float, duration: float) -> list[PoseSample]:
+    def drive(
+        self, velocity: tuple[float, float], yaw_rate: float, duration: float, is_near: Callable[[PoseSample], bool]
+    ) -> list[PoseSample]:
         """Commands a velocity [m/s, robot frame] and a yaw rate [rad/s] for `duration` [s], then zero until at rest.
+
+        It commands zero from the first pose on that is not near.
 
         Returns:
             The poses received while the velocity was commanded.
@@ -79,7 +84,8 @@ class OpenLoop:
             GraphError: poses have ceased.
         """
         begun = len(self.poses)
-        self._command(Command(np.array(velocity), yaw_rate, FREE_SPACE, np.full(2, np.nan)), duration)
+        command = Command(np.array(velocity), yaw_rate, FREE_SPACE, np.full(2, np.nan))
+        self._command(command, duration, lambda: is_near(self.poses[-1]))
         driven = len(self.poses)
         self._command(stopped("check"), HALTING_TIME)
         return self.poses[begun:driven]
@@ -91,10 +97,10 @@ class OpenLoop:
             self._graph.step()
         return self.poses[count:]
 
-    def _command(self, command: Command, duration: float) -> None:
+    def _command(self, command: Command, duration: float, goes_on: Callable[[], bool] = lambda: True) -> None:
         begun, sent = self._graph.pose.stamp, -np.inf
         try:
-            while (now := self._graph.pose.stamp) - begun < duration:
+            while (now := self._graph.pose.stamp) - begun < duration and goes_on():
                 if now - sent >= 1.0 / self._settings.controller.rate - 1e-6:
                     self._publish(command, now)
                     sent = now
