@@ -297,6 +297,30 @@ def test_what_a_range_of_zero_means(zero, meant):
     np.testing.assert_array_equal(ranges[:3], [meant, -math.inf, 2.0])
 
 
+HOKUYO = read_parameters(CONFIG / "lidar_urg_node2.yaml")
+READINGS = st.one_of(st.sampled_from([0.0, 0.001, 0.005, 0.018, 0.019, 0.02, math.nan, math.inf]), st.floats(0.02, 8.0))
+
+
+@given(st.lists(READINGS, max_size=40), st.sampled_from(["near", "lost", "free"]))
+@FEW
+def test_codes_that_come_as_distances_mean_what_zero_means(readings, zero):
+    """Nothing else changes, a range that the device can measure least of all."""
+    message = driver_message(ranges=[*readings, *[2.0] * (400 - len(readings))], range_min=0.02)
+    taken = ScanInput(zero=zero, codes_below=HOKUYO["scan.codes_below"])
+    told = np.array(message.ranges)
+    is_code = told < 0.0195
+    meant = {"near": -math.inf, "lost": math.nan, "free": math.inf}[zero]
+    plain = scan_from_message(message, "base_link").ranges
+    np.testing.assert_array_equal(
+        scan_from_message(message, "base_link", taken).ranges, np.where(is_code, meant, plain)
+    )
+
+
+def test_negative_ranges_are_no_codes():
+    with pytest.raises(ScanError, match="expected no negative range"):
+        scan_from_message(driver_message(ranges=[-0.01] + [2.0] * 399), "base_link", ScanInput(zero="lost"))
+
+
 RPLIDAR = Settings().with_values(
     read_parameters(CONFIG / "lidar_sllidar.yaml") | {"scan.frame": "", "scan.backwards": False}
 )

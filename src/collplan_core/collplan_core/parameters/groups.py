@@ -250,6 +250,7 @@ class ScanInput(Parameters):
     stamp_offset: float = parameter(0.0, "When the sweep began, after header.stamp; below 0 where the driver stamps it later", unit="s", low=-0.5, high=0.5)
     backwards: bool = parameter(False, "The first beam of a message was measured last, as where a driver turns the order of a LIDAR that sweeps clockwise")
     zero: str = parameter("near", "What a range of 0 means: nearer than range_min as REP-117 has it, lost, or nothing within range_max", choices=("near", "lost", "free"))
+    codes_below: float = parameter(0.0, "Ranges up to this are no distances but codes of the device, and mean what a range of 0 does", unit="m", low=0.0, high=0.1)
     infinite: str = parameter("free", "What a range of +Inf means: nothing within range_max as REP-117 has it, or lost, of a device that gives it for whatever it did not measure", choices=("free", "lost"))
     min_intensity: float = parameter(0.0, "Ranges measured with less intensity count as lost; of messages with intensities", low=0.0, high=1e6)
     masked_angles: tuple[float, ...] = parameter((), "From, to, from, to, ... in the angles of the messages, counter-clockwise in them: beams between count as lost, as those that see the robot itself", unit="rad", low=-2 * pi, high=2 * pi)

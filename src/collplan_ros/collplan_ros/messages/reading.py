@@ -14,6 +14,8 @@ from collplan_core.scan import Scan, ScanError
 
 NANOSECONDS = 1_000_000_000
 SHIPPED = ScanInput()
+ZERO = {"near": 0.0, "lost": math.nan, "free": math.inf}
+"""What is made of a range of 0: one that is near stays, being below range_min."""
 
 
 class MessageError(ValueError):
@@ -82,8 +84,7 @@ def _ranges(message: Any, taken: ScanInput) -> np.ndarray:
     ranges = np.array(message.ranges, dtype=np.float64)
     if taken.infinite == "lost":
         ranges[ranges == np.inf] = np.nan
-    if taken.zero != "near":
-        ranges[ranges == 0.0] = np.inf if taken.zero == "free" else np.nan
+    ranges[(ranges >= 0.0) & (ranges <= taken.codes_below)] = ZERO[taken.zero]
     if taken.min_intensity > 0.0:
         intensities = np.array(message.intensities, dtype=np.float64)
         if len(intensities) != len(ranges):
