@@ -307,11 +307,76 @@ def test_the_place_of_the_lidar_is_found_from_messages_of_any_frame():
 def test_scans_that_do_not_come_or_cannot_be_read_are_said():
     world = parse_text(FLOOR, "floor", "floor")
     scans, take = lidar_scans(world)
-    assert scans.find([], BodyOffset(0.0, 0.0, 0.0)) == (Finding(WRONG, "no scan came (best effort)"), {})
+    assert scans.coming([], []) == Finding(WRONG, "no scan came (best effort)")
     take(LaserScan(header=Header(frame_id="laser"), angle_increment=0.1))
-    finding, found = scans.find([], BodyOffset(0.0, 0.0, 0.0))
-    assert (finding.verdict, found) == (WRONG, {})
+    finding = scans.coming([], [])
+    assert finding.verdict == WRONG
     assert "refused: ranges: got shape (0,)" in finding.text
+
+
+@pytest.mark.parametrize(
+    ("late", "text"),
+    [
+        (0.0, "come 0 ms after"),
+        (0.2, "come 200 ms after"),
+        (3.2, "come 3.20 s after their stamps, by the poses' clock, limit 0.25 s: the clocks"),
+        (-0.1, "come -100 ms after"),
+        (-0.3, "come 0.30 s before their stamps, by the poses' clock, limit 0.15 s: the clocks"),
+    ],
+)
+def test_scans_by_another_clock_are_said(late, text):
+    """By what planner and controller refuse them for: limits.scan_age and limits.pose_age."""
+    world = parse_text(FLOOR, "floor", "floor")
+    scans, take = lidar_scans(world)
+    state = State(10.0, np.array([0.9, 0.9]), np.zeros(2), 0.0)
+    take(scan_to_message(simulate_scan(world, state, Lidar(n_beams=60)), "laser"))
+    never = PoseSample(99.0, np.zeros(2), 0.0)
+    finding = scans.coming([PoseSample(10.0 + late, np.zeros(2), 0.0), never], [0.0, math.inf])
+    assert finding.verdict == (WRONG if late in (3.2, -0.3) else GOOD)
+    assert text in finding.text
+    found, values = scans.find([PoseSample(13.0 + 0.01 * k, np.zeros(2), 0.0) for k in range(50)], NO_OFFSET)
+    assert (found.verdict, values) == (WRONG, {})
+    assert "the newest scan is of 10.00 s, the newest pose of 13.49 s" in found.text
+
+
+NO_OFFSET = BodyOffset(0.0, 0.0, 0.0)
+FOUND = BodyOffset(0.01, 0.0, 0.0)
+
+
+def checked(monkeypatch, coming, found):
+    """What a check finds whose motions say FOUND, and whose LIDAR says this; how often it moved the robot."""
+    moved = []
+    loop = SimpleNamespace(poses=[], received=[], refuse_other_publishers=lambda: None)
+    monkeypatch.setattr(check, "OpenLoop", lambda *_: loop)
+    monkeypatch.setattr(check._Check, "_nodes", lambda self: [])
+    monkeypatch.setattr(check._Check, "_stream", lambda self: [])
+    monkeypatch.setattr(check._Check, "_motions", lambda self: moved.append(1) or FOUND)
+    graph = SimpleNamespace(pids={}, wait_until_poses_come=lambda: None)
+    preparation = SimpleNamespace(settings=Settings(), programs={})
+    lidar = SimpleNamespace(coming=lambda *_: Finding(coming, ""), find=lambda *_: (Finding(found, ""), {}))
+    return check._Check(graph, preparation, Progress(), True, lidar).run(), len(moved)
+
+
+def test_without_scans_the_robot_is_not_moved(monkeypatch):
+    assert checked(monkeypatch, WRONG, GOOD) == (({}, False), 0)
+
+
+@pytest.mark.parametrize("found", [GOOD, DOUBTFUL, WRONG])
+def test_a_lidar_that_is_not_found_costs_no_offset(monkeypatch, found):
+    (values, passed), moved = checked(monkeypatch, GOOD, found)
+    assert (values["mocap.body_offset_x"], moved) == (0.01, 1)
+    assert passed == (found != WRONG)
+
+
+def test_what_is_found_beside_something_wrong_is_written_and_the_exit_code_says_so(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(check, "_prepared", lambda options: SimpleNamespace(settings=Settings(), programs={}))
+    monkeypatch.setattr(check, "Graph", lambda *_: nullcontext(SimpleNamespace()))
+    monkeypatch.setattr(check._Check, "run", lambda self: ({"mocap.body_offset_x": 0.01}, False))
+    assert main(["--check", "--yes", "--out", str(tmp_path / "runs")]) == 1
+    assert read_parameters(tmp_path / "runs" / "latest" / "checked.yaml") == {"mocap.body_offset_x": 0.01}
+    said = capsys.readouterr().out
+    assert "the place of the LIDAR is not" in said
+    assert "drive with" not in said
 
 
 SURE = np.array([0.001, 0.001, 0.001])

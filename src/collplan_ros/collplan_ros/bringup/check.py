@@ -85,7 +85,7 @@ def check(options: Options, progress: Progress) -> int:
             if options.scan == REAL and not options.world:
                 progress.say("without --world the place of the LIDAR is not looked for")
             lidar = LidarScans(graph, preparation) if options.scan == REAL and options.world else None
-            found = _Check(graph, preparation, progress, options.yes, lidar).run()
+            found, passed = _Check(graph, preparation, progress, options.yes, lidar).run()
     except StartError:
         folder.discard()
         raise
@@ -98,12 +98,15 @@ def check(options: Options, progress: Progress) -> int:
     except GraphError as error:
         progress.say(str(error))
         return GRAPH_LOST
-    if found is None:
+    if not found:
         progress.say("no offset written, see docs/first_run.md")
         return FOUND_WRONG
     path = folder.path / "checked.yaml"
     write_values({**_given(options), **found}, path)
     folder.become_latest()
+    if not passed:
+        progress.say(f"the body's offset is in {path}, the place of the LIDAR is not")
+        return FOUND_WRONG
     progress.say(f"drive with --params {path}")
     return 0
 
@@ -158,19 +161,22 @@ class _Check:
         self._yes = yes
         self._statuses: dict[str, DiagnosticStatus] = {}
 
-    def run(self) -> dict[str, object] | None:
-        """The parameters found, by key; None where something is wrong or the body's offset is too uncertain."""
+    def run(self) -> tuple[dict[str, object], bool]:
+        """The parameters found, by key, none where the body's offset is not; and whether nothing is wrong."""
         self._progress.say(f"checking {', '.join(self._graph.pids)}")
         self._graph.wait_until_poses_come()
         self._loop = OpenLoop(self._graph, self._settings)
-        if not self._passes([*self._nodes(), *self._stream()]):
-            return None
+        if not self._passes([*self._nodes(), *self._stream(), *self._scans()]):
+            return {}, False
         self._loop.refuse_other_publishers()
         offset = self._motions()
-        if offset is None or self._lidar is None:
-            return None if offset is None else _offset_values(offset)
+        if offset is None:
+            return {}, False
+        found = _offset_values(offset)
+        if self._lidar is None:
+            return found, True
         finding, mount = self._lidar.find(self._loop.poses, offset)
-        return {**_offset_values(offset), **mount} if self._passes([finding]) else None
+        return {**found, **mount}, self._passes([finding])
 
     def _nodes(self) -> list[Finding]:
         self._graph.node.create_subscription(DiagnosticArray, "/diagnostics", self._take_statuses, EVERY_ONE)
@@ -189,6 +195,9 @@ class _Check:
         received = np.array(self._loop.received[-len(poses) :])
         stamps, positions = np.array([p.stamp for p in poses]), np.array([p.position for p in poses])
         return stream_findings(stream_quality(stamps, received, positions), self._settings)
+
+    def _scans(self) -> list[Finding]:
+        return [] if self._lidar is None else [self._lidar.coming(self._loop.poses, self._loop.received)]
 
     def _motions(self) -> BodyOffset | None:
         slow, lag = careful(self._settings.robot), self._settings.robot.velocity_lag

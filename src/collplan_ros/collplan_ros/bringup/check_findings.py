@@ -12,7 +12,7 @@ from collplan_core.calibration.mocap_offset import ENOUGH_POSITION, ENOUGH_YAW, 
 from collplan_core.calibration.stream_quality import StreamQuality
 from collplan_core.calibration.stroke_fit import AxesFit
 from collplan_core.calibration.turn_fit import TurnFit
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Limits, Settings
 from collplan_ros.node_kit.diagnostics import OK, WARN
 
 GOOD, DOUBTFUL, WRONG = "ok", "doubtful", "WRONG"
@@ -127,6 +127,18 @@ def offset_finding(known: Estimate) -> Finding:
         return Finding(GOOD, text)
     wanted = f"+- {1e3 * ENOUGH_POSITION:g} mm and {degrees(ENOUGH_YAW):.2g} deg"
     return Finding(DOUBTFUL, f"{text}; {wanted} are wanted to drive with it")
+
+
+def scans_finding(late: float, limits: Limits) -> Finding:
+    """Finding on the stamps of the scans, which come so long after these by the poses' clock [s]."""
+    if -limits.pose_age <= late <= limits.scan_age:
+        return Finding(GOOD, f"scans come {1e3 * late:.0f} ms after their stamps, by the poses' clock")
+    side, apart, limit = ("after", late, limits.scan_age) if late > 0.0 else ("before", -late, limits.pose_age)
+    return Finding(
+        WRONG,
+        f"scans come {apart:.2f} s {side} their stamps, by the poses' clock, limit {limit:.2f} s: the clocks of LIDAR "
+        "and motion capture differ (chrony, NTP), or scan.stamp_offset",
+    )
 
 
 def lidar_finding(fit: MountFit | None, n_scans: int) -> Finding:

@@ -1,8 +1,11 @@
 """The scans that come during a check, and the place of the LIDAR that they show."""
 
+import time
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 from sensor_msgs.msg import LaserScan
 
 from collplan_core.calibration.lidar_fit import at_rest, fit_mount
@@ -11,7 +14,7 @@ from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.mocap_body import without_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.scan_filters import used_scan
-from collplan_ros.bringup.check_findings import GOOD, WRONG, Finding, lidar_finding
+from collplan_ros.bringup.check_findings import GOOD, WRONG, Finding, lidar_finding, scans_finding
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.messages.qos import SENSOR_DATA
@@ -28,6 +31,7 @@ class LidarScans:
         self._frame = ""
         self._refused = ""
         self._scans: list[Scan] = []
+        self._received: list[float] = []
         graph.node.create_subscription(LaserScan, "scan", self._take, SENSOR_DATA)
 
     def _take(self, message: LaserScan) -> None:
@@ -38,20 +42,36 @@ class LidarScans:
         except ScanError as error:
             self._refused = str(error)
             return
+        self._received.append(time.monotonic())
         self._frame = str(message.header.frame_id)
 
+    def coming(self, body: Sequence[PoseSample], received: Sequence[float]) -> Finding:
+        """Whether scans come, and by the poses' clock.
+
+        Args:
+            body: poses of the measured body, in order of receipt.
+            received: when each was received, on the local clock [s].
+        """
+        before = [bisect_right(received, at) - 1 for at in self._received]
+        late = [body[k].stamp - scan.stamp for k, scan in zip(before, self._scans, strict=True) if k >= 0]
+        if late:
+            return scans_finding(float(np.median(late)), self._settings.limits)
+        refused = f", refused: {self._refused}" if self._refused else ""
+        return Finding(WRONG, f"no scan came (best effort){refused}")
+
     def find(self, body: Sequence[PoseSample], offset: BodyOffset) -> tuple[Finding, dict[str, object]]:
-        """What the scans say, and the parameters found, none where that is wrong or uncertain.
+        """What the scans say, and the parameters found, none where that is wrong or uncertain; once scans are `coming`.
 
         Args:
             body: poses of the measured body during the check, in order.
             offset: where it is on the robot.
         """
-        if not self._scans:
-            refused = f", refused: {self._refused}" if self._refused else ""
-            return Finding(WRONG, f"no scan came (best effort){refused}"), {}
         robot = [without_offset(pose, offset.x, offset.y, offset.yaw) for pose in body]
         resting = at_rest(self._scans, robot)
+        if not resting:
+            newest = max(scan.stamp for scan in self._scans)
+            stamps = f"the newest scan is of {newest:.2f} s, the newest pose of {body[-1].stamp:.2f} s"
+            return Finding(WRONG, f"no scan of the robot at rest: {stamps}"), {}
         fit = fit_mount(resting, self._world)
         finding = lidar_finding(fit, len(resting))
         if fit is None or finding.verdict != GOOD:
