@@ -14,7 +14,7 @@ from collplan_core.loop.decisions import ERROR, INFO, WARNING
 from collplan_core.loop.planner_loop import ALARM_PERIODS, PlannerLoop
 from collplan_core.plan import NoPlan
 from collplan_core.planners import PLANNERS
-from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, see, statuses
+from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, scan_at, see, statuses
 
 PERIOD = STRAIGHT.map_period
 CHANGE = np.array([-0.5, 0.0])
@@ -151,6 +151,28 @@ def test_stale_inputs_make_no_plan_and_are_named():
     assert notices(loop.cycle(1.2)) == [(WARNING, "no plan: pose 0.19 s old, limit 0.15 s")]
     loop.refuse("pose", "orientation: got (0, 0, 0, 0), expected a quaternion of length 1")
     assert loop.why_stale(1.2).startswith("pose refused: orientation")
+
+
+@pytest.mark.parametrize(
+    ("sweep", "until", "plans"),
+    [(0.0, 1.24, True), (0.0, 1.31, False), (0.15, 1.31, True), (0.14, 1.40, False), (-0.15, 1.31, False)],
+)
+def test_plans_from_the_newest_pose_go_on_until_the_next_scan_of_a_slow_lidar(sweep, until, plans):
+    """A turn of 0.15 s, stamped with its first beam, is 0.31 s old when the next one comes 0.01 s after its end."""
+    loop = PlannerLoop(SETTINGS, lambda settings: never)
+    loop.take_pose(at(0.8), 0.8)
+    loop.take_goal(IDENTITY, AHEAD, 0.8)
+    for k in range(1, round(100 * (until - 0.8)) + 1):
+        stamp = 0.8 + 0.01 * k
+        loop.take_pose(at(stamp), stamp)
+        if k == 36:
+            scan = scan_at(at(1.0))
+            loop.take_scan(replace(scan, time_increment=sweep / (len(scan.ranges) - 1)), stamp)
+    decisions = loop.cycle(until)
+    assert bool(cycles(decisions)) == plans
+    limit = 0.25 + max(sweep, 0.0)
+    reason = f"the newest pose is {until - 1.0:.2f} s after the newest scan, limit {limit:.2f} s"
+    assert loop.trouble == ("" if plans else reason)
 
 
 def test_a_reason_from_elsewhere_makes_no_plan():

@@ -261,7 +261,10 @@ class PlannerLoop:
             self._report_no_plan("no_plan", str(error), local)
             return
         initial, newest = self._initial_state(), self._sensors.scan_stamp or 0.0
-        if initial is not None and initial.stamp > self._planned_until:
+        old = self._why_too_old(initial)
+        if old:
+            self._report_no_plan("stale", old, local)
+        elif initial is not None and initial.stamp > self._planned_until:
             self._plan(initial, now + plan_lifetime(map_period_of(settings)), local, deadline)
         elif initial is None or newest > self._planned_until:
             self._report_no_plan("no_pose", f"no pose for the scan's stamp {newest:.3f}", local)
@@ -277,11 +280,19 @@ class PlannerLoop:
 
     def _initial_state(self) -> State | None:
         """Where a plan starts: at the newest pose or at that of the newest scan, as the planner has it."""
-        placed, state, settings = self._placed, self._sensors.state, self._settings
-        if placed is None or state is None or not self._planner.starts_at_newest_pose:
-            return None if placed is None else placed.state
-        # scans may still come in, but none with a known pose
-        return state if state.stamp - placed.scan.stamp <= settings.limits.scan_age else None
+        if self._placed is None:
+            return None
+        return self._sensors.state if self._planner.starts_at_newest_pose else self._placed.state
+
+    def _why_too_old(self, initial: State | None) -> str:
+        """Why no plan starts so long after the newest scan whose poses are known; scans without them may still come."""
+        if self._placed is None or initial is None:
+            return ""
+        # the age counts from the first beam, and the next scan comes after its last one
+        scan, limit = self._placed.scan, self._settings.limits.scan_age
+        limit += max(0.0, scan.time_increment * (len(scan.ranges) - 1))
+        age = initial.stamp - scan.stamp
+        return f"the newest pose is {age:.2f} s after the newest scan, limit {limit:.2f} s" if age > limit else ""
 
     def _plan(self, initial: State, valid_until: float, local: float, deadline: Deadline) -> None:
         settings, placed, goal = self._settings, self._placed, self.goal.position
