@@ -186,3 +186,15 @@ def test_neither_the_first_beam_nor_the_sense_of_turning_matters(world, noise, s
     np.testing.assert_allclose(turned.ranges, np.roll(straight.ranges, first), atol=1e-9)
     back = on_wall_lines(replace(scan, ranges=scan.ranges[::-1], angle_increment=-scan.angle_increment))
     assert spread(back, replace(straight, ranges=straight.ranges[::-1])) < noise
+
+
+@FEW
+@given(world=rooms(), noise=NOISES, seed=SEEDS, first=st.integers(0, 359), sense=st.sampled_from([-1.0, 1.0]))
+def test_a_last_beam_that_repeats_the_first_changes_nothing(world, noise, seed, first, sense):
+    """As of RPLIDAR and YDLIDAR, whose message begins anywhere in the room."""
+    noisy = with_noise(scan_of(world, at_rest()), noise, seed)
+    scan = replace(noisy, ranges=np.roll(noisy.ranges, first), angle_increment=sense * noisy.angle_increment)
+    again = scan.ranges[0] + 0.5 * noise
+    found = on_wall_lines(replace(scan, ranges=np.append(scan.ranges, again)))
+    np.testing.assert_array_equal(found.ranges[:-1], on_wall_lines(scan).ranges)
+    assert found.ranges[-1] == again

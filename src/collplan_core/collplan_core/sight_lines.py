@@ -17,6 +17,12 @@ def is_full_turn(n: int, step: float) -> bool:
 
 
 @njit
+def repeats_first(n: int, step: float) -> bool:
+    """Whether the last of n beams, `step` [rad] apart, goes where the first one does."""
+    return abs(step) * (n - 1) > 2.0 * math.pi - 0.5 * abs(step)
+
+
+@njit
 def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: float, guess: int) -> float:
     """How many beams after the first one the direction of a point lies, a fraction between two; 0 to 2 pi / step.
 

@@ -14,6 +14,7 @@ from collplan_core.local_map.surfaces import HIT, Beams, Sweep, beam_kinds, find
 from collplan_core.parameters import LocalMapping, Robot
 from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan
+from collplan_core.sight_lines import repeats_first
 from collplan_core.state import State
 
 
@@ -73,7 +74,7 @@ def build_local_map(scan: Scan, state: State, robot: Robot, mapping: LocalMappin
     beams = _around_robot(scan, state)
     if step < 0.0:
         ranges, first, step, beams = ranges[::-1], first + step * (len(ranges) - 1), -step, beams[::-1]
-    if step * (len(ranges) - 1) > 2 * math.pi - 0.5 * step:  # the last beam repeats the first
+    if repeats_first(len(ranges), step):
         ranges, beams = ranges[:-1], beams[: len(ranges) - 1]
     closed = abs(step * len(ranges) - 2 * math.pi) < 0.5 * step
     radius = robot.radius + mapping.clearance

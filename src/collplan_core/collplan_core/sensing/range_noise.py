@@ -6,7 +6,7 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.scan import Scan
-from collplan_core.sensing.seen_walls import is_full_turn
+from collplan_core.sight_lines import is_full_turn, repeats_first
 
 FEWEST = 40
 """Fewer triples of neighbouring beams than these say nothing."""
@@ -37,7 +37,8 @@ def range_noise(scan: Scan) -> float:
     least is taken, so that up to three quarters of them may be of corners, gaps and curved surfaces.
     """
     step, n = scan.angle_increment, len(scan.ranges)
-    bends = _bends(scan.ranges, step, is_full_turn(n, step))
+    n -= repeats_first(n, step)
+    bends = _bends(scan.ranges[:n], step, is_full_turn(n, step))
     if len(bends) < FEWEST:
         return 0.0
     quarter = len(bends) // 4

@@ -12,7 +12,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.scan import Scan
 from collplan_core.sensing.range_noise import range_noise
-from collplan_core.sensing.seen_walls import is_full_turn
+from collplan_core.sight_lines import is_full_turn, repeats_first
 
 NEGLIGIBLE, MOST = 0.0003, 0.03
 """Less noise is left as it is; more is not believed [m]."""
@@ -222,15 +222,19 @@ def on_wall_lines(scan: Scan) -> Scan:
 
     A single lost beam between two hits on one wall is given that wall's range, one that straddles an edge the range of
     what is near. The same scan where there is no noise; other beams that were lost, that hit nothing or what is farther
-    than FAR stay.
+    than FAR stay, and a last beam that repeats the first one.
     """
     noise = min(range_noise(scan), MOST)
     if noise < NEGLIGIBLE:
         return scan
+    step, n = scan.angle_increment, len(scan.ranges)
+    # a beam in the direction of another would turn all those behind it by a step
+    n -= repeats_first(n, step)
+    ranges, again = scan.ranges[:n], scan.ranges[n:]
     # a full turn begins at what is farthest, a corner or nothing at all: not in the middle of a wall
-    first = int(np.argmax(np.nan_to_num(scan.ranges))) if is_full_turn(len(scan.ranges), scan.angle_increment) else 0
-    fitted = _on_lines(np.roll(scan.ranges, -first), scan.angle_increment, noise, scan.range_min, scan.range_max)
-    return replace(scan, ranges=np.roll(fitted, first))
+    first = int(np.argmax(np.nan_to_num(ranges))) if is_full_turn(n, step) else 0
+    fitted = _on_lines(np.roll(ranges, -first), step, noise, scan.range_min, scan.range_max)
+    return replace(scan, ranges=np.concatenate([np.roll(fitted, first), again]))
 
 
 def warm_up(scan: Scan) -> None:
