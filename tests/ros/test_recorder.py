@@ -20,12 +20,14 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from collplan_core.parameters import Settings
+from collplan_core.scan import Scan
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.messages.conversions import (
     impact_contact_to_message,
     impact_to_message,
+    scan_to_message,
     seconds_from_stamp,
     stamp_from_seconds,
     state_to_odometry,
@@ -41,6 +43,7 @@ from collplan_ros.runs.trajectory_file import write_trajectory
 
 STAMP, WALL_CLOCK = 50.0, 1.7e9
 FIRST_MOVE, ARRIVAL = 0.5, 2.0
+SHIPPED = Settings()
 SENT_LATE = 0.003
 """A pose is handed on so long after it was measured [s]."""
 WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None, None)
@@ -49,14 +52,16 @@ WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None
 class Recording:
     """A recorder that listens to no graph: it is handed messages and when they were sent [s after WALL_CLOCK]."""
 
-    def __init__(self, wall: Callable[[], float] = lambda: WALL_CLOCK, namespace: str = "/") -> None:
+    def __init__(
+        self, wall: Callable[[], float] = lambda: WALL_CLOCK, namespace: str = "/", chosen: Settings = SHIPPED
+    ) -> None:
         self._take = {}
         self._folder = tempfile.TemporaryDirectory()
         self._path = Path(self._folder.name) / RECORD
         self._file = RecordFile(self._path)
         # by the steady clock the recorder begins at 0
         times = SendTimes(wall, lambda: wall() - WALL_CLOCK)
-        self.recorder = Recorder(self, Settings(), self._file, times, namespace)
+        self.recorder = Recorder(self, chosen, self._file, times, namespace)
         self.recorder.begin(True, GOAL)
 
     def listen(self, topic, take) -> None:
@@ -298,6 +303,16 @@ def test_clocks_that_are_set_in_a_run_change_neither_its_arrival_nor_its_rows(tm
         )
     assert [impact.stamp for impact in log.true_impacts] == [impact.stamp for impact in usual.true_impacts]
     assert len(log.truth) == pytest.approx(len(usual.truth), abs=1)
+
+
+def test_a_scan_whose_beams_are_all_lost_or_masked_is_left_out():
+    recording = Recording(chosen=Settings().with_values({"scan.masked_angles": (-0.5, 0.5)}))
+    angles = np.linspace(-np.pi, np.pi, 360, endpoint=False)
+    for sent, ranges in ((0.1, np.where(np.abs(angles) < 0.4, 1.0, np.nan)), (0.2, np.ones(360))):
+        scan = Scan(STAMP + sent, -np.pi, angles[1] - angles[0], 0.02, 5.0, ranges)
+        recording.take("scan", sent, scan_to_message(scan, "base_link"))
+        assert recording.recorder.scan_came == (sent == 0.2)
+    assert [scan.ranges.tolist() for scan in recording.log.scans] == [[1.0] * 360]
 
 
 ODD = {

@@ -4,6 +4,7 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import read_parameters, write_parameters
 from collplan_ros.replay.main import main
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.recorded_run import RunError
@@ -320,6 +323,22 @@ def test_a_run_that_was_killed_has_its_page(tmp_path):
     recording = recording_in(write_run_page(folder).read_text())
     assert recording["end"] == "incomplete"
     assert_same_poses(recording["frames"], bouncing_run())
+
+
+def test_a_scan_whose_beams_are_all_lost_or_masked_is_shown_as_if_it_had_not_come(tmp_path):
+    log, masked = bouncing_run(), {"scan.masked_angles": (-0.5, 0.5)}
+    lost = log.scans[3]
+    angles = np.arctan2(np.sin(lost.angles), np.cos(lost.angles))
+    log.scans[3] = replace(lost, ranges=np.where(np.abs(angles) < 0.4, 1.0, np.nan))
+    shown = []
+    for name in ("with", "without"):
+        folder = played_folder(tmp_path / name, log)
+        values = read_parameters(folder / "parameters.yaml") | masked
+        write_parameters(Settings().with_values(values), folder / "parameters.yaml")
+        shown.append([frame.get("scan") for frame in recording_in(write_run_page(folder).read_text())["frames"]])
+        log.scans = [scan for scan in log.scans if scan.stamp != lost.stamp]
+    assert shown[0] == shown[1]
+    assert sum(scan is not None for scan in shown[0]) > 10
 
 
 def test_a_run_of_one_pose_has_its_page(tmp_path):

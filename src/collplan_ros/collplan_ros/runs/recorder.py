@@ -17,6 +17,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from collplan_core.command import STOPPED
 from collplan_core.goal import NO_GOAL
 from collplan_core.parameters import Settings
+from collplan_core.sensing.scan_filters import used_scan
 from collplan_core.state import State
 from collplan_ros.messages.cmd_vel import twist_of
 from collplan_ros.messages.conversions import (
@@ -80,7 +81,7 @@ class Recorder:
         goal: newest report of the goal given last; None before the first.
         newest: newest pose, also while not recording; None before the first.
         emergency_stop: why the robot's emergency stop is latched, in words; empty while it is not.
-        scan_came: whether a valid scan was received.
+        scan_came: whether a scan that can be used was received.
         lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
         maneuver: the maneuver begun last.
         stands_since: when the newest command was sent, if it is zero [s, steady clock]; infinite while one moves.
@@ -268,6 +269,8 @@ class Recorder:
 
     def _take_scan(self, message: LaserScan, sent: float) -> None:
         scan = scan_from_message(message, self._frames.base, self._scan_input)
+        # as came it is recorded, but one of which nothing is used could not be shown
+        used_scan(scan, self._scan_input)
         self.scan_came = True
         limits = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, scan.time_increment)
         self._write("scan", sent, scan.stamp, *limits, scan.ranges.round(4).tolist())

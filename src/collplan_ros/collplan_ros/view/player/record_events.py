@@ -13,7 +13,7 @@ import numpy as np
 
 from collplan_core.goal import ACTIVE, NO_GOAL
 from collplan_core.local_map import LocalMap, build_local_map
-from collplan_core.scan import Scan
+from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.state import State
 from collplan_ros.runs.run_log import PoseRow, RunLog, states_around
@@ -81,7 +81,11 @@ def _placed_scans(run: PlayedRun) -> Iterator[tuple[Scan, State]]:
     poses = run.record.log.poses
     for scan in run.record.log.scans:
         state = state_at(poses, scan.stamp)
-        yield placed_among(scan, state, states_around(poses, scan), run.settings.scan), state
+        try:
+            placed = placed_among(scan, state, states_around(poses, scan), run.settings.scan)
+        except ScanError:  # nothing of it is used: older records hold such scans
+            continue
+        yield placed, state
 
 
 def _plans(run: PlayedRun) -> Iterator[Event]:
