@@ -212,7 +212,7 @@ class Graph:
         """Waits until every node has reported, poses and scans come, and the planner listens for a goal."""
         recorder = self.recorder
         self.wait_until_poses_come()
-        self.wait(lambda: recorder.scan_came, INPUT_PATIENCE, lambda: self._missing("scan", "best effort"))
+        self.wait(lambda: recorder.scan_came, INPUT_PATIENCE, self._no_scan)
         self.wait(lambda: self._goals.get_subscription_count() > 0, INPUT_PATIENCE, self._no_planner)
         self.wait(lambda: self._robot_knows_planner, INPUT_PATIENCE, lambda: self._missing("robot/state", "reliable"))
         self._commanders_due = 0.0
@@ -436,6 +436,10 @@ class Graph:
         if self._preparation.robot.simulated and mocap.topic != Mocap().topic:
             reason += f"; a simulated robot sends its poses on {self._name(Mocap().topic)}, in no receiver's form"
         return f"{self._missing('mocap/odom', 'reliable')}, made from {source}{reason}"
+
+    def _no_scan(self) -> str:
+        told = self.last_message("planner_node")
+        return self._missing("scan", "best effort") + (f"; planner_node: {told}" if told else "")
 
     def _too_slow(self) -> str:
         return f"poses come {self.recorder.lateness:.1f} s late: this machine is too slow for the graph"
