@@ -42,9 +42,9 @@ something asked for that cannot be done: 2, and nothing is written.
 EPILOG = """\
 examples:
   fit_robot runs/latest
-  fit_robot runs/2026-* --params checked.yaml --out lab.yaml
-      checked.yaml with the constants found, into lab.yaml
-  bringup --params lab.yaml
+  fit_robot runs/2026-* --params checked.yaml --out fitted.yaml
+      checked.yaml with the constants found, into fitted.yaml
+  bringup --params fitted.yaml
       drives with it
 """
 
