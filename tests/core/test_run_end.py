@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from collplan_core.command import FREE_SPACE, HAND, STOPPED
 from collplan_core.evaluation.run_end import STUCK, TIMEOUT, RunMonitor
 from collplan_core.parameters import Trial
 
@@ -45,6 +46,19 @@ def test_worked_by_hand():
     assert (run.reason, run.outcome(110.0, np.array([0.06, 0.01]))) == ("", STUCK)
     assert run.reason == "less than 0.05 m away within 5 s"
     assert monitor().outcome(130.0, np.zeros(2)) == TIMEOUT
+
+
+def test_a_robot_that_a_person_took_is_not_stuck_before_a_plan_drives_it_again():
+    run, here = monitor(), np.zeros(2)
+    run.commanded(FREE_SPACE)
+    assert run.outcome(GIVEN + 3.0, here) is None
+    run.commanded(HAND)
+    assert run.outcome(GIVEN + 9.0, here) is None
+    run.commanded(STOPPED)
+    assert run.outcome(GIVEN + 15.0, here) is None
+    run.commanded(FREE_SPACE)
+    assert run.outcome(GIVEN + 19.9, here) is None
+    assert run.outcome(GIVEN + 20.0, here) == STUCK
 
 
 @given(steps)

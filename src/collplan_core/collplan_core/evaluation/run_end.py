@@ -6,6 +6,7 @@ Whether the goal was reached, given up or canceled is the planner's to tell, by 
 import numpy as np
 
 from collplan_core import goal
+from collplan_core.command import HAND, STOPPED
 from collplan_core.parameters import Trial
 
 REACHED = "reached"
@@ -32,17 +33,24 @@ class RunMonitor:
         self._begun: float | None = None
         self._anchor: np.ndarray | None = None
         self._anchored = given
+        self._taken = False
 
     def executing(self, stamp: float) -> None:
         """Starts the count of time, at the goal's first plan [s]; later calls change nothing."""
         if self._begun is None:
             self._begun = stamp
 
+    def commanded(self, maneuver: str) -> None:
+        """Notes the maneuver begun last: a robot that a person took is not stuck until a plan drives it again."""
+        if maneuver != STOPPED:
+            self._taken = maneuver == HAND
+
     def outcome(self, stamp: float, position: np.ndarray) -> str | None:
         """TIMEOUT or STUCK, or None while the run goes on.
 
         TIMEOUT: trial.timeout has passed since the first plan. STUCK: the robot has stayed within trial.stuck_distance
-        for trial.stuck_time since the first plan; or trial.timeout has passed without a plan.
+        for trial.stuck_time since the first plan, and nobody has taken it by hand; or trial.timeout has passed without
+        a plan.
 
         Args:
             stamp: time of the newest pose [s].
@@ -55,7 +63,7 @@ class RunMonitor:
             )
         if self._is_over(self._begun, stamp):
             return self._end(TIMEOUT, f"not there within {limits.timeout:g} s")
-        if self._anchor is None or np.linalg.norm(position - self._anchor) >= limits.stuck_distance:
+        if self._anchor is None or self._taken or np.linalg.norm(position - self._anchor) >= limits.stuck_distance:
             self._anchor, self._anchored = position, max(stamp, self._begun)
         if stamp - self._anchored >= limits.stuck_time:
             return self._end(STUCK, f"less than {limits.stuck_distance:g} m away within {limits.stuck_time:g} s")

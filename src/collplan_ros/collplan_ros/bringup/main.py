@@ -135,6 +135,7 @@ class Bringup:
                 return EMERGENCY_STOP
             self._show_progress(target)
             graph.step()
+            monitor.commanded(graph.recorder.maneuver)
         return outcome
 
     def _is_outdated(self, outcome: str) -> bool:
