@@ -330,17 +330,32 @@ def test_the_hosts_clock_may_pass_the_end_of_its_numbers(clock):
     assert device.has_counted(late=0)
 
 
-@pytest.mark.parametrize("hour", [-3600, 3600])
-def test_a_step_of_a_clock_costs_one_command_at_most(hour):
+def driven_over_a_step(seconds: int) -> Device:
     device = Device().armed()
     device.command(FORWARD)
     for n in range(200):
         device.run(0.02)
-        device.clock = (5000 + 1000 * hour * (n >= 100)) % (1 << 32)
+        device.clock = (5000 + 1000 * seconds * (n >= 100)) % (1 << 32)
         device.command(FORWARD)
-        assert device.turning
-    assert device.firmware.counts().get("late", 0) <= 1
+        assert device.turning == (n < 100 or seconds > 0)
+    return device
+
+
+def test_a_step_of_the_hosts_clock_ahead_costs_nothing():
+    device = driven_over_a_step(3600)
+    assert device.has_counted(late=0)
     assert device.firmware.take_stops() == []
+
+
+@pytest.mark.parametrize("seconds", [-6, -3600])
+def test_after_a_step_back_which_may_be_a_stall_of_the_device_a_person_has_to_arm_it(seconds):
+    device = driven_over_a_step(seconds)
+    assert device.has_counted(late=1)
+    (stop,) = device.firmware.take_stops()
+    assert stop.time == pytest.approx(101 * 0.02)
+    device.release()
+    device.command(FORWARD)
+    assert device.turning
 
 
 def test_it_drives_where_the_wheels_say():

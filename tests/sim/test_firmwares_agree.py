@@ -62,8 +62,8 @@ class Host:
         wheels = chance.choice([(0.0,) * 3, (-20.0, 0.0, 20.0), tuple(chance.uniform(-90.0, 90.0) for _ in range(3))])
         if chance.random() < 0.03:
             wheels += (1.0,)
-        # one that is a little late; the first of a session is the fastest there is
-        late = chance.choice([0, 0, 0, 0, 40, 150, 300])
+        # one that is a little late, or by what may be a clock; the first of a session is the fastest there is
+        late = 6000 if chance.random() < 0.02 else chance.choice([0, 0, 0, 0, 40, 150, 300])
         flags = chance.choice([0] * 40 + [1, 2, 3, 0x80])
         session = self.session if chance.random() < 0.95 else 9
         message = CommandMessage(

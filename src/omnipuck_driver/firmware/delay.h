@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 enum {
-    /* A delay further than this beyond the smallest is a clock that was set. */
+    /* A delay further than this beyond the smallest is a clock that was set, or a stall as long. */
     OMNIPUCK_CLOCK_SET_BEYOND_MS = 5000,
     /* The smallest delay rises by 1 ms in this time: the clocks of host and device drift. */
     OMNIPUCK_DRIFT_PERIOD_MS = 1000

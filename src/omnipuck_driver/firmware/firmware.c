@@ -139,6 +139,10 @@ static void hear_command(struct omnipuck_state *state, const struct omnipuck_com
     uint32_t excess;
     const bool clock_good = omnipuck_delay_measure(&state->delay, command->sent_ms, state->now, &excess);
     if (!clock_good || excess >= life) {
+        if (!clock_good) {
+            /* The device may as well have been held up for as long, and the commands that wait behind this one be as old. */
+            omnipuck_arming_disarm(&state->arming);
+        }
         omnipuck_arming_flags(&state->arming, command->flags);
         if (!state->arming.armed) {
             state->following.active = false;

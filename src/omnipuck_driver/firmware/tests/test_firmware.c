@@ -844,12 +844,17 @@ static void test_clocks(void)
     }
     CHECK(rig.clock < 0x1000U && armed());
 
-    /* The host's clock was set back by 6 s: one command is dropped, the next is measured anew. */
+    /* The host's clock was set back by 6 s: one command is dropped, it disarms, and the next is measured anew. */
     rig_run(&rig, 300);
     rig.host_ahead -= 6000;
     rig_command(&rig, 5, 0, 0);
     rig_run(&rig, 15);
     CHECK(rig_stands(&rig));
+    rig_command(&rig, 5, 0, 0);
+    rig_run(&rig, 15);
+    CHECK(rig_stands(&rig) && !armed());
+    ++rig.released;
+    rig_drive(&rig, 20, 0, 0, 0);
     rig_command(&rig, 5, 0, 0);
     rig_run(&rig, 15);
     CHECK(wheels_near(5, 0, 0));
@@ -995,6 +1000,20 @@ static void test_own_stall(void)
     rig_stall(&rig, 21);
     CHECK(rig_status(&rig, OMNIPUCK_STATUS_HELD_UP));
     CHECK(!rig_status(&rig, OMNIPUCK_STATUS_HELD_UP));
+
+    /* So long that it may have been a clock: none of the old commands is followed, the second as little as the first. */
+    rig_make_armed(&rig);
+    rig_drive(&rig, 100, 10, 0, -10);
+    for (int i = 0; i < 15; ++i) {
+        rig_command(&rig, 10, 0, -10);
+        rig_stall(&rig, 20);
+    }
+    rig_stall(&rig, 5500);
+    for (int i = 0; i < 30; ++i) {
+        rig_run(&rig, 1);
+        CHECK(rig_stands(&rig));
+    }
+    CHECK(!armed() && rig.telemetry.session == 42);
 }
 
 static void test_other_version(void)

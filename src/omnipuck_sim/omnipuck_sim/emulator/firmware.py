@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.control.smallest_delay import SmallestDelay
+from collplan_core.control.smallest_delay import STEP, SmallestDelay
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from omnipuck_driver.codec import Decoder, Encoder
@@ -51,7 +51,7 @@ class Stop:
     Attributes:
         time: when it was [s].
         age: age of the last command followed, since the driver took it [s].
-        cause: command, life, hold, emergency stop, motor fault, too hot, session or restart.
+        cause: command, life, hold, clock, emergency stop, motor fault, too hot, session or restart.
     """
 
     time: float
@@ -253,6 +253,9 @@ class Firmware:
         stop = bool(command.flags & EMERGENCY_STOP) or self.estop_pressed
         spent = self._time_on_the_way(command.sent, now)
         life = min(command.life * 1e-3, LONGEST_LIFE) - spent
+        if spent > STEP:
+            # it may as well have been held up for as long, and the commands that wait behind this one be as old
+            self._disarm("clock")
         if stop:
             self._latched = True
             self._disarm("emergency stop")
