@@ -14,6 +14,7 @@ from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from serial_robot import SerialRobot, let_move, twist
+from terminal import Terminal
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
@@ -298,12 +299,14 @@ def test_bad_lines_are_driven_over(serial_robot):
     robot.until(lambda: robot.speed < STANDING)
 
 
-def test_a_stall_of_the_firmware_is_told_and_old_commands_are_not_made_up_for(serial_robot):
+def test_a_stall_of_the_firmware_is_told_and_old_commands_are_not_made_up_for(ros, serial_robot):
+    terminal = Terminal(ros)
     robot = serial_robot()
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
     robot.ask(stall=0.5)
     robot.until(lambda: robot.speed < STANDING)
     assert robot.emulator._room.lost > 0.3
+    robot.until(lambda: any("the firmware was held up" in text for _, text in terminal.lines(robot.driver)))
 
 
 def test_the_button_on_the_robot_latches(serial_robot):

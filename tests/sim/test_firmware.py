@@ -57,6 +57,7 @@ class Device:
     Attributes:
         kind, name: of the firmware.
         resolution: of its clock [s].
+        told: all its telemetry.
     """
 
     kind: type = Firmware
@@ -69,13 +70,20 @@ class Device:
         self.simulator = Simulator(HALL, used, 0)
         self.firmware = self.kind(self.simulator, used, boot=7)
         self.encoder, self.decoder = Encoder(), Decoder()
-        self.decoder.feed(self.firmware.booted())
+        self.told: list[Telemetry] = []
+        self.heard(self.firmware.booted())
         self.cleared = self.released = 0
         self.clock = 5000
 
-    def say(self, message) -> list:
-        answers = self.decoder.feed(self.firmware.receive(self.encoder.encode(message)))
-        return [answer for answer in answers if not isinstance(answer, Telemetry)]
+    def heard(self, data: bytes) -> list:
+        """What it has said, its telemetry aside."""
+        said = self.decoder.feed(data)
+        self.told += [each for each in said if isinstance(each, Telemetry)]
+        return [each for each in said if not isinstance(each, Telemetry)]
+
+    def say(self, *messages) -> list:
+        """Its answers to messages that come at once."""
+        return self.heard(self.firmware.receive(b"".join(map(self.encoder.encode, messages))))
 
     def command(self, wheels, life=0.2, session=42, flags=0, late=0.0, age=0) -> None:
         sent = (round((self.simulator.time - late) * 1e3) + self.clock) % (1 << 32)
@@ -109,7 +117,8 @@ class Device:
 
     @property
     def telemetry(self) -> Telemetry:
-        return self.decoder.feed(self.firmware.telemetry())[-1]
+        self.heard(self.firmware.telemetry())
+        return self.told[-1]
 
     def has_counted(self, **counts) -> bool:
         """Whether these counts are so, of those that the firmware has."""
@@ -188,6 +197,17 @@ def test_a_command_ends_with_its_life_by_the_clock_of_the_device():
     assert device.telemetry.status & EXPIRED
     device.command(FORWARD)
     assert device.turning
+
+
+def test_the_end_of_a_life_is_told_although_a_fresh_command_came_before_the_telemetry():
+    device = Device().armed()
+    device.command(FORWARD, life=0.05)
+    assert not device.telemetry.status & EXPIRED
+    device.run(0.06)
+    device.command(FORWARD)
+    assert device.telemetry.command_age != NEVER
+    assert any(telemetry.status & EXPIRED for telemetry in device.told)
+    assert not device.telemetry.status & EXPIRED
 
 
 def test_no_life_is_longer_than_its_own_limit():

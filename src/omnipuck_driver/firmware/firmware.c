@@ -61,12 +61,30 @@ static void forget_session(struct omnipuck_state *state)
     begin_session(state, 0, state->configuration->wheel_speed, state->configuration->wheel_acceleration);
 }
 
+static void note(struct omnipuck_state *state, enum omnipuck_status bit)
+{
+    state->noticed = (uint16_t)(state->noticed | (unsigned)bit);
+}
+
+static void stand(struct omnipuck_state *state)
+{
+    for (size_t i = 0; i < state->configuration->wheels; ++i) {
+        state->speeds[i] = 0.0F;
+    }
+}
+
 static void end_life(struct omnipuck_state *state)
 {
     const uint32_t elapsed = state->now - state->following.since;
-    if (state->following.active && elapsed >= state->following.life) {
-        state->following.active = false;
-        state->outlived = state->outlived || turns(state->following.wheel, state->configuration->wheels);
+    if (!state->following.active || elapsed < state->following.life) {
+        return;
+    }
+    state->following.active = false;
+    /* Now, not in drive: a fresh command may be followed before, and is to set out from rest. */
+    stand(state);
+    if (turns(state->following.wheel, state->configuration->wheels)) {
+        state->outlived = true;
+        note(state, OMNIPUCK_STATUS_OUTLIVED);
     }
 }
 
@@ -247,7 +265,7 @@ bool omnipuck_start(struct omnipuck_state *state, const struct omnipuck_configur
     state->since_impact = 0;
     state->impact_x = 0.0F;
     state->impact_y = 0.0F;
-    state->held_up = false;
+    state->noticed = 0;
     state->greeting_due = true;
     state->answer_due = false;
     state->since_telemetry = OMNIPUCK_TELEMETRY_PERIOD_MS;
@@ -263,7 +281,12 @@ void omnipuck_step(struct omnipuck_state *state)
     const uint32_t now = state->hardware->clock(state->hardware->context);
     const uint32_t elapsed = now - state->now;
     state->now = now;
-    state->held_up = state->held_up || elapsed > OMNIPUCK_HELD_UP_MS;
+    if (elapsed > OMNIPUCK_HELD_UP_MS) {
+        note(state, OMNIPUCK_STATUS_HELD_UP);
+    }
+    if (elapsed >= OMNIPUCK_MOTORS_STOP_MS) {
+        stand(state);
+    }
     pass(&state->silence, elapsed);
     pass(&state->since_echo, elapsed);
     pass(&state->since_impact, elapsed);

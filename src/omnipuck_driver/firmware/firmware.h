@@ -20,7 +20,9 @@ enum {
     OMNIPUCK_TELEMETRY_PERIOD_MS = 20,
     OMNIPUCK_SILENCE_MS = 1000,
     /* Between two steps; beyond it the device reports that it was held up, and ramps no further than for this time. */
-    OMNIPUCK_HELD_UP_MS = 20
+    OMNIPUCK_HELD_UP_MS = 20,
+    /* Motors that nothing has set for so long have stopped by themselves. */
+    OMNIPUCK_MOTORS_STOP_MS = 100
 };
 
 /* The command that the wheels follow. */
@@ -54,6 +56,7 @@ struct omnipuck_state {
     bool motor_fault;
     bool too_hot;
     bool impact_sensed;
+    uint16_t noticed;      /* enum omnipuck_status, what was so at any time since the last telemetry */
     uint16_t impacts;      /* modulo 2^16 */
     uint32_t since_impact; /* [ms] */
     float impact_x;        /* [m/s], body frame */
@@ -61,7 +64,6 @@ struct omnipuck_state {
 
     float speeds[OMNIPUCK_WHEELS_MAX]; /* [rad/s], as set */
     bool outlived;                     /* the last command outlived its life */
-    bool held_up;                      /* since the last telemetry */
     bool greeting_due;                 /* an Announce with session 0 */
     bool answer_due;                   /* an Announce with this session */
     uint32_t since_telemetry;          /* [ms] */

@@ -36,12 +36,11 @@ static uint16_t command_age(const struct omnipuck_state *state)
 
 static uint16_t status(const struct omnipuck_state *state, uint16_t battery)
 {
-    unsigned bits = 0;
+    unsigned bits = state->noticed;
     bits |= state->arming.armed ? OMNIPUCK_STATUS_ARMED : 0U;
     bits |= state->button_pressed ? OMNIPUCK_STATUS_BUTTON_PRESSED : 0U;
     bits |= battery < state->configuration->battery_low ? OMNIPUCK_STATUS_BATTERY_LOW : 0U;
     bits |= state->outlived ? OMNIPUCK_STATUS_OUTLIVED : 0U;
-    bits |= state->held_up ? OMNIPUCK_STATUS_HELD_UP : 0U;
     bits |= state->motor_fault ? OMNIPUCK_STATUS_MOTOR_FAULT : 0U;
     bits |= state->too_hot ? OMNIPUCK_STATUS_TOO_HOT : 0U;
     bits |= state->arming.latched ? OMNIPUCK_STATUS_LATCHED : 0U;
@@ -92,6 +91,6 @@ void omnipuck_report(struct omnipuck_state *state)
     if (idle && state->since_telemetry >= OMNIPUCK_TELEMETRY_PERIOD_MS && tell(state)) {
         /* What is over is kept, so that the rate is steady; whole periods are not made up for. */
         state->since_telemetry %= OMNIPUCK_TELEMETRY_PERIOD_MS;
-        state->held_up = false;
+        state->noticed = 0;
     }
 }

@@ -20,7 +20,7 @@ from collplan_ros.nodes.robot_contract import RobotContract
 from omnipuck_driver.held_command import HeldCommand
 from omnipuck_driver.kinematics import OmniWheels
 from omnipuck_driver.link_report import LinkReport
-from omnipuck_driver.messages import BATTERY_LOW, EXPIRED, MOTOR_FAULT, SENSES_IMPACTS, TOO_HOT, Telemetry
+from omnipuck_driver.messages import BATTERY_LOW, EXPIRED, MOTOR_FAULT, SENSES_IMPACTS, STALLED, TOO_HOT, Telemetry
 from omnipuck_driver.sensed_impacts import SensedImpacts
 from omnipuck_driver.serial_link import SerialLink
 from omnipuck_driver.session import Permission, WheelCommand
@@ -38,7 +38,12 @@ BATTERY = {BATTERY_LOW: "the battery is low: the next goal is refused until it i
 """A robot that moves goes on to its goal."""
 FAULTS = {MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
 """The robot stands still at once, and is held."""
-LOGGED = {**BATTERY, **FAULTS, EXPIRED: "stopped by the firmware: the last command outlived its life"}
+LOGGED = {
+    **BATTERY,
+    **FAULTS,
+    STALLED: "the firmware was held up",
+    EXPIRED: "stopped by the firmware: the last command outlived its life",
+}
 """What is logged when it begins, by its bit in the telemetry's status."""
 
 
@@ -147,8 +152,10 @@ class DriverNode(Node):
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
         begun, self._status = telemetry.status & ~self._status, telemetry.status
-        for words in (words for bit, words in LOGGED.items() if begun & bit):
-            self.get_logger().warning(words, throttle_duration_sec=LOG_PERIOD)
+        # one line: of several at once all but the first would be withheld
+        said = ", ".join(words for bit, words in LOGGED.items() if begun & bit)
+        if said:
+            self.get_logger().warning(said, throttle_duration_sec=LOG_PERIOD)
         self._take_stops(telemetry)
         announced = self._link.session.announced
         if self._impacts is None and announced is not None and announced.capabilities & SENSES_IMPACTS:

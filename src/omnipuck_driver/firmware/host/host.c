@@ -12,7 +12,7 @@ void omnipuck_host_ask_for_telemetry(struct omnipuck_state *state)
 
 void omnipuck_host_hold_up(struct omnipuck_state *state)
 {
-    state->held_up = true;
+    state->noticed = (uint16_t)(state->noticed | OMNIPUCK_STATUS_HELD_UP);
 }
 
 uint32_t omnipuck_host_command_age(const struct omnipuck_state *state)

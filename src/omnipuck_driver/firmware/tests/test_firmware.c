@@ -747,6 +747,37 @@ static void test_caps(void)
     CHECK(wheels_near(10, 0, 0));
 }
 
+/* "wheels whose command has outlived its life meanwhile, or that nothing has set for 100 ms, set out from 0 again" */
+static void test_no_jump_after_a_stall(void)
+{
+    static const struct {
+        uint16_t life;
+        uint32_t stall;
+        bool outlives;
+    } cases[] = {{50, 60, true}, {200, 250, true}, {500, 100, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        rig_make_armed(&rig);
+        rig_drive(&rig, 200, 60, 0, 0);
+        rig.life = cases[i].life;
+        rig_command(&rig, 60, 0, 0);
+        rig_run(&rig, 1);
+        CHECK(wheels_near(60, 0, 0) && !rig_status(&rig, OMNIPUCK_STATUS_OUTLIVED));
+        rig_command(&rig, 60, 0, 0);
+        rig_run(&rig, 1);
+        /* A fresh command is there when the device goes on. */
+        rig_stall(&rig, cases[i].stall);
+        rig.life = 200;
+        rig_command(&rig, 60, 0, 0);
+        rig_run(&rig, 0);
+        CHECK(wheels_near(10, 0, 0));
+        rig_run(&rig, 1);
+        CHECK(wheels_near(10.5F, 0, 0));
+        CHECK(((rig.telemetry.status & OMNIPUCK_STATUS_OUTLIVED) != 0) == cases[i].outlives);
+        CHECK((rig.telemetry.status & OMNIPUCK_STATUS_HELD_UP) != 0);
+        CHECK(!rig_status(&rig, OMNIPUCK_STATUS_OUTLIVED) && armed());
+    }
+}
+
 static void test_life(void)
 {
     rig_make_armed(&rig);
@@ -1228,6 +1259,7 @@ int main(void)
     test_emergency_button();
     test_late_stop_is_heeded();
     test_caps();
+    test_no_jump_after_a_stall();
     test_life();
     test_time_on_the_way();
     test_clocks();

@@ -105,6 +105,7 @@ class Firmware:
         self._armed = False
         self._latched = False
         self._expired = False
+        self._noticed = 0
         self._heard = 0.0
         self._delay = SmallestDelay()
         self._sent = 0
@@ -148,6 +149,7 @@ class Firmware:
         self._advanced = now
         if self._turning and now >= self._expires:
             self._expired = True
+            self._noticed |= EXPIRED
             self._halt("life")
         if self._session and now - self._heard > SESSION_TIMEOUT:
             self._begin(0, self._own_caps)
@@ -198,6 +200,7 @@ class Firmware:
             )
         )
         self.stalled = False
+        self._noticed = 0
         return frame
 
     @property
@@ -221,7 +224,7 @@ class Firmware:
             TOO_HOT: self.too_hot,
             ESTOP_LATCHED: self._latched,
         }
-        return sum(bit for bit, on in bits.items() if on)
+        return self._noticed | sum(bit for bit, on in bits.items() if on)
 
     def _announcement(self, session: int) -> bytes:
         capabilities = SENSES_IMPACTS if self._senses else 0
