@@ -14,7 +14,7 @@ from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from serial_robot import SerialRobot, let_move, twist
-from terminal import Terminal
+from terminal import WARN, Terminal
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
@@ -306,7 +306,7 @@ def test_a_stall_of_the_firmware_is_told_and_old_commands_are_not_made_up_for(ro
     robot.ask(stall=0.5)
     robot.until(lambda: robot.speed < STANDING)
     assert robot.emulator._room.lost > 0.3
-    robot.until(lambda: any("the firmware was held up" in text for _, text in terminal.lines(robot.driver)))
+    terminal.says(robot.driver, WARN, "the firmware was held up")
 
 
 def test_the_button_on_the_robot_latches(serial_robot):

@@ -71,6 +71,7 @@ class DriverNode(Node):
         self._logged_trouble: str | None = None
         self._logged_at = float("-inf")
         self._status = 0
+        self._warned_at: dict[int, float] = {}
         self._inputs = Inputs(self)
         self._contract = RobotContract(self, self._inputs, self, self._settings)
         on_change(self, self._contract.change_settings, *GROUPS)
@@ -152,10 +153,12 @@ class DriverNode(Node):
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
         begun, self._status = telemetry.status & ~self._status, telemetry.status
-        # one line: of several at once all but the first would be withheld
-        said = ", ".join(words for bit, words in LOGGED.items() if begun & bit)
-        if said:
-            self.get_logger().warning(said, throttle_duration_sec=LOG_PERIOD)
+        now = self.now()
+        for bit, words in LOGGED.items():
+            # each by itself: the logger would withhold one for another
+            if begun & bit and now - self._warned_at.get(bit, float("-inf")) >= LOG_PERIOD:
+                self._warned_at[bit] = now
+                self.get_logger().warning(words)
         self._take_stops(telemetry)
         announced = self._link.session.announced
         if self._impacts is None and announced is not None and announced.capabilities & SENSES_IMPACTS:
