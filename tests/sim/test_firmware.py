@@ -22,6 +22,7 @@ from omnipuck_driver.messages import (
     MOTOR_FAULT,
     NEVER,
     SENSES_IMPACTS,
+    TOO_HOT,
     Announce,
     CommandMessage,
     Hello,
@@ -311,6 +312,23 @@ def test_a_failed_motor_and_heat_stop_it_at_once_and_disarm(fault, cause):
     assert not device.turning
     device.release()
     assert device.is_armed
+
+
+@pytest.mark.parametrize(
+    ("cause", "bit"), [("estop_pressed", ESTOP_PRESSED), ("motor_fault", MOTOR_FAULT), ("too_hot", TOO_HOT)]
+)
+def test_what_stopped_it_is_told_however_short_it_was(cause, bit):
+    device = Device().armed()
+    device.command(FORWARD)
+    device.run(0.05)
+    assert not device.telemetry.status & bit
+    setattr(device.firmware, cause, True)
+    device.run(0.005)
+    setattr(device.firmware, cause, False)
+    device.run(0.005)
+    assert not device.is_armed
+    assert any(telemetry.status & bit for telemetry in device.told)
+    assert not device.telemetry.status & bit
 
 
 @given(st.lists(st.tuples(WHEEL, WHEEL, WHEEL), min_size=1, max_size=20), st.integers(0, 10))

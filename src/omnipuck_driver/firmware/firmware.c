@@ -95,8 +95,15 @@ static void watch_inputs(struct omnipuck_state *state)
     state->motor_fault = hardware->motor_fault(hardware->context);
     state->too_hot = hardware->too_hot(hardware->context);
     if (state->button_pressed) {
+        note(state, OMNIPUCK_STATUS_BUTTON_PRESSED);
         omnipuck_arming_emergency_stop(&state->arming);
         state->following.active = false;
+    }
+    if (state->motor_fault) {
+        note(state, OMNIPUCK_STATUS_MOTOR_FAULT);
+    }
+    if (state->too_hot) {
+        note(state, OMNIPUCK_STATUS_TOO_HOT);
     }
     if (has_fault(state)) {
         omnipuck_arming_disarm(&state->arming);

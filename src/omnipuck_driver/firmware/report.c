@@ -34,15 +34,13 @@ static uint16_t command_age(const struct omnipuck_state *state)
     return OMNIPUCK_NO_AGE;
 }
 
+/* Button, fault and heat are among what was noticed, if only in this step: what is over before the telemetry is told too. */
 static uint16_t status(const struct omnipuck_state *state, uint16_t battery)
 {
     unsigned bits = state->noticed;
     bits |= state->arming.armed ? OMNIPUCK_STATUS_ARMED : 0U;
-    bits |= state->button_pressed ? OMNIPUCK_STATUS_BUTTON_PRESSED : 0U;
     bits |= battery < state->configuration->battery_low ? OMNIPUCK_STATUS_BATTERY_LOW : 0U;
     bits |= state->outlived ? OMNIPUCK_STATUS_OUTLIVED : 0U;
-    bits |= state->motor_fault ? OMNIPUCK_STATUS_MOTOR_FAULT : 0U;
-    bits |= state->too_hot ? OMNIPUCK_STATUS_TOO_HOT : 0U;
     bits |= state->arming.latched ? OMNIPUCK_STATUS_LATCHED : 0U;
     return (uint16_t)bits;
 }

@@ -951,6 +951,24 @@ static void test_faults(void)
     }
 }
 
+/* Whether it lasts or not: what stopped the robot is told. */
+static void test_causes_shorter_than_a_period(void)
+{
+    bool *const inputs[] = {&rig.button, &rig.motor_fault, &rig.too_hot};
+    static const unsigned bits[] = {OMNIPUCK_STATUS_BUTTON_PRESSED, OMNIPUCK_STATUS_MOTOR_FAULT, OMNIPUCK_STATUS_TOO_HOT};
+    for (size_t i = 0; i < sizeof bits / sizeof *bits; ++i) {
+        rig_make_armed(&rig);
+        rig_drive(&rig, 100, 10, 0, -10);
+        CHECK(!rig_status(&rig, bits[i]));
+        *inputs[i] = true;
+        rig_run(&rig, 1);
+        *inputs[i] = false;
+        rig_run(&rig, 1);
+        CHECK(rig_stands(&rig) && rig_status(&rig, bits[i]));
+        CHECK(!rig_status(&rig, bits[i]) && !armed());
+    }
+}
+
 static void test_battery_and_temperature(void)
 {
     rig_make_armed(&rig);
@@ -1265,6 +1283,7 @@ int main(void)
     test_clocks();
     test_commands_that_are_dropped();
     test_faults();
+    test_causes_shorter_than_a_period();
     test_battery_and_temperature();
     test_impacts_and_measured_wheels();
     test_silence();

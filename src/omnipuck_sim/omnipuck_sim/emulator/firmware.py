@@ -140,6 +140,7 @@ class Firmware:
     def advance(self) -> None:
         """Ends commands and sessions that have outlived their time; to be called before each step of the simulator."""
         now = self._simulator.time
+        self._noticed |= self._inputs
         if self.estop_pressed:
             self._latched = True
             self._disarm("emergency stop")
@@ -213,18 +214,20 @@ class Firmware:
             return "motor fault"
         return "too hot" if self.too_hot else ""
 
+    @property
+    def _inputs(self) -> int:
+        """Their bits of the status, as they are now."""
+        return _bits({ESTOP_PRESSED: self.estop_pressed, MOTOR_FAULT: self.motor_fault, TOO_HOT: self.too_hot})
+
     def _status(self) -> int:
         bits = {
             ARMED: self._armed,
-            ESTOP_PRESSED: self.estop_pressed,
             BATTERY_LOW: self.battery < LOW_BATTERY,
             EXPIRED: self._expired,
             STALLED: self.stalled,
-            MOTOR_FAULT: self.motor_fault,
-            TOO_HOT: self.too_hot,
             ESTOP_LATCHED: self._latched,
         }
-        return self._noticed | sum(bit for bit, on in bits.items() if on)
+        return self._noticed | self._inputs | _bits(bits)
 
     def _announcement(self, session: int) -> bytes:
         capabilities = SENSES_IMPACTS if self._senses else 0
@@ -329,6 +332,10 @@ class Firmware:
             self._asked = np.zeros(len(self._wheels))
             self._speeds = np.zeros(len(self._wheels))
             self._simulator.command(np.zeros(2), 0.0)
+
+
+def _bits(status: dict[int, bool]) -> int:
+    return sum(bit for bit, on in status.items() if on)
 
 
 def _age(seconds: float) -> int:
