@@ -6,7 +6,9 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,6 +27,7 @@ from omnipuck_driver import port, serial_link
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_driver.framing import VERSION
 from omnipuck_driver.messages import BATTERY_LOW, WheelCaps
+from omnipuck_driver.session import Permission, WheelCommand
 from omnipuck_sim.emulator.firmware import Firmware
 
 LONGEST = Settings().limits.command_age + 1.0 / Settings().controller.rate
@@ -289,6 +292,23 @@ def test_a_firmware_that_never_arms_is_named_and_holds_it(serial_robot, monkeypa
     assert robot.speed < STANDING
 
 
+def test_a_firmware_that_drops_every_command_as_late_is_named_and_holds_it(serial_robot, monkeypatch):
+    robot = serial_robot()
+    said = "the firmware takes no command in time"
+    with monkeypatch.context() as patched:
+        # it never hears that it may move
+        patched.setattr(Firmware, "_time_on_the_way", lambda firmware, sent, now: 0.4)
+        assert robot.call("resume").success
+        robot.drive_until(lambda: robot.driver._contract._state.name == "held", x=0.3)
+        robot.drive_until(lambda: robot.driver._link.session.takes_none_in_time, x=0.3)
+        robot.drive_until(lambda: said in robot.said["/driver_node"], x=0.3)
+        assert not robot.call("resume").success
+    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+    monkeypatch.setattr(Firmware, "_time_on_the_way", lambda firmware, sent, now: 0.4)
+    robot.drive_until(lambda: robot.driver._contract._state.name == "held" and robot.speed < STANDING, x=0.3)
+    robot.drive_until(lambda: said in robot.said["/driver_node"], x=0.3)
+
+
 def test_bad_lines_are_driven_over(serial_robot):
     robot = serial_robot()
     robot.ask(flipped=0.01, lost=0.05, doubled=0.05, cut=0.05, split=0.1, noise=0.1)
@@ -434,7 +454,21 @@ def test_attempts_to_open_come_ever_more_seldom(monkeypatch):
     assert pauses[0] < 0.1 < 0.9 < pauses[-1] < 1.1
 
 
-@pytest.mark.parametrize(("key", "value"), [("kinematics.wheel_radius", 0.0), ("kinematics.wheel_angles", [0.0] * 3)])
+def test_no_more_waits_in_the_device_than_leaves_it_in_20_ms(monkeypatch):
+    port_ = SimpleNamespace(out_waiting=0, read=lambda most: b"", write=lambda frame: None)
+    monkeypatch.setattr(serial_link, "open_port", lambda path, baud: port_)
+    monkeypatch.setattr(serial_link, "select", lambda *_: ([], [port_], []))
+    for baud, most in ((9600, 19), (115200, 230)):
+        link = serial_link.SerialLink(replace(Settings().driver, baud=baud), 3, WheelCaps(70.5, 500.0))
+        link.receive(0.0)
+        for n, port_.out_waiting in enumerate([most, most + 1]):
+            link.send(WheelCommand((0.0,) * 3, 0.0, 0.2), Permission(False, True, 0, 0), float(n))
+            assert (link.sent, link.unsent) == (1, n)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("kinematics.wheel_radius", 0.0), ("kinematics.wheel_angles", [0.0] * 3), ("driver.rate", 5.0)]
+)
 def test_parameters_out_of_range_are_refused_at_the_start(ros, key, value):
     with pytest.raises(ParameterError, match=key):
         ros.make(DriverNode, {key: value})

@@ -17,13 +17,14 @@ from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.nodes.caps import LIVE, check_caps
 from collplan_ros.nodes.robot_contract import RobotContract
+from omnipuck_driver.command_rate import check_command_rate
 from omnipuck_driver.held_command import HeldCommand
 from omnipuck_driver.kinematics import OmniWheels
 from omnipuck_driver.link_report import LinkReport
 from omnipuck_driver.messages import BATTERY_LOW, EXPIRED, MOTOR_FAULT, SENSES_IMPACTS, STALLED, TOO_HOT, Telemetry
 from omnipuck_driver.sensed_impacts import SensedImpacts
 from omnipuck_driver.serial_link import SerialLink
-from omnipuck_driver.session import Permission, WheelCommand
+from omnipuck_driver.session import TOO_LATE, Permission, WheelCommand
 
 GROUPS = (Robot, Cap, Limits, Control, Frames, Driver, Kinematics)
 FINAL_ZEROS = 3
@@ -33,7 +34,7 @@ FINAL_WAIT = 0.2
 LOG_PERIOD = 1.0
 """Shortest time between two lines about the link: on a bad one they would come without end [s]."""
 UNARMED = 25
-"""So many telemetries in a row, half a second, of a firmware that may arm and does not."""
+"""So many telemetries in a row, half a second, of a firmware that does not arm, be it that it does not hear it may."""
 BATTERY = {BATTERY_LOW: "the battery is low: the next goal is refused until it is charged"}
 """A robot that moves goes on to its goal."""
 FAULTS = {MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
@@ -56,6 +57,7 @@ class DriverNode(Node):
         declare(self, *GROUPS, live=LIVE, check=check_caps)
         self._settings = read_settings(self, *GROUPS)
         self._wheels = OmniWheels(self._settings.kinematics)
+        check_command_rate(self._settings.driver, self._settings.limits, len(self._wheels))
         # steady also where the graph follows /clock: the robot does not
         self._local_clock = Clock(clock_type=ClockType.STEADY_TIME)
         caps = self._wheels.caps(self._settings.cap, self._settings.robot)
@@ -171,7 +173,7 @@ class DriverNode(Node):
         contract, session = self._contract, self._link.session
         faults = self._faults(FAULTS)
         told = self._permission.is_told_by(telemetry)
-        waits = contract.may_move and told and not session.armed
+        waits = contract.may_move and not session.armed
         self._unarmed = self._unarmed + 1 if waits else 0
         if session.button_pressed:
             contract.latch("by the button on the robot")
@@ -179,10 +181,12 @@ class DriverNode(Node):
             contract.latch("kept by the firmware")
         elif contract.may_move and faults:
             contract.hold(faults)
-        elif waits and self._was_armed:
+        elif waits and told and self._was_armed:
             contract.hold("the firmware stands still by itself")
+        elif contract.may_move and session.takes_none_in_time:
+            contract.hold(TOO_LATE)
         elif self._unarmed > UNARMED:
-            contract.hold("the firmware does not arm")
+            contract.hold("the firmware does not arm" if told else TOO_LATE)
         self._was_armed = told and session.armed
 
     def _faults(self, known: Mapping[int, str]) -> str:

@@ -5,6 +5,7 @@ from select import select
 import serial
 
 from collplan_core.parameters import Driver
+from omnipuck_driver.command_rate import BITS_PER_BYTE
 from omnipuck_driver.messages import Telemetry, WheelCaps
 from omnipuck_driver.port import PortError, open_port
 from omnipuck_driver.session import Permission, Session, WheelCommand
@@ -13,8 +14,8 @@ FIRST_WAIT = 0.05
 """Pause after the first attempt in vain; each further one takes twice as long, up to driver.longest_wait [s]."""
 MOST_READ = 4096
 """Most bytes read at once."""
-MOST_WAITING = 256
-"""Most bytes that may wait in the device; more would be old when they arrive."""
+LONGEST_QUEUE = 0.02
+"""Time for which bytes may wait in the device; those behind more would be old when they arrive [s]."""
 
 
 class SerialLink:
@@ -89,7 +90,8 @@ class SerialLink:
     def _has_room(self) -> bool:
         # write() of a full device would spin
         assert self._port is not None
-        return self._port.out_waiting < MOST_WAITING and bool(select([], [self._port], [], 0)[1])
+        queue = self._port.out_waiting * BITS_PER_BYTE / self._driver.baud
+        return queue < LONGEST_QUEUE and bool(select([], [self._port], [], 0)[1])
 
     def _try_to_open(self, now: float) -> None:
         if now < self._next_attempt:

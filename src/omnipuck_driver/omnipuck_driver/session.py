@@ -22,6 +22,10 @@ from omnipuck_driver.messages import (
 
 HELLO_PERIOD = 0.1
 """Time between two greetings [s]."""
+LONGEST_ECHO_DELAY = 1000
+"""Time since the firmware took a command, beyond which none is taken in time [ms]."""
+TOO_LATE = "the firmware takes no command in time: raise driver.baud, lower driver.rate, or look at the line"
+"""Why nothing moves where commands come late and are dropped."""
 MILLISECONDS = 1 << 32
 
 
@@ -132,6 +136,12 @@ class Session:
         return self.connected and self.telemetry is not None and bool(self.telemetry.status & ARMED)
 
     @property
+    def takes_none_in_time(self) -> bool:
+        """Whether the firmware took commands in this session and takes none any more, as where all come late."""
+        telemetry = self.telemetry
+        return telemetry is not None and bool(telemetry.echo) and telemetry.echo_delay > LONGEST_ECHO_DELAY
+
+    @property
     def stop_latched(self) -> bool:
         """Whether the firmware has latched an emergency stop."""
         return self.telemetry is not None and bool(self.telemetry.status & ESTOP_LATCHED)
@@ -189,8 +199,9 @@ class Session:
             return f"the firmware lets through {self.announced.caps}, more than the {self._caps} it was told"
         if self.button_pressed:
             return "the emergency stop on the robot is pressed"
-        taken = self.telemetry is not None and self.telemetry.echo
-        return "" if taken else "waiting until the firmware takes commands"
+        if self.telemetry is None or not self.telemetry.echo:
+            return "waiting until the firmware takes commands"
+        return TOO_LATE if self.takes_none_in_time else ""
 
     def _why_no_answer(self) -> str:
         if self.decoder.other_version is not None:

@@ -350,7 +350,7 @@ class Driver(Parameters):
     group = "driver"
     port: str = parameter("/dev/ttyUSB0", "Serial device")
     baud: int = parameter(115200, "Rate of the serial device; that of the firmware", unit="bit/s", low=9600, high=4000000)
-    rate: float = parameter(50.0, "Commands sent per second", unit="Hz", low=5.0, high=200.0)
+    rate: float = parameter(50.0, "Commands sent per second: at least two in limits.command_age, no more than driver.baud carries", unit="Hz", low=5.0, high=200.0)
     link_timeout: float = parameter(0.3, "Silence of the firmware after which the session begins anew, standing still", unit="s", low=0.05, high=5.0)
     longest_wait: float = parameter(1.0, "Longest pause between two attempts to open the device", unit="s", low=0.05, high=60.0)
 

@@ -1,0 +1,64 @@
+"""The driver's end of the protocol without a port: what it says of a firmware that does not do what it should."""
+
+from dataclasses import replace
+
+from omnipuck_driver.codec import Encoder
+from omnipuck_driver.messages import NEVER, NO_TEMPERATURE, Announce, Telemetry, WheelCaps
+from omnipuck_driver.session import TOO_LATE, Permission, Session, WheelCommand
+
+TOKEN, BOOT = 7, 3
+CAPS = WheelCaps(70.5, 500.0)
+ANNOUNCE = Announce(TOKEN, BOOT, 0, 3, 500, CAPS, "puck 2.0")
+TELEMETRY = Telemetry(
+    session=TOKEN,
+    boot=BOOT,
+    time=5000,
+    status=0,
+    battery=7400,
+    temperature=NO_TEMPERATURE,
+    echo=1000,
+    echo_delay=5,
+    command_age=NEVER,
+    accepted=3,
+    dropped=0,
+    impacts=0,
+    impact_age=NEVER,
+    impact=(0.0, 0.0),
+    cleared=0,
+    released=0,
+    wheels=(0.0, 0.0, 0.0),
+)
+
+
+class Talk:
+    """A session, and a firmware that says what the test wants."""
+
+    def __init__(self) -> None:
+        self.session = Session(3, 0.3, CAPS, new_token=lambda: TOKEN)
+        self.encoder = Encoder()
+
+    def hears(self, *messages, now: float = 0.0) -> "Talk":
+        self.session.receive(b"".join(map(self.encoder.encode, messages)), now)
+        return self
+
+    def sends(self, now: float) -> bytes:
+        return self.session.outgoing(WheelCommand((0.0,) * 3, 0.0, 0.2), Permission(False, True, 0, 0), now)
+
+    @property
+    def trouble(self) -> str:
+        return self.session.trouble()
+
+
+def test_a_firmware_that_takes_commands_is_no_trouble_and_one_that_never_did_is_waited_for():
+    assert Talk().hears(ANNOUNCE, TELEMETRY).trouble == ""
+    for delay in (0, NEVER):
+        silent = replace(TELEMETRY, echo=0, echo_delay=delay)
+        assert Talk().hears(ANNOUNCE, silent).trouble == "waiting until the firmware takes commands"
+
+
+def test_a_firmware_that_takes_none_any_more_is_named():
+    talk = Talk().hears(ANNOUNCE, replace(TELEMETRY, echo_delay=1000))
+    assert talk.trouble == ""
+    assert talk.hears(replace(TELEMETRY, echo_delay=1001)).trouble == TOO_LATE
+    assert talk.session.connected
+    assert talk.hears(TELEMETRY).trouble == ""
