@@ -62,3 +62,22 @@ def test_a_firmware_that_takes_none_any_more_is_named():
     assert talk.hears(replace(TELEMETRY, echo_delay=1001)).trouble == TOO_LATE
     assert talk.session.connected
     assert talk.hears(TELEMETRY).trouble == ""
+
+
+def test_a_firmware_that_is_heard_and_does_not_answer_is_not_taken_for_another_rate():
+    talk = Talk()
+    assert talk.trouble.startswith("no answer")
+    talk.session.receive(b"\x11\x22\x00\x33", 0.0)
+    assert talk.trouble.startswith("bytes come in but make no whole frames")
+    # as it speaks without a session: the line to it is cut, or garbled
+    talk.hears(replace(TELEMETRY, session=0, echo=0))
+    assert talk.trouble == "the firmware is heard but does not answer: is the line to it connected?"
+    assert talk.hears(ANNOUNCE, TELEMETRY).trouble == ""
+
+
+def test_what_was_heard_in_a_session_before_says_nothing_of_the_next():
+    talk = Talk().hears(ANNOUNCE, TELEMETRY)
+    assert talk.sends(now=0.1)
+    talk.sends(now=1.0)
+    assert talk.session.ended_by == "the firmware fell silent"
+    assert talk.trouble.startswith("no answer")

@@ -123,6 +123,7 @@ class Session:
         self._token = self._new_token()
         self._heard = self._greeted = float("-inf")
         self._taken_before = self.decoder.taken
+        self._accepted_before = self.decoder.accepted
 
     @property
     def connected(self) -> bool:
@@ -209,6 +210,8 @@ class Session:
                 f"the firmware speaks version {self.decoder.other_version} of the protocol, this driver version "
                 f"{VERSION}: install a firmware and a driver of one version"
             )
+        if self.decoder.accepted > self._accepted_before:
+            return "the firmware is heard but does not answer: is the line to it connected?"
         if self.decoder.taken > self._taken_before:
             return "bytes come in but make no whole frames: is driver.baud that of the firmware, and this its device?"
         return "no answer: is the robot switched on, does it run the firmware?"
