@@ -1,10 +1,12 @@
 """The driver against the emulated firmware: stopping in time, reconnecting, and what it says in trouble."""
 
+import errno
 import os
 import pty
 import signal
 import subprocess
 import sys
+import termios
 import time
 from dataclasses import replace
 from itertools import pairwise
@@ -429,6 +431,20 @@ def test_a_busy_device_is_named_and_taken_when_it_is_free(ros, tmp_path):
 )
 def test_a_device_that_cannot_be_opened_says_what_to_do(number, said):
     assert said in port.described("/dev/ttyUSB0", 115200, OSError(number, os.strerror(number)))
+
+
+@pytest.mark.parametrize("call", ["tcsetattr", "tcflush"])
+@pytest.mark.parametrize(("number", "said"), [(errno.EIO, "broken"), (errno.ENODEV, "no such device")])
+def test_a_cable_pulled_while_the_device_is_opened_is_told(monkeypatch, call, number, said):
+    def gone(*arguments):
+        raise termios.error(number, os.strerror(number))
+
+    master, slave = pty.openpty()
+    monkeypatch.setattr(termios, call, gone)
+    with pytest.raises(port.PortError, match=said):
+        port.open_port(os.ttyname(slave), 115200)
+    os.close(master)
+    os.close(slave)
 
 
 def test_a_file_is_no_device(tmp_path):

@@ -1,6 +1,7 @@
 """Opening a serial device, with an error message that names the remedy where it cannot be opened."""
 
 import errno
+import termios
 from pathlib import Path
 
 import serial
@@ -18,13 +19,14 @@ def open_port(path: str, baud: int) -> serial.Serial:
     """
     try:
         return serial.Serial(path, baud, timeout=0, write_timeout=0, exclusive=True)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, termios.error) as error:
         raise PortError(described(path, baud, error)) from None
 
 
 def described(path: str, baud: int, error: Exception) -> str:
     """The error message: what is wrong with a device, and what to do."""
-    number = getattr(error, "errno", None)
+    # pyserial lets through that of a device that goes while it is set up, which has no errno
+    number = error.args[0] if isinstance(error, termios.error) else getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
         return f"{path}: no such device: is the cable plugged in, the robot switched on? (driver.port)"
     if number in (errno.EACCES, errno.EPERM):
