@@ -2,39 +2,21 @@
 
 from dataclasses import replace
 
+from telemetry_example import TELEMETRY
+
 from omnipuck_driver.codec import Encoder
-from omnipuck_driver.messages import NEVER, NO_TEMPERATURE, Announce, Telemetry, WheelCaps
+from omnipuck_driver.messages import NEVER, Announce, WheelCaps
 from omnipuck_driver.session import TOO_LATE, Permission, Session, WheelCommand
 
-TOKEN, BOOT = 7, 3
 CAPS = WheelCaps(70.5, 500.0)
-ANNOUNCE = Announce(TOKEN, BOOT, 0, 3, 500, CAPS, "puck 2.0")
-TELEMETRY = Telemetry(
-    session=TOKEN,
-    boot=BOOT,
-    time=5000,
-    status=0,
-    battery=7400,
-    temperature=NO_TEMPERATURE,
-    echo=1000,
-    echo_delay=5,
-    command_age=NEVER,
-    accepted=3,
-    dropped=0,
-    impacts=0,
-    impact_age=NEVER,
-    impact=(0.0, 0.0),
-    cleared=0,
-    released=0,
-    wheels=(0.0, 0.0, 0.0),
-)
+ANNOUNCE = Announce(TELEMETRY.session, TELEMETRY.boot, 0, 3, 500, CAPS, "puck 2.0")
 
 
 class Talk:
     """A session, and a firmware that says what the test wants."""
 
     def __init__(self) -> None:
-        self.session = Session(3, 0.3, CAPS, new_token=lambda: TOKEN)
+        self.session = Session(3, 0.3, CAPS, new_token=lambda: TELEMETRY.session)
         self.encoder = Encoder()
 
     def hears(self, *messages, now: float = 0.0) -> "Talk":

@@ -26,7 +26,8 @@ class SensedImpacts:
 
     Attributes:
         published: impacts published.
-        missed: impacts for which a pose, or their telemetry, was missing, or that changed no velocity.
+        missed: impacts for which a pose, or their telemetry, was missing, that are older than the poses kept, or that
+            changed no velocity.
     """
 
     def __init__(self, node: Node, inputs: Inputs, settings: Settings, clock: Clock) -> None:
@@ -61,8 +62,10 @@ class SensedImpacts:
         if now is None or telemetry.impact_age == NEVER or not any(telemetry.impact):
             return False
         stamp = now - telemetry.impact_age * 1e-3
-        # where no pose is as new as the impact the newest one leads to it
-        state = self._history.at(stamp) or self._newest
+        state = self._history.at(stamp)
+        if state is None and self._newest is not None and self._newest.stamp <= stamp:
+            # no pose is as new as the impact: the newest one leads to it
+            state = self._newest
         if state is None:
             return False
         change = np.array(rotate(*telemetry.impact, state.yaw))

@@ -1,0 +1,60 @@
+"""Impacts of the telemetry in the map frame, by poses of then: no node, and a clock that the test sets."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from telemetry_example import TELEMETRY
+
+from collplan_core.parameters import Settings
+from collplan_core.state import State
+from collplan_ros.messages.conversions import impact_contact_from_message, state_to_odometry
+from omnipuck_driver.sensed_impacts import SensedImpacts
+
+USED = Settings().with_values({"limits.pose_history": 0.5})
+SPEED = 0.8
+
+
+class Bench:
+    """Poses each 10 ms of a robot that goes along x; what is published, by topic."""
+
+    def __init__(self) -> None:
+        self.published: dict[str, list] = {}
+        self.local = 0.0
+        clock = SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=round(self.local * 1e9)))
+        self.sensed = SensedImpacts(self, self, USED, clock)
+        for n in range(201):
+            self.local = n / 100
+            state = State(self.local, np.array([SPEED * self.local, 0.0]), np.array([SPEED, 0.0]), 0.0)
+            self._take_pose(state_to_odometry(state, USED.frames.map, USED.frames.base))
+        self.sensed.take(TELEMETRY)
+
+    def create_publisher(self, message_type, topic, qos):
+        return SimpleNamespace(publish=self.published.setdefault(topic, []).append)
+
+    def listen(self, message_type, topic, callback, qos, kind):
+        self._take_pose = callback
+
+    def told(self, age: float) -> None:
+        """Telemetry of a new impact that was `age` [s] ago."""
+        self.sensed.take(replace(TELEMETRY, impacts=1, impact_age=round(1e3 * age), impact=(-0.5, 0.0)))
+
+
+@pytest.mark.parametrize(("later", "age"), [(0.0, 0.0), (0.0, 0.3), (0.0, 0.495), (0.05, 0.0), (0.05, 0.2)])
+def test_an_impact_is_where_the_robot_was_then(later, age):
+    bench = Bench()
+    bench.local += later
+    bench.told(age)
+    assert (bench.sensed.published, bench.sensed.missed) == (1, 0)
+    contact = impact_contact_from_message(bench.published["impact/contact"][0], USED.frames.map)
+    then = 2.0 + later - age
+    assert contact.time == pytest.approx(then)
+    assert contact.point == pytest.approx((SPEED * then + USED.robot.radius, 0.0), abs=1e-6)
+
+
+def test_one_that_is_older_than_the_poses_kept_is_missed():
+    bench = Bench()
+    bench.told(0.6)
+    assert (bench.sensed.published, bench.sensed.missed) == (0, 1)
+    assert bench.published == {"impact/contact": [], "impact": []}
