@@ -140,11 +140,45 @@ def test_hello_is_answered_with_what_it_is():
     assert Device(senses_impacts=True).say(Hello(1, CAPS))[0].capabilities == SENSES_IMPACTS
 
 
+def test_several_hellos_at_once_are_answered_by_one_announce():
+    device = Device()
+    assert device.say(Hello(41, CAPS), Hello(42, CAPS), Hello(42, CAPS)) == [
+        Announce(42, 7, 0, 3, 500, CAPS, Device.name)
+    ]
+
+
+def test_hello_without_a_session_ends_one_and_its_caps_with_it():
+    device = Device()
+    for _ in range(2):
+        device.say(Hello(42, CAPS))
+        assert device.say(Hello(0, CAPS)) == [Announce(0, 7, 0, 3, 500, device.own_caps, Device.name)]
+        assert device.telemetry.session == 0
+
+
+def test_the_echo_has_no_age_before_there_is_one():
+    device = Device()
+    assert (device.telemetry.echo, device.telemetry.echo_delay) == (0, NEVER)
+    device.say(Hello(42, CAPS))
+    assert device.telemetry.echo_delay == NEVER
+    device.command(REST)
+    assert device.telemetry.echo_delay == 0
+
+
+def test_what_a_device_says_is_of_an_unknown_type_to_a_device():
+    device = Device()
+    device.say(Hello(42, CAPS))
+    before = device.telemetry
+    for message in (Announce(42, 7, 0, 3, 500, CAPS, "echo"), before):
+        assert device.say(message) == []
+    after = device.telemetry
+    assert (after.accepted, after.dropped) == (before.accepted, before.dropped + 2)
+
+
 def test_what_it_cannot_pretend_is_refused():
     if Device.kind is Firmware:
         assert Device(n_wheels=4).say(Hello(1, CAPS))[0].n_wheels == 4
         return
-    for wrong in ({"n_wheels": 4}, {"protocol_version": 3}):
+    for wrong in ({"n_wheels": 4}, {"protocol_version": 3}, {"telemetry_rate": 20.0}):
         (name,) = wrong
         with pytest.raises(ParameterError, match=rf"^emulator\.{name}: got {wrong[name]}, expected"):
             Device(**wrong)

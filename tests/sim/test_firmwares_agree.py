@@ -1,16 +1,18 @@
 """The reference firmware and the emulated one, written apart from the same page, do the same with the same bytes."""
 
+from dataclasses import replace
 from random import Random
 
 import numpy as np
 import pytest
 from c_compiler import NEEDS_COMPILER
 from damaged_frames import damaged
+from telemetry_example import TELEMETRY
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import parse_world
 from omnipuck_driver.codec import Decoder, Encoder
-from omnipuck_driver.messages import EXPIRED, NEVER, STALLED, CommandMessage, Hello, Telemetry, WheelCaps
+from omnipuck_driver.messages import EXPIRED, NEVER, STALLED, Announce, CommandMessage, Hello, Telemetry, WheelCaps
 from omnipuck_sim.emulator.c_firmware import CFirmware
 from omnipuck_sim.emulator.firmware import Firmware
 from omnipuck_sim.robot.physics import Simulator
@@ -38,6 +40,11 @@ class Side:
             self.firmware.advance()
             self.simulator.step()
 
+    def hears(self, data: bytes) -> list[Announce]:
+        """Its answers, but for its name."""
+        said = self.decoder.feed(self.firmware.receive(data))
+        return [replace(each, firmware="") for each in said if isinstance(each, Announce)]
+
     @property
     def told(self) -> Telemetry:
         return next(each for each in self.decoder.feed(self.firmware.telemetry())[::-1] if isinstance(each, Telemetry))
@@ -55,8 +62,11 @@ class Host:
     def frame(self, now: float) -> bytes:
         chance = self.chance
         if chance.random() < 0.03 or not self.session:
-            self.session = chance.choice([self.session or 1, chance.randrange(1, 4)])
-            return self.encoder.encode(Hello(self.session, WheelCaps(chance.choice([8.0, 60.0]), 512.0)))
+            self.session = chance.choice([self.session or 1, chance.randrange(4)])
+            hello = Hello(self.session, WheelCaps(chance.choice([8.0, 60.0]), 512.0))
+            return b"".join(self.encoder.encode(hello) for _ in range(chance.choice([1, 1, 2])))
+        if chance.random() < 0.02:
+            return self.encoder.encode(TELEMETRY)
         self.cleared = (self.cleared + (chance.random() < 0.1)) % 256
         self.released = (self.released + (chance.random() < 0.3)) % 256
         wheels = chance.choice([(0.0,) * 3, (-20.0, 0.0, 20.0), tuple(chance.uniform(-90.0, 90.0) for _ in range(3))])
@@ -85,9 +95,10 @@ def differences(sides: list[Side], unsure: int) -> list[str]:
     found = [name for name in SAME if getattr(one, name) != getattr(other, name)]
     if (one.status ^ other.status) & ~(STALLED | unsure):
         found.append("status")
-    ages = [each.command_age for each in told]
-    if (NEVER in ages and ages[0] != ages[1]) or abs(ages[0] - ages[1]) > 1e3 * CLOCK_RESOLUTION:
-        found.append("command_age")
+    for name in ("command_age", "echo_delay"):
+        ages = [getattr(each, name) for each in told]
+        if (NEVER in ages and ages[0] != ages[1]) or abs(ages[0] - ages[1]) > 1e3 * CLOCK_RESOLUTION:
+            found.append(name)
     speeds = [np.array(side.firmware._speeds) for side in sides]
     if np.abs(speeds[0] - speeds[1]).max() > 512.0 * CLOCK_RESOLUTION:
         found.append(f"speeds {speeds}")
@@ -114,8 +125,9 @@ def agree(seed: int, n_frames: int) -> int:
             # of a life that ends at this moment one sees the end first, the other the fault
             unsure = EXPIRED
         pause = chance.choice([0.005, 0.025, 0.045, 0.125]) + (1.2 if chance.random() < 0.02 else 0.0)
+        answers = [side.hears(data) for side in sides]
+        assert answers[0] == answers[1], f"seed {seed}, frame {number}"
         for side in sides:
-            side.decoder.feed(side.firmware.receive(data))
             side.run(pause)
         if differences(sides, unsure):
             # a life that ends at this moment ends for one a little earlier

@@ -12,7 +12,7 @@ from omnipuck_driver.framing import (
     pack_frame,
     unpack_frame,
 )
-from omnipuck_driver.messages import Announce, Hello, Message, unpack_message
+from omnipuck_driver.messages import FROM_DEVICE, TO_DEVICE, Announce, Hello, Kinds, Message, unpack_message
 
 REASONS = ("oversized", "cobs", "short", "crc", "version", "type", "content", "repeated")
 """Reasons for which something between two delimiters is dropped."""
@@ -38,6 +38,10 @@ class Decoder:
     A frame whose number is that of the frame before, or an earlier one, is a repetition and dropped. Hello and Announce
     begin the numbering anew.
 
+    Args:
+        version: of the protocol.
+        kinds: the messages that this end hears; of any other one the type is unknown.
+
     Attributes:
         dropped: counts by reason.
         accepted: messages given out.
@@ -46,13 +50,14 @@ class Decoder:
         other_version: newest version seen that is not this one, None before.
     """
 
-    def __init__(self, version: int = VERSION) -> None:
+    def __init__(self, version: int = VERSION, kinds: Kinds = TO_DEVICE + FROM_DEVICE) -> None:
         self.dropped: Counter[str] = Counter()
         self.accepted = 0
         self.lost = 0
         self.taken = 0
         self.other_version: int | None = None
         self._version = version
+        self._kinds = kinds
         self._buffer = bytearray()
         self._overflown = False
         self._last: int | None = None
@@ -105,7 +110,7 @@ class Decoder:
         if frame.version != self._version:
             self.other_version = frame.version
             raise FrameError("version", f"version {frame.version}, expected {self._version}")
-        message = unpack_message(frame.kind, frame.payload)
+        message = unpack_message(frame.kind, frame.payload, self._kinds)
         self._count(frame.sequence, begins=isinstance(message, (Hello, Announce)))
         return message
 

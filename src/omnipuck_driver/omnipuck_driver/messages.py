@@ -205,21 +205,26 @@ class Telemetry:
 
 
 Message = Hello | CommandMessage | Announce | Telemetry
-_KINDS: dict[int, type[Hello] | type[CommandMessage] | type[Announce] | type[Telemetry]] = {
-    kind.KIND: kind for kind in (Hello, CommandMessage, Announce, Telemetry)
-}
+Kinds = tuple[type[Hello] | type[CommandMessage] | type[Announce] | type[Telemetry], ...]
+TO_DEVICE: Kinds = (Hello, CommandMessage)
+FROM_DEVICE: Kinds = (Announce, Telemetry)
 
 
-def unpack_message(kind: int, payload: bytes) -> Message:
+def unpack_message(kind: int, payload: bytes, kinds: Kinds = TO_DEVICE + FROM_DEVICE) -> Message:
     """The message of a frame.
 
+    Args:
+        kind: type that the frame names; payload: what it holds.
+        kinds: the messages that may come.
+
     Raises:
-        FrameError: a type that does not exist, a length that does not fit, or numbers that are not finite.
+        FrameError: a type that is not among them, a length that does not fit, or numbers that are not finite.
     """
-    if kind not in _KINDS:
+    message = next((each for each in kinds if kind == each.KIND), None)
+    if message is None:
         raise FrameError("type", f"type 0x{kind:02x} is unknown")
     try:
-        return _KINDS[kind].unpack(payload)
+        return message.unpack(payload)
     except struct.error as error:
         raise FrameError("content", f"type 0x{kind:02x}: {error}") from None
 

@@ -12,6 +12,7 @@ from omnipuck_driver.messages import (
     EMERGENCY_STOP,
     ESTOP_LATCHED,
     ESTOP_PRESSED,
+    FROM_DEVICE,
     HOLD,
     Announce,
     CommandMessage,
@@ -106,7 +107,7 @@ class Session:
         self.telemetry: Telemetry | None = None
         self.latency: float | None = None
         self.begun = 0
-        self.decoder = Decoder()
+        self.decoder = Decoder(kinds=FROM_DEVICE)
         self._encoder = Encoder()
         self._n_wheels = n_wheels
         self._timeout = timeout

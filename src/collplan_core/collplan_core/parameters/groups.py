@@ -363,7 +363,7 @@ class Emulator(Parameters):
     firmware: str = parameter("python", "Firmware: the emulated one, or the reference in C, compiled by cc", choices=("python", "c"))
     link: str = parameter("/tmp/omnipuck", "Path made to lead to the pseudo-terminal, the driver's driver.port")
     baud: int = parameter(115200, "Rate that the firmware understands; at another one both ends read garbage", unit="bit/s", low=9600, high=4000000)
-    telemetry_rate: float = parameter(50.0, "Telemetry frames per second", unit="Hz", low=1.0, high=100.0)
+    telemetry_rate: float = parameter(50.0, "Telemetry frames per second; the reference in C has 50", unit="Hz", low=1.0, high=100.0)
     senses_impacts: bool = parameter(False, "The ring senses impacts and the firmware reports them")
     protocol_version: int = parameter(2, "Version of the protocol that the firmware speaks", low=0, high=255)
     n_wheels: int = parameter(0, "Wheels that the firmware announces; 0 for as many as kinematics.wheel_angles has", low=0, high=8)

@@ -25,6 +25,8 @@ from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
 
 CLOCK = 1 << 32
+TELEMETRY_RATE = 50.0
+"""Of its own, as in firmware.h [Hz]."""
 NAME = b"reference 2"
 
 _CLOCK = ctypes.CFUNCTYPE(c_uint32, c_void_p)
@@ -83,11 +85,16 @@ class CFirmware:
         """Compiles the firmware where that is needed.
 
         Raises:
-            ParameterError: it cannot be compiled, or is to speak another version or to have wheels that are not there.
+            ParameterError: it cannot be compiled, or is to speak another version, at another rate or of wheels that are
+                not there.
         """
         emulator = settings.emulator
         if emulator.protocol_version != VERSION:
             raise ParameterError(f"emulator.protocol_version: got {emulator.protocol_version}, expected {VERSION} in C")
+        if emulator.telemetry_rate != TELEMETRY_RATE:
+            raise ParameterError(
+                f"emulator.telemetry_rate: got {emulator.telemetry_rate}, expected {TELEMETRY_RATE:g} in C"
+            )
         self._wheels = OmniWheels(settings.kinematics)
         if emulator.n_wheels not in (0, len(self._wheels)):
             raise ParameterError(f"emulator.n_wheels: got {emulator.n_wheels}, expected 0 or {len(self._wheels)} in C")

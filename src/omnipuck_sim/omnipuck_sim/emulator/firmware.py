@@ -22,6 +22,7 @@ from omnipuck_driver.messages import (
     NO_TEMPERATURE,
     SENSES_IMPACTS,
     STALLED,
+    TO_DEVICE,
     TOO_HOT,
     Announce,
     CommandMessage,
@@ -97,7 +98,7 @@ class Firmware:
         self._senses = emulator.senses_impacts
         self._boot = boot
         version = emulator.protocol_version
-        self._encoder, self._decoder = Encoder(version), Decoder(version)
+        self._encoder, self._decoder = Encoder(version), Decoder(version, TO_DEVICE)
         self._session = 0
         self._own_caps = WheelCaps(float(np.float32(settings.kinematics.max_wheel_speed)), MOST_ACCELERATION)
         self._caps = self._own_caps
@@ -124,18 +125,20 @@ class Firmware:
         return self._announcement(0)
 
     def receive(self, data: bytes) -> bytes:
-        """Takes bytes; returns the answers."""
-        answers = b""
+        """Takes bytes; returns the answers: several Hellos that come at once get one."""
+        greeted = False
         for message in self._decoder.feed(data):
             if isinstance(message, Hello):
-                answers += self._greet(message)
+                self._greet(message)
+                greeted = True
             elif isinstance(message, CommandMessage):
                 self._take(message)
+        answers = b""
         if self._decoder.other_version is not None:
             # in its own version, so that the other side can report what is wrong
             self._decoder.other_version = None
             answers += self._announcement(0)
-        return answers
+        return answers + (self._announcement(self._session) if greeted else b"")
 
     def advance(self) -> None:
         """Ends commands and sessions that have outlived their time; to be called before each step of the simulator."""
@@ -177,7 +180,7 @@ class Firmware:
     def telemetry(self) -> bytes:
         """One frame of telemetry."""
         now, decoder = self._simulator.time, self._decoder
-        echo, echo_time = self._echo or (0, now)
+        echo, echo_time = self._echo or (0, -1e9)
         impact_time, impact = self._impact or (-1e9, (0.0, 0.0))
         frame = self._encoder.encode(
             Telemetry(
@@ -236,11 +239,11 @@ class Firmware:
             Announce(session, self._boot, capabilities, self._n_wheels, life, self._caps, "emulator 2")
         )
 
-    def _greet(self, hello: Hello) -> bytes:
+    def _greet(self, hello: Hello) -> None:
         self._heard = self._simulator.time
         if hello.session != self._session:
-            self._begin(hello.session, hello.caps.within(self._own_caps))
-        return self._announcement(hello.session)
+            # 0 begins none: its caps are told to nobody
+            self._begin(hello.session, hello.caps.within(self._own_caps) if hello.session else self._own_caps)
 
     def _begin(self, session: int, caps: WheelCaps) -> None:
         """A session, 0 for none."""
