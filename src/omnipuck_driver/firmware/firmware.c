@@ -42,6 +42,25 @@ static void set_wheels(struct omnipuck_state *state)
     state->hardware->set_wheel_speeds(state->hardware->context, state->speeds, state->configuration->wheels);
 }
 
+/* At once, not in drive: a command that is followed in the same step is to set out from rest. */
+static void rest(struct omnipuck_state *state)
+{
+    const size_t wheels = state->configuration->wheels;
+    if (!turns(state->speeds, wheels)) {
+        return;
+    }
+    for (size_t i = 0; i < wheels; ++i) {
+        state->speeds[i] = 0.0F;
+    }
+    set_wheels(state);
+}
+
+static void stand(struct omnipuck_state *state)
+{
+    state->following.active = false;
+    rest(state);
+}
+
 static void begin_session(struct omnipuck_state *state, uint32_t session, float wheel_speed, float wheel_acceleration)
 {
     state->session = session;
@@ -51,7 +70,7 @@ static void begin_session(struct omnipuck_state *state, uint32_t session, float 
     state->echoes = false;
     state->echo = 0;
     state->since_echo = 0;
-    state->following.active = false;
+    stand(state);
     omnipuck_arming_new_session(&state->arming);
     omnipuck_delay_forget(&state->delay);
 }
@@ -66,26 +85,15 @@ static void note(struct omnipuck_state *state, enum omnipuck_status bit)
     state->noticed = (uint16_t)(state->noticed | (unsigned)bit);
 }
 
-static void stand(struct omnipuck_state *state)
-{
-    for (size_t i = 0; i < state->configuration->wheels; ++i) {
-        state->speeds[i] = 0.0F;
-    }
-}
-
 static void end_life(struct omnipuck_state *state)
 {
     const uint32_t elapsed = state->now - state->following.since;
     if (!state->following.active || elapsed < state->following.life) {
         return;
     }
-    state->following.active = false;
-    /* Now, not in drive: a fresh command may be followed before, and is to set out from rest. */
     stand(state);
-    if (turns(state->following.wheel, state->configuration->wheels)) {
-        state->outlived = true;
-        note(state, OMNIPUCK_STATUS_OUTLIVED);
-    }
+    state->outlived = true;
+    note(state, OMNIPUCK_STATUS_OUTLIVED);
 }
 
 static void watch_inputs(struct omnipuck_state *state)
@@ -97,7 +105,7 @@ static void watch_inputs(struct omnipuck_state *state)
     if (state->button_pressed) {
         note(state, OMNIPUCK_STATUS_BUTTON_PRESSED);
         omnipuck_arming_emergency_stop(&state->arming);
-        state->following.active = false;
+        stand(state);
     }
     if (state->motor_fault) {
         note(state, OMNIPUCK_STATUS_MOTOR_FAULT);
@@ -107,7 +115,7 @@ static void watch_inputs(struct omnipuck_state *state)
     }
     if (has_fault(state)) {
         omnipuck_arming_disarm(&state->arming);
-        state->following.active = false;
+        stand(state);
     }
     if ((state->configuration->capabilities & OMNIPUCK_SENSES_IMPACTS) != 0
         && hardware->take_impact(hardware->context, &state->impact_x, &state->impact_y)) {
@@ -133,9 +141,8 @@ static void follow(struct omnipuck_state *state, const struct omnipuck_command *
 {
     struct omnipuck_following *following = &state->following;
     const size_t wheels = state->configuration->wheels;
-    const bool asks_to_turn = turns(command->wheel, wheels);
-    const bool stops = (command->flags & (OMNIPUCK_FLAG_EMERGENCY_STOP | OMNIPUCK_FLAG_HOLD)) != 0;
-    if (!state->arming.armed && asks_to_turn && !stops) {
+    if (!state->arming.armed || !turns(command->wheel, wheels)) {
+        stand(state);
         return;
     }
     following->active = true;
@@ -143,10 +150,10 @@ static void follow(struct omnipuck_state *state, const struct omnipuck_command *
     following->life = life;
     following->age = command->age_ms + excess;
     for (size_t i = 0; i < wheels; ++i) {
-        following->wheel[i] = state->arming.armed ? command->wheel[i] : 0.0F;
+        following->wheel[i] = command->wheel[i];
     }
     omnipuck_wheels_cap(following->wheel, wheels, state->wheel_speed);
-    state->outlived = state->outlived && !turns(following->wheel, wheels);
+    state->outlived = false;
 }
 
 static void hear_command(struct omnipuck_state *state, const struct omnipuck_command *command)
@@ -170,7 +177,7 @@ static void hear_command(struct omnipuck_state *state, const struct omnipuck_com
         }
         omnipuck_arming_flags(&state->arming, command->flags);
         if (!state->arming.armed) {
-            state->following.active = false;
+            stand(state);
         }
         return;
     }
@@ -259,6 +266,9 @@ bool omnipuck_start(struct omnipuck_state *state, const struct omnipuck_configur
     omnipuck_decoder_start(&state->decoder);
     omnipuck_transmitter_start(&state->transmitter);
     omnipuck_arming_start(&state->arming);
+    for (size_t i = 0; i < OMNIPUCK_WHEELS_MAX; ++i) {
+        state->speeds[i] = 0.0F;
+    }
     state->following.since = state->now;
     state->following.life = 0;
     state->following.age = 0;
@@ -276,9 +286,6 @@ bool omnipuck_start(struct omnipuck_state *state, const struct omnipuck_configur
     state->greeting_due = true;
     state->answer_due = false;
     state->since_telemetry = OMNIPUCK_TELEMETRY_PERIOD_MS;
-    for (size_t i = 0; i < OMNIPUCK_WHEELS_MAX; ++i) {
-        state->speeds[i] = 0.0F;
-    }
     set_wheels(state);
     return true;
 }
@@ -292,7 +299,7 @@ void omnipuck_step(struct omnipuck_state *state)
         note(state, OMNIPUCK_STATUS_HELD_UP);
     }
     if (elapsed >= OMNIPUCK_MOTORS_STOP_MS) {
-        stand(state);
+        rest(state);
     }
     pass(&state->silence, elapsed);
     pass(&state->since_echo, elapsed);

@@ -25,7 +25,7 @@ enum {
     OMNIPUCK_MOTORS_STOP_MS = 100
 };
 
-/* The command that the wheels follow. */
+/* The command that the wheels follow: armed, and not of zero. */
 struct omnipuck_following {
     bool active;
     uint32_t since;      /* [ms] it came */

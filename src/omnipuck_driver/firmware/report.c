@@ -22,16 +22,10 @@ static bool announce(struct omnipuck_state *state, uint32_t session)
     return omnipuck_transmitter_send(&state->transmitter, state->hardware, OMNIPUCK_ANNOUNCE, length);
 }
 
-/* The age of a command that asks for zero is not told: the wheels stand. */
 static uint16_t command_age(const struct omnipuck_state *state)
 {
     const struct omnipuck_following *following = &state->following;
-    for (size_t i = 0; following->active && i < state->configuration->wheels; ++i) {
-        if (following->wheel[i] != 0.0F) {
-            return age_to_tell(following->age + (state->now - following->since));
-        }
-    }
-    return OMNIPUCK_NO_AGE;
+    return following->active ? age_to_tell(following->age + (state->now - following->since)) : OMNIPUCK_NO_AGE;
 }
 
 /* Button, fault and heat are among what was noticed, if only in this step: what is over before the telemetry is told too. */

@@ -776,6 +776,16 @@ static void test_no_jump_after_a_stall(void)
         CHECK((rig.telemetry.status & OMNIPUCK_STATUS_HELD_UP) != 0);
         CHECK(!rig_status(&rig, OMNIPUCK_STATUS_OUTLIVED) && armed());
     }
+
+    /* A stop is one, though a command follows in the same step. */
+    rig_make_armed(&rig);
+    rig_drive(&rig, 200, 60, 0, 0);
+    rig_command(&rig, 0, 0, 0);
+    rig_command(&rig, 60, 0, 0);
+    rig_run(&rig, 0);
+    CHECK(rig_stands(&rig));
+    rig_run(&rig, 1);
+    CHECK(wheels_near(0.5F, 0, 0) && armed());
 }
 
 static void test_life(void)
