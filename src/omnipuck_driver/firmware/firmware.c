@@ -246,6 +246,12 @@ static void drive(struct omnipuck_state *state, uint32_t elapsed)
     }
 }
 
+static bool is_able(const struct omnipuck_configuration *configuration, const struct omnipuck_hardware *hardware)
+{
+    return ((configuration->capabilities & OMNIPUCK_SENSES_IMPACTS) == 0 || hardware->take_impact != NULL)
+           && ((configuration->capabilities & OMNIPUCK_MEASURES_TEMPERATURE) == 0 || hardware->temperature != NULL);
+}
+
 static bool makes_sense(const struct omnipuck_configuration *configuration)
 {
     return configuration->wheels >= 1 && configuration->wheels <= OMNIPUCK_WHEELS_MAX && configuration->longest_life > 0
@@ -257,7 +263,7 @@ static bool makes_sense(const struct omnipuck_configuration *configuration)
 bool omnipuck_start(struct omnipuck_state *state, const struct omnipuck_configuration *configuration,
                     const struct omnipuck_hardware *hardware)
 {
-    if (!makes_sense(configuration)) {
+    if (!makes_sense(configuration) || !is_able(configuration, hardware)) {
         return false;
     }
     state->configuration = configuration;

@@ -70,7 +70,7 @@ struct omnipuck_state {
 };
 
 /* Once, before the first step. Configuration and hardware are not copied: they must stay, and stay the same. False, and the
- * state not to be used, if the configuration makes no sense. */
+ * state not to be used, if the configuration makes no sense, or has a capability without its function. */
 bool omnipuck_start(struct omnipuck_state *state, const struct omnipuck_configuration *configuration,
                     const struct omnipuck_hardware *hardware);
 

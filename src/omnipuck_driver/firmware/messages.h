@@ -41,9 +41,11 @@ enum omnipuck_status {
 };
 
 enum {
-    OMNIPUCK_TEMPERATURE_NOT_MEASURED = 0x7FFF,
-    OMNIPUCK_NO_AGE = 0xFFFF
+    OMNIPUCK_TEMPERATURE_NOT_MEASURED = 0x7FFF
 };
+
+/* Not in an enum: an int of 16 bits cannot hold it. */
+#define OMNIPUCK_NO_AGE 0xFFFFU
 
 struct omnipuck_hello {
     uint32_t session;

@@ -3,7 +3,7 @@
 /* What no age can be is also said of one that is longer than its field can hold. */
 static uint16_t age_to_tell(uint32_t age)
 {
-    return age > OMNIPUCK_NO_AGE ? OMNIPUCK_NO_AGE : (uint16_t)age;
+    return (uint16_t)(age > OMNIPUCK_NO_AGE ? OMNIPUCK_NO_AGE : age);
 }
 
 static bool announce(struct omnipuck_state *state, uint32_t session)
@@ -80,9 +80,12 @@ void omnipuck_report(struct omnipuck_state *state)
         state->answer_due = !announce(state, state->session);
         idle = omnipuck_transmitter_flush(&state->transmitter, state->hardware);
     }
-    if (idle && state->since_telemetry >= OMNIPUCK_TELEMETRY_PERIOD_MS && tell(state)) {
-        /* What is over is kept, so that the rate is steady; whole periods are not made up for. */
+    if (idle && state->since_telemetry >= OMNIPUCK_TELEMETRY_PERIOD_MS) {
+        /* What is over is kept, so that the rate is steady; whole periods are not made up for, nor is one of which the port
+         * takes nothing: battery and wheels would be measured in each step. */
         state->since_telemetry %= OMNIPUCK_TELEMETRY_PERIOD_MS;
-        state->noticed = 0;
+        if (tell(state)) {
+            state->noticed = 0;
+        }
     }
 }

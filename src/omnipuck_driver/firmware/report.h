@@ -1,7 +1,7 @@
 /* What the device says: Announce when greeted, telemetry at a steady rate.
  *
  * Announces go first. Telemetry is written when the port is free for it, so it says what is true then; when the port was
- * taken for more than a period, the telemetry of that period is left out. */
+ * taken for more than a period, or takes nothing of it, the telemetry of that period is left out. */
 #ifndef OMNIPUCK_REPORT_H
 #define OMNIPUCK_REPORT_H
 

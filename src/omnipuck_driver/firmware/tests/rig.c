@@ -75,7 +75,9 @@ static void board_measure_wheel_speeds(void *context, float *speeds, size_t whee
 
 static uint16_t board_battery(void *context)
 {
-    return ((struct rig *)context)->battery;
+    struct rig *rig = context;
+    ++rig->batteries;
+    return rig->battery;
 }
 
 static int16_t board_temperature(void *context)

@@ -25,6 +25,7 @@ struct rig {
     float set[OMNIPUCK_WHEELS_MAX]; /* rad/s */
     float measured[OMNIPUCK_WHEELS_MAX];
     unsigned long sets;
+    unsigned long batteries; /* how often it was measured */
     uint16_t battery;
     int16_t temperature;
     bool button;
