@@ -18,6 +18,8 @@ from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from serial_robot import SerialRobot, let_move, twist
+from std_srvs.srv import Trigger
+from telemetry_example import TELEMETRY
 from terminal import WARN, Terminal
 
 from collplan_core.parameters import Settings
@@ -28,7 +30,7 @@ from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver import port, serial_link
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_driver.framing import VERSION
-from omnipuck_driver.messages import BATTERY_LOW, WheelCaps
+from omnipuck_driver.messages import ARMED, BATTERY_LOW, ESTOP_LATCHED, ESTOP_PRESSED, MOTOR_FAULT, TOO_HOT, WheelCaps
 from omnipuck_driver.session import Permission, WheelCommand
 from omnipuck_sim.emulator.firmware import Firmware
 
@@ -309,6 +311,51 @@ def test_a_firmware_that_drops_every_command_as_late_is_named_and_holds_it(seria
     monkeypatch.setattr(Firmware, "_time_on_the_way", lambda firmware, sent, now: 0.4)
     robot.drive_until(lambda: robot.driver._contract._state.name == "held" and robot.speed < STANDING, x=0.3)
     robot.drive_until(lambda: said in robot.said["/driver_node"], x=0.3)
+
+
+class LinkOf:
+    """A link on which telemetry comes as the test says, all of `news` at once."""
+
+    armed = False
+
+    def __init__(self) -> None:
+        self.news = []
+        self.session = SimpleNamespace(
+            begun=1, connected=True, announced=None, telemetry=None, takes_none_in_time=False
+        )
+
+    def receive(self, now: float) -> list:
+        news, self.news = self.news, []
+        self.session.telemetry = news[-1] if news else self.session.telemetry
+        return news
+
+    def trouble(self) -> str:
+        return ""
+
+    def send(self, *what: object) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("bits", "said"),
+    [
+        (MOTOR_FAULT, "a motor has failed"),
+        (TOO_HOT, "too hot"),
+        (ESTOP_PRESSED | ESTOP_LATCHED, "emergency stop by the button on the robot"),
+        (0, "the firmware stands still by itself"),
+    ],
+)
+def test_what_stopped_the_firmware_is_named_also_where_the_newest_telemetry_tells_it_no_more(ros, bits, said):
+    driver = ros.make(DriverNode)
+    driver._link = link = LinkOf()
+    assert ros.call(Trigger, "resume").success
+    told = replace(TELEMETRY, released=driver._contract.releases, status=ARMED)
+    link.news = [told, told, replace(told, status=bits), replace(told, status=bits & ESTOP_LATCHED)]
+    assert ros.wait_until(lambda: not driver._contract.may_move)
+    assert said in driver._contract._state.message
 
 
 def test_bad_lines_are_driven_over(serial_robot):

@@ -21,7 +21,18 @@ from omnipuck_driver.command_rate import check_command_rate
 from omnipuck_driver.held_command import HeldCommand
 from omnipuck_driver.kinematics import OmniWheels
 from omnipuck_driver.link_report import LinkReport
-from omnipuck_driver.messages import BATTERY_LOW, EXPIRED, MOTOR_FAULT, SENSES_IMPACTS, STALLED, TOO_HOT, Telemetry
+from omnipuck_driver.messages import (
+    ARMED,
+    BATTERY_LOW,
+    ESTOP_LATCHED,
+    ESTOP_PRESSED,
+    EXPIRED,
+    MOTOR_FAULT,
+    SENSES_IMPACTS,
+    STALLED,
+    TOO_HOT,
+    Telemetry,
+)
 from omnipuck_driver.sensed_impacts import SensedImpacts
 from omnipuck_driver.serial_link import SerialLink
 from omnipuck_driver.session import TOO_LATE, Permission, WheelCommand
@@ -34,7 +45,7 @@ FINAL_WAIT = 0.2
 LOG_PERIOD = 1.0
 """Shortest time between two lines about the link: on a bad one they would come without end [s]."""
 UNARMED = 25
-"""So many telemetries in a row, half a second, of a firmware that does not arm, be it that it does not hear it may."""
+"""So many periods in a row, half a second, with telemetry of a firmware that does not arm, or does not hear it may."""
 BATTERY = {BATTERY_LOW: "the battery is low: the next goal is refused until it is charged"}
 """A robot that moves goes on to its goal."""
 FAULTS = {MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
@@ -118,7 +129,10 @@ class DriverNode(Node):
 
     def _tick(self) -> None:
         now = self.now()
-        for telemetry in self._link.receive(now):
+        news = self._link.receive(now)
+        # once for all that came while this node was held up: it has sent nothing meanwhile
+        self._unarmed = self._unarmed + bool(news) if self._waits else 0
+        for telemetry in news:
             self._take_telemetry(telemetry)
         self._hold_where_the_link_was_lost()
         self._send(now)
@@ -126,6 +140,11 @@ class DriverNode(Node):
 
     def _send(self, now: float) -> None:
         self._link.send(self._wheel_command(now), self._permission, now)
+
+    @property
+    def _waits(self) -> bool:
+        """Whether the robot may move, and the firmware does not let it."""
+        return self._contract.may_move and not self._link.armed
 
     @property
     def _permission(self) -> Permission:
@@ -170,28 +189,28 @@ class DriverNode(Node):
 
     def _take_stops(self, telemetry: Telemetry) -> None:
         """Latches, or holds the robot, where the firmware stands still by itself."""
-        contract, session = self._contract, self._link.session
-        faults = self._faults(FAULTS)
+        contract = self._contract
+        # by the one that came, not the newest: what is over by then has stopped it all the same
+        status, faults = telemetry.status, _words(FAULTS, telemetry)
         told = self._permission.is_told_by(telemetry)
-        waits = contract.may_move and not session.armed
-        self._unarmed = self._unarmed + 1 if waits else 0
-        if session.button_pressed:
+        armed = told and bool(status & ARMED)
+        if status & ESTOP_PRESSED:
             contract.latch("by the button on the robot")
-        elif session.stop_latched and told and not contract.stopped_by:
+        elif status & ESTOP_LATCHED and told and not contract.stopped_by:
             contract.latch("kept by the firmware")
         elif contract.may_move and faults:
             contract.hold(faults)
-        elif waits and told and self._was_armed:
+        elif contract.may_move and told and self._was_armed and not armed:
             contract.hold("the firmware stands still by itself")
-        elif contract.may_move and session.takes_none_in_time:
+        elif contract.may_move and self._link.session.takes_none_in_time:
             contract.hold(TOO_LATE)
         elif self._unarmed > UNARMED:
             contract.hold("the firmware does not arm" if told else TOO_LATE)
-        self._was_armed = told and session.armed
+        self._was_armed = armed
 
     def _faults(self, known: Mapping[int, str]) -> str:
         telemetry = self._link.session.telemetry
-        return ", ".join(words for bit, words in known.items() if telemetry is not None and telemetry.status & bit)
+        return _words(known, telemetry) if telemetry is not None else ""
 
     def _report_changes(self, now: float) -> None:
         trouble = self._link.trouble()
@@ -232,6 +251,10 @@ class DriverNode(Node):
         """Gives the device back."""
         self._link.close()
         super().destroy_node()
+
+
+def _words(known: Mapping[int, str], telemetry: Telemetry) -> str:
+    return ", ".join(words for bit, words in known.items() if telemetry.status & bit)
 
 
 def main(args: Sequence[str] | None = None) -> int:
