@@ -12,8 +12,9 @@ from collplan_core.command import FREE_SPACE, STOPPED
 from collplan_core.control.interlock import REMEDY
 from collplan_core.control.motion_monitor import LATE, OK, REVERSED, SLIP, STUCK, MotionVerdict
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
-from collplan_core.loop.controller_loop import LONGEST_RESUMED, LONGEST_START, ControllerLoop
+from collplan_core.loop.controller_loop import ELSEWHERE, LONGEST_RESUMED, LONGEST_START, ControllerLoop
 from collplan_core.plan import Contacts
+from collplan_core.sensing.pose_filter import CARRIED
 from loop_scenes import IDENTITY, SETTINGS, at, scan_at, see, see_until, straight_plan
 
 LIMITS = SETTINGS.limits
@@ -228,6 +229,74 @@ def test_a_fault_of_over_a_second_holds_until_a_person_lets_it_go_on(missing, fr
     else:
         loop.take_goal(goal(stamp=23.7, identity=bytes(16)))
     assert without(loop, "nothing", 23.8, 0.5) == ""
+
+
+def leaps(loop: ControllerLoop, begin: float, duration: float = 0.5) -> None:
+    """Poses are refused for a leap, and scans come."""
+    for k in range(round(duration / 0.05)):
+        now = begin + 0.05 * k
+        loop.take_scan(scan_at(at(now)), now)
+        loop.refuse("pose", "leap: pose 1.000, 0.000, 0.000, yaw 0.00, tilt 0.00 at 1.000")
+        loop.tick(now)
+
+
+def goes_on_elsewhere(loop: ControllerLoop, now: float, told_first: bool = True) -> str:
+    """The robot is seen elsewhere, and planned for from there; why it stands then."""
+    told = "pose", f"{CARRIED}: pose 1.000, 0.000, 0.000, yaw 0.00, tilt 0.00 at 1.000"
+    if told_first:
+        loop.refuse(*told)
+    see(loop, now, x=1.0)
+    if not told_first:
+        loop.refuse(*told)
+    loop.take_goal(replace(loop.goal, stamp=now))
+    see(loop, now + 0.05, x=1.0)
+    loop.take_plan(straight_plan(now + 0.05), now + 0.05)
+    return loop.tick(now + 0.05).reason
+
+
+@pytest.mark.parametrize("told_first", [True, False])
+@pytest.mark.parametrize("freed", ["resume", "goal"])
+def test_a_robot_that_was_carried_is_held_at_once_however_short_it_was_unseen(freed, told_first):
+    loop = driving()
+    leaps(loop, 1.05)
+    assert not loop.held
+    assert goes_on_elsewhere(loop, 1.55, told_first) == f"held: {ELSEWHERE}; {REMEDY}"
+    assert without(loop, "nothing", 1.65, 1.0) == f"held: {ELSEWHERE}; {REMEDY}"
+    if freed == "resume":
+        loop.resume()
+    else:
+        loop.take_goal(goal(stamp=2.6, identity=bytes(16)))
+    assert without(loop, "nothing", 2.7, 0.5) == ""
+
+
+@pytest.mark.parametrize("told_first", [True, False])
+def test_whoever_gives_a_goal_while_the_poses_leap_knows_that_it_was_carried(told_first):
+    """As somebody who sets it down at the start and sends it off again."""
+    loop = driving()
+    leaps(loop, 1.05, 0.2)
+    loop.take_goal(goal(stamp=1.25, identity=bytes(16)))
+    leaps(loop, 1.25, 0.3)
+    assert goes_on_elsewhere(loop, 1.55, told_first) == ""
+    leaps(loop, 1.65)
+    assert goes_on_elsewhere(loop, 2.15, told_first).startswith("held: "), "of the next time they know nothing"
+
+
+def test_a_leap_that_ends_where_it_began_holds_nothing():
+    loop = driving()
+    leaps(loop, 1.05)
+    assert without(loop, "nothing", 1.6, 0.3) == ""
+
+
+@pytest.mark.parametrize("status", [NO_GOAL, SUCCEEDED, CANCELED, ABORTED])
+def test_a_robot_that_is_carried_between_two_goals_goes_to_the_next(status):
+    loop = driving()
+    loop.take_goal(goal(status))
+    leaps(loop, 1.05)
+    loop.refuse("pose", CARRIED)
+    see(loop, 1.55, x=1.0)
+    assert not loop.held
+    loop.take_goal(goal(stamp=1.55, identity=bytes(16)))
+    assert without(loop, "nothing", 1.6, 0.3) == ""
 
 
 @pytest.mark.parametrize(("kind", "holds"), [(LATE, True), (REVERSED, True), (STUCK, False), (SLIP, False)])

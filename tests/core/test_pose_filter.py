@@ -239,8 +239,28 @@ def test_relocation_is_accepted_after_its_time():
     assert {r.refused for r in results[:50]} == {"leap"}
     assert [k for k, r in enumerate(results) if r.relocated] == [50]
     np.testing.assert_allclose(results[50].state.velocity, [0.0, 0.4], atol=1e-9)
+    assert results[50].carried
     assert not any(r.refused for r in results[50:])
     assert all(r.impact is None for r in results)
+
+
+@given(periods=st.integers(2, 200), speed=st.floats(0.0, 1.2))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_a_clock_that_is_set_back_while_the_robot_drives_and_brakes_carries_nobody(periods, speed):
+    """Once its stamps are later than those of before, the robot is where it drove meanwhile: that looks like a leap."""
+    back = PERIOD * (periods + 0.5)
+    times = PERIOD * np.arange(120)
+    braking = np.minimum(times, speed / 1.5)
+    points = np.column_stack([speed * braking - 0.75 * braking**2, 0.0 * times])
+    _, memory = feed(line(20, (speed, 0.0), (-0.2 * speed, 0.0)), begin=5.0)
+    results = []
+    for k, point in enumerate(points):
+        sample = PoseSample(5.2 + k * PERIOD - back, point, 0.0)
+        result, memory = filter_pose(memory, sample, 5.2 + k * PERIOD, SETTINGS)
+        results.append(result)
+    assert results[0].refused == "stamp"
+    assert not any(r.carried for r in results)
+    assert results[-1].state is not None
 
 
 def test_poses_that_do_not_agree_are_no_relocation():
@@ -288,6 +308,7 @@ def test_motion_capture_that_restarts_is_accepted_after_its_time():
     _, memory = feed(line(20, (0.0, 0.0)), begin=100.0)
     results, _ = feed(line(60, (0.0, 0.0)), memory, begin=0.0)
     assert [k for k, r in enumerate(results) if r.relocated] == [50]
+    assert not any(r.carried for r in results)
     assert results[-1].state is not None
 
 

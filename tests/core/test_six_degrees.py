@@ -88,6 +88,7 @@ def test_turned_while_nothing_was_seen_is_a_relocation():
     results, _ = feed(upright(70, yaw=math.pi), memory, 30 + 51)
     assert refusals(results[:50]) == {"yaw"}
     assert [k for k, result in enumerate(results) if result.relocated] == [50]
+    assert results[50].carried, "it is told, as a flip of the markers looks the same"
     assert refusals(results[50:]) == {""}
 
 

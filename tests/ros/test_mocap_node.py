@@ -155,6 +155,8 @@ def test_relocation_is_accepted_in_the_end(ros):
     bench.drive(5.0, 10, (0.1, 0.1), CREEP)
     bench.drive(5.1, 13, (2.0, 1.0), CREEP)
     assert ros.wait_until(lambda: bench.odometry and bench.odometry[-1].pose.pose.position.x > 1.9)
+    assert ros.wait_until(lambda: bench.refusals and bench.refusals[-1].data.startswith("carried: pose 2.000, 1"))
+    assert {message.data.split(":")[0] for message in bench.refusals[:-1]} == {"leap"}
     bench.node._diagnostics.publish()
     assert ros.wait_until(lambda: bench.values().get("relocations") == "1")
 

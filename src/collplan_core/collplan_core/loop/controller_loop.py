@@ -2,9 +2,10 @@
 
 A hand goes before the planner: as long as a person's commands come the robot is driven by them. It is held from the
 first one on, so that it stands when they end. Otherwise the command is zero unless a goal is active, pose, scan and
-plan are fresh, and the robot is within the fence. Where that was not so for LONGEST_FAULT, or where it moves late or
-against its commands, the robot is held until there is a new goal or it is told to resume. A plan is followed once the
-pose it begins at and a scan of then or before have come, with the local map of the newest such scan.
+plan are fresh, and the robot is within the fence. Where that was not so for LONGEST_FAULT, where it moves late or
+against its commands, or where it was carried, the robot is held until there is a new goal or it is told to resume. A
+plan is followed once the pose it begins at and a scan of then or before have come, with the local map of the newest
+such scan.
 """
 
 from collections import deque
@@ -29,12 +30,15 @@ from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts, Plan
 from collplan_core.scan import Scan
+from collplan_core.sensing.pose_filter import CARRIED
 from collplan_core.state import State
 
 LONGEST_START = 10.0
 """How long the first plan of a goal may take, and with it poses and scans that never came before [s]; nothing else."""
 LONGEST_RESUMED = 3.0
 """The same after a person let the robot go on [s]: inputs are to be there then, and a plan soon."""
+ELSEWHERE = "the robot was carried or turned, or another body is taken for it"
+"""Why it is held where poses leapt, and agree with one another elsewhere; or so after a turn that nothing explains."""
 KEPT = 10
 """Companion messages kept: topics have no common order, a plan may come before or after what is said of it."""
 
@@ -78,6 +82,7 @@ class ControllerLoop:
         self._sent = stopped("just started")
         self._mistrusted = ""
         self._interlock = Interlock()
+        self._carrying_is_known = False
         self._patience = LONGEST_START
         self._fault_since: float | None = None
         self._lost_since: float | None = None
@@ -132,7 +137,16 @@ class ControllerLoop:
         self.motion.take_scan(self._sensors.newest_placed(), self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
-        """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
+        """A pose or a scan (`kind` "pose" or "scan") that cannot be used, or from CARRIED on a pose that can.
+
+        The robot is then held, unless a person has let it go on while its poses were refused.
+        """
+        if reason.startswith(CARRIED):
+            if self.goal_active and not self.held and not self._carrying_is_known:
+                self._interlock = self._interlock.held(ELSEWHERE)
+            return
+        if kind == "pose" and not self._sensors.refuses_poses:
+            self._carrying_is_known = False
         self._sensors.refuse(kind, reason)
 
     def forget_scans(self) -> None:
@@ -178,6 +192,7 @@ class ControllerLoop:
             self._given_back = self._hand
         self.motion.forget()
         self._mistrusted = ""
+        self._carrying_is_known = self._sensors.refuses_poses
         self.forget_scans()
         self._patience, self._fault_since, self._lost_since = patience, None, None
 

@@ -123,6 +123,11 @@ class Sensors:
         """Notes that the newest pose or scan (`kind` "pose" or "scan") cannot be used, and why."""
         self._refused[kind] = reason
 
+    @property
+    def refuses_poses(self) -> bool:
+        """Whether the newest pose could not be used."""
+        return "pose" in self._refused
+
     def forget_scans(self) -> None:
         """Uses scans again at once; where they are refused, the next one is believed, whatever it shows.
 
@@ -144,7 +149,7 @@ class Sensors:
 
     def why_no_pose(self, local: float, limits: Limits) -> str:
         """The same of poses alone."""
-        pose_age = min(REFUSED_POSE_AGE, limits.pose_age) if "pose" in self._refused else limits.pose_age
+        pose_age = min(REFUSED_POSE_AGE, limits.pose_age) if self.refuses_poses else limits.pose_age
         return self._why("pose", self._clock.age(local), pose_age)
 
     def _why_scan(self, local: float, limit: float) -> str:

@@ -7,7 +7,8 @@ impact: it goes through its point and the poses since, so the velocity before it
 of velocity that soon after it and that way is the rest of the same hit: the line begins there, but no impact is told.
 
 A pose that `robot.max_speed` cannot explain, or whose stamp does not rise, is refused, until `mocap.relocation_time` of
-such poses agree with each other: then the robot was carried, or the motion capture restarted.
+such poses agree with each other. Where stamps did not rise, the motion capture restarted; else the robot was carried,
+or another body is taken for it, which is told: nobody is to drive on by that unasked.
 
 A pose that is tipped or off the floor is refused for as long as it is. So is a heading that leaps while the position
 goes on: nobody turns a robot like that, but markers that are nearly symmetric are taken for one another. It is trusted
@@ -34,6 +35,8 @@ SAME_HIT_ANGLE = math.radians(45.0)
 """Largest angle between the two changes of velocity that one hit was found as [rad]; two walls in turn turn further."""
 
 NOT_FINITE, ZEROS, QUATERNION, STAMP, LEAP = "not_finite", "zeros", "quaternion", "stamp", "leap"
+CARRIED = "carried"
+"""What is said beside a pose that is taken: it is none of a robot that drove there."""
 
 
 class PoseError(ValueError):
@@ -108,6 +111,7 @@ class FilterMemory:
     Attributes:
         track: the robot's.
         suspects: track of refused poses that may turn out to be a relocation.
+        suspected: why the first of them was refused.
         impact: the last one found in the track, None before the first.
         floor: height of the first pose taken [m]; None before it.
         heard: local time at which the newest pose came, refused or not [s].
@@ -116,6 +120,7 @@ class FilterMemory:
 
     track: Track = field(default_factory=Track)
     suspects: Track = field(default_factory=Track)
+    suspected: str = ""
     impact: DetectedImpact | None = None
     floor: float | None = None
     heard: float = math.inf
@@ -134,12 +139,14 @@ class FilterResult:
         impact: an impact, once, when it is found; else None.
         refused: why, empty when accepted: not_finite, tilt, height, stamp, leap or yaw.
         relocated: the robot is somewhere else now; what was planned is void.
+        carried: and not by stamps alone: somebody has moved it, or it is another body.
     """
 
     state: State | None
     impact: DetectedImpact | None = None
     refused: str = ""
     relocated: bool = False
+    carried: bool = False
 
 
 def filter_pose(
@@ -163,13 +170,13 @@ def filter_pose(
         memory = replace(memory, unseen=True)
     if refused == YAW and not memory.unseen:
         return FilterResult(None, refused=YAW), replace(memory, suspects=Track())
-    broken = _disagreement(memory.suspects, sample, received, settings)
-    # after a silence this begins anew by itself
-    suspects = _extended(Track() if broken else memory.suspects, sample, received, settings)
+    if not _goes_on(memory.suspects, sample, received, settings):
+        memory = replace(memory, suspects=Track(), suspected=refused)
+    suspects = _extended(memory.suspects, sample, received, settings)
     if sample.stamp - suspects.begun < settings.mocap.relocation_time - _slack(settings.mocap):
         return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
     result, memory = _accepted(replace(memory, impact=None), suspects, sample, settings)
-    return replace(result, relocated=True), memory
+    return replace(result, relocated=True, carried=memory.suspected != STAMP), memory
 
 
 def warm_up() -> None:
@@ -225,6 +232,12 @@ def _disagreement(track: Track, sample: PoseSample, received: float, settings: S
     if math.dist(sample.position, track.points[-1]) > reach + lever:
         return LEAP
     return YAW if turned else ""
+
+
+def _goes_on(track: Track, sample: PoseSample, received: float, settings: Settings) -> bool:
+    """Whether a pose goes on with a track that there is."""
+    begins = len(track.times) == 0 or _is_silence(track, sample, settings)
+    return not begins and not _disagreement(track, sample, received, settings)
 
 
 def _is_silence(track: Track, sample: PoseSample, settings: Settings) -> bool:

@@ -22,8 +22,8 @@ POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": POSE_PUBLISHED}
 SENSOR_DATA = _profile(5, reliable=False)
 SENSOR_PUBLISHED = _profile(5)
 
-# impact, impact/contact, goal_pose, planner/valid_until, planner/foreseen_impacts, planner/costs, ground_truth/*:
-# every one counts
+# mocap/refused, impact, impact/contact, goal_pose, planner/valid_until, planner/foreseen_impacts, planner/costs,
+# ground_truth/*: every one counts
 EVENT = _profile(50)
 
 # plan, cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to whoever starts later.

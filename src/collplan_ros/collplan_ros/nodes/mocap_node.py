@@ -13,7 +13,7 @@ from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.impact_detection import DetectedImpact
 from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose
-from collplan_core.sensing.pose_filter import FRESH, FilterResult, PoseError, PoseSample, filter_pose, warm_up
+from collplan_core.sensing.pose_filter import CARRIED, FRESH, FilterResult, PoseError, PoseSample, filter_pose, warm_up
 from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
@@ -32,7 +32,7 @@ SAME_POSE = "nothing but the same pose (mocap.accept_frozen: false)"
 
 
 class MocapNode(Node):
-    """Subscribes mocap.topic; publishes a mocap/odom or mocap/refused for a pose, and impact and impact/contact."""
+    """Subscribes mocap.topic; publishes mocap/odom or mocap/refused for a pose, impact and impact/contact."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__("mocap_node", **kwargs)
@@ -48,7 +48,7 @@ class MocapNode(Node):
         self._poses_clock = PosesClock()
         self._broadcast = frame_broadcast(self) if self._settings.mocap.publish_tf else None
         self._odometry = self.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
-        self._refusal = self.create_publisher(String, "mocap/refused", POSE_PUBLISHED)
+        self._refusal = self.create_publisher(String, "mocap/refused", EVENT)
         self._contact = self.create_publisher(PoseStamped, "impact/contact", EVENT)
         self._impact = self.create_publisher(Vector3Stamped, "impact", EVENT)
         mocap = self._settings.mocap
@@ -101,6 +101,8 @@ class MocapNode(Node):
             self._refuse(result.refused, _described(sample))
             return
         self._poses_clock.received(sample.stamp, received)
+        if result.carried:
+            self._refusal.publish(String(data=f"{CARRIED}: {_described(sample)}"))
         self._publish(sample.stamp, result)
 
     def _publish(self, stamp: float, result: FilterResult) -> None:
