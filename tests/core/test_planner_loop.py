@@ -103,6 +103,15 @@ def test_a_goal_not_reached_in_time_is_given_up_whether_poses_come_or_not():
     assert loop.trouble == "goal given up: not reached within planner.goal_timeout, 0.5 s"
 
 
+def test_a_goal_that_is_given_again_gets_no_more_time():
+    loop = with_goal(SETTINGS.with_values({"planner.goal_timeout": 1.0}))
+    for local in np.arange(1.1, 1.95, 0.1).tolist():
+        loop.take_goal(IDENTITY[::-1], AHEAD, local)
+    assert ABORTED in statuses(loop.cycle(2.01))
+    loop.take_goal(IDENTITY, AHEAD, 2.1)
+    assert ABORTED not in statuses(loop.cycle(3.05)), "one that has ended begins anew"
+
+
 @pytest.mark.parametrize("step", [3600.0, -900.0])
 def test_the_time_for_a_goal_is_that_of_the_local_clock_whatever_the_poses_stamps_do(step):
     loop = with_goal(SETTINGS.with_values({"planner.goal_timeout": 1.0}))

@@ -22,6 +22,7 @@ QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=Tr
 TRIES = SETTINGS.planner.recovery_tries
 RADIUS = SETTINGS.robot.radius
 FORWARD = np.array([0.5, 0.0])
+ASIDE = AHEAD + np.array([0.0, 0.2])
 CAME = 0.4
 """Along so much of the x axis the robot comes before it is stuck [m]."""
 
@@ -103,12 +104,33 @@ def test_after_so_many_tries_the_goal_is_given_up_with_the_reason(tries):
 def test_a_new_goal_begins_anew():
     robot = Stuck()
     robot.stays(1.0)
-    robot.loop.take_goal(IDENTITY[::-1], AHEAD, robot.now)
+    robot.loop.take_goal(IDENTITY[::-1], ASIDE, robot.now)
     robot.decisions.clear()
-    # each try takes over 0.7 s: no more than so many fit
-    robot.stays(0.9 * TRIES)
+    for _ in range(10 * TRIES):
+        if len(robot.warnings) < TRIES:
+            robot.stays(0.1)
     assert len(robot.warnings) == TRIES
     assert robot.loop.goal.active
+
+
+def test_a_goal_that_is_given_again_and_again_gets_no_more_tries():
+    robot = Stuck()
+    for k in range(20):
+        robot.stays(0.3)
+        if not robot.loop.goal.active:
+            break
+        robot.loop.take_goal(bytes([k]) * 16, AHEAD, robot.now)
+    assert len(robot.warnings) == TRIES
+    assert statuses(robot.decisions)[-1] == ABORTED
+
+
+def test_a_goal_that_is_given_again_keeps_what_was_felt_and_another_does_not():
+    robot = Stuck()
+    robot.stays(1.0)
+    robot.loop.take_goal(IDENTITY[::-1], AHEAD, robot.now)
+    assert len(robot.loop._recovery.felt) == 1
+    robot.loop.take_goal(IDENTITY, ASIDE, robot.now)
+    assert len(robot.loop._recovery.felt) == 0
 
 
 def test_what_was_felt_is_forgotten_where_it_leaves_no_way(monkeypatch):

@@ -186,11 +186,13 @@ class ControllerLoop:
         self._go_on(LONGEST_RESUMED)
 
     def _go_on(self, patience: float) -> None:
+        # goals that follow soon one after the other would blind it to its motion
+        if self.held or self.motion.verdict.kind in STOPPING:
+            self.motion.forget()
         self._interlock = self._interlock.resumed()
         # one that rests may have let go, which its silence will show; one that goes on commanding keeps the robot
         if self._hand is not None and self._hand.is_rest:
             self._given_back = self._hand
-        self.motion.forget()
         self._mistrusted = ""
         self._carrying_is_known = self._sensors.refuses_poses
         self.forget_scans()

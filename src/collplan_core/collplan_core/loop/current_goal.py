@@ -40,9 +40,14 @@ class CurrentGoal:
         """Status of the newest goal."""
         return NO_GOAL if self.goal is None else self.goal.status
 
-    def accept(self, goal: Goal, local: float) -> Goal:
-        """Replaces the goal. Its time counts from `local` [s, local clock]."""
-        self.goal, self._since, self._closed_since = goal, local, None
+    def is_again(self, position: np.ndarray, tolerance: float) -> bool:
+        """Whether a goal at (2,) [m] is the active one given again, within `tolerance` [m] of it."""
+        return self.active and float(np.hypot(*(position - self.position))) <= tolerance
+
+    def accept(self, goal: Goal, local: float, again: bool = False) -> Goal:
+        """Replaces the goal. Its time counts from `local` [s, local clock], or goes on where it is given `again`."""
+        self._since = self._since if again else local
+        self.goal, self._closed_since = goal, None
         return goal
 
     def refuse(self, goal: Goal) -> Goal:

@@ -47,7 +47,7 @@ class MotionWatch:
         self._touched = -math.inf
 
     def forget(self) -> None:
-        """Forgets what was seen and learnt, but for the delay, as with a new goal."""
+        """Forgets what was seen and learnt, but for the delay, as where a person lets a held robot go on."""
         self.verdict = MotionVerdict(delay=self._record.delay)
         self._record = MotionRecord(delay=self._record.delay)
 

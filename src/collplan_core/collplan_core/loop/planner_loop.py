@@ -163,14 +163,15 @@ class PlannerLoop:
         return self._decided()
 
     def take_goal(self, identity: bytes, position: np.ndarray, local: float) -> list[Decision]:
-        """A goal (2,) [m], which replaces the one before."""
+        """A goal (2,) [m], which replaces the one before; given again it gets neither more time nor more tries."""
         state = self._sensors.state
         reason = why_refuse_goal(position, None if state is None else state.position, self._settings.limits)
         if reason:
             return self.refuse_goal(identity, reason)
-        self._begin_goal()
+        again = self.goal.is_again(position, self._settings.planner.goal_tolerance)
+        self._begin_goal(again)
         self.forget_scans()
-        goal = self.goal.accept(Goal(identity, self._planned_until, position), local)
+        goal = self.goal.accept(Goal(identity, self._planned_until, position), local, again)
         self._decisions += [goal, Notice(INFO, f"goal {position[0]:.3f}, {position[1]:.3f} accepted")]
         return self._decided()
 
@@ -191,9 +192,12 @@ class PlannerLoop:
             self._end_goal(CANCELED)
         return self._decided()
 
-    def _begin_goal(self) -> None:
+    def _begin_goal(self, again: bool = False) -> None:
         self._memory, self._planned_until, self.trouble = self._known_map, self._sensors.newest_stamp, ""
-        self._recovery.begin_goal()
+        if again:
+            self._recovery.repeat_goal()
+        else:
+            self._recovery.begin_goal()
 
     def _forget_before(self, stamp: float) -> None:
         """Drops memory and plans from before a break in the poses at `stamp` [s]; an active goal is kept."""

@@ -27,14 +27,18 @@ class Recovery:
     def __init__(self) -> None:
         """Starts without a trail."""
         self._trail: deque[np.ndarray] = deque(maxlen=LONGEST_TRAIL)
+        self._forget_motion()
         self.begin_goal()
 
     def begin_goal(self) -> None:
-        """Counts anew; the trail is kept."""
+        """Counts anew. How the robot moves is kept: goals that follow soon one after the other would blind it."""
         self.tries = 0
-        self._until = -np.inf
         self.forget_felt()
-        self._forget_motion()
+        self.repeat_goal()
+
+    def repeat_goal(self) -> None:
+        """The goal is given again: the plan that backs out is void, as all made before, and the rest goes on."""
+        self._until = -np.inf
 
     def forget(self) -> None:
         """Drops the trail and what was felt, as after a break in the poses; the tries still count."""
