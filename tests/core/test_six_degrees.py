@@ -92,6 +92,39 @@ def test_turned_while_nothing_was_seen_is_a_relocation():
     assert refusals(results[50:]) == {""}
 
 
+@pytest.mark.parametrize(("fault", "reason"), [((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height")])
+def test_turned_while_it_was_off_the_floor_is_a_relocation(fault, reason):
+    _, memory = feed(upright(30))
+    results, memory = feed([fault] * 55, memory, 30)
+    assert refusals(results) == {reason}
+    results, _ = feed(upright(70, yaw=math.pi), memory, 85)
+    assert refusals(results[:50]) == {"yaw"}
+    assert [k for k, result in enumerate(results) if result.relocated] == [50]
+    assert results[50].carried
+    assert refusals(results[50:]) == {""}
+
+
+def test_a_flip_after_a_bump_that_tips_it_for_a_moment_is_none():
+    _, memory = feed(upright(30))
+    _, memory = feed([(0.0, 0.1, 0.5)] * 20, memory, 30)
+    results, _ = feed(upright(300, yaw=math.pi), memory, 50)
+    assert refusals(results) == {"yaw"}
+
+
+@given(leap=st.floats(0.3, 5.0), turn=st.floats(1.6, math.pi))
+@FEW
+def test_carried_and_turned_is_a_relocation_however_near(leap, turn):
+    """By 0.5 m is in reach 0.31 s later."""
+    _, memory = feed(upright(30))
+    results = []
+    for k in range(30, 100):
+        sample = PoseSample(PERIOD * k, np.array([SPEED * PERIOD * 29 + leap, 0.0]), turn, 0.1)
+        result, memory = filter_pose(memory, sample, PERIOD * k, SETTINGS)
+        results.append(result)
+    assert [k for k, result in enumerate(results) if result.carried] == [50]
+    assert results[-1].state is not None
+
+
 def test_a_flip_behind_a_short_occlusion_is_none():
     _, memory = feed(upright(30))
     results, _ = feed(upright(300, yaw=math.pi), memory, 30 + 30)
@@ -105,9 +138,9 @@ def test_a_flip_is_one_wherever_the_markers_sit(offset):
     _, memory = feed(upright(30), config=config)
     for k in range(30, 300):
         stamp = PERIOD * k
-        sample = PoseSample(stamp, np.array([SPEED * stamp + 2.0 * offset, 0.0]), math.pi)
-        result, memory = filter_pose(memory, PoseSample(*vars(sample).values()), stamp, config)
-        assert result.refused in ("height", "yaw")
+        sample = PoseSample(stamp, np.array([SPEED * stamp + 2.0 * offset, 0.0]), math.pi, 0.1)
+        result, memory = filter_pose(memory, sample, stamp, config)
+        assert result.refused == "yaw"
 
 
 def test_carried_elsewhere_and_turned_is_a_relocation():

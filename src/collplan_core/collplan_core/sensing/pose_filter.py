@@ -12,8 +12,8 @@ or another body is taken for it, which is told: nobody is to drive on by that un
 
 A pose that is tipped or off the floor is refused for as long as it is. So is a heading that leaps while the position
 goes on: nobody turns a robot like that, but markers that are nearly symmetric are taken for one another. It is trusted
-again when it is back, or by the rule above after a silence of `mocap.relocation_time`, in which the robot may have been
-turned.
+again when it is back, or by the rule above where the position leapt first, or after a silence of
+`mocap.relocation_time` or so long off the floor, in which the robot may have been turned.
 """
 
 import math
@@ -114,7 +114,7 @@ class FilterMemory:
         suspected: why the first of them was refused.
         impact: the last one found in the track, None before the first.
         floor: height of the first pose taken [m]; None before it.
-        heard: local time at which the newest pose came, refused or not [s].
+        heard: local time at which the newest pose on the floor came, refused or not [s].
         unseen: whether none came for mocap.relocation_time since the last one taken: the robot may have been turned.
     """
 
@@ -155,12 +155,13 @@ def filter_pose(
     """Filters one pose that was received at a local time [s]; uses settings.robot, .mocap and .limits.pose_age."""
     if not _is_finite(sample):
         return FilterResult(None, refused=NOT_FINITE), memory
-    silence, memory = received - memory.heard, replace(memory, heard=received)
     off_floor = why_off_floor(
         sample.tilt, 0.0 if memory.floor is None else sample.height - memory.floor, settings.mocap
     )
     if off_floor:
+        # in the air it may be turned, as where nothing is seen of it
         return FilterResult(None, refused=off_floor), replace(memory, suspects=Track())
+    silence, memory = received - memory.heard, replace(memory, heard=received)
     if memory.floor is None:
         memory = replace(memory, floor=sample.height)
     refused = _disagreement(memory.track, sample, received, settings)
@@ -168,9 +169,11 @@ def filter_pose(
         return _accepted(memory, _extended(memory.track, sample, received, settings), sample, settings)
     if silence > settings.mocap.relocation_time:
         memory = replace(memory, unseen=True)
-    if refused == YAW and not memory.unseen:
+    goes_on = _goes_on(memory.suspects, sample, received, settings)
+    # what has leapt and turned is a leap also where the silence explains the distance by now
+    if refused == YAW and not memory.unseen and not (goes_on and memory.suspected == LEAP):
         return FilterResult(None, refused=YAW), replace(memory, suspects=Track())
-    if not _goes_on(memory.suspects, sample, received, settings):
+    if not goes_on:
         memory = replace(memory, suspects=Track(), suspected=refused)
     suspects = _extended(memory.suspects, sample, received, settings)
     if sample.stamp - suspects.begun < settings.mocap.relocation_time - _slack(settings.mocap):
