@@ -244,6 +244,36 @@ def test_relocation_is_accepted_after_its_time():
     assert all(r.impact is None for r in results)
 
 
+@given(leap=st.floats(0.35, 5.0), speed=st.floats(0.0, 0.2))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_a_leap_does_not_become_motion_by_lasting(leap, speed):
+    """By 0.5 m is in reach 0.31 s later."""
+    _, memory = feed(line(20, (0.0, 0.0)))
+    results, _ = feed(line(70, (0.0, speed), (leap, 0.0)), memory, begin=0.2)
+    assert {r.refused for r in results[:50]} == {"leap"}
+    assert [k for k, r in enumerate(results) if r.carried] == [50]
+
+
+@given(distance=st.floats(0.3, 2.0), lasts=st.integers(1, 14))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_a_robot_that_goes_on_after_a_shorter_leap_is_believed_at_once(distance, lasts):
+    _, memory = feed(line(20, (1.0, 0.0)))
+    aside = line(lasts, (1.0, 0.0), (0.2, distance))
+    back = line(30, (1.0, 0.0), (0.2 + PERIOD * lasts, 0.0))
+    results, _ = feed(np.concatenate([aside, back]), memory, begin=0.2)
+    assert results[0].refused == "leap"
+    assert not any(r.refused for r in results[lasts:])
+
+
+@given(hidden=st.integers(1, 200), share=st.floats(0.0, 0.99), speed=st.floats(0.0, 1.2))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_a_robot_that_drove_while_nothing_was_seen_was_not_carried(hidden, share, speed):
+    _, memory = feed(line(20, (0.0, 0.0)))
+    elsewhere = share * SETTINGS.robot.max_speed * hidden * PERIOD
+    results, _ = feed(line(70, (0.0, speed), (elsewhere, 0.0)), memory, begin=0.2 + PERIOD * (hidden - 1))
+    assert not any(r.refused or r.carried for r in results)
+
+
 @given(periods=st.integers(2, 200), speed=st.floats(0.0, 1.2))
 @settings(derandomize=True, deadline=None, max_examples=30)
 def test_a_clock_that_is_set_back_while_the_robot_drives_and_brakes_carries_nobody(periods, speed):

@@ -165,13 +165,17 @@ def filter_pose(
     if memory.floor is None:
         memory = replace(memory, floor=sample.height)
     refused = _disagreement(memory.track, sample, received, settings)
+    goes_on = _goes_on(memory.suspects, sample, received, settings)
+    leapt = goes_on and memory.suspected == LEAP
+    # a robot whose poses were refused for so long stands: no distance is explained by the time that goes on
+    if leapt and not refused and sample.stamp - memory.suspects.begun > settings.limits.pose_age:
+        refused = LEAP
     if not refused:
         return _accepted(memory, _extended(memory.track, sample, received, settings), sample, settings)
     if silence > settings.mocap.relocation_time:
         memory = replace(memory, unseen=True)
-    goes_on = _goes_on(memory.suspects, sample, received, settings)
     # what has leapt and turned is a leap also where the silence explains the distance by now
-    if refused == YAW and not memory.unseen and not (goes_on and memory.suspected == LEAP):
+    if refused == YAW and not memory.unseen and not leapt:
         return FilterResult(None, refused=YAW), replace(memory, suspects=Track())
     if not goes_on:
         memory = replace(memory, suspects=Track(), suspected=refused)
