@@ -12,6 +12,7 @@ from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.beam_poses import beam_poses
 from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.sensing.scan_filters import masked_beams, upside_down, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.sensing.seen_walls import seen_walls, wall_of_each_beam
 from collplan_core.state import State
@@ -65,11 +66,12 @@ def standing_at(state: State, scan: Scan) -> np.ndarray:
     return np.tile([*state.position, state.yaw], (len(scan.ranges), 1))
 
 
-def judged(states, scans) -> list[str]:
+def judged(states, scans, taken=SETTINGS.scan) -> list[str]:
     """Why each scan is not believed."""
     reasons, memory = [], ScanMemory()
     for state, scan in zip(states, scans, strict=True):
-        reason, memory = judge_scan(memory, scan, standing_at(state, scan), state.velocity, SETTINGS.limits)
+        masked, beams = masked_beams(scan, taken), standing_at(state, scan)
+        reason, memory = judge_scan(memory, scan, masked, beams, state.velocity, SETTINGS.limits)
         reasons.append(reason)
     return reasons
 
@@ -181,6 +183,38 @@ def test_lost_beams_are_refused_beyond_their_share():
     for share, refused in ((0.45, False), (0.55, True)):
         ranges = np.where(np.arange(360) < 360 * share, np.nan, scan.ranges)
         assert bool(judged([state], [replace(scan, ranges=ranges)])[0]) == refused
+
+
+def turning(n: int = 21) -> list[State]:
+    """A robot that turns on the spot: all walls pass behind a mask."""
+    return drive(velocity=(0.0, 0.0), n=n, yaw_rate=3.0)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("mask", [(2.0, -2.0), (-0.5, 0.5), (-3.0, -1.5, 0.1, 1.4)])
+def test_walls_that_pass_behind_a_mask_are_not_missing(mask, mirrored):
+    taken, states = ScanInput(masked_angles=mask, mirrored=mirrored), turning()
+    scans = [used_scan(upside_down(scan) if mirrored else scan, taken) for scan in scans_of(states)]
+    assert all(np.isnan(scan.ranges).any() for scan in scans)
+    assert judged(states, scans, taken) == [""] * len(states)
+
+
+def test_beams_beside_a_mask_that_are_lost_or_show_nothing_are_told():
+    taken, states = ScanInput(masked_angles=(2.0, -2.0)), turning()
+    true = scans_of(states)
+    for wrong, reason in ((np.inf, "walls seen before are missing in "), (np.nan, " of the beams are lost")):
+        ranges = np.where(np.cos(true[-1].angles) > 0.1, wrong, true[-1].ranges)
+        scans = [used_scan(scan, taken) for scan in [*true[:-1], replace(true[-1], ranges=ranges)]]
+        assert reason in judged(states, scans, taken)[-1]
+
+
+@pytest.mark.parametrize(("share", "refused"), [(0.45, False), (0.55, True)])
+def test_the_share_of_lost_beams_is_one_of_those_that_are_not_masked(share, refused):
+    (state,), taken = drive(n=1), ScanInput(masked_angles=(0.5, -0.5))
+    (scan,) = scans_of([state])
+    lost = np.arange(len(scan.ranges)) % 20 < 20 * share - 1e-9
+    scan = used_scan(replace(scan, ranges=np.where(lost, np.nan, scan.ranges)), taken)
+    assert bool(judged([state], [scan], taken)[0]) == refused
 
 
 @pytest.mark.parametrize("behind", [4, 6, 10])

@@ -360,7 +360,7 @@ def test_a_corner_that_the_robot_touches_loses_no_more_than_the_shipped_set_allo
     ranges = 0.09 / np.maximum(np.maximum(np.cos(angles), np.sin(angles)), 0.045)
     scan = scan_from_message(rplidar(ranges), "base_link", RPLIDAR.scan)
     reasons = [
-        judge_scan(ScanMemory(), scan, np.zeros((400, 3)), np.zeros(2), each.limits)[0]
+        judge_scan(ScanMemory(), scan, np.zeros(400, bool), np.zeros((400, 3)), np.zeros(2), each.limits)[0]
         for each in (RPLIDAR, Settings())
     ]
     assert reasons[0] == ""

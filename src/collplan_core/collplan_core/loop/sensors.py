@@ -11,7 +11,7 @@ from collplan_core.parameters import Limits, Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.beam_poses import beam_poses, placed
 from collplan_core.sensing.pose_history import PoseHistory
-from collplan_core.sensing.scan_filters import used_scan
+from collplan_core.sensing.scan_filters import masked_beams, used_scan
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
@@ -98,7 +98,10 @@ class Sensors:
             if beams is None or state is None:
                 self._unplaced.append((scan, local))
                 continue
-            reason, self._scan_memory = judge_scan(self._scan_memory, scan, beams, state.velocity, settings.limits)
+            masked = masked_beams(scan, settings.scan)
+            reason, self._scan_memory = judge_scan(
+                self._scan_memory, scan, masked, beams, state.velocity, settings.limits
+            )
             if reason:
                 self._refuse_scan(reason, local)
             else:

@@ -189,7 +189,7 @@ class Limits(Parameters):
     command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=0.5)
     motion_delay: float = parameter(0.1, "Longest delay from a command to the motion measured, beyond which the robot stops", unit="s", low=0.05, high=0.4)
     missing_beams: float = parameter(0.15, "Largest share of beams in which a scan may miss walls that scans before it showed", low=0.05, high=0.45)
-    lost_beams: float = parameter(0.5, "Largest share of beams of a scan that may have measured nothing (NaN)", low=0.0, high=0.9)
+    lost_beams: float = parameter(0.5, "Largest share of beams of a scan, but for masked ones, that may have measured nothing (NaN)", low=0.0, high=0.9)
     pose_history: float = parameter(0.5, "Time for which poses are kept, to find the one at a scan's stamp", unit="s", low=0.1, high=10.0)
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=3.0)
     hand_age: float = parameter(0.2, "Age of the last command on hand/cmd_vel after which the hand has let go", unit="s", low=0.05, high=0.5)
@@ -253,7 +253,7 @@ class ScanInput(Parameters):
     codes_below: float = parameter(0.0, "Ranges up to this are no distances but codes of the device, and mean what a range of 0 does", unit="m", low=0.0, high=0.1)
     infinite: str = parameter("free", "What a range of +Inf means: nothing within range_max as REP-117 has it, or lost, of a device that gives it for whatever it did not measure", choices=("free", "lost"))
     min_intensity: float = parameter(0.0, "Ranges measured with less intensity count as lost; of messages with intensities", low=0.0, high=1e6)
-    masked_angles: tuple[float, ...] = parameter((), "From, to, from, to, ... in the angles of the messages, counter-clockwise in them: beams between count as lost, as those that see the robot itself", unit="rad", low=-2 * pi, high=2 * pi)
+    masked_angles: tuple[float, ...] = parameter((), "From, to, from, to, ... in the angles of the messages, counter-clockwise in them: beams between are not used, as those that see the robot itself", unit="rad", low=-2 * pi, high=2 * pi)
     median: int = parameter(1, "Each range becomes the median of so many beams around it, against speckles; odd, 1 is none", low=1, high=9)
 
     def __post_init__(self) -> None:

@@ -22,6 +22,11 @@ def used_scan(scan: Scan, taken: ScanInput) -> Scan:
     return upside_down(scan) if taken.mirrored else scan
 
 
+def masked_beams(scan: Scan, taken: ScanInput) -> np.ndarray:
+    """(n,) whether each beam of a scan, of which `used_scan` left what is used, is masked."""
+    return is_masked(-scan.angles if taken.mirrored else scan.angles, taken.masked_angles)
+
+
 def upside_down(scan: Scan) -> Scan:
     """The scan of a sensor turned over: its angles count the other way round."""
     return replace(scan, angle_min=-scan.angle_min, angle_increment=-scan.angle_increment)

@@ -45,24 +45,25 @@ class ScanMemory:
 
 
 def judge_scan(
-    memory: ScanMemory, scan: Scan, beams: np.ndarray, velocity: np.ndarray, limits: Limits
+    memory: ScanMemory, scan: Scan, masked: np.ndarray, beams: np.ndarray, velocity: np.ndarray, limits: Limits
 ) -> tuple[str, ScanMemory]:
     """Why a scan is not to be believed, "" where it is, and what to judge the next one by.
 
     Args:
         memory: what came of the scan before.
         scan: the scan.
+        masked: (n,) whether a beam is masked: that it shows no wall says nothing.
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam, of `beam_poses`.
         velocity: (2,) of the robot [m/s].
         limits: the shares of beams that may be lost or miss a wall.
     """
     memory = _with_ranges(memory, scan, beams)
-    reason = _lost(scan, limits) or _frozen(memory, scan, beams)
+    reason = _lost(scan, masked, limits) or _frozen(memory, scan, beams)
     if reason:
         return reason, memory
     now = wall_of_each_beam(scan, beams)
     if memory.walls:
-        found = walls_again(np.concatenate([walls for _, walls in memory.walls]), now, scan, beams, velocity)
+        found = walls_again(np.concatenate([walls for _, walls in memory.walls]), now, scan, masked, beams, velocity)
         reason = _missing(found, limits)
         if reason:
             return reason, replace(
@@ -87,8 +88,8 @@ def _with_walls(memory: ScanMemory, stamp: float, now: np.ndarray) -> ScanMemory
     return replace(memory, walls=(*memory.walls, (stamp, seen_walls(now)))[-KEPT:])
 
 
-def _lost(scan: Scan, limits: Limits) -> str:
-    share = float(np.isnan(scan.ranges).mean())
+def _lost(scan: Scan, masked: np.ndarray, limits: Limits) -> str:
+    share = float(np.isnan(scan.ranges[~masked]).mean())
     if share <= limits.lost_beams:
         return ""
     return f"{share:.0%} of the beams are lost, limit {limits.lost_beams:.0%}"
@@ -128,5 +129,6 @@ def _late(found: WallsAgain) -> str:
 def warm_up(scan: Scan, state: State, limits: Limits) -> None:
     """Compiles the comparison by two scans of one place, so that the second scan of a node is not late."""
     beams = np.tile((*state.position.tolist(), state.yaw), (len(scan.ranges), 1))
-    _, memory = judge_scan(ScanMemory(), scan, beams, state.velocity, limits)
-    judge_scan(memory, scan, beams, state.velocity, limits)
+    masked = np.zeros(len(scan.ranges), bool)
+    _, memory = judge_scan(ScanMemory(), scan, masked, beams, state.velocity, limits)
+    judge_scan(memory, scan, masked, beams, state.velocity, limits)

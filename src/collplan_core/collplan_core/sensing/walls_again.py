@@ -80,13 +80,14 @@ def _compare(
     walls: np.ndarray,
     now: np.ndarray,
     ranges: np.ndarray,
+    masked: np.ndarray,
     beams: np.ndarray,
-    first: float,
-    step: float,
+    angles: tuple,
     limits: tuple,
     velocity: tuple,
 ) -> WallsAgain:
     n = len(ranges)
+    first, step = angles
     closed = is_full_turn(n, step)
     speed = math.hypot(velocity[0], velocity[1])
     expected, missing, expected_ahead, missing_ahead, n_delays = 0, 0, 0, 0, 0
@@ -95,7 +96,7 @@ def _compare(
     for j in range(len(walls)):
         x, y, normal_x, normal_y = walls[j, 0], walls[j, 1], walls[j, 2], walls[j, 3]
         k = _beam_towards(x, y, beams, first, step)
-        if k < 0:
+        if k < 0 or masked[k]:
             continue
         dx, dy = x - beams[k, 0], y - beams[k, 1]
         distance = math.hypot(dx, dy)
@@ -122,7 +123,9 @@ def _compare(
     return WallsAgain(expected, missing, expected_ahead, missing_ahead, n_delays, delay, towards_missing)
 
 
-def walls_again(walls: np.ndarray, now: np.ndarray, scan: Scan, beams: np.ndarray, velocity: np.ndarray) -> WallsAgain:
+def walls_again(
+    walls: np.ndarray, now: np.ndarray, scan: Scan, masked: np.ndarray, beams: np.ndarray, velocity: np.ndarray
+) -> WallsAgain:
     """Compares a scan with walls that scans before it showed.
 
     A scan that shows what was seen a while ago, though it is stamped now, shows each wall off by what the robot has
@@ -132,9 +135,11 @@ def walls_again(walls: np.ndarray, now: np.ndarray, scan: Scan, beams: np.ndarra
         walls: (m, 4) points of walls and their normals, of scans before.
         now: (n, 4) the same of each beam of the scan, of `wall_of_each_beam`.
         scan: the scan.
+        masked: (n,) whether a beam is masked: no wall is expected where it looks.
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
         velocity: (2,) of the robot [m/s].
     """
     limits = max(scan.range_min, 0.01), scan.range_max
     moving = float(velocity[0]), float(velocity[1])
-    return _compare(walls, now, scan.ranges, beams, scan.angle_min, scan.angle_increment, limits, moving)
+    angles = scan.angle_min, scan.angle_increment
+    return _compare(walls, now, scan.ranges, masked, beams, angles, limits, moving)
