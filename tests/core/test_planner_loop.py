@@ -155,6 +155,20 @@ def test_a_goal_that_stays_closed_off_is_given_up_one_that_was_for_a_moment_is_n
     assert ended[0] - 1.02 == pytest.approx(current_goal.CLOSED_OFF_TIME, abs=0.11)
 
 
+def test_time_in_which_no_scan_comes_closes_no_goal_off(monkeypatch):
+    monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, plan=failing, gives_up_closed_off_goal=True))
+    loop = with_goal()
+    assert statuses(loop.cycle(1.02)) == []
+    after = 1.2 + current_goal.CLOSED_OFF_TIME
+    for local in np.arange(1.1, after - 0.05, 0.1).tolist():
+        loop.take_pose(at(local), local)
+        assert statuses(loop.cycle(local)) == []
+    assert loop.why_stale(after).startswith("scan ")
+    see(loop, after)
+    assert statuses(loop.cycle(after)) == []
+    assert loop.trouble == "nothing to aim at"
+
+
 def test_stale_inputs_make_no_plan_and_are_named():
     loop = with_goal()
     assert notices(loop.cycle(1.2)) == [(WARNING, "no plan: pose 0.19 s old, limit 0.15 s")]

@@ -84,6 +84,10 @@ class CurrentGoal:
         """Whether the goal was not reached within `timeout` [s] at `local` [s, local clock]; 0 never passes."""
         return bool(timeout) and local - self._since > timeout
 
+    def may_be_open(self) -> None:
+        """Forgets that no way led to the goal: nothing is seen of it for now."""
+        self._closed_since = None
+
     def is_closed_off(self, local: float) -> bool:
         """Notes that no way leads to the goal at `local` [s, local clock]; whether that has lasted CLOSED_OFF_TIME."""
         if self._closed_since is None:

@@ -255,6 +255,7 @@ class PlannerLoop:
             return
         stale = self.why_stale(local)
         if stale or now is None:
+            self.goal.may_be_open()
             self._report_no_plan("stale", stale, local)
             return
         if self._recovery.is_backing_out(now):
