@@ -34,7 +34,7 @@ def test_a_guard_tells_each_gap_beyond_its_limit_and_no_other(begin, steps, limi
 
 
 class Listener:
-    """A node that hears a stream and what is latched, with a backlog."""
+    """A node that hears a stream, what is latched, and what counts late too, with a backlog."""
 
     def __init__(self, ros, need=input_watch.STATE):
         import rclpy
@@ -42,23 +42,28 @@ class Listener:
         self.node = ros.add(rclpy.create_node("listener", context=ros.context))
         self.backlog = Backlog(self.node)
         inputs = Inputs(self.node, backlog=self.backlog)
-        self.heard, self.states = [], []
+        self.heard, self.states, self.news = [], [], []
         inputs.listen(String, "stream", lambda message: self.heard.append(message.data), EVENT)
         inputs.listen(String, "state", lambda message: self.states.append(message.data), LATCHED, need)
+        inputs.listen(String, "news", lambda message: self.news.append(message.data), EVENT, late_counts=True)
 
 
 @pytest.mark.parametrize("need", [input_watch.STATE, input_watch.EVENT])
-def test_what_queues_up_while_a_node_does_not_run_is_dropped_but_for_what_is_latched(ros, need):
+def test_what_queues_up_while_a_node_does_not_run_is_dropped_but_for_what_is_latched_or_counts_late(ros, need):
     listener = Listener(ros, need)
     stream, state = ros.publisher(String, "stream", EVENT), ros.publisher(String, "state", LATCHED)
+    news = ros.publisher(String, "news", EVENT)
+    assert ros.wait_until(lambda: news.publish(String(data="first")) or listener.news)
     for name in ("one", "two"):
         stream.publish(String(data=name))
     assert ros.wait_until(lambda: listener.heard == ["one", "two"])
     stream.publish(String(data="late"))
     stream.publish(String(data="later"))
+    news.publish(String(data="carried"))
     state.publish(String(data="as it is"))
     time.sleep(STALL)
     assert ros.wait_until(lambda: listener.states == ["as it is"])
+    assert ros.wait_until(lambda: listener.news[-1] == "carried")
     assert ros.wait_until(lambda: listener.backlog.guard.count >= 1)
     assert listener.backlog.guard.gap >= STALL
     assert ros.wait_until(lambda: stream.publish(String(data="new")) or "new" in listener.heard)

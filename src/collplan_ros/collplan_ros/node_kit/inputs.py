@@ -55,7 +55,7 @@ class Inputs:
         """Subscribes in `node`; counts in `refusals` where given, which others may share.
 
         Where a `backlog` is given it drops what queues up while the node is frozen, but for what is latched: that
-        holds until there is another, and comes only once.
+        holds until there is another, and comes only once; and for what counts late too.
         """
         self.refusals = Refusals() if refusals is None else refusals
         self.sent = 0.0
@@ -75,6 +75,7 @@ class Inputs:
         qos: QoSProfile,
         need: str = STREAM,
         kind: str = "",
+        late_counts: bool = False,
     ) -> None:
         """Subscribes.
 
@@ -86,12 +87,14 @@ class Inputs:
             qos: profile of the subscription.
             need: STREAM, STATE, AWAITED or EVENT: whether the input is missed when it does not come.
             kind: what refused messages are counted as; the topic where empty.
+            late_counts: a message counts also where it queued up while the node was frozen: no backlog drops it.
         """
         watch = InputWatch(self._shown(topic), need, lambda: self._publishers(message_type, topic, qos))
         self._watches[topic] = watch
         self._kinds[topic] = kind or topic
 
-        backlog = None if qos.durability == DurabilityPolicy.TRANSIENT_LOCAL else self._backlog
+        latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        backlog = None if latched or late_counts else self._backlog
 
         def take(message: M, info: Mapping[str, Any]) -> None:
             if backlog is not None and backlog.holds():

@@ -76,7 +76,7 @@ class ControllerNode(Node):
         self._inputs = listen
         self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age)
         listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
-        listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT)
+        listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT, late_counts=True)
         listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED)
         listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)
         listen.listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._on_contacts, qos.EVENT, EVENT)
