@@ -169,6 +169,21 @@ def test_silence_is_reported(ros, bench):
     assert "/mocap/pose" in status.message
 
 
+def test_poses_that_come_too_far_apart_are_named(ros, bench):
+    def says(what):
+        bench.node._diagnostics.publish()
+        ros.spin(0.01)
+        return what in bench.reports[-1].status[0].message
+
+    stamps = (5.0 + 0.2 * k for k in range(100))
+    expected = "poses come 0.20 s apart, expected less than limits.pose_age 0.15 s"
+    assert ros.wait_until(lambda: bench.send_at((stamp := next(stamps)), 1e-4 * stamp, 0.1) or says(expected))
+    assert not bench.odometry
+    bench.drive(100.0, 10, (0.1, 0.1), CREEP)
+    assert ros.wait_until(lambda: bench.odometry)
+    assert ros.wait_until(lambda: not says("apart"))
+
+
 def test_frames_are_parameters(ros):
     bench = MocapBench(ros, {"frames.map": "lab", "frames.base": "puck", "mocap.accept_frozen": True})
     for k in range(10):

@@ -42,6 +42,7 @@ class MocapNode(Node):
         self._memory = FRESH
         self._newest: MeasuredPose | None = None
         self._repeats = 0
+        self._longest_gap = 0.0
         self._counts: Counter[str] = Counter()
         self._refused = self._reported = 0
         self._local = local_clock(self)
@@ -95,12 +96,14 @@ class MocapNode(Node):
         self._take_sample(sample)
 
     def _take_sample(self, sample: PoseSample) -> None:
-        received = seconds(self._local)
+        received, before = seconds(self._local), self._memory.track.times
         result, self._memory = filter_pose(self._memory, sample, received, self._settings)
         if result.refused:
             self._refuse(result.refused, _described(sample))
             return
         self._poses_clock.received(sample.stamp, received)
+        if len(before):
+            self._longest_gap = max(self._longest_gap, sample.stamp - float(before[-1]))
         if result.carried:
             self._refusal.publish(String(data=f"{CARRIED}: {_described(sample)}"))
         self._publish(sample.stamp, result)
@@ -123,6 +126,7 @@ class MocapNode(Node):
     def _publish_state(self, state: State) -> None:
         frames = self._settings.frames
         self._counts["published"] += 1
+        self._longest_gap = 0.0
         message = state_to_odometry(state, frames.map, frames.base)
         self._odometry.publish(message)
         if self._broadcast is not None:
@@ -151,7 +155,14 @@ class MocapNode(Node):
             return Health(WARN, f"{new} poses refused, the last for {refusals.newest}", values)
         if self._is_late():
             return Health(ERROR, f"no pose on {topic} {described_age(age)}", values)
+        if self._longest_gap > self._settings.limits.pose_age:
+            return Health(WARN, self._too_slow(), values)
         return Health(OK, "poses come in", values)
+
+    def _too_slow(self) -> str:
+        """Why no pose is passed on since one came so long after the one before: it has no velocity."""
+        limit = self._settings.limits.pose_age
+        return f"poses come {self._longest_gap:.2f} s apart, expected less than limits.pose_age {limit:g} s"
 
 
 def _described(sample: PoseSample) -> str:
