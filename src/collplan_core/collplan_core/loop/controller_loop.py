@@ -141,7 +141,7 @@ class ControllerLoop:
 
         The robot is then held, unless a person has let it go on while its poses were refused.
         """
-        if reason.startswith(CARRIED):
+        if kind == "pose" and reason.startswith(CARRIED):
             if self.goal_active and not self.held and not self._carrying_is_known:
                 self._interlock = self._interlock.held(ELSEWHERE)
             return
