@@ -310,7 +310,7 @@ def test_motion_that_is_late_or_reversed_holds_it_at_once_and_other_motion_does_
     assert loop.tick(1.0).reason == ""
 
 
-def test_goals_that_follow_one_another_forget_no_motion_and_what_lets_it_go_on_does(monkeypatch):
+def test_goals_that_follow_one_another_on_the_way_forget_no_motion(monkeypatch):
     loop, forgot = driving(until=9.0), []
     monkeypatch.setattr(loop.motion, "forget", lambda: forgot.append(True))
     for k in range(3):
@@ -318,7 +318,10 @@ def test_goals_that_follow_one_another_forget_no_motion_and_what_lets_it_go_on_d
     assert forgot == []
     assert without(loop, "pose", 1.1, 2.0).startswith("held: ")
     loop.take_goal(goal(stamp=3.1, identity=bytes([3]) * 16))
-    assert forgot == [True]
+    assert forgot == [True], "it was held"
+    loop.take_goal(goal(SUCCEEDED, stamp=3.1, identity=bytes([3]) * 16))
+    loop.take_goal(goal(stamp=3.2, identity=bytes([4]) * 16))
+    assert forgot == [True, True], "it stood"
 
 
 def test_the_first_plan_of_a_goal_may_take_longer():

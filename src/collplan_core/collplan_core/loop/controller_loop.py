@@ -186,8 +186,8 @@ class ControllerLoop:
         self._go_on(LONGEST_RESUMED)
 
     def _go_on(self, patience: float) -> None:
-        # goals that follow soon one after the other would blind it to its motion
-        if self.held or self.motion.verdict.kind in STOPPING:
+        # not on the way: goals that follow soon one after the other would blind it to its motion
+        if self.held or not self.goal_active or self.motion.verdict.kind in STOPPING:
             self.motion.forget()
         self._interlock = self._interlock.resumed()
         # one that rests may have let go, which its silence will show; one that goes on commanding keeps the robot

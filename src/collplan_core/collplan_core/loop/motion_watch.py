@@ -47,7 +47,7 @@ class MotionWatch:
         self._touched = -math.inf
 
     def forget(self) -> None:
-        """Forgets what was seen and learnt, but for the delay, as where a person lets a held robot go on."""
+        """Forgets what was seen and learnt, but for the delay, as where a robot that stands sets out."""
         self.verdict = MotionVerdict(delay=self._record.delay)
         self._record = MotionRecord(delay=self._record.delay)
 
