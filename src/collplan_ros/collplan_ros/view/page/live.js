@@ -7,6 +7,8 @@ const PACED = 2; // s over which the pace of the frames is measured, which is th
 const SLOWEST_PACE = 0.2; // s that have to pass for it
 const PATIENCE = 4000; // ms for an answer
 const AGAIN = 1500; // ms between two attempts to connect
+const SILENT = 1.5; // s without a frame, of which at least one a second is sent: what is seen is then old
+const LOOK = 250; // ms between two looks whether frames come
 
 /** A source of frames that are of now. */
 export function liveSource() {
@@ -18,6 +20,8 @@ export function liveSource() {
   let shown = NaN;
   let drawn = NaN;
   let came = []; // moments and times of the newest frames
+  let heard = NaN; // moment of the newest frame, or of the connection where there is none
+  let told = false; // whether it is said that none comes
 
   // seconds of the frames' clock that pass in one
   function pace() {
@@ -71,9 +75,20 @@ export function liveSource() {
     if (newest - message.t > JUMP) came = [];
     if (!(message.t < newest) || newest - message.t > JUMP) newest = message.t;
     const moment = performance.now() / 1000;
+    if (told) source.onstatus("", false);
+    told = false;
+    heard = moment;
     came.push({ moment, t: newest });
     while (came[0].moment < moment - PACED) came.shift();
     source.onframe(message);
+  }
+
+  // a connection that hangs, and a view_node that does, close nothing
+  function look() {
+    const silence = performance.now() / 1000 - heard;
+    if (socket?.readyState !== WebSocket.OPEN || !(silence > SILENT)) return;
+    told = true;
+    source.onstatus(`nothing from view_node for ${Math.floor(silence)} s: what you see is old`, true);
   }
 
   function connect() {
@@ -81,6 +96,7 @@ export function liveSource() {
     socket = new WebSocket(`ws://${location.host}/frames`);
     socket.addEventListener("open", () => {
       opened = true;
+      heard = performance.now() / 1000;
       source.onstatus("", false);
     });
     socket.addEventListener("message", (event) => take(JSON.parse(event.data)));
@@ -103,5 +119,6 @@ export function liveSource() {
   }
 
   setTimeout(connect, 0);
+  setInterval(look, LOOK);
   return source;
 }
