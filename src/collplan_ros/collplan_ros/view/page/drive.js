@@ -6,7 +6,7 @@ import { toast } from "./panels.js";
 const STRATEGY = "planner.strategy";
 const UNCONFIRMED = 700; // ms after which a stop that the robot has not confirmed is told of
 
-/** The buttons, the strategy, and a goal by a click. */
+/** The buttons, the strategy, and a goal by a click. A field that was changed gives the focus back: space then stops. */
 export class Drive {
   constructor(source, scene, picture) {
     this.source = source;
@@ -18,6 +18,7 @@ export class Drive {
     byId("clear_stop").addEventListener("click", () => this.act({ do: "clear_estop" }));
     byId("strategy").addEventListener("change", (event) => {
       this.act({ do: "set", node: this.planner, name: STRATEGY, value: event.target.value });
+      event.target.blur();
     });
   }
 
@@ -101,7 +102,10 @@ export class ParameterList {
     if (entry.kind === "bool") input.type = "checkbox";
     const limits = entry.low === null ? "" : `, ${entry.low} to ${entry.high}`;
     element("p", row, "note", `${entry.doc}${limits}`);
-    input.addEventListener("change", () => this.set(node, entry, input));
+    input.addEventListener("change", () => {
+      this.set(node, entry, input);
+      input.blur();
+    });
     return input;
   }
 

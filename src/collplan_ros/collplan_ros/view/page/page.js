@@ -73,7 +73,8 @@ export function start(source) {
     const typing = ["text", "search", ""].includes(event.target.type ?? "none") || event.target.tagName === "SELECT";
     if (!act || typing || event.ctrlKey || event.metaKey || event.altKey || (event.key === " " && !drive)) return;
     event.preventDefault();
-    act();
+    // held, it would soon be more commands than a page may send
+    if (event.key !== " " || !event.repeat) act();
   });
   for (const [key, words] of KEYS) {
     if (key === "space" && !drive) continue;
