@@ -1,6 +1,7 @@
 """view_node in this process: what a page gets of a graph, and what it can do to it."""
 
 import json
+import math
 import socket
 import urllib.request
 from contextlib import ExitStack
@@ -11,6 +12,7 @@ from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, PointCloud2
@@ -19,7 +21,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from websockets.sync.client import connect
 
 from collplan_core.goal import EXECUTING, SUCCEEDED, Goal
-from collplan_core.parameters import Planning, Robot, Simulation
+from collplan_core.parameters import Lidar, Planning, Robot, Simulation
 from collplan_core.plan import Candidates, Contacts
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
@@ -39,6 +41,8 @@ from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health, status_me
 from collplan_ros.node_kit.node_parameters import declare
 from collplan_ros.nodes import view_inputs, view_node
 from collplan_ros.nodes.view_node import ViewNode
+from collplan_ros.nodes.view_parameters import entry_of
+from collplan_ros.view.frames import as_json
 from fake_robot import FakeRobot, hall
 
 
@@ -222,13 +226,43 @@ def test_world_and_robot_are_known_by_the_parameters_of_their_nodes(ros, bench):
     assert len(bench.parts["world"]["polygons"]) > 2
 
 
-def test_a_world_that_is_none_is_said_and_stays_text(ros, bench):
+def simulator(world, radius):
+    given = [Parameter("simulator.world", value=world), Parameter("robot.radius", value=radius)]
+    return lambda **kwargs: Other("simulator_node", Simulation, Robot, **{**kwargs, "parameter_overrides": given})
+
+
+def test_a_node_that_was_started_again_is_asked_again_and_one_that_is_gone_holds_no_more(ros, bench):
+    def shows(world, radius):
+        about = lambda parts: parts.get("about", {})  # noqa: E731
+        return bench.shows(
+            lambda parts: (about(parts).get("world"), about(parts).get("radius")) == (world, radius), 30.0
+        )
+
+    first = ros.make(simulator("corridor", 0.12))
+    assert shows("corridor", 120)
+    assert "/simulator_node" in bench.parts["parameters"]
+    ros.remove(first)
+    again = ros.make(simulator("slalom", 0.15))  # sooner than the first one counts as silent
+    assert shows("slalom", 150)
+    assert bench.shows(lambda parts: parts["world"] and parts["parameters"].get("/simulator_node"))
+    ros.remove(again)
+    assert shows("", round(1e3 * Robot().radius))
+    assert (bench.parts["world"], bench.parts["parameters"]) == (None, {})
+
+
+def test_a_world_that_is_none_or_cannot_be_drawn_is_said_and_stays_text(ros, bench, tmp_path):
     name = "<script>alert(1)</script>"
     given = [Parameter("simulator.world", value=name)]
     ros.make(lambda **kwargs: Other("simulator_node", Simulation, **{**kwargs, "parameter_overrides": given}))
     assert bench.shows(lambda parts: parts.get("about", {}).get("trouble"), 30.0)
     assert bench.parts["about"]["world"] == name
     assert "unknown" in bench.parts["about"]["trouble"]
+    assert bench.parts["world"] is None
+    far = tmp_path / "far.yaml"
+    far.write_text("name: far\nbounds: [-2000000.0, -1.0, 2000000.0, 1.0]\n")
+    given = [Parameter("lidar.world", value=str(far))]
+    ros.make(lambda **kwargs: Other("lidar_node", Lidar, **{**kwargs, "parameter_overrides": given}))
+    assert bench.shows(lambda parts: "expected at most 1e+06 in size" in parts["about"]["trouble"], 30.0)
     assert bench.parts["world"] is None
 
 
@@ -318,6 +352,16 @@ def test_live_parameters_are_described_and_set(ros, bench):
 
 
 # ---- whatever comes
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, [1.0, -math.inf]])
+def test_a_number_that_is_not_finite_is_sent_as_text(value):
+    kind = ParameterType.PARAMETER_DOUBLE_ARRAY if isinstance(value, list) else ParameterType.PARAMETER_DOUBLE
+    to_no_end = [FloatingPointRange(from_value=0.0, to_value=math.inf)]
+    entry = entry_of(ParameterDescriptor(name="odd", type=kind, floating_point_range=to_no_end), value)
+    sent = json.loads(as_json(entry))
+    assert (sent["low"], sent["high"]) == (0.0, "inf")
+    assert sent["value"] == ([1.0, "-inf"] if isinstance(value, list) else str(value))
 
 
 def test_messages_that_nobody_expects_end_nothing(ros, bench):

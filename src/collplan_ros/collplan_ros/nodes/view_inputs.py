@@ -88,7 +88,7 @@ class ViewInputs:
         self._changes = changes
         self._clock = clock
         self._namespace = node.get_namespace()
-        self._on_node: Callable[[str], None] = lambda name: None
+        self._on_node: Callable[[str, int | None], None] = lambda name, number: None
         self._on_parameters: Callable[[ParameterEvent], None] = lambda event: None
         self._always = PolledSubscriptions(node)
         self._always.listen(PoseStamped, "goal_pose", self._take_goal, qos.EVENT)
@@ -124,8 +124,8 @@ class ViewInputs:
         now = self._clock()
         return [name for name, report in self.reports.items() if now - report.came <= scene.SILENT_AFTER]
 
-    def tell(self, on_node: Callable[[str], None], on_parameters: Callable[[ParameterEvent], None]) -> None:
-        """Has each health report's node, and each change of parameters, told."""
+    def tell(self, on_node: Callable[[str, int | None], None], on_parameters: Callable[[ParameterEvent], None]) -> None:
+        """Has each health report's node, with the number of the report, and each change of parameters told."""
         self._on_node, self._on_parameters = on_node, on_parameters
 
     def open(self) -> None:
@@ -281,12 +281,12 @@ class ViewInputs:
             self._periods.append(sent - self._commanded)
         self._commanded = sent
 
-    def _take_health(self, message: DiagnosticArray, _: Values) -> None:
+    def _take_health(self, message: DiagnosticArray, info: Values) -> None:
         for status in message.status:
             report = report_of(status, self._clock())
             if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
                 self.reports[report.name] = report
-                self._on_node(report.name)
+                self._on_node(report.name, info["publication_sequence_number"])
 
     def _is_known_or_fits(self, name: str) -> bool:
         return name in self.reports or len(self.reports) < MOST_NODES

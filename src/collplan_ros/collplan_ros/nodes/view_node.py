@@ -4,9 +4,9 @@ It decides nothing, and takes no part in what moves the robot: any graph runs th
 it listens to new goals alone.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
@@ -26,7 +26,7 @@ from collplan_ros.nodes.view_parameters import GraphParameters, first_of
 from collplan_ros.view import scene
 from collplan_ros.view.frames import Changes
 from collplan_ros.view.server import PageServer
-from collplan_ros.view.which_robot import which_robot
+from collplan_ros.view.which_robot import Values, which_robot
 
 GROUPS = (View, ScanInput, Frames, "controller.stamped_cmd_vel")
 LINGER = 10.0
@@ -37,6 +37,8 @@ ABOUT_EVERY = 10
 """Of the frames those that are looked at for a change of what seldom changes."""
 WORLDS = ("lidar.world", "simulator.world")
 """Parameters that name the world: the one that scans are cast in comes first."""
+
+Known = TypeVar("Known")
 
 
 class ViewNode(Node):
@@ -93,8 +95,9 @@ class ViewNode(Node):
             return
         time = self._inputs.poll()
         if self._frames % ABOUT_EVERY == 0:
-            self._put_about()
-            self._changes.put("parameters", self._graph_parameters.live)
+            heard = self._inputs.heard
+            self._put_about(heard)
+            self._changes.put("parameters", _of(heard, self._graph_parameters.live))
         self._server.publish(self._changes.take(time))
         self._frames += 1
 
@@ -111,29 +114,30 @@ class ViewNode(Node):
 
     # ---- what the frames begin with
 
-    def _put_about(self) -> None:
+    def _put_about(self, heard: Collection[str]) -> None:
         known = self._graph_parameters.values
-        world, trouble = self._found_world()
+        there = _of(heard, known)
+        world, trouble = self._found_world(there)
         self._changes.put(
             "about",
             {
-                "robot": which_robot(self._inputs.robot, known, self._inputs.heard),
+                "robot": which_robot(self._inputs.robot, known, heard),
                 "namespace": self.get_namespace(),
                 "world": self._world_name or "",
                 "trouble": trouble,
-                "radius": _milli(first_of(known, "robot.radius"), self._settings.robot.radius),
-                "max_speed": _milli(first_of(known, "robot.max_speed"), self._settings.robot.max_speed),
-                "tolerance": _milli(first_of(known, "planner.goal_tolerance"), self._settings.planner.goal_tolerance),
-                "spacing": _milli(first_of(known, "remembered.spacing"), self._settings.remembered.spacing),
+                "radius": _milli(first_of(there, "robot.radius"), self._settings.robot.radius),
+                "max_speed": _milli(first_of(there, "robot.max_speed"), self._settings.robot.max_speed),
+                "tolerance": _milli(first_of(there, "planner.goal_tolerance"), self._settings.planner.goal_tolerance),
+                "spacing": _milli(first_of(there, "remembered.spacing"), self._settings.remembered.spacing),
             },
         )
-        self._changes.put("world", None if world is None else scene.world(world))
+        self._changes.put("world", world)
 
-    def _found_world(self) -> tuple[World | None, str]:
-        """The world that the graph names, once it is made, or why there is none."""
-        known = self._graph_parameters.values
+    def _found_world(self, known: Mapping[str, Values]) -> tuple[scene.Part, str]:
+        """The world that nodes with these parameters name, to be drawn once it is made, or why there is none."""
         name = next((found for key in WORLDS if (found := first_of(known, key)) is not None), None)
         if name is None:
+            self._world_name = None
             return None, ""
         if name != self._world_name:
             self._world_name = str(name)
@@ -142,7 +146,7 @@ class ViewNode(Node):
         if self._world is None or not self._world.done():
             return None, ""
         try:
-            return self._world.result(), ""
+            return scene.world(self._world.result()), ""
         except (WorldError, OSError, ValueError) as error:
             return None, str(error)
 
@@ -168,7 +172,14 @@ class ViewNode(Node):
 
 
 def _milli(value: object, otherwise: float) -> int:
-    return scene.milli([float(value) if isinstance(value, (int, float)) else otherwise])[0]
+    """A length or speed as a page is sent it; `otherwise` where it is none that can be drawn."""
+    number = float(value) if isinstance(value, (int, float)) else otherwise
+    return scene.milli([number if abs(number) <= scene.LARGEST else otherwise])[0]
+
+
+def _of(nodes: Collection[str], known: Mapping[str, Known]) -> dict[str, Known]:
+    """Of what is known by node that of these nodes: what a node said that is gone holds no more."""
+    return {name: each for name, each in known.items() if name in nodes}
 
 
 def main(args: Sequence[str] | None = None) -> int:

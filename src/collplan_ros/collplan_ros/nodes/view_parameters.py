@@ -1,5 +1,6 @@
 """The parameters of the other nodes, as the page shows and sets them: by their own descriptions and ranges."""
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -14,8 +15,8 @@ from collplan_ros.view.commands import Value
 from collplan_ros.view.scene import SILENT_AFTER
 from collplan_ros.view.server import Reply
 
-ASK_AGAIN = 10.0
-"""Time after which a node that did not answer is asked again [s]."""
+ASK_AGAIN, ASK_SOON = 4.0, 0.2
+"""Time after which a node that did not answer is asked again, and one that has started again is [s]."""
 CHOICES = "one of "
 """How the constraint of a parameter with choices begins."""
 KINDS = {
@@ -43,14 +44,23 @@ class GraphParameters:
         self._types: dict[tuple[str, str], int] = {}
         self._asked: dict[str, float] = {}
         self._heard: dict[str, float] = {}
+        self._numbers: dict[str, int] = {}
 
-    def heard(self, node: str) -> None:
-        """Takes that a node is there; asks it where it is new, has come back, or has never answered."""
+    def heard(self, node: str, number: int | None) -> None:
+        """Takes that a node is there; asks it where it is new, has come back or started again, or has never answered.
+
+        `number` is which of its publisher's health reports was heard, from 1; None where the middleware does not tell.
+        """
         now = time.monotonic()
         was_silent = now - self._heard.get(node, now) > SILENT_AFTER
-        self._heard[node] = now
-        unanswered = node not in self.values and now - self._asked.get(node, -ASK_AGAIN) >= ASK_AGAIN
-        if was_silent or unanswered:
+        before = self._numbers.get(node, 0)
+        has_started_again = number is not None and (number < before or number == before == 1)
+        self._heard[node], self._numbers[node] = now, number or 0
+        if was_silent or has_started_again:
+            self.values.pop(node, None)
+            self.live.pop(node, None)
+        since = now - self._asked.get(node, -ASK_AGAIN)
+        if node not in self.values and since >= (ASK_SOON if has_started_again else ASK_AGAIN):
             self._asked[node] = now
             self._ask(ListParameters, node, "list_parameters", ListParameters.Request(), self._listed)
 
@@ -129,8 +139,8 @@ def entry_of(descriptor: ParameterDescriptor, value: object) -> dict[str, object
         "doc": str(descriptor.description),
         "kind": KINDS[descriptor.type],
         "value": _plain(value),
-        "low": ranges[0].from_value if ranges else None,
-        "high": ranges[0].to_value if ranges else None,
+        "low": _plain(ranges[0].from_value) if ranges else None,
+        "high": _plain(ranges[0].to_value) if ranges else None,
         "choices": constraints[len(CHOICES) :].split(", ") if constraints.startswith(CHOICES) else [],
     }
 
@@ -140,9 +150,11 @@ def first_of(values: Mapping[str, Mapping[str, object]], name: str) -> Any:
     return next((each[name] for each in values.values() if name in each), None)
 
 
-def _plain(value: object) -> object:
-    """A value as JSON knows it."""
-    return value if isinstance(value, (bool, int, float, str)) else list(value)  # type: ignore[call-overload]
+def _plain(value: Any) -> object:
+    """A value as JSON knows it: a number that is not finite becomes text."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value if isinstance(value, (bool, int, float, str)) else [_plain(each) for each in value]
 
 
 def _converted(kind: int, value: Value) -> ParameterValue | None:

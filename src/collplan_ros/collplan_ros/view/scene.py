@@ -32,7 +32,8 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
     costs       {"planning_time" [ms], "strategy", "hardest": fastest contact foreseen, "terms": {name: number}}
     periods     [ms, ...]: times between two commands since the frame before
     nodes       [{"name", "level": 0 to 3, "message", "age" [s], "silent", "values": {name: text}}, ...]
-    parameters  live parameters by node: {node: [{"name", "doc", "kind", "value", "low", "high", "choices"}, ...]}
+    parameters  live parameters by node: {node: [{"name", "doc", "kind", "value", "low", "high", "choices"}, ...]};
+                a number that is not finite is text
     history     earlier frames that hold t, robot, trail, costs and periods alone: first for a page that comes late
 
 `trail`, `periods` and the plots made of `costs` lose what a page that was too slow has skipped; nothing else does.
