@@ -109,3 +109,13 @@ def test_without_a_frame_there_is_nothing():
 def test_numbers_that_json_does_not_know_are_refused():
     with pytest.raises(ValueError, match="JSON"):
         Changes().put("robot", [float("nan")])
+
+
+def test_a_robot_at_rest_is_sent_with_each_pose():
+    """A page takes one that is not for a robot of which nothing more is measured, and knows no heading without it."""
+    changes, newest = Changes(), Newest()
+    for time in (1.0, 2.0):
+        changes.put("robot", [1, 2, 300, 0, 0])
+        newest.add(changes.take(time))
+    assert [frame["robot"] for frame in json.loads(newest.whole()["history"])] == [[1, 2, 300, 0, 0]] * 2
+    assert "robot" not in changes.take(3.0)

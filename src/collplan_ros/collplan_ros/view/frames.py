@@ -14,6 +14,8 @@ STEP_BACK = 0.5
 """A frame that is so much before the one before it begins another time, as after a restart of the robot [s]."""
 LOSSY = ("trail", "periods")
 """Parts that stand for one frame alone: the newest of them says nothing of those before."""
+REPEATED = (*LOSSY, "robot")
+"""Parts that are sent whenever they are put, also as they were: a robot at rest is still measured."""
 
 Texts = Mapping[str, str]
 """Parts of a frame by name, each as JSON."""
@@ -41,13 +43,13 @@ class Changes:
         self._changed: dict[str, str] = {}
 
     def put(self, name: str, value: Any) -> None:
-        """Sets a part, if it is another than the newest of its name.
+        """Sets a part, if it is another than the newest of its name or one of REPEATED.
 
         Raises:
             ValueError: a number in it is not finite.
         """
         text = as_json(value)
-        if name in LOSSY or self._newest.get(name) != text:
+        if name in REPEATED or self._newest.get(name) != text:
             self._newest[name] = self._changed[name] = text
 
     def forget(self) -> None:

@@ -12,7 +12,7 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
                 "radius", "max_speed", "tolerance": of the goal, "spacing": width of an inferred strip}
     world       {"bounds": [x0, y0, x1, y1], "walled", "polygons": [[points], ...], "circles": [[x, y, radius], ...]},
                 null where it is not known
-    robot       [x, y, yaw, vx, vy] at t
+    robot       [x, y, yaw, vx, vy] at t; with each new pose, also where the robot rests
     trail       [ms before t, x, y, ...]: poses between those of the frame before and of this one
     scan        points that beams of the newest scan ended at
     free        corners of F, the free space of the disc's centre
