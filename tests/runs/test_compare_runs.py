@@ -15,7 +15,7 @@ from collplan_ros.pictures.palette import DELIBERATE, OTHER
 from collplan_ros.pictures.shown_run import read_shown_run
 from collplan_ros.pictures.side_by_side import FRAME_PERIOD, GAP, HEAD, LAST_FRAME, LONG_SIDE, _view
 from collplan_ros.runs.impact_log import COLUMNS as IMPACT_COLUMNS
-from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.trajectory_file import COLUMNS as TRAJECTORY_COLUMNS
 
 WRITTEN, REFUSED = 0, 2

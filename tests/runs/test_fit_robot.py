@@ -249,7 +249,10 @@ def without_column(column):
         (in_row(9, cmd_vx="inf"), "trajectory.csv, line 9, cmd_vx: got 'inf'"),
         (in_row(9, cmd_vx=""), "trajectory.csv, line 9, cmd_vx: got ''"),
         (in_row(9, t="-3"), "trajectory.csv, line 9, t: got -3 after"),
-        (lambda run: write_values({"lidar.world": "nowhere"}, run / "parameters.yaml"), "parameters.yaml: lidar.world"),
+        (
+            lambda run: write_values({"simulator.world": "nowhere"}, run / "parameters.yaml"),
+            "parameters.yaml: simulator.world",
+        ),
     ],
 )
 def test_a_folder_that_holds_no_run_is_named(run, tmp_path, capsys, spoil, said):
@@ -268,6 +271,6 @@ def test_simulated_and_real_runs_do_not_mix(run, recorded, tmp_path, capsys):
 
 
 def test_a_world_that_is_not_the_one_driven_in_is_noticed(run, tmp_path, capsys):
-    write_values({**read_parameters(run / "parameters.yaml"), "lidar.world": "slalom"}, run / "parameters.yaml")
+    write_values({**read_parameters(run / "parameters.yaml"), "simulator.world": "slalom"}, run / "parameters.yaml")
     assert fitted(run, out=tmp_path / "o.yaml") == REFUSED
     assert not (tmp_path / "o.yaml").exists()

@@ -18,7 +18,8 @@ from collplan_ros.pictures.shown_run import read_shown_run
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.record_file import RecordError, RecordFile
 from collplan_ros.runs.record_reading import RECORD, read_record
-from collplan_ros.runs.recorded_run import RunError, read_run
+from collplan_ros.runs.recorded_run import read_run
+from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_times import RunTimes, continued
 from collplan_ros.runs.send_times import SendTimes
 from collplan_ros.runs.whole_file import replacing

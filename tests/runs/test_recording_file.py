@@ -14,7 +14,7 @@ from collplan_ros.recording.completion import complete
 from collplan_ros.recording.reading import attachment, description, messages, raw_messages
 from collplan_ros.recording.recording_file import RECORDING, RecordingFile
 from collplan_ros.runs.record_file import RecordError
-from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.run_error import RunError
 from made_recordings import EPOCH, POINT, TOPICS, MadeRecording, point, sent
 
 few = settings(derandomize=True, deadline=None, max_examples=40)

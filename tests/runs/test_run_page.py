@@ -16,7 +16,7 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_parameters
 from collplan_ros.replay.main import main
 from collplan_ros.runs.record_reading import RECORD
-from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_log import PoseRow, RunLog
 from collplan_ros.view.player import run_page, write_run_page
 from collplan_ros.view.player.one_file import one_script

@@ -8,7 +8,7 @@ from pathlib import Path
 from collplan_core.command_line import examples
 from collplan_ros.pictures.shown_run import ShownRun, read_shown_run
 from collplan_ros.pictures.side_by_side import draw_side_by_side
-from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.run_error import RunError
 
 REFUSED = 2
 """Exit code of a request that cannot be fulfilled."""
@@ -80,7 +80,7 @@ def _runs(folders: Sequence[Path]) -> list[ShownRun]:
     if len(folders) < 2:
         raise RunError(f"got {len(folders)} run, expected at least two to show beside each other")
     runs = [read_shown_run(folder) for folder in folders]
-    worlds = dict.fromkeys(run.recorded.settings.lidar.world for run in runs)
+    worlds = dict.fromkeys(run.recorded.settings.simulator.world for run in runs)
     if len(worlds) > 1:
         raise RunError(f"got runs in the worlds {', '.join(worlds)}, expected one world")
     return runs

@@ -12,7 +12,8 @@ import numpy as np
 from collplan_ros.pictures.drawing import Marks, Trail, trail_of
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.record_reading import Record
-from collplan_ros.runs.recorded_run import RecordedRun, RunError, read_run
+from collplan_ros.runs.recorded_run import RecordedRun, read_run
+from collplan_ros.runs.run_error import RunError
 
 IMPACT = ("t", "x", "y", "deliberate")
 

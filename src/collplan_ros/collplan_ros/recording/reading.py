@@ -10,7 +10,7 @@ from mcap.reader import McapReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from collplan_ros.recording.description import RUN
-from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.run_error import RunError
 
 MAGIC = b"\x89MCAP0\r\n"
 """With what a file in the MCAP format begins and ends."""

@@ -18,7 +18,7 @@ from collplan_ros.recording.completion import complete
 from collplan_ros.replay.recorded_journals import RecordedJournals, read_journals
 from collplan_ros.replay.report import INTERRUPTED, REFUSED, SAME, exit_code, said_of, table_of
 from collplan_ros.runs.record_file import RecordError
-from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.run_error import RunError
 from collplan_ros.view.player import write_run_page
 
 DESCRIPTION = """\

@@ -13,8 +13,9 @@ from collplan_core.calibration.wall_impacts import SLOWEST, SLOWEST_SLIP
 from collplan_core.command_line import examples
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
-from collplan_ros.runs.recorded_run import RecordedRun, RunError, read_run
+from collplan_ros.runs.recorded_run import RecordedRun, read_run
 from collplan_ros.runs.robot_fit import RobotFit, believed_otherwise, fit_robot, hits_found, same_simulated_drive
+from collplan_ros.runs.run_error import RunError
 
 REFUSED = 2
 """Exit code of a fit that is not possible."""

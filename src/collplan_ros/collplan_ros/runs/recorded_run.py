@@ -14,16 +14,14 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.plane import rotate_rows
-from collplan_core.worlds import World, WorldError, load_world
+from collplan_core.worlds import World, WorldError
+from collplan_ros.recording.recorded_world import recorded_world
 from collplan_ros.runs.record_reading import RECORD, Record, read_record
+from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.trajectory_file import write_trajectory_rows
 
 MEASURED = ("t", "x", "y", "yaw")
 COMMANDED = ("cmd_vx", "cmd_vy")
-
-
-class RunError(ValueError):
-    """A folder without a readable run; the text names file, line and column, and what was expected."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +62,10 @@ def read_run(folder: Path) -> RecordedRun:
         RunError: a file is missing or has another form than bringup writes.
     """
     settings, world = settings_and_world(folder)
-    unfinished = _unfinished(folder)
-    if unfinished is not None:
-        path, yaws = _path(folder / RECORD, _trajectory_of(unfinished))
-        return RecordedRun(folder, unfinished.simulated, settings, world, path, yaws, unfinished)
+    record = unfinished(folder)
+    if record is not None:
+        path, yaws = _path(folder / RECORD, _trajectory_of(record))
+        return RecordedRun(folder, record.simulated, settings, world, path, yaws, record)
     trajectory = folder / "trajectory.csv"
     path, yaws = _path(trajectory, _text(trajectory))
     return RecordedRun(folder, _simulated(folder / "summary.json"), settings, world, path, yaws)
@@ -84,15 +82,21 @@ def settings_and_world(folder: Path) -> tuple[Settings, World]:
     parameters = folder / "parameters.yaml"
     try:
         settings = Settings().with_values(read_parameters(parameters))
-        return settings, load_world(settings.lidar.world)
+        return settings, recorded_world(folder, settings)
     except ParameterError as error:  # names the file
         raise RunError(str(error)) from None
     except (WorldError, OSError) as error:
-        raise RunError(f"{parameters}: lidar.world: {error}") from None
+        raise RunError(f"{parameters}: simulator.world: {error}") from None
 
 
-def _unfinished(folder: Path) -> Record | None:
-    """The record of a run without results, if any; the summary is the last of them that readers need."""
+def unfinished(folder: Path) -> Record | None:
+    """The record, without plans and scans, of a run without results; None where there is none or they are there.
+
+    The summary is the last of the results that readers need.
+
+    Raises:
+        RunError: the record is not as bringup writes it.
+    """
     if (folder / "summary.json").exists() or not (folder / RECORD).exists():
         return None
     try:

@@ -9,7 +9,8 @@ from collplan_core.worlds import World
 from collplan_ros.pictures.title import run_end, run_title
 from collplan_ros.runs.impact_log import Impacts, impacts_of
 from collplan_ros.runs.record_reading import RECORD, Record, read_record
-from collplan_ros.runs.recorded_run import RunError, settings_and_world
+from collplan_ros.runs.recorded_run import settings_and_world
+from collplan_ros.runs.run_error import RunError
 
 INCOMPLETE = "incomplete"
 

@@ -8,7 +8,7 @@ from typing import Any
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_ros.recording.recording_file import RECORDING
-from collplan_ros.runs.recorded_run import RunError
+from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.whole_file import replacing
 from collplan_ros.view import scene
 from collplan_ros.view.player.mcap_events import mcap_events
