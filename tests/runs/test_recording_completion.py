@@ -21,8 +21,12 @@ from collplan_core.worlds import save_world
 from collplan_ros.recording.completion import KILLED, complete, complete_newest
 from collplan_ros.recording.reading import attachment, messages, raw_messages
 from collplan_ros.recording.recording_file import LIBRARY, RECORDING
+from collplan_ros.replay.main import main
+from collplan_ros.runs.folder_lock import FolderLock
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.recorded_run import read_run
+from collplan_ros.runs.result_files import SUMMARY
+from collplan_ros.runs.run_error import RunError
 from made_recordings import TOPICS, MadeRecording, String, point
 from made_runs import bouncing_run, room, write_record
 
@@ -114,26 +118,31 @@ def test_a_chunk_that_cannot_be_read_costs_no_other():
 @pytest.mark.parametrize("content", [WHOLE[: HEADER - 1], WHOLE[:8], b"\0" + WHOLE[1:], b"t,x,y\n"])
 def test_what_begins_as_no_recording_is_left_as_it_is(tmp_path, content):
     (tmp_path / RECORDING).write_bytes(content)
-    assert complete(tmp_path) == f"{tmp_path / RECORDING}: begins as no recording does, and is left as it is"
+    with pytest.raises(RunError, match=f"{tmp_path / RECORDING}: begins as no recording does, and is left as it is"):
+        complete(tmp_path)
     assert (tmp_path / RECORDING).read_bytes() == content
 
 
-def test_a_recording_that_is_whole_or_being_written_or_missing_is_left_alone(tmp_path):
+def assert_being_written(folder: Path) -> None:
+    with pytest.raises(RunError, match=f"{folder}: is being written, and left as it is"):
+        complete(folder)
+
+
+def test_a_recording_that_is_whole_or_being_written_is_left_alone(tmp_path):
     path = tmp_path / RECORDING
-    assert complete(tmp_path) == f"{path}: cannot be read: No such file or directory"
     made = MadeRecording(path)
     made.write("/controller/reference", point(1.0, 2.0))
     made.file.flush()
     content, written = path.read_bytes(), path.stat()
-    assert complete(tmp_path) == f"{path}: is being written, and left as it is"
+    assert_being_written(tmp_path)
     made.file.finish()
     whole = path.read_bytes()
     assert whole.startswith(content)
-    assert complete(tmp_path) == f"{path}: is whole"
+    assert complete(tmp_path) == f"{tmp_path}: is whole"
     assert path.read_bytes() == whole
     assert path.stat().st_ino == written.st_ino
     path.write_bytes(b"")  # of a bringup that locks it the moment after
-    assert complete(tmp_path) == f"{path}: is being written, and left as it is"
+    assert_being_written(tmp_path)
 
 
 # ---- the run folder, and the next bringup
@@ -155,13 +164,16 @@ def test_the_files_of_a_killed_run_are_made_from_its_record(tmp_path):
     before = read_run(folder)
     assert "incomplete" in before.note
     said = complete(folder)
-    assert said.endswith("it holds 30 messages of 0.3 s; summary.json and what goes with it are made from record.jsonl")
+    assert said == (
+        f"{folder / RECORDING}: had no end; completed, it holds 30 messages of 0.3 s; "
+        f"{folder / SUMMARY} and what goes with it are made from record.jsonl"
+    )
     after = read_run(folder)
     assert (after.note, after.path.points.tolist()) == ("", before.path.points.tolist())
     summary = json.loads((folder / "summary.json").read_text())
     assert (summary["outcome"], summary["reached"], summary["simulated"]) == (KILLED, False, True)
     assert (folder / "impacts.csv").read_text().count("\n") == 2
-    assert complete(folder) == f"{folder / RECORDING}: is whole"
+    assert complete(folder) == f"{folder}: is whole"
 
 
 def test_a_run_that_was_killed_before_it_had_a_goal_gets_no_figures(tmp_path):
@@ -176,7 +188,7 @@ def test_a_run_that_was_killed_before_it_had_a_goal_gets_no_figures(tmp_path):
 def test_a_world_that_is_gone_is_said_and_the_recording_completed(tmp_path):
     folder = killed_run(tmp_path / "killed")
     (folder / "room.yaml").unlink()
-    assert "; summary.json cannot be made: " in complete(folder)
+    assert f"; {folder / SUMMARY} cannot be made: " in complete(folder)
     assert rows_of(folder / RECORDING) == ROWS
 
 
@@ -194,6 +206,71 @@ def test_the_newest_killed_run_is_completed_next(tmp_path):
     assert complete_newest(tmp_path).startswith(f"{tmp_path / 'b' / RECORDING}: had no end; completed")
     assert complete_newest(tmp_path).startswith(f"{tmp_path / 'a' / RECORDING}: had no end; completed")
     assert complete_newest(tmp_path) == complete_newest(tmp_path / "none") == ""
+
+
+RECORDINGS = {"cut off": WHOLE, "none": None, "zeros": bytes(4096), "whole": b"whole"}
+"""What may be left of a recording where the results were not made: b"whole" for one with an end."""
+
+
+def without_results(folder: Path, left: bytes | None) -> Path:
+    killed_run(folder)
+    (folder / RECORDING).unlink()
+    if left == b"whole":
+        MadeRecording(folder / RECORDING).file.finish()
+    elif left is not None:
+        (folder / RECORDING).write_bytes(left)
+    return folder
+
+
+@pytest.mark.parametrize("left", RECORDINGS.values(), ids=RECORDINGS)
+def test_results_are_made_whatever_is_left_of_the_recording(tmp_path, left):
+    """Killed after the recording was finished, or run without one, or its disk has lost it."""
+    folder = without_results(tmp_path / "run", left)
+    before = (folder / RECORDING).read_bytes() if left == b"whole" else None
+    assert f"{folder / SUMMARY} and what goes with it are made from record.jsonl" in complete(folder)
+    assert json.loads((folder / SUMMARY).read_text())["outcome"] == KILLED
+    assert before is None or (folder / RECORDING).read_bytes() == before
+
+
+def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_path):
+    folder = without_results(tmp_path / "run", None)
+    lock = FolderLock(folder)
+    assert_being_written(folder)
+    assert complete_newest(tmp_path) == ""
+    lock.close()
+    assert "are made from" in complete_newest(tmp_path)
+    assert complete_newest(tmp_path) == ""
+
+
+def test_one_that_cannot_be_completed_does_not_keep_older_ones_from_it(tmp_path):
+    older = without_results(tmp_path / "older", None)
+    zeros = tmp_path / "zeros"
+    zeros.mkdir()
+    (zeros / RECORDING).write_bytes(bytes(4096))
+    not_begun = killed_run(tmp_path / "not_begun", goal=False)
+    (not_begun / RECORDING).unlink()
+    (not_begun / RECORD).write_text('["asked",1.0]\n')
+    for age, path in enumerate([zeros / RECORDING, not_begun / RECORD, older / RECORD]):
+        os.utime(path, (time.time() - 10 * age,) * 2)
+    assert complete_newest(tmp_path).startswith(f"{older / SUMMARY} and what goes with it")
+    assert complete_newest(tmp_path) == ""
+
+
+def test_replay_finishes_a_run_named_by_its_folder_or_recording_or_says_in_a_sentence_why_not(tmp_path, capsys):
+    for number, name in enumerate(["", RECORDING]):
+        folder = killed_run(tmp_path / f"run_{number}")
+        assert main(["--finish", str(folder / name)]) == 0
+        assert "had no end; completed" in capsys.readouterr().out
+        assert (folder / SUMMARY).exists()
+    for path, said in (
+        (tmp_path / "gone", "not a folder, expected one that bringup left"),
+        (tmp_path / "gone" / RECORDING, "not a folder, expected one that bringup left"),
+        (tmp_path, f"neither {RECORDING} nor {RECORD}"),
+    ):
+        assert main(["--finish", str(path)]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith("replay: ")
+        assert said in line
 
 
 # ---- the real thing: a process that is killed
@@ -229,7 +306,7 @@ def killed_at(folder: Path, moment: float) -> None:
                 assert time.monotonic() < deadline
                 time.sleep(0.01)
             time.sleep(moment)
-            assert complete(folder).endswith("is being written, and left as it is")
+            assert_being_written(folder)
         finally:
             process.send_signal(signal.SIGKILL)
     assert "had no end; completed" in complete(folder)

@@ -4,6 +4,7 @@ import pytest
 
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.runs.folder_lock import FolderLock
 
 
 def test_runs_of_the_same_second_have_folders_of_their_own(tmp_path):
@@ -25,3 +26,11 @@ def test_a_folder_that_cannot_be_written_is_one_clear_line(tmp_path):
     (tmp_path / "latest" / "in_the_way").mkdir(parents=True)
     with pytest.raises(StartError, match="latest: cannot be written"):
         RunFolder(tmp_path).become_latest()
+
+
+def test_a_folder_is_locked_until_its_run_is_over(tmp_path):
+    folder = RunFolder(tmp_path)
+    with pytest.raises(BlockingIOError):
+        FolderLock(folder.path)
+    folder.close()
+    FolderLock(folder.path).close()

@@ -4,6 +4,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -203,6 +204,11 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
         StartError: what is asked for cannot be done; nothing was started.
     """
     bringup = Bringup(options, progress)
+    with closing(bringup.folder):
+        return _whole_run(bringup, options)
+
+
+def _whole_run(bringup: Bringup, options: Options) -> RunResult:
     folder, preparation, say = bringup.folder, bringup.preparation, bringup.progress.say
     _complete_newest(options.out, say)
     outcome, exit_code, message = _driven(bringup, options)
@@ -221,7 +227,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
 
 
 def _complete_newest(parent: Path, say: Callable[[str], None]) -> None:
-    """Completes what the newest run that was killed has left in the folder of run folders."""
+    """Completes what the newest run that was killed and can be completed has left in the folder of run folders."""
     try:
         said = complete_newest(parent)
     except Exception as error:  # whatever is wrong with an old run must not keep this one from its goal

@@ -3,19 +3,20 @@
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
 
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.recording.recording_file import RECORDING
+from collplan_ros.runs.folder_lock import FolderLock
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.result_files import IMPACTS, SUMMARY, TRAJECTORY
 
 
 class RunFolder:
-    """The folder `parent/<time>/` of one run and the paths of the files in it.
+    """The folder `parent/<time>/` of one run and the paths of the files in it; locked, so that nobody completes it.
 
     Raises:
         StartError: on construction, when it cannot be written.
@@ -28,6 +29,10 @@ class RunFolder:
         with _writing(parent):
             self.path = _new_folder(parent)
             self.logs.mkdir()
+        self._lock: FolderLock | None = None
+        # where a file system knows no locks, nobody can lock it to complete it either
+        with suppress(OSError):
+            self._lock = FolderLock(self.path)
 
     def become_latest(self) -> None:
         """Makes the link `latest`, beside the folder, point to it; for folders that get results.
@@ -41,6 +46,11 @@ class RunFolder:
             fresh.unlink(missing_ok=True)
             fresh.symlink_to(self.path.name)
             os.replace(fresh, self.path.parent / "latest")
+
+    def close(self) -> None:
+        """Unlocks it, once its files are written or have failed to be."""
+        if self._lock is not None:
+            self._lock.close()
 
     def discard(self) -> None:
         """Removes the folder, for a run that did not start."""

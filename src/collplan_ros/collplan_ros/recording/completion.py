@@ -1,12 +1,12 @@
 """Completing what a bringup that was killed has left: its recording, and the result files made from its record.
 
-Who writes a recording has it locked. One that is locked is left alone, and so is one that holds nothing yet: it may be
-locked the moment after.
+Who writes a run has its folder locked, and its recording. What is locked is left alone, and so is a recording that
+holds nothing yet: it may be locked the moment after.
 """
 
 import fcntl
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -15,13 +15,13 @@ from mcap.records import Attachment, Channel, Chunk, DataEnd, Header, McapRecord
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import Writer
 
-from collplan_core.parameters import Settings
-from collplan_core.parameters.file import read_parameters
-from collplan_core.worlds import load_world
 from collplan_ros.recording.reading import is_whole
 from collplan_ros.recording.recording_file import LIBRARY, RECORDING
-from collplan_ros.runs.record_reading import RECORD, read_record
+from collplan_ros.runs.folder_lock import FolderLock
+from collplan_ros.runs.record_reading import RECORD
+from collplan_ros.runs.recorded_run import settings_and_world, unfinished
 from collplan_ros.runs.result_files import SUMMARY, write_result_files
+from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.whole_file import replacing
 
 KILLED = "killed"
@@ -30,57 +30,99 @@ NANO = 1e-9
 
 
 def complete(folder: Path) -> str:
-    """Completes the recording of a run whose bringup was killed, and its folder; says what was done.
+    """Completes the recording of a run whose bringup was killed, and its results; says what was done.
 
-    Of the recording every chunk is kept that was closed and can still be read. Nothing is changed while it is being
-    written, nor where it is whole.
+    Of the recording every chunk is kept that was closed and can still be read. What is whole is not changed.
 
     Raises:
+        RunError: nothing of it can be completed, or it is being written.
         RecordError: a file cannot be written.
     """
-    path = folder / RECORDING
-    try:
-        opened = path.open("rb")
-    except OSError as error:
-        return f"{path}: cannot be read: {error.strerror or error}"
-    with opened as file:
-        if not _is_left(file):
-            return f"{path}: is being written, and left as it is"
-        if is_whole(file):
-            return f"{path}: is whole"
-        kept = _rewritten(file, path)
-        if not kept:
-            return f"{path}: begins as no recording does, and is left as it is"
-        return "; ".join((f"{path}: had no end; {kept}", *_completed_results(folder)))
+    if not folder.is_dir():
+        raise RunError(f"{folder}: not a folder, expected one that bringup left")
+    if not (folder / RECORDING).exists() and not (folder / RECORD).exists():
+        raise RunError(f"{folder}: neither {RECORDING} nor {RECORD}, expected a folder that bringup left")
+    done: list[str] = []
+    refused: list[str] = []
+    with _left(folder):
+        # the results need the world that is in the recording
+        for completed in (_completed_recording, _completed_results):
+            try:
+                done += completed(folder)
+            except RunError as error:
+                refused.append(str(error))
+    if refused and not done:
+        raise RunError("; ".join(refused))
+    return "; ".join([*done, *refused]) or f"{folder}: is whole"
 
 
 def complete_newest(parent: Path) -> str:
-    """Completes the newest run below `parent` whose bringup was killed; says so, or "" where there is none.
+    """Completes the newest run below `parent` that was killed and can be; says so, or "" where there is none.
 
     Raises:
         RecordError: a file cannot be written.
     """
-    for path in sorted(_recordings(parent), key=lambda path: path.stat().st_mtime, reverse=True):
-        unfinished = False
-        with suppress(OSError), path.open("rb") as file:
-            unfinished = _is_left(file) and not is_whole(file)
-        if unfinished:
-            return complete(path.parent)
+    # `latest` is another name of one of the folders
+    folders = [path for path in parent.glob("*") if path.is_dir() and not path.is_symlink()]
+    for folder in sorted(filter(_is_unfinished, folders), key=_written_at, reverse=True):
+        with suppress(RunError):
+            return complete(folder)
     return ""
 
 
-def _recordings(parent: Path) -> Iterator[Path]:
-    # `latest` is another name of one of the folders
-    return (path for path in parent.glob(f"*/{RECORDING}") if not path.parent.is_symlink())
+def _is_unfinished(folder: Path) -> bool:
+    """Whether results or the end of a recording are missing that could be made."""
+    if (folder / RECORD).exists() and not (folder / SUMMARY).exists():
+        return True
+    with suppress(OSError), (folder / RECORDING).open("rb") as file:
+        return not is_whole(file)
+    return False
 
 
-def _is_left(file: BinaryIO) -> bool:
-    """Locks a file until it is closed; whether it holds something and nobody else has it locked."""
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return file.seek(0, 2) > 0
+def _written_at(folder: Path) -> float:
+    """When something came of a run last [s]."""
+    return max(path.stat().st_mtime for name in (RECORD, RECORDING) if (path := folder / name).exists())
+
+
+@contextmanager
+def _left(folder: Path) -> Iterator[None]:
+    """Locks a folder and its recording.
+
+    Raises:
+        RunError: somebody else has, or is about to.
+    """
+    being_written = RunError(f"{folder}: is being written, and left as it is")
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(closing(FolderLock(folder)))
+            if (folder / RECORDING).exists():
+                file = stack.enter_context((folder / RECORDING).open("rb"))
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if file.seek(0, 2) == 0:
+                    raise being_written
+        except BlockingIOError:
+            raise being_written from None
+        except OSError as error:
+            raise RunError(f"{error.filename or folder}: cannot be locked: {error.strerror or error}") from None
+        yield
+
+
+def _completed_recording(folder: Path) -> Iterator[str]:
+    """Puts a recording with an end in the place of one without; says so.
+
+    Raises:
+        RunError: it is none.
+    """
+    path = folder / RECORDING
+    if not path.exists():
+        return
+    with path.open("rb") as file:
+        if is_whole(file):
+            return
+        kept = _rewritten(file, path)
+    if not kept:
+        raise RunError(f"{path}: begins as no recording does, and is left as it is")
+    yield f"{path}: had no end; {kept}"
 
 
 def _rewritten(file: BinaryIO, path: Path) -> str:
@@ -172,18 +214,19 @@ class _Copy:
 
 
 def _completed_results(folder: Path) -> Iterator[str]:
-    """Makes the result files from the record, where there is one and they are not; says what was done or why not."""
-    if (folder / SUMMARY).exists() or not (folder / RECORD).exists():
+    """Makes the result files from the record, where there is one and they are not; says so.
+
+    Raises:
+        RunError: they cannot be made.
+    """
+    record = unfinished(folder)
+    if record is None:
         return
     try:
-        record = read_record(folder / RECORD)
-        settings = Settings().with_values(read_parameters(folder / "parameters.yaml"))
-        world = load_world(settings.simulator.world)
-    except (OSError, LookupError, TypeError, ValueError) as error:
-        yield f"{SUMMARY} cannot be made: {error}"
-        return
+        settings, world = settings_and_world(folder)
+    except RunError as error:
+        raise RunError(f"{folder / SUMMARY} cannot be made: {error}") from None
     if not np.isfinite(record.goal).all():
-        yield "the run had not begun"
-        return
+        raise RunError(f"{folder / SUMMARY} cannot be made: the run had not begun")
     write_result_files(folder, record.log, world, record.goal, settings, KILLED, record.simulated, {})
-    yield f"{SUMMARY} and what goes with it are made from {RECORD}"
+    yield f"{folder / SUMMARY} and what goes with it are made from {RECORD}"

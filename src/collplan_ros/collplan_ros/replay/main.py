@@ -15,6 +15,7 @@ from collplan_core.replay.reading import Beginning
 from collplan_core.replay.values import JournalError
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.recording.completion import complete
+from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.replay.recorded_journals import RecordedJournals, read_journals
 from collplan_ros.replay.report import INTERRUPTED, REFUSED, SAME, exit_code, said_of, table_of
 from collplan_ros.runs.record_file import RecordError
@@ -45,7 +46,7 @@ def main(args: Sequence[str] | None = None) -> int:
     say = Progress().say
     try:
         if options.finish:
-            say(complete(options.run))
+            say(complete(options.run.parent if options.run.name == RECORDING else options.run))
             return SAME
         if options.page:
             print(f"written to {write_run_page(options.run)}")
