@@ -34,7 +34,7 @@ from collplan_ros.messages.conversions import (
 )
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.record_file import RecordFile
-from collplan_ros.runs.record_reading import RECORD, read_record
+from collplan_ros.runs.record_reading import RECORD, Record, read_record
 from collplan_ros.runs.recorder import Recorder
 from collplan_ros.runs.run_log import RunLog
 from collplan_ros.runs.send_times import SendTimes
@@ -53,14 +53,18 @@ class Recording:
     """A recorder that listens to no graph: it is handed messages and when they were sent [s after WALL_CLOCK]."""
 
     def __init__(
-        self, wall: Callable[[], float] = lambda: WALL_CLOCK, namespace: str = "/", chosen: Settings = SHIPPED
+        self,
+        wall: Callable[[], float] = lambda: WALL_CLOCK,
+        namespace: str = "/",
+        chosen: Settings = SHIPPED,
+        steady: Callable[[], float] | None = None,
     ) -> None:
         self._take = {}
         self._folder = tempfile.TemporaryDirectory()
         self._path = Path(self._folder.name) / RECORD
         self._file = RecordFile(self._path)
         # by the steady clock the recorder begins at 0
-        times = SendTimes(wall, lambda: wall() - WALL_CLOCK)
+        times = SendTimes(wall, steady or (lambda: wall() - WALL_CLOCK))
         self.recorder = Recorder(self, chosen, self._file, times, namespace)
         self.recorder.begin(True, GOAL)
 
@@ -71,9 +75,25 @@ class Recording:
         self._take[topic](message, {"source_timestamp": round((WALL_CLOCK + sent) * 1e9)})
 
     @property
-    def log(self) -> RunLog:
+    def record(self) -> Record:
         self._file.flush()
-        return read_record(self._path).log
+        return read_record(self._path)
+
+    @property
+    def log(self) -> RunLog:
+        return self.record.log
+
+
+def test_each_setting_of_the_wall_clock_is_recorded_also_one_from_before_the_run():
+    clock = {"steady": 0.0, "ahead": WALL_CLOCK}
+    recording = Recording(lambda: clock["steady"] + clock["ahead"], steady=lambda: clock["steady"])
+    for steady, ahead in ((1.0, 0.0), (2.0, -100.0), (3.0, -100.0), (4.0, 3600.0)):
+        clock.update(steady=steady, ahead=WALL_CLOCK + ahead)
+        recording.take("maneuver", steady + ahead, String(data="free_space"))
+        if steady == 2.0:
+            recording.recorder.begin(True, GOAL)
+    known = [(since, ahead - WALL_CLOCK) for since, ahead in recording.record.wall_clock]
+    assert known == [(0.0, 0.0), (2.0, -100.0), (4.0, 3600.0)]
 
 
 def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]:

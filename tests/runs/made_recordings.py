@@ -59,10 +59,16 @@ def cdr(topic: str, message: Any) -> bytes:
 
 
 class MadeRecording:
-    """A recording that is written message by message, one every 10 ms; `rows` are topic, arrival [ns] and bytes."""
+    """A recording that is written message by message, one every 10 ms.
+
+    Attributes:
+        epoch: by the wall clock, when the first of them would have come [ns]; another one after it was set.
+        rows: topic, arrival [ns] and bytes.
+    """
 
     def __init__(self, path: Path, namespace: str = "/") -> None:
         self.path = path
+        self.epoch = EPOCH
         self.file = RecordingFile(path)
         self.file.attach("parameters.yaml", "application/yaml", "/**: {}\n")
         self.file.describe(RUN, {"goal": "1.0 2.0", "simulated": "true", "namespace": namespace})
@@ -75,6 +81,6 @@ class MadeRecording:
             kind = kind_of(topic)
             about = {"offered_qos_profiles": QOS, "topic_type_hash": ""}
             self._channels[topic] = self.file.channel(topic, kind, DEFINITIONS[kind], about)
-        came, data = EPOCH + 10_000_000 * len(self.rows), cdr(topic, message)
+        came, data = self.epoch + 10_000_000 * len(self.rows), cdr(topic, message)
         self.file.write(self._channels[topic], data, came, came - 1000, len(self.rows) + 1)
         self.rows.append((topic, came, data))

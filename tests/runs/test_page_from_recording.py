@@ -1,5 +1,7 @@
 """run.html of a run with run.mcap: what was thought and said is in it, at the time when it came."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,9 @@ from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_me
 from collplan_ros.recording.description import RUN
 from collplan_ros.recording.recording_file import RECORDING, RecordingFile
 from collplan_ros.recording.schemas import schema_text, type_name
+from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.view.player import write_run_page
+from collplan_ros.view.player.run_frames import PERIOD
 from made_runs import AHEAD, EPOCH
 from played_folders import newest, played_folder, recording_in
 
@@ -52,19 +56,26 @@ def sent_in_a_run():
     yield "/diagnostics", 1.0, DiagnosticArray(status=[status("/robot2/mocap_node", b"\2", "another robot's")])
 
 
-@pytest.fixture(scope="module")
-def recording(tmp_path_factory):
-    folder = played_folder(tmp_path_factory.mktemp("runs"), strategy="bounce")
+def played(parent, step=0.0, when=0.0):
+    """What the page is given of a run in which the wall clock was set by `step` [s] `when` of the run [s]."""
+    folder = played_folder(parent, strategy="bounce")
+    with (folder / RECORD).open("a") as record:
+        record.write(json.dumps(["wall_clock", 77.0 + when, AHEAD + step]) + "\n")
     file = RecordingFile(folder / RECORDING)
     file.describe(RUN, {"goal": "0.0 0.1", "simulated": "true", "namespace": "/robot1"})
     for number, (topic, time, message) in enumerate(sorted(sent_in_a_run(), key=lambda row: row[1]), 1):
         kind = type_name(type(message))
         name = topic if topic.startswith("/") else f"/robot1/{topic}"
         channel = file.channel(name, kind, schema_text(kind), {})
-        came = round(1e9 * (77.0 + time + AHEAD))
+        came = round(1e9 * (77.0 + time + AHEAD + (step if time >= when else 0.0)))
         file.write(channel, serialize_message(message), came, came, number)
     file.finish()
     return recording_in(write_run_page(folder).read_text())
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return played(tmp_path_factory.mktemp("runs"))
 
 
 def test_what_the_planner_saw_and_remembered_is_shown_from_when_it_came(recording):
@@ -104,3 +115,12 @@ def test_what_nodes_said_is_shown(recording):
 
 def test_nothing_is_said_to_be_missing(recording):
     assert recording["notes"] == []
+
+
+@pytest.mark.parametrize("step", [-3600.0, -0.9, 0.7, 3600.0])
+def test_a_wall_clock_that_is_set_in_the_run_changes_nothing(recording, tmp_path, step):
+    stepped = played(tmp_path, step, when=0.45)
+    for part in ("free", "candidates", "rollouts", "costs", "doing", "hold"):
+        before, after = ([(f["t"], f[part]) for f in each["frames"] if part in f] for each in (recording, stepped))
+        assert [value for _, value in after] == [value for _, value in before]
+        assert [t for t, _ in after] == pytest.approx([t for t, _ in before], abs=1.1 * PERIOD)

@@ -21,9 +21,9 @@ from collplan_ros.runs.record_reading import RECORD, read_record
 from collplan_ros.runs.recorded_run import read_run
 from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_times import RunTimes, continued
-from collplan_ros.runs.send_times import SendTimes
+from collplan_ros.runs.send_times import ArrivalTimes, SendTimes
 from collplan_ros.runs.whole_file import replacing
-from made_runs import EPOCH, GOAL, WINDOW, bouncing_run, room, write_record
+from made_runs import AHEAD, EPOCH, GOAL, WINDOW, bouncing_run, room, write_record
 
 HOUR = 3600.0
 
@@ -172,3 +172,27 @@ def test_json_is_pythons_own(tmp_path):
     kind, far, unknown = json.loads((tmp_path / RECORD).read_text())
     assert (kind, far) == ("scan", float("inf"))
     assert np.isnan(unknown)
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 30), st.sampled_from([HOUR, -HOUR, 1.0, -1.0, 0.05])), min_size=1, max_size=5),
+    st.floats(0.001, 0.02),
+)
+@settings(derandomize=True, deadline=None, max_examples=100)
+def test_times_of_arrival_rise_evenly_however_the_wall_clock_is_set(stretches, noticed):
+    """A step that another topic shows so much later [s]."""
+    steady, ahead, known, came = 100.0, EPOCH, [(100.0, EPOCH)], []
+    for length, step in [*stretches, (5, 0.0)]:
+        for _ in range(length):
+            steady += 0.05
+            came.append((steady, steady + ahead))
+        ahead += step
+        known.append((steady + noticed, ahead))
+    arrivals = ArrivalTimes(known)
+    for arrived, wall in came:
+        assert arrivals.steady(wall) == pytest.approx(arrived, abs=1e-5)
+
+
+def test_records_of_earlier_versions_tell_of_one_setting_of_the_wall_clock(tmp_path):
+    write_record(tmp_path / RECORD, bouncing_run())
+    assert read_record(tmp_path / RECORD).wall_clock == [(-np.inf, AHEAD)]

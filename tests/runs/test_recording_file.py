@@ -56,6 +56,19 @@ def test_both_libraries_decode_what_was_sent(rows):
                 assert_same(topic, original, reader.deserialize(data, connection.msgtype))
 
 
+@pytest.mark.parametrize("is_flushed", [False, True])
+def test_messages_come_in_the_order_in_which_they_came_also_where_the_wall_clock_was_set_back(tmp_path, is_flushed):
+    made = MadeRecording(tmp_path / RECORDING)
+    for number in range(12):
+        made.epoch = EPOCH - (1_000_000_000 if number >= 5 else 0)
+        made.write("/controller/reference", point(float(number), 0.0))
+        if is_flushed and number % 4 == 0:
+            made.file.flush()
+    made.file.finish()
+    assert [each.came for each in raw_messages(made.path, list(TOPICS))] == [came for _, came, _ in made.rows]
+    assert [message.point.x for _, _, message in messages(made.path, list(TOPICS))] == list(range(12))
+
+
 def assert_same(topic: str, original, decoded) -> None:
     if TOPICS[topic] != POINT:
         assert decoded.data == original.data

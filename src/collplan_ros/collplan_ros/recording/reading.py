@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from mcap.exceptions import McapError
-from mcap.reader import McapReader, make_reader
+from mcap.reader import McapReader, NonSeekingReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from collplan_ros.recording.description import RUN
@@ -41,15 +41,17 @@ class Message(NamedTuple):
 def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
     """The messages of `topics` in the order in which they came: topic, when it came [ns, wall clock], message.
 
+    The order holds also where the wall clock was set meanwhile.
+
     A topic is given as its node names it, `plan` for `/robot1/plan` where that is the robot's namespace. A message is
     decoded by the definition in the file; it has the fields of ROS's own, and needs no ROS.
 
     Raises:
         RunError: the file is missing, is no recording, or is not whole.
     """
-    with _opened(path) as reader:
-        names = _full_names(reader, topics)
-        for _, channel, message, decoded in reader.iter_decoded_messages(list(names)):
+    with _opened(path) as file:
+        names = _full_names(make_reader(file), topics)
+        for _, channel, message, decoded in _as_written(file).iter_decoded_messages(list(names), log_time_order=False):
             yield names[channel.topic], message.log_time, decoded
 
 
@@ -59,9 +61,9 @@ def raw_messages(path: Path, topics: Sequence[str]) -> Iterator[Message]:
     Raises:
         RunError: the file is missing, is no recording, or is not whole.
     """
-    with _opened(path) as reader:
-        names = _full_names(reader, topics)
-        for schema, channel, message in reader.iter_messages(list(names)):
+    with _opened(path) as file:
+        names = _full_names(make_reader(file), topics)
+        for schema, channel, message in _as_written(file).iter_messages(list(names), log_time_order=False):
             times = message.log_time, message.publish_time
             yield Message(names[channel.topic], schema.name if schema else "", message.data, *times, message.sequence)
 
@@ -72,8 +74,8 @@ def attachment(path: Path, name: str) -> str:
     Raises:
         RunError: there is nothing of this name, or the file is missing, is no recording, or is not whole.
     """
-    with _opened(path) as reader:
-        for each in reader.iter_attachments():
+    with _opened(path) as file:
+        for each in make_reader(file).iter_attachments():
             if each.name == name:
                 return each.data.decode()
     raise RunError(f"{path}: nothing attached as {name!r}")
@@ -85,8 +87,8 @@ def description(path: Path, name: str) -> dict[str, str]:
     Raises:
         RunError: the file is missing, is no recording, or is not whole.
     """
-    with _opened(path) as reader:
-        return _described(reader, name)
+    with _opened(path) as file:
+        return _described(make_reader(file), name)
 
 
 def is_whole(file: BinaryIO) -> bool:
@@ -108,14 +110,23 @@ def _full_names(reader: McapReader, topics: Sequence[str]) -> dict[str, str]:
     return {topic if topic.startswith("/") else f"{namespace}/{topic}": topic for topic in topics}
 
 
+def _as_written(file: BinaryIO) -> McapReader:
+    """A reader of messages in the order of the file: by their times, a wall clock that was set would change it.
+
+    The library's other reader would keep all of them in memory for that.
+    """
+    file.seek(0)
+    return NonSeekingReader(file, decoder_factories=[DecoderFactory()])
+
+
 @contextmanager
-def _opened(path: Path) -> Iterator[McapReader]:
+def _opened(path: Path) -> Iterator[BinaryIO]:
     try:
         with path.open("rb") as file:
             if not is_whole(file):
                 raise RunError(f"{path}: has no end, expected a recording that bringup has finished or completed")
             file.seek(0)
-            yield make_reader(file, decoder_factories=[DecoderFactory()])
+            yield file
     except OSError as error:
         raise RunError(f"{path}: cannot be read: {error.strerror or error}") from None
     except McapError as error:

@@ -2,7 +2,8 @@
 
 | kind | entries |
 |---|---|
-| run | `{"simulated": ..., "goal": [x, y], "wall_clock_ahead": ...}`; the last is against the clock of `sent` [s] |
+| run | `{"simulated": ..., "goal": [x, y], "wall_clock": [[since, ahead], ...]}`; the last as in the next row |
+| wall_clock | since when, by the clock of `sent` [s], and by how much the wall clock is ahead of that [s]; at changes |
 | asked | when the goal was given |
 | pose, truth | stamp, x, y, yaw, vx, vy, sent |
 | clock | everything that was added to the stamps of poses so far |
@@ -64,14 +65,14 @@ class Record:
         log: the log of the run, up to its end.
         simulated: whether the robot was simulated.
         goal: (2,) [m], the last one given; NaN where the run was killed before it had one.
-        wall_clock_ahead: of the wall clock before the clock of `sent`, when the run began [s].
+        wall_clock: since when by the clock of `sent` [s], and by how much the wall clock was ahead of it [s]; in order.
         told: lines of the kinds costs, goal, health and robot, and as `target` each goal given, in order of receipt.
     """
 
     log: RunLog = field(default_factory=RunLog)
     simulated: bool = False
     goal: np.ndarray = field(default_factory=lambda: np.full(2, math.nan))
-    wall_clock_ahead: float = 0.0
+    wall_clock: list[tuple[float, float]] = field(default_factory=lambda: [(-math.inf, 0.0)])
     told: list[Told] = field(default_factory=list)
 
 
@@ -113,6 +114,7 @@ class _Reading:
             "asked": self._take_asked,
             "pose": lambda *entries: log.poses.append(PoseRow(*entries)),
             "clock": self._take_clock,
+            "wall_clock": lambda since, ahead: self._record.wall_clock.append((since, ahead)),
             "command": lambda *entries: log.sent_commands.append(SentCommand(*entries)),
             "maneuver": lambda *entries: log.sent_maneuvers.append(SentManeuver(*entries)),
             "reference": lambda *entries: log.sent_references.append(SentReference(*entries)),
@@ -146,7 +148,9 @@ class _Reading:
 
     def _take_header(self, header: dict[str, Any]) -> None:
         self._record.simulated, self._record.goal = header["simulated"], np.array(header["goal"], dtype=float)
-        self._record.wall_clock_ahead = header.get("wall_clock_ahead", 0.0)
+        # records of earlier versions tell one for the whole run
+        told = header.get("wall_clock", [(-math.inf, header.get("wall_clock_ahead", 0.0))])
+        self._record.wall_clock = [(since, ahead) for since, ahead in told]
         self._tell(self._log.poses[-1].sent if self._log.poses else -math.inf, "target", *header["goal"])
 
     def _take_asked(self, _: float) -> None:

@@ -122,6 +122,7 @@ class Recorder:
         self._arrived: PoseRow | None = None
         self._newest_truth: float | None = None
         self._impacts = {"true_impact": 0, "impact": 0}
+        self._wall_clock = [(self._send_times.now(), self._send_times.ahead)]
         self._listen(topics)
 
     @property
@@ -140,7 +141,7 @@ class Recorder:
 
     def begin(self, simulated: bool, goal: np.ndarray) -> None:
         """Starts recording a run to `goal` (2,) [m]."""
-        header = {"simulated": simulated, "goal": goal.tolist(), "wall_clock_ahead": self._send_times.ahead}
+        header = {"simulated": simulated, "goal": goal.tolist(), "wall_clock": self._wall_clock}
         self._record.write("run", header)
         self._end = OPEN
 
@@ -199,9 +200,18 @@ class Recorder:
         def guarded(message: Any, info: dict[str, Any]) -> None:
             with suppress(*ODD):
                 # the sender's middleware stamps it; delays of the receiver are not in it
-                take(message, self._send_times.steady(1e-9 * info["source_timestamp"]))
+                take(message, self._sent(1e-9 * info["source_timestamp"]))
 
         return guarded
+
+    def _sent(self, stamp: float) -> float:
+        """When a message with this time of sending [s, wall clock] was sent [s, steady clock]."""
+        sent = self._send_times.steady(stamp)
+        if self._send_times.ahead != self._wall_clock[-1][1]:
+            self._wall_clock.append((self._send_times.now(), self._send_times.ahead))
+            if self._end != NEVER:
+                self._record.write("wall_clock", *self._wall_clock[-1])
+        return sent
 
     def _write(self, kind: str, sent: float, *entries: object) -> None:
         if sent <= self._end.sent:

@@ -2,7 +2,7 @@
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 STEP = 0.01
 """Change between wall clock and steady clock beyond which the wall clock was set [s]."""
@@ -47,3 +47,22 @@ class SendTimes:
             self.ahead = wall - now
             self._settings.append(self.ahead)
         return now
+
+
+class ArrivalTimes:
+    """Puts times at which messages came, by the wall clock, onto the steady clock, in the order in which they came."""
+
+    def __init__(self, settings: Sequence[tuple[float, float]]) -> None:
+        """`settings` of the wall clock, at least one: since when [s, steady clock], by how much it was ahead [s]."""
+        self._settings = deque(settings)
+        self._newest = settings[0][0]
+
+    def steady(self, came: float) -> float:
+        """When the next message came [s, steady clock], which by the wall clock was at `came` [s].
+
+        One setting holds until by it a message would have come after the next one began, or before the last message.
+        """
+        while len(self._settings) > 1 and not self._newest - STEP <= came - self._settings[0][1] < self._settings[1][0]:
+            self._settings.popleft()
+        self._newest = came - self._settings[0][1]
+        return self._newest

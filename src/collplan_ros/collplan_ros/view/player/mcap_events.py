@@ -7,6 +7,7 @@ from typing import Any
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.recording.description import RUN
 from collplan_ros.recording.reading import description, messages
+from collplan_ros.runs.send_times import ArrivalTimes
 from collplan_ros.view import scene
 from collplan_ros.view.message_parts import (
     Parts,
@@ -31,10 +32,10 @@ def mcap_events(run: PlayedRun, path: Path) -> Iterator[Event]:
         RunError: the recording cannot be read.
         MessageError: a message in it is not as planner_node publishes it.
     """
-    log, ahead = run.record.log, run.record.wall_clock_ahead
+    log, arrivals = run.record.log, ArrivalTimes(run.record.wall_clock)
     takers = _takers(run, description(path, RUN).get("namespace", "/"))
     for topic, came, message in messages(path, list(takers)):
-        at = log.stamp_at(1e-9 * came - ahead)
+        at = log.stamp_at(arrivals.steady(1e-9 * came))
         for part, value in takers[topic](message, at):
             yield Event(at, part, value)
 
