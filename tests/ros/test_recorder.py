@@ -367,3 +367,14 @@ def test_an_odd_message_neither_ends_a_run_nor_spoils_its_record(tmp_path, topic
 
 def test_every_topic_that_is_recorded_has_its_odd_message():
     assert set(Recording()._take) == set(ODD)
+
+
+@pytest.mark.parametrize("pace", [0.1, 10.0])
+def test_a_simulation_that_is_slower_or_faster_has_its_commands_at_its_own_time(pace):
+    recording = Recording(chosen=Settings().with_values({"simulator.speed_factor": pace}))
+    frames = Settings().frames
+    still = State(STAMP, np.zeros(2), np.zeros(2), 0.0)
+    recording.take("mocap/odom", 0.0, state_to_odometry(still, frames.map, frames.base))
+    recording.take("cmd_vel", 0.5, Twist(linear=Vector3(x=1.0)))
+    assert recording.recorder.time_zero == pytest.approx(STAMP + 0.5 * pace, abs=1e-5)
+    assert recording.log.time_zero == pytest.approx(STAMP + 0.5 * pace, abs=1e-5)

@@ -2,7 +2,7 @@
 
 | kind | entries |
 |---|---|
-| run | `{"simulated": ..., "goal": [x, y], "wall_clock": [[since, ahead], ...]}`; the last as in the next row |
+| run | `{"simulated": ..., "goal": [x, y], "pace": stamps to `sent`, "wall_clock": [[since, ahead], ...]}`, as below |
 | wall_clock | since when, by the clock of `sent` [s], and by how much the wall clock is ahead of that [s]; at changes |
 | asked | when the goal was given |
 | pose, truth | stamp, x, y, yaw, vx, vy, sent |
@@ -148,7 +148,8 @@ class _Reading:
 
     def _take_header(self, header: dict[str, Any]) -> None:
         self._record.simulated, self._record.goal = header["simulated"], np.array(header["goal"], dtype=float)
-        # records of earlier versions tell one for the whole run
+        # records of earlier versions tell no pace, and one setting for the whole run
+        self._log.pace = header.get("pace", 1.0)
         told = header.get("wall_clock", [(-math.inf, header.get("wall_clock_ahead", 0.0))])
         self._record.wall_clock = [(since, ahead) for since, ahead in told]
         self._tell(self._log.poses[-1].sent if self._log.poses else -math.inf, "target", *header["goal"])

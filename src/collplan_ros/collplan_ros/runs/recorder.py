@@ -109,7 +109,8 @@ class Recorder:
         self.stands_since = 0.0
         self.time_zero: float | None = None
         self._send_times = send_times or SendTimes()
-        self._run_times = RunTimes(settings.simulator.speed_factor)
+        self._pace = settings.simulator.speed_factor
+        self._run_times = RunTimes(self._pace)
         self._record = record
         self._namespace = namespace
         self._frames = settings.frames
@@ -141,8 +142,8 @@ class Recorder:
 
     def begin(self, simulated: bool, goal: np.ndarray) -> None:
         """Starts recording a run to `goal` (2,) [m]."""
-        header = {"simulated": simulated, "goal": goal.tolist(), "wall_clock": self._wall_clock}
-        self._record.write("run", header)
+        told = {"simulated": simulated, "goal": goal.tolist(), "pace": self._pace, "wall_clock": self._wall_clock}
+        self._record.write("run", told)
         self._end = OPEN
 
     @property
@@ -315,7 +316,7 @@ class Recorder:
         moves = bool(vx or vy or wz)
         self.stands_since = math.inf if moves else sent
         if moves and self.time_zero is None and self.newest is not None and self.recording:
-            self.time_zero = self.newest.stamp + sent - self.newest.sent
+            self.time_zero = self.newest.stamp + self._pace * (sent - self.newest.sent)
         self._write("command", sent, float(vx), float(vy), wz)
 
     def _state(self, message: Odometry) -> State:

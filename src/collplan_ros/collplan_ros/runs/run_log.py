@@ -126,6 +126,7 @@ class RunLog:
         detected_impacts: impacts as published on the topic impact/contact, each with its own time.
         costs: figures of each planning cycle.
         reached_sent: when the planner sent that the goal is reached; None before.
+        pace: how many seconds of stamps pass in one of the clock of `sent`, as simulator.speed_factor.
     """
 
     poses: list[PoseRow] = field(default_factory=list)
@@ -140,6 +141,7 @@ class RunLog:
     detected_impacts: list[DetectedImpactRecord] = field(default_factory=list)
     costs: list[dict[str, float]] = field(default_factory=list)
     reached_sent: float | None = None
+    pace: float = 1.0
 
     @property
     def track(self) -> list[PoseRow]:
@@ -180,7 +182,7 @@ class RunLog:
         The log must hold a pose.
         """
         pose = _newest(self.poses, sent) or self.poses[0]
-        return pose.stamp + sent - pose.sent
+        return pose.stamp + self.pace * (sent - pose.sent)
 
     def maneuver_at(self, sent: float) -> str:
         """Name of the last maneuver sent by then; STOPPED before the first."""
