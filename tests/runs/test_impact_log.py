@@ -137,3 +137,24 @@ def test_an_impact_detected_in_the_poses_has_its_velocities_before_and_after(bef
     assert impacts.points[0] == pytest.approx(place, abs=0.003 + 10.0 * noise)
     assert impacts.deliberate.tolist() == [True]
     assert impacts.direction_errors[0] < 0.3
+
+
+class Track(list):
+    """Poses that count how often all of them are gone through."""
+
+    walks = 0
+
+    def __iter__(self):
+        self.walks += 1
+        return super().__iter__()
+
+
+@pytest.mark.parametrize("has_truth", [True, False])
+def test_many_impacts_do_not_go_through_the_poses_of_a_long_run_for_each_of_them(has_truth):
+    log, times = bouncing_run(), [EPOCH + 0.3 + 0.01 * k for k in range(100)]
+    log.poses = Track(log.poses)
+    log.truth = Track(log.truth) if has_truth else []
+    log.true_impacts = [ImpactRecord(time, -0.1, 0.0) for time in times]
+    log.detected_impacts = [DetectedImpactRecord(time, WALL, 0.1, -1.0, 0.0) for time in times]
+    assert len(impacts_of(log, room(), WINDOW)) == 100
+    assert (log.truth if has_truth else log.poses).walks < 5

@@ -236,7 +236,8 @@ def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_
     folder = without_results(tmp_path / "run", None)
     lock = FolderLock(folder)
     assert_being_written(folder)
-    assert complete_newest(tmp_path) == ""
+    said: list[str] = []
+    assert (complete_newest(tmp_path, said.append), said) == ("", [])
     lock.close()
     assert "are made from" in complete_newest(tmp_path)
     assert complete_newest(tmp_path) == ""
@@ -252,7 +253,11 @@ def test_one_that_cannot_be_completed_does_not_keep_older_ones_from_it(tmp_path)
     (not_begun / RECORD).write_text('["asked",1.0]\n')
     for age, path in enumerate([zeros / RECORDING, not_begun / RECORD, older / RECORD]):
         os.utime(path, (time.time() - 10 * age,) * 2)
-    assert complete_newest(tmp_path).startswith(f"{older / SUMMARY} and what goes with it")
+    said: list[str] = []
+    assert complete_newest(tmp_path, said.append).startswith(f"{older / SUMMARY} and what goes with it")
+    assert said[::2] == [f"completing {folder} ..." for folder in (zeros, not_begun, older)]
+    assert "begins as no recording does" in said[1]
+    assert "the run had not begun" in said[3]
     assert complete_newest(tmp_path) == ""
 
 

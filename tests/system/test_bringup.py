@@ -62,7 +62,8 @@ def test_the_goal_is_reached_and_the_folder_is_complete(tmp_path):
         assert run.end() == 0, run.text
     assert nodes_of(run.out) == {}
     assert {entry.name for entry in (run.out / "latest").iterdir()} == FILES
-    assert f"{earlier}: had no end; completed" in run.text
+    assert f"completing {earlier.parent} ...\n{earlier}: had no end; completed" in run.text
+    assert "writing the results ..." in run.text
     assert description(earlier, "run") == {"goal": "1.0 2.0"}
     summary = run.summary()
     assert summary.keys() >= KEYS

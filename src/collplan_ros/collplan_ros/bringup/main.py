@@ -214,6 +214,7 @@ def _whole_run(bringup: Bringup, options: Options) -> RunResult:
     outcome, exit_code, message = _driven(bringup, options)
     if outcome in (*MONITORED, ABORTED):
         say(message)
+    say("writing the results ...")
     try:
         with StopRequest().listening():  # another Ctrl-C does not cost what is written now
             results = write_results(folder, bringup.read_log(options.pictures), preparation, outcome, options)
@@ -229,7 +230,7 @@ def _whole_run(bringup: Bringup, options: Options) -> RunResult:
 def _complete_newest(parent: Path, say: Callable[[str], None]) -> None:
     """Completes what the newest run that was killed and can be completed has left in the folder of run folders."""
     try:
-        said = complete_newest(parent)
+        said = complete_newest(parent, say)
     except Exception as error:  # whatever is wrong with an old run must not keep this one from its goal
         said = f"an earlier run could not be completed: {error}"
     if said:

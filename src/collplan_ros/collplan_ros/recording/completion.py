@@ -5,7 +5,7 @@ holds nothing yet: it may be locked the moment after.
 """
 
 import fcntl
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -29,13 +29,20 @@ KILLED = "killed"
 NANO = 1e-9
 
 
-def complete(folder: Path) -> str:
+class BeingWritten(RunError):
+    """Somebody else writes the run, or is about to."""
+
+
+def complete(folder: Path, say: Callable[[str], None] = lambda _: None) -> str:
     """Completes the recording of a run whose bringup was killed, and its results; says what was done.
+
+    What it begins to do, which may take long, it tells `say`.
 
     Of the recording every chunk is kept that was closed and can still be read. What is whole is not changed.
 
     Raises:
-        RunError: nothing of it can be completed, or it is being written.
+        BeingWritten: it is not left yet.
+        RunError: nothing of it can be completed.
         RecordError: a file cannot be written.
     """
     if not folder.is_dir():
@@ -45,6 +52,7 @@ def complete(folder: Path) -> str:
     done: list[str] = []
     refused: list[str] = []
     with _left(folder):
+        say(f"completing {folder} ...")
         # the results need the world that is in the recording
         for completed in (_completed_recording, _completed_results):
             try:
@@ -56,8 +64,10 @@ def complete(folder: Path) -> str:
     return "; ".join([*done, *refused]) or f"{folder}: is whole"
 
 
-def complete_newest(parent: Path) -> str:
+def complete_newest(parent: Path, say: Callable[[str], None] = lambda _: None) -> str:
     """Completes the newest run below `parent` that was killed and can be; says so, or "" where there is none.
+
+    What it begins to do, which may take long, and what it cannot, it tells `say`.
 
     Raises:
         RecordError: a file cannot be written.
@@ -65,8 +75,12 @@ def complete_newest(parent: Path) -> str:
     # `latest` is another name of one of the folders
     folders = [path for path in parent.glob("*") if path.is_dir() and not path.is_symlink()]
     for folder in sorted(filter(_is_unfinished, folders), key=_written_at, reverse=True):
-        with suppress(RunError):
-            return complete(folder)
+        try:
+            return complete(folder, say)
+        except BeingWritten:
+            continue
+        except RunError as error:
+            say(str(error))
     return ""
 
 
@@ -89,9 +103,10 @@ def _left(folder: Path) -> Iterator[None]:
     """Locks a folder and its recording.
 
     Raises:
-        RunError: somebody else has, or is about to.
+        BeingWritten: somebody else has, or is about to.
+        RunError: it cannot be locked.
     """
-    being_written = RunError(f"{folder}: is being written, and left as it is")
+    being_written = BeingWritten(f"{folder}: is being written, and left as it is")
     with ExitStack() as stack:
         try:
             stack.enter_context(closing(FolderLock(folder)))

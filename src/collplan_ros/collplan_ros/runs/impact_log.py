@@ -2,6 +2,7 @@
 
 import csv
 import math
+from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -127,11 +128,10 @@ def _measured_velocities(impact: float, log: RunLog, velocity_window: float) -> 
     Before it: that of the last pose, as none fitted later is free of the impact. After it: that of the first pose that
     is fitted to poses after it alone, or of the last one before the next impact, or of all, where that is earlier.
     """
-    stamps = [row.stamp for row in log.poses]
     later = min((other.stamp for other in log.detected_impacts if other.stamp > impact), default=math.inf)
-    settled = min(np.searchsorted(stamps, impact + SETTLED * velocity_window), np.searchsorted(stamps, later) - 1)
+    settled = min(_first_from(impact + SETTLED * velocity_window, log.poses), _first_from(later, log.poses) - 1)
     last = _last_pose_before(impact, log.poses)
-    return [*_velocity(last), *_velocity(log.poses[max(int(settled), 0)])]
+    return [*_velocity(last), *_velocity(log.poses[max(settled, 0)])]
 
 
 def _change(impact: ImpactRecord) -> np.ndarray:
@@ -152,8 +152,12 @@ def _velocity(row: PoseRow) -> np.ndarray:
 
 def _last_pose_before(stamp: float, track: list[PoseRow]) -> PoseRow:
     """The last pose before a stamp [s]: at the stamp of an impact it is over."""
-    following = int(np.searchsorted([row.stamp for row in track], stamp))
-    return track[max(following - 1, 0)]
+    return track[max(_first_from(stamp, track) - 1, 0)]
+
+
+def _first_from(stamp: float, track: list[PoseRow]) -> int:
+    """Where the first pose is that is not before a stamp [s]."""
+    return bisect_left(track, stamp, key=lambda row: row.stamp)
 
 
 def nearest_surface(world: World, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
