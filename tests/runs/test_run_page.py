@@ -18,7 +18,7 @@ from collplan_ros.replay.main import main
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_log import PoseRow, RunLog
-from collplan_ros.view.player import run_page, write_run_page
+from collplan_ros.view.player import played_run, run_page, write_run_page
 from collplan_ros.view.player.one_file import one_script
 from collplan_ros.view.player.run_frames import HEAVY, LATEST, PERIOD, Event, frames_of, thinned
 from made_runs import AHEAD, EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
@@ -290,6 +290,19 @@ def test_a_page_that_would_be_too_large_shows_fewer_scans_and_says_so(tmp_path, 
     kept = [frame for frame in recording["frames"] if "scan" in frame]
     assert len(kept) == -(-80 // factor)
     assert_same_poses(recording["frames"], long_run(4.0))
+
+
+def test_of_a_long_run_fewer_scans_are_shown_from_the_beginning(tmp_path, monkeypatch):
+    """All of an hour would fill the memory before any is left out."""
+    folder = played_folder(tmp_path)
+    whole = recording_in(write_run_page(folder).read_text())
+    monkeypatch.setattr(played_run, "SHOWN_WHOLE", 0.5)
+    fewer = recording_in(write_run_page(folder).read_text())
+    shown, kept = ([frame["scan"] for frame in each["frames"] if "scan" in frame] for each in (whole, fewer))
+    assert kept == shown[::4]
+    assert_same_poses(fewer["frames"], bouncing_run())
+    assert "one in 4 scans" in " ".join(fewer["notes"])
+    assert "one in" not in " ".join(whole["notes"])
 
 
 def test_a_longer_run_may_take_more_but_not_without_end():

@@ -1,5 +1,6 @@
 """What run.mcap tells of a run beyond record.jsonl, as parts of frames: what was thought, and what nodes said."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -21,21 +22,28 @@ from collplan_ros.view.message_parts import (
 from collplan_ros.view.player.played_run import PlayedRun
 from collplan_ros.view.player.run_frames import Event
 
+CLOUDS = ("planner/seen", "planner/compared")
+"""Topics of which not every message of a long run is shown."""
 NODES_PERIOD = 0.5
 """Shortest time between two states of all nodes [s]."""
 
 
 def mcap_events(run: PlayedRun, path: Path) -> Iterator[Event]:
-    """What a recording holds of the time of the run.
+    """What a recording holds of the time of the run; of a long one not all that was seen and compared.
 
     Raises:
         RunError: the recording cannot be read.
         MessageError: a message in it is not as planner_node publishes it.
     """
     log, arrivals = run.record.log, ArrivalTimes(run.record.wall_clock)
+    clouds: Counter[str] = Counter()
     takers = _takers(run, description(path, RUN).get("namespace", "/"))
     for topic, came, message in messages(path, list(takers)):
         at = log.stamp_at(arrivals.steady(1e-9 * came))
+        if topic in CLOUDS:
+            clouds[topic] += 1
+            if (clouds[topic] - 1) % run.one_in:
+                continue
         for part, value in takers[topic](message, at):
             yield Event(at, part, value)
 

@@ -13,6 +13,8 @@ from collplan_ros.runs.recorded_run import settings_and_world
 from collplan_ros.runs.run_error import RunError
 
 INCOMPLETE = "incomplete"
+SHOWN_WHOLE = 60.0
+"""A shorter run is shown with all its scans, maps and sets of candidates, as far as its page has room [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,11 @@ class PlayedRun:
     def zero(self) -> float:
         """Time of t = 0 in the files of the run and in its page [s, poses' clock]."""
         return self.record.log.begin
+
+    @property
+    def one_in(self) -> int:
+        """Of its scans, maps and sets of candidates one in so many is shown: all of a long run fill the memory."""
+        return 1 + int((self.last - self.record.log.poses[0].stamp) // SHOWN_WHOLE)
 
     @property
     def last(self) -> float:

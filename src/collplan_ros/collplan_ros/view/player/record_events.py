@@ -79,7 +79,7 @@ def _scans(run: PlayedRun) -> Iterator[Event]:
 
 def _placed_scans(run: PlayedRun) -> Iterator[tuple[Scan, State]]:
     poses = run.record.log.poses
-    for scan in run.record.log.scans:
+    for scan in run.record.log.scans[:: run.one_in]:
         state = state_at(poses, scan.stamp)
         try:
             placed = placed_among(scan, state, states_around(poses, scan), run.settings.scan)

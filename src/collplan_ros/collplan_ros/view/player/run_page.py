@@ -57,18 +57,23 @@ def run_page(run: PlayedRun) -> str:
     frames = frames_of(run.record.log.poses, [*recorded, *thought], beginning(run), run.zero)
     notes += _missing(frames, run.settings)
     largest, factor = largest_file(run.last - run.record.log.poses[0].stamp), 1
-    text = _page(run, frames, notes)
+    text = _page(run, frames, [*notes, *_fewer(run.one_in, largest)])
     while (size := len(text.encode())) > largest and factor < COARSEST:
         factor *= 2 ** max(1, int(math.log2(size / largest)))
-        bound = f"{1e-6 * largest:g} MB"
-        fewer = f"one in {factor} scans, maps and sets of candidates: all would make a file of over {bound}"
-        text = _page(run, thinned(frames, factor), [*notes, fewer])
+        text = _page(run, thinned(frames, factor), [*notes, *_fewer(factor * run.one_in, largest)])
     return text
 
 
 def largest_file(duration: float) -> int:
     """Size that the page of a run of this duration [s] must not exceed [bytes]."""
     return int(min(max(1.0, duration / SHORT) * LARGEST_SHORT, LARGEST))
+
+
+def _fewer(one_in: int, largest: int) -> list[str]:
+    """A note on what is not shown; none where all is."""
+    bound = f"{1e-6 * largest:g} MB"
+    words = f"one in {one_in} scans, maps and sets of candidates: all are too many for a file of {bound}"
+    return [words] if one_in > 1 else []
 
 
 def _page(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> str:
