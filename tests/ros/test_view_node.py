@@ -182,6 +182,7 @@ def test_an_impact_is_shown(ros, bench):
     assert bench.shows(lambda parts: parts.get("impacts"))
     (impact,) = bench.parts["impacts"]
     assert (impact["at"], impact["kind"]) == ([100, 200], "other")
+    assert bench.parts["counts"] == {"deliberate": 0, "foreseen": 0, "other": 1}
 
 
 def test_what_the_controller_does_and_what_holds_the_robot(ros, bench):

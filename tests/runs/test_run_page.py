@@ -17,8 +17,8 @@ from collplan_core.parameters.file import read_parameters, write_parameters
 from collplan_ros.replay.main import main
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.run_error import RunError
-from collplan_ros.runs.run_log import PoseRow, RunLog
-from collplan_ros.view.player import played_run, run_page, write_run_page
+from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
+from collplan_ros.view.player import played_run, record_events, run_page, write_run_page
 from collplan_ros.view.player.one_file import one_script
 from collplan_ros.view.player.run_frames import HEAVY, LATEST, PERIOD, Event, frames_of, thinned
 from made_runs import AHEAD, EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
@@ -118,6 +118,7 @@ def test_what_happened_is_told_at_its_time(frames):
     assert (impact["at"], impact["normal"], impact["speed"]) == ([1000 * WALL, 100], [-1000, 0], 500)
     assert newest(frames, "impacts", HIT_AT - ZERO - 0.02) == []
     assert newest(frames, "impacts", HIT_AT - ZERO + 0.011) == [impact]
+    assert newest(frames, "counts", 9.0) == {"deliberate": 1, "foreseen": 0, "other": 0}
     statuses = [frame["goal"]["status"] for frame in frames if "goal" in frame]
     assert statuses == ["none", "accepted", "executing", "succeeded"]
     assert newest(frames, "goal", 9.0)["at"] == [0, 100]
@@ -126,6 +127,15 @@ def test_what_happened_is_told_at_its_time(frames):
     assert newest(frames, "hold", 9.0) == {"state": "held", "message": "its node has started"}
     assert newest(frames, "doing", 9.0)["maneuver"] == "free_space"
     assert sum(len(frame.get("periods", [])) for frame in frames) == len(bouncing_run().sent_commands) - 1
+
+
+def test_all_impacts_are_counted_although_the_newest_alone_are_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(record_events, "MOST", 3)
+    log = bouncing_run()
+    log.true_impacts = [ImpactRecord(EPOCH + 1.2 + 0.06 * k, -1.5, 0.0) for k in range(10)]
+    frames = recording_in(write_run_page(played_folder(tmp_path, log)).read_text())["frames"]
+    assert len(newest(frames, "impacts", 9.0)) == 3
+    assert sum(newest(frames, "counts", 9.0).values()) == 10
 
 
 def test_a_goal_given_on_the_way_is_where_it_was_given(tmp_path):

@@ -66,3 +66,4 @@ def test_what_was_sent_stays_and_the_oldest_go():
     assert len(sent) == 1
     assert len(impacts.part) == MOST
     assert impacts.part[-1]["t"] == MOST + 4
+    assert impacts.counts == {"deliberate": 0, "foreseen": 0, "other": MOST + 4}

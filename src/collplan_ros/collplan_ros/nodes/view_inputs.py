@@ -190,7 +190,7 @@ class ViewInputs:
         self._states.clear()
         self._fresh.clear()
         self._impacts = Impacts()
-        self._changes.put("impacts", [])
+        self._put_impacts()
 
     def _put_robot(self, now: float) -> None:
         before = self._time
@@ -266,7 +266,11 @@ class ViewInputs:
 
     def _take_impact(self, message: PoseStamped, _: Values) -> None:
         self._impacts.happened(impact_contact_from_message(message, self._frames.map))
+        self._put_impacts()
+
+    def _put_impacts(self) -> None:
         self._changes.put("impacts", self._impacts.part)
+        self._changes.put("counts", self._impacts.counts)
 
     def _take_doing(self, message: DiagnosticStatus, _: Values) -> None:
         self._put(doing_parts(message))

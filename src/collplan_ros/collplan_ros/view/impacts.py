@@ -16,18 +16,20 @@ SETTLED = 0.06
 """Time before an impact at which no pose has anything of it in its velocity [s]."""
 MOST = 200
 """Impacts that are kept."""
-DELIBERATE, FORESEEN, OTHER = "deliberate", "foreseen", "other"
+KINDS = DELIBERATE, FORESEEN, OTHER = "deliberate", "foreseen", "other"
 
 
 class Impacts:
     """The impacts so far, as the page is sent them.
 
     Attributes:
-        part: the part `impacts` of a frame.
+        part: the part `impacts` of a frame, the newest MOST of them.
+        counts: the part `counts` of a frame, of all of them.
     """
 
     def __init__(self) -> None:
         self.part: list[scene.Part] = []
+        self.counts = dict.fromkeys(KINDS, 0)
         self._predictions: deque[Prediction] = deque()
         self._states: deque[State] = deque()
 
@@ -49,7 +51,8 @@ class Impacts:
         foreseen = foreseen_impacts(np.array([contact.time]), contact.point[None], list(self._predictions))
         deliberate = deliberate_impacts(foreseen, np.array([speed]))[0]
         kind = DELIBERATE if deliberate else FORESEEN if foreseen[0] else OTHER
-        # a new list: what was sent before stays as it was
+        # made anew: what was sent before stays as it was
+        self.counts = {**self.counts, kind: self.counts[kind] + 1}
         self.part = [*self.part, scene.impact(contact, kind, speed)][-MOST:]
 
     def _speed_into(self, contact: ImpactContact) -> float:

@@ -27,8 +27,9 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
     goal        {"at": [x, y] or null, "status": none, accepted, executing, succeeded, canceled or aborted}
     doing       {"maneuver", "activity", "reason", "warn": whether it stands though a goal is active}
     hold        {"state": free, held or stopped, "" where no robot was heard; "message"}
-    impacts     every impact kept: {"t", "at": [x, y], "normal": [1000 nx, 1000 ny],
+    impacts     the newest 200: {"t", "at": [x, y], "normal": [1000 nx, 1000 ny],
                 "kind": "deliberate" | "foreseen" | "other", "speed": into the wall}
+    counts      {"deliberate", "foreseen", "other"}: how many impacts there were
     costs       {"planning_time" [ms], "strategy", "hardest": fastest contact foreseen, "terms": {name: number}}
     periods     [ms, ...]: times between two commands since the frame before
     nodes       [{"name", "level": 0 to 3, "message", "age" [s], "silent", "values": {name: text}}, ...]

@@ -24,7 +24,7 @@ export class Panels {
   write() {
     if (this.scene.version === this.version) return;
     this.version = this.scene.version;
-    const { about, doing, hold, goal, costs, nodes, impacts } = this.scene.parts;
+    const { about, doing, hold, goal, costs, nodes, counts } = this.scene.parts;
     this.writeAbout(about, costs);
     byId("maneuver").textContent = (doing?.maneuver || "no controller heard").replaceAll("_", " ");
     byId("goal_status").textContent = goal && goal.status !== "none" ? `· goal ${goal.status}` : "· no goal";
@@ -33,7 +33,7 @@ export class Panels {
     const held = hold && hold.state !== "free" && hold.message;
     byId("hold").hidden = !held;
     byId("hold").textContent = held ? hold.message : "";
-    byId("counts").textContent = counted(impacts ?? []);
+    byId("counts").textContent = counted(counts ?? {});
     this.writeNodes(nodes ?? []);
   }
 
@@ -68,10 +68,10 @@ export class Panels {
 }
 
 /** Impacts by their kind, in words. */
-function counted(impacts) {
-  if (!impacts.length) return "no impact yet";
-  const of = (kind) => impacts.filter((impact) => impact.kind === kind).length;
-  return `${impacts.length} impact${impacts.length > 1 ? "s" : ""}: ${of("deliberate")} deliberate, ${of("foreseen")} foreseen, ${of("other")} other`;
+function counted({ deliberate = 0, foreseen = 0, other = 0 }) {
+  const all = deliberate + foreseen + other;
+  if (!all) return "no impact yet";
+  return `${all} impact${all > 1 ? "s" : ""}: ${deliberate} deliberate, ${foreseen} foreseen, ${other} other`;
 }
 
 /** Switches of the layers of a canvas. */

@@ -18,7 +18,7 @@ from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.state import State
 from collplan_ros.runs.run_log import PoseRow, RunLog, states_around
 from collplan_ros.view import scene
-from collplan_ros.view.impacts import DELIBERATE, FORESEEN, MOST, OTHER
+from collplan_ros.view.impacts import DELIBERATE, FORESEEN, KINDS, MOST, OTHER
 from collplan_ros.view.message_parts import parts_without_goal
 from collplan_ros.view.player.played_run import PlayedRun
 from collplan_ros.view.player.run_frames import Event, Frame
@@ -100,9 +100,13 @@ def _plans(run: PlayedRun) -> Iterator[Event]:
 
 def _impacts(run: PlayedRun) -> Iterator[Event]:
     found: list[scene.Part] = []
+    counts = dict.fromkeys(KINDS, 0)
     for k, time in enumerate(run.impacts.times.tolist()):
-        found = [*found, _impact(run, k)][-MOST:]
+        impact = _impact(run, k)
+        found = [*found, impact][-MOST:]
+        counts = {**counts, impact["kind"]: counts[impact["kind"]] + 1}
         yield Event(time, "impacts", found)
+        yield Event(time, "counts", counts)
 
 
 def _impact(run: PlayedRun, k: int) -> scene.Part:
