@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_parameters
+from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.replay.main import main
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.run_error import RunError
@@ -432,8 +433,9 @@ def test_numbers_are_whole_and_json_is_plain(page):
 
 def test_replay_writes_the_page_of_a_run_or_says_in_a_sentence_why_not(tmp_path, capsys):
     folder = played_folder(tmp_path)
-    assert main(["--page", str(folder)]) == 0
-    assert capsys.readouterr().out == f"written to {folder / 'run.html'}\n"
+    for named in (folder, folder / RECORDING):
+        assert main(["--page", str(named)]) == 0
+        assert capsys.readouterr().out == f"written to {folder / 'run.html'}\n"
     assert_same_poses(recording_in((folder / "run.html").read_text())["frames"], bouncing_run())
     (folder / RECORD).unlink()
     assert main(["--page", str(folder)]) == 2

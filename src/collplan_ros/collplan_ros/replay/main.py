@@ -44,12 +44,13 @@ def main(args: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(args)
     # where nobody reads on, as `head`, it goes nowhere
     say = Progress().say
+    folder = options.run.parent if options.run.name == RECORDING else options.run
     try:
         if options.finish:
-            say(complete(options.run.parent if options.run.name == RECORDING else options.run))
+            say(complete(folder))
             return SAME
         if options.page:
-            print(f"written to {write_run_page(options.run)}")
+            print(f"written to {write_run_page(folder)}")
             return SAME
         journals = read_journals(options.run)
         return _say_plans(journals, options.strategy, say) if options.strategy else _say_comparison(journals, say)
