@@ -252,6 +252,7 @@ def test_a_killed_bringup_loses_a_second_at_most(tmp_path):
 
 FULL = """
 import resource, signal, sys
+from pathlib import Path
 from collplan_ros.bringup.main import main
 from collplan_ros.runs.recorder import Recorder
 
@@ -259,7 +260,9 @@ begin = Recorder.begin
 
 def full(self, *given):
     begin(self, *given)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))
+    out = Path(sys.argv[sys.argv.index("--out") + 1])
+    largest = max(file.stat().st_size for file in out.rglob("r*.*") if file.is_file())
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest + 60_000, resource.RLIM_INFINITY))
 
 Recorder.begin = full
 sys.exit(main(sys.argv[1:]))

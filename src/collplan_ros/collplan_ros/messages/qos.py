@@ -12,15 +12,16 @@ def _profile(depth: int, reliable: bool = True, latched: bool = False) -> QoSPro
     )
 
 
-# mocap/pose, mocap/odom: published reliable so that any listener matches, subscribed best effort so that none is late
-POSE_PUBLISHED = _profile(10)
+# mocap/pose, mocap/odom: published reliable so that any listener matches, subscribed best effort so that none is late.
+# Who records has lost what is no longer kept when it asks again, which can take the 3 s between two heartbeats of DDS
+POSE_PUBLISHED = _profile(500)
 POSE_SUBSCRIBED = _profile(10, reliable=False)
-POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": POSE_PUBLISHED}
+POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": _profile(10)}
 """Profile of the subscription to a motion-capture receiver, by the value of mocap.reliability."""
 
 # scan: heard best effort, as drivers may send them so; lidar_node's are reliable, and no recording lacks one
 SENSOR_DATA = _profile(5, reliable=False)
-SENSOR_PUBLISHED = _profile(5)
+SENSOR_PUBLISHED = _profile(100)
 
 # mocap/refused, impact, impact/contact, goal_pose, planner/valid_until, planner/foreseen_impacts, planner/costs,
 # ground_truth/*: every one counts
