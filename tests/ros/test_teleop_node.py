@@ -139,8 +139,11 @@ def test_a_press_of_the_stop_button_is_heard_after_a_stall_and_nothing_else(ros,
         pad._joy.publish(pad.message)
         pad.show(1.0, (TELEOP.dead_man_button,))
     time.sleep(1.5 * TELEOP.joy_age)
+    driven = len(pad.commands)
     assert ros.wait_until(lambda: pad.called)
-    pad.wait_until_silent()
+    assert ros.wait_until(pad.stands)
+    ros.spin(0.2)
+    assert not any(command.linear.x for command in pad.commands[driven + 1 :])
     assert pad.called == ["estop"]
     assert pad.node._inputs.refusals.newest.endswith("where a clock was set, restart joy_node")
 

@@ -261,7 +261,7 @@ begin = Recorder.begin
 def full(self, *given):
     begin(self, *given)
     out = Path(sys.argv[sys.argv.index("--out") + 1])
-    largest = max(file.stat().st_size for file in out.rglob("r*.*") if file.is_file())
+    largest = max((file.stat().st_size for file in out.rglob("run.mcap")), default=0)
     resource.setrlimit(resource.RLIMIT_FSIZE, (largest + 60_000, resource.RLIM_INFINITY))
 
 Recorder.begin = full
