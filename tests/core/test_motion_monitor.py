@@ -100,6 +100,16 @@ def test_late_motion_is_named_within_0_3_s_of_its_onset(delay, seed):
     assert "limit 0.10 s" in next(v.reason for _, v in drive.verdicts if v.kind == LATE)
 
 
+def test_what_begins_to_be_judged_in_the_middle_of_a_start_is_not_called_late():
+    """Of a robot that was near a wall until then; 14 of 150 were where its first velocity was taken to be exact."""
+    late = [seed for seed in range(150) if LATE in Drive(0.01, seed=seed, touching=by_a_wall).run(straight, 0.8).kinds]
+    assert late == []
+
+
+def by_a_wall(now):
+    return now < 0.05
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.025, 0.05, 0.075, 0.15, 0.25])
 def test_the_delay_is_estimated(delay):
     drive = Drive(delay).run(turning, 5.0)

@@ -41,6 +41,9 @@ way too.
 With it a delay of 0.2 s is named within 0.3 s, in 12 simulated starts, with 2.5e-3 within 0.45 s. Single comparisons,
 between others far on the other side, gave 1.9e-3 of a robot of twice the believed mass that was in time.
 """
+LATE_ANYHOW = 0.75e-3
+"""So much of that advantage must be left where the velocity at the begin of the window is uncertain [m^2/s]: one that
+begins in the middle of a start, with a reading too fast, looks late otherwise."""
 LATE_MISFIT = 4e-3
 """Motion that no delay explains better than this is not late [m^2/s]: simulated, late motion leaves 1.5e-3 when it is
 named, and a robot that rubs along a wall it does not see 5.7e-3."""
@@ -202,7 +205,8 @@ def _compared(
     """The verdict of one window, and the record with what it taught."""
     law, limit = velocity_law(settings.robot), settings.limits.motion_delay
     all_ways = ways(float(record.motion[-1, 6]))
-    costs = misfits(record.commands, velocities, begin, all_ways.rows, law.max_acceleration, law.lag)
+    fits = misfits(record.commands, velocities, begin, all_ways.rows, law.max_acceleration, law.lag)
+    costs, uncertain = fits[:, 0], fits[: all_ways.n_plain, 1].reshape(len(DELAYS), len(MASSES)) + BEFOREHAND
     plain = costs[: all_ways.n_plain].reshape(len(DELAYS), len(MASSES))
     dead = float(costs[all_ways.n_plain : all_ways.n_plain + all_ways.n_dead].min())
     turned = float(costs[all_ways.n_plain + all_ways.n_dead :].min())
@@ -211,9 +215,10 @@ def _compared(
     in_time, too_late = limit + 1e-9 >= DELAYS, limit + 1.2 * STEP < DELAYS
     normal = min(float(by_delay[in_time].min()), dead + FORCELESS)
     follows = float(plain[too_late].min()) < LATE_MISFIT
+    is_clear = float(uncertain[in_time].min() - uncertain[too_late].min()) > LATE_ANYHOW
     before, advantage = record.advantage, normal - float(by_delay[too_late].min())
     record = replace(record, advantage=advantage)
-    if follows and before > 0.0 and advantage > LATE_ADVANTAGE:
+    if follows and is_clear and before > 0.0 and advantage > LATE_ADVANTAGE:
         measured = float(DELAYS[too_late][int(by_delay[too_late].argmin())])
         return _late(measured, limit, "motion comes after its command by"), record
     is_worse = min(float(plain.min()), dead) - turned > WRONG_ADVANTAGE

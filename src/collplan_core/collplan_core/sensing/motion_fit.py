@@ -62,7 +62,11 @@ def ways(yaw: float) -> Ways:
 def misfits(
     commands: np.ndarray, velocities: np.ndarray, begin: float, rows: np.ndarray, max_acceleration: float, lag: float
 ) -> np.ndarray:
-    """(n,) integrals of the squared error of the velocity under each way [m^2/s].
+    """Integrals of the squared error of the velocity under each way [m^2/s].
+
+    Returns:
+        (n, 2) from the velocity measured at the begin on; and what is left of it where that one is as uncertain as the
+        others, so that an error common to them all may be its own.
 
     Args:
         commands: (k, 3) time [s] and velocity [m/s, world frame], rising times; none before the first.
@@ -70,13 +74,13 @@ def misfits(
         rows: (n, 6) `Ways.rows`.
         max_acceleration, lag: of the believed mass [m/s^2], [s].
     """
-    result = np.zeros(len(rows))
+    result, n = np.zeros((len(rows), 2)), len(velocities)
     for j in range(len(rows)):
         delay, mass = rows[j, 0], rows[j, 1]
         law = VelocityLaw(max_acceleration / mass, lag * mass, STEP, math.exp(-STEP / (lag * mass)))
         vx, vy = velocities[0, 0], velocities[0, 1]
-        newest, total = 0, 0.0
-        for k in range(1, len(velocities)):
+        newest, total, common_x, common_y = 0, 0.0, 0.0, 0.0
+        for k in range(1, n):
             # half a step of tolerance would be a delay; this is for sums of decimal times
             time = begin + (k - 1) * STEP - delay + 1e-6
             while newest + 1 < len(commands) and commands[newest + 1, 0] <= time:
@@ -86,6 +90,9 @@ def misfits(
                 ux = rows[j, 2] * commands[newest, 1] + rows[j, 3] * commands[newest, 2]
                 uy = rows[j, 4] * commands[newest, 1] + rows[j, 5] * commands[newest, 2]
             vx, vy = velocity_after_step(law, vx, vy, ux, uy)
-            total += (vx - velocities[k, 0]) ** 2 + (vy - velocities[k, 1]) ** 2
-        result[j] = total * STEP
+            error_x, error_y = vx - velocities[k, 0], vy - velocities[k, 1]
+            total += error_x * error_x + error_y * error_y
+            common_x, common_y = common_x + error_x, common_y + error_y
+        result[j, 0] = total * STEP
+        result[j, 1] = (total - (common_x * common_x + common_y * common_y) / n) * STEP
     return result
