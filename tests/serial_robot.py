@@ -12,6 +12,7 @@ from std_srvs.srv import Trigger
 
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST
 from omnipuck_driver.driver_node import DriverNode
+from omnipuck_driver.messages import ESTOP_LATCHED
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 
 HALL = """
@@ -121,6 +122,12 @@ class SerialRobot:
     def speed(self) -> float:
         linear = self.odometry[-1].twist.twist.linear if self.odometry else Twist().linear
         return (linear.x**2 + linear.y**2) ** 0.5
+
+    @property
+    def stop_latched(self) -> bool:
+        """Whether the firmware has told that it has latched an emergency stop."""
+        telemetry = self.driver._link.session.telemetry
+        return telemetry is not None and bool(telemetry.status & ESTOP_LATCHED)
 
     @property
     def stops(self) -> int:

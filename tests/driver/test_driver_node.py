@@ -210,7 +210,7 @@ def test_the_firmware_keeps_the_emergency_stop_over_a_restart_of_the_driver(seri
     robot = serial_robot()
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
     assert robot.call("estop").success
-    robot.until(lambda: robot.driver._link.session.stop_latched)
+    robot.until(lambda: robot.stop_latched)
     robot.ros.remove(robot.driver)
     robot.driver = robot.ros.make(DriverNode, robot.parameters)
     robot.until(lambda: robot.driver._contract.stopped_by == "kept by the firmware" and robot.speed < STANDING)
@@ -226,7 +226,7 @@ def test_the_driver_keeps_the_emergency_stop_over_a_restart_of_the_firmware(seri
     robot = serial_robot()
     assert robot.call("estop").success
     robot.ask(restarts=1)
-    robot.until(lambda: robot.driver._link.session.stop_latched)
+    robot.until(lambda: robot.stop_latched)
     assert robot.call("clear_estop").success
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
 
@@ -386,9 +386,9 @@ def test_the_button_on_the_robot_latches(serial_robot):
     assert not robot.call("clear_estop").success
     robot.ask(estop_pressed=False)
     robot.until(lambda: not robot.driver._link.session.button_pressed)
-    assert robot.driver._link.session.stop_latched
+    assert robot.stop_latched
     assert robot.call("clear_estop").success
-    robot.until(lambda: not robot.driver._link.session.stop_latched)
+    robot.until(lambda: not robot.stop_latched)
     begun = len(robot.odometry)
     robot.drive_until(lambda: len(robot.odometry) > begun + 40, x=0.3)
     assert robot.speed < STANDING

@@ -10,7 +10,6 @@ from omnipuck_driver.messages import (
     ACTS,
     ARMED,
     EMERGENCY_STOP,
-    ESTOP_LATCHED,
     ESTOP_PRESSED,
     FROM_DEVICE,
     HOLD,
@@ -142,11 +141,6 @@ class Session:
         """Whether the firmware took commands in this session and takes none any more, as where all come late."""
         telemetry = self.telemetry
         return telemetry is not None and bool(telemetry.echo) and telemetry.echo_delay > LONGEST_ECHO_DELAY
-
-    @property
-    def stop_latched(self) -> bool:
-        """Whether the firmware has latched an emergency stop."""
-        return self.telemetry is not None and bool(self.telemetry.status & ESTOP_LATCHED)
 
     @property
     def button_pressed(self) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from collplan_core.command import HAND, Command, stopped
 from collplan_core.control.permission import why_outside, why_stale
-from collplan_core.control.tracking import saturate
+from collplan_core.control.tracking import cut_to_limits, saturate
 from collplan_core.parameters import Limits, Settings
 
 TAKEN = "driven by hand"
@@ -77,8 +77,7 @@ def hand_command(hand: Hand, before: Command, is_blind: bool, settings: Settings
     if not (np.isfinite(hand.velocity).all() and math.isfinite(hand.yaw_rate)):
         x, y = hand.velocity.tolist()
         return stopped(f"by hand: got {x:g}, {y:g} m/s, {hand.yaw_rate:g} rad/s, expected finite numbers")
-    wanted = saturate(hand.velocity, robot.max_speed)
-    turn = min(max(hand.yaw_rate, -robot.max_yaw_rate), robot.max_yaw_rate)
+    wanted, turn = cut_to_limits(hand.velocity, hand.yaw_rate, robot)
     velocity, yaw_rate = np.zeros(2), 0.0
     if wanted.any():
         velocity = before.velocity + saturate(wanted - before.velocity, robot.max_acceleration * period)

@@ -68,5 +68,10 @@ def clip_command(
     too_fast = math.hypot(velocity[0], velocity[1]) > limits.excess_speed * robot.max_speed
     if too_fast or abs(yaw_rate) > limits.excess_speed * robot.max_yaw_rate:
         return None
+    return cut_to_limits(velocity, yaw_rate, robot)
+
+
+def cut_to_limits(velocity: np.ndarray, yaw_rate: float, robot: Robot) -> tuple[np.ndarray, float]:
+    """Velocity (2,) [m/s] and yaw rate [rad/s], both finite, that the robot's limits leave of a command."""
     turn = min(max(yaw_rate, -robot.max_yaw_rate), robot.max_yaw_rate)
     return saturate(np.asarray(velocity, dtype=float), robot.max_speed), turn

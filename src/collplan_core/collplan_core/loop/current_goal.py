@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from collplan_core.goal import ABORTED, EXECUTING, NO_GOAL, Goal
-from collplan_core.state import State
 
 CLOSED_OFF_TIME = 2.0
 """A goal that cannot be reached in the known map for this long is given up [s]."""
@@ -40,10 +39,6 @@ class CurrentGoal:
         """Status of the newest goal."""
         return NO_GOAL if self.goal is None else self.goal.status
 
-    def is_again(self, position: np.ndarray, tolerance: float) -> bool:
-        """Whether a goal at (2,) [m] is the active one given again, within `tolerance` [m] of it."""
-        return self.active and float(np.hypot(*(position - self.position))) <= tolerance
-
     def accept(self, goal: Goal, local: float, again: bool = False) -> Goal:
         """Replaces the goal. Its time counts from `local` [s, local clock], or goes on where it is given `again`."""
         self._since = self._since if again else local
@@ -76,9 +71,9 @@ class CurrentGoal:
         self.goal = replace(self.goal, stamp=stamp)
         return self.goal
 
-    def is_reached(self, state: State, tolerance: float) -> bool:
-        """Whether the robot is within `tolerance` [m] of an active goal."""
-        return self.active and float(np.hypot(*(state.position - self.position))) <= tolerance
+    def is_at(self, position: np.ndarray, tolerance: float) -> bool:
+        """Whether an active goal is within `tolerance` [m] of a position (2,) [m]."""
+        return self.active and float(np.hypot(*(position - self.position))) <= tolerance
 
     def is_overdue(self, local: float, timeout: float) -> bool:
         """Whether the goal was not reached within `timeout` [s] at `local` [s, local clock]; 0 never passes."""

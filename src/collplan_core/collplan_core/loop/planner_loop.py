@@ -112,7 +112,7 @@ class PlannerLoop:
         settings = self._settings
         if not self._sensors.take_pose(state, local, settings):
             self._forget_before(state.stamp)
-        if self.goal.is_reached(state, settings.planner.goal_tolerance):
+        if self.goal.is_at(state.position, settings.planner.goal_tolerance):
             self._end_goal(SUCCEEDED)
         outside = why_outside(state.position, settings.limits)
         if outside and self.goal.active:
@@ -168,7 +168,7 @@ class PlannerLoop:
         reason = why_refuse_goal(position, None if state is None else state.position, self._settings.limits)
         if reason:
             return self.refuse_goal(identity, reason)
-        again = self.goal.is_again(position, self._settings.planner.goal_tolerance)
+        again = self.goal.is_at(position, self._settings.planner.goal_tolerance)
         self._begin_goal(again)
         self.forget_scans()
         goal = self.goal.accept(Goal(identity, self._planned_until, position), local, again)
