@@ -5,7 +5,7 @@ import importlib.util
 import os
 import tempfile
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
@@ -42,6 +42,8 @@ if "ROS_DISTRO" not in os.environ:
     os.environ.pop("RMW_IMPLEMENTATION", None)
 
 
+GRAPHS = "tests/system/"
+"""Where the tests of whole graphs are, most of them in processes and in real time."""
 SOAK_TIMEOUT = 1200.0
 """A long test that says nothing else is taken for hanging after this [s]."""
 
@@ -53,8 +55,21 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--few-examples", action="store_true", default=slow, help=words)
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Of processes side by side one gets all tests of whole graphs: one in real time wants most of two cores."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return GRAPHS if nodeid.startswith(GRAPHS) else super()._split_scope(nodeid)
+
+    return Scheduling(config, log)
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Gives long tests their time, and takes few examples where that was asked for."""
+    """Tests of graphs begin, long ones get their time, and few examples are taken where that was asked for."""
+    items.sort(key=lambda item: not item.nodeid.startswith(GRAPHS))
     for item in items:
         if item.get_closest_marker("soak") and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(SOAK_TIMEOUT))

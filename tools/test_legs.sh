@@ -19,7 +19,7 @@ leg() {
   $name: $word, $(($(date +%s) - began)) s"
 }
 
-# two processes, each with a ROS domain of its own: tests of the graph wait more than they compute
+# two processes, each with a ROS domain of its own, one of them for whole graphs: tests/conftest.py
 side_by_side="-n 2 --dist loadfile"
 # shellcheck disable=SC2086  # two options
 case $mode in

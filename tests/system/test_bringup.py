@@ -122,13 +122,19 @@ def test_a_bringup_that_falls_behind_tells_the_run_as_it_was(tmp_path, monkeypat
 
 @pytest.mark.soak
 def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path):
-    """One in simulated time that is half as fast: were /clock shared, neither would know the time."""
-    slow = tmp_path / "slow.yaml"
-    slow.write_text("/**:\n  ros__parameters:\n    simulator: {speed_factor: 0.5}\n")
-    plain = ["--no-pictures", "--world", "slalom"]
+    """Both in simulated time, one half as fast as the other: were /clock shared, neither would know the time.
+
+    Two graphs in real time beside that of another test are more than two cores can do in time.
+    """
+
+    def at_speed(factor: float) -> list[str]:
+        path = tmp_path / f"{factor}.yaml"
+        path.write_text(f"/**:\n  ros__parameters:\n    simulator: {{speed_factor: {factor}}}\n")
+        return ["--no-pictures", "--world", "slalom", "--params", str(path)]
+
     with (
-        Run(tmp_path / "one", "--namespace", "robot1", *plain, "--params", str(slow)) as one,
-        Run(tmp_path / "two", "--namespace", "/robot2", *plain) as two,
+        Run(tmp_path / "one", "--namespace", "robot1", *at_speed(0.25)) as one,
+        Run(tmp_path / "two", "--namespace", "/robot2", *at_speed(0.5)) as two,
     ):
         assert (one.end(), two.end()) == (0, 0), one.text + two.text
     for robot, namespace in ((one, "/robot1"), (two, "/robot2")):
@@ -136,7 +142,7 @@ def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path
         recording = robot.out / "latest" / RECORDING
         assert description(recording, "run")["namespace"] == namespace
         assert len(list(raw_messages(recording, ["goal_status"]))) >= 3
-    assert list(raw_messages(one.out / "latest" / RECORDING, ["clock"]))
+        assert list(raw_messages(recording, ["clock"]))
 
 
 @pytest.mark.parametrize(
