@@ -42,9 +42,10 @@ from collplan_ros.runs.recorder import Recorder
 from collplan_ros.runs.run_log import PoseRow
 
 NAME = "bringup"
-COMMANDER = "controller_node"
-"""The only node that commands the robot. It is stopped first: its last command is zero, and the robot must still run to
-receive it."""
+COMMANDER, PLANNER = "controller_node", "planner_node"
+"""The only node that commands the robot is stopped first: its last command is zero, and the robot must still run to
+receive it. planner_node is next, while those are still there whose scans and poses it takes: what is on its way to the
+recording is lost with its sender."""
 COMMANDERS_PERIOD = 0.1
 """Period at which the publishers of commands are looked at [s]."""
 REST_SPEED = 0.03
@@ -340,14 +341,19 @@ class Graph:
 
     def _stop_processes(self) -> None:
         try:
-            stop([process for process in self._processes if process.name == COMMANDER])
+            self._stop(COMMANDER)
             if self.recorder.recording:
                 self._record_to_the_end()
+            self._stop(PLANNER)
+            self._topics.take_all()
         finally:
             devices = self._preparation.robot.nodes[1:]
             for name in stop_all(self._processes, devices):
                 self._progress.say(f"{name} did not stop when asked to and was killed")
             self._topics.take_all()
+
+    def _stop(self, name: str) -> None:
+        stop([process for process in self._processes if process.name == name])
 
     def _record_to_the_end(self) -> None:
         """Takes what comes until the robot rests and its record is whole, while poses come."""
@@ -438,8 +444,8 @@ class Graph:
         return f"{self._missing('mocap/odom', 'reliable')}, made from {source}{reason}"
 
     def _no_scan(self) -> str:
-        told = self.last_message("planner_node")
-        return self._missing("scan", "best effort") + (f"; planner_node: {told}" if told else "")
+        told = self.last_message(PLANNER)
+        return self._missing("scan", "best effort") + (f"; {PLANNER}: {told}" if told else "")
 
     def _too_slow(self) -> str:
         return f"poses come {self.recorder.lateness:.1f} s late: this machine is too slow for the graph"

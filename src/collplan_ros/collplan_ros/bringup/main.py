@@ -24,7 +24,7 @@ from collplan_ros.bringup.failures import (
     NodeDied,
     StartError,
 )
-from collplan_ros.bringup.graph import LATE, REST_PATIENCE, Graph
+from collplan_ros.bringup.graph import LATE, PLANNER, REST_PATIENCE, Graph
 from collplan_ros.bringup.laps import EMERGENCY_STOP, drive_laps
 from collplan_ros.bringup.options import Options, parse
 from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
@@ -40,7 +40,6 @@ from collplan_ros.runs.record_reading import read_record
 from collplan_ros.runs.run_log import RunLog
 from collplan_ros.runs.summary import counted_impacts
 
-PLANNER = "planner_node"
 MONITORED = (TIMEOUT, STUCK)
 """Outcomes that no node tells."""
 BROKEN_OFF = (GraphError, Interrupted, RecordError)
