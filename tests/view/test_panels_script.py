@@ -53,6 +53,6 @@ def test_impacts_are_counted_whether_they_are_drawn_or_not(tmp_path):
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == [
         "no impact yet",
-        "1 impact: 0 deliberate, 1 foreseen, 0 other",
-        "321 impacts: 300 deliberate, 20 foreseen, 1 other",
+        "1 impact: 0 deliberate, 1 more foreseen, 0 other",
+        "321 impacts: 300 deliberate, 20 more foreseen, 1 other",
     ]

@@ -1,5 +1,7 @@
 """Exit codes and exceptions of a run that fails."""
 
+import signal
+
 NOT_REACHED, NOT_STARTED, GRAPH_LOST, RECORD_LOST = 1, 2, 3, 4
 FOUND_WRONG = 1
 """Exit code of a check that found something wrong; the others are those of a run."""
@@ -22,5 +24,6 @@ class Interrupted(RuntimeError):
 
     def __init__(self, number: int) -> None:
         """Keeps the signal's `number`."""
-        super().__init__(f"stopped by signal {number}")
+        by = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+        super().__init__(f"stopped by {by}")
         self.number = number

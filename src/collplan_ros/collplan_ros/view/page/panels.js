@@ -67,11 +67,11 @@ export class Panels {
   }
 }
 
-/** Impacts by their kind, in words. */
+/** Impacts measured, by their kind, in words: a deliberate one is foreseen too, and counted once. */
 function counted({ deliberate = 0, foreseen = 0, other = 0 }) {
   const all = deliberate + foreseen + other;
   if (!all) return "no impact yet";
-  return `${all} impact${all > 1 ? "s" : ""}: ${deliberate} deliberate, ${foreseen} foreseen, ${other} other`;
+  return `${all} impact${all > 1 ? "s" : ""}: ${deliberate} deliberate, ${foreseen} more foreseen, ${other} other`;
 }
 
 /** Switches of the layers of a canvas. */
