@@ -13,6 +13,7 @@ import pytest
 from bringup_process import NODES, Run, nodes_of, wait_for
 
 from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_values
 from collplan_core.warm_up import warm_up
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.main import run
@@ -129,7 +130,7 @@ def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path
 
     def at_speed(factor: float) -> list[str]:
         path = tmp_path / f"{factor}.yaml"
-        path.write_text(f"/**:\n  ros__parameters:\n    simulator: {{speed_factor: {factor}}}\n")
+        write_values({"simulator.speed_factor": factor}, path)
         return ["--no-pictures", "--world", "slalom", "--params", str(path)]
 
     with (
