@@ -47,6 +47,9 @@ def test_a_run_is_shown_driven_and_goes_on_without_its_page(tmp_path, parameters
                 "periods",
                 "nodes",
             }
+            wait_for(lambda: shows(lambda: "robot" in parts))
+            # not where the robot is by then: such a goal is reached before anyone sees that it was given
+            goal = [value / 1000 for value in parts["robot"][:2]]
             wait_for(lambda: shows(lambda: everything <= parts.keys() and parts["world"] and parts["impacts"]))
             assert parts["about"]["robot"] == "simulated"
             assert {node["name"] for node in parts["nodes"]} >= {"/simulator_node", "/planner_node", "/controller_node"}
@@ -55,7 +58,6 @@ def test_a_run_is_shown_driven_and_goes_on_without_its_page(tmp_path, parameters
             wait_for(lambda: "the robot stands until you give it a goal" in run.text)
             page.send(json.dumps({"token": token, "number": 2, "do": "clear_estop"}))
             wait_for(lambda: shows(lambda: parts["hold"]["state"] == "held"))
-            goal = [value / 1000 for value in parts["robot"][:2]]
             page.send(json.dumps({"token": token, "number": 3, "do": "goal", "x": goal[0], "y": goal[1]}))
             wait_for(lambda: shows(lambda: parts["hold"]["state"] == "free"))
         os.kill(nodes_of(run.out)["view_node"], signal.SIGKILL)
