@@ -38,6 +38,7 @@ def planner(strategy: str) -> PlannerLoop:
     return PlannerLoop(setting(strategy), lambda each: after(time.perf_counter(), 0.025))
 
 
+@pytest.mark.timeout(600)  # without its compiler
 @pytest.mark.parametrize("strategy", ["harness", "bounce", "avoid"])
 @settings(derandomize=True, deadline=None, max_examples=25, print_blob=True)
 @given(goal=anything)
