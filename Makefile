@@ -21,7 +21,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce animation pictures test soak faults faults-long bench lint format dist ws
+.PHONY: help setup run demo study study-bounce optimum animation pictures test soak faults faults-long bench lint format dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -39,6 +39,9 @@ study: $(COMPILED)  ## the paper's 300 runs and what they say, simulated, ARGS="
 
 study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in worlds nothing was tuned on, simulated
 	@$(VENV)/bin/study --bounces $(ARGS)
+
+optimum:  ## how far bounce and avoid are from the best without contact and with the map, simulated; needs CasADi
+	@tools/optimum.sh $(ARGS)
 
 animation: $(COMPILED)  ## the animations in docs anew, from two runs in a serpentine, simulated; needs Chromium
 	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures

@@ -10,19 +10,8 @@ if ! python=$(tools/find_python.sh "3.11 3.12" 2>&1); then
     exit 0
 fi
 
-sum=$(cat constraints-oldest.txt requirements-test.txt src/*/setup.py tools/test_oldest.sh | cksum)
-if [ "$(cat .venv-oldest/.ready 2>/dev/null)" != "$PWD $sum" ]; then
-    echo "Setting up .venv-oldest: $python, oldest versions declared; takes a minute ..."
-    "$python" -m venv --clear .venv-oldest
-    pip() {
-        .venv-oldest/bin/python -m pip --disable-pip-version-check -qq install --constraint constraints-oldest.txt "$@"
-    }
-    pip pip setuptools wheel
-    pip --no-build-isolation --config-settings editable_mode=compat -r requirements-test.txt \
-        -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study
-    echo "$PWD $sum" >.venv-oldest/.ready
-fi
-
+tools/environment.sh .venv-oldest "$python" constraints-oldest.txt "oldest versions declared" -r requirements-test.txt \
+    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study
 echo "Oldest versions: $(.venv-oldest/bin/python -m pip --disable-pip-version-check freeze 2>/dev/null |
     grep -E '^(numpy|scipy|shapely|numba|pymunk)==' | tr '\n' ' ')"
 .venv-oldest/bin/python -m collplan_core.warm_up

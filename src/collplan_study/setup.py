@@ -32,11 +32,12 @@ setup(
         "shapely>=2.0.3",
         "tqdm",
     ],
-    extras_require={"test": ["pytest"]},
+    extras_require={"optimum": ["casadi>=3.6.5"], "test": ["pytest"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [
             "compare_engines = collplan_study.executables:compare_engines",
+            "optimum = collplan_study.executables:optimum",
             "study = collplan_study.executables:study",
         ],
     },

@@ -13,6 +13,7 @@ from collplan_ros.replay.main import _parser as replay_parser
 from collplan_ros.runs.fit_robot import _parser as fit_robot_parser
 from collplan_study.compare_engines import _parser as compare_engines_parser
 from collplan_study.errors import StudyError
+from collplan_study.optimum.options import parse as parse_optimum
 from collplan_study.question.options import parse as parse_study
 from repository import FILES, ROOT, SERVICES, SOURCES, TOPICS, source_of, wrong_value
 
@@ -21,11 +22,13 @@ RUN_BY = {
     "run": ("bringup",),
     "study": ("study",),
     "study-bounce": ("study", "--bounces"),
+    "optimum": ("optimum",),
     "animation": ("beside", "RUN"),
 }
 PARSERS = {
     "bringup": parse_bringup,
     "study": parse_study,
+    "optimum": parse_optimum,
     "beside": beside_parser().parse_args,
     "compare_engines": compare_engines_parser().parse_args,
     "fit_robot": fit_robot_parser().parse_args,
@@ -42,7 +45,8 @@ OF_OTHERS = {("joy", "joy_node")}
 """Package and executable of what ROS has itself."""
 SHELL = {"export", "source", "rviz2"}
 HEADS = re.compile(
-    r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|fit_robot|replay|\.venv/bin/[a-z_]+)( |$)"
+    r"(make|ros2|export|source|rviz2|bringup|study|optimum|beside|compare_engines|fit_robot|replay|"
+    r"\.venv/bin/[a-z_]+)( |$)"
 )
 
 

@@ -1,4 +1,4 @@
-"""The solid around free rectangles, by property."""
+"""What rectangles leave of a square, by property: the solid around free ones."""
 
 from itertools import pairwise
 
@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.worlds.surroundings import solids_around
+from collplan_core.worlds.surroundings import largest_rectangles_beside
 
 
 @st.composite
@@ -25,7 +25,7 @@ def rectangles(draw) -> np.ndarray:
 @given(free=rectangles())
 @settings(derandomize=True, deadline=None, max_examples=60)
 def test_the_solid_around_rectangles_is_all_that_they_leave_and_shows_no_seam(free):
-    solids = [shapely.box(*solid) for solid in solids_around(free, 2.0)]
+    solids = [shapely.box(*solid) for solid in largest_rectangles_beside(free, 2.0)]
     left = shapely.box(0, 0, 2, 2).difference(shapely.union_all([shapely.box(*one) for one in free]))
     assert shapely.union_all(solids).symmetric_difference(left).area == 0.0
     edges = [edge for solid in solids for edge in faces(solid)]

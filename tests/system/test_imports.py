@@ -48,6 +48,7 @@ PIP_NAMES = {
     "yaml": "PyYAML",
 }
 WITHOUT_ROSDEP_KEY = {
+    "casadi",
     "cobs",
     "distributed",
     "mcap",
@@ -184,7 +185,7 @@ def test_executables_are_those_of_the_graph():
         "driver_node",
     }
     of_runs = {"beside", "fit_robot", "fit_rebound", "replay"}
-    programs = {"bringup", "compare_engines", "study", "firmware_emulator"}
+    programs = {"bringup", "compare_engines", "optimum", "study", "firmware_emulator"}
     assert {executable.name for executable in executables()} == nodes | programs | of_runs
 
 

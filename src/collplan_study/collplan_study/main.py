@@ -12,7 +12,7 @@ from collplan_study.errors import StudyError, WorkersLost
 from collplan_study.question.options import Options, parse
 from collplan_study.run.pools import Pool, open_pool
 from collplan_study.run.preparation import Study, prepare
-from collplan_study.run.progress import trial_progress
+from collplan_study.run.progress import show_progress
 from collplan_study.run.provenance import finished_session, new_session
 from collplan_study.run.row_file import RowFile
 from collplan_study.run.runner import run_tasks
@@ -62,7 +62,7 @@ def _run_missing(options: Options, study: Study, folder: Path, rows: RowFile, po
     write_provenance(folder, {**study.provenance, "sessions": [*earlier, session]})
     started_at = perf_counter()
     missing = (task for task in study.grid if task.index not in rows and options.selects(task))
-    with trial_progress(len(study.grid), len(rows)) as done:
+    with show_progress(len(study.grid), len(rows), "trial") as done:
         for records in run_tasks(missing, *pool):
             rows.append(records)
             done(len(records))

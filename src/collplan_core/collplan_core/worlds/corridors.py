@@ -8,7 +8,7 @@ import numpy as np
 
 from collplan_core.worlds.draws import Draw, rounded
 from collplan_core.worlds.placement import BODY_WIDTH, SIDE, Layout
-from collplan_core.worlds.surroundings import solids_around
+from collplan_core.worlds.surroundings import largest_rectangles_beside
 
 # beside the robot [m]
 SPARE = (0.08, 0.40)
@@ -90,7 +90,8 @@ def _corridor(draw: Draw, legs: Sequence[Leg]) -> Layout | None:
     shift = MARGIN - low + [draw(0.0, room[0]), draw(0.0, room[1])]
     start = draw(*INSET) * legs[0].direction
     goal = sum(leg.length * leg.direction for leg in legs) - draw(*INSET) * legs[-1].direction
-    return Layout(solids_around(rounded(free + np.tile(shift, 2)), SIDE), start + shift, goal + shift)
+    solids = largest_rectangles_beside(rounded(free + np.tile(shift, 2)), SIDE)
+    return Layout(solids, start + shift, goal + shift)
 
 
 def _rectangles(legs: Sequence[Leg]) -> np.ndarray:

@@ -20,7 +20,18 @@ STUDY_SEED = 62
 TRIALS = 2
 """Runs in each world, with different noise."""
 
+OPTIMUM_FAMILIES = ("serpentine", "u", "baffles", "z", "l")
+"""Families compared with the optimum without contact: their worlds are one corridor with right-angled turns."""
+OPTIMUM_FIRST_SEED, OPTIMUM_LAST_SEED = 21000, 21023
+"""Seeds of their worlds there, both inclusive."""
+OPTIMUM_STUDY_SEED = 63
+
 
 def held_out_worlds(family: str) -> str:
     """The held-out worlds of a family as `--worlds` takes them."""
     return f"{family}:{FIRST_SEED}-{LAST_SEED}"
+
+
+def optimum_worlds(family: str) -> str:
+    """The worlds of a family that are held out for the comparison with the optimum, as `--worlds` takes them."""
+    return f"{family}:{OPTIMUM_FIRST_SEED}-{OPTIMUM_LAST_SEED}"

@@ -1,4 +1,4 @@
-"""Progress of a study: a bar on a terminal, a line now and then where nobody watches."""
+"""Progress of what takes long: a bar on a terminal, a line now and then where nobody watches."""
 
 import sys
 import time
@@ -13,21 +13,21 @@ PERIOD = 30.0
 
 
 @contextmanager
-def trial_progress(total: int, done: int, stream: TextIO | None = None) -> Iterator[Callable[[int], object]]:
-    """Shows that `done` of `total` trials are done, on `stream`, by default standard error.
+def show_progress(total: int, done: int, unit: str, stream: TextIO | None = None) -> Iterator[Callable[[int], object]]:
+    """Shows that `done` of `total` are done, of a unit such as "trial", on `stream`, by default standard error.
 
     Yields:
-        What is to be called with the number of trials that were done since.
+        What is to be called with the number of those that were done since.
     """
     stream = stream or sys.stderr
     if stream.isatty():
-        with tqdm(total=total, initial=done, unit="trial", mininterval=0.5, file=stream) as bar:
+        with tqdm(total=total, initial=done, unit=unit, mininterval=0.5, file=stream) as bar:
             yield bar.update
     else:
-        yield _lines(total, done, stream)
+        yield _lines(total, done, unit, stream)
 
 
-def _lines(total: int, done: int, stream: TextIO) -> Callable[[int], object]:
+def _lines(total: int, done: int, unit: str, stream: TextIO) -> Callable[[int], object]:
     begun = said = time.monotonic()
     count = done
 
@@ -37,6 +37,6 @@ def _lines(total: int, done: int, stream: TextIO) -> Callable[[int], object]:
         now = time.monotonic()
         if now - said >= PERIOD:
             said = now
-            print(f"{count} of {total} trials, {count - done} of them in {now - begun:.0f} s", file=stream, flush=True)
+            print(f"{count} of {total} {unit}s, {count - done} of them in {now - begun:.0f} s", file=stream, flush=True)
 
     return update

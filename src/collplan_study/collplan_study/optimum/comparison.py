@@ -1,0 +1,115 @@
+"""Strategies beside the optimum: the ratio of their arrival times to it, in each family of worlds."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from collplan_study.analysis.comparisons import TIME
+from collplan_study.analysis.gains import mean_over_worlds
+from collplan_study.analysis.rows import ByTrial, Rows
+from collplan_study.analysis.statistics import Estimate
+from collplan_study.optimum.world_optimum import WorldOptimum
+from collplan_study.report.content import Table, number, with_interval
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Times over that of the best trajectory without contact.
+
+    Attributes:
+        mean: over the worlds, of the mean over a world's runs; the interval is over the worlds.
+        worlds: number of them.
+        faster: number of those whose mean is below 1.
+    """
+
+    mean: Estimate
+    worlds: int
+    faster: int
+
+
+@dataclass(frozen=True)
+class FamilyComparison:
+    """A family of worlds.
+
+    Attributes:
+        family: its name.
+        time: mean over the worlds of the time of the best trajectory without contact [s].
+        bound: the lower bound, of every world one.
+        strategies: by name, in the order they were asked for.
+    """
+
+    family: str
+    time: float
+    bound: Ratio
+    strategies: Mapping[str, Ratio]
+
+
+def compare(
+    runs: Rows, strategies: Sequence[str], families: Mapping[str, Sequence[WorldOptimum]]
+) -> list[FamilyComparison]:
+    """The runs of each strategy beside the optima of each family; worlds without a best trajectory are left out.
+
+    Args:
+        runs: rows of the main comparison of a study; a run that did not arrive counts with the time limit.
+        strategies: by name.
+        families: optima of the worlds by family.
+    """
+    solved = {family: [each for each in optima if each.found] for family, optima in families.items()}
+    return [
+        FamilyComparison(
+            family=family,
+            time=float(np.mean([each.time for each in optima])),
+            bound=_ratio({each.world: {0: each.bound} for each in optima}, optima),
+            strategies={name: _ratio(runs.where(strategy=name).by_trial(TIME), optima) for name in strategies},
+        )
+        for family, optima in solved.items()
+        if optima
+    ]
+
+
+def _ratio(times: ByTrial, optima: Iterable[WorldOptimum]) -> Ratio:
+    ratios = {
+        each.world: {trial: time / each.time for trial, time in times[each.world].items()}
+        for each in optima
+        if each.world in times
+    }
+    faster = sum(float(np.mean(list(each.values()))) < 1.0 for each in ratios.values())
+    return Ratio(mean_over_worlds(ratios), len(ratios), faster)
+
+
+def record_of(comparisons: Iterable[FamilyComparison]) -> dict[str, dict[str, dict[str, Any]]]:
+    """The ratios as optimum.json holds them: by family and strategy."""
+    return {
+        each.family: {
+            name: {"ratio": ratio.mean.value, "low": ratio.mean.low, "high": ratio.mean.high, "worlds": ratio.worlds}
+            for name, ratio in each.strategies.items()
+        }
+        for each in comparisons
+    }
+
+
+def table_of(comparisons: Sequence[FamilyComparison], strategies: Sequence[str]) -> Table:
+    """The ratios as a table."""
+    return Table(
+        "Arrival time over that of the best trajectory without contact",
+        "Mean over the worlds of the mean over their runs; in brackets 95 % bootstrap intervals (BCa) over the worlds; "
+        "after them in how many worlds that mean is below 1. The trajectory: of a disc without noise or lag that knows "
+        "the map. The bound: rest to rest over the tips along one axis, which no disc can beat that does not touch.",
+        ("worlds", "number", "best [s]", "bound", *strategies),
+        [
+            (
+                each.family,
+                str(each.bound.worlds),
+                number(each.time, 3),
+                with_interval(each.bound.mean, 3),
+                *(_cell(each.strategies[name]) for name in strategies),
+            )
+            for each in comparisons
+        ],
+    )
+
+
+def _cell(ratio: Ratio) -> str:
+    return f"{with_interval(ratio.mean, 3)}, {ratio.faster} of {ratio.worlds}"

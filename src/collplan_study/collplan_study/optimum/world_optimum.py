@@ -1,0 +1,46 @@
+"""The optimum of one world: the best trajectory found, and the lower bound."""
+
+import math
+from dataclasses import dataclass
+
+from collplan_core.worlds import World
+from collplan_study.optimum.best_trajectory import best_trajectories
+from collplan_study.optimum.disc import Disc
+from collplan_study.optimum.free_chain import free_chain
+from collplan_study.optimum.lower_bound import lower_bound
+
+
+@dataclass(frozen=True)
+class WorldOptimum:
+    """How fast a disc gets through a world without contact.
+
+    Attributes:
+        world: its name.
+        time: of the best trajectory found, at least that of the optimum [s]; NaN where none was found.
+        bound: what no trajectory can beat [s].
+        found: number of initial guesses from which the solver converged.
+        disagreement: time of the slowest trajectory found over that of the fastest, less 1.
+    """
+
+    world: str
+    time: float
+    bound: float
+    found: int
+    disagreement: float
+
+
+def world_optimum(world: World, disc: Disc) -> WorldOptimum:
+    """The optimum in a world of one corridor with right-angled turns.
+
+    Raises:
+        WorldError: the world is of another kind.
+    """
+    chain = free_chain(world, disc.radius)
+    times = [trajectory.duration for trajectory in best_trajectories(chain, disc)]
+    return WorldOptimum(
+        world=world.name,
+        time=min(times, default=math.nan),
+        bound=lower_bound(chain, disc),
+        found=len(times),
+        disagreement=max(times) / min(times) - 1.0 if times else math.nan,
+    )

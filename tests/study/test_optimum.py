@@ -1,0 +1,164 @@
+"""The command `optimum`: what it runs, what it compares, what it leaves; times and optima are made up."""
+
+import csv
+import json
+import math
+import sys
+
+import pytest
+
+from collplan_study.analysis import statistics
+from collplan_study.optimum import best_trajectory
+from collplan_study.optimum import main as command
+from collplan_study.optimum.disc import Disc
+from collplan_study.optimum.main import main
+from collplan_study.optimum.options import STUDY, parse
+from collplan_study.optimum.world_optimum import WorldOptimum
+from collplan_study.question import held_out
+from collplan_study.question.bounces import DEFAULTS, KNOWN_MAP, SPREADS, VARIANTS
+from collplan_study.question.options import parse as parse_study
+from collplan_study.question.question import question_from
+from fake_studies import fake_study, reached
+
+OPTIMUM = 3.0
+FACTORS = {"bounce": 0.9, "avoid": 1.2}
+VARIANT = {name: VARIANTS[name] for name in ("", KNOWN_MAP)}
+
+
+def question(*worlds: str, values=SPREADS):
+    strategies = ("bounce", "avoid")
+    return question_from(
+        {**DEFAULTS, "bounces": True, "worlds": worlds, "strategies": strategies, "values": values, "seed": 5}
+    )
+
+
+def seed_of(world: str) -> int:
+    return int(world.split(":")[1])
+
+
+def run(task):
+    """A percent slower in each further world, a tenth to and fro by trial, and much faster in a variant."""
+    factor = FACTORS[task.labels["strategy"]] + 0.01 * seed_of(task.world.name) + (-0.1, 0.1)[task.labels["trial"]]
+    return reached(OPTIMUM * (0.1 if task.labels["ablation"] else factor))
+
+
+def made_up(world, disc):
+    return WorldOptimum(world.name, OPTIMUM, 0.75 * OPTIMUM, 2, 1e-4 * seed_of(world.name))
+
+
+@pytest.fixture(autouse=True)
+def _quick(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(statistics, "RESAMPLES", 199)
+    monkeypatch.setattr(command, "check_installed", lambda: None)
+    monkeypatch.setattr(command, "world_optimum", made_up)
+
+
+@pytest.fixture
+def ratios(tmp_path):
+    return lambda: json.loads((tmp_path / "runs/optimum.json").read_text())
+
+
+def test_ratios_are_means_over_worlds_with_their_interval(tmp_path, ratios, capsys):
+    folder = fake_study(tmp_path / "study", run, question("u:0-5", "pillars:0"), ablations=VARIANT)
+    assert main(["--of", str(folder), "--jobs", "1"]) == 0
+    assert ratios().keys() == {"u"}
+    for strategy, factor in FACTORS.items():
+        found = ratios()["u"][strategy]
+        assert found.keys() == {"ratio", "low", "high", "worlds"}
+        assert found["worlds"] == 6
+        assert found["ratio"] == pytest.approx(factor + 0.025)
+        assert factor < found["low"] < found["ratio"] < found["high"] < factor + 0.05
+
+    said = capsys.readouterr().out
+    (row,) = (line for line in said.splitlines() if line.startswith("| u |"))
+    family, number, best, bound, bounce, avoid = (cell.strip() for cell in row.strip("|").split("|"))
+    assert (family, number, best, bound) == ("u", "6", "3.000", "0.750 (no spread, no interval)")
+    assert bounce.startswith("0.925 [")
+    assert bounce.endswith("], 6 of 6")
+    assert avoid.endswith("], 0 of 6")
+    assert "in 6 of 6 worlds those from 2 initial guesses end within 0.050 % of one another" in said
+    assert "Left out, no corridor with right-angled turns: pillars." in said
+
+    with (folder / "optimum.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["family"], row["world"]) for row in rows] == [("u", f"u:{seed}") for seed in range(6)]
+    assert {(float(row["time"]), float(row["bound"])) for row in rows} == {(3.0, 2.25)}
+
+
+def test_a_world_without_a_trajectory_is_left_out_and_named(tmp_path, ratios, monkeypatch, capsys):
+    def unsolved(world, disc):
+        return WorldOptimum("u:3", math.nan, 1.0, 0, math.nan) if world.name == "u:3" else made_up(world, disc)
+
+    monkeypatch.setattr(command, "world_optimum", unsolved)
+    folder = fake_study(tmp_path / "study", run, question("u:0-5"))
+    assert main(["--of", str(folder), "--jobs", "1"]) == 1
+    assert ratios()["u"]["bounce"]["worlds"] == 5
+    assert ratios()["u"]["bounce"]["ratio"] == pytest.approx(0.9 + 0.01 * (0 + 1 + 2 + 4 + 5) / 5)
+    assert "no best trajectory was found in u:3" in capsys.readouterr().err
+
+
+def test_the_disc_has_what_the_robot_of_the_study_has(tmp_path, monkeypatch):
+    discs = []
+    monkeypatch.setattr(command, "world_optimum", lambda world, disc: discs.append(disc) or made_up(world, disc))
+    values = ("robot.max_acceleration=2", "planner.goal_tolerance=0.12", "robot.radius=0.08")
+    folder = fake_study(tmp_path / "study", run, question("u:0", "l:0", values=values))
+    assert main(["--of", str(folder), "--jobs", "1"]) == 0
+    assert discs == 2 * [Disc(radius=0.08, max_speed=1.2, max_acceleration=2.0, goal_tolerance=0.12)]
+
+
+def test_the_study_is_run_first_and_what_stops_it_stops_all(tmp_path, ratios, monkeypatch):
+    def study(args):
+        fake_study(tmp_path / "study", run, parse_study(args).question())
+        return 0
+
+    monkeypatch.setattr(command.study, "main", study)
+    options = ["--worlds", "z:0-1", "--seed", "7", "--out", "study", "--jobs", "1"]
+    assert main(options) == 0
+    assert ratios()["z"]["avoid"] == {"ratio": pytest.approx(1.205), "low": None, "high": None, "worlds": 2}
+    monkeypatch.setattr(command.study, "main", lambda args: 130)
+    monkeypatch.setattr(command, "world_optimum", None)
+    assert main(options) == 130
+
+
+def test_what_cannot_be_compared_is_refused(tmp_path, capsys):
+    pillars = fake_study(tmp_path / "pillars", run, question("pillars:0"))
+    paper = fake_study(tmp_path / "paper", lambda task: reached(3.0), question_from({"worlds": ("corridor",)}))
+    for options, why in [
+        (["--of", str(pillars)], "has worlds of pillars alone, expected worlds of serpentine, u, baffles, z, l"),
+        (["--of", str(paper)], "not a study of bounces"),
+        (["--of", str(tmp_path / "none")], "cannot be read"),
+        (["--of", str(pillars), "--trials", "1"], "expected no option of study but --jobs"),
+        (["--jobs", "0"], "--jobs: got 0"),
+    ]:
+        assert main(options) == 2
+        assert why in capsys.readouterr().err
+
+
+def test_without_casadi_nothing_is_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(command, "check_installed", best_trajectory.check_installed)
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    assert main(["--out", str(tmp_path / "study")]) == 2
+    assert "CasADi is not installed" in capsys.readouterr().err
+    assert not (tmp_path / "study").exists()
+
+
+def test_its_own_worlds_and_noise_are_held_out():
+    asked = parse_study(STUDY).question()
+    assert (asked.strategies, asked.trials, asked.ablations, asked.values) == (("bounce", "avoid"), 2, False, SPREADS)
+    assert asked.seed not in (held_out.STUDY_SEED, 61)
+    for world in asked.worlds:
+        first, last = map(int, world.partition(":")[2].split("-"))
+        assert last - first == 23
+        assert first > held_out.LAST_SEED
+    assert [world.partition(":")[0] for world in asked.worlds] == list(held_out.OPTIMUM_FAMILIES)
+
+
+def test_options_of_study_replace_its_own():
+    options = parse(["--worlds", "u:0-3", "--set", "simulator.noise=0", "--jobs", "1"])
+    asked = parse_study(options.study)
+    assert (asked.out, asked.jobs) == (options.folder, 1)
+    assert asked.question().worlds == ("u:0-3",)
+    assert asked.question().values == (*SPREADS, "simulator.noise=0")
+    resumed = parse(["--resume", "runs/there"])
+    assert (str(resumed.folder), resumed.study) == ("runs/there", ("--resume", "runs/there"))
