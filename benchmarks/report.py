@@ -12,7 +12,7 @@ TARGETS: list[tuple[str, tuple[str, ...], float, bool]] = [
     ("pruned aim near the unpruned [share]", ("pruning_agreement", "share"), 0.95, False),
     ("plan to the goal [us, median]", ("rollouts", "plan", "median_us"), 20_000.0, True),
     ("plan to the goal [us, p99]", ("rollouts", "plan", "p99_us"), 40_000.0, True),
-    ("coarse rollouts a plan", ("rollouts", "counts", "rollouts"), 3000, False),
+    ("coarse rollouts that differ, a plan", ("rollouts", "counts", "rollouts"), 3000, False),
     ("changes tried a plan", ("rollouts", "counts", "proposals"), 1500, False),
 ]
 

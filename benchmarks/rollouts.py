@@ -58,10 +58,11 @@ class Call:
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """What one plan takes: arguments and results of the coarse rollouts, and how many changes were tried."""
+    """What one plan takes: arguments and results of all coarse rollouts, how many it made, and changes tried."""
 
     arguments: tuple[Any, ...]
     coarse: CoarsePlans
+    made: int
     proposals: int
 
 
@@ -131,7 +132,9 @@ def _work(call: Call) -> Work:
 
     def coarse_plans(*arguments: Any) -> Any:
         result = coarse(*arguments)
-        rolled.append((arguments, result))
+        # the peer gives none up
+        whole = (*arguments[:3], np.inf, np.inf)
+        rolled.append((whole, coarse(*whole), int(np.isfinite(result.costs).sum())))
         return result
 
     def refine_counted(*arguments: Any) -> Any:
@@ -140,19 +143,20 @@ def _work(call: Call) -> Work:
 
     with patch.object(cycle, "coarse_plans", coarse_plans), patch.object(cycle, "refine", refine_counted):
         _plan(call)
-    ((arguments, coarse_result),) = rolled
-    return Work(arguments, coarse_result, sum(tried))
+    ((arguments, coarse_result, made),) = rolled
+    return Work(arguments, coarse_result, made, sum(tried))
 
 
 def _vectorised(work: Work) -> tuple[np.ndarray, np.ndarray]:
-    return vectorised_plans(*work.arguments, work.coarse.targets)
+    return vectorised_plans(*work.arguments[:3], work.coarse.targets)
 
 
 def _counts(works: list[Work]) -> dict[str, float]:
-    """Per plan, in the median: rollouts that differ, and changes tried on whole plans."""
+    """Per plan, in the median: rollouts that differ, those not given up, and changes tried on whole plans."""
     rolled = [np.isfinite(work.coarse.costs).sum() for work in works]
     return {
         "rollouts": float(np.median(rolled)),
+        "rollouts_not_given_up": float(np.median([work.made for work in works])),
         "rollouts_vectorised": float(np.median([work.coarse.costs.size for work in works])),
         "proposals": float(np.median([work.proposals for work in works])),
     }

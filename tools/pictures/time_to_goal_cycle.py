@@ -168,10 +168,9 @@ def _draw_rollouts(axes: Axes, cycle: Cycle) -> LineCollection:
 
 def _draw_ends(axes: Axes, cycle: Cycle) -> ScalarMappable:
     candidates = cycle.plan.candidates
-    tried = np.isfinite(candidates.costs)
-    above = candidates.costs[tried] - candidates.costs.min()
+    above = candidates.costs - candidates.costs.min()
     order = np.argsort(-above, kind="stable")
-    x, y = candidates.positions[tried][order].T
+    x, y = candidates.positions[order].T
     return axes.scatter(
         x,
         y,

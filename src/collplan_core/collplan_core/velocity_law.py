@@ -25,6 +25,22 @@ class VelocityLaw(NamedTuple):
     step_decay: float
 
 
+class Course(NamedTuple):
+    """A velocity on its way to a command that holds: along a straight line, so that one number says where it is.
+
+    Attributes:
+        ux, uy: the command [m/s].
+        ex, ey: unit direction in which the velocity is off the command.
+        gap: by how much it is [m/s].
+    """
+
+    ux: float
+    uy: float
+    ex: float
+    ey: float
+    gap: float
+
+
 def velocity_law(robot: Robot, step: float = 0.0) -> VelocityLaw:
     """The law of a robot, quick for durations of one step [s]."""
     lag = max(robot.velocity_lag, SHORTEST_LAG)
@@ -51,19 +67,35 @@ def _velocity(
     law: VelocityLaw, vx: float, vy: float, ux: float, uy: float, duration: float, decay: float
 ) -> tuple[float, float]:
     """Velocity after a duration that leaves `decay` of a small difference to the command."""
-    dx, dy = ux - vx, uy - vy
-    gap2 = dx * dx + dy * dy
-    linear = law.max_acceleration * law.lag
-    if gap2 <= linear * linear:
-        share = 1.0 - decay
-    else:
-        gap = math.sqrt(gap2)
-        saturated = (gap - linear) / law.max_acceleration
-        if saturated >= duration:
-            share = law.max_acceleration * duration / gap
-        else:
-            share = 1.0 - linear * math.exp(-(duration - saturated) / law.lag) / gap
-    return vx + share * dx, vy + share * dy
+    course = course_to(vx, vy, ux, uy)
+    gap = _gap_after(law, course.gap, duration, decay)
+    return ux + gap * course.ex, uy + gap * course.ey
+
+
+@njit
+def course_to(vx: float, vy: float, ux: float, uy: float) -> Course:
+    """The course from velocity v to command u [m/s]."""
+    dx, dy = vx - ux, vy - uy
+    gap = math.sqrt(dx * dx + dy * dy)
+    return Course(ux, uy, dx / gap, dy / gap, gap) if gap > 0.0 else Course(ux, uy, 0.0, 0.0, 0.0)
+
+
+@njit
+def course_after_step(law: VelocityLaw, course: Course) -> Course:
+    """The course after the law's step; its velocity is u + gap e."""
+    gap = _gap_after(law, course.gap, law.step, law.step_decay)
+    return Course(course.ux, course.uy, course.ex, course.ey, gap)
+
+
+@njit
+def _gap_after(law: VelocityLaw, gap: float, duration: float, decay: float) -> float:
+    """How far the velocity is off the command [m/s] after a duration that leaves `decay` of a small gap."""
+    linear, fall = law.max_acceleration * law.lag, law.max_acceleration * duration
+    if gap <= linear:
+        return gap * decay
+    if gap >= linear + fall:
+        return gap - fall
+    return linear * math.exp(-(duration - (gap - linear) / law.max_acceleration) / law.lag)
 
 
 @njit

@@ -2,7 +2,10 @@
 
 import math
 
+import numpy as np
+
 from collplan_core.jit import njit
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
 from collplan_core.time_to_goal_planner.dynamics import Motion
 from collplan_core.time_to_goal_planner.model import Goal, Problem
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import time_to_go
@@ -11,6 +14,9 @@ ON_THE_WAY = -1.0
 """Stands for the time of an arrival where there is none yet."""
 UNREACHED_COST = 0.3
 """Cost, beyond the time to go, of a full plan that does not reach the goal [s]."""
+DETOUR = 2.0
+"""So much longer than need be may a shortest path over cells be; what it is beyond that, a rollout loses at its turns
+[cells]."""
 
 
 @njit
@@ -46,6 +52,27 @@ def to_go(problem: Problem, motion: Motion) -> float:
     model = problem.constants.model
     max_speed, max_acceleration = model.max_speed, model.wheels.max_acceleration
     return time_to_go(problem.paths, max_speed, max_acceleration, motion.x, motion.y, motion.vx, motion.vy)
+
+
+@njit
+def least_time(length: np.ndarray, cells: Grid, goal: Goal, max_speed: float, motion: Motion) -> float:
+    """A time before which no rollout from here is at the goal, whatever its velocity [s]: full speed all the way.
+
+    By the shortest path where that is known. Only a gap through which the disc fits by less than the width of a cell,
+    which cells may leave out, can lead there sooner.
+
+    Args:
+        length: (mx, my) lengths of ShortestPaths [m], inf where there is none; cells: where its cells are.
+    """
+    x, y = motion.x, motion.y
+    distance = math.sqrt((goal.x - x) * (goal.x - x) + (goal.y - y) * (goal.y - y)) - goal.tolerance
+    scale = 1.0 / cells.spacing
+    i, j = int(math.floor((x - cells.x) * scale + 0.5)), int(math.floor((y - cells.y) * scale + 0.5))
+    if 0 <= i < length.shape[0] and 0 <= j < length.shape[1]:
+        along = length[i, j] - goal.longest_within - DETOUR * cells.spacing
+        if distance < along < np.inf:
+            distance = along
+    return distance / max_speed
 
 
 @njit

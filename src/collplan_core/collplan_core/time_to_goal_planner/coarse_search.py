@@ -6,14 +6,29 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, arrival_share, graze_cost, is_there, to_go
-from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, contact_cost, step
+from collplan_core.time_to_goal_planner.arrival import (
+    ON_THE_WAY,
+    arrival_share,
+    graze_cost,
+    is_there,
+    least_time,
+    to_go,
+)
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
+from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, contact_cost, course_of, step
 from collplan_core.time_to_goal_planner.model import STEP, Constants, Problem
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
 from collplan_core.time_to_goal_planner.stopping import STOP_TEST_STEPS, stop_cost
 
 SWITCH_STEPS = np.array([4, 10, 18, 28, 40])
 """Steps after which the first velocity is exchanged for the second."""
+TOO_LATE = -2.0
+"""Stands for the time of an arrival that cannot be early enough."""
+MARGIN = 0.4
+"""A coarse plan that can only be this much worse than the best plan is given up: refinement seldom makes up for so
+much [s]."""
+LOOK_STEPS = 4
+"""Steps between two looks at whether a rollout can still be early enough."""
 
 
 class CoarsePlans(NamedTuple):
@@ -21,7 +36,8 @@ class CoarsePlans(NamedTuple):
 
     Attributes:
         targets: (25, 2) velocities [m/s].
-        costs: (25, 5, 25) cost [s] by first target, switch and second target; inf where another one is the same.
+        costs: (25, 5, 25) cost [s] by first target, switch and second target; inf where another one is the same, and
+            where it was given up.
         ends: (25, 5, 25, 4) x, y, vx, vy at the horizon or the goal.
     """
 
@@ -36,6 +52,15 @@ class _Rollout(NamedTuple):
     motion: Motion
     cost: float
     steps: int
+
+
+class _Field(NamedTuple):
+    """Arrays that rollouts look up: of a Problem, and length and cells of its shortest paths."""
+
+    clearance: np.ndarray
+    source: np.ndarray
+    length: np.ndarray
+    cells: Grid
 
 
 @njit
@@ -53,26 +78,40 @@ def targets(bearing: float, max_speed: float) -> np.ndarray:
 
 @njit
 def _roll_on(
-    clearance: np.ndarray, source: np.ndarray, constants: Constants, rollout: _Rollout, ux: float, uy: float, last: int
+    field: _Field, constants: Constants, rollout: _Rollout, ux: float, uy: float, last: int, limit: float
 ) -> tuple[_Rollout, float]:
-    """A rollout under command u until step `last` or the goal; time of arrival there [s] or ON_THE_WAY."""
+    """A rollout under command u until step `last` or the goal.
+
+    Returns:
+        where it is then; time of arrival at the goal [s], ON_THE_WAY, or TOO_LATE once it will cost over `limit` [s].
+    """
+    clearance, source, length, cells = field
     grid, goal, model, costs = constants
     motion, cost, first = rollout
+    course = course_of(motion, ux, uy)
     for k in range(first, last):
         before = motion
-        motion, contact = step(clearance, source, grid, model, before, ux, uy)
+        motion, course, contact = step(clearance, source, grid, model, before, course)
         if contact.kind != NO_CONTACT:
             cost += contact_cost(costs, contact)
         if is_there(goal, motion):
             arrival = (k + arrival_share(goal, before, motion)) * STEP
             return _Rollout(motion, cost + graze_cost(goal, motion), k + 1), arrival
+        if (k + 1) % LOOK_STEPS == 0:
+            left = least_time(length, cells, goal, model.max_speed, motion)
+            if (k + 1) * STEP + cost + left > limit:
+                return _Rollout(motion, cost, k + 1), TOO_LATE
     return _Rollout(motion, cost, last), ON_THE_WAY
 
 
 @njit
-def coarse_plans(problem: Problem, initial: Motion, n_steps: int) -> CoarsePlans:
-    """Rolls all coarse plans up to the horizon of n_steps; those with an equal beginning share its rollout."""
-    clearance, source, constants = problem.clearance, problem.source, problem.constants
+def coarse_plans(problem: Problem, initial: Motion, n_steps: int, best: float, margin: float) -> CoarsePlans:
+    """Rolls coarse plans up to the horizon of n_steps; those with an equal beginning share its rollout.
+
+    One that will cost over `margin` more than the best of them, or than `best` [s], is given up.
+    """
+    constants, limit = problem.constants, best + margin
+    field = _Field(problem.clearance, problem.source, problem.paths.length, problem.paths.cells)
     ux, uy, _ = path_direction(problem.paths, initial.x, initial.y)
     velocities = targets(math.atan2(uy, ux), constants.model.max_speed)
     n, m = len(velocities), len(SWITCH_STEPS)
@@ -81,23 +120,32 @@ def coarse_plans(problem: Problem, initial: Motion, n_steps: int) -> CoarsePlans
         trunk, unstoppable = _Rollout(initial, 0.0, 0), 0.0
         for b in range(m):
             begun, switch = trunk.steps, min(SWITCH_STEPS[b], n_steps)
-            trunk, arrival = _roll_on(clearance, source, constants, trunk, velocities[a, 0], velocities[a, 1], switch)
+            ux, uy = velocities[a]
+            trunk, arrival = _roll_on(field, constants, trunk, ux, uy, switch, limit - unstoppable)
+            if arrival == TOO_LATE:
+                break
             if arrival != ON_THE_WAY:
                 costs[a, b, a] = arrival + trunk.cost + unstoppable
-                end = trunk.motion
-                ends[a, b, a, 0], ends[a, b, a, 1], ends[a, b, a, 2], ends[a, b, a, 3] = end.x, end.y, end.vx, end.vy
+                limit = min(limit, costs[a, b, a] + margin)
+                _put(ends[a, b, a], trunk.motion)
                 break
             if problem.stop_test and begun < STOP_TEST_STEPS <= switch:
                 unstoppable = stop_cost(problem, trunk.motion)
             for c in range(n):
                 if c == a and b < m - 1:  # the same rollout comes with the last switch
                     continue
-                branch, arrival = _roll_on(
-                    clearance, source, constants, trunk, velocities[c, 0], velocities[c, 1], n_steps
-                )
+                ux, uy = velocities[c]
+                branch, arrival = _roll_on(field, constants, trunk, ux, uy, n_steps, limit - unstoppable)
+                if arrival == TOO_LATE:
+                    continue
                 if arrival == ON_THE_WAY:
                     arrival = n_steps * STEP + to_go(problem, branch.motion)
                 costs[a, b, c] = arrival + branch.cost + unstoppable
-                end = branch.motion
-                ends[a, b, c, 0], ends[a, b, c, 1], ends[a, b, c, 2], ends[a, b, c, 3] = end.x, end.y, end.vx, end.vy
+                limit = min(limit, costs[a, b, c] + margin)
+                _put(ends[a, b, c], branch.motion)
     return CoarsePlans(velocities, costs, ends)
+
+
+@njit
+def _put(row: np.ndarray, motion: Motion) -> None:
+    row[0], row[1], row[2], row[3] = motion.x, motion.y, motion.vx, motion.vy

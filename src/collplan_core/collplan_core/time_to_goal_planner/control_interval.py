@@ -4,7 +4,14 @@ import numpy as np
 
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, arrival_share, graze_cost, is_there
-from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, Motion, clearance_cost, contact_cost, step
+from collplan_core.time_to_goal_planner.dynamics import (
+    NO_CONTACT,
+    Motion,
+    clearance_cost,
+    contact_cost,
+    course_of,
+    step,
+)
 from collplan_core.time_to_goal_planner.model import INTERVAL_STEPS, STEP, Constants
 
 
@@ -18,10 +25,10 @@ def roll_interval(
         the motion at its end; its cost [s]; time of arrival at the goal since it began [s], or ON_THE_WAY.
     """
     grid, goal, model, costs = constants
-    motion, cost, touched = begin, 0.0, False
+    motion, course, cost, touched = begin, course_of(begin, ux, uy), 0.0, False
     for k in range(INTERVAL_STEPS):
         before = motion
-        motion, contact = step(clearance, source, grid, model, before, ux, uy)
+        motion, course, contact = step(clearance, source, grid, model, before, course)
         if contact.kind != NO_CONTACT:
             touched = True
             cost += contact_cost(costs, contact)

@@ -23,7 +23,7 @@ from collplan_core.time_to_goal_planner.model import (
     ContactCosts,
     RobotModel,
 )
-from collplan_core.velocity_law import VelocityLaw, velocity_after, velocity_after_step
+from collplan_core.velocity_law import Course, VelocityLaw, course_after_step, course_to, velocity_after
 
 NO_CONTACT, SLIDES = 0, 3
 """Kinds of contact beside OBSERVED and INFERRED."""
@@ -66,31 +66,55 @@ def motion_at(clearance: np.ndarray, grid: Grid, x: float, y: float, vx: float, 
 
 
 @njit
-def free_step(wheels: VelocityLaw, motion: Motion, ux: float, uy: float) -> Motion:
-    """The motion after STEP under command u where nothing is in the way; a bound below 0 means it was not looked."""
+def course_of(motion: Motion, ux: float, uy: float) -> Course:
+    """The course of a motion's velocity to command u [m/s]."""
+    return course_to(motion.vx, motion.vy, ux, uy)
+
+
+@njit
+def free_step(wheels: VelocityLaw, motion: Motion, course: Course) -> tuple[Motion, Course]:
+    """The motion and its course after STEP where nothing is in the way; a bound below 0 means it was not looked."""
     x, y, vx, vy, bound = motion
-    wx, wy = velocity_after_step(wheels, vx, vy, ux, uy)
-    px, py = x + 0.5 * (vx + wx) * STEP, y + 0.5 * (vy + wy) * STEP
+    course = course_after_step(wheels, course)
+    wx, wy = course.ux + course.gap * course.ex, course.uy + course.gap * course.ey
+    dx, dy = 0.5 * (vx + wx) * STEP, 0.5 * (vy + wy) * STEP
     # no component of a step is longer than the step
-    return Motion(px, py, wx, wy, bound - abs(px - x) - abs(py - y))
+    return Motion(x + dx, y + dy, wx, wy, bound - abs(dx) - abs(dy)), course
 
 
 @njit
 def step(
-    clearance: np.ndarray, source: np.ndarray, grid: Grid, model: RobotModel, motion: Motion, ux: float, uy: float
-) -> tuple[Motion, Contact]:
-    """The motion after STEP under command u by the law of `velocity_law`, and the first contact on the way.
+    clearance: np.ndarray, source: np.ndarray, grid: Grid, model: RobotModel, motion: Motion, course: Course
+) -> tuple[Motion, Course, Contact]:
+    """The motion after STEP on its course, the course then, and the first contact on the way.
 
-    What a contact does to the velocity is in `_step_with_contact`.
+    What a contact does to the velocity is in `_step_with_contact`. That a step in the open is short, and all else
+    elsewhere, lets the compiler put it into the loops that take it.
     """
-    end = free_step(model.wheels, motion, ux, uy)
+    end, onward = free_step(model.wheels, motion, course)
     if end.clearance_bound > 0.0:
-        return end, NOTHING_TOUCHED
+        return end, onward, NOTHING_TOUCHED
+    return _step_near_boundary(clearance, source, grid, model, motion, end, onward)
+
+
+@njit
+def _step_near_boundary(
+    clearance: np.ndarray,
+    source: np.ndarray,
+    grid: Grid,
+    model: RobotModel,
+    motion: Motion,
+    end: Motion,
+    onward: Course,
+) -> tuple[Motion, Course, Contact]:
+    """What becomes of a step that would end in `end` where nothing is in the way, which is looked at here."""
     after = clearance_at(clearance, grid, end.x, end.y)
     end = Motion(end.x, end.y, end.vx, end.vy, after)
     if after >= 0.0:
-        return end, NOTHING_TOUCHED
-    return _step_with_contact(clearance, source, grid, model, motion, end, ux, uy)
+        return end, onward, NOTHING_TOUCHED
+    ux, uy = onward.ux, onward.uy
+    stopped, contact = _step_with_contact(clearance, source, grid, model, motion, end, ux, uy)
+    return stopped, course_of(stopped, ux, uy), contact
 
 
 @njit

@@ -22,11 +22,15 @@ EXTENSION_INTERVALS, EXTENSION_TRIED = 2, 4
 
 
 def best_coarse(costs: np.ndarray, count: int) -> list[tuple[int, int, int]]:
-    """Places (first target, switch, second target) of the cheapest coarse plans with different first targets."""
+    """Places (first target, switch, second target) of the cheapest coarse plans with different first targets.
+
+    As many as are finite, and `count` at most.
+    """
     n = len(costs)
     flat = costs.reshape(n, -1)
     within = flat.argmin(axis=1)
-    order = np.argsort(flat[np.arange(n), within], kind="stable")[:count]
+    cheapest = flat[np.arange(n), within]
+    order = [a for a in np.argsort(cheapest, kind="stable")[:count] if cheapest[a] < np.inf]
     places = [np.unravel_index(int(within[a]), costs.shape[1:]) for a in order]
     return [(int(a), int(b), int(c)) for a, (b, c) in zip(order, places, strict=True)]
 

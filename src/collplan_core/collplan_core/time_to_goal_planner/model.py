@@ -57,12 +57,14 @@ class Goal(NamedTuple):
 
     Attributes:
         x, y, tolerance: centre and radius [m].
+        longest_within: no path from within the disc to its centre is longer [m].
         graze_cost: cost of an arrival, by the square of the distance at which its line passes the centre [s/m^2].
     """
 
     x: float
     y: float
     tolerance: float
+    longest_within: float
     graze_cost: float
 
 
@@ -120,7 +122,9 @@ def problem_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, se
     """The problem of a cycle: boundaries, where the disc was seen to be free (nx, ny), paths, robot and strategy."""
     p = settings.time_to_goal
     tolerance = p.arrival_share * paths.tolerance
-    goal = Goal(float(paths.goal[0]), float(paths.goal[1]), tolerance, p.graze_cost / paths.tolerance**2)
+    graze_cost = p.graze_cost / paths.tolerance**2
+    x, y = (float(value) for value in paths.goal)
+    goal = Goal(x, y, tolerance, paths.longest_within(tolerance), graze_cost)
     constants = Constants(field.grid, goal, robot_model(settings), contact_costs(settings))
     stop_test = contact_terms(settings).stop_test
     return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test)

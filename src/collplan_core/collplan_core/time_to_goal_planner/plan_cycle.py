@@ -15,7 +15,7 @@ from collplan_core.plan import Candidates, Contacts, NoPlan, Plan
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
-from collplan_core.time_to_goal_planner.coarse_search import CoarsePlans, coarse_plans
+from collplan_core.time_to_goal_planner.coarse_search import MARGIN, CoarsePlans, coarse_plans
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, braking, roll
 from collplan_core.time_to_goal_planner.initial_plans import (
@@ -35,7 +35,7 @@ from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPat
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.time_to_goal_planner.stopping import UNSTOPPABLE
 
-CHUNK = 100
+CHUNK = 400
 """Changes tried between two looks at the deadline."""
 
 
@@ -94,14 +94,18 @@ def plan_cycle(
         raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
     problem = problem_of(remembered.field, remembered.free, paths, settings)
     initial = _initial_motion(problem, state, memory.expected, settings)
-    coarse = coarse_plans(problem, initial, round(settings.time_to_goal.horizon / STEP))
-    plans = _initial_plans(problem, initial, coarse, memory, state.stamp, settings)
+    carried_on = _carried_on(problem, initial, memory, state.stamp, settings)
+    best_so_far = min((plan.cost for plan in carried_on), default=np.inf)
+    coarse = coarse_plans(problem, initial, round(settings.time_to_goal.horizon / STEP), best_so_far, MARGIN)
+    plans = carried_on + _from_coarse(problem, initial, coarse, settings)
+    if not plans:  # no path leads on from anywhere around
+        plans = [braking(problem, initial)]
     compared = _compared(coarse, plans)
     best = _refined(problem, plans, np.random.default_rng(memory.cycle), deadline, settings)
     if problem.stop_test and best.costs[best.n] >= UNSTOPPABLE:
         best = braking(problem, initial)
     rows, contacts = sample_trajectory(problem, initial, best.commands[: max(best.n, 1)], settings.robot.radius)
-    plan = _plan(state.stamp, rows, contacts, best, compared)
+    plan = _plan(state.stamp, rows, contacts, best, compared, coarse.costs.size)
     expected = Expected(plan.times, plan.positions, plan.velocities, plan.contacts.times)
     commands = best.commands[: best.n].copy()
     return plan, replace(memory, plan_stamp=state.stamp, commands=commands, expected=expected)
@@ -123,30 +127,35 @@ def _initial_motion(problem: Problem, state: State, expected: Expected | None, s
     return motion_at(problem.clearance, problem.constants.grid, x, y, vx, vy)
 
 
-def _initial_plans(
-    problem: Problem, initial: Motion, coarse: CoarsePlans, memory: PlannerMemory, stamp: float, settings: Settings
+def _carried_on(
+    problem: Problem, initial: Motion, memory: PlannerMemory, stamp: float, settings: Settings
 ) -> list[FullPlan]:
-    """What refinement starts from: the last plan carried on and led back to its path, and the best coarse ones."""
+    """What is left of the last plan, as it is and led back to its path; nothing where there is none."""
+    size = round(settings.time_to_goal.longest_plan / CONTROL_INTERVAL)
+    left = shifted(memory.commands, stamp - memory.plan_stamp)[:size]
+    if not len(left) or memory.expected is None:
+        return []
+    path = memory.expected.positions_at(stamp + CONTROL_INTERVAL * np.arange(len(left)))
+    led_back = tracked(problem, initial, left, path)
+    return [roll(problem, initial, padded(each, size), len(left)) for each in (left, led_back)]
+
+
+def _from_coarse(problem: Problem, initial: Motion, coarse: CoarsePlans, settings: Settings) -> list[FullPlan]:
+    """The best coarse plans, carried on to the goal."""
     p = settings.time_to_goal
     size, n_steps = round(p.longest_plan / CONTROL_INTERVAL), round(p.horizon / STEP)
-    plans = []
-    left = shifted(memory.commands, stamp - memory.plan_stamp)[:size]
-    if len(left) and memory.expected is not None:
-        path = memory.expected.positions_at(stamp + CONTROL_INTERVAL * np.arange(len(left)))
-        led_back = tracked(problem, initial, left, path)
-        plans += [roll(problem, initial, padded(each, size), len(left)) for each in (left, led_back)]
-    for place in best_coarse(coarse.costs, p.n_starts):
-        plans.append(extended(problem, initial, *coarse_commands(coarse, place, n_steps, size)))
-    return plans
+    places = best_coarse(coarse.costs, p.n_starts)
+    return [extended(problem, initial, *coarse_commands(coarse, place, n_steps, size)) for place in places]
 
 
 def _compared(coarse: CoarsePlans, plans: list[FullPlan]) -> Candidates:
     """What is compared: where coarse plans end, and the plans that are refined, as they are before that."""
-    ends = coarse.ends.reshape(-1, 4)
+    rolled = np.isfinite(coarse.costs)
+    ends = coarse.ends[rolled]
     return Candidates(
         positions=ends[:, :2],
         velocities=ends[:, 2:],
-        costs=coarse.costs.reshape(-1),
+        costs=coarse.costs[rolled],
         paths=tuple(each.states[: each.n + 1, :2].copy() for each in plans),
         path_costs=tuple(each.cost for each in plans),
     )
@@ -173,6 +182,7 @@ def _plan(
     contacts: np.ndarray,
     best: FullPlan,
     compared: Candidates,
+    n_before_pruning: int,
 ) -> Plan:
     """The plan as a record, from a trajectory's rows and contacts; its times count from `stamp` [s]."""
     times, positions, velocities = (
@@ -189,5 +199,5 @@ def _plan(
         aim_velocity=velocities[-1],
         terms={"total": best.cost, "arrival_time": best.cost - paid, "contact_and_clearance": paid},
         candidates=compared,
-        n_before_pruning=len(compared.costs),
+        n_before_pruning=n_before_pruning,
     )

@@ -5,7 +5,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.arrival import is_there
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED
-from collplan_core.time_to_goal_planner.dynamics import Motion, free_step, step
+from collplan_core.time_to_goal_planner.dynamics import Motion, course_of, free_step, step
 from collplan_core.time_to_goal_planner.model import INTERVAL_STEPS, STEP, Problem
 
 SHORTEST = 0.01
@@ -29,12 +29,15 @@ def sample_trajectory(
     grid, goal, model, _ = problem.constants
     most = len(commands) * INTERVAL_STEPS
     rows, contacts = np.empty((2 * most + 1, 5)), np.empty((most, 6))
-    motion, count, touched = initial, 1, 0
+    motion, count, touched, course = initial, 1, 0, course_of(initial, 0.0, 0.0)
     _put(rows, 0, 0.0, motion.x, motion.y, motion)
     for k in range(most):
-        ux, uy = commands[k // INTERVAL_STEPS]
-        before, free, time = motion, free_step(model.wheels, motion, ux, uy), k * STEP
-        motion, contact = step(problem.clearance, problem.source, grid, model, before, ux, uy)
+        if k % INTERVAL_STEPS == 0:
+            ux, uy = commands[k // INTERVAL_STEPS]
+            course = course_of(motion, ux, uy)
+        before, time = motion, k * STEP
+        free = free_step(model.wheels, before, course)[0]
+        motion, course, contact = step(problem.clearance, problem.source, grid, model, before, course)
         if contact.kind in (OBSERVED, INFERRED):
             share = contact.share
             cx, cy = before.x + share * (free.x - before.x), before.y + share * (free.y - before.y)

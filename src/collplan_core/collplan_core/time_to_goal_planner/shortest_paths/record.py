@@ -1,5 +1,6 @@
 """The shortest paths to a goal, as records."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
 class PathLookup(NamedTuple):
     """What the time to go is looked up in: a part of ShortestPaths, with the tolerance that counts there."""
 
+    length: np.ndarray
     waypoint: np.ndarray
     waypoints: np.ndarray
     onward: np.ndarray
@@ -62,5 +64,29 @@ class ShortestPaths:
         goal_x, goal_y = (float(value) for value in self.goal)
         cells = Grid(x, y, self.spacing)
         return PathLookup(
-            self.waypoint, self.waypoints, self.onward, self.remaining, self.turning, cells, goal_x, goal_y, tolerance
+            self.length,
+            self.waypoint,
+            self.waypoints,
+            self.onward,
+            self.remaining,
+            self.turning,
+            cells,
+            goal_x,
+            goal_y,
+            tolerance,
         )
+
+    def longest_within(self, distance: float) -> float:
+        """Length of the longest path to the goal from within a distance of it [m], by the cells in and around that.
+
+        It is more than the distance where a wall stands between the goal and a place that near. Places without a path
+        are left out.
+        """
+        i, j = (int(cell) for cell in np.rint((self.goal - self.origin) / self.spacing))
+        reach = math.ceil(distance / self.spacing) + 1
+        first_i, first_j = max(i - reach, 0), max(j - reach, 0)
+        length = self.length[first_i : i + reach + 1, first_j : j + reach + 1]
+        rows, columns = np.indices(length.shape)
+        away = self.spacing * np.hypot(rows + first_i - i, columns + first_j - j)
+        near = (away < distance + self.spacing) & np.isfinite(length)
+        return float(length[near].max(initial=distance))
