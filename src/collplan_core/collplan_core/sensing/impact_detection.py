@@ -51,62 +51,47 @@ class DetectedImpact:
     """An impact found in measured poses, world frame.
 
     Attributes:
-        first_after: index of the first pose after the impact.
         time: when it was [s].
         center: (2,) centre of the robot then [m].
         change: (2,) change of the velocity [m/s].
     """
 
-    first_after: int
     time: float
     center: np.ndarray
     change: np.ndarray
 
 
-def find_impact(times: np.ndarray, points: np.ndarray, robot: Robot, mocap: Mocap) -> DetectedImpact | None:
-    """The impact in these poses: times (n,) strictly rising [s], points (n, 2) [m]; None if there is none."""
-    first = max(int(times.searchsorted(times[0] + mocap.impact_window - SLACK)), FEWEST_BEFORE)
-    last = len(times) - 1
+class ImpactLaw(NamedTuple):
+    """What in poses is an impact.
+
+    Attributes:
+        window: time within which a change of velocity is one [s].
+        least_change: smallest change of velocity that is one [m/s].
+        position_deviation: standard deviation of a measured position by axis [m].
+        acceleration_deviation: the same of an acceleration [m/s^2].
+    """
+
+    window: float
+    least_change: float
+    position_deviation: float
+    acceleration_deviation: float
+
+
+def impact_law(robot: Robot, mocap: Mocap) -> ImpactLaw:
+    """The law for a robot and the motion capture that measures it."""
     # accelerations that swing within the window are no parabola
     noise = math.hypot(mocap.position_noise, robot.max_acceleration * mocap.impact_window**2 / 4)
-    deviations = _Deviations(noise, ACCELERATION_SHARE * robot.max_acceleration)
-    coarse = _Search(first, last, 1, float(times[-1]) - IMPACT_REACH * mocap.impact_window)
-    coarse_fit = _likeliest_impact(times, points, coarse, deviations)
-    if coarse_fit.score < CERTAINTY or len(times) - coarse_fit.first_after < FEWEST_AFTER:
-        return None
-    near = coarse_fit.first_after
-    fine = _Search(max(near - 1, first), min(near + 1, last), FINE, -math.inf)
-    fine_fit = _likeliest_impact(times, points, fine, deviations)
     # what the wheels can make by swinging from one extreme to the other
     least = max(mocap.impact_speed, 2.0 * robot.max_acceleration * mocap.impact_window)
-    if math.hypot(fine_fit.change_x, fine_fit.change_y) < least:
-        return None
-    center, change = np.array([fine_fit.x, fine_fit.y]), np.array([fine_fit.change_x, fine_fit.change_y])
-    return DetectedImpact(fine_fit.first_after, fine_fit.time, center, change)
+    return ImpactLaw(mocap.impact_window, least, noise, ACCELERATION_SHARE * robot.max_acceleration)
 
 
-class _Deviations(NamedTuple):
-    """Standard deviations by axis: of a measured position [m] and of an acceleration [m/s^2]."""
-
-    position: float
-    acceleration: float
-
-
-class _Search(NamedTuple):
-    """Times at which an impact is tried: `parts` of them before each pose first to last, none before `earliest` [s]."""
-
-    first: int
-    last: int
-    parts: int
-    earliest: float
-
-
-class _FittedImpact(NamedTuple):
+class FittedImpact(NamedTuple):
     """The least-squares fit with an impact at one tried time.
 
     Attributes:
-        score: change of velocity, in standard deviations.
-        first_after: index of the first pose after the impact.
+        score: change of velocity, in standard deviations; 0 where there is no impact.
+        first_after: index of the first pose after the impact, at least FEWEST_BEFORE.
         time: time of the impact [s].
         x, y: centre of the robot then [m].
         change_x, change_y: change of the velocity [m/s].
@@ -121,11 +106,45 @@ class _FittedImpact(NamedTuple):
     change_y: float
 
 
+NO_IMPACT = FittedImpact(0.0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def detected_impact(fit: FittedImpact) -> DetectedImpact | None:
+    """The impact that was fitted; None if there is none."""
+    if fit.score == 0.0:
+        return None
+    return DetectedImpact(fit.time, np.array([fit.x, fit.y]), np.array([fit.change_x, fit.change_y]))
+
+
+class _Search(NamedTuple):
+    """Times at which an impact is tried: `parts` of them before each pose first to last, none before `earliest` [s]."""
+
+    first: int
+    last: int
+    parts: int
+    earliest: float
+
+
 @njit
-def _likeliest_impact(times: np.ndarray, points: np.ndarray, search: _Search, deviations: _Deviations) -> _FittedImpact:
-    """The time with the largest score; score 0 where none was tried."""
-    stiffness = deviations.position / deviations.acceleration
-    best = _FittedImpact(0.0, search.first, 0.0, 0.0, 0.0, 0.0, 0.0)
+def find_impact(times: np.ndarray, points: np.ndarray, law: ImpactLaw) -> FittedImpact:
+    """The impact in these poses: times (n,) strictly rising [s], points (n, 2) [m]; NO_IMPACT if there is none."""
+    first = max(int(np.searchsorted(times, times[0] + law.window - SLACK)), FEWEST_BEFORE)
+    last = len(times) - 1
+    coarse = _Search(first, last, 1, times[-1] - IMPACT_REACH * law.window)
+    coarse_fit = _likeliest_impact(times, points, coarse, law)
+    if coarse_fit.score < CERTAINTY or len(times) - coarse_fit.first_after < FEWEST_AFTER:
+        return NO_IMPACT
+    near = coarse_fit.first_after
+    fine = _Search(max(near - 1, first), min(near + 1, last), FINE, -math.inf)
+    fine_fit = _likeliest_impact(times, points, fine, law)
+    return fine_fit if math.hypot(fine_fit.change_x, fine_fit.change_y) >= law.least_change else NO_IMPACT
+
+
+@njit
+def _likeliest_impact(times: np.ndarray, points: np.ndarray, search: _Search, law: ImpactLaw) -> FittedImpact:
+    """The time with the largest score; NO_IMPACT where none was tried."""
+    stiffness = law.position_deviation / law.acceleration_deviation
+    best = NO_IMPACT
     for after in range(search.last, search.first - 1, -1):
         for part in range(search.parts):
             time = times[after] - (part + 0.5) / search.parts * (times[after] - times[after - 1])
@@ -133,9 +152,9 @@ def _likeliest_impact(times: np.ndarray, points: np.ndarray, search: _Search, de
                 return best
             solved = _solved(_normal_equations(times, points, time, stiffness))
             change_x, change_y = solved[2, 5], solved[2, 6]
-            score = math.sqrt((change_x**2 + change_y**2) / solved[2, 7]) / deviations.position
+            score = math.sqrt((change_x**2 + change_y**2) / solved[2, 7]) / law.position_deviation
             if score > best.score:
-                best = _FittedImpact(score, after, time, solved[0, 5], solved[0, 6], change_x, change_y)
+                best = FittedImpact(score, after, time, solved[0, 5], solved[0, 6], change_x, change_y)
     return best
 
 

@@ -21,16 +21,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from collplan_core.jit import njit
 from collplan_core.parameters import Mocap, Settings
-from collplan_core.sensing.impact_detection import IMPACT_REACH, IMPACT_SPAN, DetectedImpact, find_impact
+from collplan_core.sensing.impact_detection import IMPACT_REACH, DetectedImpact, detected_impact
+from collplan_core.sensing.pose_track import track_law, with_pose, with_pose_judged
 from collplan_core.sensing.six_degrees import YAW, tilt_of, turns, why_off_floor
 from collplan_core.state import State
 
 SPEED_ALLOWANCE = 1.2
 """Largest speed that poses may show, as a multiple of max_speed."""
-FEWEST = 3
-"""Poses that a first velocity needs."""
 SAME_HIT_ANGLE = math.radians(45.0)
 """Largest angle between the two changes of velocity that one hit was found as [rad]; two walls in turn turn further."""
 
@@ -94,14 +92,17 @@ class Track:
         times: (n,) strictly rising [s]; points: (n, 2) [m].
         begun: stamp of the first pose, also where that is no longer kept [s].
         received: local time at which the newest pose was received [s].
-        yaw: heading of the newest pose [rad].
+        newest: the newest pose; None before the first.
     """
 
     times: np.ndarray = field(default_factory=lambda: np.zeros(0))
     points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     begun: float = math.nan
     received: float = math.nan
-    yaw: float = math.nan
+    newest: PoseSample | None = None
+
+
+NO_TRACK = Track()
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +119,8 @@ class FilterMemory:
         unseen: whether none came for mocap.relocation_time since the last one taken: the robot may have been turned.
     """
 
-    track: Track = field(default_factory=Track)
-    suspects: Track = field(default_factory=Track)
+    track: Track = NO_TRACK
+    suspects: Track = NO_TRACK
     suspected: str = ""
     impact: DetectedImpact | None = None
     floor: float | None = None
@@ -160,8 +161,7 @@ def filter_pose(
     )
     if off_floor:
         # in the air it may be turned, as where nothing is seen of it
-        return FilterResult(None, refused=off_floor), replace(memory, suspects=Track())
-    silence, memory = received - memory.heard, replace(memory, heard=received)
+        return FilterResult(None, refused=off_floor), replace(memory, suspects=NO_TRACK)
     if memory.floor is None:
         memory = replace(memory, floor=sample.height)
     refused = _disagreement(memory.track, sample, received, settings)
@@ -171,42 +171,45 @@ def filter_pose(
     if leapt and not refused and sample.stamp - memory.suspects.begun > settings.limits.pose_age:
         refused = LEAP
     if not refused:
-        return _accepted(memory, _extended(memory.track, sample, received, settings), sample, settings)
-    if silence > settings.mocap.relocation_time:
-        memory = replace(memory, unseen=True)
+        return _accepted(memory, memory.track, sample, received, settings)
+    unseen = memory.unseen or received - memory.heard > settings.mocap.relocation_time
+    memory = replace(memory, heard=received, unseen=unseen)
     # what has leapt and turned is a leap also where the silence explains the distance by now
-    if refused == YAW and not memory.unseen and not leapt:
-        return FilterResult(None, refused=YAW), replace(memory, suspects=Track())
+    if refused == YAW and not unseen and not leapt:
+        return FilterResult(None, refused=YAW), replace(memory, suspects=NO_TRACK)
     if not goes_on:
-        memory = replace(memory, suspects=Track(), suspected=refused)
-    suspects = _extended(memory.suspects, sample, received, settings)
-    if sample.stamp - suspects.begun < settings.mocap.relocation_time - _slack(settings.mocap):
+        memory = replace(memory, suspects=Track(begun=sample.stamp), suspected=refused)
+    law, suspects = track_law(settings.robot, settings.mocap), memory.suspects
+    if sample.stamp - suspects.begun < settings.mocap.relocation_time - law.slack:
+        times, points = with_pose(suspects.times, suspects.points, sample.stamp, *sample.position.tolist(), law)
+        suspects = Track(times, points, suspects.begun, received, sample)
         return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
-    result, memory = _accepted(replace(memory, impact=None), suspects, sample, settings)
-    return replace(result, relocated=True, carried=memory.suspected != STAMP), memory
+    result, taken = _accepted(replace(memory, impact=None), suspects, sample, received, settings)
+    return replace(result, relocated=True, carried=memory.suspected != STAMP), taken
 
 
 def warm_up() -> None:
-    """Compiles the filter by a short straight drive, so that no pose has to wait for it."""
+    """Compiles the filter by a pose that is taken and one that has leapt, so that no pose has to wait for it."""
     memory = FRESH
-    for k in range(25):
-        memory = filter_pose(memory, PoseSample(0.01 * k, np.array([0.005 * k, 0.0]), 0.0), 0.01 * k, Settings())[1]
+    for stamp, x in ((0.0, 0.0), (0.01, 1.0)):
+        memory = filter_pose(memory, PoseSample(stamp, np.array([x, 0.0]), 0.0), stamp, Settings())[1]
 
 
 def _accepted(
-    memory: FilterMemory, track: Track, sample: PoseSample, settings: Settings
+    memory: FilterMemory, track: Track, sample: PoseSample, received: float, settings: Settings
 ) -> tuple[FilterResult, FilterMemory]:
-    """The result of a pose that was added to its track, and the memory with that track, cut at an impact."""
-    impact = None
-    if settings.mocap.detect_impacts:
-        impact = find_impact(track.times, track.points, settings.robot, settings.mocap)
-    if impact is not None:
-        track = _since(track, impact)
-    velocity = _velocity(track, settings.mocap)
-    state = None if velocity is None else State(sample.stamp, sample.position, velocity, sample.yaw)
+    """The result of a pose that a track goes on with, and the memory with that track, cut at an impact."""
+    if _begins_anew(track, sample, settings):
+        track = Track(begun=sample.stamp)
+    x, y = sample.position.tolist()
+    law = track_law(settings.robot, settings.mocap)
+    times, points, fit, vx, vy = with_pose_judged(track.times, track.points, track.begun, sample.stamp, x, y, law)
+    impact = detected_impact(fit)
     told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact
-    memory = replace(memory, track=track, suspects=Track(), impact=impact or memory.impact, unseen=False)
-    return FilterResult(state, told), memory
+    state = None if math.isnan(vx) else State(sample.stamp, sample.position, np.array((vx, vy)), sample.yaw)
+    track = Track(times, points, track.begun, received, sample)
+    taken = FilterMemory(track, impact=impact or memory.impact, floor=memory.floor, heard=received)
+    return FilterResult(state, told), taken
 
 
 def _is_finite(sample: PoseSample) -> bool:
@@ -224,76 +227,29 @@ def _is_same_hit(impact: DetectedImpact | None, last: DetectedImpact | None, moc
 
 def _disagreement(track: Track, sample: PoseSample, received: float, settings: Settings) -> str:
     """Why a pose cannot follow a track, empty if it can."""
-    if len(track.times) == 0:
+    newest = track.newest
+    if newest is None:
         return ""
-    if sample.stamp <= track.times[-1]:
+    if sample.stamp <= newest.stamp:
         return STAMP
     # a stamp that runs ahead of the local clock buys no distance
-    silence = min(sample.stamp - track.times[-1], received - track.received + settings.limits.pose_age)
+    silence = min(sample.stamp - newest.stamp, received - track.received + settings.limits.pose_age)
     mocap = settings.mocap
     reach = SPEED_ALLOWANCE * settings.robot.max_speed * max(silence, 0.0) + mocap.leap_margin
     # once the wheels are told zero, a spin does not last
-    turned = not turns(sample.yaw - track.yaw, min(silence, settings.limits.pose_age), mocap)
+    turned = not turns(sample.yaw - newest.yaw, min(silence, settings.limits.pose_age), mocap)
     # where the heading alone is wrong, so is the centre that was computed with it
     lever = 2.0 * math.hypot(mocap.body_offset_x, mocap.body_offset_y) if turned else 0.0
-    if math.dist(sample.position, track.points[-1]) > reach + lever:
+    if math.dist(sample.position.tolist(), newest.position.tolist()) > reach + lever:
         return LEAP
     return YAW if turned else ""
 
 
 def _goes_on(track: Track, sample: PoseSample, received: float, settings: Settings) -> bool:
     """Whether a pose goes on with a track that there is."""
-    begins = len(track.times) == 0 or _is_silence(track, sample, settings)
-    return not begins and not _disagreement(track, sample, received, settings)
+    return not _begins_anew(track, sample, settings) and not _disagreement(track, sample, received, settings)
 
 
-def _is_silence(track: Track, sample: PoseSample, settings: Settings) -> bool:
-    return len(track.times) > 0 and bool(sample.stamp - track.times[-1] > settings.limits.pose_age)
-
-
-def _extended(track: Track, sample: PoseSample, received: float, settings: Settings) -> Track:
-    """The track with one more pose, without what is too old; after a silence it begins anew."""
-    if len(track.times) == 0 or _is_silence(track, sample, settings):
-        return Track(np.array([sample.stamp]), sample.position[np.newaxis], sample.stamp, received, sample.yaw)
-    span = max(IMPACT_SPAN * settings.mocap.impact_window, settings.mocap.velocity_window)
-    first = int(track.times.searchsorted(sample.stamp - span - _slack(settings.mocap)))
-    # at a low rate the window alone would not hold the poses a line needs
-    first = max(min(first, len(track.times) - FEWEST + 1), 0)
-    times = np.concatenate([track.times[first:], [sample.stamp]])
-    points = np.concatenate([track.points[first:], sample.position[np.newaxis]])
-    return Track(times, points, track.begun, received, sample.yaw)
-
-
-def _since(track: Track, impact: DetectedImpact) -> Track:
-    """The track from an impact on: the centre then and the poses after it."""
-    times = np.append(impact.time, track.times[impact.first_after :])
-    points = np.concatenate([impact.center[np.newaxis], track.points[impact.first_after :]])
-    return Track(times, points, track.begun, track.received, track.yaw)
-
-
-def _velocity(track: Track, mocap: Mocap) -> np.ndarray | None:
-    """(2,) [m/s]; None until the first window is full."""
-    newest = track.times[-1]
-    if newest - track.begun < mocap.velocity_window - _slack(mocap) or newest == track.times[0]:
-        return None
-    first = int(track.times.searchsorted(newest - mocap.velocity_window - _slack(mocap)))
-    first = max(min(first, len(track.times) - FEWEST), 0)
-    return _slope(track.times[first:], track.points[first:])
-
-
-def _slack(mocap: Mocap) -> float:
-    """Stamps are not spaced to the nanosecond: a pose a hair older than the window still belongs to it."""
-    return 0.05 * mocap.velocity_window
-
-
-@njit
-def _slope(times: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """(2,) slope of the least-squares line through times (n,) and points (n, 2)."""
-    middle = times.mean()
-    total, x, y = 0.0, 0.0, 0.0
-    for k in range(len(times)):
-        t = times[k] - middle
-        total += t * t
-        x += t * points[k, 0]
-        y += t * points[k, 1]
-    return np.array([x / total, y / total])
+def _begins_anew(track: Track, sample: PoseSample, settings: Settings) -> bool:
+    """Whether a pose is the first of a track, or the first after a silence."""
+    return track.newest is None or sample.stamp - track.newest.stamp > settings.limits.pose_age
