@@ -1,6 +1,10 @@
 """Whether the robot is commanded and does not move: one rule over recent poses and commands, without memory."""
 
+import math
+
 import numpy as np
+
+from collplan_core.jit import njit
 
 WINDOW = 0.7
 """Time looked back [s]."""
@@ -18,6 +22,8 @@ One of twice the believed mass that is commanded back goes 0.057 m of 0.37 m in 
 PARTS = 5
 """The way is that over the mean places in so many parts of WINDOW: noise of 2 mm in each pose is not a way."""
 
+_NOT_STUCK = math.nan, math.nan
+
 
 def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) -> str:
     """Why the robot counts as stuck, in words; "" where it does not.
@@ -32,31 +38,52 @@ def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) 
         commands: (m, 3) time [s] from which a command is in force until the next, and its velocity [m/s], times rising.
         max_acceleration: of the wheels [m/s^2].
     """
+    mean, way = _speed_and_way(np.ascontiguousarray(poses), np.ascontiguousarray(commands), max_acceleration)
+    return "" if math.isnan(mean) else f"commanded {mean:.2f} m/s for {WINDOW:g} s and moved {way:.2f} m"
+
+
+@njit
+def _speed_and_way(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) -> tuple[float, float]:
+    """Mean speed commanded [m/s] and length of the way [m] in WINDOW of a robot that is stuck; NaN where it is not."""
     if len(poses) == 0 or len(commands) == 0:
-        return ""
+        return _NOT_STUCK
     now = poses[-1, 0]
     begin = now - WINDOW
     if poses[0, 0] > begin or commands[0, 0] > begin:
-        return ""
+        return _NOT_STUCK
+    slow, length, lead_x, lead_y = 0.0, 0.0, 0.0, 0.0
     # the command in force when the window begins, and those since
     first = int(np.searchsorted(commands[:, 0], begin, side="right")) - 1
-    since = np.maximum(commands[first:, 0], begin)
-    velocities, lasted = commands[first:, 1:], np.diff(np.minimum(since, now), append=now)
-    speeds = np.hypot(*velocities.T)
-    if lasted[speeds < COMMANDED].sum() > PAUSE:
-        return ""
-    lead = float(np.hypot(*(lasted @ velocities)))
-    way = _way(poses[poses[:, 0] >= begin])
-    if lead < NOWHERE or way > SHARE * min(lead, 0.5 * max_acceleration * WINDOW**2):
-        return ""
-    mean = float(speeds @ lasted) / WINDOW
-    return f"commanded {mean:.2f} m/s for {WINDOW:g} s and moved {way:.2f} m"
+    for k in range(first, len(commands)):
+        until = commands[k + 1, 0] if k + 1 < len(commands) else now
+        lasted = min(until, now) - min(max(commands[k, 0], begin), now)
+        speed = math.hypot(commands[k, 1], commands[k, 2])
+        slow += lasted if speed < COMMANDED else 0.0
+        length += lasted * speed
+        lead_x, lead_y = lead_x + lasted * commands[k, 1], lead_y + lasted * commands[k, 2]
+    lead = math.hypot(lead_x, lead_y)
+    if slow > PAUSE or lead < NOWHERE:
+        return _NOT_STUCK
+    way = _way(poses, begin)
+    if way > SHARE * min(lead, 0.5 * max_acceleration * WINDOW**2):
+        return _NOT_STUCK
+    return length / WINDOW, way
 
 
-def _way(poses: np.ndarray) -> float:
-    """Length of the way over the mean places in PARTS of WINDOW [m], by poses (n, 3) time [s], x, y [m] within it."""
-    part = ((poses[:, 0] - poses[-1, 0] + WINDOW) * (PARTS / WINDOW)).astype(int).clip(0, PARTS - 1)
-    count = np.bincount(part)
-    seen = count > 0
-    x, y = (np.bincount(part, poses[:, axis])[seen] / count[seen] for axis in (1, 2))
-    return float(np.hypot(np.diff(x), np.diff(y)).sum())
+@njit
+def _way(poses: np.ndarray, begin: float) -> float:
+    """Length of the way since `begin` over the mean places in PARTS of WINDOW [m]; poses (n, 3) time [s], x, y [m]."""
+    count, x, y = np.zeros(PARTS), np.zeros(PARTS), np.zeros(PARTS)
+    for k in range(int(np.searchsorted(poses[:, 0], begin)), len(poses)):
+        part = int((poses[k, 0] - poses[-1, 0] + WINDOW) * (PARTS / WINDOW))
+        part = min(max(part, 0), PARTS - 1)
+        count[part] += 1.0
+        x[part] += poses[k, 1]
+        y[part] += poses[k, 2]
+    # a part without poses has no place
+    seen = np.flatnonzero(count)
+    x, y = x[seen] / count[seen], y[seen] / count[seen]
+    way = 0.0
+    for part in range(1, len(x)):
+        way += math.hypot(x[part] - x[part - 1], y[part] - y[part - 1])
+    return way

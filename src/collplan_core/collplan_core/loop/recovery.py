@@ -1,10 +1,12 @@
 """What the planner does about a robot that is stuck: it backs out, and takes the place for an obstacle from then on."""
 
+import math
 from collections import deque
 
 import numpy as np
 
 from collplan_core.control.back_out import DISTANCE, back_out
+from collplan_core.control.recent_rows import with_row
 from collplan_core.control.stuck import WINDOW, why_stuck
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
@@ -26,7 +28,7 @@ class Recovery:
 
     def __init__(self) -> None:
         """Starts without a trail."""
-        self._trail: deque[np.ndarray] = deque(maxlen=LONGEST_TRAIL)
+        self._trail: deque[tuple[float, float]] = deque(maxlen=LONGEST_TRAIL)
         self._forget_motion()
         self.begin_goal()
 
@@ -57,8 +59,7 @@ class Recovery:
         self.felt = np.zeros((0, 2))
 
     def _forget_motion(self) -> None:
-        self._poses: deque[tuple[float, float, float]] = deque()
-        self._commands: deque[tuple[float, float, float]] = deque()
+        self._poses = self._commands = np.zeros((0, 3))
         self._pushed = np.zeros(2)
 
     def is_backing_out(self, now: float) -> bool:
@@ -68,29 +69,25 @@ class Recovery:
     def commanded(self, velocity: np.ndarray, now: float) -> None:
         """A velocity (2,) [m/s, world frame] is commanded from `now` on [s, poses' clock]."""
         vx, vy = velocity.tolist()
-        if self._commands and now < self._commands[-1][0]:
+        if len(self._commands) and now < self._commands[-1, 0]:
             self._forget_motion()
-        self._commands.append((now, vx, vy))
+        # one before the window, as of the poses: it must be full
+        self._commands = with_row(self._commands, np.array((now, vx, vy), dtype=float), WINDOW, 1)
         if vx or vy:
             self._pushed = np.array(velocity, dtype=float)
-        while len(self._commands) > 1 and self._commands[1][0] < now - WINDOW:
-            self._commands.popleft()
 
     def moved(self, state: State, settings: Settings) -> str:
         """A pose; why the robot is stuck, "" where it is not. A command older than limits.command_age is none."""
         x, y = state.position.tolist()
-        if not self.is_backing_out(state.stamp) and self._is_farther(state.position):
-            self._trail.append(np.array(state.position))
-        self._poses.append((state.stamp, x, y))
-        # one before the window: it must be full
-        while len(self._poses) > 1 and self._poses[1][0] < state.stamp - WINDOW:
-            self._poses.popleft()
-        if not self._commands or state.stamp - self._commands[-1][0] > settings.limits.command_age:
+        if not self.is_backing_out(state.stamp) and self._is_farther(x, y):
+            self._trail.append((x, y))
+        self._poses = with_row(self._poses, np.array((state.stamp, x, y), dtype=float), WINDOW, 1)
+        if len(self._commands) == 0 or state.stamp - self._commands[-1, 0] > settings.limits.command_age:
             return ""
-        return why_stuck(np.array(self._poses), np.array(self._commands), settings.robot.max_acceleration)
+        return why_stuck(self._poses, self._commands, settings.robot.max_acceleration)
 
-    def _is_farther(self, position: np.ndarray) -> bool:
-        return not self._trail or float(np.hypot(*(position - self._trail[-1]))) >= STEP
+    def _is_farther(self, x: float, y: float) -> bool:
+        return not self._trail or math.dist((x, y), self._trail[-1]) >= STEP
 
     def begin(self, state: State, settings: Settings) -> Plan | None:
         """The plan that backs out; None where the robot was backing out already: then any other way will do."""
