@@ -9,8 +9,8 @@ import numpy as np
 
 from collplan_core.control.follow import follow
 from collplan_core.control.memory import ControllerMemory
-from collplan_core.control.motion_monitor import warm_up as warm_up_monitor
 from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.loop import motion_watch
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
@@ -24,7 +24,7 @@ def warm_up() -> None:
     """One pass of the whole loop in a shipped arena: poses, scan, map, plan, control."""
     pose_filter.warm_up()
     spinning_lidar.warm_up()
-    warm_up_monitor()
+    motion_watch.warm_up()
     settings = Settings()
     world = load_world("corridor")
     assert world.start is not None, "the shipped arenas have a start"

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from collplan_core.control import stuck
+from collplan_core.control.recent_rows import with_row
 from collplan_core.parameters import Settings
 from collplan_core.sensing.motion_fit import DELAYS, LONGEST_DELAY, MASSES, STEP, misfits, ways
 from collplan_core.state import State
@@ -124,10 +125,10 @@ def begun_anew(record: MotionRecord) -> MotionRecord:
 
 def moved(record: MotionRecord, state: State, local: float, touching: bool) -> MotionRecord:
     """The record with a pose received at `local` [s]; `touching` where a wall is within reach of the ring."""
-    row = np.array([[local, state.stamp, *state.velocity, *state.position, state.yaw]])
-    since = local - record.motion[-1, 0] if len(record.motion) else 0.0
+    row = np.array([local, state.stamp, *state.velocity.tolist(), *state.position.tolist(), state.yaw], dtype=float)
+    since = local - float(record.motion[-1, 0]) if len(record.motion) else 0.0
     quickest = min(record.quickest + DRIFT * since, local - state.stamp)
-    record = replace(record, motion=_kept(record.motion, row), quickest=quickest)
+    record = replace(record, motion=with_row(record.motion, row, _KEPT, 0), quickest=quickest)
     return pushed(record, local + SETTLE) if touching else record
 
 
@@ -140,7 +141,8 @@ def commanded(record: MotionRecord, velocity: np.ndarray, local: float) -> Motio
     """The record with a command: velocity (2,) [m/s, world frame], sent at `local` [s]."""
     if len(record.commands) and local - record.commands[-1, 0] > _OWN_STALL:
         record = begun_anew(record)
-    return replace(record, commands=_kept(record.commands, np.array([[local, *velocity]])))
+    row = np.array([local, *velocity.tolist()], dtype=float)
+    return replace(record, commands=with_row(record.commands, row, _KEPT, 0))
 
 
 def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[MotionVerdict, MotionRecord]:
@@ -160,15 +162,6 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     if window is None:
         return MotionVerdict(OK, record.delay), replace(record, advantage=0.0)
     return _compared(record, *window, settings)
-
-
-def warm_up() -> None:
-    """Compiles the comparison, so that no command has to wait for it."""
-    record = MotionRecord()
-    for k in range(40):
-        record = moved(record, State(0.01 * k, np.zeros(2), np.zeros(2), 0.0), 0.01 * k, False)
-        record = commanded(record, np.array([0.1, 0.0]), 0.01 * k)
-    judge_motion(record, 0.4, Settings())
 
 
 def _late(delay: float, limit: float, what: str) -> MotionVerdict:
@@ -260,9 +253,3 @@ def _taught(record: MotionRecord, plain: np.ndarray, dead: float) -> MotionRecor
     if by_delay[abs(DELAYS - DELAYS[best]) >= 0.1].min() - by_delay[best] > CLEAR:
         delay = float(DELAYS[best]) if math.isnan(delay) else delay + SMOOTHED * (float(DELAYS[best]) - delay)
     return replace(record, learnt=learnt, delay=delay)
-
-
-def _kept(rows: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """Rows by time with one more, without what is too old to be compared."""
-    first = int(rows[:, 0].searchsorted(row[0, 0] - _KEPT)) if len(rows) else 0
-    return np.concatenate([rows[first:], row])

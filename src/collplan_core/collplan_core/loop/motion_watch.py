@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from collplan_core.command import Command
+from collplan_core.command import FREE_SPACE, Command
 from collplan_core.control.motion_monitor import (
     SETTLE,
     UNSEEN,
@@ -16,6 +16,7 @@ from collplan_core.control.motion_monitor import (
     moved,
     pushed,
 )
+from collplan_core.jit import njit
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from collplan_core.scan import Scan
@@ -55,9 +56,7 @@ class MotionWatch:
         """A pose; one that does not join those before begins anew."""
         if not joins:
             self._record = begun_anew(self._record)
-        apart = self._surfaces - state.position
-        reach = settings.robot.radius + TOUCH
-        touching = bool((np.einsum("ij,ij->i", apart, apart) < reach * reach).any())
+        touching = _is_near(self._surfaces, *state.position.tolist(), settings.robot.radius + TOUCH)
         if touching:
             self._touched = local
         elif local - self._touched > SETTLE and self._is_hit(state, settings):
@@ -67,10 +66,11 @@ class MotionWatch:
 
     def _is_hit(self, state: State, settings: Settings) -> bool:
         """Whether this pose shows a hit."""
-        before = self._record.motion[self._record.motion[:, 1] > state.stamp - HIT_TIME - 1e-6]
+        motion = self._record.motion
+        before = motion[motion[:, 1].searchsorted(state.stamp - HIT_TIME - 1e-6, side="right") :]
         if len(before) == 0:
             return False
-        change = math.hypot(*(state.velocity - before[0, 2:4]))
+        change = math.dist(state.velocity.tolist(), before[0, 2:4].tolist())
         return change > settings.robot.max_acceleration * HIT_TIME + HIT
 
     def take_scan(self, placed: tuple[Scan, State] | None, settings: Settings) -> None:
@@ -79,7 +79,7 @@ class MotionWatch:
             return
         scan, state = placed
         near = np.isfinite(scan.ranges) & (scan.ranges < settings.robot.radius + NEARBY)
-        self._surfaces = scan.points(state, near)
+        self._surfaces = np.ascontiguousarray(scan.points(state, near))
 
     def judge(self, now: float, settings: Settings) -> None:
         """Judges what was seen up to `now` [s]."""
@@ -90,3 +90,22 @@ class MotionWatch:
         if math.isfinite(self._yaw):
             x, y = command.velocity.tolist()
             self._record = commanded(self._record, np.array(rotate(x, y, self._yaw)), local)
+
+
+@njit
+def _is_near(points: np.ndarray, x: float, y: float, reach: float) -> bool:
+    """Whether one of the points (n, 2) is within `reach` of (x, y) [m]."""
+    for k in range(len(points)):
+        dx, dy = points[k, 0] - x, points[k, 1] - y
+        if dx * dx + dy * dy < reach * reach:
+            return True
+    return False
+
+
+def warm_up() -> None:
+    """Compiles what judges motion, so that neither pose nor command has to wait for it."""
+    watch, settings = MotionWatch(), Settings()
+    for k in range(40):
+        watch.take_pose(State(0.01 * k, np.zeros(2), np.zeros(2), 0.0), 0.01 * k, True, settings)
+        watch.commanded(Command(np.array([0.1, 0.0]), 0.0, FREE_SPACE, np.zeros(2)), 0.01 * k)
+    watch.judge(0.4, settings)

@@ -47,6 +47,7 @@ _TURNED = [
     for mass in (1.0, 2.0)
     for turn in _TURNS
 ]
+_OF_EVERY_HEADING = np.array([*_PLAIN, *_DEAD, *_TURNED])
 
 
 def ways(yaw: float) -> Ways:
@@ -55,7 +56,7 @@ def ways(yaw: float) -> Ways:
     mirrored = [
         (delay, 1.0, sign * c, sign * s, sign * s, -sign * c) for delay in _QUICK_DELAYS for sign in (1.0, -1.0)
     ]
-    return Ways(np.array([*_PLAIN, *_DEAD, *_TURNED, *mirrored]), len(_PLAIN), len(_DEAD))
+    return Ways(np.concatenate([_OF_EVERY_HEADING, mirrored]), len(_PLAIN), len(_DEAD))
 
 
 @njit
