@@ -23,6 +23,11 @@ def repeats_first(n: int, step: float) -> bool:
 
 
 @njit
+def _is_same_pose(beams: np.ndarray, i: int, k: int) -> bool:
+    return beams[i, 0] == beams[k, 0] and beams[i, 1] == beams[k, 1] and beams[i, 2] == beams[k, 2]
+
+
+@njit
 def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: float, guess: int) -> float:
     """How many beams after the first one the direction of a point lies, a fraction between two; 0 to 2 pi / step.
 
@@ -40,7 +45,8 @@ def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: flo
         nearest = int(round(place))
         if nearest >= n:  # between the last beam and the first, or where no beam goes
             nearest = n - 1 if place - (n - 1) < 2.0 * math.pi / abs(step) - place else 0
-        if nearest == k:
+        # beams that begin at one place say the same again
+        if nearest == k or _is_same_pose(beams, nearest, k):
             break
         k = nearest
     return place

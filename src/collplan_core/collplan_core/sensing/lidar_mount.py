@@ -15,6 +15,8 @@ def poses_of_sensor(robot: np.ndarray, mount: tuple[float, float, float]) -> np.
         robot: x, y [m] and yaw [rad] of the robot.
         mount: where the sensor is on it: x forward, y to the left [m], and its heading [rad].
     """
+    if not any(mount):
+        return robot
     x, y, yaw = mount
     offsets = rotate_rows(np.tile((x, y), (len(robot), 1)), robot[:, 2])
     return np.column_stack([robot[:, :2] + offsets, robot[:, 2] + yaw])

@@ -17,15 +17,15 @@ QUARTILE = 0.3186
 @njit
 def _bends(ranges: np.ndarray, step: float, closed: bool) -> np.ndarray:
     """How far each three neighbouring hits are from lying on a line, in standard deviations of noise of 1 m."""
-    n = len(ranges)
+    n, twice = len(ranges), 2.0 * math.cos(step)
     bends, count = np.empty(n), 0
     for i in range(n if closed else n - 2):
         a, b, c = ranges[i], ranges[(i + 1) % n], ranges[(i + 2) % n]
         if not (0.0 < a < math.inf and 0.0 < b < math.inf and 0.0 < c < math.inf):
             continue
         # the inverse ranges of a line are a sinusoid of the bearing
-        bend = b * b * (1.0 / a + 1.0 / c) - 2.0 * math.cos(step) * b
-        bends[count] = abs(bend) / math.sqrt((b / a) ** 4 + (b / c) ** 4 + (2.0 * math.cos(step)) ** 2)
+        bend = b * b * (1.0 / a + 1.0 / c) - twice * b
+        bends[count] = abs(bend) / math.sqrt((b / a) ** 4 + (b / c) ** 4 + twice**2)
         count += 1
     return bends[:count]
 

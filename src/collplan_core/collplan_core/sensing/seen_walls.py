@@ -46,11 +46,13 @@ def _pieces(ranges: np.ndarray, beams: np.ndarray, first: float, step: float) ->
         normal_x, normal_y = -along_y / length, along_x / length
         straight = True
         for k in range(i - m, i + m + 1):
-            j = k % n
+            # below 0 counts from the end by itself
+            j = k if k < n else k - n
             off = (hits[j, 0] - hits[a, 0]) * normal_x + (hits[j, 1] - hits[a, 1]) * normal_y
             # a beam lost among others that show a wall leaves it a wall
             if abs(off) > STRAIGHTNESS or math.isinf(ranges[j]):
                 straight = False
+                break
         if not straight:
             continue
         if (beams[i, 0] - hits[i, 0]) * normal_x + (beams[i, 1] - hits[i, 1]) * normal_y < 0.0:

@@ -64,8 +64,10 @@ def _nearest_range(ranges: np.ndarray, k: int, w: int, closed: bool) -> float:
     n = len(ranges)
     least = math.inf
     for i in range(k - w, k + w + 1):
-        if (closed or 0 <= i < n) and ranges[i % n] < least:
-            least = ranges[i % n]
+        # below 0 counts from the end by itself
+        r = ranges[i if i < n else i - n]
+        if (closed or 0 <= i < n) and r < least:
+            least = r
     return least
 
 
