@@ -57,7 +57,7 @@ def is_relocated(before: State, after: State, robot: Robot, limits: Limits, leap
     silence = after.stamp - before.stamp
     if not 0.0 <= silence <= limits.pose_age:
         return True
-    distance = math.hypot(*(after.position - before.position))
+    distance = math.dist(after.position.tolist(), before.position.tolist())
     return distance > limits.excess_speed * robot.max_speed * silence + leap_margin
 
 

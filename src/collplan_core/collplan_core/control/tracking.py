@@ -17,7 +17,7 @@ def sample_reference(times: np.ndarray, path: np.ndarray, now: float) -> tuple[n
     position = np.array([np.interp(now, times, path[:, axis]) for axis in range(2)])
     if now > times[-1]:
         return position, np.zeros(2)
-    i = int(np.clip(np.searchsorted(times, now) - 1, 0, len(times) - 2))
+    i = min(max(int(times.searchsorted(now)) - 1, 0), len(times) - 2)
     # central differences around the sample keep the velocity continuous at 20 Hz
     before, after = max(i - 1, 0), min(i + 2, len(times) - 1)
     return position, (path[after] - path[before]) / (times[after] - times[before])
@@ -56,7 +56,7 @@ def to_body(velocity: np.ndarray, yaw: float) -> np.ndarray:
 def hold_heading(yaw: float, held: float, control: Control) -> float:
     """Yaw rate that leads back to the held heading the short way [rad/s]."""
     error = math.remainder(held - yaw, 2 * math.pi)
-    return float(np.clip(control.k_yaw * error, -control.max_yaw_rate, control.max_yaw_rate))
+    return min(max(control.k_yaw * error, -control.max_yaw_rate), control.max_yaw_rate)
 
 
 def clip_command(

@@ -3,6 +3,8 @@
 Whether the goal was reached, given up or canceled is the planner's to tell, by the status of the goal.
 """
 
+import math
+
 import numpy as np
 
 from collplan_core import goal
@@ -63,7 +65,7 @@ class RunMonitor:
             )
         if self._is_over(self._begun, stamp):
             return self._end(TIMEOUT, f"not there within {limits.timeout:g} s")
-        if self._anchor is None or self._taken or np.linalg.norm(position - self._anchor) >= limits.stuck_distance:
+        if self._anchor is None or self._taken or math.dist(position, self._anchor) >= limits.stuck_distance:
             self._anchor, self._anchored = position, max(stamp, self._begun)
         if stamp - self._anchored >= limits.stuck_time:
             return self._end(STUCK, f"less than {limits.stuck_distance:g} m away within {limits.stuck_time:g} s")

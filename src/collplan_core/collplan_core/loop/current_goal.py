@@ -1,5 +1,6 @@
 """The goal that the planner plans for, from acceptance until it is reached or ends for another reason."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -73,7 +74,7 @@ class CurrentGoal:
 
     def is_at(self, position: np.ndarray, tolerance: float) -> bool:
         """Whether an active goal is within `tolerance` [m] of a position (2,) [m]."""
-        return self.active and float(np.hypot(*(position - self.position))) <= tolerance
+        return self.active and math.dist(position, self.position) <= tolerance
 
     def is_overdue(self, local: float, timeout: float) -> bool:
         """Whether the goal was not reached within `timeout` [s] at `local` [s, local clock]; 0 never passes."""
