@@ -26,8 +26,11 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.control.follow import follow
     from collplan_core.control.memory import ControllerMemory
     from collplan_core.local_map import build_local_map
+    from collplan_core.loop.motion_watch import MotionWatch
+    from collplan_core.loop.recovery import Recovery
     from collplan_core.parameters import Lidar, Settings
     from collplan_core.planners import planner_for
+    from collplan_core.sensing.pose_filter import FRESH, PoseSample, filter_pose
     from collplan_core.sensing.sweeps import sweeps_of
     from collplan_core.state import State
     from collplan_core.strategies import TIME_TO_GOAL
@@ -38,6 +41,18 @@ def compiled_beyond_warm_up() -> list[str]:
 
     warm_up()
     before, settings = signatures(), Settings()
+    memory, watch, recovery, found = FRESH, MotionWatch(), Recovery(), []
+    for k in range(60):
+        # there and back, as from a wall, and in the end elsewhere
+        now, x = 0.01 * k, 5.0 if k == 59 else 0.01 * min(k, 60 - k)
+        result, memory = filter_pose(memory, PoseSample(now, np.array([x, 0.0]), 0.1), now, settings)
+        found += [result.impact] if result.impact is not None else []
+        if result.state is not None:
+            watch.take_pose(result.state, now, True, settings)
+            recovery.commanded(result.state.velocity, now)
+            recovery.moved(result.state, settings)
+    assert len(found) == 1
+    assert result.refused == "leap"
     state = State(1.0, np.zeros(2), np.zeros(2), 0.1)
     state = conversions.state_from_odometry(conversions.state_to_odometry(state, "map", "base"), "map", "base")
     scan = conversions.scan_to_message(simulate_scan(hall(0.1), state, LIDAR), "base")
@@ -52,7 +67,8 @@ def compiled_beyond_warm_up() -> list[str]:
             planner = planner_for(strategy)
             plan, memory = planner.plan(memory, local_map, state, np.array(goal), chosen)
             plan = reading.plan_from_path(plans.plan_to_path(plan, "map"), "map")
-            follow(ControllerMemory(), plan, local_map, state, 1.1, chosen)
+            command, _ = follow(ControllerMemory(), plan, local_map, state, 1.1, chosen)
+            watch.commanded(command, 1.1)
     return [name for name, count in signatures().items() if count != before.get(name, 0)]
 
 
