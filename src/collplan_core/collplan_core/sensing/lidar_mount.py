@@ -11,6 +11,8 @@ from collplan_core.state import State
 def poses_of_sensor(robot: np.ndarray, mount: tuple[float, float, float]) -> np.ndarray:
     """(n, 3) x, y [m] and yaw [rad], not wrapped, of a sensor on a robot at each of the poses `robot` (n, 3).
 
+    At the centre of the robot these are its own poses, not a copy of them.
+
     Args:
         robot: x, y [m] and yaw [rad] of the robot.
         mount: where the sensor is on it: x forward, y to the left [m], and its heading [rad].

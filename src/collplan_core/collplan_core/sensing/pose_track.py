@@ -82,7 +82,7 @@ def with_pose_judged(
     times, points = with_pose(times, points, stamp, x, y, law)
     impact = find_impact(times, points, law.impacts) if law.finds_impacts else NO_IMPACT
     if impact.score > 0.0:
-        # in the place of the last pose before it
+        # in the place of the last pose before it; the arrays are of this call, nobody else has them
         first = impact.first_after - 1
         times[first], points[first, 0], points[first, 1] = impact.time, impact.x, impact.y
         times, points = times[first:], points[first:]
