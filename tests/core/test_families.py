@@ -1,4 +1,4 @@
-"""Seeded worlds: what the family `random` promises, and that a seed means one world everywhere."""
+"""Seeded worlds: what the families `random` and `posts` promise, and that a seed means one world everywhere."""
 
 import hashlib
 import subprocess
@@ -63,6 +63,22 @@ def test_a_world_is_the_paper_s_arena_full_of_different_convex_obstacles():
     assert sum(len(world.circles) for world in worlds) > len(worlds)
     assert min(len(world.polygons) + len(world.circles) for world in worlds) >= 5
     assert len({fingerprint(world) for world in worlds}) == len(worlds)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_posts_are_round_thin_and_stand_in_a_wall_or_a_centimetre_more_than_the_robot_apart(seed):
+    world = load_world(f"posts:{seed}")
+    assert world.name == f"posts:{seed}"
+    assert len(world.polygons) == 0
+    assert 15 <= len(world.circles) <= 40
+    assert 0.03 <= world.circles[:, 2].min() <= world.circles[:, 2].max() <= 0.08
+    assert not [gap for gap in gaps(world) if 0.0 < gap < 0.19 - 1e-9]
+    check_route(world, world.start, world.goal, 0.09)
+
+
+def test_in_most_worlds_of_posts_some_gap_is_hardly_wider_than_the_robot():
+    narrowest = [min(gap for gap in gaps(load_world(f"posts:{seed}")) if gap > 0.0) for seed in SEEDS]
+    assert np.median(narrowest) < 0.20
 
 
 def test_a_seed_gives_the_same_world_in_another_process():

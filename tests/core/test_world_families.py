@@ -86,7 +86,7 @@ def test_a_seed_gives_the_same_world_in_another_process():
 
 
 def test_every_family_is_tested():
-    assert {*FAMILIES} == {*NEW_FAMILIES, "random"}
+    assert {*FAMILIES} == {*NEW_FAMILIES, "random", "posts"}
 
 
 def aside_of_the_middle(draw) -> Layout:

@@ -1,23 +1,43 @@
-"""The family `random`: convex clutter."""
+"""The families `random`, convex clutter, and `posts`, round posts: strewn over a square, from corner to corner."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from collplan_core.worlds.draws import Draw, draws_of, rounded
-from collplan_core.worlds.placement import DISC_RADIUS, SIDE
+from collplan_core.worlds.placement import BODY_WIDTH, DISC_RADIUS, SIDE
 from collplan_core.worlds.route import check_route
 from collplan_core.worlds.shapes import World, WorldError
 
-# a disc of DISC_RADIUS passes every gap with a centimetre to spare
-GAP = 2 * DISC_RADIUS + 0.01
-N_OBSTACLES = (6, 11)
-SIZE = (0.10, 0.28)
-CIRCLE_SHARE = 0.3
 START_MARGIN = 0.25
 START_AREA = 0.35
 ROOM = 0.16
 N_TRIES = 400
+
+
+class Clutter(NamedTuple):
+    """What is strewn.
+
+    Attributes:
+        n_obstacles: least number of obstacles, and one more than the greatest; fewer where they do not fit.
+        size: least and greatest distance of a polygon's corners from its middle [m].
+        circle_share: share of circles among them; circle_size: radius of one, by its size.
+        gap: least width of a gap between two obstacles, or between an obstacle and a wall [m].
+        disc_radius: start and goal are connected for this disc [m].
+    """
+
+    n_obstacles: tuple[int, int]
+    size: tuple[float, float]
+    circle_share: float
+    circle_size: float
+    gap: float
+    disc_radius: float
+
+
+# a disc passes every gap with a centimetre to spare
+RANDOM = Clutter((6, 11), (0.10, 0.28), 0.3, 0.75, 2 * DISC_RADIUS + 0.01, DISC_RADIUS)
+POSTS = Clutter((20, 41), (0.03, 0.08), 1.0, 1.0, BODY_WIDTH + 0.01, BODY_WIDTH / 2)
 
 
 def random_clutter(seed: int) -> World:
@@ -26,25 +46,37 @@ def random_clutter(seed: int) -> World:
     No gap between two obstacles, or between an obstacle and a wall, is narrower than 0.20 m; an obstacle may stand in a
     wall. Start and goal are connected for a disc of radius 0.10 m.
     """
-    draw = draws_of(seed)
+    return _strewn(f"random:{seed}", RANDOM, draws_of(seed))
+
+
+def round_posts(seed: int) -> World:
+    """Round posts of 3 to 8 cm radius in a walled square, so dense that many a gap is hardly wider than the robot.
+
+    No gap is narrower than 0.19 m; a post may stand in a wall. Start and goal lie in opposite corners.
+    """
+    # the name is part of the seed, or the families would share their draws
+    return _strewn(f"posts:{seed}", POSTS, draws_of(*b"posts", seed))
+
+
+def _strewn(name: str, clutter: Clutter, draw: Draw) -> World:
     while True:
-        world = _clutter(f"random:{seed}", draw)
+        world = _drawn(name, clutter, draw)
         try:
-            check_route(world, world.start, world.goal, DISC_RADIUS)  # type: ignore[arg-type]
+            check_route(world, world.start, world.goal, clutter.disc_radius)  # type: ignore[arg-type]
         except WorldError:
             continue
         return world
 
 
-def _clutter(name: str, draw: Draw) -> World:
+def _drawn(name: str, clutter: Clutter, draw: Draw) -> World:
     start, goal = _opposite_points(draw)
-    n_obstacles = math.floor(draw(*N_OBSTACLES))
+    n_obstacles = math.floor(draw(*clutter.n_obstacles))
     obstacles: list[np.ndarray] = []
     for _ in range(N_TRIES):
         if len(obstacles) == n_obstacles:
             break
-        obstacle = _obstacle(draw)
-        if _fits(obstacle, obstacles, (start, goal)):
+        obstacle = _obstacle(clutter, draw)
+        if _fits(obstacle, obstacles, (start, goal), clutter.gap):
             obstacles.append(obstacle)
     return World(
         name=name,
@@ -65,11 +97,11 @@ def _opposite_points(draw: Draw) -> tuple[np.ndarray, np.ndarray]:
     return rounded(start), rounded(goal)
 
 
-def _obstacle(draw: Draw) -> np.ndarray:
+def _obstacle(clutter: Clutter, draw: Draw) -> np.ndarray:
     """A circle (3,) or the corners (k, 2) of a polygon with its corners on a circle, which makes it convex."""
-    x, y, size = draw(0.0, SIDE), draw(0.0, SIDE), draw(*SIZE)
-    if draw(0.0, 1.0) < CIRCLE_SHARE:
-        return rounded([x, y, 0.75 * size])
+    x, y, size = draw(0.0, SIDE), draw(0.0, SIDE), draw(*clutter.size)
+    if draw(0.0, 1.0) < clutter.circle_share:
+        return rounded([x, y, clutter.circle_size * size])
     n_corners = math.floor(draw(3.0, 7.0))
     first = draw(0.0, 2 * math.pi)
     # each corner keeps to the middle of its own share of the turn, so no edge is short
@@ -77,17 +109,17 @@ def _obstacle(draw: Draw) -> np.ndarray:
     return rounded([[x + size * math.cos(a), y + size * math.sin(a)] for a in angles])
 
 
-def _fits(obstacle: np.ndarray, others: list[np.ndarray], points: tuple[np.ndarray, ...]) -> bool:
+def _fits(obstacle: np.ndarray, others: list[np.ndarray], points: tuple[np.ndarray, ...], gap: float) -> bool:
     import shapely
 
     walls = shapely.box(0.0, 0.0, SIDE, SIDE).exterior
     shape, radius = _core(obstacle)
-    if 0.0 < shape.distance(walls) - radius < GAP:
+    if 0.0 < shape.distance(walls) - radius < gap:
         return False
     if any(shape.distance(shapely.Point(point)) - radius < ROOM for point in points):
         return False
     cores = [_core(other) for other in others]
-    return all(shape.distance(other) - radius - other_radius >= GAP for other, other_radius in cores)
+    return all(shape.distance(other) - radius - other_radius >= gap for other, other_radius in cores)
 
 
 def _core(obstacle: np.ndarray) -> tuple:

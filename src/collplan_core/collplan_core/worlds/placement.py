@@ -12,7 +12,7 @@ from collplan_core.worlds.shapes import World, WorldError
 SIDE = 2.4
 """Side of the walled square that every family stands in [m]."""
 DISC_RADIUS = 0.10
-"""Radius of the disc that every world lets through [m], a centimetre more than the robot's."""
+"""Radius of the disc that every world but `posts` lets through [m], a centimetre more than the robot's."""
 BODY_WIDTH = 0.18
 """Width of the robot [m]; passages are given by what they leave beside it."""
 
