@@ -344,8 +344,8 @@ def test_a_trajectory_goes_through_the_states_of_its_plan_and_touches_obstacles(
     assert (np.diff(contacts[:, 0]) >= 0.0).all()
     assert len(contacts) == 0 or 0.0 <= contacts[0, 0] <= contacts[-1, 0] <= rows[-1, 0]
     for point in shapely.points(contacts[:, 1:3]):
-        # at a tip and between two walls the normal is that of nodes 2 cm apart
-        beside = CORNERS.distance(point) < 0.03
+        # round a tip and between two walls the normal is that of nodes 2 cm apart
+        beside = CORNERS.distance(point) < RADIUS
         assert OBSTACLES[scene].distance(point) < (0.03 if beside else 5e-3)
 
 

@@ -14,7 +14,8 @@ from collplan_core.plan import NoPlan
 from collplan_core.planners import map_period_of, planner_for
 from collplan_core.state import State
 from collplan_core.strategies import TIME_TO_GOAL
-from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS
+from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
+from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS, coarse_plans
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import STEP, contact_costs, robot_model
 from collplan_core.time_to_goal_planner.plan_cycle import CHUNK, PlannerMemory, plan_cycle
@@ -369,13 +370,17 @@ def test_a_robot_measured_a_little_inside_a_wall_gets_out_of_it(strategy, deep):
     assert (plan.positions[2:, 0] <= 0.3 - RADIUS + 2e-3).all()
 
 
-def test_where_no_path_leads_on_it_brakes():
-    """Measured inside the wall that the goal is in, too near to that to be refused and not near enough to be there."""
-    world = world_of([box(0.3, -2.0, 0.6, 2.0)])
-    _, memory = cycle(None, world, state_at(), (-0.6, 0.0))
-    inside = state_at((0.34 - RADIUS, 0.0), (0.3, 0.1), 0.05)
-    plan, _ = cycle(memory.without_plan(), world, inside, (0.34, 0.0), scanned=0.0)
-    np.testing.assert_array_equal(plan.positions[0], inside.position)
+def test_without_any_plan_that_leads_on_it_begins_with_one_that_brakes(monkeypatch):
+    def none_finite(*arguments):
+        coarse = coarse_plans(*arguments)
+        return coarse._replace(costs=np.full_like(coarse.costs, np.inf))
+
+    monkeypatch.setattr(plan_cycle_module, "coarse_plans", none_finite)
+    state = state_at((0.0, 0.0), (0.3, 0.1))
+    plan, _ = cycle(
+        None, world_of([box(0.9, -2.0, 1.2, 2.0)]), state, (-0.6, 0.0), with_strategy("bounce", **UNREFINED)
+    )
+    assert_sound(plan, state)
     np.testing.assert_allclose(plan.velocities[-1], 0.0, atol=0.01)
     assert len(plan.candidates.costs) == 0
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,7 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.sensing.sweeps import sweeps_of
     from collplan_core.state import State
     from collplan_core.strategies import TIME_TO_GOAL
+    from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
     from collplan_core.warm_up import warm_up
     from collplan_core.worlds.raycast import simulate_scan
     from collplan_ros.messages import conversions, plans, reading
@@ -69,6 +71,8 @@ def compiled_beyond_warm_up() -> list[str]:
             plan = reading.plan_from_path(plans.plan_to_path(plan, "map"), "map")
             command, _ = follow(ControllerMemory(), plan, local_map, state, 1.1, chosen)
             watch.commanded(command, 1.1)
+    nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))
+    way_to_goal(memory.remembered, nowhere, local_map, state.position, chosen)
     return [name for name, count in signatures().items() if count != before.get(name, 0)]
 
 

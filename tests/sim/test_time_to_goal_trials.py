@@ -135,6 +135,20 @@ def test_a_goal_that_is_closed_off_ends_as_stuck_without_a_plan():
     assert result.rebounds.shape == (0, 3)
 
 
+POSTS = replace(
+    make_world(circles=[(0.02, y * sign, 0.05) for y in (0.146, 0.26, 0.38) for sign in (-1.0, 1.0)],
+               walled=True, bounds=(-0.6, -0.4, 0.6, 0.4)),
+    start=np.array([-0.35, 0.1]), goal=np.array([0.35, -0.1]),
+)  # fmt: skip
+"""Posts across a room; between two of them are 12 mm more than the robot is wide. Poses have 2 mm of noise."""
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_a_gap_hardly_wider_than_the_robot_is_passed_where_there_is_no_other_way(strategy):
+    result = run_trial(POSTS, SETTINGS.with_values({"planner.strategy": strategy, "trial.timeout": 20.0}), 1)
+    assert result.outcome == REACHED
+
+
 def test_a_hit_that_nobody_foresaw_is_survived():
     """A planner that believes in a tame ring and a robot that is thrown back harder and aside."""
     wild = {

@@ -16,6 +16,7 @@ from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
 from collplan_core.sensing import pose_filter, scan_plausibility, spinning_lidar, wall_lines
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
 
@@ -48,14 +49,19 @@ def warm_up() -> None:
 
 
 def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -> None:
-    """Two cycles of each strategy with kernels of its own: the second one begins from the plan of the first."""
+    """Two cycles of each strategy with kernels of its own: the second one begins from the plan of the first.
+
+    And one look for a way too narrow for the shortest paths, which a run may need in its middle.
+    """
     for strategy in ("stop_guarantee", "bounce"):
         settings = Settings().with_values({"planner.strategy": strategy})
         planner = planner_for(strategy)
         plan, memory = planner.plan(None, local_map, state, goal, settings)
         follow(ControllerMemory(), plan, local_map, state, plan.stamp, settings)
         later = replace(state, stamp=state.stamp + 0.05)
-        planner.plan(memory, replace(local_map, stamp=later.stamp), later, goal, settings)
+        _, memory = planner.plan(memory, replace(local_map, stamp=later.stamp), later, goal, settings)
+    nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))
+    way_to_goal(memory.remembered, nowhere, local_map, state.position, settings)
 
 
 if __name__ == "__main__":

@@ -30,10 +30,10 @@ from collplan_core.time_to_goal_planner.initial_state import Expected, initial_v
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem, problem_of
 from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.time_to_goal_planner.sampling import sample_trajectory
-from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.time_to_goal_planner.stopping import UNSTOPPABLE
+from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 
 CHUNK = 400
 """Changes tried between two looks at the deadline."""
@@ -84,14 +84,15 @@ def plan_cycle(
         deadline: when refinement ends, with the best so far.
 
     Raises:
-        NoPlan: what is remembered closes off the goal.
+        NoPlan: what was seen closes off the goal.
     """
     memory = _updated(memory or PlannerMemory(), local_map, state, np.array(goal, dtype=float), settings)
-    remembered, paths = memory.remembered, memory.paths
-    assert remembered is not None
-    assert paths is not None
-    if not is_reachable(paths, state.position):
+    assert memory.remembered is not None
+    assert memory.paths is not None
+    way = way_to_goal(memory.remembered, memory.paths, local_map, state.position, settings)
+    if way is None:
         raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
+    remembered, paths = way
     problem = problem_of(remembered.field, remembered.free, paths, settings)
     initial = _initial_motion(problem, state, memory.expected, settings)
     carried_on = _carried_on(problem, initial, memory, state.stamp, settings)

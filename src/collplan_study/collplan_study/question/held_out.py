@@ -8,7 +8,7 @@ held out for the paper's strategies.
 
 FIRST_SEED = 20000
 LAST_SEED = 20023
-"""Seeds of the 24 worlds of every family, both inclusive."""
+"""Seeds of the 24 worlds of each family below, both inclusive."""
 
 FAMILIES = ("l", "u", "z", "baffles", "random")
 """Families pooled in the headline comparison."""

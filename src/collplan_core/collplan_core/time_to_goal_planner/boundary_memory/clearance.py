@@ -43,6 +43,24 @@ class ClearanceField:
         """Where the nodes are, for compiled code."""
         return Grid(float(self.origin[0]), float(self.origin[1]), self.spacing)
 
+    def known(self) -> np.ndarray:
+        """(2, 2) corners of the box around the nodes that anything is near to [m]; (0, 2) where there are none."""
+        i0, i1, j0, j1 = _known_nodes(self.clearance)
+        return self.origin + self.spacing * np.array([(i0, j0), (i1, j1)]) if i0 <= i1 else np.zeros((0, 2))
+
+
+@njit
+def _known_nodes(clearance: np.ndarray) -> tuple[int, int, int, int]:
+    """First and last node by axis at which anything is near; first > last where nothing is."""
+    nx, ny = clearance.shape
+    i0, i1, j0, j1 = nx, -1, ny, -1
+    for i in range(nx):
+        for j in range(ny):
+            if clearance[i, j] < FAR:
+                i0, i1 = min(i0, i), i
+                j0, j1 = min(j0, j), max(j1, j)
+    return i0, i1, j0, j1
+
 
 @njit
 def clearance_at(clearance: np.ndarray, grid: Grid, x: float, y: float) -> float:

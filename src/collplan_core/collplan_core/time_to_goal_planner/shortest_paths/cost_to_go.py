@@ -148,9 +148,10 @@ def path_direction(paths: PathLookup, x: float, y: float) -> tuple[float, float,
 
 
 def is_reachable(paths: ShortestPaths, position: np.ndarray) -> bool:
-    """Whether a path leads from position (2,) to the goal, or it is there already."""
+    """Whether a path leads to the goal from a cell beside position (2,) [m], or it is there already."""
     if np.hypot(*(paths.goal - position)) <= paths.tolerance:
         return True
-    x, y = (float(value) for value in position)
-    _, last, _, _ = _cells_near(paths.waypoint, paths.lookup(paths.tolerance).cells, x, y)
-    return bool(last > 0)
+    rows, columns = paths.waypoint.shape
+    x, y = (position - paths.origin) / paths.spacing
+    i, j = _before(x, rows), _before(y, columns)
+    return bool((paths.waypoint[i : i + 2, j : j + 2] >= 0).any())

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import FAR, ClearanceField, Grid, clearance_at
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import ClearanceField, Grid, clearance_at
 
 PADDING = 0.15
 """Free space around everything known [m]."""
@@ -31,25 +31,9 @@ class Cells(NamedTuple):
     grid: Grid
 
 
-@njit
-def _known_box(clearance: np.ndarray) -> tuple[int, int, int, int]:
-    """First and last node by axis at which anything is near; first > last where nothing is."""
-    nx, ny = clearance.shape
-    i0, i1, j0, j1 = nx, -1, ny, -1
-    for i in range(nx):
-        for j in range(ny):
-            if clearance[i, j] < FAR:
-                i0, i1 = min(i0, i), i
-                j0, j1 = min(j0, j), max(j1, j)
-    return i0, i1, j0, j1
-
-
 def _covered(field: ClearanceField, goal: np.ndarray, around: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Corners, seen from the goal, of the box around everything known, goal and around [m]."""
-    i0, i1, j0, j1 = _known_box(field.clearance)
-    points = [goal, around]
-    if i0 <= i1:
-        points += [field.origin + field.spacing * np.array(node) for node in ((i0, j0), (i1, j1))]
+    points = np.vstack([goal, around, field.known()])
     return np.min(points, axis=0) - PADDING - goal, np.max(points, axis=0) + PADDING - goal
 
 
@@ -84,3 +68,9 @@ def _block(cells: Cells) -> None:
     for i in range(mx):
         for j in range(my):
             blocked[i, j] = clearance_at(clearance, grid, x + i * spacing, y + j * spacing) < 0.0
+
+
+def open_along(cells: Cells, way: np.ndarray) -> None:
+    """Frees the cells that a way (n, 2) leads through [m]: their centres may lie beside it, where the disc touches."""
+    at = np.floor((way - (cells.x, cells.y)) / cells.spacing + 0.5).astype(int)
+    cells.blocked[at[:, 0], at[:, 1]] = False
