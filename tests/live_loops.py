@@ -88,7 +88,6 @@ CONTROLLER_SCENES: dict[str, Scene] = {
     "poses fail": lambda: (mixed("corridor").without("take_pose", 1.2, 1.3), 1.0, 0.5),
     "scans fail": lambda: (mixed("corridor").without("take_scan", 1.2, 1.4), 1.0, 0.5),
     "leap": lambda: (mixed("corridor").with_leap(1.2, 0.06), 1.0, 0.5),
-    "wide leap": lambda: (mixed("corridor").with_leap(1.2, 0.1), 1.0, 0.6),
     "integral": lambda: (
         mixed("corridor").under(**{"controller.k_i": 2.0, "controller.integral_limit": 0.1}),
         0.8,
@@ -107,7 +106,6 @@ for seed in SEEDS[1:]:
     }
     CONTROLLER_SCENES |= {
         f"leap {seed}": lambda seed=seed: (mixed("corridor", seed).with_leap(1.2, 0.06), 1.0, 0.5),
-        f"wide leap {seed}": lambda seed=seed: (mixed("corridor", seed).with_leap(1.2, 0.1), 1.0, 0.6),
         f"followed {seed}": lambda seed=seed: (mixed("corridor", seed), 0.8, LONGEST),
         f"through walls {seed}": lambda seed=seed: (mixed("random:3", seed).through_walls(2.5), 0.8, LONGEST),
     }
@@ -136,7 +134,7 @@ FIRST = {
     "controller.integral_limit": ("integral",),
     "controller.switch_distance": ("leap",),
     "controller.incidence_threshold": ("leap",),
-    "controller.maneuver_rule": ("wide leap",),
+    "controller.maneuver_rule": ("leap",),
 }
 """Scenes that are tried before the others, where the first one alone does not tell."""
 

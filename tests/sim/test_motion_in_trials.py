@@ -146,7 +146,7 @@ def test_wheels_that_do_not_turn_are_reported_within_a_second_and_stop_nothing(w
 
 
 def test_wheels_that_slip_are_reported(watched):
-    run(simulator__mass_ratio=5.0, simulator__acceleration_ratio=0.2, strategy="bounce")
+    run(simulator__mass_ratio=5.0, simulator__acceleration_ratio=0.2, strategy="harness")
     assert SLIP in watched.kinds
     assert not any(watched.stops)
 

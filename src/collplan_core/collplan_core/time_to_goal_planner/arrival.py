@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid, nearest_node
 from collplan_core.time_to_goal_planner.dynamics import Motion
 from collplan_core.time_to_goal_planner.model import Goal, Problem
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import time_to_go
@@ -66,8 +66,7 @@ def least_time(length: np.ndarray, cells: Grid, goal: Goal, max_speed: float, mo
     """
     x, y = motion.x, motion.y
     distance = math.sqrt((goal.x - x) * (goal.x - x) + (goal.y - y) * (goal.y - y)) - goal.tolerance
-    scale = 1.0 / cells.spacing
-    i, j = int(math.floor((x - cells.x) * scale + 0.5)), int(math.floor((y - cells.y) * scale + 0.5))
+    i, j = nearest_node(cells, x, y)
     if 0 <= i < length.shape[0] and 0 <= j < length.shape[1]:
         along = length[i, j] - goal.longest_within - DETOUR * cells.spacing
         if distance < along < np.inf:

@@ -88,33 +88,17 @@ def step(
 ) -> tuple[Motion, Course, Contact]:
     """The motion after STEP on its course, the course then, and the first contact on the way.
 
-    What a contact does to the velocity is in `_step_with_contact`. That a step in the open is short, and all else
-    elsewhere, lets the compiler put it into the loops that take it.
+    What a contact does to the velocity is in `_step_with_contact`.
     """
     end, onward = free_step(model.wheels, motion, course)
     if end.clearance_bound > 0.0:
         return end, onward, NOTHING_TOUCHED
-    return _step_near_boundary(clearance, source, grid, model, motion, end, onward)
-
-
-@njit
-def _step_near_boundary(
-    clearance: np.ndarray,
-    source: np.ndarray,
-    grid: Grid,
-    model: RobotModel,
-    motion: Motion,
-    end: Motion,
-    onward: Course,
-) -> tuple[Motion, Course, Contact]:
-    """What becomes of a step that would end in `end` where nothing is in the way, which is looked at here."""
     after = clearance_at(clearance, grid, end.x, end.y)
     end = Motion(end.x, end.y, end.vx, end.vy, after)
     if after >= 0.0:
         return end, onward, NOTHING_TOUCHED
-    ux, uy = onward.ux, onward.uy
-    stopped, contact = _step_with_contact(clearance, source, grid, model, motion, end, ux, uy)
-    return stopped, course_of(stopped, ux, uy), contact
+    stopped, contact = _step_with_contact(clearance, source, grid, model, motion, end, course.ux, course.uy)
+    return stopped, course_of(stopped, course.ux, course.uy), contact
 
 
 @njit

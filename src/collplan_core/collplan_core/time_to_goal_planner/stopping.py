@@ -3,7 +3,7 @@
 import math
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at, nearest_node
 from collplan_core.time_to_goal_planner.dynamics import Motion
 from collplan_core.time_to_goal_planner.model import STEP, Problem
 
@@ -22,7 +22,7 @@ def _is_free(problem: Problem, x: float, y: float) -> bool:
     """Whether the disc was seen to be free at the node nearest to (x, y) [m]."""
     nx, ny = problem.free.shape
     grid = problem.constants.grid
-    i, j = int(math.floor((x - grid.x) / grid.spacing + 0.5)), int(math.floor((y - grid.y) / grid.spacing + 0.5))
+    i, j = nearest_node(grid, x, y)
     return 0 <= i < nx and 0 <= j < ny and problem.free[i, j]
 
 

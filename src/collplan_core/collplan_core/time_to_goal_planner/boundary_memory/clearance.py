@@ -63,6 +63,12 @@ def _known_nodes(clearance: np.ndarray) -> tuple[int, int, int, int]:
 
 
 @njit
+def nearest_node(grid: Grid, x: float, y: float) -> tuple[int, int]:
+    """The node nearest to (x, y), which may lie beyond the grid."""
+    return int(math.floor((x - grid.x) / grid.spacing + 0.5)), int(math.floor((y - grid.y) / grid.spacing + 0.5))
+
+
+@njit
 def clearance_at(clearance: np.ndarray, grid: Grid, x: float, y: float) -> float:
     """Clearance at (x, y), linear between the nodes [m]."""
     # the same for every call in a loop: taken out of it
@@ -94,6 +100,6 @@ def normal_at(clearance: np.ndarray, grid: Grid, x: float, y: float) -> tuple[fl
 @njit
 def source_at(source: np.ndarray, grid: Grid, x: float, y: float) -> int:
     """What the boundary nearest to (x, y) is: that of the nearest node."""
-    i, j = int(math.floor((x - grid.x) / grid.spacing + 0.5)), int(math.floor((y - grid.y) / grid.spacing + 0.5))
+    i, j = nearest_node(grid, x, y)
     nx, ny = source.shape
     return int(source[i, j]) if 0 <= i < nx and 0 <= j < ny else NOTHING

@@ -18,6 +18,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     ClearanceField,
     Grid,
     clearance_at,
+    nearest_node,
 )
 from collplan_core.time_to_goal_planner.boundary_memory.field import renew
 from collplan_core.time_to_goal_planner.boundary_memory.grid import see_free
@@ -92,10 +93,9 @@ def _take_over(nodes: Nodes, clearance: np.ndarray, source: np.ndarray, free: np
     (nx, ny), (mx, my) = nodes.free.shape, free.shape
     for i in range(nx):
         x = nodes.grid.x + i * nodes.grid.spacing
-        a = int(math.floor((x - grid.x) / grid.spacing + 0.5))
         for j in range(ny):
             y = nodes.grid.y + j * nodes.grid.spacing
-            b = int(math.floor((y - grid.y) / grid.spacing + 0.5))
+            a, b = nearest_node(grid, x, y)
             here, known = clearance_at(clearance, grid, x, y), 0 <= a < mx and 0 <= b < my
             stale = -UNSURE * grid.spacing < here < 0.0
             nodes.clearance[i, j] = FAR if stale else here
