@@ -52,7 +52,7 @@ animation: $(COMPILED)  ## the animations in docs anew, from two runs in a serpe
 pictures: $(COMPILED)  ## docs/pictures anew, from the code
 	@$(PYTHON) tools/pictures $(ARGS)
 
-test: $(COMPILED)  ## all tests but the long ones, then core and simulator on the oldest versions
+test: $(COMPILED)  ## all tests but the long ones, then those that need no ROS on the oldest versions
 	@tools/test_legs.sh test $(ARGS)
 
 soak: $(COMPILED)  ## all tests with the long ones, then the core without its compiler

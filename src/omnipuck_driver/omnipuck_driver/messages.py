@@ -158,7 +158,7 @@ class Telemetry:
             held up since the last telemetry), MOTOR_FAULT, TOO_HOT, ESTOP_LATCHED.
         battery: voltage [mV].
         temperature: temperature [0.1 deg C], NO_TEMPERATURE where it measures none.
-        echo: `sent` of the newest command accepted, 0 before the first.
+        echo: `sent` of the newest command of the session that came in time, 0 before the first.
         echo_delay: time since it came [ms].
         command_age: age of the command behind the wheels' motion [ms], NEVER while they stand still.
         accepted, dropped: frames that came, modulo 2^16.

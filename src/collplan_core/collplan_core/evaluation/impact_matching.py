@@ -21,7 +21,7 @@ UNMATCHED = -1
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """One plan's foreseen contacts and the stamp of the scan it was made from [s]."""
+    """One plan's foreseen contacts, and its stamp [s]."""
 
     made: float
     contacts: Contacts

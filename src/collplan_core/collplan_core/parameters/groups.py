@@ -125,7 +125,7 @@ class Remembered(Parameters):
     max_pieces: int = parameter(6000, "Pieces kept; beyond, those seen longest ago are forgotten", low=100, high=100000)
     inferred_depth: float = parameter(0.30, "Solid assumed behind an observed boundary, seen from the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0)
     inferred_inset: float = parameter(0.08, "Distance from the ends of what was observed at which the inferred solid begins", unit="m", low=0.0, high=0.5)
-    contradiction: float = parameter(0.05, "Boundaries that a scan sees through by this distance are forgotten", unit="m", low=0.005, high=0.5)
+    contradiction: float = parameter(0.05, "Boundaries that two scans running see through by this distance are forgotten", unit="m", low=0.005, high=0.5)
 
 
 @dataclass(frozen=True)

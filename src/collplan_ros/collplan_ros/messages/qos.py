@@ -23,15 +23,13 @@ POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": _profile(10)}
 SENSOR_DATA = _profile(5, reliable=False)
 SENSOR_PUBLISHED = _profile(100)
 
-# mocap/refused, impact, impact/contact, goal_pose, planner/valid_until, planner/foreseen_impacts, planner/costs,
-# ground_truth/*: every one counts
+# events and what is recorded of each cycle, as goal_pose, impact, planner/costs, ground_truth/*: every one counts
 EVENT = _profile(50)
 
-# plan, cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to whoever starts later.
+# plan, cmd_vel, hand/cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to whoever starts later.
 NEWEST = _profile(1)
 
-# goal_status, maneuver, controller/state, planner/markers, planner/seen, planner/compared: a late listener gets the
-# present state
+# states, as goal_status, robot/state, controller/state, planner/markers: a late listener gets the present one
 LATCHED = _profile(1, latched=True)
 
 # planner/journal, controller/journal: whoever records hears it from the node's first cycle on, though found late

@@ -1,7 +1,7 @@
 """The live page's node: what the graph says goes to the browsers that look, what they ask for goes to the graph.
 
-It decides nothing, and takes no part in what moves the robot: any graph runs the same without it. While nobody looks
-it listens to new goals alone.
+It decides nothing, and takes no part in what moves the robot: any graph runs the same without it. While nobody looks,
+and has not for a while, it listens to new goals alone.
 """
 
 from collections.abc import Collection, Mapping, Sequence
