@@ -133,7 +133,7 @@ def _work(call: Call) -> Work:
     def coarse_plans(*arguments: Any) -> Any:
         result = coarse(*arguments)
         # the peer gives none up
-        whole = (*arguments[:3], np.inf, np.inf)
+        whole = (*arguments[:4], np.inf, np.inf)
         rolled.append((whole, coarse(*whole), int(np.isfinite(result.costs).sum())))
         return result
 
@@ -148,7 +148,7 @@ def _work(call: Call) -> Work:
 
 
 def _vectorised(work: Work) -> tuple[np.ndarray, np.ndarray]:
-    return vectorised_plans(*work.arguments[:3], work.coarse.targets)
+    return vectorised_plans(*work.arguments[:4])
 
 
 def _counts(works: list[Work]) -> dict[str, float]:

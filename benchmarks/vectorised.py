@@ -43,7 +43,7 @@ class Robots:
 
 
 def vectorised_plans(
-    problem: Problem, initial: Motion, n_steps: int, velocities: np.ndarray
+    problem: Problem, initial: Motion, velocities: np.ndarray, n_steps: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Every pair of velocities (n, 2) with every time of the switch, each rolled from the beginning.
 

@@ -89,7 +89,8 @@ def state_in(scene, velocity=(0.0, 0.0)) -> np.ndarray:
 
 def coarse_in(problem: Problem, state: np.ndarray, best: float = np.inf, margin: float = np.inf) -> CoarsePlans:
     """All coarse plans, or those that are not given up."""
-    return coarse_plans(problem, motion_in(problem, state), N_STEPS, best, margin)
+    initial = motion_in(problem, state)
+    return coarse_plans(problem, initial, targets(problem, initial), N_STEPS, best, margin)
 
 
 def carried_on(problem: Problem, state: np.ndarray, commands) -> FullPlan:
@@ -287,7 +288,7 @@ def test_a_goal_that_is_as_near_through_a_wall_is_not_said_to_be_a_long_way_roun
 
 
 def test_targets_are_rest_and_rings_at_full_and_half_speed():
-    ring = targets(0.3, SPEED)
+    ring = targets(nothing(), motion_in(nothing(), (*((1.0, 0.0) - 0.5 * unit(0.3)), 0.0, 0.0)))
     speeds, counts = np.unique(np.round(np.hypot(*ring.T), 9), return_counts=True)
     np.testing.assert_allclose(speeds, (0.0, 0.5 * SPEED, SPEED))
     assert counts.tolist() == [1, 8, 16]

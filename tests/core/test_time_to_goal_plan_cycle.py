@@ -18,7 +18,8 @@ from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
 from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS, coarse_plans
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import STEP, contact_costs, robot_model
-from collplan_core.time_to_goal_planner.plan_cycle import CHUNK, PlannerMemory, plan_cycle
+from collplan_core.time_to_goal_planner.plan_cycle import CHUNK, SETTLED, PlannerMemory, plan_cycle
+from collplan_core.time_to_goal_planner.refinement import refine
 from scenes import box, map_of, unit, world_of
 from time_to_goal_scenes import RADIUS, SETTINGS, with_strategy
 
@@ -32,8 +33,8 @@ OPEN = world_of()
 TURN = world_of([box(-1.0, 0.2, 0.35, 0.25), box(0.65, -0.5, 0.75, 0.8)])
 """A septum above the robot, and a wall behind its tip."""
 AROUND = np.array([-0.2, 0.55])
-N_COARSE = 25 * len(SWITCH_STEPS) * 25
-"""First velocity, time of the switch, second velocity."""
+TRIED = (25, 13, 12)
+"""Velocities tried without a plan in force, and by turns with one."""
 LATER = 0.06
 """Time by which a plan may promise to arrive later than the one before [s]: a control interval, and what refinement at
 random may miss."""
@@ -108,10 +109,45 @@ def test_plans_lead_to_the_goal_and_say_what_they_cost(strategy):
         assert_sound(plan, state_at(plan.positions[0], stamp=0.05 * k))
         assert np.hypot(*(plan.positions[-1] - AROUND)) <= SETTINGS.planner.goal_tolerance
         assert plan.terms["arrival_time"] <= plan.times[-1] - plan.stamp + 1e-9
-        assert len(plan.candidates.costs) <= plan.n_before_pruning == N_COARSE
+        # first velocity, time of the switch, second velocity
+        assert len(plan.candidates.costs) <= plan.n_before_pruning == TRIED[k] * len(SWITCH_STEPS) * TRIED[k]
         assert plan.terms["total"] <= plan.candidates.costs.min(initial=np.inf) + 1.0
     assert memory.cycle == 3
     assert len(plans[-1].candidates.paths) >= 2
+
+
+def test_in_two_cycles_with_a_plan_in_force_each_velocity_is_tried_once(monkeypatch):
+    tried = []
+
+    def taken_down(problem, initial, velocities, *rest):
+        tried.append(velocities)
+        return coarse_plans(problem, initial, velocities, *rest)
+
+    monkeypatch.setattr(plan_cycle_module, "coarse_plans", taken_down)
+    memory = None
+    for _ in range(5):
+        _, memory = cycle(memory, TURN, state_at())
+    for two in (1, 2, 3):
+        by_turns = np.vstack(tried[two : two + 2])
+        np.testing.assert_array_equal(np.unique(by_turns, axis=0), np.unique(tried[0], axis=0))
+        assert len(by_turns) == len(tried[0]) == 25
+
+
+def test_refinement_of_a_plan_that_gains_no_more_ends(monkeypatch):
+    tried = []
+
+    def counted(problem, plan, count, random):
+        better = refine(problem, plan, count, random)
+        tried.append((count, plan.cost - better.cost))
+        return better
+
+    monkeypatch.setattr(plan_cycle_module, "refine", counted)
+    setting = with_strategy("bounce", time_to_goal__start_proposals=0, time_to_goal__proposals=20 * CHUNK)
+    cycle(None, TURN, state_at(), setting=setting)
+    assert 1 < len(tried) < 20
+    assert all(count == CHUNK for count, _ in tried)
+    assert all(gained > SETTLED for _, gained in tried[:-1])
+    assert tried[-1][1] <= SETTLED
 
 
 def test_a_robot_that_does_as_planned_is_there_as_soon_as_planned():

@@ -137,7 +137,7 @@ class TimeToGoal(Parameters):
     grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2)
     n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)
     start_proposals: int = parameter(100, "Changes tried on each coarse plan that is refined", low=0, high=10000)
-    proposals: int = parameter(1200, "Changes tried on the best refined plan", low=0, high=100000)
+    proposals: int = parameter(1200, "Changes tried at most on the best refined plan; fewer where they gain no more", low=0, high=100000)
     time_budget: float = parameter(0.0, "Refinement ends so long after a cycle began, with the best so far; 0 never: equal runs stay equal (planner_node: half of map_period)", unit="s", low=0.0, high=1.0)
     arrival_share: float = parameter(0.7, "Rollouts end within this share of goal_tolerance: one that grazes its edge misses it", low=0.05, high=1.0, live=True)
     graze_cost: float = parameter(0.5, "Cost of an arrival that passes the goal at goal_tolerance, by the square of the distance: it may miss", unit="s", low=0.0, high=10.0, live=True)

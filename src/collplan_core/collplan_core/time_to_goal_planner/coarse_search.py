@@ -35,10 +35,10 @@ class CoarsePlans(NamedTuple):
     """Every pair of targets with every time of the switch.
 
     Attributes:
-        targets: (25, 2) velocities [m/s].
-        costs: (25, 5, 25) cost [s] by first target, switch and second target; inf where another one is the same, and
+        targets: (n, 2) velocities [m/s].
+        costs: (n, 5, n) cost [s] by first target, switch and second target; inf where another one is the same, and
             where it was given up.
-        ends: (25, 5, 25, 4) x, y, vx, vy at the horizon or the goal.
+        ends: (n, 5, n, 4) x, y, vx, vy at the horizon or the goal.
     """
 
     targets: np.ndarray
@@ -64,8 +64,10 @@ class _Field(NamedTuple):
 
 
 @njit
-def targets(bearing: float, max_speed: float) -> np.ndarray:
-    """(25, 2) velocities tried: 16 bearings at full speed, 8 at half, rest [m/s]."""
+def targets(problem: Problem, initial: Motion) -> np.ndarray:
+    """(25, 2) velocities to try: 16 bearings at full speed from that of the path on, 8 at half, rest [m/s]."""
+    ux, uy, _ = path_direction(problem.paths, initial.x, initial.y)
+    bearing, max_speed = math.atan2(uy, ux), problem.constants.model.max_speed
     result = np.zeros((25, 2))
     for n in range(16):
         result[n, 0] = max_speed * math.cos(bearing + n * math.pi / 8)
@@ -105,15 +107,15 @@ def _roll_on(
 
 
 @njit
-def coarse_plans(problem: Problem, initial: Motion, n_steps: int, best: float, margin: float) -> CoarsePlans:
-    """Rolls coarse plans up to the horizon of n_steps; those with an equal beginning share its rollout.
+def coarse_plans(
+    problem: Problem, initial: Motion, velocities: np.ndarray, n_steps: int, best: float, margin: float
+) -> CoarsePlans:
+    """Rolls coarse plans of velocities (n, 2) [m/s] to the horizon of n_steps; equal beginnings share their rollout.
 
     One that will cost over `margin` more than the best of them, or than `best` [s], is given up.
     """
     constants, limit = problem.constants, best + margin
     field = _Field(problem.clearance, problem.source, problem.paths.length, problem.paths.cells)
-    ux, uy, _ = path_direction(problem.paths, initial.x, initial.y)
-    velocities = targets(math.atan2(uy, ux), constants.model.max_speed)
     n, m = len(velocities), len(SWITCH_STEPS)
     costs, ends = np.full((n, m, n), np.inf), np.zeros((n, m, n, 4))
     for a in range(n):

@@ -15,7 +15,7 @@ from collplan_core.plan import Candidates, Contacts, NoPlan, Plan
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
-from collplan_core.time_to_goal_planner.coarse_search import MARGIN, CoarsePlans, coarse_plans
+from collplan_core.time_to_goal_planner.coarse_search import MARGIN, CoarsePlans, coarse_plans, targets
 from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, braking, roll
 from collplan_core.time_to_goal_planner.initial_plans import (
@@ -35,8 +35,12 @@ from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_pa
 from collplan_core.time_to_goal_planner.stopping import UNSTOPPABLE
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 
-CHUNK = 400
-"""Changes tried between two looks at the deadline."""
+TURNS = 2
+"""With a plan in force a cycle tries every so many-th velocity in coarse plans, the next cycle those beside it."""
+CHUNK = 200
+"""Changes tried between two looks at the deadline, and at what they gained."""
+SETTLED = 5e-4
+"""Refinement of a plan ends when the last CHUNK of changes gained less than this [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +101,11 @@ def plan_cycle(
     initial = _initial_motion(problem, state, memory.expected, settings)
     carried_on = _carried_on(problem, initial, memory, state.stamp, settings)
     best_so_far = min((plan.cost for plan in carried_on), default=np.inf)
-    coarse = coarse_plans(problem, initial, round(settings.time_to_goal.horizon / STEP), best_so_far, MARGIN)
+    velocities = targets(problem, initial)
+    if carried_on:
+        velocities = velocities[memory.cycle % TURNS :: TURNS].copy()
+    n_steps = round(settings.time_to_goal.horizon / STEP)
+    coarse = coarse_plans(problem, initial, velocities, n_steps, best_so_far, MARGIN)
     plans = carried_on + _from_coarse(problem, initial, coarse, settings)
     if not plans:  # no path leads on from anywhere around
         plans = [braking(problem, initial)]
@@ -169,8 +177,10 @@ def _refined(
     p = settings.time_to_goal
 
     def refined(plan: FullPlan, count: int) -> FullPlan:
-        while count > 0 and not deadline():
-            plan, count = refine(problem, plan, min(count, CHUNK), random), count - CHUNK
+        gained = np.inf
+        while count > 0 and gained > SETTLED and not deadline():
+            better = refine(problem, plan, min(count, CHUNK), random)
+            plan, count, gained = better, count - CHUNK, plan.cost - better.cost
         return plan
 
     plans = sorted(plans, key=lambda plan: plan.cost)
