@@ -162,7 +162,8 @@ def planned(events: Iterable[Event]) -> Planned:
     Raises:
         JournalError: it is not whole.
     """
-    poses, begun = {}, {}
+    poses: dict[float, float] = {}
+    begun: dict[float, float] = {}
     for call in _whole(events):
         if isinstance(call, Beginning):
             continue
@@ -181,8 +182,11 @@ def controlled(events: Iterable[Event]) -> Controlled:
     Raises:
         JournalError: it is not whole.
     """
-    poses, plans, ticks = {}, {}, []
-    period, newest = math.nan, None
+    poses: dict[float, float] = {}
+    plans: dict[float, float] = {}
+    ticks: list[Tick] = []
+    period = math.nan
+    newest: float | None = None
     for call in _whole(events):
         if isinstance(call, Beginning):
             period = 1.0 / call.settings.controller.rate
