@@ -151,7 +151,8 @@ def test_refinement_of_a_plan_that_gains_no_more_ends(monkeypatch):
 
 
 def test_a_robot_that_does_as_planned_is_there_as_soon_as_planned():
-    plans, _ = driven_on(TURN, cheap("bounce"), cycles=12)
+    """With a strategy that loses nothing by what comes into sight behind the tip."""
+    plans, _ = driven_on(TURN, cheap("tolerate"), cycles=12)
     promised = [plan.stamp + plan.terms["total"] for plan in plans]
     assert max(np.diff(promised)) < LATER
     assert promised[-1] < promised[0] + 0.02
@@ -235,8 +236,8 @@ def test_no_contact_above_the_limit_is_planned(strategy, limit):
 
 def test_a_limit_changes_what_bounce_plans():
     """What is excluded by the limits above is what it does without them."""
-    hardest = [max(plan.contacts.hardest for plan in driven_on(TURN, cheap(), cycles=14)[0])]
-    assert max(hardest) > 0.2
+    plans, _ = driven_on(TURN, with_strategy("bounce"), cycles=7)
+    assert max(plan.contacts.hardest for plan in plans) > 0.2
 
 
 @pytest.mark.parametrize("strategy", ["bounce", "tolerate", "avoid"])

@@ -101,7 +101,8 @@ Starts a robot and the nodes that plan and control it, gives it a goal, and watc
 
 The goal is reached: exit code 0. Time is up, stuck or given up: 1. Something asked for cannot be done: 2.
 A node died, the graph did not come up, somebody else commands the robot or this machine is too slow for it: 3.
-A file of the run cannot be written, as on a full disk: 4. Stopped by a signal: 128 + its number; Ctrl-C with --again: 0.
+A file of the run cannot be written, as on a full disk: 4.
+Stopped by a signal: 128 + its number; by Ctrl-C with --again: 0.
 
 A robot that is not simulated needs --world, --goal and --network, and drives at 0.3 m/s at most unless --max-speed
 says otherwise: a parameter file may lower that, not raise it. With --scan real it needs no --world: what is there, its

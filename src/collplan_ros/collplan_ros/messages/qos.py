@@ -26,7 +26,8 @@ SENSOR_PUBLISHED = _profile(100)
 # events and what is recorded of each cycle, as goal_pose, impact, planner/costs, ground_truth/*: every one counts
 EVENT = _profile(50)
 
-# plan, cmd_vel, hand/cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to whoever starts later.
+# plan, cmd_vel, hand/cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to whoever
+# starts later.
 NEWEST = _profile(1)
 
 # states, as goal_status, robot/state, controller/state, planner/markers: a late listener gets the present one
