@@ -41,7 +41,7 @@ A_WHILE = 0.9
 """So far into the run there is a memory, and the first turn is seen [s]."""
 SOON, LATER = 0.35, 0.45
 """The bounce shown is so far ahead [s]."""
-FAN = 20
+FAN = 12
 """Rollouts drawn: the best ones with different first velocities."""
 SPEED = 0.22
 """A velocity of 1 m/s is drawn so long [m]."""
