@@ -292,7 +292,7 @@ def _stages(sent: Sent, planner: Planned, controller: Controlled, ahead: float) 
 
 
 def _lost(sent: Sent, controller: Controlled) -> float:
-    """Simulated time given up between the first command that moves the robot and the last one, as reported then [s]."""
+    """Time for which the simulator did not run between the first command that moves the robot and the last one, as reported then [s]."""
     moving = [sent.commands[n].sent for n, tick in _numbered(controller) if tick.moves and n in sent.commands]
     if not moving:
         return 0.0
@@ -301,6 +301,6 @@ def _lost(sent: Sent, controller: Controlled) -> float:
 
 
 def _times_lost(diagnostics: Any) -> Iterator[float]:
-    """Simulated time given up in stalls [s], where a message of /diagnostics tells it."""
+    """Time for which the simulator did not run [s], where a message of /diagnostics tells it."""
     for status in diagnostics.status:
-        yield from (float(item.value) for item in status.values if item.key == "time_lost_in_stalls")
+        yield from (float(item.value) for item in status.values if item.key == "time_stalled")

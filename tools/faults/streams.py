@@ -79,7 +79,7 @@ class Streams:
     Attributes:
         commands, maneuvers, truth, states, goals, stops, beats, refusals, poses, scans: what came, in the order of
             receipt.
-        losses: when the firmware told how much time its clock has lost in stalls, and how much [s].
+        losses: when the firmware told for how long it was held up so far, and how long [s].
         health: newest report of each node by its name, with the time it was sent [s, steady clock].
     """
 
@@ -136,8 +136,8 @@ class Streams:
         for status in message.status:
             self.health[status.name.rpartition("/")[2]] = sent, status
             values = {item.key: item.value for item in status.values}
-            if "time_lost_in_stalls" in values:
-                self.losses.append((sent, float(values["time_lost_in_stalls"])))
+            if "time_stalled" in values:
+                self.losses.append((sent, float(values["time_stalled"])))
             if "stop_age" in values and (not self.stops or int(values["stops"]) != self.stops[-1].count):
                 age = float(values["stop_age"])
                 self.stops.append(WheelStop(sent, int(values["stops"]), age, values["stop_cause"]))
@@ -186,16 +186,16 @@ class Streams:
 
 
 def why_lost(losses: Iterable[tuple[float, float]], begin: float, end: float) -> str:
-    """Why the machine counts as stalled for the firmware, by what its clock has lost; empty where it does not.
+    """Why the machine counts as stalled for the firmware, which was held up; empty where it does not.
 
     Args:
-        losses: when it told how much time was lost so far, and how much [s].
+        losses: when it told for how long it was held up so far, and how long [s].
         begin, end: the newest word of before `begin` is compared with the newest of until `end` [s].
     """
     rows = list(losses)
     before = [lost for sent, lost in rows if sent <= begin][-1:] or [0.0]
     lost = max((lost for sent, lost in rows if sent <= end), default=0.0) - before[0]
-    return f"the firmware's clock lost {lost:.2f} s" if lost > LOST else ""
+    return f"the firmware did not run for {lost:.2f} s" if lost > LOST else ""
 
 
 def why_stalled(who: str, sent: Iterable[float], begin: float, end: float) -> str:

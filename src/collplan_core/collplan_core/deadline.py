@@ -12,9 +12,10 @@ def never() -> bool:
     return False
 
 
-def after(started_at: float, budget: float) -> Deadline:
-    """The deadline `budget` [s] after `started_at`, a time of perf_counter [s]."""
-    return lambda: perf_counter() >= started_at + budget
+def after(budget: float, clock: Callable[[], float] = perf_counter) -> Deadline:
+    """The deadline `budget` [s] from now on, by `clock` [s]."""
+    end = clock() + budget
+    return lambda: clock() >= end
 
 
 def after_looks(looks: int) -> Deadline:

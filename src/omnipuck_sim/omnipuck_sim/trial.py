@@ -132,7 +132,7 @@ class _Nodes:
 
 def _deadline(settings: Settings) -> Deadline:
     budget = settings.time_to_goal.time_budget
-    return after(perf_counter(), budget) if budget > 0.0 else never
+    return after(budget) if budget > 0.0 else never
 
 
 class _Timer:

@@ -305,7 +305,12 @@ class Simulation(Parameters):
     world: str = parameter("corridor", "World simulated: NAME, FILE or FAMILY:SEED")
     seed: int = parameter(0, "Seed of every random number", low=0, high=2**31 - 1)
     physics_rate: float = parameter(800.0, "Physics steps per second", unit="Hz", low=400.0, high=10000.0)
-    speed_factor: float = parameter(1.0, "Simulated seconds per second; other than 1 needs use_sim_time everywhere", low=0.05, high=50.0)
+    speed_factor: float = parameter(1.0, "Simulated seconds per second, 0 for as many as the graph allows in lockstep; other than 1 needs use_sim_time in all nodes", low=0.0, high=50.0)
+    lockstep: bool = parameter(False, "Simulated time waits for nodes that are late; needs use_sim_time in all nodes")
+    controller_lateness: float = parameter(0.01, "Simulated time by which a command may come after its control period has begun, in lockstep", unit="s", low=0.001, high=1.0)
+    planner_lateness: float = parameter(0.03, "Simulated time by which the planner may be behind the poses, in lockstep", unit="s", low=0.001, high=1.0)
+    sensor_lateness: float = parameter(0.02, "Simulated time by which mocap_node and lidar_node may be behind the poses, in lockstep", unit="s", low=0.001, high=1.0)
+    patience: float = parameter(1.0, "Longest wait of simulated time for a node that is late, by the system's clock; then it goes on without that node", unit="s", low=0.05, high=60.0)
     restitution: float = parameter(0.7, "True restitution of the ring (assumed)", low=0.0, high=1.0)
     restitution_slope: float = parameter(0.0, "How much the restitution falls with the speed into the wall", unit="s/m", low=0.0, high=0.5)
     restitution_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution from hit to hit", low=0.0, high=0.5)
@@ -330,6 +335,16 @@ class Simulation(Parameters):
     marker_offset_x: float = parameter(0.0, "Where the measured body's origin is on the robot: forward", unit="m", low=-1.0, high=1.0)
     marker_offset_y: float = parameter(0.0, "Where the measured body's origin is on the robot: to the left", unit="m", low=-1.0, high=1.0)
     marker_offset_yaw: float = parameter(0.0, "Heading of the measured body on the robot", unit="rad", low=-pi, high=pi)
+
+    @property
+    def publishes_clock(self) -> bool:
+        """Whether time is the simulator's, for all nodes."""
+        return self.lockstep or self.speed_factor != 1.0
+
+    @property
+    def pace(self) -> float:
+        """Simulated seconds that pass in one of real time; 0 where that varies."""
+        return 0.0 if self.lockstep else self.speed_factor
 
 
 @dataclass(frozen=True)

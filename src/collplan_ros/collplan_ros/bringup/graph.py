@@ -329,7 +329,7 @@ class Graph:
     def _ros_arguments(self, name: str) -> list[str]:
         namespace = f"__ns:={self._preparation.namespace}"
         arguments = ["--params-file", str(self._folder.parameters), "-r", namespace, *self._remapping()]
-        if self._preparation.settings.simulator.speed_factor != 1.0:
+        if self._preparation.settings.simulator.publishes_clock:
             arguments += ["-p", "use_sim_time:=true"]
         if self._preparation.robot.emulated and name in SERIAL_ENDS:
             arguments += ["-p", f"{SERIAL_ENDS[name]}:={self._folder.serial}"]

@@ -13,7 +13,7 @@ from collplan_core.parameters import Planning, Settings, Simulation
 from collplan_core.parameters.spec import Parameters, specs
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import RANGES
-from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, REAL, SIM, robot_kind
+from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, LOCKSTEP, REAL, SIM, robot_kind
 from collplan_ros.node_kit.node_names import namespace_from
 
 
@@ -41,6 +41,7 @@ class Options:
         view: whether view_node shows the run in a browser.
         again: whether the robot drives there and back until it is interrupted.
         namespace: of all nodes, with its leading slash.
+        real_time: whether a simulation does not wait for its graph.
     """
 
     robot: str = "sim"
@@ -62,6 +63,7 @@ class Options:
     view: bool = False
     again: bool = False
     namespace: str = "/"
+    real_time: bool = False
 
     def values(self) -> dict[str, object]:
         """The parameters that these options set, by key."""
@@ -74,6 +76,7 @@ class Options:
             "lidar.seed": self.seed,
             "trial.timeout": self.timeout,
             "robot.max_speed": self.max_speed,
+            LOCKSTEP: False if self.real_time else None,
         }
         return {key: value for key, value in chosen.items() if value is not None}
 
@@ -180,6 +183,11 @@ def _parser() -> argparse.ArgumentParser:
         choices=(SIM, REAL),
         default=SIM,
         help="whose scans: of lidar_node, which casts rays in the world, or of a real LIDAR (default sim)",
+    )
+    add(
+        "--real-time",
+        action="store_true",
+        help="do not let the simulation wait for nodes that are late (simulator.lockstep: false)",
     )
     add("--check", action="store_true", help="check link, motion capture, axes and LIDAR instead, and find offsets")
     add("--yes", action="store_true", help="with --check: move the robot without asking")

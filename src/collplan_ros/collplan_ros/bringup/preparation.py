@@ -102,7 +102,7 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
 
 
 def _settings(options: Options, robot: RobotKind, given: Mapping[str, object]) -> Settings:
-    values = {**given, **robot.values, **options.values()}
+    values = {**robot.unless_given, **given, **robot.values, **options.values()}
     if not robot.simulated and options.world is None and not options.check:
         # a world of the parameter file was another run's
         values |= {"lidar.world": UNKNOWN, "simulator.world": UNKNOWN}

@@ -19,6 +19,7 @@ class RobotKind:
         network: default discovery range, local or subnet; None where it has to be said.
         emulated: whether a pseudo-terminal replaces the serial device.
         values: parameters set for this robot, by key.
+        unless_given: parameters set for this robot where the user's file does not have them, by key.
     """
 
     nodes: tuple[str, ...]
@@ -26,13 +27,21 @@ class RobotKind:
     network: str | None
     emulated: bool = False
     values: Mapping[str, object] = field(default_factory=dict)
+    unless_given: Mapping[str, object] = field(default_factory=dict)
 
 
-EMULATOR = RobotKind(nodes=("driver_node", "firmware_emulator"), simulated=True, network="local", emulated=True)
+LOCKSTEP = "simulator.lockstep"
+EMULATOR = RobotKind(
+    nodes=("driver_node", "firmware_emulator"),
+    simulated=True,
+    network="local",
+    emulated=True,
+    values={LOCKSTEP: False},  # a serial line has real time
+)
 ROBOTS = {
-    "sim": RobotKind(nodes=("simulator_node",), simulated=True, network="local"),
+    "sim": RobotKind(nodes=("simulator_node",), simulated=True, network="local", unless_given={LOCKSTEP: True}),
     "emulator": EMULATOR,
-    "emulator:c": replace(EMULATOR, values={"emulator.firmware": "c"}),
+    "emulator:c": replace(EMULATOR, values={**EMULATOR.values, "emulator.firmware": "c"}),
 }
 EXPECTED = f"{', '.join(ROBOTS)}, {SERIAL}:PATH or {SERIAL}:PATH@BAUD"
 FIRST_SPEED = 0.3

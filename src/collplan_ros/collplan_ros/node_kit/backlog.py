@@ -3,10 +3,10 @@
 from threading import Lock
 from time import monotonic
 
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
+from collplan_ros.node_kit.clock import local_clock, seconds, steady_clock
 from collplan_ros.node_kit.stall import StallGuard
 
 TICK_PERIOD = 0.05
@@ -17,6 +17,7 @@ class Backlog:
     """Drops the queues of a node's subscriptions after a gap in its steady timer.
 
     A node whose callbacks take long has another thread `tick`: then only a process that does not run at all has a gap.
+    While a simulation waits for its graph there is none.
 
     Attributes:
         guard: the gaps so far.
@@ -29,8 +30,8 @@ class Backlog:
         self._subscriptions: list[Subscription] = []
         self._due = False
         self._lock = Lock()
-        # steady even where the node follows /clock: what stands still is the process
-        node.create_timer(TICK_PERIOD, self._drop, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._clock = local_clock(node)
+        node.create_timer(TICK_PERIOD, self._drop, clock=steady_clock())
 
     def watch(self, subscription: Subscription) -> None:
         """Has the queue of a subscription dropped from now on."""
@@ -39,7 +40,7 @@ class Backlog:
     def tick(self) -> None:
         """Registers that the process runs; from any thread."""
         with self._lock:
-            self._due = self.guard.tick(monotonic()) or self._due
+            self._due = self.guard.tick(monotonic(), seconds(self._clock)) or self._due
 
     def holds(self) -> bool:
         """Whether the message whose callback asks this has queued up in a gap; the rest of the queues goes with it."""

@@ -1,5 +1,7 @@
 """The local clock of a node, for ages and timers."""
 
+from typing import Protocol
+
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
@@ -11,6 +13,11 @@ def local_clock(node: Node) -> Clock:
     """
     if node.get_parameter("use_sim_time").value:
         return node.get_clock()
+    return steady_clock()
+
+
+def steady_clock() -> Clock:
+    """The clock that is never set, for what must go on whatever /clock does."""
     return Clock(clock_type=ClockType.STEADY_TIME)
 
 
@@ -22,3 +29,28 @@ def seconds(clock: Clock) -> float:
 def described_age(age: float) -> str:
     """An age [s] in words, to follow "no pose": "yet" for an infinite one, else "for 1.2 s"."""
     return "yet" if age == float("inf") else f"for {age:.1f} s"
+
+
+class Times(Protocol):
+    """The time by which the ages of messages are measured."""
+
+    def now(self) -> float:
+        """The present time [s]."""
+
+    def sent(self, wall: float) -> float:
+        """The time of a message that was sent at `wall` [s, system's clock of its sender], up to a constant [s]."""
+
+
+class SteadyTimes:
+    """Real time, by the steady clock of this machine."""
+
+    def __init__(self) -> None:
+        self._clock = steady_clock()
+
+    def now(self) -> float:
+        """The present time of the steady clock [s]."""
+        return seconds(self._clock)
+
+    def sent(self, wall: float) -> float:
+        """As it is: the two clocks differ by a constant, until one of them is set."""
+        return wall

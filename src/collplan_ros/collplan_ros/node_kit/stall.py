@@ -18,12 +18,17 @@ class StallGuard:
         self.count = 0
         self.ended = -math.inf
         self._limit = limit
-        self._last: float | None = None
+        self._last: tuple[float, ...] = ()
 
-    def tick(self, now: float) -> bool:
-        """Registers a tick at `now` [s, a steady clock]; whether it ends a gap."""
+    def tick(self, *now: float) -> bool:
+        """Registers a tick; whether it ends a gap.
+
+        Args:
+            now: the time by a steady clock [s], and by others that may stand still meanwhile: a gap is one by all.
+        """
         last, self._last = self._last, now
-        if last is None or now - last <= self._limit:
+        gap = min((a - b for a, b in zip(now, last, strict=True)), default=0.0) if last else 0.0
+        if gap <= self._limit:
             return False
-        self.gap, self.count, self.ended = now - last, self.count + 1, now
+        self.gap, self.count, self.ended = gap, self.count + 1, now[0]
         return True

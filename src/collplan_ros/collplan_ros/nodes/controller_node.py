@@ -35,6 +35,7 @@ from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
+from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.controller_outputs import ControllerOutputs
 from collplan_ros.nodes.hand_input import HandInput
@@ -74,7 +75,7 @@ class ControllerNode(Node):
     def _make_inputs(self) -> None:
         listen = Inputs(self, self._loop.refusals, Backlog(self))
         self._inputs = listen
-        self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age)
+        self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age, self._local_clock)
         listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
         listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT, late_counts=True)
         listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED)
@@ -84,7 +85,8 @@ class ControllerNode(Node):
         listen.listen(DiagnosticStatus, "robot/state", self._on_robot_state, qos.LATCHED, EVENT)
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
         self._hand = HandInput(self, listen, self._settings, self._on_hand)
-        self.create_timer(1.0 / self._settings.controller.rate, self._on_timer, clock=self._local_clock)
+        timer = self.create_timer(1.0 / self._settings.controller.rate, self._on_timer, clock=self._local_clock)
+        self._turn = Turn(self, self._local_clock, timer)
 
     def _why_forbidden(self) -> str:
         return self._constants.disagreement or self._heartbeat.why_silent()
@@ -145,6 +147,7 @@ class ControllerNode(Node):
         self._period.tick(local)
         command = self._journal.call(self._loop.tick, local)
         self._outputs.send(command, self._loop, self._loop.now(local) or 0.0)
+        self._turn.over()
         # last of all: the robot waits for the command
         self._journal.end_cycle()
 
@@ -176,6 +179,7 @@ class ControllerNode(Node):
     def stop(self) -> None:
         """Commands zero and waits until the robot has received it."""
         self._outputs.send_last(stopped("the controller ends"), self._loop.now(self._local()) or 0.0)
+        self._turn.end()
         self._journal.end_cycle()
 
 

@@ -4,11 +4,13 @@ from collections.abc import Callable
 from threading import Event, Thread
 from time import monotonic
 
+from rclpy.clock import Clock
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
 from collplan_core.control.permission import why_stale
 from collplan_ros.messages import qos
+from collplan_ros.node_kit.clock import seconds
 from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
 
@@ -48,16 +50,23 @@ class Heartbeat:
 class HeartbeatWatch:
     """Whether the planner's heartbeat has stopped. A planner that never had one is not missed."""
 
-    def __init__(self, inputs: Inputs, limit: float) -> None:
-        """Listens through `inputs`; a silence longer than `limit` [s] is a stop."""
+    def __init__(self, inputs: Inputs, limit: float, clock: Clock) -> None:
+        """Listens through `inputs`; a silence longer than `limit` [s], in real time and by `clock`, is a stop."""
         self._limit = limit
-        self._heard: float | None = None
+        self._clock = clock
+        self._heard: tuple[float, float] | None = None
         inputs.listen(Empty, "planner/heartbeat", self._take, qos.NEWEST, EVENT)
 
     def why_silent(self) -> str:
         """Why the planner counts as frozen or dead, "" where it does not."""
-        # steady even under /clock: a process that is frozen is so in real time
-        return "" if self._heard is None else why_stale("planner heartbeat", monotonic() - self._heard, self._limit)
+        if self._heard is None:
+            return ""
+        # a simulation may run faster than the heart beats, or wait for its planner
+        silence = min(now - heard for now, heard in zip(self._now(), self._heard, strict=True))
+        return why_stale("planner heartbeat", silence, self._limit)
 
     def _take(self, _: Empty) -> None:
-        self._heard = monotonic()
+        self._heard = self._now()
+
+    def _now(self) -> tuple[float, float]:
+        return monotonic(), seconds(self._clock)

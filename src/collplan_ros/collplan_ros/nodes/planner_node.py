@@ -6,11 +6,12 @@ nothing and says why; the controller stops the robot when plans fail to come. Al
 
 import uuid
 from collections.abc import Callable, Sequence
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import Any, ParamSpec
 
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
+from rclpy.clock import ROSClock
 from rclpy.node import Node
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
@@ -55,6 +56,7 @@ from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
+from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.heartbeat import Heartbeat
 from collplan_ros.nodes.journal_output import journal_to
 from collplan_ros.nodes.plan_outputs import PlanOutputs
@@ -81,9 +83,9 @@ BUDGET_SHARE = 0.5
 """Time budget of refinement where time_to_goal.time_budget is 0, as a share of map_period: plans must not be late."""
 
 
-def deadline(settings: Settings) -> Deadline:
-    """Until when a plan that is begun now may be worked on."""
-    return after(perf_counter(), settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings))
+def deadlines(clock: Callable[[], float]) -> Callable[[Settings], Deadline]:
+    """Gives until when a plan that is begun now may be worked on, by `clock` [s]."""
+    return lambda settings: after(settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings), clock)
 
 
 class PlannerNode(Node):
@@ -99,6 +101,8 @@ class PlannerNode(Node):
         journal = self._journal = journal_to(self.create_publisher(String, "planner/journal", qos.JOURNAL), PLANNER)
         journal.begin(self._settings)
         why_forbidden = journal.asked(lambda: self._constants.disagreement)
+        # a simulation that waits for the plan does so while other programs have the processor, too
+        deadline = deadlines(thread_time if isinstance(self._local_clock, ROSClock) else perf_counter)
         self._loop = PlannerLoop(self._settings, journal.counted(deadline), why_forbidden=why_forbidden)
         self._planning_time = 0.0
         warm_up()
@@ -119,6 +123,7 @@ class PlannerNode(Node):
         on_change(self, self._take_settings, *GROUPS)
         self._diagnostics = Diagnostics(self, self._health)
         self._heartbeat = Heartbeat(self, backlog.tick)
+        self._turn = Turn(self, self._local_clock)
         self._inputs.ready(self._about())
 
     def _about(self) -> str:
@@ -138,6 +143,7 @@ class PlannerNode(Node):
 
     def _on_pose(self, state: State) -> None:
         self._act_at_once(self._timed(self._loop.take_pose, state, self._local()))
+        self._turn.over()
 
     def _on_scan(self, scan: Scan) -> None:
         self._journal.call(self._loop.take_scan, scan, self._local())
@@ -176,6 +182,7 @@ class PlannerNode(Node):
 
     def _on_timer(self) -> None:
         self._act(self._timed(self._loop.cycle, self._local()))
+        self._turn.over()
         # last of all: the robot waits for the plan
         self._journal.end_cycle()
 
@@ -239,6 +246,7 @@ class PlannerNode(Node):
         for decision in self._journal.call(self._loop.cancel):
             if isinstance(decision, Goal):
                 publish_acknowledged(self._status, goal_to_status(decision))
+        self._turn.end()
         self._journal.end_cycle()
 
     def destroy_node(self) -> None:

@@ -11,7 +11,6 @@ from typing import Protocol
 import numpy as np
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist, TwistStamped
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
@@ -23,7 +22,7 @@ from collplan_ros.messages.cmd_vel import command_type, twist_of
 from collplan_ros.messages.goal_status import goal_from_status
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST
 from collplan_ros.node_kit import input_watch
-from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.clock import SteadyTimes, Times, steady_clock
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.stall import StallGuard
@@ -68,8 +67,10 @@ class RobotContract:
         clearances: how often the emergency stop was cleared.
     """
 
-    def __init__(self, node: Node, inputs: Inputs, robot: Robot, settings: Settings) -> None:
-        """Subscribes through `inputs` and serves in `node`."""
+    def __init__(
+        self, node: Node, inputs: Inputs, robot: Robot, settings: Settings, times: Times | None = None
+    ) -> None:
+        """Subscribes through `inputs` and serves in `node`; ages are measured by `times`, by default in real time."""
         self.stopped_by = ""
         self._ignored = self.releases = self.clearances = 0
         self._node = node
@@ -81,8 +82,7 @@ class RobotContract:
         self._delay = SmallestDelay()
         self._commands = self._late = 0
         self._taken_at = -math.inf
-        # steady even where the node follows /clock: a stall of this process is one of the machine
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._times = times or SteadyTimes()
         self._stalls = StallGuard()
         self._commanders = Commanders(node, "cmd_vel")
         self._state = RobotState(node)
@@ -92,7 +92,7 @@ class RobotContract:
         self._serve("estop", self._stop)
         self._serve("clear_estop", self._clear_stop)
         self._serve("resume", self._resume)
-        node.create_timer(LOOK_PERIOD, self.look, clock=self._steady)
+        node.create_timer(LOOK_PERIOD, self.look, clock=steady_clock())
         self._tell()
 
     def change_settings(self, settings: Settings) -> None:
@@ -142,9 +142,9 @@ class RobotContract:
 
     def look(self) -> None:
         """Holds the robot where something must: a second commander, silence. Notes stalls of this node."""
-        steady = seconds(self._steady)
-        self._stalls.tick(steady)
-        self._commanders.look(steady)
+        now = self._times.now()
+        self._stalls.tick(now)
+        self._commanders.look(now)
         reason = self._why_hold()
         if reason and self.may_move:
             self.hold(reason)
@@ -158,14 +158,14 @@ class RobotContract:
     # ---- commands
 
     def _take_command(self, message: Twist | TwistStamped) -> None:
-        steady = seconds(self._steady)
-        if self._stalls.tick(steady):
+        now = self._times.now()
+        if self._stalls.tick(now):
             self.look()
         is_first = math.isinf(self._delay.least)
-        self._delay, age = self._delay.measured(self._inputs.sent, steady)
-        self._commanders.took(self._inputs.number, steady)
+        self._delay, age = self._delay.measured(self._times.sent(self._inputs.sent), now)
+        self._commanders.took(self._inputs.number, now)
         # the first one's age is unknown, and what was queued in a stall was sent before its end
-        if is_first or age >= self._settings.limits.command_age or steady - age <= self._stalls.ended:
+        if is_first or age >= self._settings.limits.command_age or now - age <= self._stalls.ended:
             self._late += 1
             return
         self._taken_at = self._robot.now()

@@ -96,7 +96,7 @@ def _topics(settings: Settings) -> Iterator[RecordedTopic]:
         pass
     for name in ("cmd_vel", "hand/cmd_vel"):
         yield RecordedTopic(name, command_type(settings), EVERY_ONE)
-    if settings.simulator.speed_factor != 1.0:
+    if settings.simulator.publishes_clock:
         yield RecordedTopic("/clock", Clock, EVERY_ONE)
     try:
         transforms = import_module("tf2_msgs.msg").TFMessage

@@ -109,7 +109,7 @@ class Recorder:
         self.stands_since = 0.0
         self.time_zero: float | None = None
         self._send_times = send_times or SendTimes()
-        self._pace = settings.simulator.speed_factor
+        self._pace = settings.simulator.pace
         self._run_times = RunTimes(self._pace)
         self._record = record
         self._namespace = namespace

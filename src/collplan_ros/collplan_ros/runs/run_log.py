@@ -126,7 +126,7 @@ class RunLog:
         detected_impacts: impacts as published on the topic impact/contact, each with its own time.
         costs: figures of each planning cycle.
         reached_sent: when the planner sent that the goal is reached; None before.
-        pace: how many seconds of stamps pass in one of the clock of `sent`, as simulator.speed_factor.
+        pace: how many seconds of stamps pass in one of the clock of `sent`; 0 where that varies.
     """
 
     poses: list[PoseRow] = field(default_factory=list)

@@ -17,7 +17,7 @@ class RunTimes:
     """
 
     def __init__(self, pace: float = 1.0) -> None:
-        """`pace` is how many seconds of stamps pass in one of the steady clock."""
+        """`pace` is how many seconds of stamps pass in one of the steady clock; 0 where that varies: no clock is set then."""
         self.corrections = [0.0]
         self._pace = pace
         self._last: tuple[float, float] | None = None
@@ -28,7 +28,7 @@ class RunTimes:
         if self._last is not None:
             last, last_sent = self._last
             expected = last + self._pace * max(0.0, sent - last_sent)
-            if time < last or abs(time - expected) > self._pace * STEP:
+            if time < last or (self._pace and abs(time - expected) > self._pace * STEP):
                 self.corrections = [*self.corrections[-MOST:], expected - stamp]
                 time = expected
         self._last = time, sent

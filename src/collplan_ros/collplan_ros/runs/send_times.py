@@ -4,27 +4,25 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 
-STEP = 0.01
-"""Change between wall clock and steady clock beyond which the wall clock was set [s]."""
-PROMPT = 0.001
-"""Longest time for reading both clocks; what took longer compares them wrongly [s]."""
+from collplan_ros.node_kit.clock_offset import STEP, ClockOffset
+
 KEPT = 8
 """Settings of the wall clock that are remembered: messages from before a step are still under way."""
 
 
 class SendTimes:
-    """Puts times of sending onto the steady clock, whatever steps the wall clock takes meanwhile.
-
-    Attributes:
-        ahead: by how much the wall clock is ahead of the steady clock now [s].
-    """
+    """Puts times of sending onto the steady clock, whatever steps the wall clock takes meanwhile."""
 
     def __init__(self, wall: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic) -> None:
         """`wall` and `steady` are the two clocks [s]."""
-        self._wall = wall
         self._clock = steady
-        self.ahead = wall() - steady()
+        self._offset = ClockOffset(wall, steady)
         self._settings = deque([self.ahead], maxlen=KEPT)
+
+    @property
+    def ahead(self) -> float:
+        """By how much the wall clock is ahead of the steady clock now [s]."""
+        return self._offset.ahead
 
     def now(self) -> float:
         """The present time [s, steady clock]."""
@@ -36,17 +34,12 @@ class SendTimes:
         Of the settings that the wall clock has had, that one counts by which the message was on its way shortest, as
         none comes before it was sent.
         """
-        now = self._compare()
+        if self._offset.compare():
+            self._settings.append(self.ahead)
+        now = self._clock()
         ages = [now - (sent - ahead) for ahead in self._settings]
         possible = [age for age in ages if age >= -STEP]
         return now - (min(possible) if possible else max(ages))
-
-    def _compare(self) -> float:
-        before, wall, now = self._clock(), self._wall(), self._clock()
-        if now - before <= PROMPT and abs(wall - now - self.ahead) > STEP:
-            self.ahead = wall - now
-            self._settings.append(self.ahead)
-        return now
 
 
 class ArrivalTimes:

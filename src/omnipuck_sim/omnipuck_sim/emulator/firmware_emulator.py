@@ -33,7 +33,7 @@ class FirmwareEmulator(Node):
     """Once per pose it reads what the driver has sent, moves the robot, and answers.
 
     Each time the wheels are set to zero after they had turned, its diagnostics report at once: `stops`, `stop_age` (of
-    the command then), `stop_cause`, and `time_lost_in_stalls`, all on the simulation's clock.
+    the command then), `stop_cause`, and `time_stalled`, all on the simulation's clock.
     """
 
     def __init__(self, **kwargs: Any) -> None:
@@ -43,6 +43,8 @@ class FirmwareEmulator(Node):
         self._settings = read_settings(self, *GROUPS)
         if self._settings.simulator.speed_factor != 1.0:
             raise ParameterError("simulator.speed_factor: expected 1 with the emulated firmware, a line has real time")
+        if self._settings.simulator.lockstep:
+            raise ParameterError("simulator.lockstep: expected false with the emulated firmware, a line has real time")
         self._room = MocapRoom(self, self._settings)
         self._line_in, self._line_out = (BadLine(2 * self._settings.simulator.seed + way) for way in (0, 1))
         self._terminal: PseudoTerminal | None = None
@@ -115,9 +117,9 @@ class FirmwareEmulator(Node):
     # ---- time
 
     def _advance(self) -> None:
-        lost = self._room.lost
+        stalled = self._room.stalled
         impacts = self._room.advance(self._firmware.advance)
-        self._firmware.stalled |= self._room.lost > lost
+        self._firmware.stalled |= self._room.stalled > stalled
         for impact in impacts:
             self._firmware.sense(impact)
         self._write(self._firmware.receive(self._read()))
@@ -153,7 +155,7 @@ class FirmwareEmulator(Node):
             **firmware.counts(),
             "impacts": self._room.impacts,
             "simulated_time": self._room.simulator.time,
-            "time_lost_in_stalls": self._room.lost,
+            "time_stalled": self._room.stalled,
             "stops": sum(self._stops.values()),
         }
         if stop is not None:

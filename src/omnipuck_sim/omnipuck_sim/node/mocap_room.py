@@ -1,5 +1,6 @@
-"""The simulated robot in a room with motion capture, in real time: its poses, and the truth, on the graph."""
+"""The simulated robot in a room with motion capture: its poses, and the truth, on the graph."""
 
+import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,6 +17,7 @@ from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.clock_offset import ClockOffset
 from collplan_ros.node_kit.node_parameters import on_change
 from omnipuck_sim.node.pacing import Pacing
 from omnipuck_sim.robot.impact import Impact
@@ -26,13 +28,18 @@ MOCAP_LIVE = ("simulator.mocap_fault",)
 """What the room takes while its node runs."""
 FASTEST_TIMER = 0.001
 """Shortest period of the timer; what is due between two calls is then published together [s]."""
+CATCH_UP = 5.0
+"""Simulated time that is made up for after a stall where stamps are those of the system's clock [s]."""
+CATCH_UP_OF_CLOCK = 0.05
+"""The same where /clock is published, and everything else waits for it [s]."""
 
 
 class MocapRoom:
-    """Runs in real time, stamped by the node's clock, or at another speed factor, where it publishes /clock.
+    """Runs in real time, stamped by the system's clock; or in simulated time, which it publishes on /clock.
 
     Attributes:
         simulator: the robot.
+        publishes_clock: whether time is the simulator's, for all nodes.
         impacts: impacts so far.
         description: world, seed and start, in words.
     """
@@ -42,6 +49,7 @@ class MocapRoom:
         simulation = settings.simulator
         world = load_world(simulation.world)
         self.simulator = Simulator(world, settings, simulation.seed)
+        self.publishes_clock = simulation.publishes_clock
         x, y = self.simulator.state.position.tolist()
         self.description = f"world {world.name}, seed {simulation.seed}, start {x:.3f}, {y:.3f}"
         self.impacts = 0
@@ -50,34 +58,46 @@ class MocapRoom:
         self._fault = simulation.mocap_fault
         on_change(node, self._take_fault, Simulation)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._pacing = Pacing(simulation.physics_rate, simulation.speed_factor, seconds(self._steady))
+        catch_up = CATCH_UP_OF_CLOCK if self.publishes_clock else CATCH_UP
+        self._pacing = Pacing(simulation.physics_rate, simulation.speed_factor, catch_up, seconds(self._steady))
+        self._offset = ClockOffset(lambda: seconds(node.get_clock()), lambda: seconds(self._steady))
         self._epoch = 0.0
         self._poses = 0
         self._unsent: deque[tuple[float, PoseStamped]] = deque()
         self._pose_publisher = node.create_publisher(PoseStamped, "mocap/pose", POSE_PUBLISHED)
         self._odometry_publisher = node.create_publisher(Odometry, "ground_truth/odom", EVENT)
         self._impact_publisher = node.create_publisher(Vector3Stamped, "ground_truth/impact", EVENT)
-        follows = simulation.speed_factor == 1.0
-        self._clock_publisher = None if follows else node.create_publisher(ClockMessage, "/clock", NEWEST)
+        self._clock_publisher = node.create_publisher(ClockMessage, "/clock", NEWEST) if self.publishes_clock else None
 
     def call_each_pose(self, advance: Callable[[], object]) -> None:
         """Calls `advance` once per pose from now on."""
         simulation = self._settings.simulator
-        period = max(1.0 / (simulation.mocap_rate * simulation.speed_factor), FASTEST_TIMER)
-        self._node.create_timer(period, advance, clock=self._steady)
+        pace = simulation.mocap_rate * simulation.speed_factor
+        self._node.create_timer(max(1.0 / pace if pace else 0.0, FASTEST_TIMER), advance, clock=self._steady)
 
     @property
-    def lost(self) -> float:
-        """Simulated time given up in stalls of this process [s]."""
-        return self._pacing.lost
+    def stalled(self) -> float:
+        """Time for which this process was held up so far [s]."""
+        return self._pacing.stalled
 
-    def advance(self, before_step: Callable[[], None] | None = None) -> list[Impact]:
-        """Brings the simulation to the present, publishes poses and impacts on the way, and returns the impacts."""
-        steps = self._pacing.due(seconds(self._steady))
-        if self._clock_publisher is None:
-            # only after a stall or a step of the system's clock this changes by more than the clocks' reading time
-            target = self.simulator.time + steps / self._settings.simulator.physics_rate + self._pacing.ahead
-            self._epoch = seconds(self._node.get_clock()) - target
+    @property
+    def waits(self) -> bool:
+        """Whether simulated time was last held back by its limit."""
+        return self._pacing.behind * self._settings.simulator.physics_rate >= 1.0
+
+    def advance(self, before_step: Callable[[], None] | None = None, limit: float = math.inf) -> list[Impact]:
+        """Brings the simulation to the present, publishes poses and impacts on the way, and returns the impacts.
+
+        Args:
+            before_step: called before each step.
+            limit: simulated time beyond which it does not go [s].
+        """
+        now = seconds(self._steady)
+        steps = self._pacing.due(now, limit - self.simulator.time)
+        if not self.publishes_clock:
+            self._offset.compare()
+            present = self.simulator.time + steps / self._settings.simulator.physics_rate + self._pacing.behind
+            self._epoch = now + self._offset.ahead - present
         for _ in range(steps):
             if before_step is not None:
                 before_step()

@@ -1,0 +1,54 @@
+"""A node's reports to a simulation that waits for its graph: until when the node has done all that was due."""
+
+import math
+
+from rclpy.clock import Clock, ROSClock
+from rclpy.node import Node
+from rclpy.time import Time
+from rclpy.timer import Timer
+from sensor_msgs.msg import TimeReference
+
+from collplan_ros.messages.qos import EVENT
+
+TOPIC = "lockstep"
+STEP = 0.015
+"""Shortest simulated time between two reports [s]."""
+END = 2**31 - 1
+"""The time reported by a node that ends [s]: nothing is due of it any more."""
+
+
+class Turn:
+    """Publishes on `lockstep`, where the node follows /clock: source is its full name, and nothing is due before time_ref.
+
+    Without /clock it publishes nothing, as nobody waits then.
+    """
+
+    def __init__(self, node: Node, clock: Clock, timer: Timer | None = None) -> None:
+        """Reports of `node`, whose time is `clock`; of what it does by `timer`, else of what it does on messages."""
+        self._clock = clock
+        self._timer = timer
+        self._name = node.get_fully_qualified_name()
+        self._reported = -math.inf
+        is_awaited = isinstance(clock, ROSClock) and clock.ros_time_is_active
+        self._out = node.create_publisher(TimeReference, TOPIC, EVENT) if is_awaited else None
+
+    def over(self) -> None:
+        """Reports that all has been done that is due by now, or before the next call of the timer."""
+        if self._out is None:
+            return
+        until = self._clock.now().nanoseconds
+        if self._timer is not None:
+            until += self._timer.time_until_next_call() or 0
+        if 1e-9 * until >= self._reported + STEP:
+            self._report(until)
+
+    def end(self) -> None:
+        """Reports that the node ends."""
+        if self._out is not None:
+            self._report(END * 10**9)
+
+    def _report(self, until: int) -> None:
+        self._reported = 1e-9 * until
+        message = TimeReference(source=self._name, time_ref=Time(nanoseconds=until).to_msg())
+        message.header.stamp = self._clock.now().to_msg()
+        self._out.publish(message)
