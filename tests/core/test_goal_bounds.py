@@ -35,7 +35,7 @@ def setting(strategy: str) -> Settings:
 
 def planner(strategy: str) -> PlannerLoop:
     """With the share of a T_map that planner_node gives it, in the time that the process has."""
-    return PlannerLoop(setting(strategy), lambda each: after(time.perf_counter(), 0.025))
+    return PlannerLoop(setting(strategy), lambda each: after(0.025))
 
 
 @pytest.mark.timeout(600)  # without its compiler
@@ -97,7 +97,7 @@ FENCED = Settings().with_values({"planner.strategy": "harness", "limits.fence": 
 
 
 def test_a_goal_beyond_the_fence_is_refused_with_the_reason():
-    loop = PlannerLoop(FENCED, lambda each: after(time.perf_counter(), 0.025))
+    loop = PlannerLoop(FENCED, lambda each: after(0.025))
     see(loop, 1.0)
     assert statuses(loop.take_goal(IDENTITY, np.array([0.9, 0.0]), 1.0)) == [ACCEPTED]
     decisions = loop.take_goal(IDENTITY, np.array([2.0, 0.0]), 1.0)
@@ -106,7 +106,7 @@ def test_a_goal_beyond_the_fence_is_refused_with_the_reason():
 
 
 def test_a_robot_that_leaves_the_fence_loses_its_goal_and_gets_none_until_it_is_back():
-    loop = PlannerLoop(FENCED, lambda each: after(time.perf_counter(), 0.025))
+    loop = PlannerLoop(FENCED, lambda each: after(0.025))
     see(loop, 1.0, x=0.98)
     loop.take_goal(IDENTITY, np.array([0.5, 0.0]), 1.0)
     see(loop, 1.02, x=0.99)

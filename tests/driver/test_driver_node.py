@@ -56,7 +56,7 @@ rclpy.spin(node)
 
 def stop_age(robot, end) -> float | None:
     """Age of the last command at the stop after `end()`, by the emulator's clock; None where this process stalled."""
-    before, lost = robot.stops, robot.emulator._room.lost
+    before, lost = robot.stops, robot.emulator._room.stalled
     end()
     robot.until(lambda: robot.stops > before or robot.speed < STANDING)
     if robot.stops == before:
@@ -64,7 +64,7 @@ def stop_age(robot, end) -> float | None:
         return None
     if robot.odometry[-1].pose.pose.position.x > 15.0:
         robot.call("reset")
-    return robot.stop_age if robot.emulator._room.lost == lost else None
+    return robot.stop_age if robot.emulator._room.stalled == lost else None
 
 
 def silences(robot, runs: int) -> list[float]:
@@ -374,7 +374,7 @@ def test_a_stall_of_the_firmware_is_told_and_old_commands_are_not_made_up_for(ro
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
     robot.ask(stall=0.5)
     robot.until(lambda: robot.speed < STANDING)
-    assert robot.emulator._room.lost > 0.3
+    assert robot.emulator._room.stalled > 0.3
     terminal.says(robot.driver, WARN, "the firmware was held up")
 
 

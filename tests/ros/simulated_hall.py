@@ -11,25 +11,24 @@ from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from fake_robot import hall
 from omnipuck_sim.node.simulator_node import SimulatorNode
-from one_thread import let_others_take, wait_for_each_other
 
+ONE_POSE = 0.01
+"""Simulated time between two poses [s]."""
 CLOCK = {"use_sim_time": True}
 STAMPED = {**CLOCK, "controller.stamped_cmd_vel": True}
 
 
 class SimulatedHall:
-    """The graph without a planner, and what it says, on the simulation's clock: a stall of the machine stops it too."""
+    """The graph without a planner, and what it says, in lockstep, as fast as the graph can."""
 
-    def __init__(self, ros, folder, monkeypatch, lidar=None, **simulation) -> None:
+    def __init__(self, ros, folder, lidar=None, **simulation) -> None:
         """`lidar` makes what publishes `scan`, of its parameters; the rest are parameters `simulator.*`."""
-        wait_for_each_other(monkeypatch)
         self.ros = ros
         world = folder / "hall.yaml"
         save_world(hall(), world)
         named = {f"simulator.{key}": value for key, value in simulation.items()}
-        speed = {"simulator.world": str(world), "simulator.speed_factor": 10.0}
+        speed = {"simulator.world": str(world), "simulator.speed_factor": 0.0, "simulator.lockstep": True}
         self.simulator = ros.make(SimulatorNode, {**STAMPED, **speed, **named})
-        let_others_take(self.simulator)
         ros.make(MocapNode, CLOCK)
         self.lidar = (lidar or self._true_lidar)({**CLOCK, "lidar.world": str(world)})
         self.controller = ros.make(ControllerNode, STAMPED)

@@ -18,9 +18,9 @@ LONGEST = 30.0
 
 
 @pytest.fixture
-def graph(ros, tmp_path, monkeypatch):
+def graph(ros, tmp_path):
     """Every node but a planner, in an empty hall, on the simulation's clock: a stall of the machine stops it too."""
-    hall = SimulatedHall(ros, tmp_path, monkeypatch)
+    hall = SimulatedHall(ros, tmp_path)
     # this planner has its goal before the robot could know that it is a new one
     assert ros.call(Trigger, "resume").success
     return hall

@@ -22,25 +22,22 @@ from collplan_ros.nodes.mocap_node import MocapNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import hall
 from omnipuck_sim.node.simulator_node import SimulatorNode
-from one_thread import let_others_take, wait_for_each_other
 
 
 class Graph:
     """The whole loop in a world that simulator and lidar alone are told."""
 
-    def __init__(self, ros, world: str, speed_factor: float = 1.0, **parameters) -> None:
+    def __init__(self, ros, world: str, **parameters) -> None:
         self.ros = ros
-        clock = {"use_sim_time": speed_factor != 1.0}
+        clock = {"use_sim_time": True}
         shared = {**clock, **{key.replace("__", "."): value for key, value in parameters.items()}}
-        simulation = {"simulator.world": world, "simulator.seed": 3, "simulator.speed_factor": speed_factor}
+        simulation = {"simulator.world": world, "simulator.seed": 3, "simulator.speed_factor": 0.0, "simulator.lockstep": True}
         self.odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
         self.commands = ros.listen(Twist, "cmd_vel", NEWEST)
         self.plans = ros.listen(Path, "plan", NEWEST)
         self.maneuvers = ros.listen(String, "maneuver", LATCHED)
         self.statuses = ros.listen(GoalStatus, "goal_status", LATCHED)
         simulator = ros.make(SimulatorNode, {**clock, **simulation})
-        if clock["use_sim_time"]:
-            let_others_take(simulator)
         ros.make(MocapNode, clock)
         ros.make(LidarNode, {**clock, "lidar.world": world})
         self.planner = ros.make(PlannerNode, shared)
@@ -71,7 +68,7 @@ def test_the_robot_reaches_its_goal_and_stops(ros):
     assert ros.wait_until(lambda: len(graph.commands) > 3)
     assert not any(c.linear.x or c.linear.y for c in graph.commands)
     graph.send_goal(goal)
-    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, timeout=30.0)
+    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, 30.0, lambda: graph.state.stamp)
     assert np.hypot(*(graph.state.position - goal)) < 0.25
     assert "free_space" in {m.data for m in graph.maneuvers}
     graph.commands.clear()
@@ -81,13 +78,11 @@ def test_the_robot_reaches_its_goal_and_stops(ros):
     assert ros.wait_until(lambda: graph.maneuvers[-1].data == "stopped")
 
 
-def test_bounce_reaches_its_goal_round_a_turn(ros, monkeypatch):
-    """On the simulation's clock, which a stall of the machine holds for all nodes alike; by a local one they stop."""
-    wait_for_each_other(monkeypatch)
+def test_bounce_reaches_its_goal_round_a_turn(ros):
     # all nodes share one thread here: half the plans, and those of few proposals, which no budget cuts short
     few = {"planner__map_period": 0.1, "time_to_goal__start_proposals": 20, "time_to_goal__proposals": 200}
     strategy = {"planner__strategy": "bounce", "time_to_goal__time_budget": 1.0}
-    graph = Graph(ros, "u:0", speed_factor=10.0, **strategy, **few)
+    graph = Graph(ros, "u:0", **strategy, **few)
     costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
     states = ros.listen(DiagnosticStatus, "controller/state", EVENT)
     graph.send_goal(load_world("u:0").goal)
@@ -103,11 +98,10 @@ def test_bounce_reaches_its_goal_round_a_turn(ros, monkeypatch):
     assert arrivals[0] > arrivals[-1] >= 0.0
 
 
-def test_each_strategy_takes_over_from_any_other_while_the_robot_drives(ros, monkeypatch):
-    """The strategy is set at planner_node alone. On the simulation's clock, as above."""
-    wait_for_each_other(monkeypatch)
+def test_each_strategy_takes_over_from_any_other_while_the_robot_drives(ros):
+    """The strategy is set at planner_node alone."""
     few = {"time_to_goal__start_proposals": 20, "time_to_goal__proposals": 50, "time_to_goal__time_budget": 1.0}
-    graph = Graph(ros, "corridor", speed_factor=10.0, planner__map_period=0.1, **few)
+    graph = Graph(ros, "corridor", planner__map_period=0.1, **few)
     costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
 
     def plans_by(strategy) -> int:
@@ -145,7 +139,7 @@ def test_a_third_planner_drives_through_the_graph(ros, tmp_path, monkeypatch):
     save_world(hall(), path)
     graph = Graph(ros, str(path), planner__strategy="custom")
     graph.send_goal(hall().goal)
-    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, timeout=30.0)
+    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, clock=lambda: graph.state.stamp)
     assert {m.data for m in graph.maneuvers} <= {"free_space", "stopped"}
     ends = [plan_from_path(plan, "map").positions[-1] for plan in graph.plans]
     np.testing.assert_allclose(ends, np.tile(hall().goal, (len(ends), 1)), atol=1e-6)

@@ -25,7 +25,7 @@ from collplan_ros.messages.reading import scan_from_message
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import hall
-from one_thread import ONE_POSE
+from simulated_hall import ONE_POSE
 from simulated_hall import CLOCK, STAMPED, SimulatedHall, speed_of
 
 REACTION = 0.2
@@ -67,8 +67,8 @@ class LyingLidar(Node):
 class Hall(SimulatedHall):
     """The graph with a planner and a LIDAR that can lie."""
 
-    def __init__(self, ros, folder, monkeypatch, strategy: str) -> None:
-        super().__init__(ros, folder, monkeypatch, self._lidar)
+    def __init__(self, ros, folder, strategy: str) -> None:
+        super().__init__(ros, folder, self._lidar)
         ros.make(PlannerNode, {**STAMPED, "planner.strategy": strategy})
         self._goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
         self._truth = ros.listen(Odometry, "ground_truth/odom", EVENT)
@@ -104,8 +104,8 @@ class Hall(SimulatedHall):
 
 
 @pytest.fixture(params=["avoid", pytest.param("harness", marks=pytest.mark.soak)])
-def graph(request, ros, tmp_path, monkeypatch):
-    graph = Hall(ros, tmp_path, monkeypatch, request.param)
+def graph(request, ros, tmp_path):
+    graph = Hall(ros, tmp_path, request.param)
     graph.longest = map_period_of(Settings().with_values({"planner.strategy": request.param})) + REACTION
     graph.give_goal()
     graph.until(lambda: graph.true_speed >= SPEED)

@@ -11,7 +11,7 @@ from collplan_ros.messages.conversions import seconds_from_stamp
 from collplan_ros.messages.qos import LATCHED
 from fake_robot import hall
 from foreign_planner import ForeignPlanner
-from one_thread import ONE_POSE
+from simulated_hall import ONE_POSE
 from simulated_hall import CLOCK, SimulatedHall
 
 LIMIT = 0.15
@@ -19,9 +19,9 @@ LIMIT = 0.15
 
 
 @pytest.fixture
-def make_hall(ros, tmp_path, monkeypatch):
+def make_hall(ros, tmp_path):
     def made(**simulation) -> SimulatedHall:
-        graph = SimulatedHall(ros, tmp_path, monkeypatch, **simulation)
+        graph = SimulatedHall(ros, tmp_path, **simulation)
         graph.delays = ros.listen(Float64, "controller/motion_delay", LATCHED)
         # this planner has its goal before the robot could know that it is a new one
         assert ros.call(Trigger, "resume").success

@@ -96,7 +96,7 @@ class JournalledNodes(Nodes):
 def test_nodes_are_replayed_to_the_last_bit(ros, monkeypatch, world, strategy):
     """With the deadline by the clock, as ever in a node."""
     events = recorded(world, strategy, monkeypatch)
-    monkeypatch.setattr(StallGuard, "tick", lambda self, now: False)
+    monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
     nodes = JournalledNodes(ros, strategy)
     events = events[:1200]
     for event in [*events, ("planner", None, events[-1][-1])]:
@@ -110,7 +110,7 @@ def test_nodes_are_replayed_to_the_last_bit(ros, monkeypatch, world, strategy):
 def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
     """Parameters, refused messages, a goal that is canceled, and one that is refused."""
     events = recorded("corridor", "harness", monkeypatch)
-    monkeypatch.setattr(StallGuard, "tick", lambda self, now: False)
+    monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
     nodes = JournalledNodes(ros, "harness")
     planner, controller = nodes.nodes
     for event in events[:250]:
@@ -148,7 +148,7 @@ def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
 
 def test_a_scan_that_differs_in_a_bit_is_told(ros, monkeypatch):
     events = recorded("corridor", "harness", monkeypatch)
-    monkeypatch.setattr(StallGuard, "tick", lambda self, now: False)
+    monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
     nodes = JournalledNodes(ros, "harness")
     for event in events[:900]:
         nodes.take(*event)

@@ -153,9 +153,9 @@ class Nodes:
 @pytest.mark.parametrize(("world", "strategy"), RUNS)
 def test_equal_inputs_give_equal_decisions(ros, monkeypatch, world, strategy):
     events = recorded(world, strategy, monkeypatch)
-    monkeypatch.setattr(planner_node, "deadline", lambda settings: never)
+    monkeypatch.setattr(planner_node, "deadlines", lambda clock: lambda settings: never)
     # nothing runs here between two callbacks, however long one takes
-    monkeypatch.setattr(StallGuard, "tick", lambda self, now: False)
+    monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
     loops, nodes = Loops(strategy), Nodes(ros, strategy)
     for event in events:
         loops.take(*event)
