@@ -292,7 +292,7 @@ def _stages(sent: Sent, planner: Planned, controller: Controlled, ahead: float) 
 
 
 def _lost(sent: Sent, controller: Controlled) -> float:
-    """Time for which the simulator did not run between the first command that moves the robot and the last one, as reported then [s]."""
+    """Time for which the simulator did not run, from the first command that moves the robot to the last one [s]."""
     moving = [sent.commands[n].sent for n, tick in _numbered(controller) if tick.moves and n in sent.commands]
     if not moving:
         return 0.0

@@ -25,8 +25,7 @@ from collplan_ros.messages.reading import scan_from_message
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import hall
-from simulated_hall import ONE_POSE
-from simulated_hall import CLOCK, STAMPED, SimulatedHall, speed_of
+from simulated_hall import CLOCK, ONE_POSE, STAMPED, SimulatedHall, speed_of
 
 REACTION = 0.2
 """Longest time from the first scan that lies to the command to stand, beside the time between two plans [s]."""

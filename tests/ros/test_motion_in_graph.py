@@ -11,8 +11,7 @@ from collplan_ros.messages.conversions import seconds_from_stamp
 from collplan_ros.messages.qos import LATCHED
 from fake_robot import hall
 from foreign_planner import ForeignPlanner
-from simulated_hall import ONE_POSE
-from simulated_hall import CLOCK, SimulatedHall
+from simulated_hall import CLOCK, ONE_POSE, SimulatedHall
 
 LIMIT = 0.15
 """From the first false pose to the command to stand, simulated [s]."""

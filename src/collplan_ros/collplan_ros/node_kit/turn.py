@@ -4,6 +4,7 @@ import math
 
 from rclpy.clock import Clock, ROSClock
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.time import Time
 from rclpy.timer import Timer
 from sensor_msgs.msg import TimeReference
@@ -18,7 +19,7 @@ END = 2**31 - 1
 
 
 class Turn:
-    """Publishes on `lockstep`, where the node follows /clock: source is its full name, and nothing is due before time_ref.
+    """Publishes on `lockstep` where the node follows /clock: nothing is due of it, `source`, before `time_ref`.
 
     Without /clock it publishes nothing, as nobody waits then.
     """
@@ -30,12 +31,10 @@ class Turn:
         self._name = node.get_fully_qualified_name()
         self._reported = -math.inf
         is_awaited = isinstance(clock, ROSClock) and clock.ros_time_is_active
-        self._out = node.create_publisher(TimeReference, TOPIC, EVENT) if is_awaited else None
+        self._out: Publisher | None = node.create_publisher(TimeReference, TOPIC, EVENT) if is_awaited else None
 
     def over(self) -> None:
         """Reports that all has been done that is due by now, or before the next call of the timer."""
-        if self._out is None:
-            return
         until = self._clock.now().nanoseconds
         if self._timer is not None:
             until += self._timer.time_until_next_call() or 0
@@ -44,10 +43,11 @@ class Turn:
 
     def end(self) -> None:
         """Reports that the node ends."""
-        if self._out is not None:
-            self._report(END * 10**9)
+        self._report(END * 10**9)
 
     def _report(self, until: int) -> None:
+        if self._out is None:
+            return
         self._reported = 1e-9 * until
         message = TimeReference(source=self._name, time_ref=Time(nanoseconds=until).to_msg())
         message.header.stamp = self._clock.now().to_msg()

@@ -15,6 +15,9 @@ from omnipuck_sim.node.lockstep import Lockstep
 from omnipuck_sim.node.mocap_room import MocapRoom
 from omnipuck_sim.node.simulated_times import SimulatedTimes
 
+SHORTEST_MEASUREMENT = 0.5
+"""Real time over which the real-time factor is measured at least [s]."""
+
 
 class GraphPace:
     """Brings the simulation of a room to the present, but no further than the nodes of the graph allow.
@@ -30,8 +33,9 @@ class GraphPace:
         self._room = room
         self._clock = steady_clock()
         self._lockstep = _lockstep(settings)
-        self._measured = seconds(self._clock), room.simulator.time
-        if settings.simulator.lockstep:
+        self._measured, self._factor = (seconds(self._clock), room.simulator.time), 1.0
+        self._is_on = settings.simulator.lockstep
+        if self._is_on:
             inputs.listen(TimeReference, TOPIC, self._take_report, EVERY_ONE, EVENT)
 
     def advance(self) -> None:
@@ -41,16 +45,21 @@ class GraphPace:
         if not self._room.waits:
             self._lockstep.goes_on()
             return
-        for node in self._lockstep.waits(self._room.simulator.time, seconds(self._clock)):
+        simulator = self._room.simulator
+        # at the start nodes compile, and a robot that rests loses nothing by a wait
+        for node in self._lockstep.waits(simulator.time, seconds(self._clock), simulator.is_driven):
             self._log.warning(f"no report of {node} for simulator.patience: simulated time goes on without it")
 
     def values(self) -> dict[str, object]:
-        """Figures for the diagnostics; the real-time factor is that since the last call."""
-        (then, time), now = self._measured, (seconds(self._clock), self._room.simulator.time)
-        self._measured = now
-        factor = (now[1] - time) / (now[0] - then) if now[0] > then else math.nan
+        """Figures of lockstep for the diagnostics, none without it; the real-time factor is of about a second."""
+        if not self._is_on:
+            return {}
+        (then, time), now = self._measured, seconds(self._clock)
+        if now - then >= SHORTEST_MEASUREMENT:
+            self._measured = now, self._room.simulator.time
+            self._factor = (self._room.simulator.time - time) / (now - then)
         wait = {"longest_wait_s": self._lockstep.longest_wait, "longest_wait_for": self._lockstep.longest_for}
-        return {"real_time_factor": factor, **wait}
+        return {"real_time_factor": self._factor, **wait}
 
     def _take_report(self, message: TimeReference) -> None:
         until = message.time_ref.sec + 1e-9 * message.time_ref.nanosec

@@ -17,7 +17,7 @@ class Lockstep:
 
     Attributes:
         given_up: the nodes that are not waited for until they report again.
-        longest_wait: the longest wait so far [s, local time].
+        longest_wait: the longest wait that counted so far [s, local time].
         longest_for: the node that was waited for then; empty before the first wait.
     """
 
@@ -50,8 +50,13 @@ class Lockstep:
         """Notes that simulated time passes."""
         self._waits_since = None
 
-    def waits(self, time: float, now: float) -> list[str]:
-        """Notes that the simulated time stands still at `time` [s], at the local time `now` [s].
+    def waits(self, time: float, now: float, counts: bool = True) -> list[str]:
+        """Notes that the simulated time stands still.
+
+        Args:
+            time: the simulated time [s].
+            now: the local time [s].
+            counts: whether the wait counts for `longest_wait`.
 
         Returns:
             The nodes given up by that.
@@ -60,7 +65,7 @@ class Lockstep:
             self._waits_since = now
         awaited = self._awaited
         wait = now - self._waits_since
-        if awaited and wait > self.longest_wait:
+        if counts and awaited and wait > self.longest_wait:
             self.longest_wait, self.longest_for = wait, min(awaited, key=awaited.__getitem__)
         if wait <= self._patience:
             return []

@@ -71,6 +71,11 @@ class Simulator:
         return State(self.time, np.array((x, y)), np.array((vx, vy)), remainder(body.angle, 2 * pi))
 
     @property
+    def is_driven(self) -> bool:
+        """Whether a command to move is in force."""
+        return self._command != (0.0, 0.0) or self._yaw_rate != 0.0
+
+    @property
     def spin(self) -> float:
         """The true yaw rate [rad/s]."""
         return float(self._disc.body.angular_velocity)
