@@ -17,7 +17,7 @@ class RunTimes:
     """
 
     def __init__(self, pace: float = 1.0) -> None:
-        """`pace` is how many seconds of stamps pass in one of the steady clock; 0 where that varies and no clock is set."""
+        """`pace` is how many seconds of stamps pass in one of the steady clock; 0 where that varies."""
         self.corrections = [0.0]
         self._pace = pace
         self._last: tuple[float, float] | None = None
