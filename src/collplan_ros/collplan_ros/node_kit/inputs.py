@@ -1,6 +1,6 @@
 """The topics that a node listens to, and what it says about them at the terminal."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from rclpy.clock import Clock, ClockType
@@ -13,6 +13,7 @@ from collplan_core.scan import ScanError
 from collplan_ros.messages.conversions import MessageError
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatch, Remark
+from collplan_ros.node_kit.message_info import Info, with_info
 
 M = TypeVar("M")
 NOTHING = "nothing received"
@@ -96,7 +97,7 @@ class Inputs:
         latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
         backlog = None if latched or late_counts else self._backlog
 
-        def take(message: M, info: Mapping[str, Any]) -> None:
+        def take(message: M, info: Info) -> None:
             if backlog is not None and backlog.holds():
                 return
             self.sent, self.number = 1e-9 * info["source_timestamp"], info["publication_sequence_number"]
@@ -110,7 +111,7 @@ class Inputs:
                 watch.took()
             self._others[topic] = not is_ours
 
-        subscription = self._node.create_subscription(message_type, topic, take, qos)
+        subscription = self._node.create_subscription(message_type, topic, with_info(take), qos)
         if backlog is not None:
             backlog.watch(subscription)
 

@@ -12,7 +12,8 @@ from types import FrameType
 import rclpy
 from rclpy.duration import Duration
 from rclpy.exceptions import NameValidationException, ParameterException
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
@@ -86,16 +87,17 @@ def _refuse_parameters_of_others(node: Node, argv: list[str]) -> None:
 
 
 def _spin(node: Node, flag: _StopFlag) -> None:
-    executor = SingleThreadedExecutor()
+    # the executors of rclpy build a set of all that they wait for anew at each message, which costs more than that
+    executor = EventsExecutor()
     executor.add_node(node)
     try:
         while not flag.raised and rclpy.ok():
-            executor.spin_once(timeout_sec=0.1)
+            executor.spin_once(timeout_sec=0.1)  # its spin() waits for a time that overflows, at full load
     finally:
         _end(node, executor)
 
 
-def _end(node: Node, executor: SingleThreadedExecutor) -> None:
+def _end(node: Node, executor: Executor) -> None:
     try:
         if hasattr(node, "stop") and rclpy.ok():
             node.stop()

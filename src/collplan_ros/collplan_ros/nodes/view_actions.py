@@ -36,7 +36,6 @@ class ViewActions:
             calls.keep(Trigger, name)
         self._order = count()
         self._inbox: queue.PriorityQueue[tuple[bool, int, Command, Reply]] = queue.PriorityQueue()
-        self._woken = node.create_guard_condition(self.do_all)
 
     def take(self, command: Command, reply: Reply) -> None:
         """Has a command done as soon as the node can; from any thread."""
@@ -44,7 +43,8 @@ class ViewActions:
             reply(False, "too many commands wait")
             return
         self._inbox.put((command.action != STOP, next(self._order), command, reply))
-        self._woken.trigger()
+        if self._node.executor is not None:
+            self._node.executor.create_task(self.do_all)
 
     def do_all(self) -> None:
         """Does what waits, stops first."""

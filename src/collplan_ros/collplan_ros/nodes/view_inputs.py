@@ -30,7 +30,7 @@ from collplan_ros.messages.plans import contacts_from_message
 from collplan_ros.messages.raw_reading import path_from_bytes, state_from_bytes
 from collplan_ros.messages.reading import scan_from_message
 from collplan_ros.node_kit.node_names import is_in
-from collplan_ros.node_kit.polled import PolledSubscriptions
+from collplan_ros.node_kit.shown_topics import ShownTopics
 from collplan_ros.view import scene
 from collplan_ros.view.frames import Changes
 from collplan_ros.view.impacts import Impacts
@@ -90,9 +90,9 @@ class ViewInputs:
         self._namespace = node.get_namespace()
         self._on_node: Callable[[str, int | None], None] = lambda name, number: None
         self._on_parameters: Callable[[ParameterEvent], None] = lambda event: None
-        self._always = PolledSubscriptions(node)
+        self._always = ShownTopics(node)
         self._always.listen(PoseStamped, "goal_pose", self._take_goal, qos.EVENT)
-        self._watched = PolledSubscriptions(node)
+        self._watched = ShownTopics(node)
         self._reset()
 
     def _reset(self) -> None:
@@ -154,10 +154,8 @@ class ViewInputs:
         self.reports.clear()
         self.robot = ""
 
-    def poll(self) -> float:
-        """Takes what has come and puts it into the changes; returns the time of the frame [s]."""
-        self._always.poll()
-        self._watched.poll()
+    def put(self) -> float:
+        """Puts what a frame gathers into the changes; returns the time of the frame [s]."""
         now = self._clock()
         self._put_robot(now)
         if self._periods:
@@ -167,10 +165,6 @@ class ViewInputs:
             self._told_nodes = now
             self._changes.put("nodes", scene.nodes(self.reports.values(), now))
         return scene.time_of(self._time)
-
-    def hear_goals(self) -> None:
-        """Takes what has come of that which is heard all the time."""
-        self._always.poll()
 
     # ---- poses
 

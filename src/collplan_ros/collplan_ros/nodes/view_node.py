@@ -91,9 +91,8 @@ class ViewNode(Node):
                 self._close()
         self._calls.step()
         if not watched:
-            self._inputs.hear_goals()
             return
-        time = self._inputs.poll()
+        time = self._inputs.put()
         if self._frames % ABOUT_EVERY == 0:
             heard = self._inputs.heard
             self._put_about(heard)

@@ -11,7 +11,6 @@ from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
 from collplan_ros.messages.qos import EVERY_ONE
-from collplan_ros.node_kit.polled import NeverCalled
 from collplan_ros.recording.offered_qos import offered_qos
 from collplan_ros.recording.recorded_topics import RecordedTopic
 from collplan_ros.recording.recording_file import RecordingFile
@@ -21,6 +20,19 @@ Take = Callable[[Any, dict[str, Any]], None]
 """Takes a message and what DDS says of it."""
 AT_ONCE = 20
 """Messages of a topic that are taken one after the other before it is the next one's turn."""
+
+
+class _NeverCalled(CallbackGroup):
+    """A group whose members no executor waits for."""
+
+    def can_execute(self, entity: object) -> bool:
+        return False
+
+    def beginning_execution(self, entity: object) -> bool:
+        return False
+
+    def ending_execution(self, entity: object) -> None:
+        pass
 
 
 class GraphTopics:
@@ -34,7 +46,7 @@ class GraphTopics:
         self._node = node
         self._known = topics
         self._recording = recording
-        self._group = NeverCalled()
+        self._group = _NeverCalled()
         self._taken: dict[str, _Topic] = {}
         if recording is not None:
             for name in topics:
