@@ -66,7 +66,7 @@ class Inputs:
         self._watches: dict[str, InputWatch] = {}
         self._kinds: dict[str, str] = {}
         self._others: dict[str, bool] = {}
-        self._said_waiting = False
+        self._said_waiting = self._clock_runs = False
 
     def listen(
         self,
@@ -100,6 +100,8 @@ class Inputs:
         def take(message: M, info: Info) -> None:
             if backlog is not None and backlog.holds():
                 return
+            if not latched and not self._has_time():
+                return
             self.sent, self.number = 1e-9 * info["source_timestamp"], info["publication_sequence_number"]
             before = watch.n_refused
             try:
@@ -114,6 +116,11 @@ class Inputs:
         subscription = self._node.create_subscription(message_type, topic, with_info(take), qos)
         if backlog is not None:
             backlog.watch(subscription)
+
+    def _has_time(self) -> bool:
+        """Whether there is a time by which to take a message: under /clock none is before the first one has come."""
+        self._clock_runs = self._clock_runs or self._node.get_clock().now().nanoseconds > 0
+        return self._clock_runs
 
     def refused(self, topic: str, reason: str, kind: str = "") -> None:
         """Counts a message as refused, as `kind` or as the kind of its topic; the next look logs the reason.

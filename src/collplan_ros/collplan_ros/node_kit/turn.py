@@ -10,10 +10,13 @@ from rclpy.timer import Timer
 from sensor_msgs.msg import TimeReference
 
 from collplan_ros.messages.qos import EVENT
+from collplan_ros.node_kit.clock import steady_clock
 
 TOPIC = "lockstep"
 STEP = 0.015
 """Shortest simulated time between two reports [s]."""
+IDLE_PERIOD = 0.05
+"""Time after which a node that acts on messages reports without one [s]: one that was lost must not be waited for."""
 END = 2**31 - 1
 """The time reported by a node that ends [s]: nothing is due of it any more."""
 
@@ -31,7 +34,11 @@ class Turn:
         self._name = node.get_fully_qualified_name()
         self._reported = -math.inf
         is_awaited = isinstance(clock, ROSClock) and clock.ros_time_is_active
-        self._out: Publisher | None = node.create_publisher(TimeReference, TOPIC, EVENT) if is_awaited else None
+        self._out: Publisher | None = None
+        if is_awaited:
+            self._out = node.create_publisher(TimeReference, TOPIC, EVENT)
+            if timer is None:
+                node.create_timer(IDLE_PERIOD, self.over, clock=steady_clock())
 
     def over(self) -> None:
         """Reports that all has been done that is due by now, or before the next call of the timer."""

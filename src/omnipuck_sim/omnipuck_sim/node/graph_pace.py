@@ -40,12 +40,15 @@ class GraphPace:
 
     def advance(self) -> None:
         """Lets simulated time pass up to the present, or up to where a node must be waited for."""
+        simulator = self._room.simulator
+        before = simulator.time
         self._room.advance(limit=self._lockstep.limit)
         self.times.leapt()
-        if not self._room.waits:
+        if simulator.time > before or not self._room.waits:
             self._lockstep.goes_on()
             return
-        simulator = self._room.simulator
+        # whoever has missed it would be waited for
+        self._room.publish_clock()
         # at the start nodes compile, and a robot that rests loses nothing by a wait
         for node in self._lockstep.waits(simulator.time, seconds(self._clock), simulator.is_driven):
             self._log.warning(f"no report of {node} for simulator.patience: simulated time goes on without it")

@@ -109,6 +109,11 @@ class MocapRoom:
             self._publish_impact(impact)
         return impacts
 
+    def publish_clock(self) -> None:
+        """Publishes the simulated time, where it is that of all nodes."""
+        if self._clock_publisher is not None:
+            self._clock_publisher.publish(ClockMessage(clock=stamp_from_seconds(self.simulator.time)))
+
     def _take_fault(self, settings: Settings) -> None:
         self._fault = settings.simulator.mocap_fault
 
@@ -118,8 +123,7 @@ class MocapRoom:
             return
         self._poses = due
         frames, stamp = self._settings.frames, self._epoch + self.simulator.time
-        if self._clock_publisher is not None:
-            self._clock_publisher.publish(ClockMessage(clock=stamp_from_seconds(stamp)))
+        self.publish_clock()
         measured = faulty(replace(self.simulator.measured_pose(), stamp=stamp), self._fault)
         send_at = self.simulator.time + self._settings.simulator.mocap_latency + added_latency(self._fault)
         self._unsent.append((send_at, pose_to_message(measured, frames.map)))
