@@ -41,7 +41,7 @@ def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> 
     is_slow = timing.factor is not None and timing.factor < (1.0 - ABOUT) * wanted
     if not is_slow and timing.gap <= command_age / wanted:
         return ""
-    found = [] if timing.factor is None else [f"simulated time ran at {timing.factor:.2f} of real time"]
+    found = [f"simulated time ran at {timing.factor:.2f} of real time"] if is_slow else []
     if timing.waited_for:
         found.append(f"longest wait {timing.gap:.2f} s for {timing.waited_for}")
     elif timing.gap:
