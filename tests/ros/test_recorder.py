@@ -136,6 +136,24 @@ def test_diagnostics_of_other_robots_are_theirs(namespace, own):
     assert recording.recorder.reported.keys() == recording.recorder.reported_at.keys() == {own}
 
 
+def test_the_longest_wait_of_simulated_time_is_that_within_the_run():
+    recording = Recording()
+
+    def report(sent: float, longest: str) -> None:
+        values = {"real_time_factor": "0.85", "longest_wait_s": longest, "longest_wait_for": "planner_node"}
+        status = DiagnosticStatus(name="/simulator_node", values=[KeyValue(key=k, value=v) for k, v in values.items()])
+        recording.take("/diagnostics", sent, DiagnosticArray(status=[status]))
+
+    recording.recorder.finish()
+    report(0.1, "0.5")
+    recording.recorder.begin(True, GOAL)
+    report(0.5, "0.5")
+    assert recording.log.longest_wait is None
+    report(1.0, "0.7")
+    assert recording.recorder.lockstep == (0.85, 0.7, "planner_node")
+    assert recording.log.longest_wait == (0.7, "planner_node")
+
+
 def arrival(log: RunLog) -> float:
     return summarize(log, impacts_of(log, WORLD, Settings().mocap.velocity_window), "reached", np.zeros(2), Settings())[
         "arrival_time_s"
@@ -349,7 +367,13 @@ ODD = {
     "impact/contact": PoseStamped(),
     "goal_status": GoalStatus(status=99),
     "robot/state": DiagnosticStatus(),
-    "/diagnostics": DiagnosticArray(status=[DiagnosticStatus(name="\udc80")]),
+    "controller/state": DiagnosticStatus(),
+    "/diagnostics": DiagnosticArray(
+        status=[
+            DiagnosticStatus(name="\udc80"),
+            DiagnosticStatus(name="/simulator_node", values=[KeyValue(key="real_time_factor", value="nan")]),
+        ]
+    ),
 }
 
 

@@ -150,6 +150,21 @@ def test_poses_on_time_tell_that_the_robot_is_stuck_or_takes_too_long(tmp_path):
     assert unplanned.reason(STUCK).startswith("stuck: no plan within 10 s")
 
 
+def test_what_robot_and_controller_say_comes_before_the_planners_word(tmp_path):
+    sent = {"source_timestamp": 0}
+    values = [KeyValue(key="activity", value="stopped")]
+    standing = fed(tmp_path, [0.0] * 200, [0.0] * 200, {1: EXECUTING})
+    said = DiagnosticStatus(message="stands still: planner heartbeat 0.24 s old", values=values)
+    standing.graph._take["controller/state"](said, sent)
+    assert standing.drive() == STUCK
+    assert standing.reason(STUCK).endswith("within 5 s; controller_node: stands still: planner heartbeat 0.24 s old")
+    held = fed(tmp_path, [0.0] * 200, [0.0] * 200, {1: EXECUTING})
+    values = [KeyValue(key="state", value="held"), KeyValue(key="reason", value="no fresh command for 1.0 s")]
+    held.graph._take["robot/state"](DiagnosticStatus(message="held, and what frees it", values=values), sent)
+    assert held.drive() == STUCK
+    assert held.reason(STUCK) == "stuck: the robot is held: no fresh command for 1.0 s"
+
+
 def test_an_emergency_stop_ends_the_run_with_its_reason(tmp_path):
     bringup = fed(tmp_path, [0.1 * k for k in range(200)], [0.0] * 200, {1: EXECUTING})
     state = DiagnosticStatus(name="/driver_node", message="emergency stop by the button on the robot")

@@ -208,6 +208,16 @@ def test_costs_and_control_periods(ros, bench):
     assert all(period > 30.0 for period in periods)
 
 
+def test_a_machine_that_is_too_slow_is_called_that(ros, bench):
+    reports = ros.publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED)
+    for wait, node in ((0.1, "mocap_node"), (0.34, "planner_node")):
+        values = {"real_time_factor": 0.43, "longest_wait_s": wait, "longest_wait_for": node}
+        reports.publish(DiagnosticArray(status=[status_message("/simulator_node", Health(OK, "", values))]))
+        assert bench.shows(lambda parts, node=node: node in str(parts.get("nodes")))
+    assert bench.shows(lambda parts: "longest wait 0.34 s for planner_node" in parts["machine"]["verdict"])
+    assert bench.parts["machine"]["pace"] == "0.43x real time"
+
+
 def test_a_node_that_goes_silent_is_seen_to_be(ros, bench):
     other = ros.make(lambda **kwargs: Other("planner_node", Planning, **kwargs))
     assert bench.shows(lambda parts: any(node["name"] == "/planner_node" for node in parts.get("nodes", [])))

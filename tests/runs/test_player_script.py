@@ -160,6 +160,31 @@ def test_after_a_jump_the_way_and_the_plots_of_the_time_before_are_there(tmp_pat
     assert distance == pytest.approx([-0.1, 0.0, 0.05, 0.4])
 
 
+def test_a_robot_at_rest_has_no_speed_however_noisy_its_velocity(tmp_path):
+    for name in ("geometry.js", "state.js"):
+        (tmp_path / name).write_text((PAGE / name).read_text(encoding="utf-8"))
+    (tmp_path / "package.json").write_text('{"type": "module"}')
+    (tmp_path / "program.js").write_text(
+        'import { Scene } from "./state.js";\n'
+        "const scene = new Scene();\n"
+        "for (const frame of JSON.parse(process.argv[2])) scene.push(frame);\n"
+        "process.stdout.write(JSON.stringify(scene.track.map(({ speed }) => speed)));\n"
+    )
+
+    def speeds(velocity: float) -> list[float]:
+        noise = [[3, -2], [-3, 1], [2, 3], [-1, -2], [-1, 0]]
+        frames = [
+            {"t": 0.05 * k, "robot": [velocity * 0.05 * k + noise[k % 5][0], noise[k % 5][1], 0, 80, 30]}
+            for k in range(30)
+        ]
+        done = _node(tmp_path / "program.js", json.dumps(frames))
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+    assert set(speeds(0.0)[15:]) == {0}
+    assert min(speeds(60.0)) > 80
+
+
 def test_the_modules_of_the_page_together_are_a_script(tmp_path):
     script = tmp_path / "page.mjs"
     script.write_text(one_script({name: (PAGE / name).read_text(encoding="utf-8") for name in SCRIPTS}))

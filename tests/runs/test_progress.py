@@ -49,13 +49,13 @@ def test_a_program_started_without_standard_output_goes_on_too():
 def test_lines_of_a_file_follow_each_other():
     said = io.StringIO()
     progress = Progress(said)
-    progress.show(1.0, 2.0, "free_space", 0)
+    progress.show(1.0, 2.0, "free_space", 0, "0.85x real time")
     progress.say("end")
-    assert said.getvalue() == "   1.0 s    2.00 m to the goal   free_space           impacts 0\nend\n"
+    assert said.getvalue() == "   1.0 s   2.00 m to the goal  free_space          impacts 0, 0.85x real time\nend\n"
 
 
 def test_no_time_is_said_before_it_has_come():
     """A run that ends after 2.88 s says nothing of 2.9 s before."""
     said = io.StringIO()
     Progress(said).show(2.86, 0.11, "free_space", 0)
-    assert said.getvalue().startswith("   2.8 s    0.11 m")
+    assert said.getvalue().startswith("   2.8 s   0.11 m")

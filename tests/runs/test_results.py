@@ -23,12 +23,17 @@ def prepared() -> Preparation:
 def test_all_files_are_written(tmp_path):
     folder = RunFolder(tmp_path / "runs")
     folder.become_latest()
-    results = write_results(folder, bouncing_run(), prepared(), "reached", Options())
+    log = bouncing_run()
+    log.longest_wait = 0.34, "planner_node"
+    results = write_results(folder, log, prepared(), "reached", Options(), "for a reason")
     assert draw_pictures(folder, results, prepared()) == ""
     latest = tmp_path / "runs" / "latest"
     summary = json.loads((latest / "summary.json").read_text())
     assert summary["simulated"] is True
     assert summary["assumed"]["robot.radius"] == RADIUS
+    assert summary["reason"] == "for a reason"
+    assert (summary["real_time_factor"], summary["longest_gap_s"]) == (pytest.approx(1.0), 0.34)
+    assert "too slow for a real robot" in summary["machine"]
     impacts = list(csv.DictReader((latest / "impacts.csv").open()))
     assert [(row["foreseen"], row["deliberate"]) for row in impacts] == [("true", "true")]
     assert float(impacts[0]["t"]) == pytest.approx(HIT_AT - 0.153, abs=1e-5)

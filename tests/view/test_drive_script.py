@@ -32,6 +32,7 @@ STUBS = {
         export const keep = () => {};
         export const kept = () => null;
     """,
+    "pacing.js": "export class Pacing {}",
     "canvas.js": "export class SceneCanvas { zoomed = 0; zoom() { this.zoomed += 1; } }",
     "colors.js": "export class Colors {}",
     "panels.js": """
@@ -65,7 +66,7 @@ function press(key, repeat, target = document) {
 def run(tmp_path):
     """Runs lines of JavaScript beside the page's keys and fields; returns what they leave in `result`."""
     (tmp_path / "package.json").write_text('{"type": "module"}')
-    for name in ("page.js", "drive.js"):
+    for name in ("page.js", "drive.js", "geometry.js"):
         (tmp_path / name).write_text((PAGE / name).read_text(encoding="utf-8"))
     for name, text in STUBS.items():
         (tmp_path / name).write_text(text)
@@ -100,6 +101,21 @@ def test_other_keys_repeat_while_they_are_held(run):
     const result = picture.zoomed;
     """
     assert run(lines) == 3
+
+
+def test_a_goal_inside_of_a_drawn_wall_is_given_by_a_second_click_there(run):
+    lines = """
+    const world = { bounds: [0, 0, 4000, 4000], walled: true, polygons: [[0, 0, 1000, 0, 1000, 4000, 0, 4000]],
+                    circles: [[3000, 3000, 200]] };
+    const picture = {};
+    new Drive(source, { parts: { world } }, picture);
+    const clicks = [[2000, 2000], [500, 500], [3000, 3100], [500, 510], [480, 500], [500, 500], [4100, 2000]];
+    const result = clicks.map((at) => {
+      picture.onclick(...at);
+      return sent.length;
+    });
+    """
+    assert run(lines) == [1, 1, 1, 1, 2, 2, 2]
 
 
 def test_a_field_that_was_changed_has_the_focus_no_more(run):

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from collplan_core.evaluation.run_end import CANCELED
+from collplan_core.evaluation.run_end import CANCELED, REACHED
 
 PAUSE = 1.0
 """Rest at each end [s]."""
@@ -29,6 +29,9 @@ class Driver(Protocol):
     def wait(self, condition: Callable[[], bool]) -> None:
         """Lets the graph run until a condition holds."""
 
+    def reason(self, outcome: str) -> str:
+        """Why a goal was not reached, in words."""
+
     @property
     def goal_is_active(self) -> bool:
         """Whether the robot is on the way to a goal, whoever gave it."""
@@ -46,6 +49,8 @@ def drive_laps(driver: Driver, ends: list[np.ndarray], say: Callable[[str], None
             say(f"{outcome.replace('_', ' ')}: the robot stands until you give it a goal")
             driver.wait(lambda: driver.goal_is_active)
             driver.wait(lambda: not driver.goal_is_active)
+        elif outcome != REACHED:
+            say(driver.reason(outcome))
         _rest(driver)
 
 

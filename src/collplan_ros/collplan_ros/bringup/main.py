@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from action_msgs.msg import GoalStatus
 
+from collplan_core.evaluation.machine import pace_words
 from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK, TIMEOUT, RunMonitor
 from collplan_ros.bringup.check import check
 from collplan_ros.bringup.failures import (
@@ -24,7 +25,7 @@ from collplan_ros.bringup.failures import (
     NodeDied,
     StartError,
 )
-from collplan_ros.bringup.graph import LATE, PLANNER, REST_PATIENCE, Graph
+from collplan_ros.bringup.graph import COMMANDER, LATE, PLANNER, REST_PATIENCE, Graph
 from collplan_ros.bringup.laps import EMERGENCY_STOP, drive_laps
 from collplan_ros.bringup.options import Options, parse
 from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
@@ -90,7 +91,7 @@ class Bringup:
         self.folder = RunFolder(options.out)
         write_used_parameters(self.folder.parameters, self.preparation.settings)
         self.graph = Graph(self.preparation, self.folder, self.progress, options.recording)
-        self._monitor: RunMonitor | None = None
+        self._why = ""
 
     def __enter__(self) -> "Bringup":
         try:
@@ -128,7 +129,7 @@ class Bringup:
         graph = self.graph
         graph.recorder.begin(self.preparation.robot.simulated, target)
         graph.give_goal(target)
-        self._monitor = monitor = RunMonitor(self.preparation.settings.trial, graph.pose.stamp)
+        monitor = RunMonitor(self.preparation.settings.trial, graph.pose.stamp)
         while (outcome := outcome_of(graph.recorder.goal, graph.pose, monitor)) is None or self._is_outdated(outcome):
             if graph.recorder.emergency_stop:
                 self.progress.say(self.reason(EMERGENCY_STOP))
@@ -136,6 +137,8 @@ class Bringup:
             self._show_progress(target)
             graph.step()
             monitor.commanded(graph.recorder.maneuver)
+        # now: what ends the goal makes the controller stand for that reason
+        self._why = f"{outcome}: {self._why_not_there(monitor.reason)}"
         return outcome
 
     def _is_outdated(self, outcome: str) -> bool:
@@ -151,7 +154,8 @@ class Bringup:
         # a pose of a while ago is not where the robot is now
         if begin is not None and pose.stamp >= begin and recorder.age <= LATE:
             distance = float(np.hypot(pose.x - target[0], pose.y - target[1]))
-            self.progress.show(pose.stamp - begin, distance, recorder.maneuver, recorder.n_impacts)
+            factor = recorder.lockstep.factor if recorder.lockstep else None
+            self.progress.show(pose.stamp - begin, distance, recorder.maneuver, recorder.n_impacts, pace_words(factor))
 
     def come_to_rest(self) -> None:
         """Cancels a goal that has not ended, and waits until it has and the robot rests, at most REST_PATIENCE.
@@ -187,13 +191,19 @@ class Bringup:
 
     def reason(self, outcome: str) -> str:
         """Why the goal was not reached, in words, for the outcome of `drive`; the planner's word may come after it."""
-        said = self.graph.last_message(PLANNER)
         if outcome == ABORTED:
-            return said
+            return self.graph.last_message(PLANNER)
         if outcome == EMERGENCY_STOP:
             return self.graph.recorder.emergency_stop
-        monitored = self._monitor.reason if self._monitor else ""
-        return f"{outcome}: {monitored}{self.graph.frozen}; {PLANNER}: {said}" if outcome in MONITORED else ""
+        return self._why if outcome in MONITORED else ""
+
+    def _why_not_there(self, monitored: str) -> str:
+        """Why the robot is not at the goal, in words: a hold says it all, a controller that stands more than a plan."""
+        recorder, frozen = self.graph.recorder, self.graph.frozen
+        if recorder.held:
+            return f"the robot is held: {recorder.held}{frozen}"
+        planner = f"{PLANNER}: {self.graph.last_message(PLANNER)}"
+        return f"{monitored}{frozen}; {f'{COMMANDER}: {recorder.standing}' if recorder.standing else planner}"
 
 
 def run(options: Options, progress: Progress | None = None) -> RunResult:
@@ -216,7 +226,8 @@ def _whole_run(bringup: Bringup, options: Options) -> RunResult:
     say("writing the results ...")
     try:
         with StopRequest().listening():  # another Ctrl-C does not cost what is written now
-            results = write_results(folder, bringup.read_log(options.pictures), preparation, outcome, options)
+            log = bringup.read_log(options.pictures)
+            results = write_results(folder, log, preparation, outcome, options, message)
     except (RecordError, OSError) as error:
         say(f"{error}; what was recorded until then is in {folder.record}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
@@ -286,8 +297,9 @@ def _conclusion(result: RunResult) -> str:
     if result.outcome == "interrupted" and not result.exit_code:
         end = "driven there and back until Ctrl-C"
     kind = "simulated, " if summary["simulated"] else ""
+    machine = f"{summary['machine']}\n" if summary["machine"] else ""
     return (
-        f"{end} ({kind}{summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}, "
+        f"{machine}{end} ({kind}{summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}, "
         f"{summary['impacts_foreseen']} of them foreseen, {summary['impacts_deliberate']} deliberate)\n"
         f"{result.folder}\nonce more: {summary['repeat']}"
     )

@@ -8,6 +8,8 @@ from typing import TextIO
 
 TERMINAL_PERIOD = 0.1
 PLAIN_PERIOD = 1.0
+ERASE_REST = "\x1b[K"
+"""Takes a terminal's line before, where it was longer, away."""
 
 
 class Progress:
@@ -24,7 +26,7 @@ class Progress:
         self._last = 0.0
         self._open = False
 
-    def show(self, elapsed: float, distance: float, maneuver: str, impacts: int) -> None:
+    def show(self, elapsed: float, distance: float, maneuver: str, impacts: int, pace: str = "") -> None:
         """Prints the state of a run.
 
         Args:
@@ -32,14 +34,16 @@ class Progress:
             distance: distance to the goal [m].
             maneuver: the controller's present maneuver.
             impacts: number of impacts so far.
+            pace: how fast simulated time runs, in words; empty where there is nothing to say of it.
         """
         if time.monotonic() - self._last < (TERMINAL_PERIOD if self._live else PLAIN_PERIOD):
             return
         self._last = time.monotonic()
         # cut off, not rounded: no time is said before it has come
         shown = math.floor(10.0 * elapsed) / 10.0
-        line = f"{shown:6.1f} s   {distance:5.2f} m to the goal   {maneuver:<18}   impacts {impacts}"
-        self._write(f"\r{line}" if self._live else f"{line}\n")
+        line = f"{shown:6.1f} s  {distance:5.2f} m to the goal  {maneuver:<18}  impacts {impacts}"
+        line += f", {pace}" if pace else ""
+        self._write(f"\r{line}{ERASE_REST}" if self._live else f"{line}\n")
         self._open = self._live
 
     def say(self, text: str) -> None:

@@ -16,16 +16,20 @@ BESIDE = 0.8
 """Shown of an unknown world beside the robot's way [m]."""
 
 
-def write_results(folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, options: Options) -> Results:
+def write_results(
+    folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, options: Options, reason: str = ""
+) -> Results:
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
+
+    `reason` is why it ended so, in words; empty where the outcome says it all.
 
     Raises:
         RecordError: a file cannot be written.
     """
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    repeat = {"repeat": options.repeat(goal, folder.parameters)}
+    said = {"reason": reason, "repeat": options.repeat(goal, folder.parameters)}
     simulated = preparation.robot.simulated
-    return write_result_files(folder.path, log, world, goal, settings, outcome, simulated, repeat)
+    return write_result_files(folder.path, log, world, goal, settings, outcome, simulated, said)
 
 
 def draw_pictures(folder: RunFolder, results: Results, preparation: Preparation) -> str:

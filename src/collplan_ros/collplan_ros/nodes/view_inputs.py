@@ -26,6 +26,7 @@ from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED
 from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.conversions import goal_from_message, impact_contact_from_message
 from collplan_ros.messages.goal_status import goal_from_status
+from collplan_ros.messages.lockstep_report import lockstep_of
 from collplan_ros.messages.plans import contacts_from_message
 from collplan_ros.messages.raw_reading import path_from_bytes, state_from_bytes
 from collplan_ros.messages.reading import scan_from_message
@@ -44,6 +45,7 @@ from collplan_ros.view.message_parts import (
     report_of,
     seen_parts,
 )
+from collplan_ros.view.recent_timing import RecentTiming
 
 POSES = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 """Every pose of a frame's time and of a short stall; none is waited for."""
@@ -75,6 +77,7 @@ class ViewInputs:
         robot: full name of the node that says how the robot is; empty before it has.
         reports: newest health report of each node of this namespace, by full name.
         refused: messages that could not be read.
+        recent: how the graph has kept up in the last seconds.
     """
 
     def __init__(self, node: Node, settings: Settings, changes: Changes, clock: Callable[[], float]) -> None:
@@ -103,6 +106,7 @@ class ViewInputs:
         self._contacts: dict[float, Contacts] = {}
         self._commanded = math.nan
         self._periods: list[float] = []
+        self.recent = RecentTiming()
         self._seen = 0
         self._time = self._posed = 0.0
         self._came = self._clock()
@@ -277,6 +281,7 @@ class ViewInputs:
         sent = 1e-9 * info["source_timestamp"]
         if 0.0 < sent - self._commanded < LONGEST_PERIOD:
             self._periods.append(sent - self._commanded)
+            self.recent.commanded(sent - self._commanded, self._clock())
         self._commanded = sent
 
     def _take_health(self, message: DiagnosticArray, info: Values) -> None:
@@ -284,7 +289,13 @@ class ViewInputs:
             report = report_of(status, self._clock())
             if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
                 self.reports[report.name] = report
+                self._take_lockstep(report)
                 self._on_node(report.name, info["publication_sequence_number"])
+
+    def _take_lockstep(self, report: scene.NodeReport) -> None:
+        lockstep = lockstep_of(report.values)
+        if lockstep is not None:
+            self.recent.reported(lockstep, report.came)
 
     def _is_known_or_fits(self, name: str) -> bool:
         return name in self.reports or len(self.reports) < MOST_NODES

@@ -12,6 +12,7 @@ import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from collplan_core.evaluation.machine import machine_verdict, pace_words
 from collplan_core.parameters import Frames, ScanInput, Settings, View
 from collplan_core.scan import Scan
 from collplan_core.worlds import World, WorldError, load_world
@@ -131,6 +132,15 @@ class ViewNode(Node):
             },
         )
         self._changes.put("world", world)
+        self._put_machine(there)
+
+    def _put_machine(self, known: Mapping[str, Values]) -> None:
+        """Says how fast simulated time runs, and whether the machine would do for a real robot."""
+        now, recent = self._now(), self._inputs.recent
+        speed_factor = _number(first_of(known, "simulator.speed_factor"), self._settings.simulator.speed_factor)
+        command_age = _number(first_of(known, "limits.command_age"), self._settings.limits.command_age)
+        verdict = machine_verdict(recent.timing(now), speed_factor, command_age)
+        self._changes.put("machine", {"pace": pace_words(recent.newest_factor(now)), "verdict": verdict})
 
     def _found_world(self, known: Mapping[str, Values]) -> tuple[scene.Part, str]:
         """The world that nodes with these parameters name, to be drawn once it is made, or why there is none."""
@@ -172,8 +182,12 @@ class ViewNode(Node):
 
 def _milli(value: object, otherwise: float) -> int:
     """A length or speed as a page is sent it; `otherwise` where it is none that can be drawn."""
-    number = float(value) if isinstance(value, (int, float)) else otherwise
+    number = _number(value, otherwise)
     return scene.milli([number if abs(number) <= scene.LARGEST else otherwise])[0]
+
+
+def _number(value: object, otherwise: float) -> float:
+    return float(value) if isinstance(value, (int, float)) else otherwise
 
 
 def _of(nodes: Collection[str], known: Mapping[str, Known]) -> dict[str, Known]:

@@ -24,8 +24,8 @@ from collplan_ros.runs.result_files import SUMMARY, write_result_files
 from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.whole_file import replacing
 
-KILLED = "killed"
-"""Outcome of a run whose bringup did not live to see another."""
+KILLED, WHY_KILLED = "killed", "bringup ended before the run did"
+"""Outcome of a run whose bringup did not live to see another, and its reason."""
 NANO = 1e-9
 
 
@@ -243,5 +243,7 @@ def _completed_results(folder: Path) -> Iterator[str]:
         raise RunError(f"{folder / SUMMARY} cannot be made: {error}") from None
     if not np.isfinite(record.goal).all():
         raise RunError(f"{folder / SUMMARY} cannot be made: the run had not begun")
-    write_result_files(folder, record.log, world, record.goal, settings, KILLED, record.simulated, {})
+    write_result_files(
+        folder, record.log, world, record.goal, settings, KILLED, record.simulated, {"reason": WHY_KILLED}
+    )
     yield f"{folder / SUMMARY} and what goes with it are made from {RECORD}"

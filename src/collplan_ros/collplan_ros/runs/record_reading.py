@@ -17,6 +17,7 @@
 | goal | sent, status |
 | health | sent, node, level, message; at every change |
 | robot | sent, state, why it does not move; at every change |
+| waited | sent, longest time that the simulation waited for a node [s], which; at every change |
 | end | stamp and sent of the pose that ends the run |
 """
 
@@ -130,6 +131,7 @@ class _Reading:
             "goal": self._take_goal,
             "health": lambda sent, *entries: self._tell(sent, "health", *entries),
             "robot": lambda sent, *entries: self._tell(sent, "robot", *entries),
+            "waited": self._take_waited,
             "end": self._take_end,
         }
 
@@ -167,6 +169,9 @@ class _Reading:
     def _take_goal(self, sent: float, status: str) -> None:
         self._log.reached_sent = sent if status == SUCCEEDED else None
         self._tell(sent, "goal", status)
+
+    def _take_waited(self, _: float, longest: float, node: str) -> None:
+        self._log.longest_wait = longest, node
 
     def _take_end(self, stamp: float, sent: float) -> None:
         self._end = PoseRow(stamp, 0.0, 0.0, 0.0, 0.0, 0.0, sent)

@@ -1,7 +1,7 @@
 """Record of a run: listens to what its result files are made of and writes it, without ever waiting."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple, Protocol
 
@@ -28,8 +28,10 @@ from collplan_ros.messages.conversions import (
     velocity_from_twist,
 )
 from collplan_ros.messages.goal_status import NAMES
+from collplan_ros.messages.lockstep_report import Lockstep, lockstep_of
 from collplan_ros.messages.plans import contacts_from_message
 from collplan_ros.messages.reading import plan_from_path, scan_from_message
+from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.nodes import robot_state
 from collplan_ros.runs.record_file import RecordFile
@@ -81,6 +83,9 @@ class Recorder:
         goal: newest report of the goal given last; None before the first.
         newest: newest pose, also while not recording; None before the first.
         emergency_stop: why the robot's emergency stop is latched, in words; empty while it is not.
+        held: why the robot is held, in words; empty while it is not.
+        standing: why the controller commands the robot to stand, in words; empty while it moves it.
+        lockstep: the newest report of how simulated time keeps step with the graph; None where it need not.
         scan_came: whether a scan that can be used was received.
         lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
         maneuver: the maneuver begun last.
@@ -102,7 +107,8 @@ class Recorder:
         self.reported_at: dict[str, float] = {}
         self.goal: GoalReport | None = None
         self.newest: PoseRow | None = None
-        self.emergency_stop = ""
+        self.emergency_stop = self.held = self.standing = ""
+        self.lockstep: Lockstep | None = None
         self.scan_came = False
         self.lateness = 0.0
         self.maneuver = STOPPED
@@ -185,6 +191,7 @@ class Recorder:
         listen("/diagnostics", self._take_diagnostics)
         listen("goal_status", self._take_goal_status)
         listen("robot/state", self._take_robot_state)
+        listen("controller/state", self._take_controller_state)
         listen("mocap/odom", self._take_pose)
         listen("ground_truth/odom", self._take_truth)
         listen("ground_truth/impact", self._take_true_impact)
@@ -230,12 +237,26 @@ class Recorder:
             if before is None or (before.level, before.message) != (status.level, status.message):
                 self._write("health", sent, status.name, status.level[0], status.message)
             self.reported[status.name], self.reported_at[status.name] = status, sent
+            self._take_lockstep(values_of(status), sent)
 
     def _take_robot_state(self, message: DiagnosticStatus, sent: float) -> None:
-        state = {item.key: item.value for item in message.values}.get("state", "")
+        values = values_of(message)
+        state = values.get("state", "")
         why = message.message or f"emergency stop of {message.name}"
         self.emergency_stop = why if state == robot_state.STOPPED else ""
+        self.held = values.get("reason", message.message) if state == robot_state.HELD else ""
         self._write("robot", sent, state, message.message)
+
+    def _take_controller_state(self, message: DiagnosticStatus, _: float) -> None:
+        self.standing = message.message if values_of(message).get("activity") == STOPPED else ""
+
+    def _take_lockstep(self, values: Mapping[str, str], sent: float) -> None:
+        lockstep = lockstep_of(values)
+        if lockstep is None:
+            return
+        if lockstep.longest_wait > (self.lockstep.longest_wait if self.lockstep else 0.0):
+            self._write("waited", sent, lockstep.longest_wait, lockstep.waited_for)
+        self.lockstep = lockstep
 
     def _take_goal_status(self, message: GoalStatus, sent: float) -> None:
         if sent >= self._asked:

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.evaluation.machine import machine_verdict
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
 from collplan_ros.runs.impact_log import Impacts, impacts_of, write_impacts
 from collplan_ros.runs.run_log import RunLog
+from collplan_ros.runs.run_timing import timing_of
 from collplan_ros.runs.summary import assumed_constants, summarize, write_summary
 from collplan_ros.runs.trajectory_file import write_trajectory
 from collplan_ros.runs.whole_file import replacing
@@ -63,11 +65,15 @@ def write_result_files(
     impacts = impacts_of(log, world, settings.mocap.velocity_window)
     with replacing(folder / IMPACTS) as path:
         write_impacts(path, impacts, log.begin)
+    timing = timing_of(log, simulated)
     summary = {
         "simulated": simulated,
         "world": settings.simulator.world,
         "seed": settings.simulator.seed,
         **summarize(log, impacts, outcome, goal, settings),
+        "real_time_factor": timing.factor,
+        "longest_gap_s": timing.gap,
+        "machine": machine_verdict(timing, settings.simulator.speed_factor, settings.limits.command_age),
         **said,
         "assumed": assumed_constants(settings, simulated),
     }

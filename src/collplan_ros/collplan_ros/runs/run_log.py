@@ -127,6 +127,7 @@ class RunLog:
         costs: figures of each planning cycle.
         reached_sent: when the planner sent that the goal is reached; None before.
         pace: how many seconds of stamps pass in one of the clock of `sent`; 0 where that varies.
+        longest_wait: for how long simulated time waited for a node at most [s], and for which; None without lockstep.
     """
 
     poses: list[PoseRow] = field(default_factory=list)
@@ -142,6 +143,7 @@ class RunLog:
     costs: list[dict[str, float]] = field(default_factory=list)
     reached_sent: float | None = None
     pace: float = 1.0
+    longest_wait: tuple[float, str] | None = None
 
     @property
     def track(self) -> list[PoseRow]:

@@ -15,6 +15,7 @@ from collplan_ros.messages.cloud_reading import (
     compared_from_message,
     seen_from_message,
 )
+from collplan_ros.messages.status_values import values_of
 from collplan_ros.view import scene
 
 Parts = Iterator[tuple[str, scene.Part]]
@@ -74,11 +75,6 @@ def hold_parts(message: Any) -> Parts:
 def report_of(status: Any, now: float) -> scene.NodeReport:
     """What a node says of itself on /diagnostics, heard `now` [s]."""
     return scene.NodeReport(str(status.name), _level(status), str(status.message), values_of(status), now)
-
-
-def values_of(status: Any) -> dict[str, str]:
-    """Values of a DiagnosticStatus by key."""
-    return {str(item.key): str(item.value) for item in status.values}
 
 
 def _level(status: Any) -> int:

@@ -32,6 +32,8 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
     counts      {"deliberate", "foreseen", "other"}: how many impacts there were
     costs       {"planning_time" [ms], "strategy", "hardest": fastest contact foreseen, "terms": {name: number}}
     periods     [ms, ...]: times between two commands since the frame before
+    machine     {"pace": "0.85x real time", empty where simulated time runs as it should or the robot is not simulated;
+                "verdict": that this machine is too slow for a real robot, and why; empty where it is not}
     nodes       [{"name", "level": 0 to 3, "message", "age" [s], "silent", "values": {name: text}}, ...]
     parameters  live parameters by node: {node: [{"name", "doc", "kind", "value", "low", "high", "choices"}, ...]};
                 a number that is not finite is text

@@ -1,9 +1,11 @@
 // What the page asks for: a goal, cancel, resume, stop, and other values of live parameters.
 
 import { byId, element } from "./dom.js";
+import { isSolid } from "./geometry.js";
 import { toast } from "./panels.js";
 
 const STRATEGY = "planner.strategy";
+const SAME_PLACE = 200; // mm within which a second click is meant for the same goal
 const UNCONFIRMED = 700; // ms after which a stop that the robot has not confirmed is told of
 
 /** The buttons, the strategy, and a goal by a click. A field that was changed gives the focus back: space then stops. */
@@ -12,7 +14,7 @@ export class Drive {
     this.source = source;
     this.scene = scene;
     byId("drive").hidden = false;
-    picture.onclick = (x, y) => this.act({ do: "goal", x: x / 1000, y: y / 1000 });
+    picture.onclick = (x, y) => this.goTo(x, y);
     byId("stop").addEventListener("click", () => this.stop());
     for (const name of ["cancel", "resume"]) byId(name).addEventListener("click", () => this.act({ do: name }));
     byId("clear_stop").addEventListener("click", () => this.act({ do: "clear_estop" }));
@@ -20,6 +22,15 @@ export class Drive {
       this.act({ do: "set", node: this.planner, name: STRATEGY, value: event.target.value });
       event.target.blur();
     });
+  }
+
+  /** Gives a goal [mm]; one inside of a drawn wall, which may be drawn wrongly, once it was clicked twice. */
+  goTo(x, y) {
+    const { world } = this.scene.parts;
+    const again = this.questioned && Math.hypot(x - this.questioned.x, y - this.questioned.y) < SAME_PLACE;
+    this.questioned = world && !again && isSolid(world, x, y) ? { x, y } : null;
+    if (this.questioned) toast("that is inside a wall of the world file: click there again to give it all the same", true);
+    else this.act({ do: "goal", x: x / 1000, y: y / 1000 });
   }
 
   /** Sends a command and says what came of it. */

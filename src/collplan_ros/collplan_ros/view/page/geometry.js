@@ -41,7 +41,8 @@ export class Transform {
 }
 
 /** The rectangle [x0, y0, x1, y1] around what is free of a world, on a coarse grid; its bounds where nothing is. */
-export function freeExtent({ bounds, polygons, circles }) {
+export function freeExtent(world) {
+  const { bounds } = world;
   const [x0, y0, x1, y1] = bounds;
   const cells = 60;
   const free = [Infinity, Infinity, -Infinity, -Infinity];
@@ -49,8 +50,7 @@ export function freeExtent({ bounds, polygons, circles }) {
     for (let k = 0; k <= cells; k += 1) {
       const x = x0 + ((x1 - x0) * i) / cells;
       const y = y0 + ((y1 - y0) * k) / cells;
-      if (circles.some(([cx, cy, radius]) => Math.hypot(x - cx, y - cy) < radius)) continue;
-      if (polygons.some((corners) => isInside(corners, x, y))) continue;
+      if (isSolid(world, x, y)) continue;
       free[0] = Math.min(free[0], x);
       free[1] = Math.min(free[1], y);
       free[2] = Math.max(free[2], x);
@@ -58,6 +58,15 @@ export function freeExtent({ bounds, polygons, circles }) {
     }
   }
   return free[2] > free[0] && free[3] > free[1] ? free : bounds;
+}
+
+/** Whether a point is inside of a wall, or behind those around a world that has them. */
+export function isSolid({ bounds: [x0, y0, x1, y1], walled, polygons, circles }, x, y) {
+  return (
+    (walled && !(x0 <= x && x <= x1 && y0 <= y && y <= y1)) ||
+    circles.some(([cx, cy, radius]) => Math.hypot(x - cx, y - cy) < radius) ||
+    polygons.some((corners) => isInside(corners, x, y))
+  );
 }
 
 /** Whether a point is in a convex polygon, counter-clockwise. */

@@ -5,6 +5,7 @@ import { Colors } from "./colors.js";
 import { byId, element, keep, kept } from "./dom.js";
 import { Drive, ParameterList } from "./drive.js";
 import { LayerList, Panels, showTip } from "./panels.js";
+import { Pacing } from "./pacing.js";
 import { Plots } from "./plots.js";
 import { Scene } from "./state.js";
 
@@ -91,8 +92,11 @@ export function start(source) {
     byId("status").classList.toggle("trouble", Boolean(trouble));
   };
 
+  const pacing = new Pacing();
   let plotted = -Infinity;
   function draw(moment) {
+    requestAnimationFrame(draw);
+    if (!pacing.draws(moment)) return;
     const now = source.now();
     scene.advance(now);
     picture.draw(now);
@@ -104,7 +108,6 @@ export function start(source) {
       parameters?.write();
       byId("follow").setAttribute("aria-pressed", String(picture.following));
     }
-    requestAnimationFrame(draw);
   }
   requestAnimationFrame(draw);
   return { scene, picture };

@@ -24,8 +24,8 @@ export class Panels {
   write() {
     if (this.scene.version === this.version) return;
     this.version = this.scene.version;
-    const { about, doing, hold, goal, costs, nodes, counts } = this.scene.parts;
-    this.writeAbout(about, costs);
+    const { about, doing, hold, goal, costs, nodes, counts, machine } = this.scene.parts;
+    this.writeAbout(about, costs, machine);
     byId("maneuver").textContent = (doing?.maneuver || "no controller heard").replaceAll("_", " ");
     byId("goal_status").textContent = goal && goal.status !== "none" ? `· goal ${goal.status}` : "· no goal";
     byId("reason").textContent = doing?.reason ?? "";
@@ -33,16 +33,18 @@ export class Panels {
     const held = hold && hold.state !== "free" && hold.message;
     byId("hold").hidden = !held;
     byId("hold").textContent = held ? hold.message : "";
+    byId("machine").hidden = !machine?.verdict;
+    byId("machine").textContent = machine?.verdict ?? "";
     byId("counts").textContent = counted(counts ?? {});
     this.writeNodes(nodes ?? []);
   }
 
-  writeAbout(about, costs) {
+  writeAbout(about, costs, machine) {
     const badge = byId("badge");
     badge.hidden = !about;
     if (!about) return;
     const [sign, words] = ROBOTS[about.robot] ?? ROBOTS.unknown;
-    badge.textContent = sign;
+    badge.textContent = machine?.pace ? `${sign} · ${machine.pace}` : sign;
     badge.dataset.robot = about.robot;
     const told = [words, costs?.strategy, about.world, about.namespace === "/" ? "" : about.namespace];
     byId("about").textContent = told.filter(Boolean).join(" · ") + (about.trouble ? ` · no walls: ${about.trouble}` : "");

@@ -113,13 +113,11 @@ export class Transport {
     this.bar = this.track(box);
     this.clock = element("output", box, "clock");
     this.speeds(box);
-    this.steps(box, "plan", "<", ">", source.planTimes);
-    this.steps(box, "impact", ",", ".", source.impactTimes);
+    this.steps(box, "plan", [["◂", "<"], ["▸", ">"]], source.planTimes);
+    this.steps(box, "impact", [["|◂", ","], ["▸|", "."]], source.impactTimes);
     this.moment = element("a", box, "moment");
     this.moment.title = "a link to this moment: copy its address";
-    const said = element("div", box, "said");
-    element("b", said, "", `${recording.title}: ${recording.end}`);
-    for (const note of recording.notes) element("span", said, "note", note);
+    this.tell(recording);
     for (const [key, words] of PLAYER_KEYS) {
       element("dt", byId("keys"), "", key);
       element("dd", byId("keys"), "", words);
@@ -131,6 +129,14 @@ export class Transport {
     document.addEventListener("keydown", (event) => this.press(event));
     window.addEventListener("hashchange", () => this.follow(window.location.hash));
     source.onmoved = () => this.show();
+  }
+
+  tell({ title, end, reason, notes }) {
+    const told = byId("told");
+    element("p", told, "", `${title}: ${end}`);
+    if (reason) element("p", told, "warning", reason);
+    for (const note of notes) element("p", told, "note", note);
+    told.hidden = false;
   }
 
   track(box) {
@@ -157,11 +163,12 @@ export class Transport {
     });
   }
 
-  steps(box, name, back, on, times) {
+  steps(box, name, [back, on], times) {
     const both = element("span", box, "steps");
-    const step = (key, words, direction) => {
-      const button = element("button", both, "step", key);
+    const step = ([sign, key], words, direction) => {
+      const button = element("button", both, "step", sign);
       button.title = `to the ${name} ${words}, key ${key}`;
+      button.ariaLabel = button.title;
       button.disabled = times.length === 0;
       button.addEventListener("click", () => this.step(times, direction));
     };

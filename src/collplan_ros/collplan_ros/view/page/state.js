@@ -4,6 +4,9 @@ import { firstAfter, wrapped } from "./geometry.js";
 
 const KEPT = 60; // s of way and plots
 const STEP_BACK = 0.5; // s: a frame that is so much earlier begins another time
+const RESTED = 0.5; // s for which a robot at rest has to have been there
+const REST_SPEED = 150; // mm/s: the noise of the velocity measured is less, but for rare ones
+const REST_DRIFT = 5; // mm from the one half of that time to the other
 const MOST_QUEUED = 60; // frames: a page that was hidden does not replay what it missed
 
 /** Frames in, their state at a time out. */
@@ -73,11 +76,23 @@ export class Scene {
     }
     if (frame.robot && frame.t > last) {
       const [x, y, yaw, vx, vy] = frame.robot;
-      this.track.push({ t: frame.t, x, y, yaw: yaw / 1000, vx, vy, speed: Math.hypot(vx, vy) });
+      const measured = Math.hypot(vx, vy);
+      this.track.push({ t: frame.t, x, y, yaw: yaw / 1000, vx, vy, speed: measured });
+      if (measured < REST_SPEED && this.rests(frame.t)) this.track.at(-1).speed = 0;
       this.fillIn();
     }
     const keep = firstAfter(this.track, frame.t - KEPT);
     if (keep > 200) this.track.splice(0, keep);
+  }
+
+  /** Whether the robot has not moved in the time before `t`, beyond the noise of its poses. */
+  rests(t) {
+    const begin = firstAfter(this.track, t - RESTED);
+    const middle = firstAfter(this.track, t - RESTED / 2);
+    if (begin === 0 || middle === begin) return false;
+    const mean = (rows, axis) => rows.reduce((sum, row) => sum + row[axis], 0) / rows.length;
+    const [before, after] = [this.track.slice(begin, middle), this.track.slice(middle)];
+    return Math.hypot(mean(after, "x") - mean(before, "x"), mean(after, "y") - mean(before, "y")) < REST_DRIFT;
   }
 
   /** Gives the poses between the last two whole ones their heading and speed. */

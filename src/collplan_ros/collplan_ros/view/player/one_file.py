@@ -17,6 +17,7 @@ SCRIPTS = (
     "state.js",
     "layers.js",
     "canvas.js",
+    "pacing.js",
     "plots.js",
     "panels.js",
     "drive.js",

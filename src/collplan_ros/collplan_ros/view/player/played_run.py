@@ -4,6 +4,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from collplan_core.evaluation.machine import pace_words
 from collplan_core.parameters import Settings
 from collplan_core.worlds import World
 from collplan_ros.pictures.title import run_end, run_title
@@ -11,6 +12,7 @@ from collplan_ros.runs.impact_log import Impacts, impacts_of
 from collplan_ros.runs.record_reading import RECORD, Record, read_record
 from collplan_ros.runs.recorded_run import settings_and_world
 from collplan_ros.runs.run_error import RunError
+from collplan_ros.view import scene
 
 INCOMPLETE = "incomplete"
 SHOWN_WHOLE = 60.0
@@ -29,6 +31,8 @@ class PlayedRun:
         impacts: its impacts.
         title: world, strategy and seed of the run, and whether it was simulated.
         end: how it ended.
+        reason: why it ended so; empty where that says it all.
+        machine: the part `machine` of the whole run.
     """
 
     folder: Path
@@ -38,6 +42,8 @@ class PlayedRun:
     impacts: Impacts
     title: str
     end: str
+    reason: str
+    machine: scene.Part
 
     @property
     def zero(self) -> float:
@@ -65,7 +71,7 @@ def read_played_run(folder: Path) -> PlayedRun:
     record = _record(folder / RECORD)
     impacts = impacts_of(record.log, world, settings.mocap.velocity_window)
     title = run_title(world, settings, record.simulated)
-    return PlayedRun(folder, settings, world, record, impacts, title, _end(folder / "summary.json"))
+    return PlayedRun(folder, settings, world, record, impacts, title, *_end(folder / "summary.json"))
 
 
 def _record(path: Path) -> Record:
@@ -80,11 +86,14 @@ def _record(path: Path) -> Record:
     return record
 
 
-def _end(path: Path) -> str:
-    """How the run ended as its summary says; without one bringup did not live to write it."""
+def _end(path: Path) -> tuple[str, str, scene.Part]:
+    """How the run ended, why, and the part `machine`, by its summary; without one bringup did not live to write it."""
     try:
-        return run_end(json.loads(path.read_text()))
+        summary = json.loads(path.read_text())
+        # summaries of earlier versions say neither why, nor anything of the machine
+        machine = {"pace": pace_words(summary.get("real_time_factor")), "verdict": str(summary.get("machine", ""))}
+        return run_end(summary), str(summary.get("reason", "")), machine
     except FileNotFoundError:
-        return INCOMPLETE
+        return INCOMPLETE, "", {"pace": "", "verdict": ""}
     except (OSError, LookupError, TypeError, ValueError, AttributeError) as error:
         raise RunError(f"{path}: expected JSON with the figures of a run: {error!r}") from None

@@ -41,6 +41,7 @@ def beginning(run: PlayedRun) -> Frame:
             "spacing": scene.milli([run.settings.remembered.spacing])[0],
         },
         "world": scene.world(run.world),
+        "machine": run.machine,
         "goal": _goal(run.record.goal, NO_GOAL),
         "impacts": [],
     }

@@ -77,7 +77,13 @@ def _fewer(one_in: int, largest: int) -> list[str]:
 
 
 def _page(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> str:
-    recording: dict[str, Any] = {"title": run.title, "end": run.end, "notes": notes, "frames": frames}
+    recording: dict[str, Any] = {
+        "title": run.title,
+        "end": run.end,
+        "reason": run.reason,
+        "notes": notes,
+        "frames": frames,
+    }
     return one_file(f"{run.title}: {run.end}", recording)
 
 

@@ -1,0 +1,49 @@
+"""Whether a machine is fast enough for a real robot, by how simulated time ran and by the longest gap of a run."""
+
+from dataclasses import dataclass
+
+ABOUT = 0.05
+"""Share by which simulated time may run slower than it should and still count as on time."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How a graph kept up.
+
+    Attributes:
+        factor: simulated seconds that passed in a second; None where it is not known, or the robot is not simulated.
+        gap: longest time without a command, or for which simulated time waited for a node [s, wall clock].
+        waited_for: the node that simulated time waited for; empty where `gap` is between two commands.
+    """
+
+    factor: float | None = None
+    gap: float = 0.0
+    waited_for: str = ""
+
+
+def pace_words(factor: float | None) -> str:
+    """How fast simulated time runs, as "0.85x real time"; empty where that is not known, or about real time."""
+    return "" if factor is None or abs(factor - 1.0) <= ABOUT else f"{factor:.2f}x real time"
+
+
+def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> str:
+    """That a machine is too slow for a real robot, in words; empty where it is not.
+
+    A simulation that is wanted slower than real time may be slow by as much, and one as fast as it can be is to be as
+    fast as real time.
+
+    Args:
+        timing: how the graph kept up.
+        speed_factor: simulated seconds wanted in a second; 0 for as many as there can be.
+        command_age: age at which a robot follows its last command no more [s].
+    """
+    wanted = min(speed_factor or 1.0, 1.0)
+    is_slow = timing.factor is not None and timing.factor < (1.0 - ABOUT) * wanted
+    if not is_slow and timing.gap <= command_age / wanted:
+        return ""
+    found = [f"simulated time ran at {timing.factor:.2f} of real time"] if is_slow else []
+    if timing.waited_for:
+        found.append(f"longest wait {timing.gap:.2f} s for {timing.waited_for}")
+    elif timing.gap:
+        found.append(f"longest gap between two commands {timing.gap:.2f} s")
+    return f"this machine is too slow for a real robot, or busy: {', '.join(found)}"

@@ -1,0 +1,29 @@
+"""How simulated time keeps step with the graph, as simulator_node reports it among its values on /diagnostics."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from collplan_ros.messages.reading import check_finite
+
+FACTOR, WAIT, WAITED_FOR = "real_time_factor", "longest_wait_s", "longest_wait_for"
+
+
+class Lockstep(NamedTuple):
+    """Simulated seconds in the last second; the longest wait for a node so far [s], and for which; "" before any."""
+
+    factor: float
+    longest_wait: float
+    waited_for: str
+
+
+def lockstep_of(values: Mapping[str, str]) -> Lockstep | None:
+    """What a node with these values reports of it; None where it is not in lockstep.
+
+    Raises:
+        ValueError: a figure is no finite number.
+    """
+    if FACTOR not in values:
+        return None
+    report = Lockstep(float(values[FACTOR]), float(values.get(WAIT, "0")), values.get(WAITED_FOR, ""))
+    check_finite("/diagnostics", report.factor, report.longest_wait)
+    return report
