@@ -85,6 +85,30 @@ def test_velocity_is_that_of_half_a_window_ago():
         assert result.state.velocity[0] == pytest.approx(1.5 * (time - 0.03), abs=1e-9)
 
 
+@pytest.mark.parametrize("spin", [0.0, 2.5, -8.0])
+def test_yaw_rate_goes_through_half_a_turn(spin):
+    """As the velocity, it has no error at a constant rate, and is there with the first one."""
+    memory = FRESH
+    for k in range(100):
+        sample = PoseSample(k * PERIOD, np.zeros(2), math.remainder(3.0 + spin * k * PERIOD, math.tau))
+        result, memory = filter_pose(memory, sample, sample.stamp, SETTINGS)
+        assert result.state is None or result.yaw_rate == pytest.approx(spin, abs=1e-9)
+    assert result.state is not None
+
+
+def test_deviations_are_those_of_noise():
+    """Where nothing accelerates: those of the slopes at rest, and of the pose itself what the parameters say."""
+    config = SETTINGS.with_values({"mocap.yaw_noise": 0.01, "robot.max_acceleration": 0.1})
+    rng, memory, found = np.random.default_rng(3), FRESH, []
+    for k in range(4000 if COMPILED else 300):
+        sample = PoseSample(k * PERIOD, rng.normal(0.0, 0.002, 2), rng.normal(0.0, 0.01))
+        result, memory = filter_pose(memory, sample, sample.stamp, config)
+        found += [] if result.state is None else [(*result.state.velocity, result.yaw_rate)]
+    said = result.deviations
+    assert (said.position, said.yaw) == (0.002, 0.01)
+    np.testing.assert_allclose(np.std(found, axis=0), [said.velocity, said.velocity, said.yaw_rate], rtol=0.1)
+
+
 def test_noise_of_the_velocity():
     """7 poses, 2 mm: the slope of a line through n poses has the deviation sigma sqrt(12 / (n (n^2 - 1))) / period."""
     results, _ = feed(noisy(np.zeros((4000 if COMPILED else 300, 2)), seed=1))

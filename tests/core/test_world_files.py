@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.worlds import World, WorldError, load_world, parse_world, save_world
+from collplan_core.worlds import World, WorldError, check_route, load_world, parse_world, save_world
 
 coordinate = st.floats(-50, 50, allow_subnormal=False)
 
@@ -59,6 +59,7 @@ def test_a_file_is_taken_whatever_its_ending(tmp_path):
     ("text", "words"),
     [
         ("bounds: [0, 0", "not YAML"),
+        ("bounds: " + "[" * 3000, "nested too deep"),
         ("a: b: c", "not YAML"),
         ("bounds: !!python/object:os.system {}", "not YAML"),
         ("", "got None, expected keys and values: name, bounds"),
@@ -106,6 +107,24 @@ def test_what_is_no_readable_text_file_is_refused(tmp_path):
     (tmp_path / "picture.yaml").write_bytes(b"\x89PNG\xff\xfe")
     with pytest.raises(WorldError, match=r"picture\.yaml: cannot be read as text"):
         load_world(str(tmp_path / "picture.yaml"))
+
+
+def test_a_huge_world_is_refused(tmp_path):
+    """By its size before it is read, which takes a second for 100 kB, else by its obstacles."""
+    path = tmp_path / "huge.yaml"
+    with path.open("wb") as file:
+        file.truncate(2_000_000)
+    with pytest.raises(WorldError, match=r"huge\.yaml: got 2000000 bytes, expected .* at most 1048576"):
+        load_world(str(path))
+    with pytest.raises(WorldError, match="got 10001, expected at most 10000"):
+        World("huge", (), np.ones((10001, 3)), (0.0, 0.0, 2.0, 2.0))
+
+
+def test_an_error_found_later_names_the_file_too(tmp_path):
+    path = tmp_path / "hall.yaml"
+    path.write_text("name: big hall\nbounds: [0, 0, 3, 2]")
+    with pytest.raises(WorldError, match=r"hall\.yaml: goal"):
+        check_route(load_world(str(path)), np.array([1.0, 1.0]), np.array([9.0, 1.0]), 0.1)
 
 
 def test_a_world_that_cannot_be_written_says_where(tmp_path):

@@ -19,6 +19,7 @@ from collplan_core.parameters import ScanInput, Settings
 from collplan_core.parameters.file import read_parameters
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.impact_contact import ImpactContact
+from collplan_core.sensing.pose_deviations import Deviations
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.state import State
@@ -81,6 +82,17 @@ def test_quaternion_that_is_none(xyzw):
 
 
 # ---- poses
+
+
+def test_odometry_says_how_far_off_it_may_be():
+    """6 x 6, row by row, x, y, z and the turns about them: what nobody measured is not certain."""
+    state, deviations = State(0.0, np.zeros(2), np.zeros(2), 0.0), Deviations(0.1, 0.2, 0.3, 0.4)
+    message = sent(c.state_to_odometry(state, "map", "base_link", -1.5, deviations))
+    assert message.twist.twist.angular.z == -1.5
+    for held, along, about in ((message.pose, 0.01, 0.04), (message.twist, 0.09, 0.16)):
+        covariance = held.covariance.reshape(6, 6)
+        np.testing.assert_allclose(np.diag(covariance), [along, along, 1e6, 1e6, 1e6, about])
+        assert np.count_nonzero(covariance) == 6
 
 
 @given(stamps, points, points, yaws)

@@ -175,7 +175,7 @@ def run_trial(
     """
     goal = world.goal if goal is None else goal
     if goal is None:
-        raise WorldError(f"{world.name}: goal: missing, expected x, y")
+        raise WorldError(f"{world.called}: goal: missing, expected x, y")
     goal, solid = np.asarray(goal, dtype=float), world if solid is None else solid
     with trial_journals(journal, world, settings, seed) as journals:
         nodes = _Nodes(world, settings, seed, goal, solid, journals)

@@ -214,6 +214,7 @@ class Mocap(Parameters):
     velocity_window: float = parameter(0.06, "Poses of this span are fitted for the velocity; the delay is half of it", unit="s", low=0.01, high=0.5, live=True)
     detect_impacts: bool = parameter(True, "Detect impacts in the poses; false where the ring itself senses them", live=True)
     position_noise: float = parameter(0.002, "Noise of a measured position, standard deviation by axis (assumed)", unit="m", low=1e-5, high=0.1, live=True)
+    yaw_noise: float = parameter(0.005, "Noise of a measured yaw, standard deviation, told to those who listen to mocap/odom (assumed)", unit="rad", low=1e-6, high=0.5, live=True)
     impact_window: float = parameter(0.05, "A change of velocity within this time that max_acceleration cannot make is an impact", unit="s", low=0.02, high=0.2, live=True)
     impact_speed: float = parameter(0.15, "Smallest change of velocity reported as an impact", unit="m/s", low=0.01, high=5.0, live=True)
     leap_margin: float = parameter(0.05, "Distance beyond max_speed times the silence that still counts as motion", unit="m", low=0.0, high=1.0, live=True)

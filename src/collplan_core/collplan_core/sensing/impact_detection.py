@@ -127,7 +127,7 @@ class _Search(NamedTuple):
 
 @njit
 def find_impact(times: np.ndarray, points: np.ndarray, law: ImpactLaw) -> FittedImpact:
-    """The impact in these poses: times (n,) strictly rising [s], points (n, 2) [m]; NO_IMPACT if there is none."""
+    """The impact in these poses: times (n,) strictly rising [s], points (n, 2) [m] or more columns; else NO_IMPACT."""
     first = max(int(np.searchsorted(times, times[0] + law.window - SLACK)), FEWEST_BEFORE)
     last = len(times) - 1
     coarse = _Search(first, last, 1, times[-1] - IMPACT_REACH * law.window)

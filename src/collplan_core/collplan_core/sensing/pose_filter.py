@@ -1,7 +1,7 @@
 """Motion-capture poses become states; impacts are found, and what cannot be a pose of the robot is refused.
 
-The velocity is the slope of the least-squares line through the poses of the last `mocap.velocity_window`. It is the
-velocity half a window ago: at the default 60 ms it lags by 30 ms (0.045 m/s at 1.5 m/s^2), and 2 mm of noise at 100 Hz
+Velocity and yaw rate are the slope of the least-squares line through the poses of the last `mocap.velocity_window`, the
+motion half a window ago: at the default 60 ms it lags by 30 ms (0.045 m/s at 1.5 m/s^2), and 2 mm of noise at 100 Hz
 leave 0.04 m/s. The position is the newest one, as measured, without delay. After an impact the line begins at the
 impact: it goes through its point and the poses since, so the velocity before it is forgotten at once. A second change
 of velocity that soon after it and that way is the rest of the same hit: the line begins there, but no impact is told.
@@ -23,6 +23,7 @@ import numpy as np
 
 from collplan_core.parameters import Mocap, Settings
 from collplan_core.sensing.impact_detection import IMPACT_REACH, DetectedImpact, detected_impact
+from collplan_core.sensing.pose_deviations import EXACT, Deviations, deviations_of
 from collplan_core.sensing.pose_track import track_law, with_pose, with_pose_judged
 from collplan_core.sensing.six_degrees import YAW, tilt_of, turns, why_off_floor
 from collplan_core.state import State
@@ -89,14 +90,14 @@ class Track:
     """Poses that agree with each other.
 
     Attributes:
-        times: (n,) strictly rising [s]; points: (n, 2) [m].
+        times: (n,) strictly rising [s]; poses: (n, 3) x, y [m] and yaw, not wrapped [rad].
         begun: stamp of the first pose, also where that is no longer kept [s].
         received: local time at which the newest pose was received [s].
         newest: the newest pose; None before the first.
     """
 
     times: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    poses: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     begun: float = math.nan
     received: float = math.nan
     newest: PoseSample | None = None
@@ -141,6 +142,8 @@ class FilterResult:
         refused: why, empty when accepted: not_finite, tilt, height, stamp, leap or yaw.
         relocated: the robot is somewhere else now; what was planned is void.
         carried: and not by stamps alone: somebody has moved it, or it is another body.
+        yaw_rate: of the state [rad/s].
+        deviations: of state and yaw rate.
     """
 
     state: State | None
@@ -148,6 +151,8 @@ class FilterResult:
     refused: str = ""
     relocated: bool = False
     carried: bool = False
+    yaw_rate: float = math.nan
+    deviations: Deviations = EXACT
 
 
 def filter_pose(
@@ -181,8 +186,9 @@ def filter_pose(
         memory = replace(memory, suspects=Track(begun=sample.stamp), suspected=refused)
     law, suspects = track_law(settings.robot, settings.mocap), memory.suspects
     if sample.stamp - suspects.begun < settings.mocap.relocation_time - law.slack:
-        times, points = with_pose(suspects.times, suspects.points, sample.stamp, *sample.position.tolist(), law)
-        suspects = Track(times, points, suspects.begun, received, sample)
+        x, y = sample.position.tolist()
+        times, poses = with_pose(suspects.times, suspects.poses, sample.stamp, x, y, sample.yaw, law)
+        suspects = Track(times, poses, suspects.begun, received, sample)
         return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
     result, taken = _accepted(replace(memory, impact=None), suspects, sample, received, settings)
     return replace(result, relocated=True, carried=memory.suspected != STAMP), taken
@@ -203,13 +209,18 @@ def _accepted(
         track = Track(begun=sample.stamp)
     x, y = sample.position.tolist()
     law = track_law(settings.robot, settings.mocap)
-    times, points, fit, vx, vy = with_pose_judged(track.times, track.points, track.begun, sample.stamp, x, y, law)
+    times, poses, fit, motion = with_pose_judged(
+        track.times, track.poses, track.begun, sample.stamp, x, y, sample.yaw, law
+    )
     impact = detected_impact(fit)
     told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact
-    state = None if math.isnan(vx) else State(sample.stamp, sample.position, np.array((vx, vy)), sample.yaw)
-    track = Track(times, points, track.begun, received, sample)
+    track = Track(times, poses, track.begun, received, sample)
     taken = FilterMemory(track, impact=impact or memory.impact, floor=memory.floor, heard=received)
-    return FilterResult(state, told), taken
+    if math.isnan(motion.vx):
+        return FilterResult(None, told), taken
+    state = State(sample.stamp, sample.position, np.array((motion.vx, motion.vy)), sample.yaw)
+    deviations = deviations_of(motion, settings.robot, settings.mocap)
+    return FilterResult(state, told, yaw_rate=motion.yaw_rate, deviations=deviations), taken
 
 
 def _is_finite(sample: PoseSample) -> bool:

@@ -47,68 +47,93 @@ def track_law(robot: Robot, mocap: Mocap) -> TrackLaw:
     return TrackLaw(kept, mocap.velocity_window, slack, mocap.detect_impacts, impact_law(robot, mocap))
 
 
+class FittedMotion(NamedTuple):
+    """The least-squares line through the poses of the velocity window.
+
+    Attributes:
+        vx, vy: its slope [m/s]; NaN until the first window is full, as all that follows.
+        yaw_rate: [rad/s].
+        delay: how long before the newest pose the slope is that of the motion [s].
+        spread: sum of the squared times around their mean [s^2]: noise of the poses over its root is that of the slope.
+    """
+
+    vx: float
+    vy: float
+    yaw_rate: float
+    delay: float
+    spread: float
+
+
+NO_MOTION = FittedMotion(math.nan, math.nan, math.nan, math.nan, math.nan)
+
+
 @njit
 def with_pose(
-    times: np.ndarray, points: np.ndarray, stamp: float, x: float, y: float, law: TrackLaw
+    times: np.ndarray, poses: np.ndarray, stamp: float, x: float, y: float, yaw: float, law: TrackLaw
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) [s] and points (n, 2) [m] of a track with one more pose, without what is too old."""
+    """Times (n,) [s] and poses (n, 3) of a track with one more pose, without what is too old; yaws go on unwrapped."""
     first = int(np.searchsorted(times, stamp - law.kept - law.slack))
     # at a low rate the window alone would not hold the poses a line needs
     first = max(min(first, len(times) - FEWEST + 1), 0)
     n = len(times) - first
-    new_times, new_points = np.empty(n + 1), np.empty((n + 1, 2))
+    new_times, new_poses = np.empty(n + 1), np.empty((n + 1, 3))
     new_times[:n] = times[first:]
-    new_points[:n] = points[first:]
-    new_times[n], new_points[n, 0], new_points[n, 1] = stamp, x, y
-    return new_times, new_points
+    new_poses[:n] = poses[first:]
+    if n > 0:
+        last = new_poses[n - 1, 2]
+        yaw = last + (yaw - last + math.pi) % math.tau - math.pi
+    new_times[n], new_poses[n, 0], new_poses[n, 1], new_poses[n, 2] = stamp, x, y, yaw
+    return new_times, new_poses
 
 
 @njit
 def with_pose_judged(
-    times: np.ndarray, points: np.ndarray, begun: float, stamp: float, x: float, y: float, law: TrackLaw
-) -> tuple[np.ndarray, np.ndarray, FittedImpact, float, float]:
+    times: np.ndarray, poses: np.ndarray, begun: float, stamp: float, x: float, y: float, yaw: float, law: TrackLaw
+) -> tuple[np.ndarray, np.ndarray, FittedImpact, FittedMotion]:
     """A track with one more pose, and what it shows then.
 
     Returns:
-        times (n,) [s] and points (n, 2) [m], after an impact from its centre on; the impact, or NO_IMPACT; the velocity
-        [m/s], NaN until the first window is full.
+        times (n,) [s] and poses (n, 3), after an impact from its centre on; the impact, or NO_IMPACT; the motion, or
+        NO_MOTION.
 
     Args:
-        times, points: the track so far.
+        times, poses: the track so far.
         begun: stamp of its first pose, also where that is no longer kept [s].
-        stamp, x, y: the pose [s, m].
+        stamp, x, y, yaw: the pose [s, m, rad].
         law: what is kept, and what for.
     """
-    times, points = with_pose(times, points, stamp, x, y, law)
-    impact = find_impact(times, points, law.impacts) if law.finds_impacts else NO_IMPACT
+    times, poses = with_pose(times, poses, stamp, x, y, yaw, law)
+    impact = find_impact(times, poses, law.impacts) if law.finds_impacts else NO_IMPACT
     if impact.score > 0.0:
         # in the place of the last pose before it; the arrays are of this call, nobody else has them
         first = impact.first_after - 1
-        times[first], points[first, 0], points[first, 1] = impact.time, impact.x, impact.y
-        times, points = times[first:], points[first:]
-    vx, vy = _velocity(times, points, begun, law)
-    return times, points, impact, vx, vy
+        share = (impact.time - times[first]) / (times[first + 1] - times[first])
+        poses[first, 2] += share * (poses[first + 1, 2] - poses[first, 2])
+        times[first], poses[first, 0], poses[first, 1] = impact.time, impact.x, impact.y
+        times, poses = times[first:], poses[first:]
+    return times, poses, impact, _motion(times, poses, begun, law)
 
 
 @njit
-def _velocity(times: np.ndarray, points: np.ndarray, begun: float, law: TrackLaw) -> tuple[float, float]:
-    """[m/s]; NaN until the first window is full."""
+def _motion(times: np.ndarray, poses: np.ndarray, begun: float, law: TrackLaw) -> FittedMotion:
+    """NO_MOTION until the first window is full."""
     newest = times[-1]
     if newest - begun < law.velocity_window - law.slack or newest == times[0]:
-        return math.nan, math.nan
+        return NO_MOTION
     first = int(np.searchsorted(times, newest - law.velocity_window - law.slack))
     first = max(min(first, len(times) - FEWEST), 0)
-    return _slope(times[first:], points[first:])
+    return _fitted(times[first:], poses[first:])
 
 
 @njit
-def _slope(times: np.ndarray, points: np.ndarray) -> tuple[float, float]:
-    """Slope of the least-squares line through times (n,) and points (n, 2)."""
+def _fitted(times: np.ndarray, poses: np.ndarray) -> FittedMotion:
+    """The least-squares line through times (n,) and poses (n, 3)."""
     middle = times.mean()
-    total, x, y = 0.0, 0.0, 0.0
+    total, x, y, yaw = 0.0, 0.0, 0.0, 0.0
     for k in range(len(times)):
         t = times[k] - middle
         total += t * t
-        x += t * points[k, 0]
-        y += t * points[k, 1]
-    return x / total, y / total
+        x += t * poses[k, 0]
+        y += t * poses[k, 1]
+        yaw += t * poses[k, 2]
+    return FittedMotion(x / total, y / total, yaw / total, times[-1] - middle, total)

@@ -26,16 +26,23 @@ from collplan_core.worlds.shapes import BOUNDS_FORM, POLYGON_FORM, World, WorldE
 KEYS = ("name", "bounds", "walled", "polygons", "circles", "start", "goal")
 CIRCLE_FORM = "expected {center: [x, y], radius: r} [m]"
 POINT_FORM = "expected [x, y] [m]"
+LONGEST = 1 << 20
+"""Largest world file [bytes]; one of 10000 circles has half of it, and takes 2 s to read."""
 
 
 def read_world(path: Path) -> World:
     """The world in a YAML file.
 
     Raises:
-        WorldError: the file is missing, cannot be read, is not YAML, or does not hold a world.
+        WorldError: the file is missing, cannot be read, is too large, is not YAML, or does not hold a world.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            held = file.read(LONGEST + 1)
+        if len(held) > LONGEST:
+            size = max(path.stat().st_size, len(held))
+            raise WorldError(f"{path}: got {size} bytes, expected a world file of at most {LONGEST}")
+        text = held.decode()
     except FileNotFoundError:
         raise WorldError(f"{path}: no such file, expected a world file in YAML") from None
     except (OSError, UnicodeDecodeError) as error:
@@ -53,6 +60,8 @@ def parse_text(text: str, source: str, name: str) -> World:
         mapping = yaml.safe_load(text)
     except (yaml.YAMLError, ValueError) as error:
         raise WorldError(f"{source}: not YAML: {' '.join(str(error).split())}") from None
+    except RecursionError:
+        raise WorldError(f"{source}: nested too deep, expected keys and values: {', '.join(KEYS)}") from None
     if not isinstance(mapping, Mapping):
         raise WorldError(f"{source}: got {mapping!r:.80}, expected keys and values: {', '.join(KEYS)}")
     return parse_world({"name": name, **mapping}, source)
@@ -74,6 +83,7 @@ def parse_world(mapping: Mapping[str, Any], source: str) -> World:
             walled=_flag("walled", mapping.get("walled", True)),
             start=_point(mapping, "start"),
             goal=_point(mapping, "goal"),
+            source=source,
         )
     except WorldError as error:
         raise WorldError(f"{source}: {error}") from None

@@ -33,7 +33,7 @@ def load_world(spec: str) -> World:
     if spec == UNKNOWN:
         return World(UNKNOWN, (), np.zeros((0, 3)), (-AROUND, -AROUND, AROUND, AROUND), walled=False)
     if spec in arena_names():
-        return parse_text((ARENAS / f"{spec}.yaml").read_text(encoding="utf-8"), f"{spec}.yaml", spec)
+        return parse_text((ARENAS / f"{spec}.yaml").read_text(encoding="utf-8"), spec, spec)
     if spec.endswith((".yaml", ".yml")) or Path(spec).is_file():
         return read_world(Path(spec))
     family, colon, seed = spec.partition(":")

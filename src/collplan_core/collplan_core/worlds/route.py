@@ -44,7 +44,7 @@ def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float
     parts = getattr(free, "geoms", [free])
     if not any(part.covers(shapely.Point(start)) and part.covers(shapely.Point(goal)) for part in parts):
         raise WorldError(
-            f"{world.name}: goal: {np.asarray(goal).tolist()} cannot be reached from {np.asarray(start).tolist()}, "
+            f"{world.called}: goal: {np.asarray(goal).tolist()} cannot be reached from {np.asarray(start).tolist()}, "
             f"expected a route for a disc of radius {radius:g} m"
         )
 
@@ -61,7 +61,7 @@ def _check_room(world: World, free: "BaseGeometry", key: str, point: np.ndarray,
 
     if not np.isfinite(point).all() or not in_bounds(world.bounds, point):
         expected = f"expected a point within {list(world.bounds)}"
-        raise WorldError(f"{world.name}: {key}: {point.tolist()} is outside the arena, {expected}")
+        raise WorldError(f"{world.called}: {key}: {point.tolist()} is outside the arena, {expected}")
     if not free.covers(shapely.Point(point)):
         expected = f"expected {radius:g} m of room around it"
-        raise WorldError(f"{world.name}: {key}: {point.tolist()} is in an obstacle or too near one, {expected}")
+        raise WorldError(f"{world.called}: {key}: {point.tolist()} is in an obstacle or too near one, {expected}")

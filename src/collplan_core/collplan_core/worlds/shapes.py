@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 POLYGON_FORM = "expected at least 3 corners [x, y] [m] of a convex polygon, in order"
+MOST_OBSTACLES = 10_000
+"""Obstacles of a world: a route through as many is found in 5 s."""
 BOUNDS_FORM = "expected [x_min, y_min, x_max, y_max] [m] with x_min < x_max and y_min < y_max"
 
 
@@ -25,10 +27,12 @@ class World:
         bounds: x_min, y_min, x_max, y_max of the arena [m]; obstacles may reach beyond.
         walled: the bounds are solid walls; otherwise beams and robot can leave the arena.
         start, goal: (2,) [m], or None.
+        source: path of the file that it was read from, else empty.
 
     Raises:
-        WorldError: at construction, when a shape is degenerate or not convex, a number is not finite, or start or
-            goal lie outside the bounds or in an obstacle. A robot needs more room than a point: see `check_route`.
+        WorldError: at construction, when a shape is degenerate or not convex, a number is not finite, there are more
+            than MOST_OBSTACLES, or start or goal lie outside the bounds or in an obstacle. A robot needs more room than
+            a point: see `check_route`.
     """
 
     name: str
@@ -38,8 +42,17 @@ class World:
     walled: bool = True
     start: np.ndarray | None = None
     goal: np.ndarray | None = None
+    source: str = ""
+
+    @property
+    def called(self) -> str:
+        """What an error calls it by: its file where it has one, else its name."""
+        return self.source or self.name
 
     def __post_init__(self) -> None:
+        count = len(self.polygons) + len(self.circles)
+        if count > MOST_OBSTACLES:
+            raise WorldError(f"polygons and circles: got {count}, expected at most {MOST_OBSTACLES}")
         polygons = tuple(_checked_polygon(f"polygons[{i}]", corners) for i, corners in enumerate(self.polygons))
         object.__setattr__(self, "polygons", polygons)
         object.__setattr__(self, "circles", _checked_circles(self.circles))

@@ -144,10 +144,10 @@ def _checked_goal(options: Options, world: World, settings: Settings, robot: Rob
     if goal is None and options.check:
         goal = world.start if world.start is not None else np.zeros(2)  # nothing drives there
     if goal is None:
-        raise WorldError(f"world {world.name}: goal: missing, expected goal: [x, y] in its file or --goal X Y")
+        raise WorldError(f"world {world.called}: goal: missing, expected goal: [x, y] in its file or --goal X Y")
     if world.start is None:
         if not robot.simulated:  # its true start is measured, not given by the world
             return goal
-        raise WorldError(f"world {world.name}: has no start, expected one [x, y] [m] in it")
+        raise WorldError(f"world {world.called}: has no start, expected one [x, y] [m] in it")
     check_route(world, world.start, goal, settings.robot.radius)
     return goal

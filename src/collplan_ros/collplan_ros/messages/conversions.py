@@ -21,12 +21,15 @@ from collplan_core.command import Command
 from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan
 from collplan_core.sensing.impact_contact import ImpactContact
+from collplan_core.sensing.pose_deviations import EXACT, Deviations
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_ros.messages.reading import NANOSECONDS, MessageError, check_finite, check_frame, seconds_from_stamp
 
 QUATERNION_TOLERANCE = 0.01
 """Largest deviation of a quaternion's norm from 1 in the project's own messages."""
+UNMEASURED = 1e6
+"""Variance of what an Odometry holds as 0 and nobody measured: height, roll and pitch, and their rates; in SI units."""
 
 
 # ---- stamps, headers, angles
@@ -103,13 +106,27 @@ def goal_from_message(message: PoseStamped, frame: str) -> np.ndarray:
     return np.array([x, y])
 
 
-def state_to_odometry(state: State, map_frame: str, base_frame: str) -> Odometry:
-    """Message of a state: pose in the map frame, twist in the base frame."""
+def state_to_odometry(
+    state: State, map_frame: str, base_frame: str, yaw_rate: float = 0.0, deviations: Deviations = EXACT
+) -> Odometry:
+    """Message of a state and its yaw rate [rad/s]: pose in the map frame, twist in the base frame.
+
+    The covariances are those of these standard deviations; the true state is exact, with variances of 0.
+    """
     message = Odometry(header=header(state.stamp, map_frame), child_frame_id=str(base_frame))
     message.pose.pose.position.x, message.pose.pose.position.y = (float(v) for v in state.position)
     message.pose.pose.orientation = quaternion_from_yaw(float(state.yaw))
     message.twist.twist.linear = vector3(rotate_rows(state.velocity[None], -float(state.yaw))[0])
+    message.twist.twist.angular.z = float(yaw_rate)
+    message.pose.covariance = _covariance(deviations.position, deviations.yaw)
+    message.twist.covariance = _covariance(deviations.velocity, deviations.yaw_rate)
     return message
+
+
+def _covariance(along: float, about: float) -> np.ndarray:
+    """(36,), row by row over x, y, z and the turns about them, of deviations along x and y and about z."""
+    diagonal = along**2, along**2, UNMEASURED, UNMEASURED, UNMEASURED, about**2
+    return np.diag(diagonal).reshape(36)
 
 
 def state_from_odometry(message: Odometry, map_frame: str, base_frame: str) -> State:

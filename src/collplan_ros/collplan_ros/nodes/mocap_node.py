@@ -117,7 +117,7 @@ class MocapNode(Node):
         if result.impact is not None:
             self._publish_impact(stamp, result.impact)
         if result.state is not None:
-            self._publish_state(result.state)
+            self._publish_state(result.state, result)
 
     def _publish_impact(self, stamp: float, impact: DetectedImpact) -> None:
         """`impact` gets the stamp of the pose that shows the velocity after it, `impact/contact` its own time."""
@@ -127,11 +127,11 @@ class MocapNode(Node):
         self._contact.publish(impact_contact_to_message(contact, frame))
         self._impact.publish(impact_to_message(stamp, impact.change, frame))
 
-    def _publish_state(self, state: State) -> None:
+    def _publish_state(self, state: State, result: FilterResult) -> None:
         frames = self._settings.frames
         self._counts["published"] += 1
         self._longest_gap = 0.0
-        message = state_to_odometry(state, frames.map, frames.base)
+        message = state_to_odometry(state, frames.map, frames.base, result.yaw_rate, result.deviations)
         self._odometry.publish(message)
         if self._broadcast is not None:
             self._broadcast(message)

@@ -183,5 +183,5 @@ def _check_routes(cells: Sequence[CellSpec]) -> None:
 
 def _end(world: World, key: str, point: np.ndarray | None) -> np.ndarray:
     if point is None:
-        raise WorldError(f"{world.name}: {key}: missing, expected one in the world or --{key} X Y")
+        raise WorldError(f"{world.called}: {key}: missing, expected one in the world or --{key} X Y")
     return point

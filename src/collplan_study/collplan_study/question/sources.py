@@ -110,4 +110,4 @@ def _moved(world: World, start: Point, goal: Point) -> World:
             goal=world.goal if goal is None else np.array(goal),
         )
     except WorldError as error:
-        raise WorldError(f"{world.name}: {error}") from None
+        raise WorldError(f"{world.called}: {error}") from None

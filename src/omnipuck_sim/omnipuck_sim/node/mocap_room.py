@@ -128,7 +128,7 @@ class MocapRoom:
         send_at = self.simulator.time + self._settings.simulator.mocap_latency + added_latency(self._fault)
         self._unsent.append((send_at, pose_to_message(measured, frames.map)))
         truth = replace(self.simulator.state, stamp=stamp)
-        self._odometry_publisher.publish(state_to_odometry(truth, frames.map, frames.base))
+        self._odometry_publisher.publish(state_to_odometry(truth, frames.map, frames.base, self.simulator.spin))
 
     def _send_poses(self) -> None:
         # half a step of tolerance: sums of decimal times must not decide

@@ -157,7 +157,7 @@ class Simulator:
     def _drawn_start(self, world: World, start: np.ndarray | None) -> Vector:
         chosen = world.start if start is None else start
         if chosen is None:
-            raise WorldError(f"start: world {world.name} has none, expected one in the world or a start given")
+            raise WorldError(f"start: world {world.called} has none, expected one in the world or a start given")
         x, y = np.asarray(chosen, dtype=float).tolist()
         self._check_free((x, y))
         for _ in range(MOST_STARTS):

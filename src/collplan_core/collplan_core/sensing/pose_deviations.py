@@ -1,0 +1,42 @@
+"""How far off what poses show of the robot's motion may be: their noise, and how late a slope is."""
+
+import math
+from typing import NamedTuple
+
+from collplan_core.parameters import Mocap, Robot
+from collplan_core.sensing.impact_detection import ACCELERATION_SHARE
+from collplan_core.sensing.pose_track import FittedMotion
+
+
+class Deviations(NamedTuple):
+    """Standard deviations of a measured motion.
+
+    Attributes:
+        position: by axis [m].
+        yaw: [rad].
+        velocity: by axis [m/s].
+        yaw_rate: [rad/s].
+    """
+
+    position: float
+    yaw: float
+    velocity: float
+    yaw_rate: float
+
+
+EXACT = Deviations(0.0, 0.0, 0.0, 0.0)
+
+
+def deviations_of(motion: FittedMotion, robot: Robot, mocap: Mocap) -> Deviations:
+    """Standard deviations of the newest pose and of the slopes up to it, taken for those at its stamp.
+
+    Meanwhile the wheels may have changed the velocity, and that of a turning rim by as much.
+    """
+    changed = ACCELERATION_SHARE * robot.max_acceleration * motion.delay
+    steepness = 1.0 / math.sqrt(motion.spread)
+    return Deviations(
+        mocap.position_noise,
+        mocap.yaw_noise,
+        math.hypot(mocap.position_noise * steepness, changed),
+        math.hypot(mocap.yaw_noise * steepness, changed / robot.radius),
+    )
