@@ -49,7 +49,8 @@ class MeasuredRobot(Protocol):
     ) -> list[PoseSample]:
         """The body's poses while a velocity [m/s, robot frame] and a yaw rate [rad/s] are commanded for `duration` [s].
 
-        The command ends before that at the first pose that is not near. The robot is at rest afterwards.
+        The command ends before that at the first pose that is not near. The robot is at rest afterwards. No poses at
+        all say that something interrupted the motion, which then shows nothing.
         """
 
     def rest(self) -> list[PoseSample]:
@@ -94,9 +95,15 @@ def quick(robot: Robot) -> Pace:
 
 @dataclass(frozen=True, eq=False)
 class Motions:
-    """What was driven so far, in order."""
+    """What was driven so far, in order.
+
+    Attributes:
+        start, here: the body at rest, before all motions and after the last one.
+        turns, strokes: those that nothing interrupted.
+    """
 
     start: PoseSample
+    here: PoseSample
     turns: tuple[Turn, ...] = ()
     strokes: tuple[Stroke, ...] = ()
 
@@ -151,11 +158,17 @@ def drive_each_way(robot: MeasuredRobot, pace: Pace, lag: float) -> Motions:
     Raises:
         Strayed: it is too far from where it began.
     """
-    motions = Motions(mean_pose(robot.rest()))
+    start = mean_pose(robot.rest())
+    motions = Motions(start, start)
     for way in ((1.0, 0.0), (0.0, 1.0)):
-        for sign in (1.0, -1.0):
+        signs = [1.0, -1.0]
+        while signs:
+            sign, before = signs.pop(0), motions
             velocity = sign * pace.speed * np.array(way)
             motions = _with_stroke(robot, motions, velocity, 2.0 * pace.reach / pace.speed, NO_LEVER)
+            if len(motions.strokes) == len(before.strokes):
+                # once more, the other way first, so that it stays near
+                signs.append(sign)
         known = estimate(motions, lag)
         if LEAST_SCALE < known.axes.scale < MOST_SCALE:
             motions = _to(robot, motions, known, pace, 0.0, NEAR)
@@ -202,18 +215,23 @@ def _missing(driven: float, ratio: float) -> float:
 
 
 def _with_turn(robot: MeasuredRobot, motions: Motions, pace: Pace, sign: float, lever: np.ndarray) -> Motions:
-    before, rate = _last(motions), sign * pace.yaw_rate
+    before, rate = motions.here, sign * pace.yaw_rate
     poses, after = _moved(robot, motions.start, lever, (0.0, 0.0), rate, pace.turn_time)
+    if not poses:
+        return replace(motions, here=after)
     turn = Turn(rate, _driven(poses, pace.turn_time), before, tuple(poses), after)
-    return replace(motions, turns=(*motions.turns, turn))
+    return replace(motions, here=after, turns=(*motions.turns, turn))
 
 
 def _with_stroke(
     robot: MeasuredRobot, motions: Motions, velocity: np.ndarray, duration: float, lever: np.ndarray
 ) -> Motions:
-    before, (vx, vy) = _last(motions), velocity.tolist()
+    before, (vx, vy) = motions.here, velocity.tolist()
     poses, after = _moved(robot, motions.start, lever, (vx, vy), 0.0, duration)
-    return replace(motions, strokes=(*motions.strokes, Stroke(velocity, _driven(poses, duration), before, after)))
+    if not poses:
+        return replace(motions, here=after)
+    stroke = Stroke(velocity, _driven(poses, duration), before, after)
+    return replace(motions, here=after, strokes=(*motions.strokes, stroke))
 
 
 def _moved(
@@ -247,7 +265,7 @@ def _to(robot: MeasuredRobot, motions: Motions, known: Estimate, pace: Pace, tar
     Raises:
         Strayed: it is too far from where it began.
     """
-    axes, start, here = known.axes, centre(motions.start, known.lever), centre(_last(motions), known.lever)
+    axes, start, here = known.axes, centre(motions.start, known.lever), centre(motions.here, known.lever)
     way = start + target - here
     if abs(way) <= near:
         return motions
@@ -255,7 +273,7 @@ def _to(robot: MeasuredRobot, motions: Motions, known: Estimate, pace: Pace, tar
     # against a drift it drives faster, so that it is not slower over the floor
     speed = min(pace.speed + abs(drift) / scale, pace.limit)
     duration, velocity = _against_drift(way, drift, speed * scale)
-    commanded = velocity / scale * complex(np.exp(-1j * (axes.turn + _last(motions).yaw)))
+    commanded = velocity / scale * complex(np.exp(-1j * (axes.turn + motions.here.yaw)))
     if axes.mirrored:
         commanded = commanded.conjugate()
     return _with_stroke(robot, motions, np.array([commanded.real, commanded.imag]), duration, known.lever)
@@ -263,7 +281,7 @@ def _to(robot: MeasuredRobot, motions: Motions, known: Estimate, pace: Pace, tar
 
 def _drift(motions: Motions, axes: AxesFit) -> complex:
     """The centre's velocity beside what is commanded, at the robot's heading now [m/s, map frame]."""
-    return axes.robot_bias * complex(np.exp(1j * _last(motions).yaw)) + axes.room_bias
+    return axes.robot_bias * complex(np.exp(1j * motions.here.yaw)) + axes.room_bias
 
 
 def _against_drift(way: complex, drift: complex, speed: float) -> tuple[float, complex]:
@@ -276,14 +294,8 @@ def _against_drift(way: complex, drift: complex, speed: float) -> tuple[float, c
     return min(1.0 / rate, LONGEST_STROKE), way * rate - drift
 
 
-def _last(motions: Motions) -> PoseSample:
-    """The newest pose at rest."""
-    ends = [*(turn.after for turn in motions.turns[-1:]), *(stroke.after for stroke in motions.strokes[-1:])]
-    return max(ends, key=lambda pose: pose.stamp, default=motions.start)
-
-
 def _driven(poses: list[PoseSample], duration: float) -> float:
-    """For how long the command was really in force [s]: a machine that is busy ends it late."""
+    """For how long the command was really in force, by the poses' clock [s]: a busy machine ends it late."""
     if len(poses) < 3:
         return duration
     stamps = np.array([pose.stamp for pose in poses])

@@ -8,6 +8,7 @@ import select
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from math import degrees
 
 import numpy as np
@@ -36,6 +37,7 @@ from collplan_ros.bringup.check_findings import (
     Finding,
     axes_finding,
     drift_finding,
+    interruption_finding,
     node_findings,
     offset_finding,
     stream_findings,
@@ -44,13 +46,14 @@ from collplan_ros.bringup.check_findings import (
 from collplan_ros.bringup.failures import FOUND_WRONG, GRAPH_LOST, GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.lidar_scans import LidarScans
-from collplan_ros.bringup.open_loop import OpenLoop
+from collplan_ros.bringup.open_loop import InterruptedTooOften, OpenLoop
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation, prepare, write_used_parameters
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.robots import REAL
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.qos import EVERY_ONE
+from collplan_ros.node_kit.clock import local_clock, seconds
 
 NOT_NEEDED = ("lidar_node", "planner_node", "controller_node")
 REPORT_PATIENCE = 3.0
@@ -81,11 +84,14 @@ def check(options: Options, progress: Progress) -> int:
     folder = RunFolder(options.out)
     write_used_parameters(folder.parameters, preparation.settings)
     try:
-        with Graph(preparation, folder, progress) as graph:
+        with Graph(preparation, folder, progress, commands=True) as graph:
             if options.scan == REAL and not options.world:
                 progress.say("without --world the place of the LIDAR is not looked for")
-            lidar = LidarScans(graph, preparation) if options.scan == REAL and options.world else None
-            found, passed = _Check(graph, preparation, progress, options.yes, lidar).run()
+            clock = local_clock(graph.node)
+            now = partial(seconds, clock)
+            lidar = LidarScans(graph, preparation, now) if options.scan == REAL and options.world else None
+            loop = OpenLoop(graph, preparation.settings, clock)
+            found, passed = _Check(graph, loop, preparation, progress, options.yes, lidar).run()
     except StartError:
         folder.discard()
         raise
@@ -151,9 +157,16 @@ class _Check:
     """One check of a robot and mocap_node that run already."""
 
     def __init__(
-        self, graph: Graph, preparation: Preparation, progress: Progress, yes: bool, lidar: LidarScans | None = None
+        self,
+        graph: Graph,
+        loop: OpenLoop,
+        preparation: Preparation,
+        progress: Progress,
+        yes: bool,
+        lidar: LidarScans | None = None,
     ) -> None:
         self._graph = graph
+        self._loop = loop
         self._lidar = lidar
         self._settings = preparation.settings
         self._names = [graph.full_name(name) for name in preparation.programs]
@@ -165,7 +178,6 @@ class _Check:
         """The parameters found, by key, none where the body's offset is not; and whether nothing is wrong."""
         self._progress.say(f"checking {', '.join(self._graph.pids)}")
         self._graph.wait_until_poses_come()
-        self._loop = OpenLoop(self._graph, self._settings)
         if not self._passes([*self._nodes(), *self._stream(), *self._scans()]):
             return {}, False
         self._loop.refuse_other_publishers()
@@ -206,28 +218,35 @@ class _Check:
             f"drive {across}, forward, back, left and right, and turn in place at {slow.yaw_rate:g} rad/s, a minute"
         )
         self._graph.refuse_kept_stop()
-        self._loop.resume()
         try:
-            motions = drive_each_way(self._loop, slow, lag)
-            axes = axes_finding(estimate(motions, lag).axes)
-            if axes.verdict == WRONG:
-                self._passes([axes])
-                return None
-            for _ in range(CAREFUL_ROUNDS):
-                motions = one_more_round(self._loop, motions, slow, lag)
+            with self._loop.resumed():
+                motions = drive_each_way(self._loop, slow, lag)
+                axes = axes_finding(estimate(motions, lag).axes)
+                if axes.verdict == WRONG:
+                    self._passes([axes])
+                    return None
+                while len(motions.turns) < CAREFUL_ROUNDS:
+                    motions = one_more_round(self._loop, motions, slow, lag)
             known = estimate(motions, lag)
             if not known.is_certain and not _is_wrong(self._found(known)):
                 motions = self._go_on(motions)
+        except InterruptedTooOften:
+            self._passes([interruption_finding(self._loop.interruptions)])
+            return None
         except Strayed as error:
             why = "wheels that slip or are set wrongly, a tilted floor, or wrong poses"
-            self._passes([Finding(WRONG, f"{error}: {why}")])
+            self._passes([interruption_finding(self._loop.interruptions), Finding(WRONG, f"{error}: {why}")])
             return None
-        known = estimate(motions, lag)
-        if not self._passes(self._found(known)):
+        return self._judged(motions, lag)
+
+    def _judged(self, motions: Motions, lag: float) -> BodyOffset | None:
+        known, interruptions = estimate(motions, lag), self._loop.interruptions
+        if not self._passes([interruption_finding(interruptions), *self._found(known)]):
             return None
         if not known.is_certain:  # a heading off by degrees turns every command
             missing = time_missing(motions, quick(self._settings.robot), lag)
-            self._progress.say(f"  that would take {missing:.0f} s more: a floor with a better grip needs less")
+            less = "a machine that is less busy" if interruptions.are_many else "a floor with a better grip"
+            self._progress.say(f"  that would take {missing:.0f} s more: {less} needs less")
             return None
         return known.offset
 
@@ -248,14 +267,20 @@ class _Check:
             f"go on for about {missing:.0f} s, up to {100 * pace.reach:g} cm to each side at up to {pace.limit:g} m/s, "
             f"turning at {pace.yaw_rate:g} rad/s"
         )
-        self._loop.resume()
         begun = told = self._graph.pose.stamp
-        while not (known := estimate(motions, lag)).is_certain and self._graph.pose.stamp - begun < MOST_TIME:
-            if self._graph.pose.stamp - told >= TELLING_PERIOD:
-                told = self._graph.pose.stamp
-                self._progress.say(f"  {_certainty(known)}, about {time_missing(motions, pace, lag):.0f} s more")
-            motions = one_more_round(self._loop, motions, pace, lag)
+        with self._loop.resumed():
+            while not (known := estimate(motions, lag)).is_certain and self._graph.pose.stamp - begun < MOST_TIME:
+                if self._graph.pose.stamp - told >= TELLING_PERIOD:
+                    told = self._graph.pose.stamp
+                    missing = time_missing(motions, pace, lag)
+                    self._progress.say(f"  {_certainty(known)}, about {missing:.0f} s more{self._share_interrupted}")
+                motions = one_more_round(self._loop, motions, pace, lag)
         return motions
+
+    @property
+    def _share_interrupted(self) -> str:
+        found = self._loop.interruptions
+        return f"; {found.interrupted} of {found.motions} motions were interrupted" if found.interrupted else ""
 
     def _passes(self, findings: Sequence[Finding]) -> bool:
         """Prints the findings; whether none of them is wrong."""

@@ -13,6 +13,7 @@ from collplan_core.calibration.stream_quality import StreamQuality
 from collplan_core.calibration.stroke_fit import AxesFit
 from collplan_core.calibration.turn_fit import TurnFit
 from collplan_core.parameters import Limits, Settings
+from collplan_ros.bringup.interruptions import Interruptions
 from collplan_ros.node_kit.diagnostics import OK, WARN
 
 GOOD, DOUBTFUL, WRONG = "ok", "doubtful", "WRONG"
@@ -111,6 +112,21 @@ def drift_finding(fit: AxesFit, offset: BodyOffset) -> Finding:
         f"drifts while it drives by {1e3 * robot.real:+.0f} mm/s ahead and {1e3 * robot.imag:+.0f} mm/s to the left, "
         f"and by {1e3 * floor.real:+.0f}, {1e3 * floor.imag:+.0f} mm/s in x, y of the room, "
         f"+- {1e3 * fit.bias_uncertainty:.0f} mm/s; not taken for an offset",
+    )
+
+
+def interruption_finding(found: Interruptions) -> Finding:
+    """Finding on what interrupted the motions."""
+    if not found.interrupted and not found.are_many:
+        return Finding(GOOD, f"none of {found.motions} motions was interrupted")
+    verdict = WRONG if found.are_hopeless else DOUBTFUL if found.are_many else GOOD
+    causes = (
+        f"this machine commanded with gaps of up to {found.between_commands:.2f} s, poses came with gaps of up to "
+        f"{found.between_poses:.2f} s, the robot found {found.refused} commands too old"
+    )
+    text = f"{found.interrupted} of {found.motions} motions were interrupted and do not count: {causes}"
+    return Finding(
+        verdict, text if verdict == GOOD else f"{text}: this machine is too slow or too busy, or poses are lost"
     )
 
 

@@ -62,6 +62,9 @@ LISTENING_TIME = 0.5
 """Time within which other nodes in the domain are discovered [s]."""
 SERIAL_ENDS = {"firmware_emulator": "emulator.link", "driver_node": "driver.port"}
 """Parameters that name the pseudo-terminal in the place of a serial device, by node."""
+SIMULATED_TIME = ["-p", "use_sim_time:=true"]
+LATE_COMMANDS = ("late", "expired")
+"""Figures of a robot's report: commands too old when they came, and those that became so before the next one came."""
 READY_PATIENCE = 300.0
 """Longest wait for the nodes to report; they may have to compile first [s]."""
 NOTICE_TIME = 5.0
@@ -95,9 +98,23 @@ class Graph:
     """
 
     def __init__(
-        self, preparation: Preparation, folder: RunFolder, progress: Progress, recording: bool = False
+        self,
+        preparation: Preparation,
+        folder: RunFolder,
+        progress: Progress,
+        recording: bool = False,
+        commands: bool = False,
     ) -> None:
-        """Prepares the graph, with every topic recorded or not; no process is started before entering."""
+        """Prepares the graph; no process is started before entering.
+
+        Args:
+            preparation: what is started.
+            folder: the run folder.
+            progress: what is said while it runs.
+            recording: whether every topic is recorded.
+            commands: whether its node commands the robot itself, by the clock of the other nodes.
+        """
+        self._commands = commands
         self._preparation = preparation
         self._folder = folder
         self._progress = progress
@@ -106,6 +123,8 @@ class Graph:
         self._stack = ExitStack()
         self._silence = 0.0
         self._robot_knows_planner = self._ready = False
+        self.robot_waits = ""
+        """Why the robot does not move, and what lets it; empty while it is free, and before it has said so."""
         self._record = RecordFile(folder.record)
         self._is_recorded = recording
         self._recording: RecordingFile | None = None
@@ -209,6 +228,11 @@ class Graph:
         self._turn_off_impact_detection()
         self.wait(lambda: self.recorder.newest is not None, INPUT_PATIENCE, self._no_pose)
 
+    @property
+    def late_commands(self) -> int:
+        """Commands so far that were too old when the robot was to follow them, by its newest report."""
+        return sum(int(item.value) for item in self._robot_status.values if item.key in LATE_COMMANDS)
+
     def wait_until_ready(self) -> None:
         """Waits until every node has reported, poses and scans come, and the planner listens for a goal."""
         recorder = self.recorder
@@ -299,9 +323,11 @@ class Graph:
         context.init()
         stack.callback(context.try_shutdown)
         remapped = ["--ros-args", *self._remapping()]
+        settings = self._preparation.settings
+        if self._commands and settings.simulator.publishes_clock:
+            remapped += SIMULATED_TIME
         self.node = Node(NAME, context=context, namespace=self._preparation.namespace, cli_args=remapped)
         stack.callback(self.node.destroy_node)
-        settings = self._preparation.settings
         if self._is_recorded:
             self._recording = self._begun_recording(stack)
         known = recorded_topics(settings, real_scans=LIDAR not in self._preparation.programs)
@@ -323,6 +349,7 @@ class Graph:
         return recording
 
     def _take_robot_state(self, message: DiagnosticStatus, _: dict[str, Any]) -> None:
+        self.robot_waits = message.message
         # a goal is new to the robot, and lets it move, only after it has heard of the planner
         self._robot_knows_planner = ("knows_planner", "yes") in [(item.key, item.value) for item in message.values]
 
@@ -330,7 +357,7 @@ class Graph:
         namespace = f"__ns:={self._preparation.namespace}"
         arguments = ["--params-file", str(self._folder.parameters), "-r", namespace, *self._remapping()]
         if self._preparation.settings.simulator.publishes_clock:
-            arguments += ["-p", "use_sim_time:=true"]
+            arguments += SIMULATED_TIME
         if self._preparation.robot.emulated and name in SERIAL_ENDS:
             arguments += ["-p", f"{SERIAL_ENDS[name]}:={self._folder.serial}"]
         return arguments

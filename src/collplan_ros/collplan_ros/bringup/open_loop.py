@@ -1,23 +1,32 @@
 """Open-loop driving of a robot, without planner and controller, and recording of its measured poses."""
 
-import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from math import inf
 
 import numpy as np
 from nav_msgs.msg import Odometry
+from rclpy.clock import Clock
 from std_srvs.srv import Trigger
 
-from collplan_core.command import FREE_SPACE, Command, stopped
+from collplan_core.command import FREE_SPACE, Command
 from collplan_core.parameters import Settings
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.bringup.commanders import TOPIC, other_commanders
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import NAME, Graph
+from collplan_ros.bringup.interruptions import Interruptions, is_interrupted
+from collplan_ros.bringup.paced_commands import Motion, PacedCommands
 from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
+from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.turn import Turn
 
 HALTING_TIME = 0.6
 """Time within which the robot comes to rest [s]."""
@@ -27,23 +36,35 @@ PATIENCE = 3.0
 """Longest wait for the robot's answer [s]."""
 RESTING_TIME = 0.25
 """Time over which poses are averaged to one [s]."""
+COMPARED = 300
+"""Newest poses of which the one that came fastest tells by how much their clock is behind the local one."""
+
+
+class InterruptedTooOften(RuntimeError):
+    """So many motions were interrupted that the rest is not worth driving."""
 
 
 class OpenLoop:
-    """Commands a robot by the poses' clock: without poses there are no commands, and the robot stops by itself.
+    """Drives the robot by commands of a steady pace, while poses come: without them it is commanded zero.
 
     Attributes:
         poses: poses of the measured body, in order of receipt.
         received: time of receipt of each pose, on the local clock [s].
+        interruptions: of the motions driven so far.
     """
 
-    def __init__(self, graph: Graph, settings: Settings) -> None:
-        """Subscribes and publishes through the graph's node."""
+    def __init__(self, graph: Graph, settings: Settings, clock: Clock) -> None:
+        """Subscribes and publishes through the graph's node, whose local clock is `clock`."""
         self.poses: list[PoseSample] = []
         self.received: list[float] = []
+        self.interruptions = Interruptions()
         self._graph = graph
         self._settings = settings
+        self._now = partial(seconds, clock)
+        self._turn = Turn(graph.node, clock, lambda: 1.0 / settings.controller.rate)
+        self._shifts: deque[float] = deque(maxlen=COMPARED)
         self._publisher = graph.node.create_publisher(command_type(settings), TOPIC, NEWEST)
+        self._late_before = 0
         graph.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE)
 
     def refuse_other_publishers(self) -> None:
@@ -56,8 +77,9 @@ class OpenLoop:
         if others:
             raise GraphError(f"{self._publisher.topic_name} is published by {in_words(others)} too; end all but {NAME}")
 
-    def resume(self) -> None:
-        """Lets the robot move, as a person has agreed to.
+    @contextmanager
+    def resumed(self) -> Iterator[None]:
+        """Lets the robot move, as a person has agreed to, until left; the last command is zero.
 
         Raises:
             GraphError: it refuses to.
@@ -68,7 +90,19 @@ class OpenLoop:
         self._graph.wait(answer.done, PATIENCE, lambda: "resume: no answer of the robot")
         if not answer.result().success:
             raise GraphError(f"the robot must not move: {answer.result().message}")
-        self._command(stopped("check"), GREETING_TIME)
+        with self.commanding():
+            yield
+
+    @contextmanager
+    def commanding(self) -> Iterator[None]:
+        """Commands zero, and the motions that are driven, until left."""
+        self._late_before = self._graph.late_commands - self.interruptions.refused
+        try:
+            with PacedCommands(self._publish, 1.0 / self._settings.controller.rate, self._now) as self._commands:
+                self._pass(GREETING_TIME)
+                yield
+        finally:
+            self._turn.end()
 
     def drive(
         self, velocity: tuple[float, float], yaw_rate: float, duration: float, is_near: Callable[[PoseSample], bool]
@@ -78,43 +112,81 @@ class OpenLoop:
         It commands zero from the first pose on that is not near.
 
         Returns:
-            The poses received while the velocity was commanded.
+            The poses measured while the velocity was commanded; none where something interrupted that.
 
         Raises:
-            GraphError: poses have ceased.
+            GraphError: poses have ceased, or the robot does not move any more.
+            InterruptedTooOften: as the name says.
         """
-        begun = len(self.poses)
+        count = len(self.poses)
         command = Command(np.array(velocity), yaw_rate, FREE_SPACE, np.full(2, np.nan))
-        self._command(command, duration, lambda: is_near(self.poses[-1]))
-        driven = len(self.poses)
-        self._command(stopped("check"), HALTING_TIME)
-        return self.poses[begun:driven]
+        motion = self._commands.begin(command, duration, self._allowed)
+        while motion.ended == inf and is_near(self.poses[-1]) and self._now() < motion.until + PATIENCE:
+            self._step()
+            self._commands.allow(self._allowed)
+        self._commands.stop()
+        self._pass(HALTING_TIME)
+        if self._graph.robot_waits:
+            raise GraphError(f"the robot does not move any more: {self._graph.robot_waits}")
+        return self._driven(motion, count)
 
     def rest(self, duration: float = RESTING_TIME) -> list[PoseSample]:
-        """The poses received within `duration` [s] without commands."""
-        begun, count = self._graph.pose.stamp, len(self.poses)
-        while self._graph.pose.stamp - begun < duration:
-            self._graph.step()
-        return self.poses[count:]
+        """The poses measured within `duration` [s] from now on."""
+        count, begun = len(self.poses), self._now()
+        self._pass(duration)
+        return self._between(count, begun, inf)
 
-    def _command(self, command: Command, duration: float, goes_on: Callable[[], bool] = lambda: True) -> None:
-        begun, sent = self._graph.pose.stamp, -np.inf
-        try:
-            while (now := self._graph.pose.stamp) - begun < duration and goes_on():
-                if now - sent >= 1.0 / self._settings.controller.rate - 1e-6:
-                    self._publish(command, now)
-                    sent = now
-                self._graph.step()
-        finally:
-            # also after an exception: poses ceased, or Ctrl-C
-            self._publish(stopped("check"), begun)
+    def _driven(self, motion: Motion, count: int) -> list[PoseSample]:
+        """The poses measured during a motion, of those after the first `count`; none if it was interrupted."""
+        poses = self._between(count, motion.begun, motion.ended)
+        ends = motion.begun - self._shift, motion.ended - self._shift
+        between_stamps = float(np.diff([ends[0], *(pose.stamp for pose in poses), ends[1]]).max())
+        between_receipts = float(np.diff(self.received[max(count - 1, 0) :]).max())
+        interrupted = motion.has_lapsed or is_interrupted(motion.gap, between_stamps, self._settings.limits)
+        so_far = self.interruptions.after(interrupted, motion.gap, max(between_stamps, between_receipts))
+        self.interruptions = replace(so_far, refused=self._graph.late_commands - self._late_before)
+        if self.interruptions.are_hopeless:
+            raise InterruptedTooOften
+        return [] if interrupted else poses
 
-    def _publish(self, command: Command, now: float) -> None:
-        self._publisher.publish(command_to_message(command, now, self._settings))
+    def _between(self, count: int, begun: float, ended: float) -> list[PoseSample]:
+        """The poses measured between two local times [s], of those after the first `count`."""
+        return [pose for pose in self.poses[count:] if begun <= pose.stamp + self._shift <= ended]
+
+    @property
+    def _shift(self) -> float:
+        """What a pose's stamp lacks to the local time, if the fastest of the newest ones took none to get here [s]."""
+        return min(self._shifts, default=-inf)
+
+    @property
+    def _newest(self) -> float:
+        """Local time of the newest pose [s], -inf before the first."""
+        return self.poses[-1].stamp + self._shift if self.poses else -inf
+
+    @property
+    def _allowed(self) -> float:
+        """Until when the newest pose lets the robot move, by the local clock [s]."""
+        return self._newest + self._settings.limits.pose_age
+
+    def _pass(self, duration: float) -> None:
+        """Takes what comes for `duration` [s], and on until the poses of that time have come."""
+        end = self._now() + duration
+        while self._newest < end:
+            self._step()
+
+    def _step(self) -> None:
+        self._graph.step()
+        # raises where poses have ceased
+        _ = self._graph.pose
+
+    def _publish(self, command: Command) -> None:
+        self._publisher.publish(command_to_message(command, self.poses[-1].stamp, self._settings))
+        self._turn.over()
 
     def _take(self, message: Odometry) -> None:
         frames, mocap = self._settings.frames, self._settings.mocap
         state = state_from_odometry(message, frames.map, frames.base)
         robot = PoseSample(state.stamp, state.position, state.yaw)
         self.poses.append(with_offset(robot, mocap.body_offset_x, mocap.body_offset_y, mocap.body_offset_yaw))
-        self.received.append(time.monotonic())
+        self.received.append(self._now())
+        self._shifts.append(self.received[-1] - state.stamp)

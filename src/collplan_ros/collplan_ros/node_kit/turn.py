@@ -1,12 +1,12 @@
 """A node's reports to a simulation that waits for its graph: until when the node has done all that was due."""
 
 import math
+from collections.abc import Callable
 
 from rclpy.clock import Clock, ROSClock
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.time import Time
-from rclpy.timer import Timer
 from sensor_msgs.msg import TimeReference
 
 from collplan_ros.messages.qos import EVENT
@@ -27,24 +27,29 @@ class Turn:
     Without /clock it publishes nothing, as nobody waits then.
     """
 
-    def __init__(self, node: Node, clock: Clock, timer: Timer | None = None) -> None:
-        """Reports of `node`, whose time is `clock`; of what it does by `timer`, else of what it does on messages."""
+    def __init__(self, node: Node, clock: Clock, time_left: Callable[[], float] | None = None) -> None:
+        """Reports of `node`, whose time is `clock`.
+
+        `time_left` says for how long nothing is due [s]; without it the node acts on messages alone.
+        """
         self._clock = clock
-        self._timer = timer
+        self._time_left = time_left
         self._name = node.get_fully_qualified_name()
         self._reported = -math.inf
         is_awaited = isinstance(clock, ROSClock) and clock.ros_time_is_active
         self._out: Publisher | None = None
         if is_awaited:
             self._out = node.create_publisher(TimeReference, TOPIC, EVENT)
-            if timer is None:
+            if time_left is None:
                 node.create_timer(IDLE_PERIOD, self.over, clock=steady_clock())
 
     def over(self) -> None:
-        """Reports that all has been done that is due by now, or before the next call of the timer."""
+        """Reports that all has been done that is due by now, and where the node knows it, when the next is due."""
+        if self._out is None:
+            return
         until = self._clock.now().nanoseconds
-        if self._timer is not None:
-            until += self._timer.time_until_next_call() or 0
+        if self._time_left is not None:
+            until += round(1e9 * self._time_left())
         if 1e-9 * until >= self._reported + STEP:
             self._report(until)
 

@@ -86,7 +86,7 @@ class ControllerNode(Node):
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
         self._hand = HandInput(self, listen, self._settings, self._on_hand)
         timer = self.create_timer(1.0 / self._settings.controller.rate, self._on_timer, clock=self._local_clock)
-        self._turn = Turn(self, self._local_clock, timer)
+        self._turn = Turn(self, self._local_clock, lambda: 1e-9 * timer.time_until_next_call())
 
     def _why_forbidden(self) -> str:
         return self._constants.disagreement or self._heartbeat.why_silent()

@@ -1,0 +1,120 @@
+"""Commands at a steady pace, from a thread of its own: whatever holds up the main thread makes no gap between them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
+from threading import Event, Lock, Thread
+
+from collplan_core.command import Command, stopped
+
+ZERO = stopped("check")
+LOOK = 0.002
+"""Period at which the clock is looked at [s]; it may be a simulation's, which nobody can wait for."""
+EARLY = 1e-6
+"""Sums of decimal times must not decide whether a command is due [s]."""
+
+
+@dataclass(eq=False)
+class Motion:
+    """A command that goes on for some time; times are of the clock of its `PacedCommands` [s].
+
+    Attributes:
+        begun: when it was commanded first; until: when zero follows it.
+        allowed: when zero follows it at the latest, unless it is allowed for longer.
+        sent: when it was commanded last.
+        ended: when zero followed; inf while it goes on.
+        gap: longest time between two commands, the last one being zero.
+    """
+
+    command: Command
+    begun: float
+    until: float
+    allowed: float
+    sent: float
+    ended: float = inf
+    gap: float = 0.0
+
+    @property
+    def has_lapsed(self) -> bool:
+        """Whether it ended before its time because it was not allowed any longer."""
+        return self.allowed < self.until and self.allowed <= self.ended < inf
+
+
+class PacedCommands:
+    """A context manager: publishes each period the command of the motion under way, zero between motions, and at last.
+
+    A motion ends by itself, also while the thread that began it is stuck: it then is not allowed any longer.
+    """
+
+    def __init__(self, publish: Callable[[Command], None], period: float, now: Callable[[], float]) -> None:
+        """Calls `publish` from either thread, never from both at once; `now` is the clock [s], as is `period`."""
+        self._publish = publish
+        self._period = period
+        self._now = now
+        self._due = now()
+        self._motion: Motion | None = None
+        self._lock = Lock()
+        self._leaving = Event()
+        self._thread = Thread(target=self._run, name="commands", daemon=True)
+
+    def __enter__(self) -> "PacedCommands":
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+        self._leaving.set()
+        self._thread.join()
+
+    def begin(self, command: Command, duration: float, allowed: float) -> Motion:
+        """Commands a motion for `duration` [s], but not beyond the time `allowed` [s]."""
+        with self._lock:
+            now = self._now()
+            self._motion = motion = Motion(command, now, now + duration, allowed, now)
+            self._send(command)
+        return motion
+
+    def allow(self, until: float) -> None:
+        """Lets the motion under way go on until this time [s]."""
+        with self._lock:
+            if self._motion is not None:
+                self._motion.allowed = until
+
+    def stop(self) -> None:
+        """Commands zero at once."""
+        with self._lock:
+            self._end()
+
+    def _run(self) -> None:
+        while not self._leaving.wait(LOOK):
+            try:
+                self._look()
+            except RuntimeError:  # rcl's own errors: the node or its context has ended before
+                return
+
+    def _look(self) -> None:
+        with self._lock:
+            now, motion = self._now() + EARLY, self._motion
+            if motion is not None and now >= min(motion.until, motion.allowed):
+                self._end()
+            elif now >= self._due:
+                self._send(ZERO if motion is None else motion.command)
+
+    def _end(self) -> None:
+        motion = self._motion
+        before = self._send(ZERO)
+        if motion is not None:
+            motion.ended, self._motion = before, None
+
+    def _send(self, command: Command) -> float:
+        """Publishes a command; returns when it began to."""
+        before = self._now()
+        self._publish(command)
+        after = self._now()
+        if self._motion is not None:
+            # a thread held up on the way may have published at either end
+            self._motion.gap = max(self._motion.gap, after - self._motion.sent)
+            self._motion.sent = before
+        # by the clock, not by the time since the last one; none is made up for
+        self._due = self._due + self._period if self._due + self._period > after else before + self._period
+        return before
