@@ -18,6 +18,9 @@ from omnipuck_sim.node.simulated_times import SimulatedTimes
 SHORTEST_MEASUREMENT = 0.5
 """Real time over which the real-time factor is measured at least [s]."""
 
+COMMANDERS = ("controller_node", "bringup")
+"""The nodes that command the robot; bringup does in a check."""
+
 
 class GraphPace:
     """Brings the simulation of a room to the present, but no further than the nodes of the graph allow.
@@ -78,7 +81,7 @@ def _lockstep(settings: Settings) -> Lockstep:
     # these report when a pose has come, and not with each
     pose = STEP + 1.0 / simulator.mocap_rate
     lateness = {
-        "controller_node": simulator.controller_lateness,
+        **dict.fromkeys(COMMANDERS, simulator.controller_lateness),
         "planner_node": simulator.planner_lateness + pose,
     }
     return Lockstep(lateness, simulator.sensor_lateness + pose, simulator.patience)
