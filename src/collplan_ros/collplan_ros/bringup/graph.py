@@ -444,6 +444,8 @@ class Graph:
         return f"{self._missing('mocap/odom', 'reliable')}, made from {source}{reason}"
 
     def _no_scan(self) -> str:
+        if self.recorder.scan_refused:
+            return f"scans come on {self._name('scan')} and are refused: {self.recorder.scan_refused}"
         told = self.last_message(PLANNER)
         return self._missing("scan", "best effort") + (f"; {PLANNER}: {told}" if told else "")
 
