@@ -231,7 +231,9 @@ class Graph:
         why = self.recorder.emergency_stop
         if not why:
             return
-        self._progress.say(f"{why}: call {self._name('clear_estop')}, as the page of --view does; Ctrl-C ends")
+        self._progress.say(
+            f"{why}: call {self._name('clear_estop')}, or press Clear emergency stop on the page; Ctrl-C ends"
+        )
         self.wait(lambda: not self.recorder.emergency_stop, math.inf, str)
         raise GraphError("the emergency stop is cleared: start again to drive")
 
