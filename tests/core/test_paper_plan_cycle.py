@@ -167,7 +167,7 @@ def test_memory_keeps_the_way_travelled_and_the_last_aim():
 
 
 def test_the_strategies_of_the_paper_have_its_weights():
-    weights = {name: PAPER_WEIGHTS[name] for name in ("harness", "high_risk", "low_risk")}
+    weights = {name: Weights(**PAPER_WEIGHTS[name]) for name in ("harness", "high_risk", "low_risk")}
     assert {name: (w.risk, w.velocity) for name, w in weights.items()} == {
         "harness": (0.1, 4.0),
         "high_risk": (0.1, 0.0),
@@ -178,7 +178,7 @@ def test_the_strategies_of_the_paper_have_its_weights():
 
 def test_custom_takes_the_weights_group_and_a_named_strategy_does_not():
     own = Settings(weights=Weights(1.0, 2.0, 3.0))
-    assert weights_of(own) == PAPER_WEIGHTS["harness"]
+    assert weights_of(own) == Weights(**PAPER_WEIGHTS["harness"])
     assert weights_of(own.with_values({"planner.strategy": "custom"})) == Weights(1.0, 2.0, 3.0)
 
 

@@ -91,6 +91,11 @@ def test_unknown_key_is_refused_with_the_nearest():
         Settings().with_values({"planner.map_perod": 0.2})
 
 
+def test_a_choice_that_is_misspelt_is_refused_with_the_nearest():
+    with pytest.raises(ParameterError, match=r"'bonce', expected one of .*; did you mean bounce\?"):
+        Settings().with_values({"planner.strategy": "bonce"})
+
+
 @pytest.mark.parametrize("key", ["", "planner", "planner.map_period.more", "map_period", ".radius"])
 def test_key_of_another_form_is_unknown(key):
     with pytest.raises(ParameterError, match="unknown parameter"):

@@ -86,6 +86,8 @@ def test_live_parameter_can_be_set_and_is_noticed(ros):
     assert read_settings(node, Robot, Mocap).robot.max_speed == 0.5
     assert set_on(ros, "mocap.leap_margin", 0.1).successful
     assert len(seen) == 1
+    assert set_on(ros, "robot.max_speed", 1).successful
+    assert read_settings(node, Robot, Mocap).robot.max_speed == 1.0
 
 
 @pytest.mark.parametrize(

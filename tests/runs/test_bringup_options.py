@@ -51,6 +51,14 @@ def test_the_line_that_repeats_a_run_gives_robot_goal_and_parameters(monkeypatch
     assert again.params == Path("the runs/latest/parameters.yaml")
 
 
+def test_a_goal_is_two_numbers_with_or_without_a_comma(capsys):
+    assert parse(["--goal", "1,-2"]).goal == parse(["--goal", "1", "-2"]).goal == (1.0, -2.0)
+    for wrong in (["1"], ["1", "2", "3"], ["a,b"]):
+        with pytest.raises(SystemExit, match="2"):
+            parse(["--goal", *wrong])
+        assert f"--goal: got {' '.join(wrong)}, expected two numbers" in capsys.readouterr().err
+
+
 def test_a_namespace_is_given_with_or_without_its_slash():
     assert parse([]).namespace == "/"
     assert parse(["--namespace", "robot1"]).namespace == parse(["--namespace", "/robot1"]).namespace == "/robot1"

@@ -219,26 +219,24 @@ def test_without_poses_the_message_says_where_they_were_expected(
     assert {key: os.environ[key] for key in before} == before
 
 
-def test_without_scans_the_message_says_why_the_planner_takes_none(ros, tmp_path, lone_robot, monkeypatch):
-    """The robot speaks for the planner, too: what it says came of a scan in another frame."""
+def test_scans_that_come_and_are_refused_are_called_that(ros, tmp_path, lone_robot, monkeypatch):
     monkeypatch.setattr(graph, "INPUT_PATIENCE", 0.5)
     lone_robot("""
         import sys
         import numpy as np
-        from diagnostic_msgs.msg import DiagnosticArray
         from nav_msgs.msg import Odometry
         from rclpy.node import Node
+        from sensor_msgs.msg import LaserScan
         from collplan_core.state import State
-        from collplan_ros.messages.conversions import state_to_odometry
-        from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED
-        from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health, status_message
+        from collplan_ros.messages.conversions import header, state_to_odometry
+        from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
         from collplan_ros.node_kit.run_node import run_node
 
         class Robot(Node):
             def __init__(self):
                 super().__init__("fake_robot")
                 self.poses = self.create_publisher(Odometry, "mocap/odom", 10)
-                self.others = self.create_publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED)
+                self.scans = self.create_publisher(LaserScan, "scan", 10)
                 self.timer = self.create_timer(0.05, self.send)
                 self.stamp = 100.0
                 self.diagnostics = Diagnostics(self, lambda: Health(OK, "here"))
@@ -247,17 +245,13 @@ def test_without_scans_the_message_says_why_the_planner_takes_none(ros, tmp_path
                 self.stamp += 0.05
                 state = State(self.stamp, np.zeros(2), np.zeros(2), 0.0)
                 self.poses.publish(state_to_odometry(state, "map", "base_link"))
-                refused = Health(WARN, "scan refused: header.frame_id: got 'laser', expected 'base_link'")
-                self.others.publish(DiagnosticArray(status=[status_message("/planner_node", refused)]))
+                self.scans.publish(LaserScan(header=header(self.stamp, "laser")))
 
         sys.exit(run_node(Robot))
         """)
     result = run(Options(robot="fake", out=tmp_path / "runs"))
     assert (result.outcome, result.exit_code) == ("graph_lost", 3)
-    assert result.message == (
-        f"nothing on /scan (best effort) for 0.5 s; domain {os.environ['ROS_DOMAIN_ID']}, network subnet; "
-        "planner_node: scan refused: header.frame_id: got 'laser', expected 'base_link'"
-    )
+    assert "scans come on /scan and are refused: header.frame_id: got 'laser', expected 'base_link'" in result.message
 
 
 def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(tmp_path, lone_robot):

@@ -280,7 +280,7 @@ def test_who_comes_later_is_told_the_state_it_is_in(robot):
     assert robot.call("estop")
     late = robot.ros.listen(DiagnosticStatus, "robot/state", LATCHED)
     robot.until(lambda: late)
-    assert late[0].message == "emergency stop by its service: commands are ignored until clear_estop"
+    assert late[0].message == "emergency stop by its service: commands are ignored until it is cleared (clear_estop)"
     assert {item.key: item.value for item in late[0].values}["state"] == "stopped"
 
 

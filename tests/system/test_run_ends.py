@@ -127,7 +127,7 @@ def test_a_kept_emergency_stop_waits_for_a_person_and_nothing_drives_off_by_its_
         assert ros.call(Trigger, "clear_estop").success
         assert run.end() == 3, run.text
     assert "the emergency stop is cleared: start again to drive" in run.text
-    assert "commands are ignored until clear_estop" in run.text
+    assert "until it is cleared" in run.text
     assert "free_space" not in run.text
 
 

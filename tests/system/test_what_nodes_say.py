@@ -15,7 +15,7 @@ from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
-STOPPED = "emergency stop by its service: commands are ignored until clear_estop"
+STOPPED = "emergency stop by its service: commands are ignored until it is cleared (clear_estop)"
 CLEARED = "held, after the emergency stop: give a new goal, or call resume"
 
 
@@ -63,7 +63,7 @@ def test_stop_clear_and_reset_of_the_simulated_robot(ros, terminal):
 
 
 def test_the_button_and_the_service_of_the_real_robot(ros, terminal, robot):
-    button = "emergency stop by the button on the robot: commands are ignored until clear_estop"
+    button = "emergency stop by the button on the robot: commands are ignored until it is cleared (clear_estop)"
     terminal.says(robot.driver, INFO, f"ready: listens to cmd_vel, goal_status; {robot.path} at 115200 bit/s, 3 wheels")
     terminal.says(robot.driver, INFO, "connected, the firmware answers commands")
     robot.ask(estop_pressed=True)

@@ -13,7 +13,7 @@ from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERI
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
-from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
+from collplan_core.strategies import NAMES, PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.model import MAP_PERIOD as ROLLOUT_MAP_PERIOD
 from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory
@@ -84,6 +84,13 @@ PLANNERS: dict[str, Planner] = {
     **dict.fromkeys((*PAPER_WEIGHTS, "custom"), PAPER),
     **dict.fromkeys(TIME_TO_GOAL, ROLLOUTS),
 }
+
+
+def register(strategy: str, planner: Planner) -> None:
+    """Makes a planner what `planner.strategy` chooses by this name, a new one or one that there is."""
+    PLANNERS[strategy] = planner
+    if strategy not in NAMES:
+        NAMES.append(strategy)
 
 
 def planner_for(strategy: str) -> Planner:

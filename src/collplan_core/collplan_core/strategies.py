@@ -1,13 +1,18 @@
-"""The strategies by name: the paper's are weight sets (IV-B), the time-to-goal ones say what contacts do and cost."""
+"""The strategies by name: the paper's are weight sets (IV-B), the time-to-goal ones say what contacts do and cost.
 
-from dataclasses import dataclass
+The parameters take the choices of `planner.strategy` from here, so that nothing of theirs is imported.
+"""
 
-from collplan_core.parameters import Settings, Weights
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-PAPER_WEIGHTS: dict[str, Weights] = {
-    "harness": Weights(position=100.0, risk=0.1, velocity=4.0),
-    "high_risk": Weights(position=100.0, risk=0.1, velocity=0.0),
-    "low_risk": Weights(position=100.0, risk=100.0, velocity=0.0),
+if TYPE_CHECKING:
+    from collplan_core.parameters import Settings, Weights
+
+PAPER_WEIGHTS: dict[str, dict[str, float]] = {
+    "harness": {"position": 100.0, "risk": 0.1, "velocity": 4.0},
+    "high_risk": {"position": 100.0, "risk": 0.1, "velocity": 0.0},
+    "low_risk": {"position": 100.0, "risk": 100.0, "velocity": 0.0},
 }
 
 REFLECTS, STOPS = "reflects", "stops"
@@ -38,12 +43,15 @@ TIME_TO_GOAL: dict[str, ContactTerms] = {
     "stop_guarantee": ContactTerms(STOPS, AVERSE, stop_test=True),
 }
 
+NAMES = [*PAPER_WEIGHTS, "custom", *TIME_TO_GOAL]
+"""The choices of `planner.strategy`; `planners.py: register` adds to them."""
 
-def weights_of(settings: Settings) -> Weights:
+
+def weights_of(settings: "Settings") -> "Weights":
     """The weights of the chosen strategy; `custom` takes the weights group as it stands."""
-    return PAPER_WEIGHTS.get(settings.planner.strategy, settings.weights)
+    return replace(settings.weights, **PAPER_WEIGHTS.get(settings.planner.strategy, {}))
 
 
-def contact_terms(settings: Settings) -> ContactTerms:
+def contact_terms(settings: "Settings") -> ContactTerms:
     """What contacts do and cost under the chosen strategy, a time-to-goal one."""
     return TIME_TO_GOAL[settings.planner.strategy]

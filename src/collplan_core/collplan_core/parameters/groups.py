@@ -10,6 +10,7 @@ from typing import Any
 
 from collplan_core.fence import why_no_polygon
 from collplan_core.parameters.spec import ParameterError, Parameters, Spec, parameter, specs
+from collplan_core.strategies import NAMES
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class Planning(Parameters):
     """The sampling planner (paper, II and III-A). Readings name how a passage of the paper is understood; `printed` is the passage to the letter."""
 
     group = "planner"
-    strategy: str = parameter("harness", "The paper's weight sets (custom takes the weights group), or the time to the goal with these terms for contacts", choices=("harness", "high_risk", "low_risk", "custom", "bounce", "tolerate", "avoid", "stop_guarantee"), live=True)
+    strategy: str = parameter("harness", "The paper's weight sets (custom takes the weights group), or the time to the goal with these terms for contacts", choices=NAMES, live=True)
     map_period: float = parameter(0.0, "T_map, time between two plans, at least 0.05; 0 is the strategy's own: 0.2 for the paper's, 0.05 for the others", unit="s", low=0.0, high=2.0, live=True)
     goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
     goal_timeout: float = parameter(120.0, "A goal not reached so long after it was accepted is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)

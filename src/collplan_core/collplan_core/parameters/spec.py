@@ -5,8 +5,9 @@ The same field feeds validation, the ROS declaration and the documentation.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
+from difflib import get_close_matches
 from typing import Any, ClassVar
 
 _IN_WORDS = {
@@ -32,7 +33,7 @@ class Spec:
     unit: str
     low: float | None
     high: float | None
-    choices: tuple[str, ...]
+    choices: Sequence[str]
     live: bool
 
     @property
@@ -74,7 +75,9 @@ class Spec:
             raise self._error(value) from None
 
     def _error(self, value: Any) -> ParameterError:
-        return ParameterError(f"{self.key}: got {value!r}, expected {self.expected}")
+        near = get_close_matches(str(value), self.choices, n=1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        return ParameterError(f"{self.key}: got {value!r}, expected {self.expected}{hint}")
 
 
 def parameter(
@@ -84,7 +87,7 @@ def parameter(
     unit: str = "",
     low: float | None = None,
     high: float | None = None,
-    choices: tuple[str, ...] = (),
+    choices: Sequence[str] = (),
     live: bool = False,
 ) -> Any:
     """A dataclass field that carries what its `Spec` needs. Angles are in radians, everything else in SI units."""

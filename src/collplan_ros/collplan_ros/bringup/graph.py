@@ -255,7 +255,9 @@ class Graph:
         why = self.recorder.emergency_stop
         if not why:
             return
-        self._progress.say(f"{why}: call {self._name('clear_estop')}, as the page of --view does; Ctrl-C ends")
+        self._progress.say(
+            f"{why}: call {self._name('clear_estop')}, or press Clear emergency stop on the page; Ctrl-C ends"
+        )
         self.wait(lambda: not self.recorder.emergency_stop, math.inf, str)
         raise GraphError("the emergency stop is cleared: start again to drive")
 
@@ -471,6 +473,8 @@ class Graph:
         return f"{self._missing('mocap/odom', 'reliable')}, made from {source}{reason}"
 
     def _no_scan(self) -> str:
+        if self.recorder.scan_refused:
+            return f"scans come on {self._name('scan')} and are refused: {self.recorder.scan_refused}"
         told = self.last_message(PLANNER)
         return self._missing("scan", "best effort") + (f"; {PLANNER}: {told}" if told else "")
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from collplan_core.command_line import as_called, examples
-from collplan_core.parameters import Planning, Settings, Simulation
-from collplan_core.parameters.spec import Parameters, specs
+from collplan_core.parameters import Settings, all_specs
+from collplan_core.planners import PLANNERS
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.network import RANGES
 from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, LOCKSTEP, REAL, SIM, robot_kind
@@ -140,6 +140,7 @@ def _parser() -> argparse.ArgumentParser:
     defaults = Settings()
     parser = argparse.ArgumentParser(
         prog="bringup",
+        usage="%(prog)s [options], which --help lists",
         description=DESCRIPTION,
         epilog=examples(EPILOG),
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -147,12 +148,13 @@ def _parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add("--robot", default="sim", type=_robot, help=f"{EXPECTED} (default sim, the simulated one)")
     add("--world", metavar="W", help=f"world: NAME, FILE or FAMILY:SEED (default {defaults.simulator.world})")
-    add("--strategy", metavar="NAME", help=f"{_choices(Planning, 'strategy')} (default {defaults.planner.strategy})")
-    add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default the world's own goal)")
+    add("--strategy", metavar="NAME", help=f"{' | '.join(PLANNERS)} (default {defaults.planner.strategy})")
+    add("--goal", nargs="+", metavar=("X", "Y"), help="where to go [m] (default the world's own goal)")
     add(
         "--engine",
         metavar="NAME",
-        help=f"simulator.engine: {_choices(Simulation, 'engine')} (default {defaults.simulator.engine})",
+        help=f"simulator.engine: {' | '.join(all_specs()['simulator.engine'].choices)} "
+        f"(default {defaults.simulator.engine})",
     )
     add("--seed", type=int, metavar="N", help=f"seed of the simulated noise (default {defaults.simulator.seed})")
     add("--params", type=Path, metavar="FILE", help="ROS parameter file; the options above and below outrank it")
@@ -211,12 +213,17 @@ def _namespace(text: str) -> str:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def _choices(group: type[Parameters], name: str) -> str:
-    return " | ".join(next(spec.choices for spec in specs(group) if spec.key == f"{group.group}.{name}"))
+def _point(words: Sequence[str]) -> tuple[float, float]:
+    x, y = (float(number) for number in " ".join(words).replace(",", " ").split())
+    return x, y
 
 
 def parse(args: Sequence[str] | None = None) -> Options:
     """The options on a command line without the program's name; sys.argv's when None."""
-    given = vars(_parser().parse_args(args))
+    parser = _parser()
+    given = vars(parser.parse_args(args))
     goal = given.pop("goal")
-    return Options(goal=tuple(goal) if goal else None, **given)
+    try:
+        return Options(goal=None if goal is None else _point(goal), **given)
+    except ValueError:
+        parser.error(f"--goal: got {' '.join(goal)}, expected two numbers X Y [m]")

@@ -1,6 +1,6 @@
 """Parameter groups as ROS parameters of a node: declared, checked, read."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
@@ -44,6 +44,8 @@ def declare(
         value = spec.checked(() if given is None and spec.default == () else given)
         node.declare_parameter(spec.key, value, _descriptor(spec, spec.key not in taken), ignore_override=True)
     check(read_settings(node, *groups))  # some values must fit each other
+    floats = {spec.key for spec in specs_of(groups) if isinstance(spec.default, float)}
+    node.add_pre_set_parameters_callback(lambda parameters: [_as_float(each, floats) for each in parameters])
     node.add_on_set_parameters_callback(lambda parameters: _verdict(node, groups, check, parameters))
 
 
@@ -72,6 +74,13 @@ def specs_of(groups: tuple[Group, ...]) -> list[Spec]:
 def _overrides(node: Node) -> dict[str, object]:
     """Parameters set by command line, parameter files and constructor; rclpy has no public list of them."""
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
+
+
+def _as_float(parameter: Parameter, floats: Collection[str]) -> Parameter:
+    """The parameter as it is, but a whole number for a float as one: `ros2 param set` takes 1 for an integer."""
+    if parameter.name in floats and parameter.type_ == Parameter.Type.INTEGER:
+        return Parameter(parameter.name, value=float(parameter.value))
+    return parameter
 
 
 def _verdict(

@@ -24,7 +24,6 @@ from collplan_core.parameters import (
     Frames,
     Limits,
     LocalMapping,
-    Mocap,
     Planning,
     Rebound,
     Remembered,
@@ -70,10 +69,11 @@ GROUPS = (
     Planning,
     Remembered,
     TimeToGoal,
-    Mocap,
     ScanInput,
     Limits,
     Frames,
+    "mocap.leap_margin",
+    "mocap.velocity_window",
     "controller.stamped_cmd_vel",
 )
 USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")

@@ -204,7 +204,7 @@ class RobotContract:
 
     def _resume(self) -> tuple[bool, str]:
         if self.stopped_by:
-            return False, "the emergency stop is latched: call clear_estop first"
+            return False, "the emergency stop is latched: clear it first (clear_estop)"
         reason = self._release()
         if reason:
             return False, reason
@@ -215,7 +215,7 @@ class RobotContract:
         self.stopped_by = "by its service"
         self._robot.halt()
         self._tell()
-        return True, f"stopped until clear_estop; then {REMEDY}"
+        return True, f"stopped until it is cleared (clear_estop); then {REMEDY}"
 
     def _clear_stop(self) -> tuple[bool, str]:
         reason = self._robot.why_stay_stopped()
@@ -242,7 +242,7 @@ class RobotContract:
         knows_planner = bool(self._interlock.goals)
         if self.stopped_by:
             reason = f"emergency stop {self.stopped_by}"
-            self._state.tell(STOPPED, reason, "commands are ignored until clear_estop", knows_planner)
+            self._state.tell(STOPPED, reason, "commands are ignored until it is cleared (clear_estop)", knows_planner)
         elif self._interlock.reason:
             self._state.tell(HELD, self._interlock.reason, REMEDY, knows_planner)
         else:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+import collplan_core.planners  # noqa: F401  (registers what a run may have been planned by)
 from collplan_core.calibration.impact_fit import RecordedPath
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters

@@ -17,6 +17,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from collplan_core.command import STOPPED
 from collplan_core.goal import NO_GOAL
 from collplan_core.parameters import Settings
+from collplan_core.scan import ScanError
 from collplan_core.sensing.scan_filters import used_scan
 from collplan_core.state import State
 from collplan_ros.messages.cmd_vel import twist_of
@@ -87,6 +88,7 @@ class Recorder:
         standing: why the controller commands the robot to stand, in words; empty while it moves it.
         lockstep: the newest report of how simulated time keeps step with the graph; None where it need not.
         scan_came: whether a scan that can be used was received.
+        scan_refused: why the newest scan that cannot be used was refused; empty before one came.
         lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
         maneuver: the maneuver begun last.
         stands_since: when the newest command was sent, if it is zero [s, steady clock]; infinite while one moves.
@@ -110,6 +112,7 @@ class Recorder:
         self.emergency_stop = self.held = self.standing = ""
         self.lockstep: Lockstep | None = None
         self.scan_came = False
+        self.scan_refused = ""
         self.lateness = 0.0
         self.maneuver = STOPPED
         self.stands_since = 0.0
@@ -300,7 +303,11 @@ class Recorder:
             self._record.write(kind, sent, stamp, *entries)
 
     def _take_scan(self, message: LaserScan, sent: float) -> None:
-        scan = scan_from_message(message, self._frames.base, self._scan_input)
+        try:
+            scan = scan_from_message(message, self._frames.base, self._scan_input)
+        except ScanError as error:
+            self.scan_refused = str(error)
+            raise
         # as came it is recorded, but one of which nothing is used could not be shown
         used_scan(scan, self._scan_input)
         self.scan_came = True
