@@ -49,14 +49,14 @@ class OpenLoop:
         interruptions: of the motions driven so far.
     """
 
-    def __init__(self, graph: Graph, settings: Settings, now: Callable[[], float]) -> None:
-        """Subscribes and publishes through the graph's node; `now` is the local clock [s]."""
+    def __init__(self, graph: Graph, settings: Settings) -> None:
+        """Subscribes and publishes through the graph's node."""
         self.poses: list[PoseSample] = []
         self.received: list[float] = []
         self.interruptions = Interruptions()
         self._graph = graph
         self._settings = settings
-        self._now = now
+        self._now = graph.now
         self._shifts: deque[float] = deque(maxlen=COMPARED)
         self._publisher = graph.node.create_publisher(command_type(settings), TOPIC, NEWEST)
         self._late_before = 0
@@ -91,6 +91,7 @@ class OpenLoop:
     @contextmanager
     def commanding(self) -> Iterator[None]:
         """Commands zero, and the motions that are driven, until left."""
+        self._pass(0.0)
         self._late_before = self._graph.late_commands - self.interruptions.refused
         with PacedCommands(self._publish, 1.0 / self._settings.controller.rate, self._now) as self._commands:
             self._pass(GREETING_TIME)
@@ -143,7 +144,8 @@ class OpenLoop:
 
     def _between(self, count: int, begun: float, ended: float) -> list[PoseSample]:
         """The poses measured between two local times [s], of those after the first `count`."""
-        return [pose for pose in self.poses[count:] if begun <= pose.stamp + self._shift <= ended]
+        shift = self._shift
+        return [pose for pose in self.poses[count:] if begun <= pose.stamp + shift <= ended]
 
     @property
     def _shift(self) -> float:
