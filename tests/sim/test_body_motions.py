@@ -36,10 +36,20 @@ class Stepped:
         scale: it goes so many times as fast as it is told.
         by_wheels: as behind wheel speeds, whose velocity is never zero to the last bit while the robot turns in place,
             so that the wheels' noise acts then too.
+        interrupted: share of the motions, at random, that end halfway and show nothing.
     """
 
     def __init__(
-        self, seed=0, offset=OFFSET, *, bias=(0.0, 0.0), mirrored=False, scale=1.0, by_wheels=False, **simulation
+        self,
+        seed=0,
+        offset=OFFSET,
+        *,
+        bias=(0.0, 0.0),
+        mirrored=False,
+        scale=1.0,
+        by_wheels=False,
+        interrupted=0.0,
+        **simulation,
     ):
         placed = zip(("marker_offset_x", "marker_offset_y", "marker_offset_yaw"), offset, strict=True)
         values = {f"simulator.{key}": value for key, value in [*placed, *simulation.items()]}
@@ -47,14 +57,17 @@ class Stepped:
         self.simulator = Simulator(HALL, self.settings, seed)
         self.simulator.place(MIDDLE, yaw=float(seed))
         self.farthest = 0.0
+        self._interrupted, self._random = interrupted, np.random.default_rng(seed)
         self._bias = np.array(bias)
         self._side = scale * np.array([1.0, -1.0 if mirrored else 1.0])
         self._least = np.array([1e-12 if by_wheels else 0.0, 0.0])
 
     def drive(self, velocity, yaw_rate, duration, is_near):
-        poses = self._run(self._side * velocity + self._bias + self._least, yaw_rate, duration, is_near)
+        is_whole = self._random.random() >= self._interrupted
+        driven = duration if is_whole else 0.5 * duration
+        poses = self._run(self._side * velocity + self._bias + self._least, yaw_rate, driven, is_near)
         self._run(np.zeros(2), 0.0, 0.6)
-        return poses
+        return poses if is_whole else []
 
     def rest(self):
         return self._run(np.zeros(2), 0.0, 0.25)
@@ -77,7 +90,7 @@ def checked(robot):
     lag = robot.settings.robot.velocity_lag
     slow, pace = careful(robot.settings.robot), quick(robot.settings.robot)
     motions = drive_each_way(robot, slow, lag)
-    for _ in range(CAREFUL_ROUNDS):
+    while len(motions.turns) < CAREFUL_ROUNDS:
         motions = one_more_round(robot, motions, slow, lag)
     thought, begun = time_missing(motions, pace, lag), robot.simulator.time
     while not estimate(motions, lag).is_certain and robot.simulator.time - begun < MOST_TIME:
@@ -114,6 +127,13 @@ def test_good_wheels_need_the_careful_motions_alone(seed):
     assert_found(known, (x, y, yaw))
     assert (thought, took) == (0.0, 0.0)
     assert robot.farthest < 0.15
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_motions_that_something_interrupts_are_driven_once_more(seed):
+    robot = Stepped(seed, interrupted=0.3, **QUIET)
+    assert_found(checked(robot)[0])
+    assert robot.farthest < MOST_DISTANCE
 
 
 def test_a_bias_of_the_wheels_is_no_offset():

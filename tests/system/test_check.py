@@ -3,7 +3,8 @@
 import math
 import os
 import sys
-from contextlib import nullcontext
+import time
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -19,6 +20,7 @@ from collplan_core.calibration.mocap_offset import BodyOffset
 from collplan_core.calibration.stream_quality import StreamQuality
 from collplan_core.calibration.stroke_fit import AxesFit
 from collplan_core.calibration.turn_fit import TurnFit
+from collplan_core.command import stopped
 from collplan_core.parameters import Lidar, Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.sensing.mocap_body import with_offset
@@ -35,15 +37,18 @@ from collplan_ros.bringup.check_findings import (
     Finding,
     axes_finding,
     drift_finding,
+    interruption_finding,
     lidar_finding,
     node_findings,
     offset_finding,
     stream_findings,
     turn_finding,
 )
+from collplan_ros.bringup.interruptions import Interruptions
 from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.main import main
 from collplan_ros.bringup.open_loop import OpenLoop
+from collplan_ros.bringup.paced_commands import PacedCommands
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
 from collplan_ros.runs.run_log import PoseRow
@@ -159,13 +164,19 @@ def test_it_asks_before_it_moves(monkeypatch, answer, goes):
 
 
 class Runaway:
-    """A graph with a robot that goes at 1 m/s along x for as long as it is commanded to move."""
+    """A graph with a robot that goes at 1 m/s along x for as long as it is commanded to move, in real time.
 
-    def __init__(self):
+    Args:
+        stall: once it has gone 0.1 m, a step takes so long [s].
+    """
+
+    def __init__(self, stall=0.0):
         self.node = SimpleNamespace(
             create_publisher=lambda *_: self, create_subscription=lambda kind, topic, take, profile: self._takes(take)
         )
-        self.pose, self.commanded = PoseRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), []
+        self.pose, self.commanded = PoseRow(time.monotonic(), 0.0, 0.0, 0.0, 0.0, 0.0), []
+        self.now, self.late_commands, self.robot_waits = time.monotonic, 0, ""
+        self._stall = stall
 
     def _takes(self, take):
         self._take = take
@@ -174,24 +185,97 @@ class Runaway:
         self.commanded.append(command.linear.x)
 
     def step(self):
-        moves = bool(self.commanded and self.commanded[-1])
-        self.pose = self.pose._replace(stamp=self.pose.stamp + 0.01, x=self.pose.x + 0.01 * moves)
+        time.sleep(0.01)
+        if self.pose.x > 0.1:
+            time.sleep(self._stall)
+            self._stall = 0.0
+        now, moves = time.monotonic(), bool(self.commanded and self.commanded[-1])
+        self.pose = self.pose._replace(stamp=now, x=self.pose.x + (now - self.pose.stamp) * moves)
         self._take(state_to_odometry(self.pose.state, "map", "base_link"))
+
+
+PATIENT = Settings().with_values({"limits.pose_age": 0.5, "limits.command_age": 0.5})
 
 
 @pytest.mark.parametrize("limit", [0.1, 0.4, 2.0])
 def test_a_motion_ends_where_it_leads_too_far(limit):
     """Zero follows, as after any motion, and a robot that is far by then may still be commanded zero."""
     graph = Runaway()
-    loop = OpenLoop(graph, Settings())
-    loop.rest()
-    poses = loop.drive((0.1, 0.0), 0.0, 1.0, lambda pose: pose.position[0] <= limit)
-    assert graph.pose.x == pytest.approx(min(limit, 1.0), abs=0.021)
-    assert max(pose.position[0] for pose in poses) == pytest.approx(graph.pose.x, abs=1e-6)
-    n_moving = np.count_nonzero(graph.commanded)
-    assert not any(graph.commanded[n_moving:])
-    assert len(graph.commanded[n_moving:]) > 5
+    loop = OpenLoop(graph, PATIENT)
+    with loop.commanding():
+        loop.rest()
+        poses = loop.drive((0.1, 0.0), 0.0, 1.0, lambda pose: pose.position[0] <= limit)
+    assert graph.pose.x == pytest.approx(min(limit, 1.0), abs=0.1)
+    assert max(pose.position[0] for pose in poses) == pytest.approx(graph.pose.x, abs=0.1)
+    moving = np.nonzero(graph.commanded)[0]
+    assert np.array_equal(moving, np.arange(moving[0], moving[-1] + 1))
+    assert len(graph.commanded) - moving[-1] > 5
     assert graph.pose.stamp > poses[-1].stamp + open_loop.HALTING_TIME - 0.02
+
+
+def test_a_motion_in_which_no_poses_are_taken_ends_and_does_not_count():
+    """It would take 1 s; the robot has gone for 0.1 s before, and for limits.pose_age on."""
+    graph = Runaway(stall=1.0)
+    loop = OpenLoop(graph, PATIENT)
+    with loop.commanding():
+        assert loop.drive((0.1, 0.0), 0.0, 3.0, lambda pose: True) == []
+        moving = np.count_nonzero(graph.commanded)
+    assert moving < 18
+    assert graph.commanded[-1] == 0.0
+    assert (loop.interruptions.motions, loop.interruptions.interrupted) == (1, 1)
+    assert loop.interruptions.between_poses > 0.9
+
+
+class Stopwatch:
+    """A clock that goes when it is told to, and the commands that were published until then."""
+
+    def __init__(self):
+        self.time, self.sent = 0.0, []
+
+    def run_until(self, end):
+        """Goes on by 10 ms at a time, each when the thread has had its turn."""
+        while self.time < end:
+            self.time += 0.01
+            time.sleep(0.02)
+
+    @property
+    def moves(self):
+        return bool(self.sent and self.sent[-1].yaw_rate)
+
+
+@pytest.mark.parametrize(("allowed", "ended"), [(9.0, 0.3), (0.15, 0.15)], ids=["by its time", "not allowed on"])
+def test_a_motion_ends_by_itself(allowed, ended):
+    """Whatever the thread that began it does meanwhile."""
+    watch = Stopwatch()
+    with PacedCommands(watch.sent.append, 0.05, lambda: watch.time) as commands:
+        motion = commands.begin(replace(stopped("check"), yaw_rate=1.0), 0.3, allowed)
+        watch.run_until(0.1)
+        assert watch.moves
+        watch.run_until(0.5)
+        assert not watch.moves
+    assert motion.ended == pytest.approx(ended, abs=0.03)
+    assert motion.has_lapsed == (allowed < 0.3)
+
+
+def test_an_exception_ends_a_motion_at_once():
+    """As Ctrl-C does."""
+    watch = Stopwatch()
+    with suppress(KeyboardInterrupt), PacedCommands(watch.sent.append, 0.05, lambda: watch.time) as commands:
+        commands.begin(replace(stopped("check"), yaw_rate=1.0), 9.0, 9.0)
+        raise KeyboardInterrupt
+    n_sent = len(watch.sent)
+    assert not watch.moves
+    watch.run_until(0.2)
+    assert len(watch.sent) == n_sent
+
+
+def test_gaps_between_commands_are_measured():
+    watch = Stopwatch()
+    with PacedCommands(watch.sent.append, 0.05, lambda: watch.time) as commands:
+        motion = commands.begin(replace(stopped("check"), yaw_rate=1.0), 9.0, 9.0)
+        watch.time = 0.34
+        commands.stop()
+    assert motion.gap == pytest.approx(0.34)
 
 
 # ---- what the check makes of its figures
@@ -234,6 +318,25 @@ def test_a_drift_is_told_in_the_robots_frame():
     assert "+0 mm/s ahead and +10 mm/s to the left" in finding.text
     far = replace(FINE, room_bias=0.2)
     assert drift_finding(far, Estimate(TURNED, far).offset).verdict == DOUBTFUL
+
+
+@pytest.mark.parametrize(
+    ("found", "verdict", "text"),
+    [
+        (Interruptions(40), GOOD, "none of 40"),
+        (Interruptions(40, 3, 0.34, 0.1), GOOD, "3 of 40"),
+        (Interruptions(40, 8, 0.34, 0.1), DOUBTFUL, "commanded with gaps of up to 0.34 s"),
+        (Interruptions(9, 6, 0.08, 0.27), WRONG, "poses came with gaps of up to 0.27 s"),
+        (Interruptions(5, 5, 0.34, 0.1), GOOD, "5 of 5"),
+        (Interruptions(9, 0, 0.0, 0.0, refused=6), WRONG, "6 commands too old"),
+    ],
+)
+def test_what_interrupted_the_motions_is_said(found, verdict, text):
+    finding = interruption_finding(found)
+    assert finding.verdict == verdict
+    assert text in finding.text
+    assert ("too busy" in finding.text) == (verdict != GOOD)
+    assert found.are_hopeless == (verdict == WRONG)
 
 
 @pytest.mark.parametrize(
@@ -281,7 +384,7 @@ def lidar_scans(world, **values):
     taken = []
     node = SimpleNamespace(create_subscription=lambda kind, topic, take, profile: taken.append(take))
     preparation = SimpleNamespace(settings=Settings().with_values(values), world=world)
-    return LidarScans(SimpleNamespace(node=node), preparation), taken[0]
+    return LidarScans(SimpleNamespace(node=node, now=time.monotonic), preparation), taken[0]
 
 
 def test_the_place_of_the_lidar_is_found_from_messages_of_any_frame():

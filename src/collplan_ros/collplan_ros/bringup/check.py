@@ -8,7 +8,6 @@ import select
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from math import degrees
 
 import numpy as np
@@ -53,7 +52,6 @@ from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.robots import REAL
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.qos import EVERY_ONE
-from collplan_ros.node_kit.clock import local_clock, seconds
 
 NOT_NEEDED = ("lidar_node", "planner_node", "controller_node")
 REPORT_PATIENCE = 3.0
@@ -87,11 +85,8 @@ def check(options: Options, progress: Progress) -> int:
         with Graph(preparation, folder, progress, commands=True) as graph:
             if options.scan == REAL and not options.world:
                 progress.say("without --world the place of the LIDAR is not looked for")
-            clock = local_clock(graph.node)
-            now = partial(seconds, clock)
-            lidar = LidarScans(graph, preparation, now) if options.scan == REAL and options.world else None
-            loop = OpenLoop(graph, preparation.settings, clock)
-            found, passed = _Check(graph, loop, preparation, progress, options.yes, lidar).run()
+            lidar = LidarScans(graph, preparation) if options.scan == REAL and options.world else None
+            found, passed = _Check(graph, preparation, progress, options.yes, lidar).run()
     except StartError:
         folder.discard()
         raise
@@ -157,16 +152,9 @@ class _Check:
     """One check of a robot and mocap_node that run already."""
 
     def __init__(
-        self,
-        graph: Graph,
-        loop: OpenLoop,
-        preparation: Preparation,
-        progress: Progress,
-        yes: bool,
-        lidar: LidarScans | None = None,
+        self, graph: Graph, preparation: Preparation, progress: Progress, yes: bool, lidar: LidarScans | None = None
     ) -> None:
         self._graph = graph
-        self._loop = loop
         self._lidar = lidar
         self._settings = preparation.settings
         self._names = [graph.full_name(name) for name in preparation.programs]
@@ -178,6 +166,7 @@ class _Check:
         """The parameters found, by key, none where the body's offset is not; and whether nothing is wrong."""
         self._progress.say(f"checking {', '.join(self._graph.pids)}")
         self._graph.wait_until_poses_come()
+        self._loop = OpenLoop(self._graph, self._settings)
         if not self._passes([*self._nodes(), *self._stream(), *self._scans()]):
             return {}, False
         self._loop.refuse_other_publishers()

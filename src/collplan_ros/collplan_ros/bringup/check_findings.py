@@ -63,7 +63,8 @@ def stream_findings(quality: StreamQuality, settings: Settings) -> list[Finding]
         Finding(
             gap,
             f"jitter {1e3 * quality.jitter:.1f} ms, longest gap {1e3 * quality.longest_gap:.0f} ms; "
-            f"the robot stops beyond {1e3 * limit:.0f} ms (limits.pose_age)",
+            f"the robot stops beyond {1e3 * limit:.0f} ms (limits.pose_age)"
+            + ("" if gap == GOOD else ": the network, or this machine is too busy"),
         ),
         Finding(noise, f"noise at rest {1e3 * quality.noise:.2f} mm; mocap.position_noise says {1e3 * assumed:g} mm"),
     ]

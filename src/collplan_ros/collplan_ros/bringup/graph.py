@@ -6,6 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.conversions import goal_to_message
 from collplan_ros.messages.qos import EVENT
+from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR
 from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.recording.description import describe_run
@@ -330,6 +332,8 @@ class Graph:
             remapped += SIMULATED_TIME
         self.node = Node(NAME, context=context, namespace=self._preparation.namespace, cli_args=remapped)
         stack.callback(self.node.destroy_node)
+        self.now = partial(seconds, local_clock(self.node))
+        """The local clock [s]; the simulation's where the graph goes by that."""
         if self._is_recorded:
             self._recording = self._begun_recording(stack)
         known = recorded_topics(settings, real_scans=LIDAR not in self._preparation.programs)

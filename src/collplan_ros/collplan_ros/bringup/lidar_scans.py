@@ -1,7 +1,7 @@
 """The scans that come during a check, and the place of the LIDAR that they show."""
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,9 +23,9 @@ from collplan_ros.messages.reading import scan_from_message
 class LidarScans:
     """Listens to scans of any frame, and finds where their sensor is on the robot."""
 
-    def __init__(self, graph: Graph, preparation: Preparation, now: Callable[[], float]) -> None:
-        """Listens through the graph's node; `preparation` has the world and how scans are read, `now` is the clock."""
-        self._now = now
+    def __init__(self, graph: Graph, preparation: Preparation) -> None:
+        """Listens through the graph's node; `preparation` has the world and how scans are read."""
+        self._now = graph.now
         self._settings = preparation.settings
         self._world = preparation.world
         self._frame = ""

@@ -4,12 +4,10 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from math import inf
 
 import numpy as np
 from nav_msgs.msg import Odometry
-from rclpy.clock import Clock
 from std_srvs.srv import Trigger
 
 from collplan_core.command import FREE_SPACE, Command
@@ -25,7 +23,7 @@ from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
-from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.clock import local_clock
 from collplan_ros.node_kit.turn import Turn
 
 HALTING_TIME = 0.6
@@ -53,15 +51,15 @@ class OpenLoop:
         interruptions: of the motions driven so far.
     """
 
-    def __init__(self, graph: Graph, settings: Settings, clock: Clock) -> None:
-        """Subscribes and publishes through the graph's node, whose local clock is `clock`."""
+    def __init__(self, graph: Graph, settings: Settings) -> None:
+        """Subscribes and publishes through the graph's node."""
         self.poses: list[PoseSample] = []
         self.received: list[float] = []
         self.interruptions = Interruptions()
         self._graph = graph
         self._settings = settings
-        self._now = partial(seconds, clock)
-        self._turn = Turn(graph.node, clock, lambda: 1.0 / settings.controller.rate)
+        self._now = graph.now
+        self._turn = Turn(graph.node, local_clock(graph.node), lambda: 1.0 / settings.controller.rate)
         self._shifts: deque[float] = deque(maxlen=COMPARED)
         self._publisher = graph.node.create_publisher(command_type(settings), TOPIC, NEWEST)
         self._late_before = 0
@@ -96,6 +94,7 @@ class OpenLoop:
     @contextmanager
     def commanding(self) -> Iterator[None]:
         """Commands zero, and the motions that are driven, until left."""
+        self._pass(0.0)
         self._late_before = self._graph.late_commands - self.interruptions.refused
         try:
             with PacedCommands(self._publish, 1.0 / self._settings.controller.rate, self._now) as self._commands:
@@ -151,7 +150,8 @@ class OpenLoop:
 
     def _between(self, count: int, begun: float, ended: float) -> list[PoseSample]:
         """The poses measured between two local times [s], of those after the first `count`."""
-        return [pose for pose in self.poses[count:] if begun <= pose.stamp + self._shift <= ended]
+        shift = self._shift
+        return [pose for pose in self.poses[count:] if begun <= pose.stamp + shift <= ended]
 
     @property
     def _shift(self) -> float:
