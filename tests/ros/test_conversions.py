@@ -24,6 +24,7 @@ from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c
+from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import scan_from_message
 
 CONFIG = Path(__file__).parents[2] / "src/collplan_ros/collplan_ros/config"
@@ -129,6 +130,8 @@ def test_odometry_that_is_refused(change, words):
     change(message)
     with pytest.raises(c.MessageError, match=words):
         c.state_from_odometry(message, "map", "base_link")
+    with pytest.raises(c.MessageError, match=words):
+        state_from_bytes(serialize_message(message), "map", "base_link")
 
 
 @given(points)

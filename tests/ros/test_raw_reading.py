@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry, Path
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
@@ -18,7 +18,10 @@ from collplan_ros.messages.conversions import (
     state_from_odometry,
     state_to_odometry,
 )
-from collplan_ros.messages.raw_reading import path_from_bytes, state_from_bytes
+from collplan_ros.messages.plans import plan_to_path
+from collplan_ros.messages.raw_reading import path_from_bytes, plan_from_bytes, state_from_bytes
+from collplan_ros.messages.raw_writing import plan_to_bytes
+from collplan_ros.messages.reading import timed_plan
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=100)
 
@@ -40,6 +43,16 @@ def test_a_path_is_what_was_sent_whatever_its_frames_are_called(frame, stamp, po
     assert told == pytest.approx(stamp, abs=1e-6)
     np.testing.assert_allclose(times, [pose[0] for pose in poses], atol=1e-6)
     np.testing.assert_array_equal(positions, np.array([pose[1:3] for pose in poses]).reshape(-1, 2))
+
+
+@QUICK
+@given(FRAMES, TIMES, st.lists(st.tuples(METRES, METRES), min_size=2, max_size=9))
+def test_a_plan_is_sent_as_rclpy_would(frame, stamp, positions):
+    plan = timed_plan(stamp, stamp + 0.05 * np.arange(len(positions)), np.array(positions))
+    raw = plan_to_bytes(plan, frame)
+    assert deserialize_message(raw, Path) == plan_to_path(plan, frame)
+    assert len(raw) == len(serialize_message(plan_to_path(plan, frame)))
+    np.testing.assert_array_equal(plan_from_bytes(raw, frame).positions, plan.positions)
 
 
 @QUICK

@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as Path_
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
@@ -68,8 +69,8 @@ class Recording:
         self.recorder = Recorder(self, chosen, self._file, times, namespace)
         self.recorder.begin(True, GOAL)
 
-    def listen(self, topic, take) -> None:
-        self._take[topic] = take
+    def listen(self, topic, take, raw=False) -> None:
+        self._take[topic] = (lambda message, info: take(serialize_message(message), info)) if raw else take
 
     def take(self, topic: str, sent: float, message: object) -> None:
         self._take[topic](message, {"source_timestamp": round((WALL_CLOCK + sent) * 1e9)})

@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Twist, Vector3
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rclpy.serialization import serialize_message
 
 from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, STUCK, TIMEOUT, RunMonitor
 from collplan_core.parameters import Settings, Trial
@@ -104,8 +105,8 @@ class FedGraph(graph.Graph):
         times = SendTimes(lambda: self._now, lambda: self._now)
         self.recorder = Recorder(self, bringup.preparation.settings, self._record, times)
 
-    def listen(self, topic, take) -> None:
-        self._take[topic] = take
+    def listen(self, topic, take, raw=False) -> None:
+        self._take[topic] = (lambda message, info: take(serialize_message(message), info)) if raw else take
 
     def last_message(self, node: str) -> str:
         return "as usual"

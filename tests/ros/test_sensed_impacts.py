@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rclpy.serialization import serialize_message
 from telemetry_example import TELEMETRY
 
 from collplan_core.parameters import Settings
@@ -27,13 +28,13 @@ class Bench:
         for n in range(201):
             self.local = n / 100
             state = State(self.local, np.array([SPEED * self.local, 0.0]), np.array([SPEED, 0.0]), 0.0)
-            self._take_pose(state_to_odometry(state, USED.frames.map, USED.frames.base))
+            self._take_pose(serialize_message(state_to_odometry(state, USED.frames.map, USED.frames.base)))
         self.sensed.take(TELEMETRY)
 
     def create_publisher(self, message_type, topic, qos):
         return SimpleNamespace(publish=self.published.setdefault(topic, []).append)
 
-    def listen(self, message_type, topic, callback, qos, kind):
+    def listen(self, message_type, topic, callback, qos, kind, raw):
         self._take_pose = callback
 
     def told(self, age: float) -> None:

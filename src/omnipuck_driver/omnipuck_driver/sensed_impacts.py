@@ -12,8 +12,9 @@ from collplan_core.plane import rotate
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.state import State
-from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_from_odometry
+from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message
 from collplan_ros.messages.qos import EVENT, POSE_SUBSCRIBED
+from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.node_kit.clock import seconds
 from collplan_ros.node_kit.inputs import Inputs
 from omnipuck_driver.messages import NEVER, Telemetry
@@ -43,7 +44,7 @@ class SensedImpacts:
         self._newest: State | None = None
         self._contact = node.create_publisher(PoseStamped, "impact/contact", EVENT)
         self._impact = node.create_publisher(Vector3Stamped, "impact", EVENT)
-        inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose")
+        inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)
 
     def take(self, telemetry: Telemetry) -> None:
         """Publishes the impact in telemetry where it is a new one."""
@@ -75,8 +76,8 @@ class SensedImpacts:
         self._impact.publish(impact_to_message(stamp, change, self._frames.map))
         return True
 
-    def _take_pose(self, message: Odometry) -> None:
-        state = state_from_odometry(message, self._frames.map, self._frames.base)
+    def _take_pose(self, raw: bytes) -> None:
+        state = state_from_bytes(raw, self._frames.map, self._frames.base)
         self._newest = state
         self._history.add(state)
         self._clock.received(state.stamp, seconds(self._local))

@@ -64,7 +64,11 @@ def yaw_from_quaternion(quaternion: Quaternion) -> float:
     Raises:
         MessageError: not finite, or not a unit quaternion.
     """
-    x, y, z, w = (float(v) for v in (quaternion.x, quaternion.y, quaternion.z, quaternion.w))
+    return yaw_of(*(float(v) for v in (quaternion.x, quaternion.y, quaternion.z, quaternion.w)))
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """The same for the four numbers of a quaternion."""
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
         raise MessageError(f"orientation: got ({x:g}, {y:g}, {z:g}, {w:g}), expected a quaternion of length 1")

@@ -107,23 +107,30 @@ def plan_from_path(path: Any, frame: str) -> Plan:
     Raises:
         PathError: another frame, fewer than 2 poses, not finite, or times that do not rise.
     """
-    times, positions = _timed_positions(path, frame)
-    if len(times) < 2:
-        raise PathError(f"poses: got {len(times)}, expected at least 2")
-    velocities = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
-    return timed_path(seconds_from_stamp(path.header.stamp), times, positions, velocities)
-
-
-def _timed_positions(path: Any, frame: str) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) [s] and positions (n, 2) [m] of a path's poses."""
     if path.header.frame_id != frame:
         raise PathError(f"header.frame_id: got {path.header.frame_id!r}, expected {frame!r}")
     times = np.array([seconds_from_stamp(pose.header.stamp) for pose in path.poses])
     points = [(float(pose.pose.position.x), float(pose.pose.position.y)) for pose in path.poses]
-    positions = np.array(points).reshape(-1, 2)
-    for number in np.flatnonzero(~np.isfinite(positions).all(axis=1)):
-        raise PathError(f"poses[{number}]: got {positions[number].tolist()}, expected finite numbers")
+    return timed_plan(seconds_from_stamp(path.header.stamp), times, np.array(points).reshape(-1, 2))
+
+
+def timed_plan(stamp: float, times: np.ndarray, positions: np.ndarray) -> Plan:
+    """The plan of this stamp [s] that is at positions (n, 2) [m] at times (n,) [s].
+
+    Raises:
+        PathError: n under 2, not finite, or times that do not rise.
+    """
+    check_points(positions)
+    if len(times) < 2:
+        raise PathError(f"poses: got {len(times)}, expected at least 2")
     for number in np.flatnonzero(np.diff(times) <= 0.0):
         after = f"got time {times[number + 1]} after {times[number]}"
         raise PathError(f"poses[{number + 1}]: {after}, expected a later one")
-    return times, positions
+    velocities = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
+    return timed_path(stamp, times, positions, velocities)
+
+
+def check_points(positions: np.ndarray) -> None:
+    """Raises PathError where one of a path's positions (n, 2) is not finite."""
+    for number in np.flatnonzero(~np.isfinite(positions).all(axis=1)):
+        raise PathError(f"poses[{number}]: got {positions[number].tolist()}, expected finite numbers")

@@ -1,7 +1,7 @@
 """The topics that a node listens to, and what it says about them at the terminal."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -15,7 +15,6 @@ from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatch, Remark
 from collplan_ros.node_kit.message_info import Info, with_info
 
-M = TypeVar("M")
 NOTHING = "nothing received"
 ONLY_OTHERS = "but its messages hold nothing for this node"
 CHECK_PERIOD = 1.0
@@ -70,25 +69,27 @@ class Inputs:
 
     def listen(
         self,
-        message_type: type[M],
+        message_type: type[Any],
         topic: str,
-        callback: Callable[[M], bool | None],
+        callback: Callable[[Any], bool | None],
         qos: QoSProfile,
         need: str = STREAM,
         kind: str = "",
         late_counts: bool = False,
+        raw: bool = False,
     ) -> None:
         """Subscribes.
 
         Args:
             message_type: class of the messages.
             topic: name of the topic, as given to rclpy.
-            callback: takes a message; one that it raises MessageError or ScanError on counts as refused, and one that
-                it returns False on as not meant for this node.
+            callback: takes a message, or its bytes where `raw`; one that it raises MessageError or ScanError on counts
+                as refused, and one that it returns False on as not meant for this node.
             qos: profile of the subscription.
             need: STREAM, STATE, AWAITED or EVENT: whether the input is missed when it does not come.
             kind: what refused messages are counted as; the topic where empty.
             late_counts: a message counts also where it queued up while the node was frozen: no backlog drops it.
+            raw: messages are taken as bytes.
         """
         watch = InputWatch(self._shown(topic), need, lambda: self._publishers(message_type, topic, qos))
         self._watches[topic] = watch
@@ -97,7 +98,7 @@ class Inputs:
         latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
         backlog = None if latched or late_counts else self._backlog
 
-        def take(message: M, info: Info) -> None:
+        def take(message: Any, info: Info) -> None:
             if backlog is not None and backlog.holds():
                 return
             if not latched and not self._has_time():
@@ -113,7 +114,7 @@ class Inputs:
                 watch.took()
             self._others[topic] = not is_ours
 
-        subscription = self._node.create_subscription(message_type, topic, with_info(take), qos)
+        subscription = self._node.create_subscription(message_type, topic, with_info(take), qos, raw=raw)
         if backlog is not None:
             backlog.watch(subscription)
 

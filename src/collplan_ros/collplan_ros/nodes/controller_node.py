@@ -26,7 +26,7 @@ from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.goal_status import goal_from_status
 from collplan_ros.messages.plans import contacts_from_message, validity_from_message
-from collplan_ros.messages.reading import plan_from_path
+from collplan_ros.messages.raw_reading import plan_from_bytes
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
@@ -78,7 +78,7 @@ class ControllerNode(Node):
         self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age, self._local_clock)
         listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
         listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT, late_counts=True)
-        listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED)
+        listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED, raw=True)
         listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)
         listen.listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._on_contacts, qos.EVENT, EVENT)
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
@@ -127,8 +127,8 @@ class ControllerNode(Node):
     def _on_hand(self, velocity: np.ndarray, yaw_rate: float, age: float, trouble: str) -> None:
         self._journal.call(self._loop.take_hand, velocity, yaw_rate, self._local() - age, trouble)
 
-    def _on_plan(self, message: Path) -> None:
-        plan = plan_from_path(message, self._settings.frames.map)
+    def _on_plan(self, raw: bytes) -> None:
+        plan = plan_from_bytes(raw, self._settings.frames.map)
         reason = self._journal.call(self._loop.take_plan, plan, self._local())
         if reason:
             self._inputs.refused("plan", reason)

@@ -16,8 +16,9 @@ from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS
 from collplan_core.sensing.sweeps import sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
-from collplan_ros.messages.conversions import scan_to_message, state_from_odometry
+from collplan_ros.messages.conversions import scan_to_message
 from collplan_ros.messages.qos import POSE_SUBSCRIBED, SENSOR_PUBLISHED
+from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.node_kit.clock import described_age, local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
@@ -53,7 +54,7 @@ class LidarNode(Node):
         self._turn = Turn(self, self._local)
         self._publisher = self.create_publisher(LaserScan, "scan", SENSOR_PUBLISHED)
         self._inputs = Inputs(self)
-        self._inputs.listen(Odometry, "mocap/odom", self._take_odometry, POSE_SUBSCRIBED, kind="pose")
+        self._inputs.listen(Odometry, "mocap/odom", self._take_pose, POSE_SUBSCRIBED, kind="pose", raw=True)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         lidar = self._settings.lidar
         self._sweeps = sweeps_of(self._world, lidar, lidar.seed)
@@ -77,9 +78,9 @@ class LidarNode(Node):
     def _change(self, settings: Settings) -> None:
         self._settings = settings
 
-    def _take_odometry(self, message: Odometry) -> None:
+    def _take_pose(self, raw: bytes) -> None:
         frames = self._settings.frames
-        self._state = state_from_odometry(message, frames.map, frames.base)
+        self._state = state_from_bytes(raw, frames.map, frames.base)
         self._poses_clock.received(self._state.stamp, seconds(self._local))
         scan = None if self._sweeps is None else self._sweeps.take_pose(self._state)
         if scan is not None:

@@ -16,7 +16,8 @@ from collplan_core.parameters import Settings
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_layers, seen_to_message
-from collplan_ros.messages.plans import contacts_to_message, plan_to_path, validity_to_message
+from collplan_ros.messages.plans import contacts_to_message, validity_to_message
+from collplan_ros.messages.raw_writing import plan_to_bytes
 from collplan_ros.nodes.cost_report import costs_message
 
 MARKERS_PERIOD = 0.2
@@ -50,7 +51,7 @@ class PlanOutputs:
         plan, frames = cycle.plan, settings.frames
         self._valid_until.publish(validity_to_message(plan.stamp, cycle.valid_until, self._name))
         self._contacts.publish(contacts_to_message(plan.contacts, plan.stamp, frames.map, frames.base))
-        self._plan.publish(plan_to_path(plan, frames.map))
+        self._plan.publish(plan_to_bytes(plan, frames.map))
         strategy = settings.planner.strategy
         self._costs.publish(costs_message(self._name, plan, planning_time, strategy, cycle.impact))
         self._impact = cycle.impact or self._impact

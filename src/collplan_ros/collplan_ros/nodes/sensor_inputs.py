@@ -9,7 +9,7 @@ from collplan_core.parameters import Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.state import State
 from collplan_ros.messages import qos
-from collplan_ros.messages.conversions import state_from_odometry
+from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import MessageError, scan_from_message
 from collplan_ros.node_kit.inputs import Inputs
 
@@ -27,9 +27,9 @@ def listen_to_sensors(
     """
     frames = settings.frames
 
-    def on_pose(message: Odometry) -> None:
+    def on_pose(raw: bytes) -> None:
         try:
-            state = state_from_odometry(message, frames.map, frames.base)
+            state = state_from_bytes(raw, frames.map, frames.base)
         except MessageError as error:
             refuse("pose", str(error))
             raise
@@ -43,5 +43,5 @@ def listen_to_sensors(
             raise
         take_scan(scan)
 
-    inputs.listen(Odometry, "mocap/odom", on_pose, qos.POSE_SUBSCRIBED, kind="pose")
+    inputs.listen(Odometry, "mocap/odom", on_pose, qos.POSE_SUBSCRIBED, kind="pose", raw=True)
     inputs.listen(LaserScan, "scan", on_scan, qos.SENSOR_DATA, kind="scan")

@@ -52,9 +52,10 @@ class GraphTopics:
             for name in topics:
                 self._subscribe(name)
 
-    def listen(self, topic: str, take: Take) -> None:
-        """Has each message of a known topic handed to `take`, but for one that cannot be read."""
-        self._subscribe(topic).listeners.append(take)
+    def listen(self, topic: str, take: Take, raw: bool = False) -> None:
+        """Has each message of a known topic, or its bytes where `raw`, handed to `take`; none that cannot be read."""
+        of = self._subscribe(topic)
+        (of.takers_of_bytes if raw else of.listeners).append(take)
 
     def take(self) -> bool:
         """Takes what has come; whether there may be more."""
@@ -80,10 +81,12 @@ class _Topic:
 
     Attributes:
         listeners: what each message is handed to.
+        takers_of_bytes: what its bytes are handed to.
     """
 
     def __init__(self, node: Node, topic: RecordedTopic, recording: RecordingFile | None, group: CallbackGroup) -> None:
         self.listeners: list[Take] = []
+        self.takers_of_bytes: list[Take] = []
         self._node = node
         self._topic = topic
         self._recording = recording
@@ -136,6 +139,8 @@ class _Topic:
             came = info["received_timestamp"] or time.time_ns()
             sent, number = info["source_timestamp"] or came, info["publication_sequence_number"] or 0
             self._recording.write(self._channel, data, came, sent, number)
+        for take in self.takers_of_bytes:
+            take(data, info)
         if not self.listeners:
             return
         try:

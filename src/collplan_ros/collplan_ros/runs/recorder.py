@@ -9,7 +9,6 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PointStamped, PoseStamped, Twist, TwistStamped, Vector3Stamped
-from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
@@ -25,13 +24,13 @@ from collplan_ros.messages.conversions import (
     check_finite,
     impact_contact_from_message,
     impact_from_message,
-    state_from_odometry,
     velocity_from_twist,
 )
 from collplan_ros.messages.goal_status import NAMES
 from collplan_ros.messages.lockstep_report import Lockstep, lockstep_of
 from collplan_ros.messages.plans import contacts_from_message
-from collplan_ros.messages.reading import plan_from_path, scan_from_message
+from collplan_ros.messages.raw_reading import plan_from_bytes, state_from_bytes
+from collplan_ros.messages.reading import scan_from_message
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.nodes import robot_state
@@ -50,8 +49,8 @@ ODD = (ArithmeticError, LookupError, TypeError, ValueError)
 class Listening(Protocol):
     """Where messages come from."""
 
-    def listen(self, topic: str, take: Callable[[Any, dict[str, Any]], None]) -> None:
-        """Has each message of a topic handed to `take`, with what DDS says of it."""
+    def listen(self, topic: str, take: Callable[[Any, dict[str, Any]], None], raw: bool = False) -> None:
+        """Has each message of a topic, or its bytes, handed to `take`, with what DDS says of it."""
 
 
 class End(NamedTuple):
@@ -188,19 +187,19 @@ class Recorder:
         self._record.write("asked", self._asked)
 
     def _listen(self, topics: Listening) -> None:
-        def listen(topic: str, take: Callable[[Any, float], None]) -> None:
-            topics.listen(topic, self._guarded(take))
+        def listen(topic: str, take: Callable[[Any, float], None], raw: bool = False) -> None:
+            topics.listen(topic, self._guarded(take), raw)
 
         listen("/diagnostics", self._take_diagnostics)
         listen("goal_status", self._take_goal_status)
         listen("robot/state", self._take_robot_state)
         listen("controller/state", self._take_controller_state)
-        listen("mocap/odom", self._take_pose)
-        listen("ground_truth/odom", self._take_truth)
+        listen("mocap/odom", self._take_pose, raw=True)
+        listen("ground_truth/odom", self._take_truth, raw=True)
         listen("ground_truth/impact", self._take_true_impact)
         listen("impact/contact", self._take_detected_impact)
         listen("scan", self._take_scan)
-        listen("plan", self._take_plan)
+        listen("plan", self._take_plan, raw=True)
         listen("planner/foreseen_impacts", self._take_contacts)
         listen("planner/costs", self._take_costs)
         listen("controller/reference", self._take_reference)
@@ -266,8 +265,8 @@ class Recorder:
             self.goal = GoalReport(message.status, sent)
             self._write("goal", sent, NAMES.get(int(message.status), NO_GOAL))
 
-    def _take_pose(self, message: Odometry, sent: float) -> None:
-        state = self._state(message)
+    def _take_pose(self, raw: bytes, sent: float) -> None:
+        state = self._state(raw)
         before = self._run_times.corrections
         (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
         self.newest = pose = PoseRow(self._run_times.of_pose(state.stamp, sent), x, y, state.yaw, vx, vy, sent)
@@ -282,8 +281,8 @@ class Recorder:
         if self._arrived is None and sent >= self._asked and away <= self._tolerance:
             self._arrived = pose
 
-    def _take_truth(self, message: Odometry, sent: float) -> None:
-        state = self._state(message)
+    def _take_truth(self, raw: bytes, sent: float) -> None:
+        state = self._state(raw)
         self._newest_truth = self._time(state.stamp)
         if self._newest_truth <= self._end.stamp:
             motion = *state.position.tolist(), state.yaw, *state.velocity.tolist()
@@ -314,8 +313,8 @@ class Recorder:
         limits = (scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, scan.time_increment)
         self._write("scan", sent, scan.stamp, *limits, scan.ranges.round(4).tolist())
 
-    def _take_plan(self, message: Path, sent: float) -> None:
-        plan = plan_from_path(message, self._frames.map)
+    def _take_plan(self, raw: bytes, sent: float) -> None:
+        plan = plan_from_bytes(raw, self._frames.map)
         self._write("plan", sent, plan.stamp, plan.times.tolist(), plan.positions.round(5).tolist())
 
     def _take_contacts(self, message: MultiDOFJointTrajectory, sent: float) -> None:
@@ -347,5 +346,5 @@ class Recorder:
             self.time_zero = self.newest.stamp + self._pace * (sent - self.newest.sent)
         self._write("command", sent, float(vx), float(vy), wz)
 
-    def _state(self, message: Odometry) -> State:
-        return state_from_odometry(message, self._frames.map, self._frames.base)
+    def _state(self, raw: bytes) -> State:
+        return state_from_bytes(raw, self._frames.map, self._frames.base)
