@@ -11,7 +11,7 @@ from struct import Struct, error
 import numpy as np
 
 from collplan_core.plan import Plan
-from collplan_core.plane import rotate_rows
+from collplan_core.plane import rotate
 from collplan_core.state import State
 from collplan_ros.messages.conversions import yaw_of
 from collplan_ros.messages.reading import (
@@ -85,7 +85,7 @@ def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
     check_finite("pose.position", x, y)
     check_finite("twist.linear", vx, vy)
     yaw = yaw_of(qx, qy, qz, qw)
-    return State(stamp, np.array([x, y]), rotate_rows(np.array([[vx, vy]]), yaw)[0], yaw)
+    return State(stamp, np.array([x, y]), np.array(rotate(vx, vy, yaw)), yaw)
 
 
 def _header(raw: bytes, frame: str) -> tuple[float, int]:
