@@ -14,8 +14,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from rclpy.experimental import EventsExecutor
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
@@ -36,7 +35,7 @@ from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR
 from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.recording.description import describe_run
-from collplan_ros.recording.graph_topics import GraphTopics
+from collplan_ros.recording.graph_topics import GraphTopics, PollingNode
 from collplan_ros.recording.recorded_topics import recorded_topics
 from collplan_ros.recording.recording_file import RecordingFile
 from collplan_ros.runs.record_file import RecordFile
@@ -130,7 +129,6 @@ class Graph:
         self._record = RecordFile(folder.record)
         self._is_recorded = recording
         self._recording: RecordingFile | None = None
-        self._taking_due = 0.0
         self._may_be_more = False
         self._commanders_due = math.inf
 
@@ -195,10 +193,10 @@ class Graph:
 
     def _take_what_came(self) -> None:
         newest, begun = self.recorder.newest, time.monotonic()
-        self._executor.spin_once(timeout_sec=0.0 if self._may_be_more else TAKING_PERIOD)
-        if (now := time.monotonic()) >= self._taking_due:
-            self._may_be_more = self._topics.take()
-            self._taking_due = now if self._may_be_more else now + TAKING_PERIOD
+        self._executor.spin_once(timeout_sec=0.0)
+        while not self._may_be_more and (left := begun + TAKING_PERIOD - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+        self._may_be_more = self._topics.take()
         waited = min(time.monotonic() - begun, LONGEST_STEP)
         self._silence = 0.0 if self.recorder.newest is not newest else self._silence + waited
 
@@ -330,7 +328,7 @@ class Graph:
         settings = self._preparation.settings
         if self._commands and settings.simulator.publishes_clock:
             remapped += SIMULATED_TIME
-        self.node = Node(NAME, context=context, namespace=self._preparation.namespace, cli_args=remapped)
+        self.node = PollingNode(NAME, context=context, namespace=self._preparation.namespace, cli_args=remapped)
         stack.callback(self.node.destroy_node)
         self.now = partial(seconds, local_clock(self.node))
         """The local clock [s]; the simulation's where the graph goes by that."""
@@ -342,7 +340,7 @@ class Graph:
         self._cancel = self.node.create_client(Trigger, "cancel")
         self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
         topics.listen("robot/state", self._take_robot_state)
-        self._executor = SingleThreadedExecutor(context=context)
+        self._executor = EventsExecutor(context=context)
         self._executor.add_node(self.node)
         stack.callback(self._executor.shutdown)
 

@@ -11,7 +11,7 @@ from struct import Struct, error
 import numpy as np
 
 from collplan_core.plan import Plan
-from collplan_core.plane import rotate_rows
+from collplan_core.plane import rotate
 from collplan_core.state import State
 from collplan_ros.messages.conversions import yaw_of
 from collplan_ros.messages.reading import (
@@ -65,7 +65,8 @@ def path_from_bytes(raw: bytes, frame: str) -> tuple[float, np.ndarray, np.ndarr
     except error as cut:
         raise MessageError(f"path: got {len(raw)} bytes, {cut}") from None
     check_points(rows[:, 1:])
-    return stamp, rows[:, 0], rows[:, 1:]
+    # contiguous, as the planner makes them: compiled code would be compiled again for others
+    return stamp, np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1:])
 
 
 def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
@@ -85,7 +86,7 @@ def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
     check_finite("pose.position", x, y)
     check_finite("twist.linear", vx, vy)
     yaw = yaw_of(qx, qy, qz, qw)
-    return State(stamp, np.array([x, y]), rotate_rows(np.array([[vx, vy]]), yaw)[0], yaw)
+    return State(stamp, np.array([x, y]), np.array(rotate(vx, vy, yaw)), yaw)
 
 
 def _header(raw: bytes, frame: str) -> tuple[float, int]:

@@ -17,12 +17,15 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 
 from collplan_core.parameters.spec import ParameterError
 
 STARTUP_ERROR = 2
 """Exit code of a node that could not be made."""
+LOOK_PERIOD = 0.02
+"""Between two looks whether a signal has come [s]: the robot drives on for so long."""
 PARAMETER = re.compile(r"(?:[^:]+:)?([^:]+):=")
 """KEY:=VALUE, or NODE:KEY:=VALUE."""
 # RuntimeError: rcl's own errors, among them ROS arguments and parameter files that cannot be read
@@ -88,11 +91,12 @@ def _refuse_parameters_of_others(node: Node, argv: list[str]) -> None:
 
 def _spin(node: Node, flag: _StopFlag) -> None:
     # the executors of rclpy build a set of all that they wait for anew at each message, which costs more than that
-    executor = EventsExecutor()
+    executor, never = EventsExecutor(), Future()
     executor.add_node(node)
     try:
         while not flag.raised and rclpy.ok():
-            executor.spin_once(timeout_sec=0.1)  # its spin() waits for a time that overflows, at full load
+            # spin_once() would end after each callback; spin() waits until a time that overflows, at full load
+            executor.spin_until_future_complete(never, timeout_sec=LOOK_PERIOD)
     finally:
         _end(node, executor)
 

@@ -1,7 +1,7 @@
 """Every topic of a graph, each subscribed once: as bytes to the recording, as messages to who listens."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
@@ -35,10 +35,20 @@ class _NeverCalled(CallbackGroup):
         pass
 
 
+class PollingNode(Node):
+    """A node whose executor does not see what is polled: EventsExecutor would call each, whatever its group."""
+
+    @property
+    def subscriptions(self) -> Iterator[Subscription]:
+        """Those that are not polled."""
+        return (each for each in super().subscriptions if not isinstance(each.callback_group, _NeverCalled))
+
+
 class GraphTopics:
     """Takes what has come, whenever it is asked to.
 
-    An executor that waits for each message spends several times as much on waiting as on the message.
+    An executor that waits for each message spends several times as much on waiting as on the message. One of rclpy's
+    leaves these subscriptions alone; for EventsExecutor they must be those of a PollingNode.
     """
 
     def __init__(self, node: Node, topics: Mapping[str, RecordedTopic], recording: RecordingFile | None = None) -> None:
