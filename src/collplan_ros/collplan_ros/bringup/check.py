@@ -222,6 +222,11 @@ class _Check:
         except InterruptedTooOften:
             self._passes([interruption_finding(self._loop.interruptions)])
             return None
+        except GraphError:
+            # what was lost may have been lost for the same reason
+            if self._loop.interruptions.are_many:
+                self._passes([interruption_finding(self._loop.interruptions)])
+            raise
         except Strayed as error:
             why = "wheels that slip or are set wrongly, a tilted floor, or wrong poses"
             self._passes([interruption_finding(self._loop.interruptions), Finding(WRONG, f"{error}: {why}")])
