@@ -75,7 +75,7 @@ class LiveGraph(Graph, Bench):
         file = folder / "parameters.yaml"
         fenced = f"/**:\n  ros__parameters:\n    limits: {{fence: {list(FENCE)}}}\n"
         file.write_text(fenced, encoding="utf-8")
-        preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file))
+        preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file, real_time=True))
         programs = {**preparation.programs, TELEOP: find_executable(TELEOP)}
         preparation = replace(preparation, programs=programs)
         run_folder = RunFolder(folder / "runs")

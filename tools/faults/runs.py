@@ -67,7 +67,9 @@ class RunEnds(Bench):
         folder = Path(self._temporary.name)
         (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
         self._bringup = Bringup(
-            Options(world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False, recording=False),
+            Options(
+                world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False, recording=False, real_time=True
+            ),
             Progress(io.StringIO()),
         )
 
