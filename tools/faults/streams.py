@@ -17,6 +17,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Empty, String
 
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
+from collplan_ros.node_kit.message_info import with_info
 from collplan_ros.runs.send_times import SendTimes
 
 KEPT = 20_000
@@ -114,7 +115,7 @@ class Streams:
         def timed(message: Any, info: dict[str, Any]) -> None:
             take(message, self._times.steady(1e-9 * info["source_timestamp"]))
 
-        self._node.create_subscription(kind, topic, timed, qos)
+        self._node.create_subscription(kind, topic, with_info(timed), qos)
 
     def _take_command(self, message: Twist, sent: float) -> None:
         linear = message.linear
