@@ -204,9 +204,9 @@ def test_a_body_among_several_needs_a_name(everything_installed, name):
 class HandFed(MocapNode):
     """Takes its poses from `take`, whatever their type."""
 
-    def create_subscription(self, message_type, topic, callback, qos):
+    def create_subscription(self, message_type, topic, callback, qos, raw=False):
         if topic != self._settings.mocap.topic:
-            return super().create_subscription(message_type, topic, callback, qos)
+            return super().create_subscription(message_type, topic, callback, qos, raw=raw)
         self.topic, self.qos = topic, qos
         self.take = lambda message: callback(message, UNTIMED)
         return None

@@ -232,7 +232,7 @@ def test_goal_that_was_closed_off_for_a_moment_is_not_given_up(ros):
 def budgets(monkeypatch):
     """The time that each plan may take [s]."""
     given = []
-    monkeypatch.setattr(planner_node, "after", lambda started, budget: given.append(budget) or never)
+    monkeypatch.setattr(planner_node, "after", lambda budget, clock: given.append(budget) or never)
     return given
 
 

@@ -175,7 +175,7 @@ class Runaway:
             create_publisher=lambda *_: self, create_subscription=lambda kind, topic, take, profile: self._takes(take)
         )
         self.pose, self.commanded = PoseRow(time.monotonic(), 0.0, 0.0, 0.0, 0.0, 0.0), []
-        self.now, self.late_commands, self.robot_waits = time.monotonic, 0, ""
+        self.local_time, self.late_commands, self.robot_waits = time.monotonic, 0, ""
         self._stall = stall
 
     def _takes(self, take):

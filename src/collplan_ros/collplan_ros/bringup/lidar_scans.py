@@ -25,7 +25,7 @@ class LidarScans:
 
     def __init__(self, graph: Graph, preparation: Preparation) -> None:
         """Listens through the graph's node; `preparation` has the world and how scans are read."""
-        self._now = graph.now
+        self._now = graph.local_time
         self._settings = preparation.settings
         self._world = preparation.world
         self._frame = ""

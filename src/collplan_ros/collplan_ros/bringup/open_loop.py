@@ -58,7 +58,7 @@ class OpenLoop:
         self.interruptions = Interruptions()
         self._graph = graph
         self._settings = settings
-        self._now = graph.now
+        self._now = graph.local_time
         self._turn = Turn(graph.node, local_clock(graph.node), lambda: 1.0 / settings.controller.rate)
         self._shifts: deque[float] = deque(maxlen=COMPARED)
         self._publisher = graph.node.create_publisher(command_type(settings), TOPIC, NEWEST)

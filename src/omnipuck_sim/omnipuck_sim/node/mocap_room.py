@@ -5,10 +5,10 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from math import floor
+from time import monotonic
 
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -16,7 +16,7 @@ from collplan_core.parameters import Settings, Simulation
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
-from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.clock_offset import ClockOffset
 from collplan_ros.node_kit.node_parameters import on_change
 from omnipuck_sim.node.pacing import Pacing
@@ -57,10 +57,9 @@ class MocapRoom:
         self._settings = settings
         self._fault = simulation.mocap_fault
         on_change(node, self._take_fault, Simulation)
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         catch_up = CATCH_UP_OF_CLOCK if self.publishes_clock else CATCH_UP
-        self._pacing = Pacing(simulation.physics_rate, simulation.speed_factor, catch_up, seconds(self._steady))
-        self._offset = ClockOffset(lambda: seconds(node.get_clock()), lambda: seconds(self._steady))
+        self._pacing = Pacing(simulation.physics_rate, simulation.speed_factor, catch_up, monotonic())
+        self._offset = ClockOffset(lambda: seconds(node.get_clock()), monotonic)
         self._epoch = 0.0
         self._poses = 0
         self._unsent: deque[tuple[float, PoseStamped]] = deque()
@@ -73,7 +72,7 @@ class MocapRoom:
         """Calls `advance` once per pose from now on."""
         simulation = self._settings.simulator
         pace = simulation.mocap_rate * simulation.speed_factor
-        self._node.create_timer(max(1.0 / pace if pace else 0.0, FASTEST_TIMER), advance, clock=self._steady)
+        self._node.create_timer(max(1.0 / pace if pace else 0.0, FASTEST_TIMER), advance, clock=steady_clock())
 
     @property
     def stalled(self) -> float:
@@ -92,7 +91,7 @@ class MocapRoom:
             before_step: called before each step.
             limit: simulated time beyond which it does not go [s].
         """
-        now = seconds(self._steady)
+        now = monotonic()
         steps = self._pacing.due(now, limit - self.simulator.time)
         if not self.publishes_clock:
             self._offset.compare()
