@@ -266,4 +266,4 @@ def test_a_message_without_stamp_is_stamped_on_receipt(everything_installed, ros
     node.take(position(OldPosition))
     (stamp,) = node._memory.track.times
     assert before <= stamp <= 1e-9 * node.get_clock().now().nanoseconds
-    assert node._memory.track.points.tolist() == [[0.001, 0.002]]
+    assert node._memory.track.poses[:, :2].tolist() == [[0.001, 0.002]]

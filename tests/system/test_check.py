@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
@@ -172,9 +173,12 @@ class Runaway:
 
     def __init__(self, stall=0.0):
         self.node = SimpleNamespace(
-            create_publisher=lambda *_: self, create_subscription=lambda kind, topic, take, profile: self._takes(take)
+            create_publisher=lambda *_: self,
+            create_subscription=lambda kind, topic, take, profile: self._takes(take),
+            get_fully_qualified_name=lambda: "/bringup",
         )
         self.pose, self.commanded = PoseRow(time.monotonic(), 0.0, 0.0, 0.0, 0.0, 0.0), []
+        self.local_clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.local_time, self.late_commands, self.robot_waits = time.monotonic, 0, ""
         self._stall = stall
 
@@ -384,7 +388,7 @@ def lidar_scans(world, **values):
     taken = []
     node = SimpleNamespace(create_subscription=lambda kind, topic, take, profile: taken.append(take))
     preparation = SimpleNamespace(settings=Settings().with_values(values), world=world)
-    return LidarScans(SimpleNamespace(node=node, now=time.monotonic), preparation), taken[0]
+    return LidarScans(SimpleNamespace(node=node, local_time=time.monotonic), preparation), taken[0]
 
 
 def test_the_place_of_the_lidar_is_found_from_messages_of_any_frame():

@@ -330,7 +330,8 @@ class Graph:
             remapped += SIMULATED_TIME
         self.node = PollingNode(NAME, context=context, namespace=self._preparation.namespace, cli_args=remapped)
         stack.callback(self.node.destroy_node)
-        self.local_time = partial(seconds, local_clock(self.node))
+        self.local_clock = local_clock(self.node)
+        self.local_time = partial(seconds, self.local_clock)
         """The local clock [s]; the simulation's where the graph goes by that."""
         if self._is_recorded:
             self._recording = self._begun_recording(stack)

@@ -23,7 +23,6 @@ from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
-from collplan_ros.node_kit.clock import local_clock
 from collplan_ros.node_kit.turn import Turn
 
 HALTING_TIME = 0.6
@@ -59,7 +58,7 @@ class OpenLoop:
         self._graph = graph
         self._settings = settings
         self._now = graph.local_time
-        self._turn = Turn(graph.node, local_clock(graph.node), lambda: 1.0 / settings.controller.rate)
+        self._turn = Turn(graph.node, graph.local_clock, lambda: 1.0 / settings.controller.rate)
         self._shifts: deque[float] = deque(maxlen=COMPARED)
         self._publisher = graph.node.create_publisher(command_type(settings), TOPIC, NEWEST)
         self._late_before = 0
