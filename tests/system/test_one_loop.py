@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rclpy.serialization import deserialize_message, serialize_message
 from ros_fixture import UNTIMED
 
 from collplan_core.deadline import never
@@ -117,15 +118,17 @@ class Nodes:
         self.local = 0.0
         self.nodes = ros.make(planner_node.PlannerNode, overrides), ros.make(ControllerNode, overrides)
         self.plans, self.statuses, self.commands = [], [], []
-        self.callbacks = {}
+        self.subscriptions = {}
         for node in self.nodes:
             node._local = lambda: self.local
             for subscription in node.subscriptions:
                 name = subscription.topic_name.removeprefix("/")
-                self.callbacks.setdefault(name, []).append(subscription.callback)
+                self.subscriptions.setdefault(name, []).append(subscription)
             for publisher in node.publishers:
                 name = publisher.topic_name.removeprefix("/")
-                publisher.publish = lambda message, name=name: self.hear(name, message)
+                publisher.publish = lambda message, name=name, kind=publisher.msg_type: self.hear(
+                    name, deserialize_message(message, kind) if isinstance(message, bytes) else message
+                )
 
     def hear(self, name, message):
         if name == "plan":
@@ -135,8 +138,7 @@ class Nodes:
         elif name == "cmd_vel":
             self.commands.append(message)
         if name in ("plan", "planner/valid_until", "planner/foreseen_impacts", "goal_status", "cmd_vel"):
-            for callback in self.callbacks[name]:
-                callback(message, UNTIMED)
+            self.call(self.subscriptions[name], message)
 
     def take(self, kind, message, local):
         self.local = local
@@ -146,8 +148,11 @@ class Nodes:
             self.nodes[1]._on_timer()
         else:
             # as in a trial the controller has a pose or a scan before the planner plans with it
-            for callback in reversed(self.callbacks[kind]):
-                callback(message, UNTIMED)
+            self.call(reversed(self.subscriptions[kind]), message)
+
+    def call(self, subscriptions, message):
+        for subscription in subscriptions:
+            subscription.callback(serialize_message(message) if subscription.raw else message, UNTIMED)
 
 
 @pytest.mark.parametrize(("world", "strategy"), RUNS)

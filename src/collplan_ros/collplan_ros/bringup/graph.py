@@ -14,7 +14,6 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
-from rclpy.experimental import EventsExecutor
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
@@ -33,6 +32,7 @@ from collplan_ros.messages.conversions import goal_to_message
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR
+from collplan_ros.node_kit.events_executor import events_executor
 from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.recording.description import describe_run
 from collplan_ros.recording.graph_topics import GraphTopics, PollingNode
@@ -341,7 +341,7 @@ class Graph:
         self._cancel = self.node.create_client(Trigger, "cancel")
         self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
         topics.listen("robot/state", self._take_robot_state)
-        self._executor = EventsExecutor(context=context)
+        self._executor = events_executor(context)
         self._executor.add_node(self.node)
         stack.callback(self._executor.shutdown)
 

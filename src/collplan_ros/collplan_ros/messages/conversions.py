@@ -18,7 +18,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from collplan_core.command import Command
-from collplan_core.plane import rotate_rows
+from collplan_core.plane import rotate, rotate_rows
 from collplan_core.scan import Scan
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_deviations import EXACT, Deviations
@@ -142,11 +142,11 @@ def state_from_odometry(message: Odometry, map_frame: str, base_frame: str) -> S
     check_frame("header.frame_id", message.header.frame_id, map_frame)
     check_frame("child_frame_id", message.child_frame_id, base_frame)
     p, v = message.pose.pose.position, message.twist.twist.linear
-    position, velocity = np.array([float(p.x), float(p.y)]), np.array([float(v.x), float(v.y)])
-    check_finite("pose.position", *position)
-    check_finite("twist.linear", *velocity)
+    x, y, vx, vy = float(p.x), float(p.y), float(v.x), float(v.y)
+    check_finite("pose.position", x, y)
+    check_finite("twist.linear", vx, vy)
     yaw = yaw_from_quaternion(message.pose.pose.orientation)
-    return State(seconds_from_stamp(message.header.stamp), position, rotate_rows(velocity[None], yaw)[0], yaw)
+    return State(seconds_from_stamp(message.header.stamp), np.array([x, y]), np.array(rotate(vx, vy, yaw)), yaw)
 
 
 def impact_to_message(stamp: float, change: np.ndarray, frame: str) -> Vector3Stamped:

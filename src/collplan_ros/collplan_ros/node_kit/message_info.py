@@ -13,7 +13,7 @@ Take = Callable[[Any, Info], None]
 def with_info(take: Take) -> Take:
     """The callback to subscribe with, under whichever executor."""
 
-    # rclpy counts the parameters, which `wraps` shows. EventsExecutor (rclpy 7.1.6) then gives the two as one tuple
+    # rclpy counts the parameters, which `wraps` shows. EventsExecutor (rclpy 7.1.6) gives the two as one tuple
     @wraps(take)
     def taking(*given: Any) -> None:
         message, info = given[0] if len(given) == 1 else given

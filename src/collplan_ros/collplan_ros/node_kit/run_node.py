@@ -13,7 +13,6 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.executors import Executor
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
@@ -21,6 +20,7 @@ from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 
 from collplan_core.parameters.spec import ParameterError
+from collplan_ros.node_kit.events_executor import events_executor
 
 STARTUP_ERROR = 2
 """Exit code of a node that could not be made."""
@@ -90,8 +90,7 @@ def _refuse_parameters_of_others(node: Node, argv: list[str]) -> None:
 
 
 def _spin(node: Node, flag: _StopFlag) -> None:
-    # the executors of rclpy build a set of all that they wait for anew at each message, which costs more than that
-    executor, never = EventsExecutor(), Future()
+    executor, never = events_executor(), Future()
     executor.add_node(node)
     try:
         while not flag.raised and rclpy.ok():
