@@ -477,7 +477,7 @@ def test_a_lidar_that_is_not_found_costs_no_offset(monkeypatch, found):
 
 def test_what_is_found_beside_something_wrong_is_written_and_the_exit_code_says_so(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(check, "_prepared", lambda options: SimpleNamespace(settings=Settings(), programs={}))
-    monkeypatch.setattr(check, "Graph", lambda *_: nullcontext(SimpleNamespace()))
+    monkeypatch.setattr(check, "Graph", lambda *_, **__: nullcontext(SimpleNamespace()))
     monkeypatch.setattr(check._Check, "run", lambda self: ({"mocap.body_offset_x": 0.01}, False))
     assert main(["--check", "--yes", "--out", str(tmp_path / "runs")]) == 1
     assert read_parameters(tmp_path / "runs" / "latest" / "checked.yaml") == {"mocap.body_offset_x": 0.01}
