@@ -9,6 +9,7 @@ import pytest
 from geometry_msgs.msg import Twist
 from live_parameters import others, set_live
 from rclpy.publisher import Publisher
+from rclpy.serialization import serialize_message
 
 from collplan_core.parameters.spec import Spec
 from collplan_core.sensing.pose_filter import PoseSample
@@ -101,7 +102,7 @@ def lidar_course(bench: Bench, change: Change) -> None:
         change(node)
         # one scan is made from a pose that is 0.04 s old
         if not 0.615 < now < 0.695:
-            node._take_odometry(state_to_odometry(replace(start, stamp=now), "map", "base_link"))
+            node._take_pose(serialize_message(state_to_odometry(replace(start, stamp=now), "map", "base_link")))
         if round(now / STEP) % 5 == 0:
             node._scan()
     bench.ros.remove(node)
