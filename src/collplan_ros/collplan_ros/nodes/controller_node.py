@@ -33,6 +33,7 @@ from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.input_watch import AWAITED, EVENT, STATE
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
+from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.node_kit.turn import Turn
@@ -85,7 +86,7 @@ class ControllerNode(Node):
         listen.listen(DiagnosticStatus, "robot/state", self._on_robot_state, qos.LATCHED, EVENT)
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
         self._hand = HandInput(self, listen, self._settings, self._on_hand)
-        timer = self.create_timer(1.0 / self._settings.controller.rate, self._on_timer, clock=self._local_clock)
+        timer = call_each_period(self, 1.0 / self._settings.controller.rate, self._on_timer, self._local_clock)
         self._turn = Turn(self, self._local_clock, lambda: 1e-9 * timer.time_until_next_call())
 
     def _why_forbidden(self) -> str:

@@ -23,6 +23,7 @@ from collplan_ros.node_kit.clock import described_age, local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
+from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.node_kit.turn import Turn
@@ -60,7 +61,7 @@ class LidarNode(Node):
         self._sweeps = sweeps_of(self._world, lidar, lidar.seed)
         self._instant = InstantLidar(self._world, lidar, lidar.seed)
         if self._sweeps is None:
-            self.create_timer(1.0 / lidar.rate, self._scan, clock=self._local)
+            call_each_period(self, 1.0 / lidar.rate, self._scan, self._local)
         self._warm_up()
         self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
         sensor = SPINNING_SENSORS.get(lidar.sensor, lidar)

@@ -53,6 +53,7 @@ from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Heal
 from collplan_ros.node_kit.input_watch import AWAITED, EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
+from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.node_kit.turn import Turn
@@ -119,7 +120,7 @@ class PlannerNode(Node):
         self._inputs.listen(command_type(self._settings), "cmd_vel", self._on_command, qos.NEWEST, EVENT)
         self._inputs.listen(command_type(self._settings), "hand/cmd_vel", self._on_hand, qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
-        self._timer = self.create_timer(map_period_of(self._settings), self._on_timer, clock=self._local_clock)
+        self._timer = call_each_period(self, map_period_of(self._settings), self._on_timer, self._local_clock)
         on_change(self, self._take_settings, *GROUPS)
         self._diagnostics = Diagnostics(self, self._health)
         self._heartbeat = Heartbeat(self, backlog.tick)
