@@ -16,7 +16,8 @@ from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import pose_to_message, state_to_odometry
-from collplan_ros.nodes import lidar_node, mocap_node, robot_contract
+from collplan_ros.node_kit import clock
+from collplan_ros.nodes import lidar_node, mocap_node
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver import driver_node
@@ -48,8 +49,9 @@ class Bench:
         self.now = 0.0
         self.out: list[object] = []
         self.ros, self.patched = ros, patched
-        for module in (lidar_node, mocap_node, robot_contract, driver_node, mocap_room):
-            patched.setattr(module, "seconds", lambda clock: self.now)
+        for module in (lidar_node, mocap_node, clock, driver_node, mocap_room):
+            patched.setattr(module, "seconds", lambda _: self.now)
+        patched.setattr(mocap_room, "monotonic", lambda: self.now)
         patched.setattr(Publisher, "publish", lambda publisher, message: self._take(publisher.topic_name, message))
 
     def _take(self, topic: str, message: object) -> None:

@@ -51,4 +51,4 @@ def others(spec: Spec) -> list:
 def set_live(node, values: dict[str, object]) -> bool:
     """Sets parameters as `ros2 param set` does, all of them or none; whether the node took them."""
     parameters = [Parameter(key, value=value) for key, value in values.items()]
-    return node.set_parameters_atomically(parameters).successful
+    return not parameters or node.set_parameters_atomically(parameters).successful

@@ -22,6 +22,7 @@ STANDARD_MESSAGES = {
 SYSTEM_MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "rcl_interfaces", "rosgraph_msgs"}
 ROS = {"rclpy", "tf2_ros", *STANDARD_MESSAGES, *SYSTEM_MESSAGES}
 WITH_ROS_IN_SIM = {
+    "omnipuck_sim.node.graph_pace",
     "omnipuck_sim.node.mocap_room",
     "omnipuck_sim.node.simulator_node",
     "omnipuck_sim.emulator.firmware_emulator",

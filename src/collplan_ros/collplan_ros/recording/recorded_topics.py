@@ -98,6 +98,7 @@ def _topics(settings: Settings) -> Iterator[RecordedTopic]:
         yield RecordedTopic(name, command_type(settings), EVERY_ONE)
     if settings.simulator.publishes_clock:
         yield RecordedTopic("/clock", Clock, EVERY_ONE)
+        yield RecordedTopic("lockstep", TimeReference, EVERY_ONE)
     try:
         transforms = import_module("tf2_msgs.msg").TFMessage
         yield RecordedTopic("/tf", transforms, EVERY_ONE)
