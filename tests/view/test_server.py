@@ -4,6 +4,7 @@ import json
 import socket
 import time
 from contextlib import ExitStack
+from functools import partial
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -52,7 +53,7 @@ class Bench:
         """Status, headers and body of the answer to a request of these lines."""
         with socket.create_connection(("127.0.0.1", self.server.port), timeout=PATIENCE) as raw:
             raw.sendall("\r\n".join([*lines, "", ""]).encode())
-            answer = b"".join(iter(lambda: raw.recv(65536), b""))
+            answer = b"".join(iter(partial(raw.recv, 65536), b""))
         head, _, body = answer.partition(b"\r\n\r\n")
         first, *rest = head.decode().split("\r\n")
         return int(first.split()[1]), dict(line.lower().split(": ", 1) for line in rest), body
@@ -113,19 +114,17 @@ def test_the_page_and_all_its_files_are_served(bench):
         assert headers["x-content-type-options"] == "nosniff"
 
 
-@pytest.mark.parametrize("host", ["evil.test", "evil.test:{port}", "127.0.0.1.evil.test:{port}"])
-@pytest.mark.parametrize("path", ["/", "/frames", "/main.js"])
-def test_dns_rebinding_gets_nothing(bench, host, path):
-    named = host.format(port=bench.server.port)
-    status, _, body = bench.get(path, host=named, Origin=f"http://{named}")
-    assert status == 421
-    assert bench.server.token not in body.decode()
+def test_dns_rebinding_gets_nothing(bench):
+    for named in ("evil.test", f"evil.test:{bench.server.port}", f"127.0.0.1.evil.test:{bench.server.port}"):
+        for path in ("/", "/frames", "/main.js"):
+            status, _, body = bench.get(path, host=named, Origin=f"http://{named}")
+            assert status == 421, (named, path)
+            assert bench.server.token not in body.decode()
     assert bench.lines
 
 
-@pytest.mark.parametrize(
-    "lines",
-    [
+def test_other_requests_are_refused_and_the_server_goes_on(bench):
+    for lines in (
         ["GET / HTTP/1.1"],
         ["GET / HTTP/1.1", "Host: evil.test", "Host: 127.0.0.1"],
         ["GET / HTTP/1.1", "Host: 127.0.0.1", "Origin: null", "Origin: http://127.0.0.1"],
@@ -134,34 +133,26 @@ def test_dns_rebinding_gets_nothing(bench, host, path):
         ["GET / HTTP/1.1", "Host: 127.0.0.1", "X: " + "x" * 9000],
         ["GET http://evil.test/ HTTP/1.1", "Host: 127.0.0.1"],
         ["nonsense"],
-    ],
-)
-def test_other_requests_are_refused_and_the_server_goes_on(bench, lines):
-    with socket.create_connection(("127.0.0.1", bench.server.port), timeout=PATIENCE) as raw:
-        raw.sendall("\r\n".join([*lines, "", ""]).encode())
-        answer = b"".join(iter(lambda: raw.recv(65536), b""))
-    assert not answer.startswith(b"HTTP/1.1 200")
-    assert bench.server.token.encode() not in answer
-    assert bench.get("/")[0] == 200
+    ):
+        with socket.create_connection(("127.0.0.1", bench.server.port), timeout=PATIENCE) as raw:
+            raw.sendall("\r\n".join([*lines, "", ""]).encode())
+            answer = b"".join(iter(partial(raw.recv, 65536), b""))
+        assert not answer.startswith(b"HTTP/1.1 200"), lines
+        assert bench.server.token.encode() not in answer
+        assert bench.get("/")[0] == 200
 
 
 # ---- the websocket
 
 
-@pytest.mark.parametrize("origin", ["http://evil.test", "null", None, "http://127.0.0.1:1", "https://{host}"])
-def test_a_page_of_another_origin_does_not_get_in(bench, origin):
-    told = origin and origin.format(host=bench.host)
-    with ExitStack() as stack, pytest.raises(InvalidStatus) as refused:
-        bench.page(stack, origin=told)
-    assert refused.value.response.status_code == 403
-    assert bench.server.n_clients == 0
-
-
-def test_a_rebound_name_does_not_get_in(bench):
+def test_a_page_of_another_origin_or_a_rebound_name_does_not_get_in(bench):
     name = f"evil.test:{bench.server.port}"
-    with ExitStack() as stack, pytest.raises(InvalidStatus) as refused:
-        bench.page(stack, origin=f"http://{name}", host=name)
-    assert refused.value.response.status_code == 421
+    origins = ["http://evil.test", "null", None, "http://127.0.0.1:1", f"https://{bench.host}"]
+    for origin, host, status in [*((origin, "", 403) for origin in origins), (f"http://{name}", name, 421)]:
+        with ExitStack() as stack, pytest.raises(InvalidStatus) as refused:
+            bench.page(stack, origin=origin, host=host)
+        assert refused.value.response.status_code == status, origin
+    assert bench.server.n_clients == 0
 
 
 def test_a_page_gets_what_there_is_and_then_what_changes(bench):
@@ -199,39 +190,21 @@ def test_commands_arrive_and_are_answered(bench):
     assert [command.action for command in bench.commands] == ["goal", "estop"]
 
 
-@pytest.mark.parametrize("token", ["", "wrong", None])
-def test_a_wrong_token_closes_the_page_and_nothing_is_done(bench, token):
-    with ExitStack() as stack:
-        page, other = bench.page(stack), bench.page(stack)
-        page.send(json.dumps({"token": token, "number": 1, "do": "estop"}))
-        assert ends(page) == 1008
-        bench.ask(other, do="resume")
-        assert next_with(other, "answer")["done"]
-    assert [command.action for command in bench.commands] == ["resume"]
-    assert any("without the token" in line for line in bench.lines)
-
-
-def test_each_start_has_another_token(bench):
+def test_a_wrong_token_or_a_large_message_closes_the_page_and_nothing_is_done(bench):
     other = Bench()
-    try:
-        assert len(bench.server.token) >= 32
-        assert other.server.token != bench.server.token
+    other.server.close()
+    assert len(bench.server.token) >= 32
+    tokens = ["", "wrong", None, other.server.token]
+    wrong = [(json.dumps({"token": token, "number": 1, "do": "estop"}), 1008) for token in tokens]
+    for message, code in (*wrong, ("x" * 5000, 1009), (b"\x00" * 5000, 1009)):
         with ExitStack() as stack:
-            page = other.page(stack)
-            page.send(json.dumps({"token": bench.server.token, "number": 1, "do": "estop"}))
-            assert ends(page) == 1008
-        assert other.commands == []
-    finally:
-        other.server.close()
-
-
-@pytest.mark.parametrize("message", ["x" * 5000, b"\x00" * 5000])
-def test_a_large_message_closes_the_page(bench, message):
-    with ExitStack() as stack:
-        page = bench.page(stack)
-        page.send(message)
-        assert ends(page) == 1009
-    assert bench.commands == []
+            page, neighbour = bench.page(stack), bench.page(stack)
+            page.send(message)
+            assert ends(page) == code
+            bench.ask(neighbour, do="resume")
+            assert next_with(neighbour, "answer")["done"]
+    assert {command.action for command in bench.commands} == {"resume"}
+    assert any("token" in line for line in bench.lines)
 
 
 # ---- many pages
@@ -255,7 +228,7 @@ def test_among_twenty_pages_one_that_stalls_and_one_that_floods_harm_nobody(benc
     monkeypatch.setattr(server_module, "SEND_PATIENCE", 1.0)
     with ExitStack() as stack:
         pages = [bench.page(stack) for _ in range(18)]
-        # one that takes nothing: its own end reads no more than its queue holds
+        # it takes nothing: its own end reads no more than its queue holds
         stalled = bench.page(stack, max_queue=1, ping_interval=None, close_timeout=0.1)
         flooding = bench.page(stack, close_timeout=0.1)
         assert wait_until(lambda: bench.server.n_clients == 20)
@@ -287,7 +260,7 @@ def test_a_page_that_sends_without_end_is_cut(bench):
         with pytest.raises((ConnectionClosed, OSError)):  # noqa: PT012
             for number in range(100000):
                 page.ping(f"{number:0100}")
-        assert bench.lines == ["a connection sent too much and is cut"]
+        assert ["too much" in line for line in bench.lines] == [True]
         assert bench.get("/")[0] == 200
 
 
@@ -326,17 +299,14 @@ def test_refusals_fill_no_disk(bench):
 
 
 def test_a_port_that_is_taken_is_said_and_no_other_is_taken(bench):
-    with pytest.raises(PortTaken) as error:
+    with pytest.raises(PortTaken, match=rf"view.port.*127.0.0.1:{bench.server.port} .*{bench.server.port + 1}"):
         PageServer(bench.server.port, 20, lambda command, reply: None, print)
-    assert str(error.value) == (
-        f"view.port: 127.0.0.1:{bench.server.port} is taken by another program, "
-        f"expected a free port, as view.port {bench.server.port + 1}"
-    )
 
 
 def test_it_listens_on_this_machine_alone(bench):
-    name = bench.server._socket.getsockname()
-    assert name == ("127.0.0.1", bench.server.port)
+    """Another address of this machine reaches only what listens on all of them."""
+    with pytest.raises(OSError, match="refused"):
+        socket.create_connection(("127.0.0.2", bench.server.port))
 
 
 def test_it_ends_while_pages_are_open():
