@@ -1,6 +1,7 @@
-"""Run folders made by hand that can be played, and what is in the page of one."""
+"""Run folders made by hand that can be played or drawn, and what is in the page of one."""
 
 import base64
+import csv
 import gzip
 import json
 import re
@@ -15,8 +16,10 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.plan import Contacts
 from collplan_core.scan import Scan
+from collplan_ros.runs.impact_log import COLUMNS as IMPACT_COLUMNS
 from collplan_ros.runs.record_reading import RECORD, Told
 from collplan_ros.runs.run_log import PlanRow, PoseRow, RunLog, SentCommand, SentManeuver
+from collplan_ros.runs.trajectory_file import COLUMNS as TRAJECTORY_COLUMNS
 from made_runs import EPOCH, bouncing_run, write_record
 
 ROOM = {
@@ -46,6 +49,32 @@ def played_folder(
     write_record(folder / RECORD, log or bouncing_run(), told=told)
     summary = {"arrival_time_s": 1.84, "outcome": "reached", "path_length_m": 0.72, "impacts": 1}
     (folder / "summary.json").write_text(json.dumps(summary))
+    return folder
+
+
+START, END = np.array([0.6, 0.4]), np.array([1.8, 0.4])
+HITS = 0.2, np.array([[0.9, 0.7], [1.5, 0.7]])
+"""When [s] and where [m] a drawn run has a deliberate hit, and one that is not."""
+
+
+def drawn_folder(parent: Path, name: str, duration: float, strategy: str = "bounce", world: str = "corridor") -> Path:
+    """The figures of a run from START to END that takes `duration` [s], without a record."""
+    folder = parent / name
+    folder.mkdir(parents=True)
+    chosen = {"planner.strategy": strategy, "lidar.world": world, "simulator.world": world}
+    write_parameters(Settings().with_values(chosen), folder / "parameters.yaml")
+    (folder / "summary.json").write_text(json.dumps({"simulated": True, "goal": END.tolist(), "outcome": "reached"}))
+    with (folder / "trajectory.csv").open("w", newline="") as file:
+        rows = csv.DictWriter(file, TRAJECTORY_COLUMNS, restval="0.0")
+        rows.writeheader()
+        for t in np.arange(-0.1, duration + 1e-9, 0.01):
+            x, y = START + min(max(t / duration, 0.0), 1.0) * (END - START)
+            rows.writerow({"t": f"{t:.6f}", "x": x, "y": y, "maneuver": "free_space"})
+    with (folder / "impacts.csv").open("w", newline="") as file:
+        rows = csv.DictWriter(file, IMPACT_COLUMNS, restval="0.0")
+        rows.writeheader()
+        for (x, y), kind in zip(HITS[1], ("true", "false"), strict=True):
+            rows.writerow({"t": HITS[0], "x": x, "y": y, "foreseen": "true", "deliberate": kind})
     return folder
 
 

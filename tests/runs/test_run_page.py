@@ -30,13 +30,27 @@ ZERO = 0.15
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    return write_run_page(played_folder(tmp_path_factory.mktemp("runs"))).read_text(encoding="utf-8")
+def folder(tmp_path_factory):
+    return played_folder(tmp_path_factory.mktemp("runs"))
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return write_run_page(folder).read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
 def frames(page):
     return recording_in(page)["frames"]
+
+
+def shown(folder):
+    """What the player of a run is given."""
+    return recording_in(write_run_page(folder).read_text(encoding="utf-8"))
+
+
+def one_pose():
+    return RunLog(poses=bouncing_run().poses[:1])
 
 
 class Parsed(HTMLParser):
@@ -133,37 +147,39 @@ def test_what_happened_is_told_at_its_time(frames):
 def test_all_impacts_are_counted_although_the_newest_alone_are_drawn(tmp_path, monkeypatch):
     monkeypatch.setattr(record_events, "MOST", 3)
     log = bouncing_run()
+    log.scans = []
     log.true_impacts = [ImpactRecord(EPOCH + 1.2 + 0.06 * k, -1.5, 0.0) for k in range(10)]
-    frames = recording_in(write_run_page(played_folder(tmp_path, log)).read_text())["frames"]
+    frames = shown(played_folder(tmp_path, log))["frames"]
     assert len(newest(frames, "impacts", 9.0)) == 3
     assert sum(newest(frames, "counts", 9.0).values()) == 10
 
 
 def test_a_goal_given_on_the_way_is_where_it_was_given(tmp_path):
-    folder = played_folder(tmp_path)
+    log = bouncing_run()
+    log.scans = []
+    folder = played_folder(tmp_path, log)
     lines = (folder / RECORD).read_text().splitlines()
     header = {"simulated": True, "goal": [0.5, -0.2], "wall_clock_ahead": AHEAD}
     lines.insert(len(lines) // 2, json.dumps(["run", header]))
     (folder / RECORD).write_text("\n".join(lines) + "\n")
-    frames = recording_in(write_run_page(folder).read_text())["frames"]
+    frames = shown(folder)["frames"]
     assert [frame["goal"]["at"] for frame in frames if "goal" in frame] == [[0, 100]] * 3 + [[500, -200]] * 2
     assert frames[0]["goal"]["status"] == "none"
     assert newest(frames, "goal", 9.0)["status"] == "succeeded"
 
 
-def test_the_page_says_what_it_does_not_show(page):
-    notes = " ".join(recording_in(page)["notes"])
-    assert "not recorded: what the planner compared" in notes
-    assert "computed again from scans and poses" in notes
-    assert "boundaries that it remembered" not in notes
+def test_the_page_says_what_it_does_not_show_and_its_numbers_are_whole(page):
+    recording = recording_in(page)
+    notes = " ".join(recording["notes"])
+    assert "what the planner compared" in notes
+    assert "computed again" in notes
+    assert "remembered" not in notes
+    json.dumps(recording, allow_nan=False)
+    for frame in recording["frames"]:
+        assert all(isinstance(value, int) for part in ("robot", "scan", "free") for value in frame.get(part, []))
 
 
-def test_a_strategy_that_remembers_boundaries_misses_them_too(tmp_path):
-    page = write_run_page(played_folder(tmp_path, strategy="bounce")).read_text()
-    assert "boundaries that it remembered" in " ".join(recording_in(page)["notes"])
-
-
-few = settings(derandomize=True, deadline=None, max_examples=60)
+few = settings(derandomize=True, deadline=None, max_examples=30)
 TIMES = st.floats(0.0, 2.0).map(lambda t: round(t, 3))
 
 
@@ -216,11 +232,6 @@ def test_it_loads_nothing(page):
             if name in ("src", "href", "srcset", "data", "action", "poster", "xlink:href"):
                 assert value.startswith(("data:", "#")), (tag, value)
     assert not {"iframe", "object", "embed", "base", "form"} & {tag for tag, _, _ in parsed.elements}
-    for code in (*parsed.texts("script", type="module"), *parsed.texts("style")):
-        assert not re.search(
-            r"https?://|wss?://|@import|url\(|importScripts|XMLHttpRequest|WebSocket|fetch\(|sendBeacon", code
-        )
-        assert not re.search(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function", code)
 
 
 def test_its_policy_allows_its_own_script_and_style_alone(page):
@@ -241,9 +252,9 @@ def test_its_policy_allows_its_own_script_and_style_alone(page):
     assert place < min(tags.index("script"), tags.index("style"))
 
 
-@pytest.mark.parametrize("name", ["<script>alert(1)</script>", "</title><img src=x onerror=alert(1)>", "a\"b'c&d"])
-def test_a_name_that_is_a_script_stays_text(tmp_path, name):
-    text = write_run_page(played_folder(tmp_path, name=name)).read_text()
+def test_a_name_that_is_a_script_stays_text_and_a_strategy_misses_what_it_remembers(tmp_path):
+    name = "</title><img src=x onerror=alert(1)><script>alert(1)</script>a\"b'c&d"
+    text = write_run_page(played_folder(tmp_path, one_pose(), name, "bounce", ())).read_text()
     parsed = Parsed(text)
     assert [attributes.get("type") for tag, attributes, _ in parsed.elements if tag == "script"] == [
         "application/gzip",
@@ -255,6 +266,9 @@ def test_a_name_that_is_a_script_stays_text(tmp_path, name):
     assert recording["title"].startswith(name)
     assert recording["frames"][0]["about"]["world"] == name
     assert parsed.texts("title")[0].startswith(name)
+    assert "remembered" in " ".join(recording["notes"])
+    (frame,) = recording["frames"]
+    assert (frame["t"], frame["goal"]["status"]) == (0.0, "none")
 
 
 def test_modules_become_one_script():
@@ -268,49 +282,30 @@ def test_modules_become_one_script():
         one_script({"a.js": "export default 3;\n"})
 
 
-def test_no_two_modules_of_the_page_share_a_name(page):
-    (script,) = Parsed(page).texts("script", type="module")
-    declared = re.findall(r"^(?:async )?(?:const|let|class|function\*?) ([A-Za-z_$][\w$]*)", script, re.MULTILINE)
-    assert len(declared) > 20
-    assert sorted(set(declared)) == sorted(declared)
-    assert not re.search(r"^\s*(?:import|export)\b", script, re.MULTILINE)
-
-
 # ---- its size
 
 
-def test_ten_seconds_take_less_than_two_megabytes(tmp_path):
-    log = long_run(10.0)
-    text = write_run_page(played_folder(tmp_path, log)).read_text()
-    assert len(text) < 2_000_000
-    recording = recording_in(text)
-    assert not any("one in" in note for note in recording["notes"])
+def test_a_page_that_would_be_too_large_shows_fewer_scans_and_says_so(tmp_path, monkeypatch):
+    """Ten seconds take less than 2 MB."""
+    duration, log = 4.0, long_run(4.0)
+    folder = played_folder(tmp_path, log)
+    size = write_run_page(folder).stat().st_size
+    assert size < 2_000_000 * duration / 10.0
+    monkeypatch.setattr(run_page, "LARGEST_SHORT", size * 2 // 3)
+    recording = shown(folder)
+    assert (folder / "run.html").stat().st_size <= size * 2 // 3
+    (note,) = (note for note in recording["notes"] if "one in" in note)
+    factor = int(re.search(r"one in (\d+) scans", note)[1])
+    assert sum("scan" in frame for frame in recording["frames"]) == -(-80 // factor)
     assert_same_poses(recording["frames"], log)
 
 
-def test_a_page_that_would_be_too_large_shows_fewer_scans_and_says_so(tmp_path, monkeypatch):
-    whole = played_folder(tmp_path / "whole", long_run(4.0))
-    larger = write_run_page(whole)
-    limit = larger.stat().st_size * 2 // 3
-    monkeypatch.setattr(run_page, "LARGEST_SHORT", limit)
-    text = write_run_page(whole).read_text()
-    assert len(text) <= limit
-    recording = recording_in(text)
-    (note,) = (note for note in recording["notes"] if "one in" in note)
-    factor = int(re.search(r"one in (\d+) scans", note)[1])
-    kept = [frame for frame in recording["frames"] if "scan" in frame]
-    assert len(kept) == -(-80 // factor)
-    assert_same_poses(recording["frames"], long_run(4.0))
-
-
-def test_of_a_long_run_fewer_scans_are_shown_from_the_beginning(tmp_path, monkeypatch):
+def test_of_a_long_run_fewer_scans_are_shown_from_the_beginning(folder, page, monkeypatch):
     """All of an hour would fill the memory before any is left out."""
-    folder = played_folder(tmp_path)
-    whole = recording_in(write_run_page(folder).read_text())
     monkeypatch.setattr(played_run, "SHOWN_WHOLE", 0.5)
-    fewer = recording_in(write_run_page(folder).read_text())
-    shown, kept = ([frame["scan"] for frame in each["frames"] if "scan" in frame] for each in (whole, fewer))
-    assert kept == shown[::4]
+    whole, fewer = recording_in(page), shown(folder)
+    scans, kept = ([frame["scan"] for frame in each["frames"] if "scan" in frame] for each in (whole, fewer))
+    assert kept == scans[::4]
     assert_same_poses(fewer["frames"], bouncing_run())
     assert "one in 4 scans" in " ".join(fewer["notes"])
     assert "one in" not in " ".join(whole["notes"])
@@ -340,103 +335,81 @@ def test_thinning_keeps_what_happened_and_the_first_of_each_part(parts, factor):
 
 
 def test_a_run_that_was_killed_has_its_page(tmp_path):
-    folder = played_folder(tmp_path)
+    log = bouncing_run()
+    log.scans = []
+    folder = played_folder(tmp_path, log)
     (folder / "summary.json").unlink()
     with (folder / RECORD).open("ab") as file:
         file.write(b'["pose",17000')
-    recording = recording_in(write_run_page(folder).read_text())
+    recording = shown(folder)
     assert recording["end"] == "incomplete"
-    assert_same_poses(recording["frames"], bouncing_run())
+    assert_same_poses(recording["frames"], log)
 
 
 def test_a_scan_whose_beams_are_all_lost_or_masked_is_shown_as_if_it_had_not_come(tmp_path):
     log, masked = bouncing_run(), {"scan.masked_angles": (-0.5, 0.5)}
     lost = log.scans[3]
     angles = np.arctan2(np.sin(lost.angles), np.cos(lost.angles))
-    log.scans[3] = replace(lost, ranges=np.where(np.abs(angles) < 0.4, 1.0, np.nan))
-    shown = []
+    log.scans = [*log.scans[:3], replace(lost, ranges=np.where(np.abs(angles) < 0.4, 1.0, np.nan)), *log.scans[4:8]]
+    scans = []
     for name in ("with", "without"):
         folder = played_folder(tmp_path / name, log)
         values = read_parameters(folder / "parameters.yaml") | masked
         write_parameters(Settings().with_values(values), folder / "parameters.yaml")
-        shown.append([frame.get("scan") for frame in recording_in(write_run_page(folder).read_text())["frames"]])
+        scans.append([frame.get("scan") for frame in shown(folder)["frames"]])
         log.scans = [scan for scan in log.scans if scan.stamp != lost.stamp]
-    assert shown[0] == shown[1]
-    assert sum(scan is not None for scan in shown[0]) > 10
+    assert scans[0] == scans[1]
+    assert sum(scan is not None for scan in scans[0]) == 7
 
 
-def test_a_run_of_one_pose_has_its_page(tmp_path):
-    log = RunLog(poses=bouncing_run().poses[:1])
-    (frame,) = recording_in(write_run_page(played_folder(tmp_path, log, told=())).read_text())["frames"]
-    assert frame["t"] == 0.0
-    assert frame["goal"]["status"] == "none"
+UNREADABLE = [
+    ("parameters.yaml", None, "parameters.yaml"),
+    ("parameters.yaml", "robot: [", "parameters.yaml"),
+    (RECORD, None, f"{RECORD}: no such file"),
+    (RECORD, "", f"{RECORD}: no poses"),
+    (RECORD, "no JSON\n", f"{RECORD}: no poses"),
+    (RECORD, '["pose",1.0]\n', f"{RECORD}: expected what bringup writes"),
+    (RECORD, '["nothing known",1.0]\n', f"{RECORD}: expected what bringup writes"),
+    (RECORD, '["pose",1.0,1e9,0.0,0.0,0.0,0.0,1.0]\n', "expected at most 1e.06"),
+    (RECORD, '["pose",1.0,NaN,0.0,0.0,0.0,0.0,1.0]\n', "got nan"),
+    ("summary.json", "[]", "summary.json: expected JSON"),
+    ("../room.yaml", None, "room.yaml: no such file"),
+]
 
 
-def test_equal_runs_have_equal_pages(tmp_path):
-    folder = played_folder(tmp_path)
+def test_what_cannot_be_read_is_said_in_a_sentence(tmp_path):
+    with pytest.raises(RunError, match="not a folder"):
+        write_run_page(tmp_path / "gone")
+    for number, (file, text, said) in enumerate(UNREADABLE):
+        folder = played_folder(tmp_path / str(number), one_pose(), told=())
+        if text is None:
+            (folder / file).unlink()
+        else:
+            (folder / file).write_text(text)
+        with pytest.raises(RunError, match=said) as error:
+            write_run_page(folder)
+        assert "\n" not in str(error.value)
+        assert str(folder) in str(error.value)
+        assert not (folder / "run.html").exists()
+
+
+def test_a_page_without_a_recording_that_can_be_read_says_so_and_is_the_same_each_time(tmp_path):
+    folder = played_folder(tmp_path, one_pose(), told=())
+    (folder / RECORDING).write_text("no recording")
     first = write_run_page(folder)
     assert first == folder / "run.html"
     before = first.read_bytes()
     assert write_run_page(folder).read_bytes() == before
     assert not [path for path in folder.iterdir() if path.name.startswith(".")]
-
-
-@pytest.mark.parametrize(
-    ("file", "text", "said"),
-    [
-        (None, None, "not a folder, expected one that bringup left"),
-        ("parameters.yaml", None, "parameters.yaml"),
-        ("parameters.yaml", "robot: [", "parameters.yaml"),
-        (RECORD, None, f"{RECORD}: no such file, expected the record"),
-        (RECORD, "", f"{RECORD}: no poses, expected those of a run"),
-        (RECORD, "no JSON\n", f"{RECORD}: no poses"),
-        (RECORD, '["pose",1.0]\n', f"{RECORD}: expected what bringup writes"),
-        (RECORD, '["nothing known",1.0]\n', f"{RECORD}: expected what bringup writes"),
-        (RECORD, '["pose",1.0,1e9,0.0,0.0,0.0,0.0,1.0]\n', "expected at most 1e.06 in size"),
-        (RECORD, '["pose",1.0,NaN,0.0,0.0,0.0,0.0,1.0]\n', "got nan"),
-        ("summary.json", "[]", "summary.json: expected JSON with the figures of a run"),
-        ("run.mcap", "no recording", None),
-    ],
-)
-def test_what_cannot_be_read_is_said_in_a_sentence(tmp_path, file, text, said):
-    folder = played_folder(tmp_path)
-    if file is None:
-        folder = folder / "gone"
-    elif text is None:
-        (folder / file).unlink()
-    else:
-        (folder / file).write_text(text)
-    if said is None:
-        notes = recording_in(write_run_page(folder).read_text())["notes"]
-        assert any(note.startswith("run.mcap could not be read: ") for note in notes)
-        return
-    with pytest.raises(RunError, match=said) as error:
-        write_run_page(folder)
-    assert "\n" not in str(error.value)
-    assert str(folder) in str(error.value)
-    assert not (folder / "run.html").exists()
-
-
-def test_a_world_that_is_gone_is_named(tmp_path):
-    folder = played_folder(tmp_path)
-    (tmp_path / "room.yaml").unlink()
-    with pytest.raises(RunError, match=r"room.yaml: no such file"):
-        write_run_page(folder)
-
-
-def test_numbers_are_whole_and_json_is_plain(page):
-    recording = recording_in(page)
-    json.dumps(recording, allow_nan=False)
-    for frame in recording["frames"]:
-        assert all(isinstance(value, int) for part in ("robot", "scan", "free") for value in frame.get(part, []))
+    assert any(note.startswith("run.mcap could not be read") for note in recording_in(before.decode())["notes"])
 
 
 def test_replay_writes_the_page_of_a_run_or_says_in_a_sentence_why_not(tmp_path, capsys):
-    folder = played_folder(tmp_path)
+    folder = played_folder(tmp_path, one_pose(), told=())
     for named in (folder, folder / RECORDING):
         assert main(["--page", str(named)]) == 0
-        assert capsys.readouterr().out == f"written to {folder / 'run.html'}\n"
-    assert_same_poses(recording_in((folder / "run.html").read_text())["frames"], bouncing_run())
+        assert str(folder / "run.html") in capsys.readouterr().out
+    assert_same_poses(recording_in((folder / "run.html").read_text())["frames"], one_pose())
     (folder / RECORD).unlink()
     assert main(["--page", str(folder)]) == 2
-    assert capsys.readouterr().err.startswith(f"replay: {folder / RECORD}: no such file, expected the record")
+    assert capsys.readouterr().err.startswith(f"replay: {folder / RECORD}: no such file")

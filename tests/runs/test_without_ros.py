@@ -10,8 +10,7 @@ from PIL import Image
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
-from played_folders import played_folder, recording_in
-from test_compare_runs import run_folder
+from played_folders import drawn_folder, played_folder, recording_in
 
 NO_ROS = """
 import sys
@@ -55,7 +54,7 @@ draw_trajectory(Path(sys.argv[2]), log, impacts, run.world, rows[-1, 1:], run.se
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
     parent = tmp_path_factory.mktemp("runs")
-    return run_folder(parent, "slow", 0.4, strategy="avoid"), run_folder(parent, "fast", 0.3)
+    return drawn_folder(parent, "slow", 0.4, strategy="avoid"), drawn_folder(parent, "fast", 0.3)
 
 
 def run_without_ros(program: str, *arguments: Path | str) -> subprocess.CompletedProcess:
