@@ -2,7 +2,6 @@
 
 import json
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -74,7 +73,7 @@ def completed(content: bytes) -> tuple[str, list[tuple[str, int, bytes]]]:
 
 
 @given(st.integers(HEADER, len(WHOLE)))
-@settings(derandomize=True, deadline=None, max_examples=150)
+@settings(derandomize=True, deadline=None, max_examples=50)
 def test_a_recording_cut_off_anywhere_holds_every_chunk_that_was_closed(cut):
     said, rows = completed(WHOLE[:cut])
     assert rows == ROWS[: len(rows)]
@@ -83,48 +82,43 @@ def test_a_recording_cut_off_anywhere_holds_every_chunk_that_was_closed(cut):
     assert f"had no end; completed, it holds {len(rows)} messages" in said
 
 
-@pytest.mark.parametrize("at", [-1, *range(-45, 0, 4)])
-def test_a_recording_cut_off_in_its_end_holds_everything(tmp_path, at):
+def test_a_recording_cut_off_in_its_end_holds_everything(tmp_path):
     made = MadeRecording(tmp_path / RECORDING)
     for number in range(10):
         made.write("/controller/reference", point(float(number), 0.0))
     made.file.finish()
     content = made.path.read_bytes()
-    made.path.write_bytes(content[:at])
-    assert "10 messages of 0.1 s" in complete(tmp_path)
-    assert rows_of(made.path) == made.rows
-    assert attachment(made.path, "parameters.yaml") == "/**: {}\n"
+    for at in (-1, *range(-45, 0, 4)):
+        made.path.write_bytes(content[:at])
+        assert "10 messages of 0.1 s" in complete(tmp_path)
+        assert rows_of(made.path) == made.rows
+        assert attachment(made.path, "parameters.yaml") == "/**: {}\n"
 
 
 @given(st.integers(HEADER, len(WHOLE) - 1), st.integers(1, 255))
-@settings(derandomize=True, deadline=None, max_examples=150)
+@settings(derandomize=True, deadline=None, max_examples=50)
 def test_what_a_broken_disk_has_changed_is_left_out_and_nothing_is_made_up(at, change):
     changed = bytearray(WHOLE)
     changed[at] ^= change
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / RECORDING
-        path.write_bytes(changed)
-        complete(Path(folder))
-        assert set(rows_of(path)) <= set(ROWS)
+    assert set(completed(bytes(changed))[1]) <= set(ROWS)
 
 
 def test_a_chunk_that_cannot_be_read_costs_no_other():
     changed = bytearray(WHOLE)
     changed[SIZES[1] + 60] ^= 0xFF
-    _, rows = completed(bytes(changed))
-    assert rows == [*ROWS[: 2 * IN_CHUNK], *ROWS[3 * IN_CHUNK :]]
+    assert completed(bytes(changed))[1] == [*ROWS[: 2 * IN_CHUNK], *ROWS[3 * IN_CHUNK :]]
 
 
-@pytest.mark.parametrize("content", [WHOLE[: HEADER - 1], WHOLE[:8], b"\0" + WHOLE[1:], b"t,x,y\n"])
-def test_what_begins_as_no_recording_is_left_as_it_is(tmp_path, content):
-    (tmp_path / RECORDING).write_bytes(content)
-    with pytest.raises(RunError, match=f"{tmp_path / RECORDING}: begins as no recording does, and is left as it is"):
-        complete(tmp_path)
-    assert (tmp_path / RECORDING).read_bytes() == content
+def test_what_begins_as_no_recording_is_left_as_it_is(tmp_path):
+    for content in (WHOLE[: HEADER - 1], WHOLE[:8], b"\0" + WHOLE[1:], b"t,x,y\n"):
+        (tmp_path / RECORDING).write_bytes(content)
+        with pytest.raises(RunError, match=f"{tmp_path / RECORDING}: begins as no recording"):
+            complete(tmp_path)
+        assert (tmp_path / RECORDING).read_bytes() == content
 
 
 def assert_being_written(folder: Path) -> None:
-    with pytest.raises(RunError, match=f"{folder}: is being written, and left as it is"):
+    with pytest.raises(RunError, match=f"{folder}: is being written"):
         complete(folder)
 
 
@@ -164,10 +158,8 @@ def test_the_files_of_a_killed_run_are_made_from_its_record(tmp_path):
     before = read_run(folder)
     assert "incomplete" in before.note
     said = complete(folder)
-    assert said == (
-        f"{folder / RECORDING}: had no end; completed, it holds 30 messages of 0.3 s; "
-        f"{folder / SUMMARY} and what goes with it are made from record.jsonl"
-    )
+    assert f"{folder / RECORDING}: had no end; completed, it holds 30 messages of 0.3 s" in said
+    assert f"{folder / SUMMARY} and what goes with it are made" in said
     after = read_run(folder)
     assert (after.note, after.path.points.tolist()) == ("", before.path.points.tolist())
     summary = json.loads((folder / "summary.json").read_text())
@@ -176,17 +168,14 @@ def test_the_files_of_a_killed_run_are_made_from_its_record(tmp_path):
     assert complete(folder) == f"{folder}: is whole"
 
 
-def test_a_run_that_was_killed_before_it_had_a_goal_gets_no_figures(tmp_path):
+def test_a_run_that_had_no_goal_gets_no_figures_and_a_world_that_is_gone_is_said(tmp_path):
     folder = killed_run(tmp_path / "killed", goal=False)
     assert "summary" not in complete(folder)
     (folder / RECORDING).write_bytes(WHOLE)
     (folder / RECORD).write_text("")
-    assert complete(folder).endswith("the run had not begun")
+    assert complete(folder).endswith("had not begun")
     assert not (folder / "summary.json").exists()
-
-
-def test_a_world_that_is_gone_is_said_and_the_recording_completed(tmp_path):
-    folder = killed_run(tmp_path / "killed")
+    folder = killed_run(tmp_path / "elsewhere")
     (folder / "room.yaml").unlink()
     assert f"; {folder / SUMMARY} cannot be made: " in complete(folder)
     assert rows_of(folder / RECORDING) == ROWS
@@ -196,23 +185,19 @@ def test_the_newest_killed_run_is_completed_next(tmp_path):
     for name, age, content in (("a", 30, WHOLE), ("b", 20, WHOLE), ("c", 10, b""), ("d", 0, None)):
         (tmp_path / name).mkdir()
         if content is None:
-            made = MadeRecording(tmp_path / name / RECORDING)
-            made.file.finish()
+            MadeRecording(tmp_path / name / RECORDING).file.finish()
         else:
             (tmp_path / name / RECORDING).write_bytes(content)
         os.utime(tmp_path / name / RECORDING, (time.time() - age,) * 2)
     (tmp_path / "latest").symlink_to("a")
     (tmp_path / "no_run").mkdir()
-    assert complete_newest(tmp_path).startswith(f"{tmp_path / 'b' / RECORDING}: had no end; completed")
-    assert complete_newest(tmp_path).startswith(f"{tmp_path / 'a' / RECORDING}: had no end; completed")
+    for name in "ba":
+        assert complete_newest(tmp_path).startswith(f"{tmp_path / name / RECORDING}: had no end; completed")
     assert complete_newest(tmp_path) == complete_newest(tmp_path / "none") == ""
 
 
-RECORDINGS = {"cut off": WHOLE, "none": None, "zeros": bytes(4096), "whole": b"whole"}
-"""What may be left of a recording where the results were not made: b"whole" for one with an end."""
-
-
-def without_results(folder: Path, left: bytes | None) -> Path:
+def without_results(folder: Path, left: bytes | None = None) -> Path:
+    """A killed run with this in the place of its recording; b"whole" for one with an end."""
     killed_run(folder)
     (folder / RECORDING).unlink()
     if left == b"whole":
@@ -222,18 +207,18 @@ def without_results(folder: Path, left: bytes | None) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("left", RECORDINGS.values(), ids=RECORDINGS)
-def test_results_are_made_whatever_is_left_of_the_recording(tmp_path, left):
+def test_results_are_made_whatever_is_left_of_the_recording(tmp_path):
     """Killed after the recording was finished, or run without one, or its disk has lost it."""
-    folder = without_results(tmp_path / "run", left)
-    before = (folder / RECORDING).read_bytes() if left == b"whole" else None
-    assert f"{folder / SUMMARY} and what goes with it are made from record.jsonl" in complete(folder)
-    assert json.loads((folder / SUMMARY).read_text())["outcome"] == KILLED
-    assert before is None or (folder / RECORDING).read_bytes() == before
+    for number, left in enumerate((WHOLE, None, bytes(4096), b"whole")):
+        folder = without_results(tmp_path / str(number), left)
+        before = (folder / RECORDING).read_bytes() if left == b"whole" else None
+        assert f"{folder / SUMMARY} and what goes with it are made" in complete(folder)
+        assert json.loads((folder / SUMMARY).read_text())["outcome"] == KILLED
+        assert before is None or (folder / RECORDING).read_bytes() == before
 
 
 def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_path):
-    folder = without_results(tmp_path / "run", None)
+    folder = without_results(tmp_path / "run")
     lock = FolderLock(folder)
     assert_being_written(folder)
     said: list[str] = []
@@ -244,7 +229,7 @@ def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_
 
 
 def test_one_that_cannot_be_completed_does_not_keep_older_ones_from_it(tmp_path):
-    older = without_results(tmp_path / "older", None)
+    older = without_results(tmp_path / "older")
     zeros = tmp_path / "zeros"
     zeros.mkdir()
     (zeros / RECORDING).write_bytes(bytes(4096))
@@ -255,9 +240,11 @@ def test_one_that_cannot_be_completed_does_not_keep_older_ones_from_it(tmp_path)
         os.utime(path, (time.time() - 10 * age,) * 2)
     said: list[str] = []
     assert complete_newest(tmp_path, said.append).startswith(f"{older / SUMMARY} and what goes with it")
-    assert said[::2] == [f"completing {folder} ..." for folder in (zeros, not_begun, older)]
-    assert "begins as no recording does" in said[1]
-    assert "the run had not begun" in said[3]
+    assert [str(folder) in each for folder, each in zip((zeros, not_begun, older), said[::2], strict=True)] == [
+        True
+    ] * 3
+    assert "no recording" in said[1]
+    assert "had not begun" in said[3]
     assert complete_newest(tmp_path) == ""
 
 
@@ -267,15 +254,15 @@ def test_replay_finishes_a_run_named_by_its_folder_or_recording_or_says_in_a_sen
         assert main(["--finish", str(folder / name)]) == 0
         assert "had no end; completed" in capsys.readouterr().out
         assert (folder / SUMMARY).exists()
-    for path, said in (
-        (tmp_path / "gone", "not a folder, expected one that bringup left"),
-        (tmp_path / "gone" / RECORDING, "not a folder, expected one that bringup left"),
+    for path, words in (
+        (tmp_path / "gone", "not a folder"),
+        (tmp_path / "gone" / RECORDING, "not a folder"),
         (tmp_path, f"neither {RECORDING} nor {RECORD}"),
     ):
         assert main(["--finish", str(path)]) == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert line.startswith("replay: ")
-        assert said in line
+        assert words in line
 
 
 # ---- the real thing: a process that is killed
@@ -328,6 +315,5 @@ def test_a_process_that_is_killed_loses_a_second_at_most(tmp_path):
 
 @pytest.mark.soak
 def test_a_process_that_is_killed_at_any_moment_loses_a_second_at_most(tmp_path):
-    chance = random.Random(3)
-    for number in range(50):
-        killed_at(tmp_path / f"run_{number}", chance.uniform(0.0, 2.0))
+    for number in range(20):
+        killed_at(tmp_path / f"run_{number}", 0.1 * number)

@@ -1,0 +1,161 @@
+"""What is typed to bringup and what it prints: options, the line that repeats a run, progress, laps."""
+
+import io
+import itertools
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from collplan_core.command_line import as_called
+from collplan_core.evaluation.run_end import CANCELED, REACHED, STUCK, TIMEOUT
+from collplan_ros.bringup import laps
+from collplan_ros.bringup.laps import EMERGENCY_STOP, drive_laps
+from collplan_ros.bringup.options import Options, parse
+from collplan_ros.bringup.progress import Progress
+
+
+def test_a_command_printed_works_from_where_the_user_stands(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("sys.executable", str(tmp_path / "python3"))
+    for typed in (".venv/bin/bringup", "/opt/ros/lib/bringup"):
+        monkeypatch.setattr("sys.argv", [typed])
+        assert as_called("bringup") == typed
+    for typed in ("main.py", ".venv/bin/study"):
+        monkeypatch.setattr("sys.argv", [typed])
+        (tmp_path / "bringup").unlink(missing_ok=True)
+        assert as_called("bringup") == "bringup"
+        (tmp_path / "bringup").touch()
+        assert as_called("bringup") == str(tmp_path / "bringup")
+    monkeypatch.setattr("sys.argv", [".venv/bin/bringup", "--help"])
+    with pytest.raises(SystemExit, match="0"):
+        parse()
+    lines = capsys.readouterr().out.partition("examples:")[2].partition("\n\n")[0].splitlines()[1:]
+    assert len(lines) > 5
+    assert all(line.startswith(("  .venv/bin/bringup", "      ")) for line in lines)
+
+
+def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):
+    monkeypatch.setattr("sys.argv", [".venv/bin/bringup", "--seed", "3"])
+    params = Path("the runs/latest/parameters.yaml")
+    for goal, network, namespace, scan in itertools.product(
+        [(2.0, 0.4), (-1e-05, -3.0)], [None, "subnet"], ["/", "/lab/robot1"], ["sim", "real"]
+    ):
+        asked = {"goal": goal, "network": network, "namespace": namespace, "scan": scan, "max_speed": 0.9}
+        first = Options(robot="serial:/dev/my robot", **asked)
+        program, *arguments = shlex.split(first.repeat(np.array(goal), params))
+        again = parse(arguments)
+        assert (program, again.robot, again.goal, again.network) == (".venv/bin/bringup", first.robot, goal, network)
+        assert (again.max_speed, again.namespace, again.params) == (0.9, namespace, params)
+        assert (again.scan, again.world) == (first.scan, None)
+
+
+def test_what_is_typed_is_taken_or_refused_by_its_name(capsys):
+    assert parse(["--goal", "1,-2"]).goal == parse(["--goal", "1", "-2"]).goal == (1.0, -2.0)
+    assert parse([]).namespace == "/"
+    assert parse(["--namespace", "robot1"]).namespace == parse(["--namespace", "/robot1"]).namespace == "/robot1"
+    goals = [["--goal", *wrong] for wrong in (["1"], ["1", "2", "3"], ["a,b"])]
+    names = [["--namespace", each] for each in ("robot 1", "1st", "robot1/", "/lab//robot1", "robot-1", "//robot1")]
+    for option, *wrong in (*goals, *names):
+        with pytest.raises(SystemExit, match="2"):
+            parse([option, *wrong])
+        said = capsys.readouterr().err
+        assert option.strip("-") in said
+        assert all(each in said for each in wrong)
+        assert "expected" in said
+
+
+# ---- progress: nobody has to read it
+
+TALKS_ON = """
+import sys
+from collplan_ros.bringup.progress import Progress
+
+progress = Progress()
+progress.say("begun")
+sys.stdin.readline()
+for k in range(100):
+    progress.say("goes on")
+progress.show(1.0, 2.0, "free_space", 0)
+sys.exit(7)
+"""
+
+
+def test_a_reader_that_has_gone_a_full_disk_or_no_output_ends_nothing_and_is_not_complained_about():
+    pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    with subprocess.Popen([sys.executable, "-c", TALKS_ON], **pipes) as talker:
+        assert talker.stdout.readline() == b"begun\n"
+        talker.stdout.close()
+        talker.stdin.write(b"\n")
+        talker.stdin.close()
+        assert talker.stderr.read() == b""
+        assert talker.wait(60.0) == 7
+    for to in (">/dev/full", ">&-"):
+        command = ["sh", "-c", f'exec "$0" -c "$1" </dev/null {to}', sys.executable, TALKS_ON]
+        done = subprocess.run(command, stderr=subprocess.PIPE, timeout=60, check=False)
+        assert (done.returncode, done.stderr) == (7, b""), to
+
+
+def test_no_time_is_said_before_it_has_come():
+    """A run that ends after 2.88 s says nothing of 2.9 s before."""
+    said = io.StringIO()
+    Progress(said).show(2.86, 0.11, "free_space", 0)
+    assert said.getvalue().startswith("   2.8 s   0.11 m")
+
+
+# ---- there and back: which ends come when, and what a person may do in between
+
+ENDS = [np.array([2.0, 0.0]), np.array([0.0, 0.0])]
+
+
+class Over(Exception):
+    """Ends the laps as a signal does."""
+
+
+class FakeDriver:
+    """Has these outcomes, then is interrupted; a person gives a goal each third look, which ends three looks later."""
+
+    def __init__(self, outcomes: list[str]) -> None:
+        self.outcomes = outcomes
+        self.did: list[object] = []
+        self.looks = itertools.count()
+
+    def drive(self, goal: np.ndarray | None = None) -> str:
+        if not self.outcomes:
+            raise Over
+        assert goal is not None
+        self.did.append(tuple(goal.tolist()))
+        return self.outcomes.pop(0)
+
+    def come_to_rest(self) -> None:
+        self.did.append("rest")
+
+    def wait(self, condition: Callable[[], bool]) -> None:
+        while not condition():
+            pass
+
+    def reason(self, outcome: str) -> str:
+        return f"why {outcome}"
+
+    @property
+    def goal_is_active(self) -> bool:
+        active = next(self.looks) // 3 % 2 == 1
+        if active and self.did[-1] != "a goal":
+            self.did.append("a goal")
+        return active
+
+
+def test_it_goes_to_and_fro_and_waits_for_the_goal_of_a_person_who_has_stopped_it(monkeypatch):
+    monkeypatch.setattr(laps, "PAUSE", 0.0)
+    there, back = (2.0, 0.0), (0.0, 0.0)
+    for outcome in (REACHED, TIMEOUT, STUCK, CANCELED, EMERGENCY_STOP):
+        driver, said = FakeDriver([outcome, REACHED]), []
+        with pytest.raises(Over):
+            drive_laps(driver, ENDS, said.append)
+        is_stopped = outcome in (CANCELED, EMERGENCY_STOP)
+        assert driver.did == [there, "rest", *(["a goal"] if is_stopped else []), back, "rest"], outcome
+        assert len(said) == (outcome != REACHED)
+        assert is_stopped or all(each == f"why {outcome}" for each in said)
