@@ -32,6 +32,7 @@ from made_runs import bouncing_run, room, write_record
 CHUNKS, IN_CHUNK = 6, 5
 HEADER = 8 + 9 + len("....ros2....") + len(LIBRARY)
 """Where the first record ends [bytes]."""
+BEING_WRITTEN = "is being written"
 LOST = 1.0
 """What a killed process may lose of a recording at most [s]."""
 
@@ -117,18 +118,14 @@ def test_what_begins_as_no_recording_is_left_as_it_is(tmp_path):
         assert (tmp_path / RECORDING).read_bytes() == content
 
 
-def assert_being_written(folder: Path) -> None:
-    with pytest.raises(RunError, match=f"{folder}: is being written"):
-        complete(folder)
-
-
 def test_a_recording_that_is_whole_or_being_written_is_left_alone(tmp_path):
     path = tmp_path / RECORDING
     made = MadeRecording(path)
     made.write("/controller/reference", point(1.0, 2.0))
     made.file.flush()
     content, written = path.read_bytes(), path.stat()
-    assert_being_written(tmp_path)
+    with pytest.raises(RunError, match=BEING_WRITTEN):
+        complete(tmp_path)
     made.file.finish()
     whole = path.read_bytes()
     assert whole.startswith(content)
@@ -136,7 +133,8 @@ def test_a_recording_that_is_whole_or_being_written_is_left_alone(tmp_path):
     assert path.read_bytes() == whole
     assert path.stat().st_ino == written.st_ino
     path.write_bytes(b"")  # of a bringup that locks it the moment after
-    assert_being_written(tmp_path)
+    with pytest.raises(RunError, match=BEING_WRITTEN):
+        complete(tmp_path)
 
 
 # ---- the run folder, and the next bringup
@@ -158,11 +156,11 @@ def test_the_files_of_a_killed_run_are_made_from_its_record(tmp_path):
     before = read_run(folder)
     assert "incomplete" in before.note
     said = complete(folder)
-    assert f"{folder / RECORDING}: had no end; completed, it holds 30 messages of 0.3 s" in said
+    assert "completed, it holds 30 messages of 0.3 s" in said
     assert f"{folder / SUMMARY} and what goes with it are made" in said
     after = read_run(folder)
     assert (after.note, after.path.points.tolist()) == ("", before.path.points.tolist())
-    summary = json.loads((folder / "summary.json").read_text())
+    summary = json.loads((folder / SUMMARY).read_text())
     assert (summary["outcome"], summary["reached"], summary["simulated"]) == (KILLED, False, True)
     assert (folder / "impacts.csv").read_text().count("\n") == 2
     assert complete(folder) == f"{folder}: is whole"
@@ -220,7 +218,8 @@ def test_results_are_made_whatever_is_left_of_the_recording(tmp_path):
 def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_path):
     folder = without_results(tmp_path / "run")
     lock = FolderLock(folder)
-    assert_being_written(folder)
+    with pytest.raises(RunError, match=BEING_WRITTEN):
+        complete(folder)
     said: list[str] = []
     assert (complete_newest(tmp_path, said.append), said) == ("", [])
     lock.close()
@@ -229,8 +228,7 @@ def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_
 
 
 def test_one_that_cannot_be_completed_does_not_keep_older_ones_from_it(tmp_path):
-    older = without_results(tmp_path / "older")
-    zeros = tmp_path / "zeros"
+    older, zeros = without_results(tmp_path / "older"), tmp_path / "zeros"
     zeros.mkdir()
     (zeros / RECORDING).write_bytes(bytes(4096))
     not_begun = killed_run(tmp_path / "not_begun", goal=False)
@@ -239,26 +237,20 @@ def test_one_that_cannot_be_completed_does_not_keep_older_ones_from_it(tmp_path)
     for age, path in enumerate([zeros / RECORDING, not_begun / RECORD, older / RECORD]):
         os.utime(path, (time.time() - 10 * age,) * 2)
     said: list[str] = []
-    assert complete_newest(tmp_path, said.append).startswith(f"{older / SUMMARY} and what goes with it")
-    assert [str(folder) in each for folder, each in zip((zeros, not_begun, older), said[::2], strict=True)] == [
-        True
-    ] * 3
+    assert complete_newest(tmp_path, said.append).startswith(str(older / SUMMARY))
+    for folder, text in zip((zeros, not_begun, older), said[::2], strict=True):
+        assert str(folder) in text
     assert "no recording" in said[1]
     assert "had not begun" in said[3]
-    assert complete_newest(tmp_path) == ""
 
 
-def test_replay_finishes_a_run_named_by_its_folder_or_recording_or_says_in_a_sentence_why_not(tmp_path, capsys):
+def test_replay_finishes_a_run_named_by_its_folder_or_recording_or_says_why_not(tmp_path, capsys):
     for number, name in enumerate(["", RECORDING]):
         folder = killed_run(tmp_path / f"run_{number}")
         assert main(["--finish", str(folder / name)]) == 0
         assert "had no end; completed" in capsys.readouterr().out
         assert (folder / SUMMARY).exists()
-    for path, words in (
-        (tmp_path / "gone", "not a folder"),
-        (tmp_path / "gone" / RECORDING, "not a folder"),
-        (tmp_path, f"neither {RECORDING} nor {RECORD}"),
-    ):
+    for path, words in ((tmp_path / "gone" / RECORDING, "not a folder"), (tmp_path, f"neither {RECORDING}")):
         assert main(["--finish", str(path)]) == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert line.startswith("replay: ")
@@ -284,36 +276,21 @@ while time.monotonic() < end:
 """
 
 
-def killed_at(folder: Path, moment: float) -> None:
-    """Completes the recording of a process that was killed so long [s] after its first flush."""
-    folder.mkdir()
-    path = folder / RECORDING
-    command = [sys.executable, "-c", WRITER, str(path), str(folder / "newest")]
+def test_a_process_that_is_killed_loses_a_second_at_most(tmp_path):
+    path, newest = tmp_path / RECORDING, tmp_path / "newest"
+    command = [sys.executable, "-c", WRITER, str(path), str(newest)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
     with subprocess.Popen(command, env=environment) as process:
         try:
-            deadline = time.monotonic() + 60.0
             while not path.exists() or path.stat().st_size < 2000:
                 assert process.poll() is None
-                assert time.monotonic() < deadline
                 time.sleep(0.01)
-            time.sleep(moment)
-            assert_being_written(folder)
+            time.sleep(0.3)
+            with pytest.raises(RunError, match=BEING_WRITTEN):
+                complete(tmp_path)
         finally:
             process.send_signal(signal.SIGKILL)
-    assert "had no end; completed" in complete(folder)
-    count = len(list(raw_messages(path, ["controller/reference"])))
-    newest = max(message.point.x for _, _, message in messages(path, ["controller/reference"]))
-    assert count > 10
-    written = float((folder / "newest").read_text())
-    assert 0.0 <= written - newest + 1e-6 <= LOST
-
-
-def test_a_process_that_is_killed_loses_a_second_at_most(tmp_path):
-    killed_at(tmp_path / "run", 0.3)
-
-
-@pytest.mark.soak
-def test_a_process_that_is_killed_at_any_moment_loses_a_second_at_most(tmp_path):
-    for number in range(20):
-        killed_at(tmp_path / f"run_{number}", 0.1 * number)
+    assert "had no end; completed" in complete(tmp_path)
+    kept = [message.point.x for _, _, message in messages(path, ["controller/reference"])]
+    assert len(kept) > 10
+    assert 0.0 <= float(newest.read_text()) - max(kept) + 1e-6 <= LOST
