@@ -20,7 +20,6 @@ from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
 from collplan_ros.view.player import played_run, record_events, run_page, write_run_page
-from collplan_ros.view.player.one_file import one_script
 from collplan_ros.view.player.run_frames import HEAVY, LATEST, PERIOD, Event, frames_of, thinned
 from made_runs import AHEAD, EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
 from played_folders import long_run, newest, played_folder, poses_in, recording_in
@@ -54,32 +53,25 @@ def one_pose():
 
 
 class Parsed(HTMLParser):
-    """Elements with their attributes, and the text in each."""
+    """Tag and attributes of each element, and the text up to the next tag."""
 
     def __init__(self, text):
         super().__init__()
-        self.elements, self.open = [], []
+        self.elements = []
         self.feed(text)
         self.close()
 
     def handle_starttag(self, tag, attrs):
         self.elements.append((tag, dict(attrs), []))
-        self.open.append(self.elements[-1])
-
-    def handle_endtag(self, tag):
-        while self.open and self.open.pop()[0] != tag:
-            pass
 
     def handle_data(self, data):
-        if self.open:
-            self.open[-1][2].append(data)
+        if self.elements:
+            self.elements[-1][2].append(data)
 
-    def texts(self, tag, **attributes):
-        return [
-            "".join(text)
-            for found, attrs, text in self.elements
-            if found == tag and attributes.items() <= attrs.items()
-        ]
+    def text(self, tag, **attributes):
+        """The text of the only such element."""
+        (text,) = (text for name, own, text in self.elements if name == tag and attributes.items() <= own.items())
+        return text[0]
 
 
 # ---- what is in it
@@ -144,28 +136,26 @@ def test_what_happened_is_told_at_its_time(frames):
     assert sum(len(frame.get("periods", [])) for frame in frames) == len(bouncing_run().sent_commands) - 1
 
 
-def test_all_impacts_are_counted_although_the_newest_alone_are_drawn(tmp_path, monkeypatch):
+def test_of_a_killed_run_all_impacts_are_counted_and_a_goal_is_where_it_was_given_on_the_way(tmp_path, monkeypatch):
     monkeypatch.setattr(record_events, "MOST", 3)
     log = bouncing_run()
     log.scans = []
     log.true_impacts = [ImpactRecord(EPOCH + 1.2 + 0.06 * k, -1.5, 0.0) for k in range(10)]
-    frames = shown(played_folder(tmp_path, log))["frames"]
-    assert len(newest(frames, "impacts", 9.0)) == 3
-    assert sum(newest(frames, "counts", 9.0).values()) == 10
-
-
-def test_a_goal_given_on_the_way_is_where_it_was_given(tmp_path):
-    log = bouncing_run()
-    log.scans = []
     folder = played_folder(tmp_path, log)
+    (folder / "summary.json").unlink()
     lines = (folder / RECORD).read_text().splitlines()
     header = {"simulated": True, "goal": [0.5, -0.2], "wall_clock_ahead": AHEAD}
     lines.insert(len(lines) // 2, json.dumps(["run", header]))
-    (folder / RECORD).write_text("\n".join(lines) + "\n")
-    frames = shown(folder)["frames"]
-    assert [frame["goal"]["at"] for frame in frames if "goal" in frame] == [[0, 100]] * 3 + [[500, -200]] * 2
-    assert frames[0]["goal"]["status"] == "none"
-    assert newest(frames, "goal", 9.0)["status"] == "succeeded"
+    (folder / RECORD).write_text("\n".join([*lines, '["pose",17000']))
+    recording = shown(folder)
+    frames = recording["frames"]
+    assert recording["end"] == "incomplete"
+    assert_same_poses(frames, log)
+    assert len(newest(frames, "impacts", 9.0)) == 3
+    assert sum(newest(frames, "counts", 9.0).values()) == 10
+    goals = [frame["goal"]["at"] for frame in frames if "goal" in frame]
+    assert goals == [[0, 100]] * 3 + [[500, -200]] * 2
+    assert (frames[0]["goal"]["status"], newest(frames, "goal", 9.0)["status"]) == ("none", "succeeded")
 
 
 def test_the_page_says_what_it_does_not_show_and_its_numbers_are_whole(page):
@@ -197,9 +187,8 @@ def test_each_frame_completes_what_was_known_at_its_time(stamps, events):
     shown = {}
     for frame in frames:
         shown.update(frame)
-        known = [event for event in sorted(events, key=lambda each: each[0]) if event[0] <= frame["t"]]
-        if frame is frames[-1]:
-            known = [event for event in sorted(events, key=lambda each: each[0]) if event[0] <= frame["t"] + LATEST]
+        until = frame["t"] + (LATEST if frame is frames[-1] else 0.0)
+        known = [event for event in sorted(events, key=lambda each: each[0]) if event[0] <= until]
         expected = {part: value for _, part, value in known}
         assert {part: shown[part] for part in expected} == expected
         assert shown.keys() - {"t", "robot", "trail", "world"} == expected.keys()
@@ -207,14 +196,11 @@ def test_each_frame_completes_what_was_known_at_its_time(stamps, events):
 
 @given(st.lists(TIMES, min_size=2, max_size=40, unique=True).map(sorted))
 @few
-def test_every_plan_that_came_between_two_poses_of_its_own_has_a_frame_of_its_own(stamps):
+def test_every_plan_has_a_frame_of_its_own_and_frames_without_one_are_a_period_apart(stamps):
     """Steps by plan leave none out."""
     poses = [PoseRow(t, 0.0, 0.0, 0.0, 0.0, 0.0) for t in stamps]
     frames = frames_of(poses, [Event(t, "plan", {"stamp": t}) for t in stamps], {}, zero=0.0)
     assert [frame["plan"]["stamp"] for frame in frames] == stamps
-
-
-def test_frames_without_plans_are_a_period_apart():
     poses = [PoseRow(0.01 * k, 0.0, 0.0, 0.0, 0.0, 0.0) for k in range(200)]
     times = [frame["t"] for frame in frames_of(poses, [], {}, zero=0.0)]
     assert np.diff(times[:-1]) == pytest.approx(PERIOD, abs=0.011)
@@ -223,32 +209,28 @@ def test_frames_without_plans_are_a_period_apart():
 # ---- it needs nothing but itself
 
 
-def test_it_loads_nothing(page):
+def test_it_loads_nothing_and_its_policy_allows_its_own_script_and_style_alone(page):
     parsed = Parsed(page)
+    tags = [tag for tag, _, _ in parsed.elements]
+    assert not {"iframe", "object", "embed", "base", "form"} & set(tags)
     for tag, attributes, _ in parsed.elements:
         for name, value in attributes.items():
             assert not name.startswith("on"), (tag, name)
             assert name != "style", tag
             if name in ("src", "href", "srcset", "data", "action", "poster", "xlink:href"):
                 assert value.startswith(("data:", "#")), (tag, value)
-    assert not {"iframe", "object", "embed", "base", "form"} & {tag for tag, _, _ in parsed.elements}
-
-
-def test_its_policy_allows_its_own_script_and_style_alone(page):
-    parsed = Parsed(page)
     ((policy, place),) = (
         (attributes["content"], k)
-        for k, (tag, attributes, _) in enumerate(parsed.elements)
+        for k, (_, attributes, _) in enumerate(parsed.elements)
         if attributes.get("http-equiv") == "Content-Security-Policy"
     )
     rules = dict(rule.split(maxsplit=1) for rule in policy.split("; "))
     assert rules["default-src"] == "'none'"
     assert "unsafe" not in policy
-    (script,), (style,) = parsed.texts("script", type="module"), parsed.texts("style")
-    for text, rule in ((script, "script-src"), (style, "style-src")):
+    texts = {"script-src": parsed.text("script", type="module"), "style-src": parsed.text("style")}
+    for rule, text in texts.items():
         assert rules[rule] == f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
     # the policy holds for what follows it
-    tags = [tag for tag, _, _ in parsed.elements]
     assert place < min(tags.index("script"), tags.index("style"))
 
 
@@ -256,30 +238,17 @@ def test_a_name_that_is_a_script_stays_text_and_a_strategy_misses_what_it_rememb
     name = "</title><img src=x onerror=alert(1)><script>alert(1)</script>a\"b'c&d"
     text = write_run_page(played_folder(tmp_path, one_pose(), name, "bounce", ())).read_text()
     parsed = Parsed(text)
-    assert [attributes.get("type") for tag, attributes, _ in parsed.elements if tag == "script"] == [
-        "application/gzip",
-        "module",
-    ]
+    types = [attributes.get("type") for tag, attributes, _ in parsed.elements if tag == "script"]
+    assert types == ["application/gzip", "module"]
     assert not any("onerror" in attributes for _, attributes, _ in parsed.elements)
     assert "<script>alert" not in text
     recording = recording_in(text)
     assert recording["title"].startswith(name)
     assert recording["frames"][0]["about"]["world"] == name
-    assert parsed.texts("title")[0].startswith(name)
+    assert parsed.text("title").startswith(name)
     assert "remembered" in " ".join(recording["notes"])
     (frame,) = recording["frames"]
     assert (frame["t"], frame["goal"]["status"]) == (0.0, "none")
-
-
-def test_modules_become_one_script():
-    modules = {
-        "a.js": 'export const ONE = 1;\nexport function two() {\n  return "export this";\n}\n',
-        "b.js": 'import {ONE, two} from "./a.js";\nimport {\n  three,\n} from "./c.js"\n\nexport class Four {}\n',
-    }
-    script = one_script(modules)
-    assert script.replace("\n", "") == ('const ONE = 1;function two() {  return "export this";}class Four {}')
-    with pytest.raises(ValueError, match="export default"):
-        one_script({"a.js": "export default 3;\n"})
 
 
 # ---- its size
@@ -334,18 +303,6 @@ def test_thinning_keeps_what_happened_and_the_first_of_each_part(parts, factor):
 # ---- what it is made from
 
 
-def test_a_run_that_was_killed_has_its_page(tmp_path):
-    log = bouncing_run()
-    log.scans = []
-    folder = played_folder(tmp_path, log)
-    (folder / "summary.json").unlink()
-    with (folder / RECORD).open("ab") as file:
-        file.write(b'["pose",17000')
-    recording = shown(folder)
-    assert recording["end"] == "incomplete"
-    assert_same_poses(recording["frames"], log)
-
-
 def test_a_scan_whose_beams_are_all_lost_or_masked_is_shown_as_if_it_had_not_come(tmp_path):
     log, masked = bouncing_run(), {"scan.masked_angles": (-0.5, 0.5)}
     lost = log.scans[3]
@@ -393,23 +350,17 @@ def test_what_cannot_be_read_is_said_in_a_sentence(tmp_path):
         assert not (folder / "run.html").exists()
 
 
-def test_a_page_without_a_recording_that_can_be_read_says_so_and_is_the_same_each_time(tmp_path):
+def test_replay_writes_the_same_page_each_time_or_says_in_a_sentence_why_not(tmp_path, capsys):
     folder = played_folder(tmp_path, one_pose(), told=())
     (folder / RECORDING).write_text("no recording")
-    first = write_run_page(folder)
-    assert first == folder / "run.html"
-    before = first.read_bytes()
-    assert write_run_page(folder).read_bytes() == before
-    assert not [path for path in folder.iterdir() if path.name.startswith(".")]
-    assert any(note.startswith("run.mcap could not be read") for note in recording_in(before.decode())["notes"])
-
-
-def test_replay_writes_the_page_of_a_run_or_says_in_a_sentence_why_not(tmp_path, capsys):
-    folder = played_folder(tmp_path, one_pose(), told=())
+    texts = []
     for named in (folder, folder / RECORDING):
         assert main(["--page", str(named)]) == 0
         assert str(folder / "run.html") in capsys.readouterr().out
-    assert_same_poses(recording_in((folder / "run.html").read_text())["frames"], one_pose())
+        texts.append((folder / "run.html").read_text(encoding="utf-8"))
+    assert texts[0] == texts[1]
+    assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+    assert any(note.startswith("run.mcap could not be read") for note in recording_in(texts[0])["notes"])
     (folder / RECORD).unlink()
     assert main(["--page", str(folder)]) == 2
     assert capsys.readouterr().err.startswith(f"replay: {folder / RECORD}: no such file")
