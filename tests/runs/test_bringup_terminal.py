@@ -19,7 +19,7 @@ from collplan_ros.bringup.options import Options, parse
 from collplan_ros.bringup.progress import Progress
 
 
-def test_a_command_printed_works_from_where_the_user_stands(tmp_path, monkeypatch, capsys):
+def test_a_command_printed_works_from_where_the_user_stands(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.executable", str(tmp_path / "python3"))
     for typed in (".venv/bin/bringup", "/opt/ros/lib/bringup"):
         monkeypatch.setattr("sys.argv", [typed])
@@ -30,12 +30,6 @@ def test_a_command_printed_works_from_where_the_user_stands(tmp_path, monkeypatc
         assert as_called("bringup") == "bringup"
         (tmp_path / "bringup").touch()
         assert as_called("bringup") == str(tmp_path / "bringup")
-    monkeypatch.setattr("sys.argv", [".venv/bin/bringup", "--help"])
-    with pytest.raises(SystemExit, match="0"):
-        parse()
-    lines = capsys.readouterr().out.partition("examples:")[2].partition("\n\n")[0].splitlines()[1:]
-    assert len(lines) > 5
-    assert all(line.startswith(("  .venv/bin/bringup", "      ")) for line in lines)
 
 
 def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):

@@ -79,6 +79,7 @@ def recording(tmp_path_factory):
 
 
 def test_what_the_planner_saw_and_remembered_is_shown_from_when_it_came(recording):
+    assert recording["notes"] == []
     frames = recording["frames"]
     for part, layer in (("free", "free_space"), ("remembered", "remembered"), ("inferred", "inferred")):
         (shown,) = (frame for frame in frames if part in frame)
@@ -113,11 +114,7 @@ def test_what_nodes_said_is_shown(recording):
     assert (planner["name"], planner["silent"]) == ("/robot1/planner_node", False)
 
 
-def test_nothing_is_said_to_be_missing(recording):
-    assert recording["notes"] == []
-
-
-@pytest.mark.parametrize("step", [-3600.0, -0.9, 0.7, 3600.0])
+@pytest.mark.parametrize("step", [-3600.0, 0.7])
 def test_a_wall_clock_that_is_set_in_the_run_changes_nothing(recording, tmp_path, step):
     stepped = played(tmp_path, step, when=0.45)
     for part in ("free", "candidates", "rollouts", "costs", "doing", "hold"):

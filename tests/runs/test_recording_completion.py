@@ -2,9 +2,6 @@
 
 import json
 import os
-import signal
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -18,7 +15,7 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
 from collplan_ros.recording.completion import KILLED, complete, complete_newest
-from collplan_ros.recording.reading import attachment, messages, raw_messages
+from collplan_ros.recording.reading import attachment, raw_messages
 from collplan_ros.recording.recording_file import LIBRARY, RECORDING
 from collplan_ros.replay.main import main
 from collplan_ros.runs.folder_lock import FolderLock
@@ -33,8 +30,6 @@ CHUNKS, IN_CHUNK = 6, 5
 HEADER = 8 + 9 + len("....ros2....") + len(LIBRARY)
 """Where the first record ends [bytes]."""
 BEING_WRITTEN = "is being written"
-LOST = 1.0
-"""What a killed process may lose of a recording at most [s]."""
 
 
 def unfinished(path: Path) -> tuple[list[tuple[str, int, bytes]], list[int]]:
@@ -179,21 +174,6 @@ def test_a_run_that_had_no_goal_gets_no_figures_and_a_world_that_is_gone_is_said
     assert rows_of(folder / RECORDING) == ROWS
 
 
-def test_the_newest_killed_run_is_completed_next(tmp_path):
-    for name, age, content in (("a", 30, WHOLE), ("b", 20, WHOLE), ("c", 10, b""), ("d", 0, None)):
-        (tmp_path / name).mkdir()
-        if content is None:
-            MadeRecording(tmp_path / name / RECORDING).file.finish()
-        else:
-            (tmp_path / name / RECORDING).write_bytes(content)
-        os.utime(tmp_path / name / RECORDING, (time.time() - age,) * 2)
-    (tmp_path / "latest").symlink_to("a")
-    (tmp_path / "no_run").mkdir()
-    for name in "ba":
-        assert complete_newest(tmp_path).startswith(f"{tmp_path / name / RECORDING}: had no end; completed")
-    assert complete_newest(tmp_path) == complete_newest(tmp_path / "none") == ""
-
-
 def without_results(folder: Path, left: bytes | None = None) -> Path:
     """A killed run with this in the place of its recording; b"whole" for one with an end."""
     killed_run(folder)
@@ -227,21 +207,32 @@ def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_
     assert complete_newest(tmp_path) == ""
 
 
-def test_one_that_cannot_be_completed_does_not_keep_older_ones_from_it(tmp_path):
-    older, zeros = without_results(tmp_path / "older"), tmp_path / "zeros"
-    zeros.mkdir()
-    (zeros / RECORDING).write_bytes(bytes(4096))
+def test_of_killed_runs_the_newest_that_can_be_is_completed(tmp_path):
+    older, oldest = without_results(tmp_path / "older"), tmp_path / "oldest"
+    zeros, empty, whole = tmp_path / "zeros", tmp_path / "empty", tmp_path / "whole"
+    for folder, content in ((zeros, bytes(4096)), (empty, b""), (oldest, WHOLE)):
+        folder.mkdir()
+        (folder / RECORDING).write_bytes(content)
+    whole.mkdir()
+    MadeRecording(whole / RECORDING).file.finish()
     not_begun = killed_run(tmp_path / "not_begun", goal=False)
     (not_begun / RECORDING).unlink()
     (not_begun / RECORD).write_text('["asked",1.0]\n')
-    for age, path in enumerate([zeros / RECORDING, not_begun / RECORD, older / RECORD]):
+    (tmp_path / "latest").symlink_to("older")
+    (tmp_path / "no_run").mkdir()
+    left = [each / RECORDING for each in (whole, empty, zeros)] + [
+        not_begun / RECORD,
+        older / RECORD,
+        oldest / RECORDING,
+    ]
+    for age, path in enumerate(left):
         os.utime(path, (time.time() - 10 * age,) * 2)
     said: list[str] = []
     assert complete_newest(tmp_path, said.append).startswith(str(older / SUMMARY))
-    for folder, text in zip((zeros, not_begun, older), said[::2], strict=True):
-        assert str(folder) in text
-    assert "no recording" in said[1]
-    assert "had not begun" in said[3]
+    assert any(str(zeros) in each and "no recording" in each for each in said)
+    assert any(str(not_begun) in each and "had not begun" in each for each in said)
+    assert complete_newest(tmp_path).startswith(f"{oldest / RECORDING}: had no end; completed")
+    assert complete_newest(tmp_path) == complete_newest(tmp_path / "none") == ""
 
 
 def test_replay_finishes_a_run_named_by_its_folder_or_recording_or_says_why_not(tmp_path, capsys):
@@ -255,42 +246,3 @@ def test_replay_finishes_a_run_named_by_its_folder_or_recording_or_says_why_not(
         (line,) = capsys.readouterr().err.splitlines()
         assert line.startswith("replay: ")
         assert words in line
-
-
-# ---- the real thing: a process that is killed
-
-WRITER = """
-import os, sys, time
-from pathlib import Path
-from made_recordings import MadeRecording, point
-
-made = MadeRecording(Path(sys.argv[1]))
-newest = os.open(sys.argv[2], os.O_CREAT | os.O_WRONLY)
-end = time.monotonic() + 20.0
-while time.monotonic() < end:
-    now = time.monotonic()
-    made.write("/controller/reference", point(now, 0.0))
-    os.pwrite(newest, f"{now:20.6f}".encode(), 0)
-    made.file.flush_when_due()
-    time.sleep(0.002)
-"""
-
-
-def test_a_process_that_is_killed_loses_a_second_at_most(tmp_path):
-    path, newest = tmp_path / RECORDING, tmp_path / "newest"
-    command = [sys.executable, "-c", WRITER, str(path), str(newest)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
-    with subprocess.Popen(command, env=environment) as process:
-        try:
-            while not path.exists() or path.stat().st_size < 2000:
-                assert process.poll() is None
-                time.sleep(0.01)
-            time.sleep(0.3)
-            with pytest.raises(RunError, match=BEING_WRITTEN):
-                complete(tmp_path)
-        finally:
-            process.send_signal(signal.SIGKILL)
-    assert "had no end; completed" in complete(tmp_path)
-    kept = [message.point.x for _, _, message in messages(path, ["controller/reference"])]
-    assert len(kept) > 10
-    assert 0.0 <= float(newest.read_text()) - max(kept) + 1e-6 <= LOST
