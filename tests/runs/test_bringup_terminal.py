@@ -11,25 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from collplan_core.command_line import as_called
 from collplan_core.evaluation.run_end import CANCELED, REACHED, STUCK, TIMEOUT
 from collplan_ros.bringup import laps
 from collplan_ros.bringup.laps import EMERGENCY_STOP, drive_laps
 from collplan_ros.bringup.options import Options, parse
 from collplan_ros.bringup.progress import Progress
-
-
-def test_a_command_printed_works_from_where_the_user_stands(tmp_path, monkeypatch):
-    monkeypatch.setattr("sys.executable", str(tmp_path / "python3"))
-    for typed in (".venv/bin/bringup", "/opt/ros/lib/bringup"):
-        monkeypatch.setattr("sys.argv", [typed])
-        assert as_called("bringup") == typed
-    for typed in ("main.py", ".venv/bin/study"):
-        monkeypatch.setattr("sys.argv", [typed])
-        (tmp_path / "bringup").unlink(missing_ok=True)
-        assert as_called("bringup") == "bringup"
-        (tmp_path / "bringup").touch()
-        assert as_called("bringup") == str(tmp_path / "bringup")
 
 
 def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):

@@ -114,9 +114,8 @@ def test_what_nodes_said_is_shown(recording):
     assert (planner["name"], planner["silent"]) == ("/robot1/planner_node", False)
 
 
-@pytest.mark.parametrize("step", [-3600.0, 0.7])
-def test_a_wall_clock_that_is_set_in_the_run_changes_nothing(recording, tmp_path, step):
-    stepped = played(tmp_path, step, when=0.45)
+def test_a_wall_clock_that_is_set_in_the_run_changes_nothing(recording, tmp_path):
+    stepped = played(tmp_path, -3600.0, when=0.45)
     for part in ("free", "candidates", "rollouts", "costs", "doing", "hold"):
         before, after = ([(f["t"], f[part]) for f in each["frames"] if part in f] for each in (recording, stepped))
         assert [value for _, value in after] == [value for _, value in before]

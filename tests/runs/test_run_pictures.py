@@ -61,10 +61,6 @@ def test_runs_beside_each_other_share_one_clock_and_each_stays_where_it_ended(fo
             counts = [count_of(each, color) for each in shown]
             assert max(counts[: round(HITS[0] / FRAME_PERIOD)]) < 5
             assert counts[-1] > 5
-    slow = tmp_path / "slow.gif"
-    assert main([*map(str, folders), "--out", str(slow), "--speed", "0.5"]) == WRITTEN
-    with Image.open(slow) as image:
-        assert image.n_frames == int(0.6 / (0.5 * FRAME_PERIOD)) + 2
 
 
 def test_what_cannot_be_compared_is_named(folders, tmp_path, capsys):
@@ -78,10 +74,9 @@ def test_what_cannot_be_compared_is_named(folders, tmp_path, capsys):
         assert main([*map(str, arguments)]) == REFUSED
         assert said in capsys.readouterr().err
     assert not out.exists()
-    for option, value in (("--speed", "0"), ("--speed", "nan"), ("--out", "a.mp4")):
-        with pytest.raises(SystemExit):
-            main([*map(str, folders), option, value])
-        assert f"argument {option}: got {value}, expected" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main([*map(str, folders), "--speed", "nan"])
+    assert "--speed: got nan" in capsys.readouterr().err
 
 
 def test_what_bringup_did_not_write_is_named(tmp_path):
