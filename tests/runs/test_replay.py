@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from collplan_core.parameters import Settings
-from collplan_core.replay.comparison import Interruption, compare
-from collplan_core.replay.contents import value_of
+from collplan_core.replay.comparison import compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.worlds import load_world
 from collplan_ros.replay.main import main
@@ -126,58 +125,16 @@ def test_another_strategy_is_printed_as_a_table_up_to_a_gap(rows, replay):
         replay(rows, "--strategy", "teleport")
 
 
-# ---- a recording
-
-
-class FakeRecording:
-    """The messages of a graph that did what a trial does: journals that refer to scans and plans, and these."""
-
-    def __init__(self, rows) -> None:
-        self.messages = []
-        names = {PLANNER: "planner/journal", CONTROLLER: "controller/journal"}
-        for row in rows[1:]:
-            for content in row.pop("contents", ()):
-                self.messages.append(message_of(content))
-            self.messages.append((names[row["of"]], SimpleNamespace(data=json.dumps(row))))
-
-    def read(self, path, topics):
-        return ((topic, 0, message) for topic, message in self.messages if topic in topics)
-
-    def compared(self):
-        journals = journals_from_recording("run.mcap", self.read)
-        return next(compare(PLANNER, journals.events(PLANNER), journals.contents))
-
-
-def message_of(content):
-    """A topic and what a message of a scan or a plan has for attributes; stamps of a trial are whole nanoseconds."""
-    value = value_of(content)
-
-    def head(stamp, frame):
-        # all of it in nanoseconds: a sum of two rounded parts may be another number
-        return SimpleNamespace(frame_id=frame, stamp=SimpleNamespace(sec=0, nanosec=round(1e9 * stamp)))
-
-    if "scan" in content:
-        last = value.angle_min + value.angle_increment * (len(value.ranges) - 1)
-        fields = {name: getattr(value, name) for name in ("angle_min", "angle_increment", "time_increment")}
-        limits = {"range_min": value.range_min, "range_max": value.range_max, "scan_time": 0.0}
-        limits["ranges"] = value.ranges.tolist()
-        return "scan", SimpleNamespace(header=head(value.stamp, "base_link"), angle_max=last, **fields, **limits)
-    poses = [
-        SimpleNamespace(header=head(time, "map"), pose=SimpleNamespace(position=SimpleNamespace(x=x, y=y)))
-        for time, (x, y) in zip(value.times.tolist(), value.positions.tolist(), strict=True)
-    ]
-    return "plan", SimpleNamespace(header=head(value.stamp, "map"), poses=poses)
-
-
-def test_scans_are_found_among_the_messages_one_that_is_none_is_passed_over_and_a_missing_one_is_a_gap(rows):
-    recording = FakeRecording(rows)
-    places = [k for k, (topic, _) in enumerate(recording.messages) if topic == "scan"]
-    scan = recording.messages[places[0]][1]
-    odd = [("scan", SimpleNamespace(**{**vars(scan), "ranges": []}))]
-    odd.append(("plan", SimpleNamespace(header=scan.header, poses=[])))
-    missing = recording.messages.pop(places[10])
-    assert isinstance(recording.compared().end, Interruption)
-    recording.messages = [*odd, *recording.messages, missing]
-    found = recording.compared()
-    assert found.end is None
-    assert found.plans >= 8
+def test_of_a_recording_what_is_no_plan_is_passed_over_and_a_missing_scan_is_a_gap(rows):
+    """That its scans and plans are found is shown by a run of the graph that is replayed."""
+    stamp = SimpleNamespace(sec=1, nanosec=0)
+    odd = SimpleNamespace(header=SimpleNamespace(frame_id="map", stamp=stamp), poses=[])
+    sent = [("plan", odd), *((f"{row['of']}/journal", SimpleNamespace(data=json.dumps(row))) for row in rows[1:])]
+    compared = []
+    for which in ("", PLANNER):
+        of_these = [(topic, 0, message) for topic, message in sent if which in topic]
+        journals = journals_from_recording("run.mcap", lambda *_, given=of_these: iter(given))
+        compared.append(next(compare(PLANNER, journals.events(PLANNER), journals.contents)))
+    found, gap = compared
+    assert (found.end, found.plans >= 8) == (None, True)
+    assert "not in the recording" in str(gap.end)

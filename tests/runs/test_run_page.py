@@ -16,10 +16,10 @@ from collplan_ros.replay.main import main
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
-from collplan_ros.view.player import played_run, record_events, run_page, write_run_page
+from collplan_ros.view.player import record_events, run_page, write_run_page
 from collplan_ros.view.player.run_frames import HEAVY, LATEST, PERIOD, Event, frames_of, thinned
 from made_runs import AHEAD, EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
-from played_folders import long_run, newest, played_folder, poses_in, recording_in
+from played_folders import newest, played_folder, poses_in, recording_in
 
 ZERO = 0.15
 """When the first command moves the robot of `bouncing_run` [s]."""
@@ -251,31 +251,18 @@ def test_a_name_that_is_a_script_stays_text_and_a_strategy_misses_what_it_rememb
 # ---- its size
 
 
-def test_a_page_that_would_be_too_large_shows_fewer_scans_and_says_so(tmp_path, monkeypatch):
+def test_a_page_that_would_be_too_large_shows_fewer_scans_and_says_so(folder, page, monkeypatch):
     """Ten seconds take less than 2 MB, longer runs more, but not without end."""
     assert [run_page.largest_file(length) for length in (0.0, 10.0, 20.0, 1e6)] == [2e6, 2e6, 4e6, run_page.LARGEST]
-    duration, log = 4.0, long_run(4.0)
-    folder = played_folder(tmp_path, log)
-    size = write_run_page(folder).stat().st_size
-    assert size < 2_000_000 * duration / 10.0
-    monkeypatch.setattr(run_page, "LARGEST_SHORT", size * 2 // 3)
+    size = len(page.encode())
+    assert size < 2e6 / 10.0 * 2.0
+    monkeypatch.setattr(run_page, "LARGEST_SHORT", size - 2000)
     recording = shown(folder)
-    assert (folder / "run.html").stat().st_size <= size * 2 // 3
+    assert (folder / "run.html").stat().st_size <= size - 2000
     (note,) = (note for note in recording["notes"] if "one in" in note)
     factor = int(re.search(r"one in (\d+) scans", note)[1])
-    assert sum("scan" in frame for frame in recording["frames"]) == -(-80 // factor)
-    assert_same_poses(recording["frames"], log)
-
-
-def test_of_a_long_run_fewer_scans_are_shown_from_the_beginning(folder, page, monkeypatch):
-    """All of an hour would fill the memory before any is left out."""
-    monkeypatch.setattr(played_run, "SHOWN_WHOLE", 0.5)
-    whole, fewer = recording_in(page), shown(folder)
-    scans, kept = ([frame["scan"] for frame in each["frames"] if "scan" in frame] for each in (whole, fewer))
-    assert kept == scans[::4]
-    assert_same_poses(fewer["frames"], bouncing_run())
-    assert "one in 4 scans" in " ".join(fewer["notes"])
-    assert "one in" not in " ".join(whole["notes"])
+    assert sum("scan" in frame for frame in recording["frames"]) == -(-40 // factor)
+    assert_same_poses(recording["frames"], bouncing_run())
 
 
 @given(st.lists(st.sets(st.sampled_from(["scan", "plan", "goal", "robot", "trail"])), max_size=40), st.integers(1, 40))

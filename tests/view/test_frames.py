@@ -53,23 +53,6 @@ def test_a_slow_page_ends_up_with_the_same(puts, takes):
     assert slot.take() == {}
 
 
-@QUICK
-@given(PUTS)
-def test_a_page_that_comes_late_ends_up_with_the_same(puts):
-    frames = list(frames_of(puts))
-    for late in range(1, len(frames)):
-        newest = Newest()
-        early, all_of = {}, {}
-        for number, frame in enumerate(frames):
-            all_of.update(frame)
-            if number == late:
-                early = {name: text for name, text in newest.whole().items() if name != "history"}
-            if number >= late:
-                early.update(frame)
-            newest.add(frame)
-        assert lasting(early) == lasting(all_of)
-
-
 def test_what_has_not_changed_is_not_sent_again_but_what_stands_for_one_frame_is():
     changes = Changes()
     changes.put("goal", {"at": [1, 2]})

@@ -39,10 +39,3 @@ def test_scripts_import_files_that_are_there_and_share_no_name():
 def test_each_element_that_a_script_asks_for_is_there():
     asked = {name for text in SCRIPTS.values() for name in re.findall(r'byId\("(\w+)"\)', text)}
     assert asked - set(re.findall(r'\sid="(\w+)"', FILES["index.html"])) == set()
-
-
-def test_the_buttons_stay_in_sight_while_what_is_beside_the_picture_scrolls():
-    rules = dict(re.findall(r"^\s*(#drive|#side) \{([^}]*)\}", FILES["style.css"], re.MULTILINE))
-    assert {"position: sticky", "top: 0"} <= {each.strip() for each in rules["#drive"].split(";")}
-    # on a narrow page it is the page that scrolls, which is no use to what sticks to a part of it
-    assert "overflow-y: visible" in rules["#side"]

@@ -111,20 +111,6 @@ def test_a_jump_shows_what_playing_would_have_shown(play):
         assert history == [{part: frame[part] for part in frame if part in kept} for frame in passed]
 
 
-def test_steps_go_from_one_plan_or_impact_to_the_next(play):
-    lines = """
-    const result = [];
-    source.seek(-0.1);
-    source.play();
-    for (const [times, direction] of [["plan", 1], ["plan", 1], ["plan", 1], ["plan", 1], ["plan", -1], ["impact", -1],
-                                      ["impact", 1], ["plan", -1], ["impact", 1]]) {
-      source.step(times === "plan" ? source.planTimes : source.impactTimes, direction);
-      result.push([source.time, source.playing]);
-    }
-    """
-    assert play(lines) == [[time, False] for time in (0, 0.4, 0.8, 0.8, 0.4, 0.4, 0.4, 0, 0.4)]
-
-
 # ---- the source of the live page
 
 LIVE = f"""
@@ -212,7 +198,6 @@ globalThis.matchMedia = () => Object.assign(new EventTarget(), { matches: false 
 globalThis.requestAnimationFrame = () => {};
 const { byId } = await import("./dom.js");
 const { start } = await import("./page.js");
-const { Drive } = await import("./drive.js");
 const sent = [];
 const answered = Promise.resolve({ ok: true, text: "" });
 const source = { live: true, send: (command) => (sent.push(command), answered) };
@@ -243,18 +228,3 @@ def test_the_space_bar_stops_once_for_each_time_it_is_pressed_and_other_keys_rep
     assert sent == [{"do": "estop"}] * 2
     assert prevented == [True] * 6
     assert zoomed == 3
-
-
-def test_a_goal_inside_of_a_drawn_wall_is_given_by_a_second_click_there(drive):
-    lines = """
-    const world = { bounds: [0, 0, 4000, 4000], walled: true, polygons: [[0, 0, 1000, 0, 1000, 4000, 0, 4000]],
-                    circles: [[3000, 3000, 200]] };
-    const picture = {};
-    new Drive(source, { parts: { world } }, picture);
-    const clicks = [[2000, 2000], [500, 500], [3000, 3100], [500, 510], [480, 500], [500, 500], [4100, 2000]];
-    const result = clicks.map((at) => {
-      picture.onclick(...at);
-      return sent.length;
-    });
-    """
-    assert drive(lines) == [1, 1, 1, 1, 2, 2, 2]
