@@ -1,6 +1,5 @@
 """What is typed to bringup and what it prints: options, the line that repeats a run, progress, laps."""
 
-import io
 import itertools
 import shlex
 from pathlib import Path
@@ -12,7 +11,6 @@ from collplan_core.evaluation.run_end import CANCELED, REACHED, STUCK, TIMEOUT
 from collplan_ros.bringup import laps
 from collplan_ros.bringup.laps import EMERGENCY_STOP, drive_laps
 from collplan_ros.bringup.options import Options, parse
-from collplan_ros.bringup.progress import Progress
 
 
 def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):
@@ -43,13 +41,6 @@ def test_what_is_typed_is_taken_or_refused_by_its_name(capsys):
         assert option.strip("-") in said
         assert all(each in said for each in wrong)
         assert "expected" in said
-
-
-def test_no_time_is_said_before_it_has_come():
-    """A run that ends after 2.88 s says nothing of 2.9 s before."""
-    said = io.StringIO()
-    Progress(said).show(2.86, 0.11, "free_space", 0)
-    assert said.getvalue().startswith("   2.8 s   0.11 m")
 
 
 # ---- there and back: which ends come when, and what a person may do in between

@@ -10,7 +10,6 @@ import pytest
 from bumping_runs import bumping_run
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
-from collplan_ros.runs import fit_rebound
 from collplan_ros.runs.fit_robot import main
 from collplan_ros.runs.impact_log import COLUMNS
 
@@ -141,11 +140,6 @@ def test_runs_of_two_radii_or_two_kinds_are_refused(short, spoiled, tmp_path, ca
     assert "expected runs of one robot" in refused(capsys, spoiled, short, out=out)
     (spoiled / "summary.json").write_text(json.dumps({"simulated": False}))
     assert "expected one kind" in refused(capsys, spoiled, short, out=out)
-
-
-def test_by_its_earlier_name_it_says_the_new_one(tmp_path, capsys):
-    assert fit_rebound.main([str(tmp_path / "none")]) == REFUSED
-    assert "fit_robot now" in capsys.readouterr().err
 
 
 def in_row(line, **values):

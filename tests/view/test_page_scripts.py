@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from collplan_ros.view.player.one_file import SCRIPTS, one_script, packed
+from collplan_ros.view.player.one_file import SCRIPTS, one_script
 
 NODE = shutil.which("node")
 pytestmark = pytest.mark.skipif(NODE is None, reason="no Node here")
@@ -54,7 +54,7 @@ FRAMES = [
     {"t": 0.8, "robot": [4, 0, 0, 0, 0], "plan": {"stamp": 0.78}, "scan": [7, 7]},
 ]
 PLAYER = f"""
-import {{ RecordedSource, unpacked }} from "./player.js";
+import {{ RecordedSource }} from "./player.js";
 {CLOCK}
 const source = new RecordedSource(input.frames);
 const got = [];
@@ -73,11 +73,6 @@ def play(run):
     return lambda lines, **given: run(
         PLAYER + lines, "player.js", stubs=PLAYER_STUBS, given={"frames": FRAMES, **given}
     )
-
-
-def test_the_player_unpacks_what_was_packed(play):
-    given = {"title": "<b>ü", "frames": FRAMES}
-    assert play("const result = await unpacked(input.packed);", packed=packed(given)) == given
 
 
 def test_playing_gives_each_frame_once_in_order_and_before_its_time(play):

@@ -241,13 +241,6 @@ def test_among_twenty_pages_one_that_stalls_and_one_that_floods_harm_nobody(benc
     assert any("too many commands" in line or "sent too much" in line for line in bench.lines)
 
 
-def test_a_page_that_sends_without_end_is_cut(bench):
-    with ExitStack() as stack:
-        page = bench.page(stack, close_timeout=0.1)
-        until_closed(lambda number: page.ping(f"{number:0100}"))
-        assert ["too much" in line for line in bench.lines] == [True]
-
-
 def test_connections_that_say_nothing_do_not_pile_up(bench):
     silent = [socket.create_connection(("127.0.0.1", bench.server.port)) for _ in range(2 * MOST_WAITING)]
     gone = 0
