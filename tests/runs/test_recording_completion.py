@@ -32,8 +32,8 @@ HEADER = 8 + 9 + len("....ros2....") + len(LIBRARY)
 BEING_WRITTEN = "is being written"
 
 
-def unfinished(path: Path) -> tuple[list[tuple[str, int, bytes]], list[int]]:
-    """Writes a recording without end; its rows, and the size of the file after each chunk."""
+def unfinished(path: Path) -> tuple[list[tuple[str, int, bytes]], list[int], bytes]:
+    """The rows of a recording without end, the size of its file after each chunk, and its content."""
     made, sizes = MadeRecording(path), []
     for number in range(CHUNKS * IN_CHUNK):
         topic = "/controller/reference" if number % 3 else "/maneuver"
@@ -41,8 +41,9 @@ def unfinished(path: Path) -> tuple[list[tuple[str, int, bytes]], list[int]]:
         if number % IN_CHUNK == IN_CHUNK - 1:
             made.file.flush()
             sizes.append(path.stat().st_size)
-    os.close(made.file._descriptor)  # as the end of a process does
-    return made.rows, sizes
+    content = path.read_bytes()
+    made.file.finish()
+    return made.rows, sizes, content
 
 
 def rows_of(path: Path) -> list[tuple[str, int, bytes]]:
@@ -50,8 +51,7 @@ def rows_of(path: Path) -> list[tuple[str, int, bytes]]:
 
 
 with tempfile.TemporaryDirectory() as _folder:
-    ROWS, SIZES = unfinished(Path(_folder) / RECORDING)
-    WHOLE = (Path(_folder) / RECORDING).read_bytes()
+    ROWS, SIZES, WHOLE = unfinished(Path(_folder) / RECORDING)
 
 
 def completed(content: bytes) -> tuple[str, list[tuple[str, int, bytes]]]:
