@@ -1,6 +1,7 @@
 """Logs of runs made by hand, and what a recorder would have written of them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,15 @@ from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.record_reading import Told
-from collplan_ros.runs.run_log import ImpactRecord, PlanRow, PoseRow, RunLog, SentCommand, SentManeuver
+from collplan_ros.runs.run_log import (
+    DetectedImpactRecord,
+    ImpactRecord,
+    PlanRow,
+    PoseRow,
+    RunLog,
+    SentCommand,
+    SentManeuver,
+)
 
 EPOCH = 1.7e9
 AHEAD = EPOCH - 77.0
@@ -54,6 +63,12 @@ def bouncing_run() -> RunLog:
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
     log.true_impacts.append(ImpactRecord(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
     return log
+
+
+def detected_only(log: RunLog) -> RunLog:
+    """The run as a real robot leaves it, with its hit at HIT_AT detected in the poses."""
+    hit = DetectedImpactRecord(EPOCH + HIT_AT - 0.003, WALL, 0.1, -1.0, 0.0)
+    return replace(log, truth=[], true_impacts=[], detected_impacts=[hit])
 
 
 def write_record(path: Path, log: RunLog, goal: np.ndarray = GOAL, told: Sequence[Told] = ()) -> None:

@@ -1,6 +1,7 @@
-"""Run folders made by hand that can be played, and what is in the page of one."""
+"""Run folders made by hand that can be played or drawn, and what is in the page of one."""
 
 import base64
+import csv
 import gzip
 import json
 import re
@@ -13,11 +14,11 @@ import yaml
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
-from collplan_core.plan import Contacts
-from collplan_core.scan import Scan
+from collplan_ros.runs.impact_log import COLUMNS as IMPACT_COLUMNS
 from collplan_ros.runs.record_reading import RECORD, Told
-from collplan_ros.runs.run_log import PlanRow, PoseRow, RunLog, SentCommand, SentManeuver
-from made_runs import EPOCH, bouncing_run, write_record
+from collplan_ros.runs.run_log import RunLog
+from collplan_ros.runs.trajectory_file import COLUMNS as TRAJECTORY_COLUMNS
+from made_runs import bouncing_run, write_record
 
 ROOM = {
     "bounds": [-2.0, -1.5, 2.5, 1.5],
@@ -49,23 +50,30 @@ def played_folder(
     return folder
 
 
-def long_run(duration: float = 10.0) -> RunLog:
-    """To and fro with as much in it as a real run has, and noise that cannot be compressed."""
-    rng, log = np.random.default_rng(0), RunLog(sent_maneuvers=[SentManeuver(77.1, "free_space")])
-    for k in range(round(100 * duration)):
-        t = 0.01 * k
-        x, y = np.array([0.8 * np.sin(0.7 * t), 0.3 * np.cos(1.1 * t)]) + rng.normal(0.0, 0.0005, 2)
-        log.poses.append(PoseRow(EPOCH + t, x, y, 0.1 * np.sin(t), 0.5, 0.1, 77.0 + t))
-        if k % 5 == 0:
-            log.sent_commands.append(SentCommand(77.0 + t, 0.3, 0.0, 0.0))
-            ranges = 0.8 + 0.3 * np.sin(np.arange(360) / 40.0) + rng.normal(0.0, 0.005, 360)
-            log.scans.append(Scan(EPOCH + t, -np.pi, 2 * np.pi / 360, 0.05, 8.0, ranges))
-            times = EPOCH + t + np.linspace(0.0, 3.0, 120)
-            way = np.column_stack([np.linspace(x, 1.0, 120), y + 0.1 * np.sin(times)])
-            way += rng.normal(0.0, 0.001, way.shape)
-            log.plans.append(PlanRow(EPOCH + t, times, way))
-            log.contacts[EPOCH + t] = Contacts(times[[60]], way[[60]], np.array([[0.3, -0.2]]))
-    return log
+START, END = np.array([0.6, 0.4]), np.array([1.8, 0.4])
+HITS = 0.2, np.array([[0.9, 0.7], [1.5, 0.7]])
+"""When [s] and where [m] a drawn run has a deliberate hit, and one that is not."""
+
+
+def drawn_folder(parent: Path, name: str, duration: float, strategy: str = "bounce", world: str = "corridor") -> Path:
+    """The figures of a run from START to END that takes `duration` [s], without a record."""
+    folder = parent / name
+    folder.mkdir(parents=True)
+    chosen = {"planner.strategy": strategy, "lidar.world": world, "simulator.world": world}
+    write_parameters(Settings().with_values(chosen), folder / "parameters.yaml")
+    (folder / "summary.json").write_text(json.dumps({"simulated": True, "goal": END.tolist(), "outcome": "reached"}))
+    with (folder / "trajectory.csv").open("w", newline="") as file:
+        rows = csv.DictWriter(file, TRAJECTORY_COLUMNS, restval="0.0")
+        rows.writeheader()
+        for t in np.arange(-0.1, duration + 1e-9, 0.01):
+            x, y = START + min(max(t / duration, 0.0), 1.0) * (END - START)
+            rows.writerow({"t": f"{t:.6f}", "x": x, "y": y, "maneuver": "free_space"})
+    with (folder / "impacts.csv").open("w", newline="") as file:
+        rows = csv.DictWriter(file, IMPACT_COLUMNS, restval="0.0")
+        rows.writeheader()
+        for (x, y), kind in zip(HITS[1], ("true", "false"), strict=True):
+            rows.writerow({"t": HITS[0], "x": x, "y": y, "foreseen": "true", "deliberate": kind})
+    return folder
 
 
 def recording_in(page: str) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
 from collplan_core.sensing.pose_filter import FRESH, PoseSample, filter_pose
 from collplan_ros.runs.impact_log import impacts_of, nearest_surface
-from collplan_ros.runs.run_log import DetectedImpactRecord, ImpactRecord, PoseRow, RunLog
-from made_runs import EPOCH, HIT_AT, RADIUS, SPEED, WALL, WINDOW, bouncing_run, room
+from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
+from made_runs import EPOCH, HIT_AT, RADIUS, SPEED, WALL, WINDOW, bouncing_run, detected_only, room
 
 
 def test_an_impact_is_placed_on_the_world():
@@ -36,8 +36,7 @@ def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
 
 
 def test_a_detected_impact_has_the_velocities_of_the_poses_around_and_its_own_place():
-    log = bouncing_run()
-    log.truth, log.detected_impacts = [], [DetectedImpactRecord(EPOCH + HIT_AT - 0.003, WALL, 0.1, -1.0, 0.0)]
+    log = detected_only(bouncing_run())
     # the velocities that the poses show are fitted over the last moments: they lag
     lagging = [max(-0.5 * SPEED, SPEED - 0.25 * (k - 99)) if k > 99 else SPEED for k in range(len(log.poses))]
     log.poses = [row._replace(vx=vx) for row, vx in zip(log.poses, lagging, strict=True)]
@@ -48,11 +47,7 @@ def test_a_detected_impact_has_the_velocities_of_the_poses_around_and_its_own_pl
     assert impacts.before[0] == pytest.approx([SPEED, 0.0])
     assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
     assert impacts.deliberate.tolist() == [True]
-
-
-def test_a_detected_impact_before_any_pose_is_left_out():
-    log = RunLog(detected_impacts=[DetectedImpactRecord(EPOCH, WALL, 0.1, -1.0, 0.0)])
-    assert len(impacts_of(log, room(), WINDOW)) == 0
+    assert len(impacts_of(RunLog(detected_impacts=log.detected_impacts), room(), WINDOW)) == 0
 
 
 def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
@@ -83,13 +78,12 @@ def test_a_true_impact_at_the_stamp_of_a_pose_is_over_in_that_pose():
     log = bouncing_run()
     log.true_impacts = [ImpactRecord(log.truth[100].stamp, -1.5 * SPEED, 0.0)]
     impacts = impacts_of(log, room(), WINDOW)
-    assert impacts.before[0] == pytest.approx([SPEED, 0.0])
-    assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
+    assert (impacts.before[0, 0], impacts.after[0, 0]) == pytest.approx((SPEED, -0.5 * SPEED))
     assert impacts.deliberate.tolist() == [True]
 
 
 @given(st.floats(-1.99, 2.49), st.floats(-1.49, 1.49))
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(derandomize=True, deadline=None, max_examples=30)
 def test_the_nearest_surface_is_shapelys(x, y):
     import shapely
 
@@ -121,8 +115,9 @@ def detected_run(before: np.ndarray, after: np.ndarray, noise: float) -> RunLog:
     return log
 
 
-@pytest.mark.parametrize("noise", [2e-4, 2e-3])
-@pytest.mark.parametrize(("before", "after"), [((0.9, 0.3), (-0.63, 0.24)), ((0.6, -0.5), (-0.45, -0.4))])
+@pytest.mark.parametrize(
+    ("before", "after", "noise"), [((0.9, 0.3), (-0.63, 0.24), 2e-4), ((0.6, -0.5), (-0.45, -0.4), 2e-3)]
+)
 def test_an_impact_detected_in_the_poses_has_its_velocities_before_and_after(before, after, noise):
     log = detected_run(np.array(before), np.array(after), noise)
     impacts = impacts_of(log, room(), WINDOW)
@@ -137,24 +132,3 @@ def test_an_impact_detected_in_the_poses_has_its_velocities_before_and_after(bef
     assert impacts.points[0] == pytest.approx(place, abs=0.003 + 10.0 * noise)
     assert impacts.deliberate.tolist() == [True]
     assert impacts.direction_errors[0] < 0.3
-
-
-class Track(list):
-    """Poses that count how often all of them are gone through."""
-
-    walks = 0
-
-    def __iter__(self):
-        self.walks += 1
-        return super().__iter__()
-
-
-@pytest.mark.parametrize("has_truth", [True, False])
-def test_many_impacts_do_not_go_through_the_poses_of_a_long_run_for_each_of_them(has_truth):
-    log, times = bouncing_run(), [EPOCH + 0.3 + 0.01 * k for k in range(100)]
-    log.poses = Track(log.poses)
-    log.truth = Track(log.truth) if has_truth else []
-    log.true_impacts = [ImpactRecord(time, -0.1, 0.0) for time in times]
-    log.detected_impacts = [DetectedImpactRecord(time, WALL, 0.1, -1.0, 0.0) for time in times]
-    assert len(impacts_of(log, room(), WINDOW)) == 100
-    assert (log.truth if has_truth else log.poses).walks < 5

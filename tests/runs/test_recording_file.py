@@ -1,6 +1,5 @@
 """run.mcap: every message comes back bit by bit, by two libraries, with what is said of its topic."""
 
-import resource
 import tempfile
 from pathlib import Path
 
@@ -10,19 +9,16 @@ from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
-from collplan_ros.recording.completion import complete
 from collplan_ros.recording.reading import attachment, description, messages, raw_messages
 from collplan_ros.recording.recording_file import RECORDING, RecordingFile
 from collplan_ros.runs.record_file import RecordError
 from collplan_ros.runs.run_error import RunError
 from made_recordings import EPOCH, POINT, TOPICS, MadeRecording, point, sent
 
-few = settings(derandomize=True, deadline=None, max_examples=40)
 
-
-@given(st.lists(sent, max_size=60), st.sets(st.integers(0, 60)))
-@few
-def test_each_message_comes_back_bit_by_bit(rows, flushed):
+@given(st.lists(sent, max_size=40), st.sets(st.integers(0, 40)))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_each_message_comes_back_bit_by_bit_and_both_libraries_decode_it(rows, flushed):
     with tempfile.TemporaryDirectory() as folder:
         made = MadeRecording(Path(folder) / RECORDING)
         for number, row in enumerate(rows):
@@ -35,38 +31,27 @@ def test_each_message_comes_back_bit_by_bit(rows, flushed):
         assert [(each.kind, each.sent, each.number) for each in read] == [
             (TOPICS[topic], came - 1000, number) for number, (topic, came, _) in enumerate(made.rows, 1)
         ]
-        with AnyReader([made.path]) as reader:
-            again = [(connection.topic, came, data) for connection, came, data in reader.messages()]
-        assert again == made.rows
-
-
-@given(st.lists(sent, min_size=1, max_size=30))
-@few
-def test_both_libraries_decode_what_was_sent(rows):
-    with tempfile.TemporaryDirectory() as folder:
-        made = MadeRecording(Path(folder) / RECORDING)
-        for row in rows:
-            made.write(*row)
-        made.file.finish()
         for (topic, original), (name, _, decoded) in zip(rows, messages(made.path, list(TOPICS)), strict=True):
             assert name == topic
             assert_same(topic, original, decoded)
         with AnyReader([made.path]) as reader:
-            for (topic, original), (connection, _, data) in zip(rows, reader.messages(), strict=True):
+            again = list(reader.messages())
+            assert [(connection.topic, came, data) for connection, came, data in again] == made.rows
+            for (topic, original), (connection, _, data) in zip(rows, again, strict=True):
                 assert_same(topic, original, reader.deserialize(data, connection.msgtype))
 
 
-@pytest.mark.parametrize("is_flushed", [False, True])
-def test_messages_come_in_the_order_in_which_they_came_also_where_the_wall_clock_was_set_back(tmp_path, is_flushed):
-    made = MadeRecording(tmp_path / RECORDING)
-    for number in range(12):
-        made.epoch = EPOCH - (1_000_000_000 if number >= 5 else 0)
-        made.write("/controller/reference", point(float(number), 0.0))
-        if is_flushed and number % 4 == 0:
-            made.file.flush()
-    made.file.finish()
-    assert [each.came for each in raw_messages(made.path, list(TOPICS))] == [came for _, came, _ in made.rows]
-    assert [message.point.x for _, _, message in messages(made.path, list(TOPICS))] == list(range(12))
+def test_messages_come_in_the_order_in_which_they_came_also_where_the_wall_clock_was_set_back(tmp_path):
+    for period in (4, 100):
+        made = MadeRecording(tmp_path / f"{period}.mcap")
+        for number in range(12):
+            made.epoch = EPOCH - (1_000_000_000 if number >= 5 else 0)
+            made.write("/controller/reference", point(float(number), 0.0))
+            if number % period == 1:
+                made.file.flush()
+        made.file.finish()
+        assert [each.came for each in raw_messages(made.path, list(TOPICS))] == [came for _, came, _ in made.rows]
+        assert [message.point.x for _, _, message in messages(made.path, list(TOPICS))] == list(range(12))
 
 
 def assert_same(topic: str, original, decoded) -> None:
@@ -78,14 +63,14 @@ def assert_same(topic: str, original, decoded) -> None:
     assert (header.frame_id, header.stamp.sec, header.stamp.nanosec) == (original.header.frame_id, 12, 345)
 
 
-def written(path: Path, count: int = 3, namespace: str = "/") -> MadeRecording:
-    made = MadeRecording(path, namespace)
-    for number in range(count):
+def written(path: Path) -> MadeRecording:
+    made = MadeRecording(path)
+    for number in range(3):
         made.write("/controller/reference", point(float(number), 0.0))
     return made
 
 
-def test_the_qos_of_publishers_is_read_as_rosbag2_writes_it(tmp_path):
+def test_what_is_said_of_publishers_and_of_the_run_is_read(tmp_path):
     made = written(tmp_path / RECORDING)
     made.file.finish()
     with AnyReader([made.path]) as reader:
@@ -94,15 +79,10 @@ def test_the_qos_of_publishers_is_read_as_rosbag2_writes_it(tmp_path):
     assert (connection.msgtype, connection.ext.serialization_format, connection.msgcount) == (POINT, "cdr", 3)
     assert (offered.reliability, offered.durability) == (QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL)
     assert (offered.history, offered.depth) == (QosHistory.UNKNOWN, 0)
-
-
-def test_what_is_said_of_the_run_is_read(tmp_path):
-    made = written(tmp_path / RECORDING)
-    made.file.finish()
     assert attachment(made.path, "parameters.yaml") == "/**: {}\n"
     assert description(made.path, "run")["goal"] == "1.0 2.0"
     assert description(made.path, "nothing") == {}
-    with pytest.raises(RunError, match=r"run.mcap: nothing attached as 'world.yaml'"):
+    with pytest.raises(RunError, match=r"run.mcap: .*'world.yaml'"):
         attachment(made.path, "world.yaml")
 
 
@@ -117,53 +97,21 @@ def test_topics_are_asked_for_as_their_nodes_name_them(tmp_path):
     assert list(messages(made.path, ["reference"])) == []
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (None, "cannot be read: No such file or directory"),
-        (b"", "has no end, expected a recording that bringup has finished or completed"),
-        (b"\x89MCAP0\r\n", "has no end"),
-        (b"t,x,y\n" * 20, "has no end"),
-    ],
-)
-def test_what_is_no_whole_recording_is_named(tmp_path, content, said):
+def test_what_is_no_whole_recording_is_named_and_no_file_is_written_over(tmp_path):
     path = tmp_path / RECORDING
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(RunError, match=f"run.mcap: {said}"):
+    with pytest.raises(RunError, match="No such file"):
         list(messages(path, ["plan"]))
-
-
-def test_a_recording_without_end_is_refused_and_then_read(tmp_path):
-    made = written(tmp_path / RECORDING)
+    for content in (b"", b"\x89MCAP0\r\n", b"t,x,y\n" * 20):
+        path.write_bytes(content)
+        with pytest.raises(RunError, match=r"run.mcap: has no end"):
+            list(messages(path, ["plan"]))
+    with pytest.raises(RecordError, match=r"run.mcap: cannot be written: File exists"):
+        RecordingFile(path)
+    assert path.read_bytes() == content
+    path.unlink()
+    made = written(path)
     made.file.flush()
     with pytest.raises(RunError, match="has no end"):
-        list(messages(made.path, ["controller/reference"]))
+        list(messages(path, ["controller/reference"]))
     made.file.finish()
-    assert len(list(messages(made.path, ["controller/reference"]))) == 3
-
-
-def test_a_file_that_is_there_is_not_written_over(tmp_path):
-    (tmp_path / RECORDING).write_text("mine")
-    with pytest.raises(RecordError, match=r"run.mcap: cannot be written: File exists"):
-        RecordingFile(tmp_path / RECORDING)
-    assert (tmp_path / RECORDING).read_text() == "mine"
-
-
-def test_a_full_disk_is_said_once_and_what_was_flushed_before_is_kept(tmp_path):
-    made = written(tmp_path / RECORDING, 3)
-    made.file.flush()
-    for number in range(1000):
-        made.write("/controller/reference", point(number**0.5, 0.0))
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (made.path.stat().st_size + 100, hard))
-    try:
-        with pytest.raises(RecordError, match=r"run.mcap: cannot be written: File too large"):
-            made.file.flush()
-        made.write("/controller/reference", point(0.0, 0.0))
-        made.file.flush()
-        made.file.finish()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert "3 messages" in complete(tmp_path)
-    assert [each.data for each in raw_messages(made.path, list(TOPICS))] == [data for _, _, data in made.rows[:3]]
+    assert len(list(messages(path, ["controller/reference"]))) == 3

@@ -2,13 +2,12 @@
 
 import json
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_ros.view.frames import KEPT, LOSSY, Changes, Newest, Slot, as_json, joined
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=100)
+QUICK = settings(derandomize=True, deadline=None, max_examples=50)
 
 NAMES = st.sampled_from(["robot", "scan", "plan", "goal", "costs", "trail", "periods"])
 PARTS = st.recursive(st.integers() | st.text() | st.booleans() | st.none(), lambda inner: st.lists(inner, max_size=3))
@@ -32,6 +31,7 @@ def lasting(parts):
 def test_the_newest_of_all_parts_is_what_was_put_last(puts):
     newest = Newest()
     for frame in frames_of(puts):
+        assert set(json.loads(joined(frame))) == set(frame)
         newest.add(frame)
     last = {name: as_json(value) for parts in puts for name, value in parts}
     whole = newest.whole()
@@ -50,30 +50,6 @@ def test_a_slow_page_ends_up_with_the_same(puts, takes):
     has.update(slot.take())
     assert has == all_of
     assert slot.take() == {}
-
-
-@QUICK
-@given(PUTS)
-def test_a_page_that_comes_late_ends_up_with_the_same(puts):
-    frames = list(frames_of(puts))
-    for late in range(1, len(frames)):
-        newest = Newest()
-        early, all_of = {}, {}
-        for number, frame in enumerate(frames):
-            all_of.update(frame)
-            if number == late:
-                early = {name: text for name, text in newest.whole().items() if name != "history"}
-            if number >= late:
-                early.update(frame)
-            newest.add(frame)
-        assert lasting(early) == lasting(all_of)
-
-
-@QUICK
-@given(PUTS)
-def test_frames_are_json(puts):
-    for frame in frames_of(puts):
-        assert set(json.loads(joined(frame))) == set(frame)
 
 
 def test_what_has_not_changed_is_not_sent_again_but_what_stands_for_one_frame_is():
@@ -96,19 +72,8 @@ def test_history_is_short_and_begins_anew_where_time_steps_back():
     assert len(json.loads(newest.whole()["history"])) == KEPT
     newest.add({"t": "3.0", "robot": "[1]"})
     assert json.loads(newest.whole()["history"]) == [{"t": 3.0, "robot": [1]}]
-
-
-def test_without_a_frame_there_is_nothing():
-    newest = Newest()
-    assert newest.whole() == {}
-    newest.add({"t": "1.0"})
     newest.forget()
     assert newest.whole() == {}
-
-
-def test_numbers_that_json_does_not_know_are_refused():
-    with pytest.raises(ValueError, match="JSON"):
-        Changes().put("robot", [float("nan")])
 
 
 def test_a_robot_at_rest_is_sent_with_each_pose():

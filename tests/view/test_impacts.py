@@ -23,35 +23,31 @@ def contact_at(time: float) -> Contacts:
     return Contacts(np.array([time]), POINT[None], np.array([[-0.5, 0.0]]))
 
 
-@pytest.mark.parametrize(("speed", "kind"), [(0.8, "deliberate"), (0.1, "foreseen")])
-def test_what_every_plan_in_force_foresaw_is_foreseen_and_where_fast_deliberate(speed, kind):
+def hit_with(speed: float, *plans: tuple[float, Contacts]):
+    """The impact of a robot at this speed, after plans that were made at these times."""
     impacts = coming(speed)
-    for made in (0.7, 0.8, 0.9):
-        impacts.planned(made, contact_at(1.02))
+    for made, contacts in plans:
+        impacts.planned(made, contacts)
     impacts.happened(ImpactContact(1.0, POINT, NORMAL))
     (impact,) = impacts.part
-    assert impact["kind"] == kind
-    assert impact["speed"] == pytest.approx(1000 * speed, abs=1)
+    return impact
 
 
-@pytest.mark.parametrize(
-    "plans",
-    [
+def test_what_every_plan_in_force_foresaw_is_foreseen_and_where_fast_deliberate():
+    for speed, kind in ((0.8, "deliberate"), (0.1, "foreseen")):
+        impact = hit_with(speed, *((made, contact_at(1.02)) for made in (0.7, 0.8, 0.9)))
+        assert impact["kind"] == kind
+        assert impact["speed"] == pytest.approx(1000 * speed, abs=1)
+
+
+def test_what_was_not_foreseen_in_time_is_another_and_without_poses_it_has_no_speed():
+    for plans in (
         [],
         [(0.95, contact_at(1.0))],  # which only confirms what it sees
         [(0.7, contact_at(1.0)), (0.9, Contacts.none())],
         [(0.7, contact_at(1.5))],
-    ],
-)
-def test_what_was_not_foreseen_in_time_is_another(plans):
-    impacts = coming(0.8)
-    for made, contacts in plans:
-        impacts.planned(made, contacts)
-    impacts.happened(ImpactContact(1.0, POINT, NORMAL))
-    assert impacts.part[0]["kind"] == "other"
-
-
-def test_an_impact_without_poses_before_it_has_no_speed():
+    ):
+        assert hit_with(0.8, *plans)["kind"] == "other", plans
     impacts = Impacts()
     impacts.happened(ImpactContact(1.0, POINT, NORMAL))
     assert impacts.part[0]["speed"] == 0

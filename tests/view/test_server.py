@@ -4,6 +4,7 @@ import json
 import socket
 import time
 from contextlib import ExitStack
+from functools import partial
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -20,10 +21,10 @@ PATIENCE = 20.0
 class Bench:
     """A server, and what it was asked for."""
 
-    def __init__(self, most_clients: int = 20) -> None:
+    def __init__(self) -> None:
         self.commands = []
         self.lines = []
-        self.server = PageServer(0, most_clients, self._take, self.lines.append)
+        self.server = PageServer(0, 20, self._take, self.lines.append)
         self.host = f"127.0.0.1:{self.server.port}"
         self.number = 0
 
@@ -48,18 +49,19 @@ class Bench:
         self.number += 1
         self.server.publish({"t": as_json(float(self.number)), **{name: as_json(part) for name, part in parts.items()}})
 
-    def request(self, lines: list[str]) -> tuple[int, dict[str, str], bytes]:
-        """Status, headers and body of the answer to a request of these lines."""
+    def raw(self, lines: list[str]) -> bytes:
+        """The answer to a request of these lines."""
         with socket.create_connection(("127.0.0.1", self.server.port), timeout=PATIENCE) as raw:
             raw.sendall("\r\n".join([*lines, "", ""]).encode())
-            answer = b"".join(iter(lambda: raw.recv(65536), b""))
+            return b"".join(iter(partial(raw.recv, 65536), b""))
+
+    def get(self, path: str, host: str = "", **headers: str) -> tuple[int, dict[str, str], bytes]:
+        """Status, headers and body of a file."""
+        named = [f"{name.replace('_', '-')}: {value}" for name, value in headers.items()]
+        answer = self.raw([f"GET {path} HTTP/1.1", f"Host: {host or self.host}", *named])
         head, _, body = answer.partition(b"\r\n\r\n")
         first, *rest = head.decode().split("\r\n")
         return int(first.split()[1]), dict(line.lower().split(": ", 1) for line in rest), body
-
-    def get(self, path: str, host: str = "", **headers: str) -> tuple[int, dict[str, str], bytes]:
-        named = [f"{name.replace('_', '-')}: {value}" for name, value in headers.items()]
-        return self.request([f"GET {path} HTTP/1.1", f"Host: {host or self.host}", *named])
 
 
 @pytest.fixture
@@ -97,35 +99,30 @@ def ends(page: ClientConnection) -> int | None:
         return closed.rcvd.code if closed.rcvd else None
 
 
+def until_closed(send) -> None:
+    """Sends again and again, until the server has closed the page."""
+    for number in range(100000):
+        try:
+            send(number)
+        except (ConnectionClosed, OSError):
+            return
+    raise AssertionError("the page is still open")
+
+
 # ---- files
 
 
-def test_the_page_and_all_its_files_are_served(bench):
+def test_the_page_and_its_files_are_served(bench):
     status, headers, body = bench.get("/")
-    assert status == 200
+    assert (status, int(headers["content-length"])) == (200, len(body))
     assert bench.server.token in body.decode()
-    assert int(headers["content-length"]) == len(body)
     assert "frame-ancestors 'none'" in headers["content-security-policy"]
-    assert headers["cache-control"] == "no-store"
-    for name in ("main.js", "style.css", "layers.js"):
-        status, headers, body = bench.get(f"/{name}", Origin=f"http://{bench.host}")
-        assert (status, int(headers["content-length"])) == (200, len(body))
-        assert headers["x-content-type-options"] == "nosniff"
+    status, headers, body = bench.get("/main.js", Origin=f"http://{bench.host}")
+    assert (status, int(headers["content-length"])) == (200, len(body))
 
 
-@pytest.mark.parametrize("host", ["evil.test", "evil.test:{port}", "127.0.0.1.evil.test:{port}"])
-@pytest.mark.parametrize("path", ["/", "/frames", "/main.js"])
-def test_dns_rebinding_gets_nothing(bench, host, path):
-    named = host.format(port=bench.server.port)
-    status, _, body = bench.get(path, host=named, Origin=f"http://{named}")
-    assert status == 421
-    assert bench.server.token not in body.decode()
-    assert bench.lines
-
-
-@pytest.mark.parametrize(
-    "lines",
-    [
+def test_other_requests_are_refused_and_the_server_goes_on(bench):
+    for lines in (
         ["GET / HTTP/1.1"],
         ["GET / HTTP/1.1", "Host: evil.test", "Host: 127.0.0.1"],
         ["GET / HTTP/1.1", "Host: 127.0.0.1", "Origin: null", "Origin: http://127.0.0.1"],
@@ -134,34 +131,26 @@ def test_dns_rebinding_gets_nothing(bench, host, path):
         ["GET / HTTP/1.1", "Host: 127.0.0.1", "X: " + "x" * 9000],
         ["GET http://evil.test/ HTTP/1.1", "Host: 127.0.0.1"],
         ["nonsense"],
-    ],
-)
-def test_other_requests_are_refused_and_the_server_goes_on(bench, lines):
-    with socket.create_connection(("127.0.0.1", bench.server.port), timeout=PATIENCE) as raw:
-        raw.sendall("\r\n".join([*lines, "", ""]).encode())
-        answer = b"".join(iter(lambda: raw.recv(65536), b""))
-    assert not answer.startswith(b"HTTP/1.1 200")
-    assert bench.server.token.encode() not in answer
-    assert bench.get("/")[0] == 200
+        ["GET / HTTP/1.1", f"Host: evil.test:{bench.server.port}", f"Origin: http://evil.test:{bench.server.port}"],
+    ):
+        answer = bench.raw(lines)
+        assert not answer.startswith(b"HTTP/1.1 200"), lines
+        assert bench.server.token.encode() not in answer
+        assert bench.get("/")[0] == 200
+    assert bench.lines
 
 
 # ---- the websocket
 
 
-@pytest.mark.parametrize("origin", ["http://evil.test", "null", None, "http://127.0.0.1:1", "https://{host}"])
-def test_a_page_of_another_origin_does_not_get_in(bench, origin):
-    told = origin and origin.format(host=bench.host)
-    with ExitStack() as stack, pytest.raises(InvalidStatus) as refused:
-        bench.page(stack, origin=told)
-    assert refused.value.response.status_code == 403
-    assert bench.server.n_clients == 0
-
-
-def test_a_rebound_name_does_not_get_in(bench):
+def test_a_page_of_another_origin_or_a_rebound_name_does_not_get_in(bench):
     name = f"evil.test:{bench.server.port}"
-    with ExitStack() as stack, pytest.raises(InvalidStatus) as refused:
-        bench.page(stack, origin=f"http://{name}", host=name)
-    assert refused.value.response.status_code == 421
+    origins = ["http://evil.test", "null", None, "http://127.0.0.1:1", f"https://{bench.host}"]
+    for origin, host, status in [*((origin, "", 403) for origin in origins), (f"http://{name}", name, 421)]:
+        with ExitStack() as stack, pytest.raises(InvalidStatus) as refused:
+            bench.page(stack, origin=origin, host=host)
+        assert refused.value.response.status_code == status, origin
+    assert bench.server.n_clients == 0
 
 
 def test_a_page_gets_what_there_is_and_then_what_changes(bench):
@@ -174,15 +163,6 @@ def test_a_page_gets_what_there_is_and_then_what_changes(bench):
         assert [earlier["robot"][0] for earlier in first["history"]] == [1, 2]
         bench.publish(robot=[3, 2, 3, 4, 5])
         assert next_with(page, "robot")["robot"][0] == 3
-
-
-def test_a_script_in_a_name_stays_text(bench):
-    name = '</script><img src=x onerror=alert(1)>"\u2028'
-    bench.publish(about={"world": name}, nodes=[{"name": name, "message": name}])
-    with ExitStack() as stack:
-        text = bench.page(stack).recv(timeout=PATIENCE)
-        assert json.loads(text)["about"]["world"] == name
-    assert "alert" not in bench.get("/")[2].decode()
 
 
 def test_commands_arrive_and_are_answered(bench):
@@ -199,39 +179,21 @@ def test_commands_arrive_and_are_answered(bench):
     assert [command.action for command in bench.commands] == ["goal", "estop"]
 
 
-@pytest.mark.parametrize("token", ["", "wrong", None])
-def test_a_wrong_token_closes_the_page_and_nothing_is_done(bench, token):
-    with ExitStack() as stack:
-        page, other = bench.page(stack), bench.page(stack)
-        page.send(json.dumps({"token": token, "number": 1, "do": "estop"}))
-        assert ends(page) == 1008
-        bench.ask(other, do="resume")
-        assert next_with(other, "answer")["done"]
-    assert [command.action for command in bench.commands] == ["resume"]
-    assert any("without the token" in line for line in bench.lines)
-
-
-def test_each_start_has_another_token(bench):
+def test_a_wrong_token_or_a_large_message_closes_the_page_and_nothing_is_done(bench):
     other = Bench()
-    try:
-        assert len(bench.server.token) >= 32
-        assert other.server.token != bench.server.token
+    other.server.close()
+    assert len(bench.server.token) >= 32
+    tokens = ["", "wrong", None, other.server.token]
+    wrong = [(json.dumps({"token": token, "number": 1, "do": "estop"}), 1008) for token in tokens]
+    for message, code in (*wrong, ("x" * 5000, 1009), (b"\x00" * 5000, 1009)):
         with ExitStack() as stack:
-            page = other.page(stack)
-            page.send(json.dumps({"token": bench.server.token, "number": 1, "do": "estop"}))
-            assert ends(page) == 1008
-        assert other.commands == []
-    finally:
-        other.server.close()
-
-
-@pytest.mark.parametrize("message", ["x" * 5000, b"\x00" * 5000])
-def test_a_large_message_closes_the_page(bench, message):
-    with ExitStack() as stack:
-        page = bench.page(stack)
-        page.send(message)
-        assert ends(page) == 1009
-    assert bench.commands == []
+            page, neighbour = bench.page(stack), bench.page(stack)
+            page.send(message)
+            assert ends(page) == code
+            bench.ask(neighbour, do="resume")
+            assert next_with(neighbour, "answer")["done"]
+    assert {command.action for command in bench.commands} == {"resume"}
+    assert any("token" in line for line in bench.lines)
 
 
 # ---- many pages
@@ -255,13 +217,11 @@ def test_among_twenty_pages_one_that_stalls_and_one_that_floods_harm_nobody(benc
     monkeypatch.setattr(server_module, "SEND_PATIENCE", 1.0)
     with ExitStack() as stack:
         pages = [bench.page(stack) for _ in range(18)]
-        # one that takes nothing: its own end reads no more than its queue holds
+        # it takes nothing: its own end reads no more than its queue holds
         stalled = bench.page(stack, max_queue=1, ping_interval=None, close_timeout=0.1)
         flooding = bench.page(stack, close_timeout=0.1)
         assert wait_until(lambda: bench.server.n_clients == 20)
-        with pytest.raises(ConnectionClosed):  # noqa: PT012
-            while True:
-                bench.ask(flooding, do="cancel")
+        until_closed(lambda _: bench.ask(flooding, do="cancel"))
         end = time.monotonic() + PATIENCE
         large = list(range(10000))
         while bench.server.n_clients > 18 and time.monotonic() < end:
@@ -281,30 +241,18 @@ def test_among_twenty_pages_one_that_stalls_and_one_that_floods_harm_nobody(benc
     assert any("too many commands" in line or "sent too much" in line for line in bench.lines)
 
 
-def test_a_page_that_sends_without_end_is_cut(bench):
-    with ExitStack() as stack:
-        page = bench.page(stack, close_timeout=0.1)
-        with pytest.raises((ConnectionClosed, OSError)):  # noqa: PT012
-            for number in range(100000):
-                page.ping(f"{number:0100}")
-        assert bench.lines == ["a connection sent too much and is cut"]
-        assert bench.get("/")[0] == 200
-
-
 def test_connections_that_say_nothing_do_not_pile_up(bench):
     silent = [socket.create_connection(("127.0.0.1", bench.server.port)) for _ in range(2 * MOST_WAITING)]
-    try:
-        gone = 0
-        for each in silent[MOST_WAITING:]:
-            each.settimeout(PATIENCE)
-            try:
-                gone += each.recv(1) == b""
-            except ConnectionResetError:
-                gone += 1
-        assert gone == MOST_WAITING
-    finally:
-        for each in silent:
-            each.close()
+    gone = 0
+    for each in silent[MOST_WAITING:]:
+        each.settimeout(PATIENCE)
+        try:
+            gone += each.recv(1) == b""
+        except ConnectionResetError:
+            gone += 1
+    for each in silent:
+        each.close()
+    assert gone == MOST_WAITING
     assert wait_until(lambda: bench_answers(bench))
 
 
@@ -325,18 +273,11 @@ def test_refusals_fill_no_disk(bench):
 # ---- its socket
 
 
-def test_a_port_that_is_taken_is_said_and_no_other_is_taken(bench):
-    with pytest.raises(PortTaken) as error:
+def test_a_port_that_is_taken_is_named_and_no_other_address_is_listened_on(bench):
+    with pytest.raises(PortTaken, match=rf"view.port.*127.0.0.1:{bench.server.port} .*{bench.server.port + 1}"):
         PageServer(bench.server.port, 20, lambda command, reply: None, print)
-    assert str(error.value) == (
-        f"view.port: 127.0.0.1:{bench.server.port} is taken by another program, "
-        f"expected a free port, as view.port {bench.server.port + 1}"
-    )
-
-
-def test_it_listens_on_this_machine_alone(bench):
-    name = bench.server._socket.getsockname()
-    assert name == ("127.0.0.1", bench.server.port)
+    with pytest.raises(OSError, match="refused"):
+        socket.create_connection(("127.0.0.2", bench.server.port))
 
 
 def test_it_ends_while_pages_are_open():
