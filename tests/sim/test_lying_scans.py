@@ -1,15 +1,18 @@
 """A LIDAR that begins to lie while the robot drives at 0.5 m/s or more: the robot stands before it hits what it knew.
 
-The long counts are 30 seeds of each lie and strategy; true scans have a file of their own.
+And one that is right never holds it. The long counts: 30 seeds of each lie and strategy, 300 runs of each sensor.
 """
 
+import itertools
 from functools import cache
 
+import numpy as np
 import pytest
 from lying_scans import LIES, watched_trial, world
 
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
+from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 
 HIT_MARGIN = 0.1
 """How much faster than in the runs without a lie a hit may be [m/s]."""
@@ -27,12 +30,12 @@ def check(name: str, strategy: str, seeds: range) -> None:
     worst = worst_true_hit(strategy, seeds)
     for seed in seeds:
         watched = watched_trial(LIES[name], world(seed), strategy, seed, **SHORT)
-        assert watched.begun == watched.begun, f"{world(seed)}, seed {seed}: never drove fast enough for a lie"
-        assert watched.stood <= longest + 1e-6, f"{world(seed)}, seed {seed}: stood after {watched.stood} s"
-        assert watched.worst_hit <= worst + HIT_MARGIN, f"{world(seed)}, seed {seed}: hit at {watched.worst_hit} m/s"
+        assert np.isfinite(watched.begun), (name, seed)
+        assert watched.stood <= longest + 1e-6, (name, seed)
+        assert watched.worst_hit <= worst + HIT_MARGIN, (name, seed)
 
 
-@pytest.mark.parametrize("name", LIES)
+@pytest.mark.parametrize("name", ["nothing near", "frozen", "lost", "late 0.3 s unnoticed"])
 def test_the_robot_stands_in_time(name):
     check(name, "avoid", range(1))
 
@@ -43,3 +46,12 @@ def test_the_robot_stands_in_time(name):
 @pytest.mark.parametrize("name", LIES)
 def test_the_robot_stands_in_time_for_many_seeds(name, strategy):
     check(name, strategy, range(30))
+
+
+@pytest.mark.parametrize("n", [2, pytest.param(300, marks=[pytest.mark.soak, pytest.mark.timeout(7200)])])
+def test_true_scans_never_hold_the_robot(n):
+    strategies = itertools.cycle([*TIME_TO_GOAL, *PAPER_WEIGHTS])
+    for seed, strategy in zip(range(n), strategies, strict=False):
+        for sensor in ("ideal", "low_cost") if n > 2 else (("low_cost", "ideal")[seed],):
+            watched = watched_trial(None, world(seed), strategy, seed, **{"lidar.sensor": sensor})
+            assert not watched.held, (world(seed), strategy, sensor, seed)

