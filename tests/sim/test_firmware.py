@@ -138,28 +138,10 @@ def test_hello_is_answered_once_with_what_it_is_and_ends_a_session_where_it_name
         assert device.say(Hello(42, CAPS)) == announced
         assert device.say(Hello(0, CAPS)) == [Announce(0, 7, 0, 3, 500, OWN_CAPS, Device.name)]
         assert device.telemetry.session == 0
+        assert (device.telemetry.echo, device.telemetry.echo_delay) == (0, NEVER)
     # its own caps hold where larger ones are asked for
     assert device.say(Hello(43, WheelCaps(1e6, 1e6)))[0].caps == OWN_CAPS
     assert Device(senses_impacts=True).say(Hello(1, CAPS))[0].capabilities == SENSES_IMPACTS
-
-
-def test_the_echo_has_no_age_before_there_is_one():
-    device = Device()
-    assert (device.telemetry.echo, device.telemetry.echo_delay) == (0, NEVER)
-    device.say(Hello(42, CAPS))
-    assert device.telemetry.echo_delay == NEVER
-    device.command(REST)
-    assert device.telemetry.echo_delay == 0
-
-
-def test_what_a_device_says_is_of_an_unknown_type_to_a_device():
-    device = Device()
-    device.say(Hello(42, CAPS))
-    before = device.telemetry
-    for message in (Announce(42, 7, 0, 3, 500, CAPS, "echo"), before):
-        assert device.say(message) == []
-    after = device.telemetry
-    assert (after.accepted, after.dropped) == (before.accepted, before.dropped + 2)
 
 
 def test_what_it_cannot_pretend_is_refused():

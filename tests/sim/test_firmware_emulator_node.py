@@ -1,9 +1,7 @@
 """The emulated firmware as a node: its pseudo-terminal, and what it refuses at the start."""
 
 import os
-import subprocess
 import sys
-import time
 
 import pytest
 from geometry_msgs.msg import PoseStamped
@@ -45,19 +43,3 @@ def test_parameters_it_cannot_do_are_refused_at_the_start(ros, tmp_path):
     for key, value in wrong.items():
         with pytest.raises(ParameterError, match=key):
             ros.make(FirmwareEmulator, {"emulator.link": str(tmp_path / "line"), key: value})
-
-
-def test_as_a_process_it_takes_its_terminal_away(tmp_path):
-    command = [*EXECUTABLE, "--ros-args", "-p", f"emulator.link:={tmp_path / 'line'}"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        deadline = time.monotonic() + 30.0
-        while not (tmp_path / "line").is_symlink() and time.monotonic() < deadline:
-            time.sleep(0.02)
-        process.terminate()
-        try:
-            _, errors = process.communicate(timeout=30.0)
-        finally:
-            process.kill()
-    assert process.returncode == 0
-    assert "Traceback" not in errors
-    assert not (tmp_path / "line").is_symlink()

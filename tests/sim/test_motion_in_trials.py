@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP, STOPPING, STUCK
+from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP, STUCK
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world, parse_world
@@ -14,17 +14,7 @@ from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial import run_trial
 
 HALL = parse_world({"name": "hall", "bounds": [-1, -1, 6, 1], "start": [0.0, 0.0], "goal": [5.0, 0.0]}, "hall")
-STRATEGIES = ("harness", "high_risk", "low_risk", "bounce", "tolerate", "avoid", "stop_guarantee")
-ROBOTS = {
-    "as shipped": {},
-    "low cost": {
-        "lidar.sensor": "low_cost",
-        "simulator.mocap_latency": 0.03,
-        "simulator.mocap_yaw_noise": 0.01,
-    },
-    "heavy": {"simulator.mass_ratio": 2.0},
-    "wheels with inertia": {"simulator.wheel_mass": 0.35},
-}
+LOW_COST = {"lidar.sensor": "low_cost", "simulator.mocap_latency": 0.03, "simulator.mocap_yaw_noise": 0.01}
 VISIBLE = 0.01
 """Way from which a motion is seen [m]."""
 
@@ -134,30 +124,9 @@ def test_wheels_that_slip_are_reported(watched):
     assert not any(watched.stops)
 
 
-@pytest.mark.parametrize("robot", ["low cost", "wheels with inertia"])
-def test_no_false_stop(watched, robot):
-    result = run(load_world("baffles:1000"), "bounce", 3, 6.0, **ROBOTS[robot])
+def test_no_false_stop_with_low_cost_sensors(watched):
+    result = run(load_world("baffles:1000"), "bounce", 3, 6.0, **LOW_COST)
     assert len(watched.times) > 30
     assert not any(watched.stops)
     assert result.path_length > 1.0
-    assert watched.delay == pytest.approx(ROBOTS[robot].get("simulator.mocap_latency", 0.0), abs=0.05)
-
-
-@pytest.mark.soak
-@pytest.mark.timeout(7200)
-@pytest.mark.parametrize(
-    ("robot", "minutes", "share"),
-    # of robots that are not as believed some are taken for late, see docs/limits.md
-    [("as shipped", 30.0, 0.0), ("low cost", 10.0, 0.1), ("heavy", 10.0, 0.1), ("wheels with inertia", 10.0, 0.1)],
-)
-def test_false_stops_are_none_or_few(watched, robot, minutes, share):
-    families = ("serpentine", "u", "z", "l", "baffles", "pillars", "random")
-    stopped, impacts = [], 0
-    while len(watched.times) < 20.0 * 60.0 * minutes or impacts < 10.0 * minutes:
-        n, begun = len(stopped), len(watched.times)
-        strategy, family = STRATEGIES[n % 7], families[(n // 7) % 7]
-        result = run(load_world(f"{family}:{2000 + n}"), strategy, n, 15.0, **ROBOTS[robot])
-        impacts += len(result.impacts)
-        stopped.append(bool(set(STOPPING) & set(watched.kinds[begun:])))
-    print(f"{robot}: {sum(stopped)} of {len(stopped)} trials stopped, {impacts} impacts")
-    assert sum(stopped) <= share * len(stopped), (robot, np.flatnonzero(stopped))
+    assert watched.delay == pytest.approx(0.03, abs=0.05)

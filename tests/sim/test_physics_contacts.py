@@ -74,15 +74,6 @@ def test_grazing_hits_once_and_goes_on():
         assert room(FLOOR, positions).min() >= -overlap(into), case
 
 
-def test_pressing_along_a_chain_of_circles_keeps_moving():
-    for angle in np.radians([0.0, 2.0, 10.0, 30.0]):
-        sim = Simulator(CHAIN, QUIET, 0, start=np.array([-1.9, RADIUS + 0.01]))
-        positions = pressed(sim, 0.6, -angle, 4.0)
-        assert np.diff(positions[::STEPS, 0]).min() > 0.1, angle
-        assert room(CHAIN, positions).min() >= -overlap(V_MAX), angle
-        assert_counted_once(sim.take_impacts())
-
-
 def test_a_chain_of_circles_throws_back_once():
     """Also into the notch between two of them, which the robot meets at the same instant."""
     for case in product(np.radians([2.0, 10.0, 45.0, 90.0]), (0.0, 0.02, BALL)):

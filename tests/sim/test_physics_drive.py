@@ -8,7 +8,7 @@ import pytest
 from collplan_core.parameters import Limits, Settings, Simulation
 from collplan_core.worlds import WorldError
 from omnipuck_sim.robot.physics import Simulator
-from physics_scenes import QUIET, RADIUS, make_world, quiet, unit
+from physics_scenes import QUIET, RADIUS, make_world, unit
 
 OPEN = make_world(start=np.zeros(2))
 LAG, A_MAX = QUIET.robot.velocity_lag, QUIET.robot.max_acceleration
@@ -92,13 +92,6 @@ def test_a_command_that_is_no_number_is_refused():
             sim.command(np.array([x, y]), yaw_rate)
     sim.step()
     assert not sim.state.velocity.any()
-
-
-def test_time_is_an_exact_multiple_of_the_step():
-    sim = Simulator(OPEN, quiet(physics_rate=600.0), 0)
-    for k in range(1000):
-        assert sim.time == k / 600.0
-        sim.step()
 
 
 def test_a_robot_commanded_to_stand_still_stands_still_in_spite_of_noise():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from collplan_core.parameters import Settings
-from collplan_core.replay.comparison import Comparison, Difference, Interruption, compare
+from collplan_core.replay.comparison import Comparison, Difference, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.other_strategy import plans_beside
 from collplan_core.replay.reading import Call, contents_of, events_of, rows_of
@@ -91,28 +91,6 @@ def test_the_journal_changes_nothing(tmp_path):
 # ---- what was changed
 
 
-def with_parameter(lines, of: str, key: str, value: float) -> list[str]:
-    """The lines with another value of a parameter in the head of one of the loops."""
-
-    def changed(row):
-        settings = {"settings": {**row["settings"]["settings"], key: value}}
-        return {**row, "settings": settings} if row["of"] == of else row
-
-    rows = [json.loads(line) for line in lines]
-    return [json.dumps(changed(row) if row.get("number") == 0 else row) for row in rows]
-
-
-def test_a_changed_parameter_shows_at_the_first_plan_or_in_the_commands(lines):
-    for of, key, value, where in (
-        (PLANNER, "time_to_goal.hit_cost", 0.04, ".plan."),
-        (CONTROLLER, "controller.k_p", 4.5, "tick.command.velocity"),
-    ):
-        found = compared(with_parameter(lines, of, key, value), of)
-        assert isinstance(found.end, Difference), key
-        assert where in found.end.where
-        assert found.end.stamp is not None
-
-
 def with_a_bit_of_a_pose(lines, of: str, after: float, bit: int) -> tuple[list[str], float]:
     """The lines with one bit changed of x in the first pose after a time [s], and the stamp of that."""
     rows = [json.loads(line) for line in lines]
@@ -141,20 +119,6 @@ def test_a_changed_bit_of_the_pose_that_a_plan_begins_at_shows_in_that_plan(line
     assert found.end.stamp == begin
 
 
-def test_a_changed_bit_of_a_pose_shows_in_the_commands(lines):
-    newest = 0.0
-    for call in events_of(rows_of(lines, ""), CONTROLLER):
-        if isinstance(call, Call) and call.name == "take_pose":
-            newest = call.given[0].stamp
-        if isinstance(call, Call) and call.name == "tick" and newest > 1.0:
-            break
-    changed, stamp = with_a_bit_of_a_pose(lines, CONTROLLER, newest - 1e-6, 44)
-    found = compared(changed, CONTROLLER)
-    assert isinstance(found.end, Difference)
-    assert found.end.stamp == stamp == newest
-    assert found.end.where.startswith("tick.command.")
-
-
 def test_a_changed_bit_of_a_scan_is_found(lines):
     rows = [json.loads(line) for line in lines]
     scan = next(
@@ -173,15 +137,6 @@ def test_a_changed_bit_of_a_scan_is_found(lines):
         assert found.end.where == f"scan of stamp {stamp:.6f}"
         # it is placed when its pose is there: the newest pose is not later
         assert found.end.stamp <= stamp + 0.02
-
-
-def test_a_missing_line_is_called_a_gap(lines):
-    for of in (PLANNER, CONTROLLER):
-        kept = [line for line in lines if not (f'"of":"{of}"' in line and '"number":9,' in line)]
-        assert len(kept) == len(lines) - 1
-        found = compared(kept, of)
-        assert isinstance(found.end, Interruption)
-        assert "missing" in str(found.end)
 
 
 # ---- another strategy

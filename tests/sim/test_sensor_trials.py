@@ -69,7 +69,7 @@ def test_beams_are_cast_from_where_the_robot_truly_is(heard):
     run(
         **{
             "lidar.sensor": "low_cost",
-            "trial.timeout": 0.5,
+            "trial.timeout": 1.0,
             "simulator.mocap_noise": 0.1,
             "simulator.start_noise": 0.0,
         }

@@ -85,12 +85,13 @@ def bench(ros, tmp_path):
 
 
 def test_poses_come_at_100_hz_with_noise_and_the_truth_beside_them(bench):
+    begun = time.time()
     b = bench(**{"simulator.noise": 1.0})
     b.until(lambda: len(b.heard["mocap/pose"]) > 100)
     poses = b.heard["mocap/pose"]
     stamps = np.array([seconds(p.header.stamp) for p in poses])
     assert np.median(np.diff(stamps)) == pytest.approx(0.01, abs=1e-4)
-    assert stamps[-1] == pytest.approx(time.time(), abs=1.0)
+    assert begun < stamps[-1] < time.time()
     assert {p.header.frame_id for p in poses} == {"map"}
     # in real time it leaves the clock alone
     assert b.ros.probe.count_publishers("/clock") == 0
@@ -102,12 +103,12 @@ def test_poses_come_at_100_hz_with_noise_and_the_truth_beside_them(bench):
 def test_poses_are_sent_late_by_the_latency_of_the_motion_capture(bench):
     latency = 0.4
     b = bench(**{"simulator.mocap_latency": latency})
-    b.until(lambda: len(b.heard["mocap/pose"]) > 50)
-    # what is sent as it is: the truth, and what it tells of the simulated time when a pose came
     poses, truths = b.heard["mocap/pose"], b.odometry
-    assert {seconds(p.header.stamp) for p in poses} <= {seconds(o.header.stamp) for o in truths}
-    late = seconds(truths[-1].header.stamp) - seconds(poses[-1].header.stamp)
-    assert late == pytest.approx(latency, abs=0.15)
+    b.until(lambda: len(poses) > 50)
+    # the truth is sent at once
+    b.until(
+        lambda: seconds(truths[-1].header.stamp) - seconds(poses[-1].header.stamp) == pytest.approx(latency, abs=0.1)
+    )
 
 
 def test_an_impact_is_the_change_of_velocity_and_reset_puts_it_back_with_stamps_that_go_on(bench):

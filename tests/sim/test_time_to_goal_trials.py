@@ -133,16 +133,3 @@ POSTS = replace(
 def test_a_gap_hardly_wider_than_the_robot_is_passed_where_there_is_no_other_way(strategy):
     result = run_trial(POSTS, SETTINGS.with_values({"planner.strategy": strategy, "trial.timeout": 20.0}), 1)
     assert result.outcome == REACHED
-
-
-def test_a_hit_that_nobody_foresaw_is_survived():
-    """A planner that believes in a tame ring and a robot that is thrown back harder and aside."""
-    wild = {
-        "simulator.restitution": 1.0,
-        "rebound.restitution": 0.3,
-        "simulator.friction": 1.0,
-        "simulator.friction_spread": 0.5,
-    }
-    result = run_trial(TURN, SETTINGS.with_values({"planner.strategy": "tolerate", **wild}), 1)
-    assert result.outcome == REACHED
-    assert all(np.isfinite(plan).all() for plan in result.plans)
