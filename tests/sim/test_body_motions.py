@@ -36,7 +36,6 @@ class Stepped:
         scale: it goes so many times as fast as it is commanded.
         by_wheels: as behind wheel speeds, whose velocity is never zero to the last bit while the robot turns in place,
             so that the wheels' noise acts then too.
-        interrupted: share of the motions, at random, that end halfway and show nothing.
     """
 
     def __init__(
@@ -48,7 +47,6 @@ class Stepped:
         mirrored=False,
         scale=1.0,
         by_wheels=False,
-        interrupted=0.0,
         **simulation,
     ):
         placed = zip(("marker_offset_x", "marker_offset_y", "marker_offset_yaw"), offset, strict=True)
@@ -57,17 +55,14 @@ class Stepped:
         self.simulator = Simulator(HALL, self.settings, seed)
         self.simulator.place(MIDDLE, yaw=float(seed))
         self.farthest = 0.0
-        self._interrupted, self._random = interrupted, np.random.default_rng(seed)
         self._bias = np.array(bias)
         self._side = scale * np.array([1.0, -1.0 if mirrored else 1.0])
         self._least = np.array([1e-12 if by_wheels else 0.0, 0.0])
 
     def drive(self, velocity, yaw_rate, duration, is_near):
-        is_whole = self._random.random() >= self._interrupted
-        driven = duration if is_whole else 0.5 * duration
-        poses = self._run(self._side * velocity + self._bias + self._least, yaw_rate, driven, is_near)
+        poses = self._run(self._side * velocity + self._bias + self._least, yaw_rate, duration, is_near)
         self._run(np.zeros(2), 0.0, 0.6)
-        return poses if is_whole else []
+        return poses
 
     def rest(self):
         return self._run(np.zeros(2), 0.0, 0.25)
@@ -124,12 +119,6 @@ def test_good_wheels_need_the_careful_motions_alone():
     assert_found(known, offset)
     assert (thought, took) == (0.0, 0.0)
     assert robot.farthest < 0.15
-
-
-def test_motions_that_something_interrupts_are_driven_once_more():
-    robot = Stepped(0, interrupted=0.3, **QUIET)
-    assert_found(checked(robot)[0])
-    assert robot.farthest < MOST_DISTANCE
 
 
 def test_a_bias_of_the_wheels_is_no_offset():

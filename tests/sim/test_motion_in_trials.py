@@ -1,15 +1,17 @@
-"""Trials of a robot that moves late, turned or not at all against its commands."""
+"""Trials of a robot whose motion or whose poses are not what they seem: late, turned, not at all, of another body."""
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP, STUCK
-from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.controller_loop import ELSEWHERE, ControllerLoop
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world, parse_world
+from omnipuck_sim.robot.mocap_faults import faulty
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial import run_trial
 
@@ -27,6 +29,7 @@ class Watched:
     speeds: list[float] = field(default_factory=list)
     kinds: list[str] = field(default_factory=list)
     stops: list[str] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
     poses: list[tuple[float, float, float]] = field(default_factory=list)
     delay: float = math.nan
 
@@ -53,6 +56,7 @@ def watched(monkeypatch):
         seen.speeds.append(float(np.hypot(*command.velocity)))
         seen.kinds.append(self.motion.verdict.kind)
         seen.stops.append(self.held)
+        seen.reasons.append(command.reason)
         seen.delay = self.motion.verdict.delay
         return command
 
@@ -130,3 +134,49 @@ def test_no_false_stop_with_low_cost_sensors(watched):
     assert not any(watched.stops)
     assert result.path_length > 1.0
     assert watched.delay == pytest.approx(0.03, abs=0.05)
+
+
+FAULT_AT = 1.2
+LIMIT = 0.15
+
+
+def another_body(sample):
+    return replace(sample, position=sample.position + np.array([1.5, 0.0]))
+
+
+def with_false_poses(monkeypatch, fault, lasts=math.inf) -> None:
+    measure = Simulator.measured_pose
+
+    def measured(self):
+        sample = measure(self)
+        return fault(sample) if FAULT_AT <= self.time < FAULT_AT + lasts else sample
+
+    monkeypatch.setattr(Simulator, "measured_pose", measured)
+
+
+@pytest.mark.parametrize(
+    ("fault", "strategy", "why"),
+    [
+        (partial(faulty, fault="yaw_90"), "avoid", "pose refused"),
+        (partial(faulty, fault="tilt"), "harness", "pose refused"),
+        (partial(faulty, fault="lift"), "harness", "pose refused"),
+        (another_body, "avoid", ELSEWHERE),
+    ],
+)
+def test_under_false_poses_it_stands_within_0_15_s_and_for_as_long_as_they_last(
+    watched, monkeypatch, fault, strategy, why
+):
+    with_false_poses(monkeypatch, fault)
+    run(strategy=strategy, timeout=2.5)
+    times, speeds = np.array(watched.times), np.array(watched.speeds)
+    assert speeds[times < FAULT_AT].max() > 0.5
+    later = speeds[times > FAULT_AT + LIMIT]
+    assert len(later) > 15
+    assert not later.any()
+    assert why in watched.reasons[-1]
+
+
+def test_one_false_pose_alone_stops_nothing(watched, monkeypatch):
+    with_false_poses(monkeypatch, partial(faulty, fault="yaw_180"), lasts=0.009)
+    run()
+    assert all(speed > 0.0 for time, speed in zip(watched.times, watched.speeds, strict=True) if 0.5 < time < 1.9)

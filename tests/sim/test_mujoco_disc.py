@@ -4,8 +4,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: it needs Python 3.11")
 
@@ -33,19 +31,6 @@ RINGS = ({}, {"contact_time": 0.04}, {"friction": 0.03}, {"friction": 0.5}, {"re
 
 def soft(**simulation):
     return quiet(engine="mujoco", **simulation)
-
-
-@settings(derandomize=True, deadline=None, max_examples=10)
-@given(st.floats(0.005, 0.1), st.floats(LEAST_RESTITUTION, MOST_RESTITUTION))
-def test_spring_and_damper_make_a_hit_last_as_long_and_give_back_as_much_as_asked(contact_time, restitution):
-    stiffness, damping = spring_and_damper(contact_time, restitution)
-    depth, speed, time, step = 0.0, 1.0, 0.0, contact_time / 20000
-    while stiffness * depth + damping * speed > 0.0:
-        speed -= (stiffness * depth + damping * speed) * step
-        depth += speed * step
-        time += step
-    assert -speed == pytest.approx(restitution, abs=2e-3)
-    assert time == pytest.approx(contact_time, rel=2e-3)
 
 
 def test_restitutions_that_no_ring_has_are_taken_as_the_nearest():
@@ -166,17 +151,6 @@ def test_an_impact_is_known_when_it_has_ended_and_a_slow_touch_is_none():
     assert impact.time < 0.002
     assert -impact.velocity_after[0] == pytest.approx(0.7 * impact.velocity_before[0], rel=0.02)
     assert [len(impacts_of(WALL, (0.4, 0.0), (f * IMPACT_SPEED, 0.5), soft())) for f in (0.9, 1.1)] == [0, 1]
-
-
-def test_pressing_on_a_wall_is_one_impact_that_ends():
-    sim = launched(WALL, (0.3, 0.0), (0.3, 0.0), soft(restitution=0.1))
-    sim.drive = True
-    for k in range(1000):
-        if k % 50 == 0:
-            sim.command(np.array([0.5, 0.0]), 0.0)
-        sim.step()
-    assert len(sim.take_impacts()) == 1
-    assert sim.state.position[0] == pytest.approx(0.5 - RADIUS, abs=1e-3)
 
 
 def test_a_placed_disc_has_forgotten_its_contacts():

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from omnipuck_sim.robot.disc import SAME_CONTACT, SLOP
 from omnipuck_sim.robot.impact import IMPACT_SPEED
-from omnipuck_sim.robot.physics import Simulator
 from physics_scenes import (
     FRICTION,
     QUIET,
@@ -43,16 +42,6 @@ def room(world, positions) -> np.ndarray:
     distances = [shapely.distance(shapely.union_all(shapes), shapely.points(positions))] if shapes else []
     distances += [np.hypot(*(positions - c[:2]).T) - c[2] for c in world.circles]
     return np.min(distances, axis=0) - RADIUS
-
-
-def pressed(sim: Simulator, speed: float, angle: float, seconds: float) -> np.ndarray:
-    """Positions (n, 2) while it is driven in a direction and kept from turning."""
-    positions = []
-    for _ in range(round(STEPS * seconds)):
-        sim.command(speed * unit(angle - sim.state.yaw), -2.0 * sim.state.yaw)
-        sim.step()
-        positions.append(sim.state.position)
-    return np.array(positions)
 
 
 def assert_counted_once(impacts) -> None:
@@ -96,22 +85,6 @@ def test_the_notch_between_two_circles_counts_once():
     changes = np.linalg.norm(np.diff(velocities, axis=0), axis=1)
     assert (changes > 0.1).sum() >= 2
     assert len(sim.take_impacts()) == 1
-
-
-def test_a_wedge_does_not_hold_the_robot():
-    """Thrown and then pressed into it, it drives out freely."""
-    for case in product(np.radians([10.0, 20.0, 45.0, 80.0]), (0.4, 3.6)):
-        half_angle, speed = case
-        upper = np.array([(0.0, 0.0), 2 * unit(half_angle), 2 * unit(half_angle + 0.1)])
-        world = make_world([upper, upper * [1, -1]])
-        sim = launched(world, (1.0, 0.0), (-speed, 0.003))
-        _, positions, _ = flight(sim, 1.0)
-        assert room(world, positions).min() >= -2 * overlap(speed), case
-        sim.drive = True
-        pressed(sim, 0.8, np.pi, 2.0)
-        deepest = sim.state.position[0]
-        pressed(sim, 0.8, 0.0, 2.0)
-        assert sim.state.position[0] > deepest + 0.3, case
 
 
 def test_nothing_tunnels_at_three_times_full_speed():

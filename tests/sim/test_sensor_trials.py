@@ -101,10 +101,3 @@ def test_with_late_poses_and_a_noisy_yaw_the_goal_is_reached(heard):
         delays = heard.delays(heard.poses, loop)
         assert len(delays) > 80
         np.testing.assert_allclose(delays, latency, atol=0.6 * STEP)
-
-
-def test_nothing_else_follows_from_a_yaw_noise_of_zero():
-    """Its stream is its own: the noise of positions, and with it the run, is what it is without it."""
-    beginning = {"trial.timeout": 1.0}
-    noisy = run(**beginning, **{"simulator.mocap_yaw_noise": 1e-12})
-    np.testing.assert_allclose(noisy.trajectory[:80], run(**beginning).trajectory[:80], atol=1e-6)

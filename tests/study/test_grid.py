@@ -117,7 +117,8 @@ def test_ablations_come_with_the_unchanged_grid_and_outrank_the_axes():
         changes = dict(ABLATIONS[task.labels["ablation"]])
         assert task.labels["simulator.noise"] == changes.get("simulator.noise", 0.5)
         assert {key: task.settings.values()[key] for key in changes} == changes
-    asked = grid_of(ABLATIONS, **{**DEFAULTS, "worlds": ("random:0-1",), "ablations": True})
+    question = Question(**{**DEFAULTS, "worlds": ("random:0-1",), "ablations": True})
+    asked = make_grid(question, load_sources(question.worlds, None, None), ABLATIONS)
     assert len(asked) == len(ABLATIONS) * 2 * 3 * DEFAULTS["trials"]
 
 

@@ -143,18 +143,14 @@ def test_without_casadi_nothing_is_run(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "study").exists()
 
 
-def test_its_own_worlds_and_noise_are_held_out():
+def test_its_own_worlds_and_noise_are_held_out_and_options_of_study_replace_its_own():
     asked = parse_study(STUDY).question()
     assert (asked.strategies, asked.trials, asked.ablations, asked.values) == (("bounce", "avoid"), 2, False, SPREADS)
     assert asked.seed not in (held_out.STUDY_SEED, 61)
-    for world in asked.worlds:
-        first, last = map(int, world.partition(":")[2].split("-"))
+    for world, family in zip(asked.worlds, held_out.OPTIMUM_FAMILIES, strict=True):
+        first, last = map(int, world.removeprefix(f"{family}:").split("-"))
         assert last - first == 23
         assert first > held_out.LAST_SEED
-    assert [world.partition(":")[0] for world in asked.worlds] == list(held_out.OPTIMUM_FAMILIES)
-
-
-def test_options_of_study_replace_its_own():
     options = parse(["--worlds", "u:0-3", "--set", "simulator.noise=0", "--jobs", "1"])
     asked = parse_study(options.study)
     assert (asked.out, asked.jobs) == (options.folder, 1)
