@@ -32,7 +32,6 @@ class Stepped:
 
     Args:
         bias: (2,) velocity that the wheels add while they turn [m/s, robot frame].
-        mirrored: left is right.
         scale: it goes so many times as fast as it is commanded.
         by_wheels: as behind wheel speeds, whose velocity is never zero to the last bit while the robot turns in place,
             so that the wheels' noise acts then too.
@@ -44,7 +43,6 @@ class Stepped:
         offset=OFFSET,
         *,
         bias=(0.0, 0.0),
-        mirrored=False,
         scale=1.0,
         by_wheels=False,
         **simulation,
@@ -56,7 +54,7 @@ class Stepped:
         self.simulator.place(MIDDLE, yaw=float(seed))
         self.farthest = 0.0
         self._bias = np.array(bias)
-        self._side = scale * np.array([1.0, -1.0 if mirrored else 1.0])
+        self._side = scale * np.ones(2)
         self._least = np.array([1e-12 if by_wheels else 0.0, 0.0])
 
     def drive(self, velocity, yaw_rate, duration, is_near):
@@ -128,13 +126,6 @@ def test_a_bias_of_the_wheels_is_no_offset():
     found = known.axes.robot_bias * np.exp(1j * known.offset.yaw)
     assert abs(found - (0.02 - 0.03j)) < 0.005
     assert abs(known.axes.room_bias) < 0.025  # the simulator's own
-
-
-def test_left_for_right_is_seen_after_the_first_motions():
-    robot = Stepped(mirrored=True, **QUIET)
-    axes = estimate(drive_each_way(robot, careful(robot.settings.robot), 0.1), 0.1).axes
-    assert axes.mirrored
-    assert robot.farthest < 0.3
 
 
 def test_a_robot_that_drifts_away_is_not_driven_on():

@@ -14,17 +14,18 @@ from omnipuck_sim.trial import run_trial
 from physics_scenes import QUIET, make_world, quiet, unit
 
 SPREADS = {"simulator.restitution_spread": 0.1, "simulator.friction_spread": 0.1, "simulator.wall_spread": 0.2}
+MISSING = "MuJoCo is not installed: it needs Python 3.11"
 
 
 @pytest.fixture(params=["pymunk", "mujoco"])
 def name(request):
     if request.param == "mujoco":
-        pytest.importorskip("mujoco", reason="MuJoCo is not installed: it needs Python 3.11")
+        pytest.importorskip("mujoco", reason=MISSING)
     return request.param
 
 
 def test_a_trial_with_mujoco_reaches_its_goal():
-    pytest.importorskip("mujoco", reason="MuJoCo is not installed: it needs Python 3.11")
+    pytest.importorskip("mujoco", reason=MISSING)
     settings = Settings().with_values({"simulator.engine": "mujoco", "planner.strategy": "bounce"})
     assert run_trial(load_world("corridor"), settings, 3).outcome == "reached"
 
@@ -45,7 +46,7 @@ def test_equal_seeds_give_equal_runs(name):
 
 
 def test_the_drive_is_the_same_with_each():
-    pytest.importorskip("mujoco", reason="MuJoCo is not installed: it needs Python 3.11")
+    pytest.importorskip("mujoco", reason=MISSING)
     for wheel_mass in (0.0, 0.35):
         velocities = []
         for name in ("pymunk", "mujoco"):

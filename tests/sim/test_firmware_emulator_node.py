@@ -1,7 +1,6 @@
 """The emulated firmware as a node: its pseudo-terminal, and what it refuses at the start."""
 
 import os
-import sys
 
 import pytest
 from geometry_msgs.msg import PoseStamped
@@ -9,12 +8,6 @@ from geometry_msgs.msg import PoseStamped
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.messages.qos import POSE_SUBSCRIBED
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
-
-EXECUTABLE = [
-    sys.executable,
-    "-c",
-    "import sys; from omnipuck_sim.emulator.firmware_emulator import main; sys.exit(main())",
-]
 
 
 def test_its_path_leads_to_a_terminal_that_speaks(ros, tmp_path):

@@ -1,8 +1,6 @@
 """Trials are recorded and replayed in one go, to the last bit; whatever was changed shows where and when."""
 
 import json
-import struct
-from base64 import b64decode, b64encode
 from functools import cache
 from pathlib import Path
 
@@ -86,37 +84,6 @@ def test_the_journal_changes_nothing(tmp_path):
     settings = Settings().with_values({"planner.strategy": "bounce", "trial.timeout": 1.0, **FEW})
     one, other = (run_trial(load_world("u:17"), settings, 1, journal=path) for path in (tmp_path / "one", None))
     np.testing.assert_array_equal(one.trajectory, other.trajectory)
-
-
-# ---- what was changed
-
-
-def with_a_bit_of_a_pose(lines, of: str, after: float, bit: int) -> tuple[list[str], float]:
-    """The lines with one bit changed of x in the first pose after a time [s], and the stamp of that."""
-    rows = [json.loads(line) for line in lines]
-    for row in rows:
-        for call in row.get("calls", ()) if row.get("of") == of else ():
-            if call["call"] == "take_pose" and call["given"][0]["state"][0] > after:
-                stamp, motion = call["given"][0]["state"]
-                x, *rest = struct.unpack("<Q4d", b64decode(motion))
-                call["given"][0]["state"] = [stamp, b64encode(struct.pack("<Q4d", x ^ (1 << bit), *rest)).decode()]
-                return [json.dumps(row) for row in rows], stamp
-    raise AssertionError("no pose so late")
-
-
-def test_a_changed_bit_of_the_pose_that_a_plan_begins_at_shows_in_that_plan(lines):
-    begin = next(
-        each["plan"]["stamp"]
-        for call in events_of(rows_of(lines, ""), PLANNER)
-        if isinstance(call, Call) and isinstance(call.came, list)
-        for each in call.came
-        if "plan" in each and each["plan"]["stamp"] > 1.0
-    )
-    changed, stamp = with_a_bit_of_a_pose(lines, PLANNER, begin - 1e-6, bit=0)
-    assert stamp == begin
-    found = compared(changed, PLANNER)
-    assert isinstance(found.end, Difference)
-    assert found.end.stamp == begin
 
 
 # ---- another strategy
