@@ -111,8 +111,7 @@ def agree(seed: int, n_frames: int) -> int:
     host, sides = Host(chance), [Side(Firmware), Side(CFirmware)]
     moved = unsure = 0
     for number in range(n_frames):
-        expires = sides[0].firmware._expires
-        if abs(expires - sides[0].simulator.time) <= 2.0 * CLOCK_RESOLUTION:
+        if abs(sides[0].firmware.expires - sides[0].simulator.time) <= 2.0 * CLOCK_RESOLUTION:
             # a fresh command at the end of a life goes on for one, and sets out from rest for the other
             for side in sides:
                 side.run(5.0 * CLOCK_RESOLUTION)

@@ -235,6 +235,7 @@ def test_rebounds_are_compared_with_what_was_foreseen(found):
     ours = rebounds["bounce"]
     assert (ours["impacts"], ours["foreseen"], ours["deliberate"]) == (36, 24, 12)
     assert (ours["direction_error"], ours["deliberate_direction_error"]) == (pytest.approx(13.0), pytest.approx(6.0))
+    assert ours["direction_error_p90"] == pytest.approx(20.0)
     assert (ours["speed_into"], ours["speed_error"]) == (pytest.approx(0.3), pytest.approx(-0.1))
     assert rebounds["avoid"]["direction_error"] is None
 
