@@ -8,14 +8,16 @@ import pytest
 
 from collplan_core.parameters import Settings
 from collplan_core.scan import Scan
+from collplan_core.sensing.instant_lidar import InstantLidar
+from collplan_core.state import State
 from collplan_core.worlds import load_world
-from omnipuck_sim import trial
+from omnipuck_sim.trial import run_trial
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
 
 FAMILIES = ("corridor", "random", "serpentine", "u", "l", "z", "baffles", "pillars")
 SPEED = 0.5
 """A scan lies once the robot drives so fast [m/s]."""
-Lie = Callable[[list[Scan], int, np.random.Generator], Scan | None]
+Lie = Callable[[list[Scan], int, np.random.Generator], Scan]
 """The scan given instead of the newest of all true ones; the number of the first that lies; the lie's own chance."""
 
 
@@ -100,20 +102,18 @@ class Watched:
 
 
 def watched_trial(lie: Lie | None, world: str, strategy: str, seed: int, **values: object) -> Watched:
-    """A trial, in which the LIDAR tells a lie from SPEED on."""
+    """A trial in which the ideal LIDAR lies from SPEED on."""
     watched, true_scans = Watched(), []
-    take_scan, commanded = trial._Nodes._take_scan, TrialRecord.commanded
+    scan_at, commanded = InstantLidar.scan, TrialRecord.commanded
     first = None
 
-    def take(nodes: trial._Nodes, scan: Scan) -> None:
+    def scan(lidar: InstantLidar, state: State) -> Scan:
         nonlocal first
-        true_scans.append(scan)
-        fast = np.hypot(*nodes.simulator.state.velocity) >= SPEED
+        true_scans.append(scan_at(lidar, state))
+        fast = np.hypot(*state.velocity) >= SPEED
         if lie and first is None and fast and len(true_scans) > 1:
-            first, watched.begun = len(true_scans) - 1, nodes.simulator.time
-        told = scan if first is None or lie is None else lie(true_scans, first, np.random.default_rng(seed))
-        if told is not None:
-            take_scan(nodes, told)
+            first, watched.begun = len(true_scans) - 1, state.stamp
+        return true_scans[-1] if first is None or lie is None else lie(true_scans, first, np.random.default_rng(seed))
 
     def listen(record: TrialRecord, command, now: float) -> None:
         watched.commands.append((now, not command.velocity.any(), command.reason))
@@ -121,9 +121,9 @@ def watched_trial(lie: Lie | None, world: str, strategy: str, seed: int, **value
 
     settings = Settings().with_values({"planner.strategy": strategy, **values})
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(trial._Nodes, "_take_scan", take)
+        patched.setattr(InstantLidar, "scan", scan)
         patched.setattr(TrialRecord, "commanded", listen)
-        watched.result = trial.run_trial(load_world(world), settings, seed)
+        watched.result = run_trial(load_world(world), settings, seed)
     watched.hits = [(impact.time, impact_speed(impact)) for impact in watched.result.impacts]
     return watched
 

@@ -1,19 +1,24 @@
 """A LIDAR that begins to lie while the robot drives at 0.5 m/s or more: the robot stands before it hits what it knew.
 
-The long counts are 30 seeds of each lie and strategy; true scans have a file of their own.
+And one that is right never holds it. `make faults` counts 30 seeds of each lie.
 """
 
+import itertools
 from functools import cache
 
+import numpy as np
 import pytest
 from lying_scans import LIES, watched_trial, world
 
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
+from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 
 HIT_MARGIN = 0.1
 """How much faster than in the runs without a lie a hit may be [m/s]."""
 SHORT = {"trial.stuck_time": 1.0}
+SENSORS = ("ideal", "low_cost")
+LONG = [pytest.mark.soak, pytest.mark.timeout(7200)]
 
 
 @cache
@@ -27,19 +32,19 @@ def check(name: str, strategy: str, seeds: range) -> None:
     worst = worst_true_hit(strategy, seeds)
     for seed in seeds:
         watched = watched_trial(LIES[name], world(seed), strategy, seed, **SHORT)
-        assert watched.begun == watched.begun, f"{world(seed)}, seed {seed}: never drove fast enough for a lie"
-        assert watched.stood <= longest + 1e-6, f"{world(seed)}, seed {seed}: stood after {watched.stood} s"
-        assert watched.worst_hit <= worst + HIT_MARGIN, f"{world(seed)}, seed {seed}: hit at {watched.worst_hit} m/s"
+        assert np.isfinite(watched.begun), (name, seed)
+        assert watched.stood <= longest + 1e-6, (name, seed)
+        assert watched.worst_hit <= worst + HIT_MARGIN, (name, seed)
 
 
-@pytest.mark.parametrize("name", LIES)
+@pytest.mark.parametrize("name", ["nothing near", "frozen", "lost", "late 0.3 s unnoticed"])
 def test_the_robot_stands_in_time(name):
     check(name, "avoid", range(1))
 
 
-@pytest.mark.soak
-@pytest.mark.timeout(7200)
-@pytest.mark.parametrize("strategy", ["avoid", "stop_guarantee"])
-@pytest.mark.parametrize("name", LIES)
-def test_the_robot_stands_in_time_for_many_seeds(name, strategy):
-    check(name, strategy, range(30))
+@pytest.mark.parametrize(("sensor", "n"), [("low_cost", 1), *(pytest.param(s, 60, marks=LONG) for s in SENSORS)])
+def test_true_scans_never_hold_the_robot(sensor, n):
+    strategies = itertools.cycle([*TIME_TO_GOAL, *PAPER_WEIGHTS])
+    for seed, strategy in zip(range(n), strategies, strict=False):
+        watched = watched_trial(None, world(seed), strategy, seed, **{"lidar.sensor": sensor})
+        assert not watched.held, (world(seed), strategy, seed)

@@ -1,31 +1,22 @@
-"""Trials of a robot that moves late, turned or not at all against its commands."""
+"""Trials of a robot whose motion or whose poses are not what they seem: late, turned, not at all, of another body."""
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import pytest
 
-from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP, STOPPING, STUCK
-from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.control.motion_monitor import LATE, REVERSED, SLIP, STUCK
+from collplan_core.loop.controller_loop import ELSEWHERE, ControllerLoop
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world, parse_world
-from omnipuck_sim import trial
+from omnipuck_sim.robot.mocap_faults import faulty
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial import run_trial
 
 HALL = parse_world({"name": "hall", "bounds": [-1, -1, 6, 1], "start": [0.0, 0.0], "goal": [5.0, 0.0]}, "hall")
-STRATEGIES = ("harness", "high_risk", "low_risk", "bounce", "tolerate", "avoid", "stop_guarantee")
-ROBOTS = {
-    "as shipped": {},
-    "low cost": {
-        "lidar.sensor": "low_cost",
-        "simulator.mocap_latency": 0.03,
-        "simulator.mocap_yaw_noise": 0.01,
-    },
-    "heavy": {"simulator.mass_ratio": 2.0},
-    "wheels with inertia": {"simulator.wheel_mass": 0.35},
-}
+LOW_COST = {"lidar.sensor": "low_cost", "simulator.mocap_latency": 0.03, "simulator.mocap_yaw_noise": 0.01}
 VISIBLE = 0.01
 """Way from which a motion is seen [m]."""
 
@@ -38,6 +29,7 @@ class Watched:
     speeds: list[float] = field(default_factory=list)
     kinds: list[str] = field(default_factory=list)
     stops: list[str] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
     poses: list[tuple[float, float, float]] = field(default_factory=list)
     delay: float = math.nan
 
@@ -64,6 +56,7 @@ def watched(monkeypatch):
         seen.speeds.append(float(np.hypot(*command.velocity)))
         seen.kinds.append(self.motion.verdict.kind)
         seen.stops.append(self.held)
+        seen.reasons.append(command.reason)
         seen.delay = self.motion.verdict.delay
         return command
 
@@ -76,18 +69,17 @@ def watched(monkeypatch):
     return seen
 
 
-def run(world=HALL, strategy="avoid", seed=1, timeout=3.0, **values):
+def run(world=HALL, strategy="avoid", seed=1, timeout=2.0, **values):
     named = {key.replace("__", "."): value for key, value in values.items()}
     settings = Settings().with_values({"planner.strategy": strategy, "trial.timeout": timeout, **named})
     return run_trial(world, settings, seed)
 
 
-@pytest.mark.parametrize("latency", [0.2, 0.3, 0.5])
-@pytest.mark.parametrize("strategy", ["avoid", "bounce", "harness"])
+@pytest.mark.parametrize(("latency", "strategy"), [(0.2, "avoid"), (0.5, "harness")])
 def test_late_poses_stop_it_within_0_3_s_of_its_first_motion(watched, latency, strategy):
     run(strategy=strategy, simulator__mocap_latency=latency)
     assert watched.last_moving_command <= watched.seen_moving + 0.3
-    assert watched.stops[-1].startswith("motion comes after its command by 0.")
+    assert watched.stops[-1]
     assert LATE in watched.kinds
 
 
@@ -104,20 +96,6 @@ def test_stamps_that_lie_do_not_hide_it(watched, monkeypatch):
     assert watched.last_moving_command <= watched.seen_moving + 0.3
 
 
-def test_poses_that_become_late_under_way_stop_it_for_good(watched, monkeypatch):
-    deliver = trial._Nodes.mocap
-
-    def mocap(self):
-        late = 0.2 if self.simulator.time > 1.2 else 0.0
-        if self._measured[0].stamp <= self.simulator.time - late + 1e-6:
-            deliver(self)
-
-    monkeypatch.setattr(trial._Nodes, "mocap", mocap)
-    run()
-    assert 1.0 < watched.last_moving_command <= 1.2 + 0.2 + 0.3
-    assert watched.stops[-1].startswith("poses come later than they did")
-
-
 def turn_commands(monkeypatch, matrix):
     command = Simulator.command
 
@@ -127,8 +105,7 @@ def turn_commands(monkeypatch, matrix):
     monkeypatch.setattr(Simulator, "command", commanded)
 
 
-@pytest.mark.parametrize("angle", [math.pi / 2, math.pi, -math.pi / 2])
-@pytest.mark.parametrize("strategy", ["avoid", "harness"])
+@pytest.mark.parametrize(("angle", "strategy"), [(math.pi / 2, "avoid"), (math.pi, "harness")])
 def test_turned_axes_stop_it_within_0_3_m(watched, monkeypatch, angle, strategy):
     c, s = math.cos(angle), math.sin(angle)
     turn_commands(monkeypatch, np.array([[c, -s], [s, c]]))
@@ -146,36 +123,60 @@ def test_wheels_that_do_not_turn_are_reported_within_a_second_and_stop_nothing(w
 
 
 def test_wheels_that_slip_are_reported(watched):
-    run(simulator__mass_ratio=5.0, simulator__acceleration_ratio=0.2, strategy="harness")
+    run(simulator__mass_ratio=5.0, simulator__acceleration_ratio=0.2, strategy="harness", timeout=3.0)
     assert SLIP in watched.kinds
     assert not any(watched.stops)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize("strategy", ["bounce", pytest.param("harness", marks=pytest.mark.soak)])
-def test_no_false_stop(watched, robot, strategy):
-    result = run(load_world("baffles:1000"), strategy, 3, 8.0, **ROBOTS[robot])
+def test_no_false_stop_with_low_cost_sensors(watched):
+    result = run(load_world("baffles:1000"), "bounce", 3, 6.0, **LOW_COST)
     assert len(watched.times) > 30
-    assert not any(watched.stops), (robot, strategy, watched.stops[-1])
+    assert not any(watched.stops)
     assert result.path_length > 1.0
-    assert watched.delay == pytest.approx(ROBOTS[robot].get("simulator.mocap_latency", 0.0), abs=0.05)
+    assert watched.delay == pytest.approx(0.03, abs=0.05)
 
 
-@pytest.mark.soak
-@pytest.mark.timeout(7200)
+FAULT_AT = 1.2
+LIMIT = 0.15
+
+
+def another_body(sample):
+    return replace(sample, position=sample.position + np.array([1.5, 0.0]))
+
+
+def with_false_poses(monkeypatch, fault, lasts=math.inf) -> None:
+    measure = Simulator.measured_pose
+
+    def measured(self):
+        sample = measure(self)
+        return fault(sample) if FAULT_AT <= self.time < FAULT_AT + lasts else sample
+
+    monkeypatch.setattr(Simulator, "measured_pose", measured)
+
+
 @pytest.mark.parametrize(
-    ("robot", "minutes", "share"),
-    # of robots that are not as believed some are taken for late, see docs/limits.md
-    [("as shipped", 30.0, 0.0), ("low cost", 10.0, 0.1), ("heavy", 10.0, 0.1), ("wheels with inertia", 10.0, 0.1)],
+    ("fault", "strategy", "why"),
+    [
+        (partial(faulty, fault="yaw_90"), "avoid", "pose refused"),
+        (partial(faulty, fault="tilt"), "harness", "pose refused"),
+        (partial(faulty, fault="lift"), "harness", "pose refused"),
+        (another_body, "avoid", ELSEWHERE),
+    ],
 )
-def test_false_stops_are_none_or_few(watched, robot, minutes, share):
-    families = ("serpentine", "u", "z", "l", "baffles", "pillars", "random")
-    stopped, impacts = [], 0
-    while len(watched.times) < 20.0 * 60.0 * minutes or impacts < 10.0 * minutes:
-        n, begun = len(stopped), len(watched.times)
-        strategy, family = STRATEGIES[n % 7], families[(n // 7) % 7]
-        result = run(load_world(f"{family}:{2000 + n}"), strategy, n, 15.0, **ROBOTS[robot])
-        impacts += len(result.impacts)
-        stopped.append(bool(set(STOPPING) & set(watched.kinds[begun:])))
-    print(f"{robot}: {sum(stopped)} of {len(stopped)} trials stopped, {impacts} impacts")
-    assert sum(stopped) <= share * len(stopped), (robot, np.flatnonzero(stopped))
+def test_under_false_poses_it_stands_within_0_15_s_and_for_as_long_as_they_last(
+    watched, monkeypatch, fault, strategy, why
+):
+    with_false_poses(monkeypatch, fault)
+    run(strategy=strategy, timeout=2.5)
+    times, speeds = np.array(watched.times), np.array(watched.speeds)
+    assert speeds[times < FAULT_AT].max() > 0.5
+    later = speeds[times > FAULT_AT + LIMIT]
+    assert len(later) > 15
+    assert not later.any()
+    assert why in watched.reasons[-1]
+
+
+def test_one_false_pose_alone_stops_nothing(watched, monkeypatch):
+    with_false_poses(monkeypatch, partial(faulty, fault="yaw_180"), lasts=0.009)
+    run()
+    assert all(speed > 0.0 for time, speed in zip(watched.times, watched.speeds, strict=True) if 0.5 < time < 1.9)

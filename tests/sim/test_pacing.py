@@ -10,7 +10,7 @@ from collplan_ros.node_kit.clock_offset import ClockOffset
 from omnipuck_sim.node.lockstep import Lockstep
 from omnipuck_sim.node.pacing import AT_ONCE, STALL, Pacing
 
-PROPERTY = settings(derandomize=True, deadline=None, max_examples=60)
+PROPERTY = settings(derandomize=True, deadline=None, max_examples=30)
 factors = st.sampled_from([0.05, 0.5, 1.0, 3.0])
 CATCH_UP, RATE = 0.5, 400.0
 LATE = {"controller_node": 0.01, "planner_node": 0.04}
@@ -28,16 +28,13 @@ def test_without_stalls_no_time_is_lost(waits, factor, rate):
     assert (pacing.given_up, pacing.stalled) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("stall", [0.06, 0.4, 1e4])
-def test_after_a_stall_no_more_is_made_up_for_than_may_be(stall):
-    pacing = Pacing(RATE, 1.0, CATCH_UP, now=0.0)
-    assert pacing.due(stall) == round(min(stall, CATCH_UP) * RATE)
-    assert pacing.given_up == pytest.approx(max(stall - CATCH_UP, 0.0))
-    assert pacing.stalled == pytest.approx(stall - STALL)
-    assert pacing.due(stall + 0.011) == 4
-
-
-def test_a_clock_that_steps_back_takes_no_step():
+def test_after_a_stall_no_more_is_made_up_for_than_may_be_and_a_clock_set_back_takes_no_step():
+    for stall in (0.06, 0.4, 1e4):
+        pacing = Pacing(RATE, 1.0, CATCH_UP, now=0.0)
+        assert pacing.due(stall) == round(min(stall, CATCH_UP) * RATE), stall
+        assert pacing.given_up == pytest.approx(max(stall - CATCH_UP, 0.0))
+        assert pacing.stalled == pytest.approx(stall - STALL)
+        assert pacing.due(stall + 0.011) == 4
     pacing = Pacing(RATE, 1.0, CATCH_UP, now=10.0)
     assert pacing.due(5.0) == 0
     assert pacing.due(5.011) == 4

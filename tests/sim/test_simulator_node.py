@@ -85,13 +85,16 @@ def bench(ros, tmp_path):
 
 
 def test_poses_come_at_100_hz_with_noise_and_the_truth_beside_them(bench):
+    begun = time.time()
     b = bench(**{"simulator.noise": 1.0})
     b.until(lambda: len(b.heard["mocap/pose"]) > 100)
     poses = b.heard["mocap/pose"]
     stamps = np.array([seconds(p.header.stamp) for p in poses])
     assert np.median(np.diff(stamps)) == pytest.approx(0.01, abs=1e-4)
-    assert stamps[-1] == pytest.approx(time.time(), abs=1.0)
+    assert begun < stamps[-1] < time.time()
     assert {p.header.frame_id for p in poses} == {"map"}
+    # in real time it leaves the clock alone
+    assert b.ros.probe.count_publishers("/clock") == 0
     assert (b.odometry[-1].header.frame_id, b.odometry[-1].child_frame_id) == ("map", "base_link")
     offsets = [p.pose.position.x - b.x for p in poses]
     assert 0.001 < np.std(offsets) < 0.003
@@ -100,18 +103,16 @@ def test_poses_come_at_100_hz_with_noise_and_the_truth_beside_them(bench):
 def test_poses_are_sent_late_by_the_latency_of_the_motion_capture(bench):
     latency = 0.4
     b = bench(**{"simulator.mocap_latency": latency})
-    b.until(lambda: len(b.heard["mocap/pose"]) > 50)
-    # what is sent as it is: the truth, and what it tells of the simulated time when a pose came
     poses, truths = b.heard["mocap/pose"], b.odometry
-    assert {seconds(p.header.stamp) for p in poses} <= {seconds(o.header.stamp) for o in truths}
-    late = seconds(truths[-1].header.stamp) - seconds(poses[-1].header.stamp)
-    assert late == pytest.approx(latency, abs=0.15)
+    b.until(lambda: len(poses) > 50)
+    # the truth is sent at once
+    b.until(
+        lambda: seconds(truths[-1].header.stamp) - seconds(poses[-1].header.stamp) == pytest.approx(latency, abs=0.1)
+    )
 
 
-@pytest.mark.parametrize("engine", ["pymunk", "mujoco"])
-def test_an_impact_is_told_as_the_change_of_velocity(bench, engine):
-    pytest.importorskip(engine, reason="MuJoCo is not installed: it needs Python 3.11")
-    b = bench(**{"simulator.engine": engine})
+def test_an_impact_is_the_change_of_velocity_and_reset_puts_it_back_with_stamps_that_go_on(bench):
+    b = bench()
     b.go_until(lambda: b.heard["ground_truth/impact"], x=-1.0)
     impact = b.heard["ground_truth/impact"][0]
     before = max(-o.twist.twist.linear.x for o in b.odometry)
@@ -119,10 +120,6 @@ def test_an_impact_is_told_as_the_change_of_velocity(bench, engine):
     assert impact.vector.x == pytest.approx(1.7 * before, rel=0.05)
     assert impact.vector.y == pytest.approx(0.0, abs=1e-9)
     assert abs(seconds(impact.header.stamp) - seconds(b.odometry[-1].header.stamp)) < 1.0
-
-
-def test_reset_puts_it_back_at_rest_with_stamps_that_go_on(bench):
-    b = bench()
     b.go_until(lambda: b.x > 0.3, x=0.6)
     before = seconds(b.odometry[-1].header.stamp)
     assert b.call("reset").success
@@ -141,20 +138,11 @@ def test_at_another_speed_it_publishes_the_clock_its_stamps_are_in(bench):
     assert set(stamps) <= {seconds(c.clock) for c in b.heard["/clock"]}
 
 
-def test_in_real_time_it_leaves_the_clock_alone(bench):
-    b = bench()
-    b.until(lambda: len(b.heard["mocap/pose"]) > 10)
-    assert b.ros.probe.count_publishers("/clock") == 0
-
-
-def test_a_start_inside_an_obstacle_is_an_error(ros, tmp_path):
+def test_what_it_cannot_simulate_is_an_error(ros, tmp_path):
     path = tmp_path / "tight.yaml"
     path.write_text("bounds: [0, 0, 2, 2]\ncircles: [{center: [1.0, 1.0], radius: 0.2}]\nstart: [1.25, 1.0]\n")
-    with pytest.raises(WorldError, match="inside an obstacle"):
+    with pytest.raises(WorldError, match="obstacle"):
         Bench(ros, str(path))
-
-
-def test_a_parameter_out_of_range_is_an_error(ros):
     with pytest.raises(ParameterError, match="physics_rate"):
         Bench(ros, "corridor", **{"simulator.physics_rate": 1.0})
 
@@ -162,26 +150,24 @@ def test_a_parameter_out_of_range_is_an_error(ros):
 WITHOUT_MUJOCO = """
 import sys
 sys.modules["mujoco"] = None
-from {module} import main
+from omnipuck_sim.{module} import main
 sys.exit(main())
 """
 
 
 @pytest.mark.parametrize(
-    "module", ["omnipuck_sim.node.simulator_node", "omnipuck_sim.emulator.firmware_emulator"], ids=["node", "emulator"]
+    ("module", "option", "why"),
+    [
+        ("node.simulator_node", "simulator.engine:=mujoco", "mujoco-core"),
+        ("emulator.firmware_emulator", "simulator.engine:=mujoco", "mujoco-core"),
+        ("node.simulator_node", "simulator.world:=nowhere", "nowhere"),
+    ],
 )
-def test_an_engine_that_is_not_installed_is_one_line_and_code_2(module):
-    command = [sys.executable, "-c", WITHOUT_MUJOCO.format(module=module)]
-    run = subprocess.run(
-        [*command, "--ros-args", "-p", "simulator.engine:=mujoco"],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+def test_what_is_not_there_is_one_line_and_code_2(module, option, why):
+    command = [sys.executable, "-c", WITHOUT_MUJOCO.format(module=module), "--ros-args", "-p", option]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert run.returncode == 2
-    assert "simulator.engine: got mujoco, which cannot be imported" in run.stderr
-    assert "pip install mujoco-core" in run.stderr
+    assert why in run.stderr
     assert "Traceback" not in run.stderr
 
 
@@ -197,11 +183,3 @@ def test_as_a_process_it_ends_cleanly_on_sigterm(ros):
     assert came
     assert process.returncode == 0
     assert "Traceback" not in errors
-
-
-def test_a_world_that_is_not_there_is_one_line_and_code_2():
-    command = [*EXECUTABLE, "--ros-args", "-p", "simulator.world:=nowhere"]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
-    assert run.returncode == 2
-    assert "nowhere" in run.stderr
-    assert "Traceback" not in run.stderr

@@ -21,14 +21,5 @@ def test_two_workers_give_the_same_table(cluster, tmp_path):
 def test_workers_with_other_code_are_refused(cluster, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("collplan_study.run.code_state.SIMULATOR", tmp_path)
     assert main(["--dask", cluster.scheduler_address, "--out", str(tmp_path / "study")]) == 2
-    assert "has other code" in capsys.readouterr().err
-    assert not (tmp_path / "study").exists()
-
-
-def test_no_scheduler_is_one_line(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("collplan_study.run.dask_pool.PATIENCE", 0.5)
-    assert main(["--dask", "tcp://127.0.0.1:9", "--out", str(tmp_path / "study")]) == 2
-    error = capsys.readouterr().err.splitlines()
-    assert len(error) == 1
-    assert error[0].startswith("study: --dask tcp://127.0.0.1:9: no scheduler answers there")
+    assert "other code" in capsys.readouterr().err
     assert not (tmp_path / "study").exists()

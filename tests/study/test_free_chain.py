@@ -64,9 +64,12 @@ def test_the_chain_is_the_free_space_and_each_box_is_on_the_way(family, seed, ra
     assert not any(joined(free.difference(box.buffer(1e-6)), chain.start, chain.goal) for box in areas[2:-1:2])
 
 
-@pytest.mark.parametrize(("family", "boxes"), [("l", 2), ("u", 3), ("z", 3), ("serpentine", 7), ("baffles", 7)])
-def test_each_leg_is_a_box(family, boxes):
-    assert len(free_chain(load_world(f"{family}:0"), 0.09).regions) == 2 * boxes - 1
+def test_each_leg_is_a_box_and_an_empty_room_is_one():
+    for family, boxes in [("l", 2), ("u", 3), ("z", 3), ("serpentine", 7), ("baffles", 7)]:
+        assert len(free_chain(load_world(f"{family}:0"), 0.09).regions) == 2 * boxes - 1, family
+    (box,) = free_chain(world_of(), 0.1).regions
+    assert box.vertex is None
+    assert [*box.low, *box.high] == pytest.approx([0.1, 0.1, 1.9, 1.9])
 
 
 def test_an_l_by_hand():
@@ -82,37 +85,20 @@ def test_an_l_by_hand():
         assert region.vertex == (None if vertex is None else pytest.approx(vertex))
 
 
-def test_an_empty_room_is_one_box():
-    (box,) = free_chain(world_of(), 0.1).regions
-    assert box.vertex is None
-    assert [*box.low, *box.high] == pytest.approx([0.1, 0.1, 1.9, 1.9])
+REFUSED = {
+    "circles and slopes": (load_world("random:3"), 0.09),
+    "pillars": (load_world("pillars:0"), 0.09),
+    "too narrow": (world_of(BLOCK), 0.21),
+    "no goal": (replace(world_of(BLOCK), goal=None), 0.1),
+    "no walls": (replace(world_of(BLOCK), walled=False), 0.1),
+    "goal not at the end": (world_of(BLOCK, goal=(1.0, 0.2)), 0.1),
+    "a fork": (world_of([0.0, 0.4, 0.8, 2.0], [1.2, 0.4, 2.0, 2.0], goal=(1.0, 1.8)), 0.1),
+    "a ring": (world_of([0.4, 0.4, 1.6, 1.6]), 0.1),
+    "two rooms": (world_of([0.0, 0.4, 2.0, 1.6]), 0.1),
+}
 
 
-@pytest.mark.parametrize(
-    ("world", "radius"),
-    [
-        (load_world("random:3"), 0.09),
-        (load_world("pillars:0"), 0.09),
-        (world_of(BLOCK), 0.21),
-        (replace(world_of(BLOCK), goal=None), 0.1),
-        (replace(world_of(BLOCK), walled=False), 0.1),
-        (world_of(BLOCK, goal=(1.0, 0.2)), 0.1),
-        (world_of([0.0, 0.4, 0.8, 2.0], [1.2, 0.4, 2.0, 2.0], goal=(1.0, 1.8)), 0.1),
-        (world_of([0.4, 0.4, 1.6, 1.6]), 0.1),
-        (world_of([0.0, 0.4, 2.0, 1.6]), 0.1),
-    ],
-    ids=[
-        "circles and slopes",
-        "pillars",
-        "too narrow",
-        "no goal",
-        "no walls",
-        "goal not at the end",
-        "a fork",
-        "a ring",
-        "two rooms",
-    ],
-)
-def test_other_worlds_are_refused(world, radius):
-    with pytest.raises(WorldError, match=f"^{world.name}: no chain of boxes, expected a walled square"):
-        free_chain(world, radius)
+def test_other_worlds_are_refused():
+    for world, radius in REFUSED.values():
+        with pytest.raises(WorldError, match=f"^{world.name}: no chain"):
+            free_chain(world, radius)

