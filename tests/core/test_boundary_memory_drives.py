@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -37,11 +36,11 @@ def wander(world: World, start: np.ndarray, steps: int, rng: np.random.Generator
     return positions
 
 
-def maps_along(world: World, positions, noise: float = 0.0, turned: int = 0) -> Iterator[LocalMap]:
-    """A local map at each position, 0.05 s apart, the robot turned by quarter turns."""
+def maps_along(world: World, positions, noise: float = 0.0) -> Iterator[LocalMap]:
+    """A local map at each position, 0.05 s apart."""
     rng = np.random.default_rng(0)
     for k, position in enumerate(positions):
-        state = State(0.05 * (k + 1), np.array(position, dtype=float), np.zeros(2), turned * TURN / 4)
+        state = State(0.05 * (k + 1), np.array(position, dtype=float), np.zeros(2), 0.0)
         scan = simulate_scan(world, state, Lidar())
         believed = replace(state, position=state.position + noise * rng.standard_normal(2))
         yield build_local_map(scan, believed, ROBOT, SETTINGS.local_map)
@@ -58,10 +57,6 @@ def lines(segments: np.ndarray) -> shapely.Geometry:
     return shapely.multilinestrings(list(shapely.linestrings(segments.reshape(-1, 2, 2))))
 
 
-def true_boundary(world: World) -> shapely.Geometry:
-    return shapely.boundary(obstacles(world))
-
-
 def nodes_of(memory: RememberedBoundaries) -> np.ndarray:
     n = len(memory.field.clearance)
     return memory.field.origin + memory.field.spacing * np.stack(np.mgrid[:n, :n], axis=-1)
@@ -74,8 +69,7 @@ def on_boundary(pieces: np.ndarray, boundary: shapely.Geometry) -> np.ndarray:
 
 
 def assert_nothing_seen_is_lost(world: World, positions) -> None:
-    """No piece on a true boundary is forgotten while the robot stays near; nothing observed is off a boundary."""
-    boundary = true_boundary(world)
+    boundary = shapely.boundary(obstacles(world))
     shapely.prepare(boundary)
     memory, seen = None, np.zeros((0, 2))
     for k, local_map in enumerate(maps_along(world, positions)):
@@ -97,20 +91,11 @@ def assert_nothing_seen_is_lost(world: World, positions) -> None:
     assert not (memory.free & observed & (field.clearance < 0.0)).any()
 
 
-@pytest.mark.parametrize(
-    "spec", ["random:3", "random:41", "random:77", "l:9", "u:4", "z:8", "baffles:4", "serpentine:2", "pillars:8"]
-)
-def test_in_a_world_that_stands_still_nothing_seen_is_forgotten(spec: str):
-    world, rng = load_world(spec), np.random.default_rng(1)
-    assert_nothing_seen_is_lost(world, wander(world, np.array(world.start), 40, rng))
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("family", ["random", "l", "u", "z", "baffles", "serpentine", "pillars"])
-def test_in_a_hundred_worlds_that_stand_still_nothing_seen_is_forgotten(family: str):
-    for seed in range(100):
-        world, rng = load_world(f"{family}:{seed}"), np.random.default_rng(seed)
-        assert_nothing_seen_is_lost(world, wander(world, np.array(world.start), 120, rng))
+def test_in_a_world_that_stands_still_nothing_seen_is_forgotten():
+    """No piece on a true boundary is forgotten while the robot stays near; nothing observed is off a boundary."""
+    for spec in ("random:3", "l:9", "baffles:4", "serpentine:2", "pillars:8"):
+        world, rng = load_world(spec), np.random.default_rng(1)
+        assert_nothing_seen_is_lost(world, wander(world, np.array(world.start), 40, rng))
 
 
 def assert_is_of_the_pieces(memory: RememberedBoundaries, rng: np.random.Generator) -> None:
@@ -154,44 +139,3 @@ def test_the_grid_moves_along_with_the_robot():
     assert memory.pieces[:, 0].min() > positions[-1][0] - 0.5 * REMEMBERED.side - 0.05
     behind = np.round((np.array([2.0, 0.0]) - field.origin) / field.spacing).astype(int)
     assert memory.free[tuple(behind)], "what was seen free is carried along"
-
-
-def turned(world: World, quarters: int, mirrored: bool) -> World:
-    def turn(points):
-        points = np.asarray(points) * (1.0, -1.0) if mirrored else np.asarray(points)
-        for _ in range(quarters):
-            points = np.stack([-points[..., 1], points[..., 0]], axis=-1)
-        return points
-
-    corners = turn(np.array(world.bounds).reshape(2, 2))
-    polygons = tuple(turn(p)[::-1] if mirrored else turn(p) for p in world.polygons)
-    circles = np.hstack([turn(world.circles[:, :2]), world.circles[:, 2:]]) if len(world.circles) else world.circles
-    return World("turned", polygons, circles, (*corners.min(axis=0), *corners.max(axis=0)), world.walled)
-
-
-@QUICK
-@given(st.integers(0, 2**32 - 1), st.integers(0, 3), st.booleans())
-def test_a_turned_or_mirrored_drive_leaves_a_turned_or_mirrored_field(seed: int, quarters: int, mirrored: bool):
-    rng = np.random.default_rng(seed)
-    world = uneven_world(rng)
-    positions = wander(world, np.zeros(2), 10, rng)
-    sign = -1.0 if mirrored else 1.0
-    c, s = np.cos(quarters * TURN / 4), np.sin(quarters * TURN / 4)
-    there = [np.array([c * x - s * sign * y, s * x + c * sign * y]) for x, y in positions]
-    here = remembered(maps_along(world, positions)).field.clearance
-    other = remembered(maps_along(turned(world, quarters, mirrored), there, turned=quarters)).field.clearance
-    back = np.rot90(other, -quarters)
-    back = back[:, ::-1] if mirrored else back
-    # where a hit may belong to either of two walls the fit takes the first it meets: another one in a mirrored scan
-    assert np.abs(back - here).max() < 5e-3
-    assert (np.abs(back - here) > 1e-9).sum() <= 0.2 * (here < FAR).sum()
-
-
-def test_the_same_scans_leave_the_same_memory_to_the_last_bit():
-    world = load_world("random:5")
-    positions = wander(world, np.array(world.start), 25, np.random.default_rng(2))
-    one, two = (remembered(maps_along(world, positions, 0.005)) for _ in range(2))
-    for name in ("pieces", "normals", "solid_behind", "seen", "free", "seen_free_behind", "times_contradicted"):
-        assert np.array_equal(getattr(one, name), getattr(two, name))
-    assert np.array_equal(one.field.clearance, two.field.clearance)
-    assert np.array_equal(one.field.source, two.field.source)

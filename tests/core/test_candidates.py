@@ -28,24 +28,16 @@ def test_by_hand_short_frontiers_are_passed_over_where_a_longer_one_is_seen():
 
 
 def test_by_hand_positions_are_the_centres_of_equal_cells():
-    segments, number = chain([(0.0, 0.0), (0.4, 0.0)])
-    positions, segment_of = sample_positions(segments, number, 0.1)
-    np.testing.assert_allclose(positions, [[0.05, 0.0], [0.15, 0.0], [0.25, 0.0], [0.35, 0.0]], atol=1e-12)
-    assert segment_of.tolist() == [0, 0, 0, 0]
-
-
-def test_by_hand_a_short_frontier_has_one_position_in_its_middle():
-    segments, number = chain([(0.0, 0.0), (0.0, 0.05)])
-    positions, _ = sample_positions(segments, number, 0.08)
-    np.testing.assert_allclose(positions, [[0.0, 0.025]])
-
-
-def test_by_hand_cells_go_round_the_corner_of_a_frontier():
-    """0.3 m + 0.1 m at 0.2 m: cells of 0.2 m, their centres at 0.1 m and 0.3 m, which is the corner."""
-    segments, number = chain([(0.0, 0.0), (0.3, 0.0), (0.3, 0.1)])
-    positions, segment_of = sample_positions(segments, number, 0.2)
-    np.testing.assert_allclose(positions, [[0.1, 0.0], [0.3, 0.0]], atol=1e-12)
-    assert segment_of[0] == 0
+    """Four cells; one of a short frontier; 0.3 m + 0.1 m round a corner at 0.2 m: centres at 0.1 m and 0.3 m."""
+    table = [
+        ([(0.0, 0.0), (0.4, 0.0)], 0.1, [[0.05, 0.0], [0.15, 0.0], [0.25, 0.0], [0.35, 0.0]]),
+        ([(0.0, 0.0), (0.0, 0.05)], 0.08, [[0.0, 0.025]]),
+        ([(0.0, 0.0), (0.3, 0.0), (0.3, 0.1)], 0.2, [[0.1, 0.0], [0.3, 0.0]]),
+    ]
+    for points, spacing, expected in table:
+        positions, segment_of = sample_positions(*chain(points), spacing)
+        np.testing.assert_allclose(positions, expected, atol=1e-12)
+        assert segment_of[0] == 0
 
 
 @settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
@@ -64,20 +56,13 @@ def test_every_frontier_has_floor_of_length_over_spacing_positions_at_least_one(
     np.testing.assert_allclose(along, lengths[segment_of], atol=1e-6)
 
 
-def test_by_hand_each_position_at_rest_once_and_every_direction_at_every_speed():
-    directions = np.array([[True, False, True, False]])
-    position_of, velocities = product(directions, np.zeros(1, int), np.array([2]), V_MAX)
-    assert position_of.tolist() == [0] * 5
-    expected = [[0.0, 0.0], [0.6, 0.0], [1.2, 0.0], [-0.6, 0.0], [-1.2, 0.0]]
-    np.testing.assert_allclose(velocities, expected, atol=1e-12)
-
-
-def test_by_hand_each_position_has_the_directions_of_its_segment():
-    directions = np.array([[True, False, False, False], [False, True, True, False]])
-    position_of, velocities = product(directions, np.array([1, 0]), np.array([1, 1]), V_MAX)
-    assert position_of.tolist() == [0, 0, 0, 1, 1]
-    expected = [[0.0, 0.0], [0.0, 1.2], [-1.2, 0.0], [0.0, 0.0], [1.2, 0.0]]
-    np.testing.assert_allclose(velocities, expected, atol=1e-12)
+def test_by_hand_each_position_at_rest_once_and_every_direction_of_its_segment_at_every_speed():
+    directions = np.array([[True, False, True, False], [False, True, True, False]])
+    position_of, velocities = product(directions, np.array([1, 0]), np.array([1, 2]), V_MAX)
+    assert position_of.tolist() == [0, 0, 0, 1, 1, 1, 1, 1]
+    first = [[0.0, 0.0], [0.0, 1.2], [-1.2, 0.0]]
+    second = [[0.0, 0.0], [0.6, 0.0], [1.2, 0.0], [-0.6, 0.0], [-1.2, 0.0]]
+    np.testing.assert_allclose(velocities, [*first, *second], atol=1e-12)
 
 
 @settings(derandomize=True, deadline=None, max_examples=30, print_blob=True)

@@ -73,16 +73,3 @@ def test_each_kind_of_shell_keeps_its_environment(make):
         assert (project / name / "options").read_text() == options
     ros = [("requirements-ros.txt" in (project / name / "installed").read_text()) for name in (".venv", ".venv-jazzy")]
     assert ros == [True, False]
-
-
-def test_what_runs_is_of_the_environment_of_its_shell(make):
-    """`make -n` says what it would do."""
-    for environment, folder in (({}, ".venv"), ({"ROS_DISTRO": "jazzy"}, ".venv-jazzy")):
-        project = make(f"{folder}/.ready", **environment)
-        program = project / folder / "bin" / "bringup"
-        program.write_text('#!/bin/sh\necho "$0" >"$OUT"\n')
-        program.chmod(0o755)
-        (project / folder / ".compiled").touch()
-        said = project / f"said{folder}"
-        make("run", OUT=str(said), **environment)
-        assert said.read_text() == f"{folder}/bin/bringup\n"

@@ -5,8 +5,6 @@ import signal
 import subprocess
 import sys
 
-import pytest
-
 PROGRAM = """
 import time
 {importing}
@@ -38,15 +36,12 @@ def interrupted(tmp_path, importing, running, *, ignoring=False):
     return process.returncode, errors
 
 
-def test_ctrl_c_during_imports_ends_it_without_a_word(tmp_path):
+def test_ctrl_c_ends_it_without_a_word_during_imports_and_is_its_own_later(tmp_path):
     assert interrupted(tmp_path, importing=WAITING, running="pass") == (-signal.SIGINT, "")
-
-
-def test_a_running_program_handles_ctrl_c_itself(tmp_path):
     assert interrupted(tmp_path, importing="", running=WAITING) == (7, "")
 
 
-@pytest.mark.parametrize("where", ["importing", "running"])
-def test_a_program_that_was_started_to_ignore_it_goes_on(tmp_path, where):
-    program = {"importing": "", "running": "pass"} | {where: WAITING.replace("60", "0.2")}
-    assert interrupted(tmp_path, **program, ignoring=True) == (0, "")
+def test_a_program_that_was_started_to_ignore_it_goes_on(tmp_path):
+    for where in ("importing", "running"):
+        program = {"importing": "", "running": "pass"} | {where: WAITING.replace("60", "0.2")}
+        assert interrupted(tmp_path, **program, ignoring=True) == (0, "")
