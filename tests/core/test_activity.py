@@ -15,16 +15,16 @@ from collplan_core.command import (
     stopped,
 )
 from collplan_core.control.activity import ACTIVITIES, BOUNCE, MANEUVER, TRACK, Activity, describe
-from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.plan import Contacts, Plan, timed_path
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
 times = st.floats(0.0, 4.0)
+MANEUVERS_AT_A_WALL = BOUNDARY_FOLLOWING, FLOW_THROUGH
 
 
 def plan(begin: float = 0.0, end: float = 4.0) -> Plan:
-    line, nothing = np.array([[0.0, 0.0], [1.0, 0.0]]), Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    rest = np.zeros(2)
-    return Plan(begin, np.array([begin, end]), line, 0.0 * line, Contacts.none(), line[1], rest, {}, nothing, 0)
+    line = np.array([[0.0, 0.0], [1.0, 0.0]])
+    return timed_path(begin, np.array([begin, end]), line, 0.0 * line)
 
 
 def contacts_at(*when: float) -> Contacts:
@@ -45,7 +45,7 @@ def test_only_in_free_space_and_near_a_foreseen_contact_it_bounces(maneuver, for
     assert activity.name in ACTIVITIES
     assert (activity.name == BOUNCE) == (maneuver == FREE_SPACE and near)
     assert (activity.name == STOPPED) == (maneuver == STOPPED)
-    assert (activity.name == MANEUVER) == (maneuver in (BOUNDARY_FOLLOWING, FLOW_THROUGH))
+    assert (activity.name == MANEUVER) == (maneuver in MANEUVERS_AT_A_WALL)
 
 
 def test_by_hand_each_activity_with_its_reason():
@@ -64,14 +64,6 @@ def test_by_hand_each_activity_with_its_reason():
         assert (activity.name, words in activity.reason) == (name, True), activity
 
 
-def test_the_maneuvers_are_told_apart():
-    following, flowing = (
-        describe(command(maneuver), plan(), contacts_at(1.0), 1.0) for maneuver in (BOUNDARY_FOLLOWING, FLOW_THROUGH)
-    )
-    assert following.name == flowing.name == MANEUVER
-    assert following.differs(flowing)
-
-
 def test_an_age_that_grows_is_no_news():
     young, old, other = (
         describe(stopped(f"{what} s old"), None, Contacts.none(), 0.0) for what in ("pose 0.1", "pose 12.3", "scan 0.7")
@@ -80,3 +72,6 @@ def test_an_age_that_grows_is_no_news():
     assert not old.differs(young)
     assert old.differs(other)
     assert old.differs(Activity(TRACK, old.reason))
+    following, flowing = (describe(command(each), plan(), Contacts.none(), 1.0) for each in MANEUVERS_AT_A_WALL)
+    assert following.name == flowing.name == MANEUVER
+    assert following.differs(flowing)

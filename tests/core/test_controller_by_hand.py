@@ -8,12 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.command import FREE_SPACE, HAND, STOPPED
-from collplan_core.control.hand import TAKEN
+from collplan_core.command import FREE_SPACE, HAND, STOPPED, Command
+from collplan_core.control.hand import TAKEN, Hand, hand_command, why_not_by_hand
 from collplan_core.control.interlock import REMEDY
 from collplan_core.control.motion_monitor import STOPPING, MotionVerdict
+from collplan_core.control.tracking import saturate
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.parameters import Limits
 from loop_scenes import IDENTITY, SETTINGS, at, scan_at, see, straight_plan
 
 LIMITS = SETTINGS.limits
@@ -214,3 +216,74 @@ def test_once_a_hand_has_had_it_no_planner_moves_it_unasked(course):
         assert command.maneuver in (HAND, STOPPED)
     drive.seen = True
     assert is_held(drive.periods(8))
+
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=60)
+ROBOT = SETTINGS.robot
+FENCED = Limits(fence=(0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0))
+speeds = st.floats(-ROBOT.max_speed, ROBOT.max_speed)
+velocities = st.tuples(speeds, speeds).map(lambda pair: saturate(np.array(pair), ROBOT.max_speed))
+rates = st.floats(-ROBOT.max_yaw_rate, ROBOT.max_yaw_rate)
+
+
+def hand(x=0.0, y=0.0, yaw_rate=0.0, trouble="") -> Hand:
+    return Hand(np.array([x, y]), yaw_rate, 1.0, trouble)
+
+
+def sent(velocity, yaw_rate=0.0) -> Command:
+    return Command(np.array(velocity), yaw_rate, HAND, np.full(2, np.nan))
+
+
+@QUICK
+@given(velocities, rates, velocities, rates, st.booleans())
+def test_a_command_goes_from_the_one_before_as_wheels_can_within_the_limits_or_to_rest_at_once(
+    before, turning, wanted, turn, is_blind
+):
+    command = hand_command(Hand(wanted, turn, 0.0), sent(before, turning), is_blind, SETTINGS)
+    if command.velocity.any() and not is_blind:
+        assert math.hypot(*(command.velocity - before)) <= ROBOT.max_acceleration * PERIOD + 1e-9
+    if command.yaw_rate:
+        assert abs(command.yaw_rate - turning) <= ROBOT.max_acceleration / ROBOT.radius * PERIOD + 1e-9
+    most = min(LIMITS.blind_speed, ROBOT.max_speed) if is_blind else ROBOT.max_speed
+    assert math.hypot(*command.velocity) <= most + 1e-9
+    assert abs(command.yaw_rate) <= ROBOT.max_yaw_rate + 1e-9
+    rest = hand_command(hand(), sent(before, turning), False, SETTINGS)
+    assert (rest.velocity.any(), rest.yaw_rate) == (False, 0.0)
+
+
+def test_by_hand_a_turn_to_the_side_at_speed_and_what_is_no_command():
+    command = hand_command(hand(0.0, 0.3), sent([1.0, 0.0]), False, SETTINGS)
+    change = np.array([-1.0, 0.3]) / math.hypot(1.0, 0.3) * 0.075
+    assert command.velocity == pytest.approx(np.array([1.0, 0.0]) + change)
+    for broken in (hand(math.nan), hand(0.1, math.inf), hand(0.1, yaw_rate=math.nan)):
+        command = hand_command(broken, sent([0.3, 0.0]), False, SETTINGS)
+        assert (command.maneuver, command.velocity.tolist(), command.yaw_rate) == (STOPPED, [0.0, 0.0], 0.0)
+        assert command.reason
+
+
+@QUICK
+@given(st.floats(1.0, 1e9), st.floats(-math.pi, math.pi), st.floats(-1e9, 1e9))
+def test_however_much_a_hand_asks_for_it_gets_the_most_that_way(excess, angle, turn):
+    asked, command = ROBOT.max_speed * np.array([math.cos(angle), math.sin(angle)]), sent([0.0, 0.0])
+    for _ in range(200):
+        command = hand_command(Hand(excess * asked, turn, 0.0), command, False, SETTINGS)
+    assert (command.maneuver, command.reason) == (HAND, "")
+    assert command.velocity == pytest.approx(asked, abs=1e-9)
+    assert command.yaw_rate == pytest.approx(min(max(turn, -ROBOT.max_yaw_rate), ROBOT.max_yaw_rate))
+
+
+def test_by_hand_what_forbids_it():
+    table = [
+        (hand(), "", "", None, LIMITS, ""),
+        (hand(), "", "no pose yet", None, LIMITS, ""),
+        (hand(), "estop", "", None, LIMITS, "estop"),
+        (hand(trouble="two"), "", "", None, LIMITS, "two"),
+        (hand(), "", "", (0.5, 0.5), FENCED, ""),
+        (hand(), "", "", (1.5, 0.5), FENCED, "1.50, 0.50"),
+        (hand(), "", "pose old", (0.5, 0.5), FENCED, "pose old"),
+        (hand(), "", "", None, FENCED, "no pose"),
+    ]
+    for given_, stands, lost, position, limits, words in table:
+        place = None if position is None else np.array(position)
+        reason = why_not_by_hand(given_, stands, lost, place, limits)
+        assert (bool(reason), words in reason) == (bool(words), True), reason

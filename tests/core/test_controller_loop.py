@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE, STOPPED
-from collplan_core.control.interlock import REMEDY
+from collplan_core.control.interlock import REMEDY, Interlock
 from collplan_core.control.motion_monitor import LATE, OK, REVERSED, SLIP, STUCK, MotionVerdict
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
 from collplan_core.loop.controller_loop import ELSEWHERE, LONGEST_RESUMED, LONGEST_START, ControllerLoop
@@ -354,3 +354,21 @@ def test_once_held_no_course_of_inputs_moves_it(faults):
     for missing, duration in faults:
         assert is_held(without(loop, missing, now, duration))
         now += duration + 0.1
+
+
+FIRST, SECOND = bytes(16), bytes(range(16))
+
+
+def test_the_first_goal_heard_of_may_be_one_of_before_and_the_next_is_new():
+    held = Interlock("just started")
+    assert not held.is_new(FIRST, active=True)
+    known = held.after_goal(FIRST)
+    assert known.reason == "just started"
+    assert not known.is_new(FIRST, active=True)
+    assert known.is_new(SECOND, active=True)
+    assert not known.is_new(SECOND, active=False)
+    lock = known.after_goal(SECOND).after_goal(FIRST)
+    assert not lock.is_new(FIRST, active=True)
+    assert not lock.is_new(SECOND, active=True)
+    assert lock.held("a fault").reason
+    assert not lock.held("a fault").resumed().reason

@@ -52,16 +52,6 @@ def test_it_is_never_less_than_the_straight_way_at_full_speed_and_0_only_within_
     assert to_go(AMONG_CLUTTER, share * TOLERANCE * unit(bearing), velocity) == 0.0
 
 
-@QUICK
-@given(bearing=angles, far=st.floats(0.2, 2.0), passed=st.floats(0.0, 0.09))
-def test_along_a_free_straight_line_at_full_speed_it_falls_by_a_second_every_second(bearing, far, passed):
-    one, later = (
-        to_go(IN_THE_OPEN, far * unit(bearing) - s * unit(bearing), -SPEED * unit(bearing)) for s in (0.0, passed)
-    )
-    assert one == pytest.approx(far / SPEED, rel=1e-12)
-    assert one - later == pytest.approx(passed / SPEED, abs=1e-12)
-
-
 def test_it_turns_and_mirrors_with_the_scene():
     for seed, (quarters, mirrored) in enumerate([(1, False), (2, False), (3, True), (0, True)]):
         random = np.random.default_rng(seed)

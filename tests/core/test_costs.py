@@ -1,10 +1,11 @@
-"""The cost terms: worked by hand in the chosen reading and as printed, and under rotation and translation."""
+"""Candidates S x Theta x V on hand-made frontiers, and their cost terms in the chosen reading and as printed."""
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
 from collplan_core.paper_planner.costs.model import CostModel
 from collplan_core.paper_planner.costs.normalize import normalize
 from collplan_core.paper_planner.costs.position import POSITION_COSTS, TURN_DIRECTIONS
@@ -41,7 +42,6 @@ from scenes import rotation, star_map, unit
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
 points = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)).map(np.array)
 angles = st.floats(-np.pi, np.pi)
-shares = st.floats(0.0, 1.0)
 seeds = st.integers(0, 2**32 - 1)
 
 THRESHOLD, PENALTY = np.radians(70.0), 5.0
@@ -96,37 +96,9 @@ def test_by_hand_the_turn_counts_from_its_threshold_on():
     assert (costs > plain).tolist() == [False, False, True, True, True]
 
 
-@QUICK
-@given(
-    seed=seeds,
-    turn=angles,
-    shift=points,
-    mirror=st.booleans(),
-    turn_angle=st.sampled_from(sorted(TURN_DIRECTIONS)),
-    order=st.sampled_from(sorted(POSITION_COSTS)),
-)
-def test_position_costs_move_with_the_world(seed, turn, shift, mirror, turn_angle, order):
-    positions, (current, goal, aimed, previous) = np.split(np.random.default_rng(seed).normal(size=(12, 2)), [8])
-    move = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0])
-    costs = j_pos(positions, current, goal, aimed, previous, 0.4, turn_angle, order)
-    here, there, before = (move @ point + shift for point in (current, goal, previous))
-    moved = j_pos(positions @ move.T + shift, here, there, move @ aimed, before, 0.4, turn_angle, order)
-    np.testing.assert_allclose(moved, costs, atol=1e-9)
-
-
-@QUICK
-@given(values=st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=20), scale=st.floats(0.1, 10.0))
-def test_normalize_is_min_max_and_zero_without_spread(values, scale):
-    values = np.array(values)
-    shares_of = normalize(values)
-    assert (shares_of >= 0.0).all()
-    assert (shares_of <= 1.0).all()
-    if np.ptp(values) > 1e-9:
-        assert shares_of[np.argmin(values)] == 0.0
-        assert shares_of[np.argmax(values)] == 1.0
-        np.testing.assert_allclose(normalize(scale * values + 3.0), shares_of, atol=1e-6)
-    elif np.ptp(values) == 0.0:
-        assert not shares_of.any()
+def test_by_hand_normalize_is_min_max_and_zero_without_spread():
+    np.testing.assert_allclose(normalize(np.array([-1.0, 3.0, 0.0])), [0.0, 1.0, 0.25])
+    assert not normalize(np.full(3, 7.0)).any()
 
 
 # J_risk, Alg. 2
@@ -191,19 +163,6 @@ def test_by_hand_gap_risk_is_the_openings_width_at_the_candidate_or_the_bare_ang
     assert gap_risk(reach, position, (False, True), widest=0.1) == pytest.approx(-0.8 * 0.1)
 
 
-@QUICK
-@given(seed=seeds, steps=st.integers(0, 359), reading=st.sampled_from(sorted(GAP_RISKS)))
-def test_gap_risk_turns_with_the_world(seed, steps, reading):
-    rng = np.random.default_rng(seed)
-    reach = np.repeat(rng.uniform(0.2, 0.8, 36), 10)
-    position, sides = 0.5 * unit(rng.uniform(0, 6.28)), rng.integers(2, size=2).astype(bool)
-    bearing = np.degrees(np.arctan2(position[1], position[0])) % 1.0
-    assume(1e-6 < bearing < 1 - 1e-6)
-    moved = rotation(np.radians(steps)) @ position
-    expected = gap_risk(reach, position, sides, reading=reading)
-    assert gap_risk(np.roll(reach, steps), moved, sides, reading=reading) == pytest.approx(expected, abs=1e-9)
-
-
 def wall_ahead(steps: int = 0):
     """F of half a metre around, but a wall at x = 0.3 to the front, turned by whole degrees."""
     angles_of = 2 * np.pi * np.arange(360) / 360
@@ -251,18 +210,6 @@ def test_by_hand_a_rebound_into_known_free_space_is_penalised():
     border, later = star_map(np.full(360, 1.25)).border, model._replace(rebound_horizon=0.4)
     assert rebound_reward(1.5, 0.0, 1.0, 0.0, UP, border, -ALONG_X, model) == pytest.approx(0.7)
     assert rebound_reward(1.5, 0.0, 1.0, 0.0, UP, border, -ALONG_X, later) == -1.5
-
-
-@QUICK
-@given(seed=seeds, steps=st.integers(0, 359), horizon=st.floats(0.05, 1.0))
-def test_the_reward_turns_with_the_world(seed, steps, horizon):
-    rng = np.random.default_rng(seed)
-    reach = rng.uniform(0.4, 1.0, 360)
-    p, v, tangent, goal = rng.normal(size=2), rng.normal(size=2), unit(rng.uniform(0, 6.28)), unit(rng.uniform(0, 6.28))
-    r, model = rotation(np.radians(steps)), MODEL._replace(rebound_horizon=horizon)
-    expected = rebound_reward(*p, *v, tangent, star_map(reach).border, goal, model)
-    border = star_map(np.roll(reach, steps)).border
-    assert rebound_reward(*(r @ p), *(r @ v), r @ tangent, border, r @ goal, model) == pytest.approx(expected, abs=1e-9)
 
 
 def test_by_hand_velocity_cost():
@@ -319,3 +266,67 @@ def test_by_hand_equal_costs_are_told_apart_by_the_velocity_along_the_approach()
     even[1:] = 2 * TIE_BREAK
     assert least_forward(even, POINTS, VELOCITIES, ORIGIN, 1.2) == 0
     assert least_first(np.array([1.0, -1.0, 0.0]), POINTS, VELOCITIES, ORIGIN, 1.2) == 1
+
+
+V_MAX = 1.2
+
+corners = st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)), min_size=2, max_size=5)
+
+
+def chain(points, number: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """One frontier of straight pieces through the points."""
+    points = np.array(points, dtype=float)
+    return np.hstack([points[:-1], points[1:]]), np.full(len(points) - 1, number)
+
+
+def test_by_hand_short_frontiers_are_passed_over_where_a_longer_one_is_seen():
+    """A notch of 3 cm, and a frontier of two pieces of 4 cm."""
+    chains = chain([(0.0, 0.0), (0.03, 0.0)], 0), chain([(0.0, 1.0), (0.04, 1.0), (0.08, 1.0)], 1)
+    segments, number = (np.concatenate(part) for part in zip(*chains, strict=True))
+    assert long_enough(segments, number, 0.05).tolist() == [False, True, True]
+    assert long_enough(segments, number, 0.1).all(), "no longer one is seen"
+    assert long_enough(segments, number, 0.0).all(), "as printed"
+
+
+def test_by_hand_positions_are_the_centres_of_equal_cells():
+    """Four cells; one of a short frontier; 0.3 m + 0.1 m round a corner at 0.2 m: centres at 0.1 m and 0.3 m."""
+    table = [
+        ([(0.0, 0.0), (0.4, 0.0)], 0.1, [[0.05, 0.0], [0.15, 0.0], [0.25, 0.0], [0.35, 0.0]]),
+        ([(0.0, 0.0), (0.0, 0.05)], 0.08, [[0.0, 0.025]]),
+        ([(0.0, 0.0), (0.3, 0.0), (0.3, 0.1)], 0.2, [[0.1, 0.0], [0.3, 0.0]]),
+    ]
+    for points, spacing, expected in table:
+        positions, segment_of = sample_positions(*chain(points), spacing)
+        np.testing.assert_allclose(positions, expected, atol=1e-12)
+        assert segment_of[0] == 0
+
+
+@settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+@given(frontiers=st.lists(corners, min_size=1, max_size=4), spacing=st.floats(0.01, 0.5))
+def test_every_frontier_has_floor_of_length_over_spacing_positions_at_least_one(frontiers, spacing):
+    chains = [chain(points, i) for i, points in enumerate(frontiers)]
+    segments, number = (np.concatenate([c[part] for c in chains]) for part in range(2))
+    positions, segment_of = sample_positions(segments, number, spacing)
+    lengths = np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
+    for i in range(len(frontiers)):
+        cells = lengths[number == i].sum() / spacing
+        count = (number[segment_of] == i).sum()
+        assert max(1, np.floor(cells - 1e-6)) <= count <= max(1, np.floor(cells + 1e-6))
+    ends = segments.reshape(-1, 2, 2)[segment_of]
+    along = np.hypot(*(positions - ends[:, 0]).T) + np.hypot(*(positions - ends[:, 1]).T)
+    np.testing.assert_allclose(along, lengths[segment_of], atol=1e-6)
+
+
+def test_by_hand_each_position_at_rest_once_and_every_direction_of_its_segment_at_every_speed():
+    directions = np.array([[True, False, True, False], [False, True, True, False]])
+    position_of, velocities = product(directions, np.array([1, 0]), np.array([1, 2]), V_MAX)
+    assert position_of.tolist() == [0, 0, 0, 1, 1, 1, 1, 1]
+    first = [[0.0, 0.0], [0.0, 1.2], [-1.2, 0.0]]
+    second = [[0.0, 0.0], [0.6, 0.0], [1.2, 0.0], [-0.6, 0.0], [-1.2, 0.0]]
+    np.testing.assert_allclose(velocities, [*first, *second], atol=1e-12)
+
+
+def test_by_hand_the_printed_speed_set_depends_on_the_frontiers_length():
+    frontier_of = np.array([0, 0, 0, 1])
+    assert SPEED_COUNTS["fixed"](frontier_of, 4).tolist() == [4, 4, 4, 4]
+    assert SPEED_COUNTS["printed"](frontier_of, 4).tolist() == [3, 3, 3, 1]

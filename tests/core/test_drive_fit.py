@@ -38,7 +38,7 @@ def driven(acceleration, lag, seed, duration=30.0, error=0.06, bias=0.03, leap=1
 
 @compiled
 def test_the_drive_is_found():
-    for acceleration, lag in ((1.5, 0.1), (3.0, 0.05), (0.8, 0.2)):
+    for acceleration, lag in ((1.5, 0.1), (3.0, 0.05)):
         fit = fit_drive([driven(acceleration, lag, seed) for seed in (0, 1)])
         assert fit.max_acceleration.value == pytest.approx(acceleration, rel=0.02)
         assert fit.velocity_lag.value == pytest.approx(lag, abs=0.03)
@@ -53,18 +53,6 @@ def test_the_bias_of_each_run_is_found():
     shifted = biased.wanted - [0.1, -0.05]
     run = DrivenStretches("run", biased.times, biased.points, shifted, biased.stretches, PERIOD, NOISE)
     assert fit_drive([run]).biases[0] == pytest.approx((0.1, -0.05), abs=0.03)
-
-
-@compiled
-def test_turned_poses_and_commands_give_the_same_drive():
-    run = driven(1.8, 0.12, 4)
-    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
-    turned = DrivenStretches(
-        "turned", run.times + 7.0, run.points @ turn.T + 3.0, run.wanted @ turn.T, run.stretches, PERIOD, NOISE
-    )
-    here, there = fit_drive([run]), fit_drive([turned])
-    assert there.max_acceleration.value == pytest.approx(here.max_acceleration.value, rel=1e-3)
-    assert there.velocity_lag.value == pytest.approx(here.velocity_lag.value, rel=0.02)
 
 
 @compiled

@@ -21,8 +21,9 @@ def interrupted(tmp_path, importing, running, *, ignoring=False):
     """Exit code and stderr of a program that is interrupted where it says that it is there."""
     (tmp_path / "program.py").write_text(PROGRAM.format(importing=importing, running=running))
     start = "from collplan_core.executable import Executable; raise SystemExit(Executable('program')())"
-    if ignoring:
-        start = f"import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); {start}"
+    # said either way: a test run in the background ignores it and leaves that to its children
+    handler = "SIG_IGN" if ignoring else "default_int_handler"
+    start = f"import signal; signal.signal(signal.SIGINT, signal.{handler}); {start}"
     process = subprocess.Popen(
         [sys.executable, "-c", start],
         stdout=subprocess.PIPE,

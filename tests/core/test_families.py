@@ -40,16 +40,6 @@ def test_every_gap_is_closed_or_lets_the_disc_through_and_opposite_corners_are_c
         assert np.hypot(*(world.goal - world.start)) > 1.2
 
 
-def test_a_world_is_the_paper_s_arena_full_of_different_convex_obstacles():
-    worlds = [load_world(f"random:{seed}") for seed in SEEDS]
-    assert {world.bounds for world in worlds} == {(0.0, 0.0, 2.4, 2.4)}
-    assert all(world.walled for world in worlds)
-    assert {len(corners) for world in worlds for corners in world.polygons} == {3, 4, 5, 6}
-    assert sum(len(world.circles) for world in worlds) > len(worlds)
-    assert min(len(world.polygons) + len(world.circles) for world in worlds) >= 5
-    assert len({fingerprint(world) for world in worlds}) == len(worlds)
-
-
 def test_posts_are_round_thin_and_stand_in_a_wall_or_a_centimetre_more_than_the_robot_apart():
     narrowest = []
     for seed in SEEDS:
