@@ -143,7 +143,7 @@ def test_a_moved_box_is_forgotten_once_its_old_place_is_seen_through():
     memory = seen_from(before, [(0.0, 0.0), (0.02, 0.0)])
     assert clearance(memory, 0.25, 0.0) < 0.0
     memory = seen_from(after, [(0.04, 0.0)], memory=memory, first=3)
-    assert clearance(memory, 0.25, 0.0) < 0.0, "one scan may err"
+    assert clearance(memory, 0.25, 0.0) < 0.0  # one scan may err
     memory = seen_from(after, [(0.06, 0.0)], memory=memory, first=4)
     assert clearance(memory, 0.25, 0.0) == FAR
     assert is_free(memory, 0.25, 0.0)
@@ -165,7 +165,7 @@ def test_a_wall_seen_elsewhere_by_drift_is_one_wall():
 def test_a_face_seen_edge_on_does_not_reach_to_what_is_behind_it():
     local_map = map_of(world_of([box(0.15, -0.3, 0.45, 0.0), box(0.55, -0.3, 0.7, 0.3)]), (0.0, 0.01))
     x = local_map.walls[:, [0, 2]]
-    assert ((x.min(axis=1) < 0.45) & (x.max(axis=1) > 0.54)).any(), "all that lies ahead is near one line"
+    assert ((x.min(axis=1) < 0.45) & (x.max(axis=1) > 0.54)).any()  # all that lies ahead is near one line
     memory = remember(None, local_map, ROBOT, REMEMBERED)
     assert not ((memory.pieces[:, [0, 2]] > 0.46) & (memory.pieces[:, [0, 2]] < 0.54)).any()
 
@@ -342,4 +342,4 @@ def test_the_grid_moves_along_with_the_robot():
     assert_is_of_the_pieces(memory, np.random.default_rng(0))
     assert memory.pieces[:, 0].min() > positions[-1][0] - 0.5 * REMEMBERED.side - 0.05
     behind = np.round((np.array([2.0, 0.0]) - field.origin) / field.spacing).astype(int)
-    assert memory.free[tuple(behind)], "what was seen free is carried along"
+    assert memory.free[tuple(behind)]  # what was seen free is carried along

@@ -85,7 +85,7 @@ def test_it_goes_before_the_planner_and_takes_over_without_a_jump():
     assert drive.period().maneuver == FREE_SPACE
     drive.forbidden = "no heartbeat"
     assert drive.periods(12, LEFT).velocity == pytest.approx(LEFT)
-    assert all(command.maneuver == HAND for command in drive.commands[1:]), "what forbids plans forbids no hand"
+    assert all(command.maneuver == HAND for command in drive.commands[1:])  # what forbids plans forbids no hand
     changes = np.diff([command.velocity for command in drive.commands], axis=0)
     assert np.hypot(*changes.T).max() <= SETTINGS.robot.max_acceleration * PERIOD + 1e-9
 
@@ -120,12 +120,12 @@ def test_whatever_is_resumed_a_hand_that_rests_and_holds_on_keeps_the_robot_stil
 
 
 def test_a_hand_that_drives_keeps_the_robot_whatever_is_resumed():
-    drive = driven_by_hand()
-    for by_goal in (False, True):
+    for by_goal, last in ((False, None), (True, None), (False, np.zeros(2))):
+        drive = driven_by_hand()
         drive.give_back(by_goal)
         assert drive.period().maneuver == HAND
-    drive.period(np.zeros(2))
-    assert is_held(drive.periods(10))
+        drive.period(last)
+        assert is_held(drive.periods(10))
 
 
 def test_the_planner_holds_the_heading_that_a_hand_has_left():

@@ -62,7 +62,7 @@ def test_the_end_of_the_goal_stops():
         assert "goal" in loop.take_plan(straight_plan(1.01), 1.01)
     loop = ControllerLoop(SETTINGS)
     without(loop, "pose", 1.0, 30.0)
-    assert not loop.held, "without a goal nothing holds"
+    assert not loop.held  # without a goal nothing holds
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)
@@ -88,10 +88,10 @@ def test_without_such_a_time_the_parameter_counts():
     loop.take_valid_until(0.9, 5.0)
     loop.take_valid_until(1.0, 1.05)
     see(loop, 1.1)
-    assert "plan 0.10 s old" in loop.tick(1.1).reason, "it counts for the plan of its stamp, whichever comes first"
+    assert "plan 0.10 s old" in loop.tick(1.1).reason  # it counts for the plan of its stamp, whichever comes first
     loop = driving()
     loop.take_valid_until(1.0, 0.5)
-    assert "plan 0.00 s old" in loop.tick(1.0).reason, "before the plan begins"
+    assert "plan 0.00 s old" in loop.tick(1.0).reason  # before the plan begins
 
 
 def test_old_poses_and_scans_stop_it_and_refused_scans_are_named():
@@ -114,7 +114,7 @@ def test_a_plan_waits_for_the_pose_it_begins_at():
     loop = ControllerLoop(SETTINGS)
     loop.take_goal(goal())
     see(loop, 1.0)
-    assert "2.000" in loop.take_plan(straight_plan(2.0), 1.0), "it begins too much later"
+    assert "2.000" in loop.take_plan(straight_plan(2.0), 1.0)  # it begins too much later
     assert loop.take_plan(straight_plan(1.02), 1.0) == ""
     assert "plan" in loop.tick(1.0).reason
     see(loop, 1.04)
@@ -122,7 +122,7 @@ def test_a_plan_waits_for_the_pose_it_begins_at():
     refused = loop.refusals["plan"]
     loop.take_plan(straight_plan(1.14), 1.04)
     loop.take_plan(straight_plan(1.04), 1.04)
-    assert loop.refusals["plan"] == refused + 1, "one that was never adopted is refused by the next"
+    assert loop.refusals["plan"] == refused + 1  # one that was never adopted is refused by the next
     assert "1.140" in loop.refusals.newest
 
 
@@ -187,13 +187,13 @@ def test_a_fault_of_over_a_second_holds_until_a_person_lets_it_go_on(missing):
     for freed in ("resume", "goal"):
         loop = driving()
         assert without(loop, missing, 1.05, 0.9)
-        assert without(loop, "nothing", 2.0, 0.3) == "", "a shorter one does not"
+        assert without(loop, "nothing", 2.0, 0.3) == ""  # a shorter one does not
         without(loop, missing, 2.35, 2.0)
         reason = without(loop, "nothing", 4.4, 3.0)
         assert reason.startswith(f"held: {missing} ")
         assert reason.endswith(REMEDY)
         loop.take_goal(replace(loop.goal, stamp=7.4))
-        assert is_held(without(loop, "nothing", 7.45, 0.5)), "the same goal with another stamp is no new one"
+        assert is_held(without(loop, "nothing", 7.45, 0.5))  # the same goal with another stamp is no new one
         if freed == "resume":
             loop.resume()
         else:
@@ -248,7 +248,7 @@ def test_a_robot_that_was_carried_is_held_at_once_however_short_it_was_unseen(to
         assert without(loop, "nothing", 2.7, 0.5) == ""
     loop = driving()
     leaps(loop, 1.05)
-    assert without(loop, "nothing", 1.6, 0.3) == "", "a leap that ends where it began holds nothing"
+    assert without(loop, "nothing", 1.6, 0.3) == ""  # a leap that ends where it began holds nothing
 
 
 @pytest.mark.parametrize("told_first", [True, False])
@@ -260,7 +260,7 @@ def test_whoever_gives_a_goal_while_the_poses_leap_knows_that_it_was_carried(tol
     leaps(loop, 1.25, 0.3)
     assert goes_on_elsewhere(loop, 1.55, told_first) == ""
     leaps(loop, 1.65)
-    assert is_held(goes_on_elsewhere(loop, 2.15, told_first)), "of the next time they know nothing"
+    assert is_held(goes_on_elsewhere(loop, 2.15, told_first))  # of the next time they know nothing
 
 
 def test_a_robot_that_is_carried_between_two_goals_goes_to_the_next():
@@ -295,10 +295,10 @@ def test_goals_that_follow_one_another_on_the_way_forget_no_motion(monkeypatch):
     assert forgot == []
     assert is_held(without(loop, "pose", 1.1, 2.0))
     loop.take_goal(goal(stamp=3.1, identity=bytes([3]) * 16))
-    assert forgot == [True], "it was held"
+    assert forgot == [True]  # it was held
     loop.take_goal(goal(SUCCEEDED, stamp=3.1, identity=bytes([3]) * 16))
     loop.take_goal(goal(stamp=3.2, identity=bytes([4]) * 16))
-    assert forgot == [True, True], "it stood"
+    assert forgot == [True, True]  # it stood
 
 
 def test_the_first_plan_of_a_goal_may_take_longer():
@@ -310,7 +310,7 @@ def test_the_first_plan_of_a_goal_may_take_longer():
     loop.take_goal(goal(stamp=10.6, identity=bytes(16)))
     assert is_held(without(loop, "plan", 10.7, LONGEST_START + 0.5))
     loop.take_goal(replace(first, stamp=22.0))
-    assert is_held(without(loop, "nothing", 22.1, 0.5)), "a goal heard of before lets nothing go on"
+    assert is_held(without(loop, "nothing", 22.1, 0.5))  # a goal heard of before lets nothing go on
 
 
 @pytest.mark.parametrize("lost", ["pose", "scan", "heartbeat"])

@@ -101,7 +101,7 @@ def test_a_robot_that_touches_a_wall_goes_from_the_free_cells_beside_it():
     touching, pressed = np.array([-0.5, -0.4 + 0.085]), np.array([-0.5, -0.4 + 0.05])
     paths = paths_to(GOAL)
     assert is_reachable(paths, touching)
-    assert not is_reachable(paths, pressed), "no free cell is beside it: way_to_goal takes it out of the wall first"
+    assert not is_reachable(paths, pressed)  # no free cell is beside it: way_to_goal takes it out of the wall first
     assert to_go(paths, touching) == pytest.approx(to_go(paths, np.array([-0.5, -0.4 + 0.105])), abs=0.03)
     assert np.isfinite(to_go(paths, pressed))
 

@@ -187,7 +187,7 @@ def test_by_hand_an_approach_through_an_observed_boundary_crosses_it():
         for velocity, aim, position, crosses in table:
             where = (r @ aim)[None], r @ position, r @ velocity, 1.2
             assert APPROACH_RISKS["crossing"](*f, *where)[0] == crosses, (steps, velocity, aim)
-            assert not APPROACH_RISKS["printed"](*f, *where)[0], "as printed adds nothing"
+            assert not APPROACH_RISKS["printed"](*f, *where)[0]  # as printed adds nothing
 
 
 # J_vel, eq. (2) and (3)
@@ -284,8 +284,8 @@ def test_by_hand_short_frontiers_are_passed_over_where_a_longer_one_is_seen():
     chains = chain([(0.0, 0.0), (0.03, 0.0)], 0), chain([(0.0, 1.0), (0.04, 1.0), (0.08, 1.0)], 1)
     segments, number = (np.concatenate(part) for part in zip(*chains, strict=True))
     assert long_enough(segments, number, 0.05).tolist() == [False, True, True]
-    assert long_enough(segments, number, 0.1).all(), "no longer one is seen"
-    assert long_enough(segments, number, 0.0).all(), "as printed"
+    assert long_enough(segments, number, 0.1).all()  # no longer one is seen
+    assert long_enough(segments, number, 0.0).all()  # as printed
 
 
 def test_by_hand_positions_are_the_centres_of_equal_cells():

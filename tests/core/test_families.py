@@ -51,7 +51,7 @@ def test_posts_are_round_thin_and_stand_in_a_wall_or_a_centimetre_more_than_the_
         narrowest.append(min(gap for gap in gaps(world) if gap > 0.0))
         check_route(world, world.start, world.goal, 0.09)
     assert min(narrowest) >= 0.19 - 1e-9
-    assert np.median(narrowest) < 0.20, "in most worlds some gap is hardly wider than the robot"
+    assert np.median(narrowest) < 0.20  # in most worlds some gap is hardly wider than the robot
 
 
 def test_a_seed_gives_the_same_world_with_every_version_of_numpy():

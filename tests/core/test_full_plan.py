@@ -173,7 +173,7 @@ def test_by_hand_straight_across_an_open_floor():
     assert plan.cost == pytest.approx((2.0 - nothing().constants.goal.tolerance + lost) / SPEED, abs=2e-3)
     assert plan.costs[plan.n] == 0.0
     there = rolled(of_strategy(nothing(), "avoid"), (0.95, 0.0, 0.0, 0.0), np.zeros((5, 2)))
-    assert (there.n, there.cost, has_arrived(nothing(), there)) == (1, 0.0, True), "it begins at the goal"
+    assert (there.n, there.cost, has_arrived(nothing(), there)) == (1, 0.0, True)  # it begins at the goal
 
 
 @FEW
@@ -211,7 +211,7 @@ def test_only_coarse_plans_beyond_the_margin_are_given_up(scene, v, strategy, be
     state = state_in(nothing)
     everyone = coarse_in(nothing(), state).costs
     left = coarse_in(nothing(), state, everyone.min(), 0.2).costs
-    assert 0 < np.isfinite(left).sum() < 0.5 * np.isfinite(everyone).sum(), "and most of them on an open floor"
+    assert 0 < np.isfinite(left).sum() < 0.5 * np.isfinite(everyone).sum()  # and most of them on an open floor
 
 
 def test_by_hand_the_least_time_round_a_tip_is_that_of_the_path():

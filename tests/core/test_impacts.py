@@ -68,7 +68,7 @@ def test_an_impact_is_foreseen_by_a_plan_still_in_force():
     for predictions, expected in table:
         assert foreseen([HIT], *predictions) == [expected], predictions
     twice = [HIT, moved(1.1)]
-    assert foreseen(twice, (0.5, HIT)) == [True, False], "one contact stands for one impact"
+    assert foreseen(twice, (0.5, HIT)) == [True, False]  # one contact stands for one impact
     assert foreseen(twice, (0.5, HIT, moved(1.12))) == [True, True]
 
 

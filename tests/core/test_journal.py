@@ -191,7 +191,7 @@ def test_calls_are_passed_on_and_what_comes_of_them_too():
     robot = Robot(silent)
     silent.call(robot.go, 1)
     silent.end_cycle()
-    assert robot.calls == [(1,)], "without a listener too"
+    assert robot.calls == [(1,)]  # without a listener too
 
 
 def test_each_scan_is_written_out_once_or_the_first_ones_only():
@@ -204,7 +204,7 @@ def test_each_scan_is_written_out_once_or_the_first_ones_only():
             journal.end_cycle()
         assert [len(json.loads(line).get("contents", ())) for line in lines] == expected
     carries = first_scans(1)
-    assert not carries(reference_to(straight_plan(1.0))), "a plan is no scan"
+    assert not carries(reference_to(straight_plan(1.0)))  # a plan is no scan
     assert carries(reference_to(scan_at(at(1.0))))
 
 

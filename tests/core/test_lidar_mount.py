@@ -181,7 +181,7 @@ def test_what_is_not_in_the_world_file_does_not_matter_while_most_is():
     assert abs(fit.mount.x - 0.03) < 0.006
     assert 0.7 < fit.explained < 0.97
     other = world_of([box(1.9, 0.3, 2.2, 0.8)], bounds=(-0.6, 0.1, 3.5, 1.5), walled=True)
-    assert fit_mount(resting(other, Lidar(), random), KNOWN).explained < 0.7, "another room"
+    assert fit_mount(resting(other, Lidar(), random), KNOWN).explained < 0.7  # another room
 
 
 def test_where_a_room_looks_the_same_from_another_heading_there_is_a_rival():

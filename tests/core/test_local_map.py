@@ -159,7 +159,7 @@ def test_a_robot_inside_a_grown_obstacle_moves_to_the_nearest_point_of_its_borde
         assert local_map.reach[0] < 1e-3
         assert local_map.contains(np.array([[-0.3, 0.3], [0.05, 0.0]])).tolist() == [True, False]
     local_map = map_of(world_of([box(0.05, -3.0, 1.0, 3.0), box(-1.0, -3.0, -0.05, 3.0)]))
-    assert np.hypot(*local_map.position) <= RADIUS + 1e-9, "stuck between two walls"
+    assert np.hypot(*local_map.position) <= RADIUS + 1e-9  # stuck between two walls
 
 
 def test_clearance_grows_obstacles_further():

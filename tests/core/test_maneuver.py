@@ -71,7 +71,7 @@ def test_by_hand_flat_contacts_follow_the_boundary_and_square_ones_flow_through(
         path = line((0, 0), 0.35 / np.cos(slope) * unit(slope)) @ rotation(turn).T
         contact = find_contact(path, before_a_wall(turn))
         if abs(degrees) > 70.0:
-            assert contact is None, "it leaves the map before it meets the wall"
+            assert contact is None  # it leaves the map before it meets the wall
         else:
             expected = BOUNDARY_FOLLOWING if abs(slope) > THRESHOLD else FLOW_THROUGH
             assert select_maneuver(path, contact, BY_INCIDENCE) == expected, (turn, degrees)
