@@ -201,12 +201,13 @@ def test_a_fault_of_over_a_second_holds_until_a_person_lets_it_go_on(missing):
         assert without(loop, "nothing", 8.05, 0.5) == ""
 
 
-def test_an_input_that_is_still_missing_after_resume_holds_it_again():
+def test_a_plan_that_is_still_missing_after_resume_holds_it_again():
     loop = driving()
-    without(loop, "pose", 1.05, 2.0)
+    without(loop, "plan", 1.05, 2.0)
     loop.resume()
-    assert is_held(without(loop, "pose", 3.1, LONGEST_RESUMED + 0.2))
-    assert is_held(without(loop, "nothing", 6.5, 1.0))
+    assert not is_held(without(loop, "plan", 3.1, LONGEST_RESUMED - 0.2))
+    assert is_held(without(loop, "plan", 3.1 + LONGEST_RESUMED, 0.2))
+    assert is_held(without(loop, "nothing", 3.4 + LONGEST_RESUMED, 1.0))
 
 
 def leaps(loop: ControllerLoop, begin: float, duration: float = 0.5) -> None:
