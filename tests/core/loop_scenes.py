@@ -1,11 +1,13 @@
 """Inputs for the loops of planner and controller: a robot at rest in a hall, its poses and scans, and its plans."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from collplan_core.goal import Goal
 from collplan_core.loop.decisions import Cycle, Notice
 from collplan_core.parameters import Settings
-from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.plan import Contacts, Plan, timed_path
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.worlds import parse_world
@@ -43,19 +45,9 @@ def see_until(loop, begin: float, end: float) -> None:
 
 def straight_plan(stamp: float, end=(1.0, 0.0), duration: float = 2.0, contacts: Contacts | None = None) -> Plan:
     share = np.linspace(0.0, 1.0, 21)[:, None]
-    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    return Plan(
-        stamp=stamp,
-        times=stamp + duration * share[:, 0],
-        positions=share * np.array(end),
-        velocities=np.tile(np.array(end) / duration, (21, 1)),
-        contacts=contacts or Contacts.none(),
-        aim=np.array(end),
-        aim_velocity=np.zeros(2),
-        terms={},
-        candidates=nothing,
-        n_before_pruning=0,
-    )
+    velocities = np.tile(np.array(end) / duration, (21, 1))
+    plan = timed_path(stamp, stamp + duration * share[:, 0], share * np.array(end), velocities)
+    return replace(plan, aim_velocity=np.zeros(2), contacts=contacts or Contacts.none())
 
 
 def cycles(decisions) -> list[Cycle]:

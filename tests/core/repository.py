@@ -28,7 +28,8 @@ def named_in_calls(*functions: str) -> set[str]:
     return {each for each in given if isinstance(each, str)}
 
 
-TOPICS = named_in_calls("create_publisher", "create_subscription", "listen") | {all_specs()["mocap.topic"].default}
+NAMED = set(re.findall(r'^TOPIC = "([\w/]+)"', EVERYTHING, re.MULTILINE)) | {all_specs()["mocap.topic"].default}
+TOPICS = named_in_calls("create_publisher", "create_subscription", "listen") | NAMED
 SERVICES = named_in_calls("create_service", "_serve")
 
 

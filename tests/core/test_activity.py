@@ -1,7 +1,6 @@
 """What the controller says it does: a deliberate bounce is told from free space, a stop comes with its reason."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,16 +15,16 @@ from collplan_core.command import (
     stopped,
 )
 from collplan_core.control.activity import ACTIVITIES, BOUNCE, MANEUVER, TRACK, Activity, describe
-from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.plan import Contacts, Plan, timed_path
 
 FEW = settings(derandomize=True, deadline=None, max_examples=60)
 times = st.floats(0.0, 4.0)
+MANEUVERS_AT_A_WALL = BOUNDARY_FOLLOWING, FLOW_THROUGH
 
 
 def plan(begin: float = 0.0, end: float = 4.0) -> Plan:
-    line, nothing = np.array([[0.0, 0.0], [1.0, 0.0]]), Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    rest = np.zeros(2)
-    return Plan(begin, np.array([begin, end]), line, 0.0 * line, Contacts.none(), line[1], rest, {}, nothing, 0)
+    line = np.array([[0.0, 0.0], [1.0, 0.0]])
+    return timed_path(begin, np.array([begin, end]), line, 0.0 * line)
 
 
 def contacts_at(*when: float) -> Contacts:
@@ -46,47 +45,33 @@ def test_only_in_free_space_and_near_a_foreseen_contact_it_bounces(maneuver, for
     assert activity.name in ACTIVITIES
     assert (activity.name == BOUNCE) == (maneuver == FREE_SPACE and near)
     assert (activity.name == STOPPED) == (maneuver == STOPPED)
-    assert (activity.name == MANEUVER) == (maneuver in (BOUNDARY_FOLLOWING, FLOW_THROUGH))
+    assert (activity.name == MANEUVER) == (maneuver in MANEUVERS_AT_A_WALL)
 
 
-@pytest.mark.parametrize("now", [0.27, 0.41, 0.55])
-def test_a_deliberate_bounce_says_where(now):
-    activity = describe(command(FREE_SPACE), plan(), contacts_at(0.05, 0.41, 3.0), now)
-    assert activity == Activity(BOUNCE, "bounces off the boundary at 0.41, 1.20")
-
-
-@pytest.mark.parametrize("now", [0.25, 0.57])
-def test_before_and_after_it_follows_the_plan(now):
-    assert describe(command(FREE_SPACE), plan(), contacts_at(0.41), now) == Activity(TRACK, "follows the plan")
-
-
-def test_past_its_end_the_plan_is_held():
-    assert describe(command(FREE_SPACE), plan(end=1.0), Contacts.none(), 1.1).reason == "holds the end of the plan"
-
-
-def test_by_hand_it_neither_bounces_nor_follows():
-    assert describe(command(HAND), plan(), contacts_at(1.0), 1.0) == Activity(HAND, "is driven by hand")
-
-
-def test_a_stop_gives_its_reason():
-    activity = describe(stopped("pose 0.17 s old, limit 0.15 s"), None, Contacts.none(), 1.0)
-    assert activity == Activity(STOPPED, "stands still: pose 0.17 s old, limit 0.15 s")
-
-
-def test_the_maneuvers_are_told_apart():
-    following, flowing = (
-        describe(command(maneuver), plan(), contacts_at(1.0), 1.0) for maneuver in (BOUNDARY_FOLLOWING, FLOW_THROUGH)
-    )
-    assert following.name == flowing.name == MANEUVER
-    assert following.differs(flowing)
+def test_by_hand_each_activity_with_its_reason():
+    one, three, none = contacts_at(0.41), contacts_at(0.05, 0.41, 3.0), Contacts.none()
+    table = [
+        (command(FREE_SPACE), plan(), three, 0.27, BOUNCE, "0.41, 1.20"),
+        (command(FREE_SPACE), plan(), three, 0.55, BOUNCE, "0.41, 1.20"),
+        (command(FREE_SPACE), plan(), one, 0.25, TRACK, "follows"),
+        (command(FREE_SPACE), plan(), one, 0.57, TRACK, "follows"),
+        (command(FREE_SPACE), plan(end=1.0), none, 1.1, TRACK, "end of the plan"),
+        (command(HAND), plan(), contacts_at(1.0), 1.0, HAND, "hand"),
+        (stopped("too dark"), None, none, 1.0, STOPPED, "too dark"),
+    ]
+    for given_, plan_, foreseen, now, name, words in table:
+        activity = describe(given_, plan_, foreseen, now)
+        assert (activity.name, words in activity.reason) == (name, True), activity
 
 
 def test_an_age_that_grows_is_no_news():
-    def still(reason: str) -> Activity:
-        return describe(stopped(reason), None, Contacts.none(), 0.0)
-
-    young, old = still("pose 0.17 s old, limit 0.15 s"), still("pose 12.30 s old, limit 0.15 s")
+    young, old, other = (
+        describe(stopped(f"{what} s old"), None, Contacts.none(), 0.0) for what in ("pose 0.1", "pose 12.3", "scan 0.7")
+    )
     assert young.differs(None)
     assert not old.differs(young)
-    assert old.differs(still("scan 0.70 s old, limit 0.60 s"))
+    assert old.differs(other)
     assert old.differs(Activity(TRACK, old.reason))
+    following, flowing = (describe(command(each), plan(), Contacts.none(), 1.0) for each in MANEUVERS_AT_A_WALL)
+    assert following.name == flowing.name == MANEUVER
+    assert following.differs(flowing)

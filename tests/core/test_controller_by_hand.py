@@ -1,24 +1,26 @@
 """The controller driven by hand: who commands, what stops a hand, and how the planner gets the robot back."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.command import FREE_SPACE, HAND, STOPPED
-from collplan_core.control.hand import TAKEN
+from collplan_core.command import FREE_SPACE, HAND, STOPPED, Command
+from collplan_core.control.hand import TAKEN, Hand, hand_command, why_not_by_hand
 from collplan_core.control.interlock import REMEDY
 from collplan_core.control.motion_monitor import STOPPING, MotionVerdict
+from collplan_core.control.tracking import saturate
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
-from loop_scenes import IDENTITY, SETTINGS, see, straight_plan
+from collplan_core.parameters import Limits
+from loop_scenes import IDENTITY, SETTINGS, at, scan_at, see, straight_plan
 
 LIMITS = SETTINGS.limits
 PERIOD = 1.0 / SETTINGS.controller.rate
 LEFT = np.array([0.0, 0.3])
-HELD = f"held: {TAKEN}; {REMEDY}"
 
 
 class Drive:
@@ -27,18 +29,26 @@ class Drive:
     def __init__(self, setting=SETTINGS, goal=True) -> None:
         self.forbidden = ""
         self.loop, self.now, self.commands = ControllerLoop(setting, lambda: self.forbidden), 1.0, []
-        self.seen = True
+        self.seen, self.yaw = True, 0.0
         if goal:
             self.give_goal(IDENTITY, 0.5)
 
     def give_goal(self, identity, stamp):
         self.loop.take_goal(Goal(identity, stamp, np.full(2, math.nan), EXECUTING))
 
+    def give_back(self, by_goal=False):
+        if by_goal:
+            self.give_goal(bytes(16), self.now)
+        else:
+            self.loop.resume()
+
     def period(self, velocity=None, yaw_rate=0.0, trouble=""):
         """One period with a command by hand, sent just now, or without one; the command that comes of it."""
         self.now += PERIOD
         if self.seen:
-            see(self.loop, self.now)
+            state = replace(at(self.now), yaw=self.yaw)
+            self.loop.take_pose(state, self.now)
+            self.loop.take_scan(scan_at(state), self.now)
             if self.loop.goal_active:
                 assert self.loop.take_plan(straight_plan(self.now), self.now) == ""
         if velocity is not None:
@@ -52,6 +62,16 @@ class Drive:
         return command
 
 
+def driven_by_hand() -> Drive:
+    drive = Drive()
+    drive.periods(3, LEFT)
+    return drive
+
+
+def is_held(command) -> bool:
+    return TAKEN in command.reason and REMEDY in command.reason and not command.velocity.any()
+
+
 def test_a_hand_needs_no_pose_no_scan_no_goal_and_no_planner():
     drive = Drive(goal=False)
     drive.seen = False
@@ -63,74 +83,56 @@ def test_a_hand_needs_no_pose_no_scan_no_goal_and_no_planner():
 def test_it_goes_before_the_planner_and_takes_over_without_a_jump():
     drive = Drive()
     assert drive.period().maneuver == FREE_SPACE
-    drive.periods(12, LEFT)
-    assert all(command.maneuver == HAND for command in drive.commands[1:])
+    drive.forbidden = "no heartbeat"
+    assert drive.periods(12, LEFT).velocity == pytest.approx(LEFT)
+    assert all(command.maneuver == HAND for command in drive.commands[1:])  # what forbids plans forbids no hand
     changes = np.diff([command.velocity for command in drive.commands], axis=0)
     assert np.hypot(*changes.T).max() <= SETTINGS.robot.max_acceleration * PERIOD + 1e-9
-    assert drive.commands[-1].velocity == pytest.approx(LEFT)
 
 
 def test_a_hand_that_lets_go_leaves_it_standing_until_a_person_gives_it_back():
-    drive = Drive()
-    drive.periods(3, LEFT)
-    assert drive.period(np.zeros(2)).velocity.tolist() == [0.0, 0.0]
-    assert drive.periods(40).reason == HELD
-    assert drive.loop.goal_active
-    drive.loop.resume()
-    assert drive.period().maneuver == FREE_SPACE
-
-
-def test_it_is_given_back_once_the_release_is_old():
-    drive = Drive()
-    drive.periods(3, LEFT)
-    drive.period(np.zeros(2))
-    drive.loop.resume()
-    for _ in range(3):
-        assert drive.period().velocity.tolist() == [0.0, 0.0]
-    assert drive.periods(2).maneuver == FREE_SPACE
+    """And once the release is old."""
+    for by_goal in (False, True):
+        drive = driven_by_hand()
+        assert not drive.period(np.zeros(2)).velocity.any()
+        assert is_held(drive.periods(40))
+        assert drive.loop.goal_active
+        drive.give_back(by_goal)
+        assert drive.period().maneuver == FREE_SPACE
+        drive.period(LEFT)
+        drive.period(np.zeros(2))
+        drive.loop.resume()
+        assert not any(drive.period().velocity.any() for _ in range(3))
+        assert drive.periods(2).maneuver == FREE_SPACE
 
 
 @settings(derandomize=True, deadline=None, max_examples=20)
 @given(st.integers(1, 3), st.integers(1, 6), st.booleans())
 def test_whatever_is_resumed_a_hand_that_rests_and_holds_on_keeps_the_robot_still(every, when, by_goal):
     """Its messages come in every so many periods."""
-    drive = Drive()
-    drive.periods(3, LEFT)
+    drive = driven_by_hand()
     for k in range(20):
-        if k == when and by_goal:
-            drive.give_goal(bytes(16), drive.now)
-        elif k == when:
-            drive.loop.resume()
+        if k == when:
+            drive.give_back(by_goal)
         drive.period(np.zeros(2) if k % every == 0 else None)
     assert not any(command.velocity.any() for command in drive.commands[3:])
-    assert drive.periods(10).reason == HELD
+    assert is_held(drive.periods(10))
 
 
 def test_a_hand_that_drives_keeps_the_robot_whatever_is_resumed():
-    drive = Drive()
-    drive.periods(3, LEFT)
-    drive.loop.resume()
-    assert drive.period().maneuver == HAND
-    drive.give_goal(bytes(16), drive.now)
-    assert drive.period().maneuver == HAND
-    drive.period(np.zeros(2))
-    assert drive.periods(10).reason == HELD
-
-
-def test_a_new_goal_gives_it_back_too():
-    drive = Drive()
-    drive.periods(3, LEFT)
-    drive.period(np.zeros(2))
-    drive.give_goal(bytes(16), drive.now)
-    assert drive.periods(5).maneuver == FREE_SPACE
+    for by_goal, last in ((False, None), (True, None), (False, np.zeros(2))):
+        drive = driven_by_hand()
+        drive.give_back(by_goal)
+        assert drive.period().maneuver == HAND
+        drive.period(last)
+        assert is_held(drive.periods(10))
 
 
 def test_the_planner_holds_the_heading_that_a_hand_has_left():
     drive = Drive()
     drive.period()
-    assert drive.loop._memory.heading is not None
     drive.period(np.zeros(2), 1.0)
-    assert drive.loop._memory.heading is None
+    drive.yaw = 1.0
     drive.period(np.zeros(2))
     drive.loop.resume()
     command = drive.periods(5)
@@ -140,87 +142,66 @@ def test_the_planner_holds_the_heading_that_a_hand_has_left():
 @settings(derandomize=True, deadline=None, max_examples=30)
 @given(st.floats(0.0, 0.6))
 def test_a_hand_that_falls_silent_has_let_go(silence):
-    drive = Drive()
-    drive.periods(3, LEFT)
+    drive = driven_by_hand()
     later = drive.now + silence
     see(drive.loop, later)
     command = drive.loop.tick(later)
-    if later - drive.now <= LIMITS.hand_age:
-        assert command.maneuver == HAND
-    else:
-        assert command.reason == HELD
+    assert (command.maneuver == HAND) == (later - drive.now <= LIMITS.hand_age)
+    assert is_held(command) == (command.maneuver != HAND)
 
 
-@pytest.mark.parametrize("reason", ["emergency stop by its service", "just started"])
-def test_what_the_robot_says_of_itself_stops_a_hand(reason):
-    drive = Drive()
-    drive.periods(3, LEFT)
-    drive.loop.take_robot_state(reason)
-    assert drive.period(LEFT).reason == f"by hand: {reason}"
-    assert drive.loop.hand_trouble == reason
+def test_what_the_robot_says_of_itself_stops_a_hand():
+    drive = driven_by_hand()
+    drive.loop.take_robot_state("emergency stop")
+    stop = drive.period(LEFT)
+    assert (stop.maneuver, "emergency stop" in stop.reason) == (STOPPED, True)
+    assert drive.loop.hand_trouble == "emergency stop"
     drive.loop.take_robot_state("")
     # from rest, as after any stop
     assert math.hypot(*drive.period(LEFT).velocity) == pytest.approx(SETTINGS.robot.max_acceleration * PERIOD)
 
 
-def test_what_forbids_plans_stops_no_hand():
-    drive = Drive()
-    drive.forbidden = "planner heartbeat 0.23 s old, limit 0.20 s"
-    assert drive.period().reason == drive.forbidden
-    assert drive.period(LEFT).maneuver == HAND
-
-
-def test_two_hands_stop_it_and_take_it_from_the_planner():
-    drive = Drive()
-    assert drive.period().maneuver == FREE_SPACE
-    assert drive.period(LEFT, trouble="2 nodes publish").reason == "by hand: 2 nodes publish"
-    assert drive.periods(10).reason == HELD
-
-
-def test_what_is_no_command_stops_and_is_counted():
-    drive = Drive()
-    drive.periods(3, LEFT)
-    assert drive.period([math.nan, 0.0]).reason.startswith("by hand: got nan")
+def test_what_is_no_command_stops_and_is_counted_and_two_hands_stop_too():
+    drive = driven_by_hand()
+    assert drive.period([math.nan, 0.0]).maneuver == STOPPED
+    assert "nan" in drive.loop.hand_trouble
     assert drive.loop.refusals["hand"] == 1
-    assert drive.loop.hand_trouble.startswith("by hand: got nan")
     drive.periods(10)
     assert drive.loop.hand_trouble == ""
+    drive = Drive()
+    drive.period()
+    assert "two nodes" in drive.period(LEFT, trouble="two nodes").reason
+    assert is_held(drive.periods(10))
 
 
-@pytest.mark.parametrize("fence", [(), (-1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0)])
-def test_where_poses_are_lost_it_creeps_or_stands_where_there_is_a_fence(fence):
-    drive = Drive(SETTINGS.with_values({"limits.fence": fence}))
+def test_where_poses_are_lost_it_creeps_or_stands_where_there_is_a_fence_as_it_does_outside_of_one():
     fast = [1.0, 0.0]
-    assert drive.periods(20, fast).velocity == pytest.approx(fast)
-    drive.seen = False
-    command = drive.periods(5, fast)
-    if fence:
-        assert command.reason == "by hand: not known to be within limits.fence: pose 0.25 s old, limit 0.15 s"
-    else:
-        assert command.velocity == pytest.approx([LIMITS.blind_speed, 0.0])
-        assert drive.loop.hand_trouble == "pose 0.25 s old, limit 0.15 s"
+    for fence in ((), (-1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0)):
+        drive = Drive(SETTINGS.with_values({"limits.fence": fence}))
+        assert drive.periods(20, fast).velocity == pytest.approx(fast)
+        drive.seen = False
+        command = drive.periods(5, fast)
+        assert command.velocity == pytest.approx([0.0 if fence else LIMITS.blind_speed, 0.0])
+        assert "pose 0.25 s old" in (command.reason if fence else drive.loop.hand_trouble)
+    drive = Drive(SETTINGS.with_values({"limits.fence": (1.0, -1.0, 2.0, -1.0, 2.0, 1.0, 1.0, 1.0)}))
+    assert "outside" in drive.period(LEFT).reason
 
 
 @pytest.mark.parametrize("by_hand", [False, True])
-@pytest.mark.parametrize("kind", STOPPING)
-def test_once_the_motion_did_not_fit_the_commands_it_creeps_until_a_person_resumes(monkeypatch, kind, by_hand):
-    drive, fast = Drive(), [1.0, 0.0]
-    drive.periods(20, fast if by_hand else None)
-    monkeypatch.setattr(drive.loop.motion, "judge", lambda *given: None)
-    drive.loop.motion.verdict = MotionVerdict(kind, 0.3, "does not fit")
-    drive.period(fast if by_hand else None)
-    drive.loop.motion.verdict = MotionVerdict()
-    for _ in range(20):
-        assert math.hypot(*drive.period(fast).velocity) <= LIMITS.blind_speed + 1e-9
-        assert drive.loop.hand_trouble == "does not fit"
-    drive.loop.resume()
-    assert drive.periods(20, fast).velocity == pytest.approx(fast)
-    assert drive.loop.hand_trouble == ""
-
-
-def test_outside_of_the_fence_it_stands():
-    drive = Drive(SETTINGS.with_values({"limits.fence": (1.0, -1.0, 2.0, -1.0, 2.0, 1.0, 1.0, 1.0)}))
-    assert drive.period(LEFT).reason == "by hand: the robot at 0.00, 0.00 is outside of limits.fence"
+def test_once_the_motion_did_not_fit_the_commands_it_creeps_until_a_person_resumes(monkeypatch, by_hand):
+    for kind in STOPPING:
+        drive, fast = Drive(), [1.0, 0.0]
+        drive.periods(20, fast if by_hand else None)
+        monkeypatch.setattr(drive.loop.motion, "judge", lambda *given: None)
+        drive.loop.motion.verdict = MotionVerdict(kind, 0.3, "misfit")
+        drive.period(fast if by_hand else None)
+        drive.loop.motion.verdict = MotionVerdict()
+        for _ in range(20):
+            assert math.hypot(*drive.period(fast).velocity) <= LIMITS.blind_speed + 1e-9
+            assert drive.loop.hand_trouble == "misfit"
+        drive.loop.resume()
+        assert drive.periods(20, fast).velocity == pytest.approx(fast)
+        assert drive.loop.hand_trouble == ""
 
 
 @settings(derandomize=True, deadline=None, max_examples=20)
@@ -234,4 +215,75 @@ def test_once_a_hand_has_had_it_no_planner_moves_it_unasked(course):
         command = drive.period({"drives": LEFT, "rests": np.zeros(2)}.get(step))
         assert command.maneuver in (HAND, STOPPED)
     drive.seen = True
-    assert drive.periods(8).reason == HELD
+    assert is_held(drive.periods(8))
+
+
+QUICK = settings(derandomize=True, deadline=None, max_examples=60)
+ROBOT = SETTINGS.robot
+FENCED = Limits(fence=(0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0))
+speeds = st.floats(-ROBOT.max_speed, ROBOT.max_speed)
+velocities = st.tuples(speeds, speeds).map(lambda pair: saturate(np.array(pair), ROBOT.max_speed))
+rates = st.floats(-ROBOT.max_yaw_rate, ROBOT.max_yaw_rate)
+
+
+def hand(x=0.0, y=0.0, yaw_rate=0.0, trouble="") -> Hand:
+    return Hand(np.array([x, y]), yaw_rate, 1.0, trouble)
+
+
+def sent(velocity, yaw_rate=0.0) -> Command:
+    return Command(np.array(velocity), yaw_rate, HAND, np.full(2, np.nan))
+
+
+@QUICK
+@given(velocities, rates, velocities, rates, st.booleans())
+def test_a_command_goes_from_the_one_before_as_wheels_can_within_the_limits_or_to_rest_at_once(
+    before, turning, wanted, turn, is_blind
+):
+    command = hand_command(Hand(wanted, turn, 0.0), sent(before, turning), is_blind, SETTINGS)
+    if command.velocity.any() and not is_blind:
+        assert math.hypot(*(command.velocity - before)) <= ROBOT.max_acceleration * PERIOD + 1e-9
+    if command.yaw_rate:
+        assert abs(command.yaw_rate - turning) <= ROBOT.max_acceleration / ROBOT.radius * PERIOD + 1e-9
+    most = min(LIMITS.blind_speed, ROBOT.max_speed) if is_blind else ROBOT.max_speed
+    assert math.hypot(*command.velocity) <= most + 1e-9
+    assert abs(command.yaw_rate) <= ROBOT.max_yaw_rate + 1e-9
+    rest = hand_command(hand(), sent(before, turning), False, SETTINGS)
+    assert (rest.velocity.any(), rest.yaw_rate) == (False, 0.0)
+
+
+def test_by_hand_a_turn_to_the_side_at_speed_and_what_is_no_command():
+    command = hand_command(hand(0.0, 0.3), sent([1.0, 0.0]), False, SETTINGS)
+    change = np.array([-1.0, 0.3]) / math.hypot(1.0, 0.3) * 0.075
+    assert command.velocity == pytest.approx(np.array([1.0, 0.0]) + change)
+    for broken in (hand(math.nan), hand(0.1, math.inf), hand(0.1, yaw_rate=math.nan)):
+        command = hand_command(broken, sent([0.3, 0.0]), False, SETTINGS)
+        assert (command.maneuver, command.velocity.tolist(), command.yaw_rate) == (STOPPED, [0.0, 0.0], 0.0)
+        assert command.reason
+
+
+@QUICK
+@given(st.floats(1.0, 1e9), st.floats(-math.pi, math.pi), st.floats(-1e9, 1e9))
+def test_however_much_a_hand_asks_for_it_gets_the_most_that_way(excess, angle, turn):
+    asked, command = ROBOT.max_speed * np.array([math.cos(angle), math.sin(angle)]), sent([0.0, 0.0])
+    for _ in range(200):
+        command = hand_command(Hand(excess * asked, turn, 0.0), command, False, SETTINGS)
+    assert (command.maneuver, command.reason) == (HAND, "")
+    assert command.velocity == pytest.approx(asked, abs=1e-9)
+    assert command.yaw_rate == pytest.approx(min(max(turn, -ROBOT.max_yaw_rate), ROBOT.max_yaw_rate))
+
+
+def test_by_hand_what_forbids_it():
+    table = [
+        (hand(), "", "", None, LIMITS, ""),
+        (hand(), "", "no pose yet", None, LIMITS, ""),
+        (hand(), "estop", "", None, LIMITS, "estop"),
+        (hand(trouble="two"), "", "", None, LIMITS, "two"),
+        (hand(), "", "", (0.5, 0.5), FENCED, ""),
+        (hand(), "", "", (1.5, 0.5), FENCED, "1.50, 0.50"),
+        (hand(), "", "pose old", (0.5, 0.5), FENCED, "pose old"),
+        (hand(), "", "", None, FENCED, "no pose"),
+    ]
+    for given_, stands, lost, position, limits, words in table:
+        place = None if position is None else np.array(position)
+        reason = why_not_by_hand(given_, stands, lost, place, limits)
+        assert (bool(reason), words in reason) == (bool(words), True), reason

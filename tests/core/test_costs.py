@@ -1,10 +1,11 @@
-"""The cost terms: worked by hand in the chosen reading and as printed, and under rotation and translation."""
+"""Candidates S x Theta x V on hand-made frontiers, and their cost terms in the chosen reading and as printed."""
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
 from collplan_core.paper_planner.costs.model import CostModel
 from collplan_core.paper_planner.costs.normalize import normalize
 from collplan_core.paper_planner.costs.position import POSITION_COSTS, TURN_DIRECTIONS
@@ -35,14 +36,12 @@ from collplan_core.paper_planner.costs.velocity import (
     rebound_reward,
     velocity_costs,
 )
-from collplan_core.parameters import all_specs
 from collplan_core.reflection import Ring
 from scenes import rotation, star_map, unit
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
 points = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)).map(np.array)
 angles = st.floats(-np.pi, np.pi)
-shares = st.floats(0.0, 1.0)
 seeds = st.integers(0, 2**32 - 1)
 
 THRESHOLD, PENALTY = np.radians(70.0), 5.0
@@ -74,29 +73,19 @@ ABC = np.array([[0.5, 0.0], [0.0, 0.5], [-0.5, 0.0]])
 LEFT = 0.5 + np.sqrt(1.25) - 1.0
 
 
-def test_by_hand_position_costs_are_normalised_first_and_penalised_then():
-    """The previous aim was to the left: ahead and behind are turns of 90 degrees."""
-    costs = j_pos(ABC, ORIGIN, np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.array([0.0, -0.3]))
-    np.testing.assert_allclose(costs, [5.0 * (1 + 0) - 1, LEFT, 5.0 * (1 + 1) - 1])
+def test_by_hand_position_costs_are_normalised_first_and_penalised_then_or_as_printed():
+    """The previous aim was to the left: ahead and behind are turns of 90 degrees.
 
-
-def test_by_hand_position_costs_as_printed():
-    """The interior angle at p_cur to p_pre = (0, -0.3) is 90, 180, 90 degrees: all penalised, then normalised."""
-    costs = j_pos(
-        ABC, ORIGIN, np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.array([0.0, -0.3]), 0.3, "printed", "printed"
-    )
-    np.testing.assert_allclose(costs, [0.0, LEFT, 1.0])
-
-
-def test_by_hand_the_printed_order_squeezes_what_is_not_penalised():
-    costs = j_pos(ABC, ORIGIN, np.array([1.0, 0.0]), np.array([1.0, 0.0]), ORIGIN, order="printed")
-    spread = 5.0 * 2.0 - 1.0
-    np.testing.assert_allclose(costs, [0.0, (5.0 * (1 + LEFT) - 1.0) / spread, 1.0])
-
-
-def test_without_a_previous_plan_nothing_is_penalised():
+    As printed the interior angle at p_cur to p_pre = (0, -0.3) is 90, 180, 90 degrees: all penalised, then normalised.
+    """
+    goal, aimed, previous = np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.array([0.0, -0.3])
+    np.testing.assert_allclose(j_pos(ABC, ORIGIN, goal, aimed, previous), [5.0 * (1 + 0) - 1, LEFT, 5.0 * (1 + 1) - 1])
+    printed = j_pos(ABC, ORIGIN, goal, aimed, previous, 0.3, "printed", "printed")
+    np.testing.assert_allclose(printed, [0.0, LEFT, 1.0])
+    straight_on = j_pos(ABC, ORIGIN, goal, goal, ORIGIN, order="printed")
+    np.testing.assert_allclose(straight_on, [0.0, (5.0 * (1 + LEFT) - 1.0) / 9.0, 1.0])
     for turn_angle in TURN_DIRECTIONS:
-        costs = j_pos(ABC, ORIGIN, np.array([1.0, 0.0]), NO_PLAN, np.array([0.0, -0.3]), turn_angle=turn_angle)
+        costs = j_pos(ABC, ORIGIN, goal, NO_PLAN, previous, turn_angle=turn_angle)
         np.testing.assert_allclose(costs, [0.0, LEFT, 1.0])
 
 
@@ -107,37 +96,9 @@ def test_by_hand_the_turn_counts_from_its_threshold_on():
     assert (costs > plain).tolist() == [False, False, True, True, True]
 
 
-@QUICK
-@given(
-    seed=seeds,
-    turn=angles,
-    shift=points,
-    mirror=st.booleans(),
-    turn_angle=st.sampled_from(sorted(TURN_DIRECTIONS)),
-    order=st.sampled_from(sorted(POSITION_COSTS)),
-)
-def test_position_costs_move_with_the_world(seed, turn, shift, mirror, turn_angle, order):
-    positions, (current, goal, aimed, previous) = np.split(np.random.default_rng(seed).normal(size=(12, 2)), [8])
-    move = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0])
-    costs = j_pos(positions, current, goal, aimed, previous, 0.4, turn_angle, order)
-    here, there, before = (move @ point + shift for point in (current, goal, previous))
-    moved = j_pos(positions @ move.T + shift, here, there, move @ aimed, before, 0.4, turn_angle, order)
-    np.testing.assert_allclose(moved, costs, atol=1e-9)
-
-
-@QUICK
-@given(values=st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=20), scale=st.floats(0.1, 10.0))
-def test_normalize_is_min_max_and_zero_without_spread(values, scale):
-    values = np.array(values)
-    shares_of = normalize(values)
-    assert (shares_of >= 0.0).all()
-    assert (shares_of <= 1.0).all()
-    if np.ptp(values) > 1e-9:
-        assert shares_of[np.argmin(values)] == 0.0
-        assert shares_of[np.argmax(values)] == 1.0
-        np.testing.assert_allclose(normalize(scale * values + 3.0), shares_of, atol=1e-6)
-    elif np.ptp(values) == 0.0:
-        assert not shares_of.any()
+def test_by_hand_normalize_is_min_max_and_zero_without_spread():
+    np.testing.assert_allclose(normalize(np.array([-1.0, 3.0, 0.0])), [0.0, 1.0, 0.25])
+    assert not normalize(np.full(3, 7.0)).any()
 
 
 # J_risk, Alg. 2
@@ -146,21 +107,14 @@ WALL = np.array([[1.0, 0.0, 0.0, 1.0]])
 """A predicted boundary from (1, 0) upward."""
 
 
-def test_by_hand_the_ray_meets_a_half_line_only_on_its_side():
+def test_by_hand_the_ray_meets_the_first_half_line_and_only_on_its_side():
     assert contact_distance(0.0, 0.5, 1.0, 0.0, WALL) == (pytest.approx(1.0), 0)
-    assert contact_distance(0.0, -0.5, 1.0, 0.0, WALL)[1] == -1
-    assert contact_distance(0.0, 0.5, -1.0, 0.0, WALL)[1] == -1
-    assert contact_distance(0.0, 0.5, 0.0, 1.0, WALL)[1] == -1
+    for y, vx, vy in ((-0.5, 1.0, 0.0), (0.5, -1.0, 0.0), (0.5, 0.0, 1.0)):
+        assert contact_distance(0.0, y, vx, vy, WALL)[1] == -1
     s = np.sqrt(0.5)
     assert contact_distance(0.0, 0.5, s, s, WALL)[0] == pytest.approx(np.sqrt(2.0))
-
-
-def test_by_hand_the_first_of_several_half_lines_is_met():
     two = np.vstack([WALL, [[0.5, 0.0, 0.0, 1.0]]])
     assert contact_distance(0.0, 0.5, 1.0, 0.0, two) == (pytest.approx(0.5), 1)
-
-
-def test_by_hand_distance_to_a_half_line():
     assert distance_to_predicted(0.0, 0.5, WALL) == pytest.approx(1.0)
     assert distance_to_predicted(0.0, -1.0, WALL) == pytest.approx(np.sqrt(2.0))
     assert distance_to_predicted(0.0, 0.0, np.zeros((0, 4))) == np.inf
@@ -175,15 +129,6 @@ def test_by_hand_the_collision_rate_is_one_over_the_time_to_collision():
     assert collision_rate(0.0, 0.5, 0.0, 0.0, np.zeros((0, 4)), MODEL)[0] == 0.0
     # no time below the floor is told apart
     assert collision_rate(0.999, 0.5, 0.8, 0.0, WALL, MODEL)[0] == pytest.approx(1 / 0.05)
-
-
-@QUICK
-@given(distance=st.floats(1e-6, 2.0), speed=st.one_of(st.just(0.0), st.floats(0.01, 1.2)))
-def test_at_its_lowest_the_time_floor_leaves_the_time_to_collision_as_printed(distance, speed):
-    model = MODEL._replace(time_floor=all_specs()["planner.time_floor"].low)
-    rate, found, _ = collision_rate(1.0 - distance, 0.5, speed, 0.0, WALL, model)
-    assert rate == pytest.approx((speed or MODEL.speed_floor) / found, rel=1e-9)
-    assert found == pytest.approx(distance, rel=1e-6)
 
 
 @QUICK
@@ -218,27 +163,6 @@ def test_by_hand_gap_risk_is_the_openings_width_at_the_candidate_or_the_bare_ang
     assert gap_risk(reach, position, (False, True), widest=0.1) == pytest.approx(-0.8 * 0.1)
 
 
-def test_at_its_highest_the_widest_gap_limits_no_opening():
-    """The widest there is: all round, seen from the corner of the largest map."""
-    specs = all_specs()
-    corner = specs["local_map.half_side"].high * np.ones(2)
-    whole_turn = gap_risk(np.full(360, 100.0), corner, (False, True), widest=specs["planner.widest_gap"].high)
-    assert whole_turn == pytest.approx(-0.8 * 2 * np.pi * np.hypot(*corner), rel=0.01)
-
-
-@QUICK
-@given(seed=seeds, steps=st.integers(0, 359), reading=st.sampled_from(sorted(GAP_RISKS)))
-def test_gap_risk_turns_with_the_world(seed, steps, reading):
-    rng = np.random.default_rng(seed)
-    reach = np.repeat(rng.uniform(0.2, 0.8, 36), 10)
-    position, sides = 0.5 * unit(rng.uniform(0, 6.28)), rng.integers(2, size=2).astype(bool)
-    bearing = np.degrees(np.arctan2(position[1], position[0])) % 1.0
-    assume(1e-6 < bearing < 1 - 1e-6)
-    moved = rotation(np.radians(steps)) @ position
-    expected = gap_risk(reach, position, sides, reading=reading)
-    assert gap_risk(np.roll(reach, steps), moved, sides, reading=reading) == pytest.approx(expected, abs=1e-9)
-
-
 def wall_ahead(steps: int = 0):
     """F of half a metre around, but a wall at x = 0.3 to the front, turned by whole degrees."""
     angles_of = 2 * np.pi * np.arange(360) / 360
@@ -249,20 +173,21 @@ def wall_ahead(steps: int = 0):
     return star_map(np.roll(reach, steps), np.roll(surface, steps))
 
 
-@pytest.mark.parametrize("steps", [0, 37, 90, 181])
-def test_by_hand_an_approach_through_an_observed_boundary_crosses_it(steps):
-    local_map, r = wall_ahead(steps), rotation(np.radians(steps))
-
-    def crosses(velocity, aim, position=(0.0, 0.0), reading="crossing") -> float:
+def test_by_hand_an_approach_through_an_observed_boundary_crosses_it():
+    table = [
+        ([0.0, 0.0], [0.0, 0.45], [0.0, 0.0], False),  # beside the wall
+        ([0.0, 0.0], [0.5, 0.1], [0.0, 0.0], True),  # behind it
+        ([0.0, 0.0], [0.25, 0.4], [0.25, 0.0], False),
+        ([1.2, 0.0], [0.25, 0.4], [0.25, 0.0], True),  # the present speed carries it in
+        ([0.0, 0.0], [-0.7, 0.0], [0.0, 0.0], False),  # out of F where nothing was seen
+    ]
+    for steps in (0, 37, 90, 181):
+        local_map, r = wall_ahead(steps), rotation(np.radians(steps))
         f = local_map.border, local_map.surface, local_map.shadow
-        return APPROACH_RISKS[reading](*f, (r @ aim)[None], r @ position, r @ velocity, 1.2)[0]
-
-    assert not crosses([0.0, 0.0], [0.0, 0.45])  # beside the wall
-    assert crosses([0.0, 0.0], [0.5, 0.1])  # behind it
-    assert not crosses([0.0, 0.0], [0.25, 0.4], [0.25, 0.0])
-    assert crosses([1.2, 0.0], [0.25, 0.4], [0.25, 0.0])  # the present speed carries it in
-    assert not crosses([0.0, 0.0], [-0.7, 0.0])  # out of F where nothing was seen
-    assert not crosses([0.0, 0.0], [0.5, 0.1], reading="printed")  # as printed adds nothing
+        for velocity, aim, position, crosses in table:
+            where = (r @ aim)[None], r @ position, r @ velocity, 1.2
+            assert APPROACH_RISKS["crossing"](*f, *where)[0] == crosses, (steps, velocity, aim)
+            assert not APPROACH_RISKS["printed"](*f, *where)[0]  # as printed adds nothing
 
 
 # J_vel, eq. (2) and (3)
@@ -287,25 +212,10 @@ def test_by_hand_a_rebound_into_known_free_space_is_penalised():
     assert rebound_reward(1.5, 0.0, 1.0, 0.0, UP, border, -ALONG_X, later) == -1.5
 
 
-@QUICK
-@given(seed=seeds, steps=st.integers(0, 359), horizon=st.floats(0.05, 1.0))
-def test_the_reward_turns_with_the_world(seed, steps, horizon):
-    rng = np.random.default_rng(seed)
-    reach = rng.uniform(0.4, 1.0, 360)
-    p, v, tangent, goal = rng.normal(size=2), rng.normal(size=2), unit(rng.uniform(0, 6.28)), unit(rng.uniform(0, 6.28))
-    r, model = rotation(np.radians(steps)), MODEL._replace(rebound_horizon=horizon)
-    expected = rebound_reward(*p, *v, tangent, star_map(reach).border, goal, model)
-    border = star_map(np.roll(reach, steps)).border
-    assert rebound_reward(*(r @ p), *(r @ v), r @ tangent, border, r @ goal, model) == pytest.approx(expected, abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("risk", "reward", "expected"),
-    [(0.25, 0.4, -(2.0 + 0.5) * 0.75 - 0.4 * 0.25), (0.0, 9.0, -2.5), (1.0, 0.4, -0.4)],
-)
-def test_by_hand_velocity_cost(risk, reward, expected):
-    costs = velocity_costs(np.array([[1.0, 0.5]]), np.array([2.0, 1.0]), np.array([risk]), np.array([reward]))
-    np.testing.assert_allclose(costs, [expected])
+def test_by_hand_velocity_cost():
+    for risk, reward, expected in ((0.25, 0.4, -(2.0 + 0.5) * 0.75 - 0.4 * 0.25), (0.0, 9.0, -2.5), (1.0, 0.4, -0.4)):
+        costs = velocity_costs(np.array([[1.0, 0.5]]), np.array([2.0, 1.0]), np.array([risk]), np.array([reward]))
+        np.testing.assert_allclose(costs, [expected])
 
 
 # eq. (1)
@@ -348,16 +258,6 @@ def test_by_hand_the_options_of_the_velocity_cost():
     np.testing.assert_allclose(terms_of(collision_factor=False)[:, VELOCITY], [0.0, -2.4 + 0.84, -2.4])
 
 
-@QUICK
-@given(w_p=st.floats(0, 100), w_r=st.floats(0, 100), w_v=st.floats(0, 100))
-def test_the_total_is_the_weighted_sum_and_the_choice_its_least(w_p, w_r, w_v):
-    terms = terms_of(MODEL._replace(position_weight=w_p, risk_weight=w_r, velocity_weight=w_v))
-    expected = w_p * terms[:, POSITION] + w_r * terms[:, RISK] + w_v * terms[:, VELOCITY]
-    np.testing.assert_allclose(terms[:, TOTAL], expected, atol=1e-9)
-    best = least_first(terms[:, TOTAL], POINTS, VELOCITIES, ORIGIN, 1.2)
-    assert terms[best, TOTAL] == terms[:, TOTAL].min()
-
-
 def test_by_hand_equal_costs_are_told_apart_by_the_velocity_along_the_approach():
     even = np.zeros((3, 8))[:, TOTAL]
     assert least_first(even, POINTS, VELOCITIES, ORIGIN, 1.2) == 0
@@ -365,3 +265,68 @@ def test_by_hand_equal_costs_are_told_apart_by_the_velocity_along_the_approach()
     # a difference greater than the tie's decides alone
     even[1:] = 2 * TIE_BREAK
     assert least_forward(even, POINTS, VELOCITIES, ORIGIN, 1.2) == 0
+    assert least_first(np.array([1.0, -1.0, 0.0]), POINTS, VELOCITIES, ORIGIN, 1.2) == 1
+
+
+V_MAX = 1.2
+
+corners = st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)), min_size=2, max_size=5)
+
+
+def chain(points, number: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """One frontier of straight pieces through the points."""
+    points = np.array(points, dtype=float)
+    return np.hstack([points[:-1], points[1:]]), np.full(len(points) - 1, number)
+
+
+def test_by_hand_short_frontiers_are_passed_over_where_a_longer_one_is_seen():
+    """A notch of 3 cm, and a frontier of two pieces of 4 cm."""
+    chains = chain([(0.0, 0.0), (0.03, 0.0)], 0), chain([(0.0, 1.0), (0.04, 1.0), (0.08, 1.0)], 1)
+    segments, number = (np.concatenate(part) for part in zip(*chains, strict=True))
+    assert long_enough(segments, number, 0.05).tolist() == [False, True, True]
+    assert long_enough(segments, number, 0.1).all()  # no longer one is seen
+    assert long_enough(segments, number, 0.0).all()  # as printed
+
+
+def test_by_hand_positions_are_the_centres_of_equal_cells():
+    """Four cells; one of a short frontier; 0.3 m + 0.1 m round a corner at 0.2 m: centres at 0.1 m and 0.3 m."""
+    table = [
+        ([(0.0, 0.0), (0.4, 0.0)], 0.1, [[0.05, 0.0], [0.15, 0.0], [0.25, 0.0], [0.35, 0.0]]),
+        ([(0.0, 0.0), (0.0, 0.05)], 0.08, [[0.0, 0.025]]),
+        ([(0.0, 0.0), (0.3, 0.0), (0.3, 0.1)], 0.2, [[0.1, 0.0], [0.3, 0.0]]),
+    ]
+    for points, spacing, expected in table:
+        positions, segment_of = sample_positions(*chain(points), spacing)
+        np.testing.assert_allclose(positions, expected, atol=1e-12)
+        assert segment_of[0] == 0
+
+
+@settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+@given(frontiers=st.lists(corners, min_size=1, max_size=4), spacing=st.floats(0.01, 0.5))
+def test_every_frontier_has_floor_of_length_over_spacing_positions_at_least_one(frontiers, spacing):
+    chains = [chain(points, i) for i, points in enumerate(frontiers)]
+    segments, number = (np.concatenate([c[part] for c in chains]) for part in range(2))
+    positions, segment_of = sample_positions(segments, number, spacing)
+    lengths = np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
+    for i in range(len(frontiers)):
+        cells = lengths[number == i].sum() / spacing
+        count = (number[segment_of] == i).sum()
+        assert max(1, np.floor(cells - 1e-6)) <= count <= max(1, np.floor(cells + 1e-6))
+    ends = segments.reshape(-1, 2, 2)[segment_of]
+    along = np.hypot(*(positions - ends[:, 0]).T) + np.hypot(*(positions - ends[:, 1]).T)
+    np.testing.assert_allclose(along, lengths[segment_of], atol=1e-6)
+
+
+def test_by_hand_each_position_at_rest_once_and_every_direction_of_its_segment_at_every_speed():
+    directions = np.array([[True, False, True, False], [False, True, True, False]])
+    position_of, velocities = product(directions, np.array([1, 0]), np.array([1, 2]), V_MAX)
+    assert position_of.tolist() == [0, 0, 0, 1, 1, 1, 1, 1]
+    first = [[0.0, 0.0], [0.0, 1.2], [-1.2, 0.0]]
+    second = [[0.0, 0.0], [0.6, 0.0], [1.2, 0.0], [-0.6, 0.0], [-1.2, 0.0]]
+    np.testing.assert_allclose(velocities, [*first, *second], atol=1e-12)
+
+
+def test_by_hand_the_printed_speed_set_depends_on_the_frontiers_length():
+    frontier_of = np.array([0, 0, 0, 1])
+    assert SPEED_COUNTS["fixed"](frontier_of, 4).tolist() == [4, 4, 4, 4]
+    assert SPEED_COUNTS["printed"](frontier_of, 4).tolist() == [3, 3, 3, 1]

@@ -73,17 +73,6 @@ def test_a_contact_is_the_rebound_and_the_rest_of_the_step_goes_on_from_it(wall,
 
 
 @QUICK
-@given(wall=walls, incidence=incidences, speed=st.floats(0.4, SPEED), share=st.floats(0.05, 0.95))
-def test_a_perfect_rebound_keeps_the_speed_and_drives_the_mirrored_path(wall, incidence, speed, share):
-    bearing, problem = wall
-    begin, normal = at_wall(bearing, incidence, speed, share), unit(bearing)
-    ((motion, _),) = stepped(with_model(problem, coasting(Ring(1.0, 0.0, 0.3))), begin, [(0.0, 0.0)])
-    onward = begin[:2] + STEP * begin[2:]
-    assert np.hypot(*motion[2:4]) == pytest.approx(speed, abs=1e-12)
-    np.testing.assert_allclose(motion[:2], onward - 2.0 * (onward @ normal) * normal, atol=1e-9)
-
-
-@QUICK
 @given(
     wall=walls, incidence=incidences, speed=st.floats(0.0, SPEED), share=shares, u=velocities, mirrored=st.booleans()
 )
@@ -127,14 +116,6 @@ def test_no_contact_gives_energy_and_none_leads_through_a_wall(begin, v, u, ring
     assert (contacts[kinds == NO_CONTACT] == 0.0).all()
 
 
-@FEW
-@given(begin=places, v=velocities, ring=rings)
-def test_a_coasting_robot_only_loses_speed(begin, v, ring):
-    rows, _, _ = rows_of(stepped(with_model(ROOM, coasting(ring)), [*begin, *v], np.zeros((60, 2))))
-    speeds = np.hypot(*rows[:, 2:4].T)
-    assert (np.diff(speeds, prepend=np.hypot(*v)) <= 1e-12).all()
-
-
 CLUTTER = problem_over(
     joined(
         faces_field((0.0, 0.8), (np.pi / 2, 0.8), (np.pi, 0.8), (-np.pi / 2, 0.8), half_side=1.0),
@@ -155,42 +136,35 @@ def test_what_is_said_of_the_clearance_is_never_too_much(v, u):
     assert (rows[free, 4] <= np.array(there)[free] + 1e-9).all()
 
 
-def test_a_slow_contact_slides_and_keeps_the_speed_along_the_wall():
-    begin = [0.0005, 0.0, -0.9 * IMPACT_SPEED, 0.5]
-    ((motion, contact),) = stepped(with_model(WALLS[0][1], coasting()), begin, [(0.0, 0.0)])
-    assert contact.kind == SLIDES
-    np.testing.assert_allclose(motion[2:4], (0.0, 0.5), atol=1e-9)
-    ((motion, contact),) = stepped(
-        with_model(WALLS[0][1], coasting()), [0.0005, 0.0, -1.1 * IMPACT_SPEED, 0.5], [(0.0, 0.0)]
-    )
-    assert contact.kind == OBSERVED
+def test_a_slow_contact_slides_and_inferred_solid_takes_the_speed_into_it():
+    for share, kind in ((0.9, SLIDES), (1.1, OBSERVED)):
+        begin = [0.0005, 0.0, -share * IMPACT_SPEED, 0.5]
+        ((motion, contact),) = stepped(with_model(WALLS[0][1], coasting()), begin, [(0.0, 0.0)])
+        assert contact.kind == kind
+        if kind == SLIDES:
+            np.testing.assert_allclose(motion[2:4], (0.0, 0.5), atol=1e-9)
+    problem = with_model(one_wall(0.0, INFERRED), coasting())
+    ((motion, contact),) = stepped(problem, at_wall(0.0, 0.5, 1.0, 0.5), [(0.0, 0.0)])
+    assert contact.kind == INFERRED
+    dull = MODEL.ring._replace(restitution=0.0)
+    np.testing.assert_allclose(motion[2:4], rebound(np.array([-np.cos(0.5), -np.sin(0.5)]), unit(0.0), dull))
 
 
 def test_pressed_against_a_wall_the_robot_slides_along_it():
     rows, kinds, _ = rows_of(stepped(WALLS[0][1], [0.0, -0.2, 0.0, 0.3], np.tile((-1.0, 0.3), (30, 1))))
     assert (kinds == SLIDES).all()
-    np.testing.assert_allclose(rows[:, 0], 0.0, atol=1e-9)
-    np.testing.assert_allclose(rows[:, 2], 0.0, atol=1e-9)
+    np.testing.assert_allclose(rows[:, [0, 2]], 0.0, atol=1e-9)
     # the wheels push with all they have against the wall: what is left drives along it
     assert (rows[:, 3] > 0.25).all()
 
 
-def test_inferred_solid_takes_the_speed_into_it():
-    problem = one_wall(0.0, INFERRED)
-    ((motion, contact),) = stepped(with_model(problem, coasting()), at_wall(0.0, 0.5, 1.0, 0.5), [(0.0, 0.0)])
-    assert contact.kind == INFERRED
-    np.testing.assert_allclose(
-        motion[2:4], rebound(np.array([-np.cos(0.5), -np.sin(0.5)]), unit(0.0), MODEL.ring._replace(restitution=0.0))
-    )
-
-
-@pytest.mark.parametrize("deep", [0.001, 0.01, 0.04, 0.08])
-@pytest.mark.parametrize("velocity", [(0.0, 0.0), (-1.2, 0.0), (1.2, 0.0), (0.0, 1.0)])
-def test_from_inside_a_wall_the_robot_comes_out_at_once(deep, velocity):
-    ((motion, contact),) = stepped(WALLS[0][1], [-deep, 0.0, *velocity], [(0.0, 0.0)])
-    assert np.isfinite([*motion, *contact]).all()
-    assert motion.x >= -1e-9
-    assert motion.vx >= 0.0
+def test_from_inside_a_wall_the_robot_comes_out_at_once():
+    for deep in (0.001, 0.01, 0.04, 0.08):
+        for velocity in ((0.0, 0.0), (-1.2, 0.0), (1.2, 0.0), (0.0, 1.0)):
+            ((motion, contact),) = stepped(WALLS[0][1], [-deep, 0.0, *velocity], [(0.0, 0.0)])
+            assert np.isfinite([*motion, *contact]).all()
+            assert motion.x >= -1e-9
+            assert motion.vx >= 0.0
 
 
 def cost_of(costs, kind: int, normal_speed: float) -> float:
@@ -210,29 +184,25 @@ def test_what_a_contact_costs():
 
 
 @QUICK
-@given(limit=st.floats(0.1, 1.2), over=st.floats(1e-3, 1.0), more=st.floats(1e-3, 1.0))
-@pytest.mark.parametrize("strategy", ["bounce", "tolerate", "avoid", "stop_guarantee"])
-def test_a_contact_above_the_limit_costs_more_than_any_other_plan_and_the_least_such_one_the_least(
-    strategy, limit, over, more
+@given(
+    strategy=st.sampled_from(["bounce", "tolerate", "avoid", "stop_guarantee"]),
+    limit=st.floats(0.1, 1.2),
+    slower=st.floats(0.0, 1.0),
+    over=st.floats(1e-3, 1.0),
+    more=st.floats(1e-3, 1.0),
+)
+def test_a_contact_above_the_limit_costs_more_than_any_other_plan_and_a_harder_one_never_less(
+    strategy, limit, slower, over, more
 ):
     costs = contact_costs(with_strategy(strategy, limits__impact_speed=limit))
     longest = SETTINGS.time_to_goal.longest_plan
     for kind in (OBSERVED, INFERRED):
-        assert cost_of(costs, kind, limit) < 5.0
+        slow = IMPACT_SPEED + slower * (limit - IMPACT_SPEED)
+        assert 0.0 <= cost_of(costs, kind, slow) <= cost_of(costs, kind, limit) < 5.0
         assert cost_of(costs, kind, limit + over) > 10.0 * longest
         # by far more than a way round one and a contact less on it are worth
         assert cost_of(costs, kind, limit + over + more) - cost_of(costs, kind, limit + over) > 500.0 * more
     assert cost_of(costs, SLIDES, limit + over) == 0.0
-
-
-@QUICK
-@given(first=st.floats(IMPACT_SPEED, 2.0), second=st.floats(IMPACT_SPEED, 2.0))
-@pytest.mark.parametrize("strategy", ["bounce", "tolerate", "avoid", "stop_guarantee"])
-def test_a_harder_contact_never_costs_less(strategy, first, second):
-    costs = contact_costs(with_strategy(strategy))
-    slow, fast = sorted((first, second))
-    for kind in (OBSERVED, INFERRED):
-        assert 0.0 <= cost_of(costs, kind, slow) <= cost_of(costs, kind, fast)
 
 
 COSTS = contact_costs(with_strategy("bounce"))
@@ -245,7 +215,7 @@ def near_miss(problem: Problem, begin, end, speed: float = 1.0) -> float:
     return clearance_cost(problem.clearance, problem.constants.grid, COSTS, *motions)
 
 
-def test_by_hand_what_a_near_miss_of_a_post_costs():
+def test_by_hand_what_a_near_miss_costs():
     # 5 mm beside the post; 2 cm to the right it is met where its normal is 33 degrees off straight back
     met = np.array([-0.1, 0.085])
     cost = COSTS.clearance * 0.1 / np.hypot(*met)
@@ -254,28 +224,4 @@ def test_by_hand_what_a_near_miss_of_a_post_costs():
     assert near_miss(POST, (-0.15, 0.13), (-0.1, 0.13)) == 0.0  # farther beside it than the error that is reckoned with
     assert near_miss(POST, (-0.05, 0.145), (0.0, 0.145)) == 0.0  # along it
     assert near_miss(POST, (-0.2, 0.0), (-0.15, 0.0)) == 0.0  # straight at it, and not there yet
-
-
-def test_by_hand_a_wall_that_is_followed_costs_nothing():
-    wall = WALLS[0][1]
-    assert near_miss(wall, (0.01, -0.05), (0.01, 0.0)) == 0.0
-    assert near_miss(wall, (0.05, 0.0), (0.05, 0.0)) == 0.0
-
-
-nearby = st.tuples(st.floats(0.001, 0.06), st.floats(-0.15, 0.15)).map(np.array)
-
-
-@QUICK
-@given(wall=walls, begin=nearby, angle=angles, length=st.floats(0.001, 0.06), mirrored=st.booleans())
-def test_a_near_miss_is_bounded_and_free_far_from_walls_and_turns_and_mirrors(wall, begin, angle, length, mirrored):
-    bearing, problem = wall
-    move = rotation(bearing) @ np.diag([1.0, -1.0 if mirrored else 1.0])
-    end = begin + length * unit(angle)
-    cost = near_miss(WALLS[0][1], begin, end)
-    assert 0.0 <= cost <= 2.0 * COSTS.clearance
-    if end[0] > COSTS.distance:
-        assert cost == 0.0
-    # not where rounding decides whether a shifted end is inside
-    shifts = np.add.outer([begin[0], end[0]], COSTS.distance * np.array([-1.0, 1.0]) * np.sin(angle))
-    if np.abs(shifts).min() > 1e-6 and abs(-np.cos(angle) - 0.3) > 1e-6:
-        assert near_miss(problem, move @ begin, move @ end) == pytest.approx(cost, abs=1e-9)
+    assert near_miss(WALLS[0][1], (0.01, -0.05), (0.01, 0.0)) == 0.0  # along a wall

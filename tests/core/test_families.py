@@ -1,12 +1,9 @@
 """Seeded worlds: what the families `random` and `posts` promise, and that a seed means one world everywhere."""
 
 import hashlib
-import subprocess
-import sys
 from itertools import combinations
 
 import numpy as np
-import pytest
 import shapely
 
 from collplan_core.worlds import World, check_route, load_world
@@ -33,60 +30,28 @@ def fingerprint(world: World) -> str:
     return hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)).hexdigest()
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_every_gap_is_closed_or_lets_the_disc_through(seed):
-    assert not [gap for gap in gaps(load_world(f"random:{seed}")) if 0.0 < gap < 2 * DISC_RADIUS]
-
-
-@pytest.mark.soak
-def test_many_seeds_keep_every_promise():
-    for seed in range(2000, 3000):
+def test_every_gap_is_closed_or_lets_the_disc_through_and_opposite_corners_are_connected():
+    middle = np.array([1.2, 1.2])
+    for seed in SEEDS:
         world = load_world(f"random:{seed}")
         assert not [gap for gap in gaps(world) if 0.0 < gap < 2 * DISC_RADIUS]
         check_route(world, world.start, world.goal, DISC_RADIUS)
+        assert ((world.start - middle) * (world.goal - middle) < 0.0).all()
+        assert np.hypot(*(world.goal - world.start)) > 1.2
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_start_and_goal_are_connected_and_lie_in_opposite_corners(seed):
-    world = load_world(f"random:{seed}")
-    check_route(world, world.start, world.goal, DISC_RADIUS)
-    middle = np.array([1.2, 1.2])
-    assert ((world.start - middle) * (world.goal - middle) < 0.0).all()
-    assert np.hypot(*(world.goal - world.start)) > 1.2
-
-
-def test_a_world_is_the_paper_s_arena_full_of_different_convex_obstacles():
-    worlds = [load_world(f"random:{seed}") for seed in SEEDS]
-    assert {world.bounds for world in worlds} == {(0.0, 0.0, 2.4, 2.4)}
-    assert all(world.walled for world in worlds)
-    assert {len(corners) for world in worlds for corners in world.polygons} == {3, 4, 5, 6}
-    assert sum(len(world.circles) for world in worlds) > len(worlds)
-    assert min(len(world.polygons) + len(world.circles) for world in worlds) >= 5
-    assert len({fingerprint(world) for world in worlds}) == len(worlds)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_posts_are_round_thin_and_stand_in_a_wall_or_a_centimetre_more_than_the_robot_apart(seed):
-    world = load_world(f"posts:{seed}")
-    assert world.name == f"posts:{seed}"
-    assert len(world.polygons) == 0
-    assert 15 <= len(world.circles) <= 40
-    assert 0.03 <= world.circles[:, 2].min() <= world.circles[:, 2].max() <= 0.08
-    assert not [gap for gap in gaps(world) if 0.0 < gap < 0.19 - 1e-9]
-    check_route(world, world.start, world.goal, 0.09)
-
-
-def test_in_most_worlds_of_posts_some_gap_is_hardly_wider_than_the_robot():
-    narrowest = [min(gap for gap in gaps(load_world(f"posts:{seed}")) if gap > 0.0) for seed in SEEDS]
-    assert np.median(narrowest) < 0.20
-
-
-def test_a_seed_gives_the_same_world_in_another_process():
-    code = "import test_families as t; print(t.fingerprint(t.load_world('random:7')))"
-    other = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=__file__.rpartition("/")[0]
-    )
-    assert other.stdout.strip() == fingerprint(load_world("random:7"))
+def test_posts_are_round_thin_and_stand_in_a_wall_or_a_centimetre_more_than_the_robot_apart():
+    narrowest = []
+    for seed in SEEDS:
+        world = load_world(f"posts:{seed}")
+        assert world.name == f"posts:{seed}"
+        assert len(world.polygons) == 0
+        assert 15 <= len(world.circles) <= 40
+        assert 0.03 <= world.circles[:, 2].min() <= world.circles[:, 2].max() <= 0.08
+        narrowest.append(min(gap for gap in gaps(world) if gap > 0.0))
+        check_route(world, world.start, world.goal, 0.09)
+    assert min(narrowest) >= 0.19 - 1e-9
+    assert np.median(narrowest) < 0.20  # in most worlds some gap is hardly wider than the robot
 
 
 def test_a_seed_gives_the_same_world_with_every_version_of_numpy():

@@ -4,8 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-import shapely
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.time_to_goal_planner.arrival import UNREACHED_COST, least_time, to_go
@@ -22,9 +21,8 @@ from collplan_core.time_to_goal_planner.initial_plans import (
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, STEP, Problem, problem_of
 from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.time_to_goal_planner.sampling import SHORTEST, sample_trajectory
-from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import path_direction
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
-from scenes import rotation, unit
+from scenes import unit
 from time_to_goal_scenes import (
     RADIUS,
     SETTINGS,
@@ -50,7 +48,6 @@ MOST = 160
 """Control intervals that a plan has room for."""
 U_TURN = walls((-1.2, -0.5), (1.0, -0.5), (1.0, 0.5), (-1.2, 0.5), (-1.2, -0.5)), walls((-1.2, 0.0), (0.5, 0.0))
 
-FLOOR = shapely.LineString([(-2.0, -0.4 - RADIUS), (2.0, -0.4 - RADIUS)])
 POSTS = ((0.0, 0.1, 0.15), (0.5, -0.2, 0.1))
 
 
@@ -70,13 +67,6 @@ def nothing() -> Problem:
     return problem_over(open_field(), (1.0, 0.0))
 
 
-OBSTACLES = {
-    u_turn: shapely.multilinestrings(np.vstack(U_TURN).reshape(-1, 2, 2)),
-    pillars: shapely.union_all([*(shapely.Point(x, y).buffer(r, quad_segs=64).exterior for x, y, r in POSTS), FLOOR]),
-    nothing: shapely.Polygon(),
-}
-TIP = shapely.Point(0.5, 0.0)
-CORNERS = shapely.multipoints(np.vstack(U_TURN).reshape(-1, 2)) - TIP
 PLACES = {u_turn: (-0.9, -0.25), pillars: (-0.6, 0.05), nothing: (-1.0, 0.0)}
 scenes = st.sampled_from(sorted(PLACES, key=lambda scene: scene.__wrapped__.__name__))
 velocities = st.tuples(st.floats(0.0, SPEED), st.floats(-np.pi, np.pi)).map(lambda v: v[0] * unit(v[1]))
@@ -126,39 +116,27 @@ def test_refinement_never_raises_the_cost_and_says_what_its_commands_give(scene,
 
 
 @pytest.mark.parametrize("scene", PLACES)
-@pytest.mark.parametrize("strategy", STRATEGIES)
-def test_refinement_makes_plans_faster(scene, strategy):
-    """From anything at all to nearly what the best coarse plan leads to."""
-    problem, state = of_strategy(scene(), strategy), state_in(scene)
-    coarse = coarse_in(problem, state)
-    (place,) = best_coarse(coarse.costs, 1)
-    commands, _ = coarse_commands(coarse, place, N_STEPS, N_STEPS // 2)
-    best = refined(problem, carried_on(problem, state, commands), 0, 1200)
-    plan = carried_on(problem, state, np.zeros((10, 2)))
-    better = refined(problem, plan, 0, 1200)
-    assert better.cost < plan.cost - 0.3
-    assert best.cost - 0.2 < better.cost < 1.3 * best.cost
+def test_refinement_makes_plans_faster(scene):
+    """From anything at all to nearly what the best coarse plan leads to; all of those arrive."""
+    for strategy in STRATEGIES:
+        problem, state = of_strategy(scene(), strategy), state_in(scene)
+        coarse, started = coarse_in(problem, state), []
+        for place in best_coarse(coarse.costs, SETTINGS.time_to_goal.n_starts):
+            commands, _ = coarse_commands(coarse, place, N_STEPS, N_STEPS // 2)
+            started.append(carried_on(problem, state, commands))
+            assert has_arrived(problem, started[-1])
+        best = refined(problem, started[0], 0, 1200)
+        plan = carried_on(problem, state, np.zeros((10, 2)))
+        better = refined(problem, plan, 0, 1200)
+        assert better.cost < plan.cost - 0.3
+        assert best.cost - 0.2 < better.cost < 1.3 * best.cost
 
 
-@pytest.mark.parametrize("scene", PLACES)
-@pytest.mark.parametrize("strategy", STRATEGIES)
-def test_the_best_coarse_plans_are_extended_to_the_goal(scene, strategy):
-    problem, state = of_strategy(scene(), strategy), state_in(scene)
-    coarse = coarse_in(problem, state)
-    for place in best_coarse(coarse.costs, SETTINGS.time_to_goal.n_starts):
-        commands, _ = coarse_commands(coarse, place, N_STEPS, N_STEPS // 2)
-        assert has_arrived(problem, carried_on(problem, state, commands))
-
-
-def test_nothing_is_tried_on_an_empty_plan_and_nothing_changes_where_nothing_is_tried():
-    plan = carried_on(nothing(), state_in(nothing), np.zeros((5, 2)))
-    assert_same(refined(nothing(), plan, 0, 0), plan)
+def test_nothing_is_tried_on_an_empty_plan_and_equal_seeds_refine_alike():
+    plan = carried_on(u_turn(), state_in(u_turn), np.zeros((5, 2)))
+    assert_same(refined(u_turn(), plan, 0, 0), plan)
     empty = rolled(nothing(), state_in(nothing), np.zeros((0, 2)), most=10)
     assert_same(refined(nothing(), empty, 0, 10), empty)
-
-
-def test_equal_seeds_refine_alike():
-    plan = carried_on(u_turn(), state_in(u_turn), np.zeros((5, 2)))
     one, other, third = (refined(u_turn(), plan, seed, 200) for seed in (3, 3, 4))
     assert_same(one, other)
     assert third.cost != one.cost
@@ -194,11 +172,8 @@ def test_by_hand_straight_across_an_open_floor():
     lost = begun * SPEED - 0.5 * a * begun**2 + linear * lag
     assert plan.cost == pytest.approx((2.0 - nothing().constants.goal.tolerance + lost) / SPEED, abs=2e-3)
     assert plan.costs[plan.n] == 0.0
-
-
-def test_a_plan_that_begins_at_the_goal_is_there_at_once():
-    plan = rolled(of_strategy(nothing(), "avoid"), (0.95, 0.0, 0.0, 0.0), np.zeros((5, 2)))
-    assert (plan.n, plan.cost, has_arrived(nothing(), plan)) == (1, 0.0, True)
+    there = rolled(of_strategy(nothing(), "avoid"), (0.95, 0.0, 0.0, 0.0), np.zeros((5, 2)))
+    assert (there.n, there.cost, has_arrived(nothing(), there)) == (1, 0.0, True)  # it begins at the goal
 
 
 @FEW
@@ -233,29 +208,10 @@ def test_only_coarse_plans_beyond_the_margin_are_given_up(scene, v, strategy, be
         # at the horizon the time to go is more than what is left at the least
         within = everyone <= min(best, everyone.min()) + margin - 1e-9
         assert kept[within].all()
-
-
-def test_on_an_open_floor_most_coarse_plans_are_given_up():
     state = state_in(nothing)
     everyone = coarse_in(nothing(), state).costs
     left = coarse_in(nothing(), state, everyone.min(), 0.2).costs
-    assert 0 < np.isfinite(left).sum() < 0.5 * np.isfinite(everyone).sum()
-
-
-@FEW
-@given(scene=scenes, v=velocities, strategy=strategies, seed=st.integers(0, 2**31))
-def test_no_plan_is_at_the_goal_before_the_least_time(scene, v, strategy, seed):
-    problem, state = of_strategy(scene(), strategy), state_in(scene, v)
-    plan = refined(problem, carried_on(problem, state, np.random.default_rng(seed).uniform(-0.8, 0.8, (10, 2))), 0, 600)
-    assume(has_arrived(problem, plan))
-    arrival = plan.cost - plan.costs[plan.n]
-    paths, constants = problem.paths, problem.constants
-    for k in range(plan.n):
-        here = motion_in(problem, plan.states[k])
-        least = least_time(paths.length, paths.cells, constants.goal, SPEED, here)
-        assert least <= arrival - k * CONTROL_INTERVAL + 1e-9
-        straight = np.hypot(here.x - constants.goal.x, here.y - constants.goal.y) - constants.goal.tolerance
-        assert least >= straight / SPEED - 1e-9
+    assert 0 < np.isfinite(left).sum() < 0.5 * np.isfinite(everyone).sum()  # and most of them on an open floor
 
 
 def test_by_hand_the_least_time_round_a_tip_is_that_of_the_path():
@@ -296,38 +252,9 @@ def test_targets_are_rest_and_rings_at_full_and_half_speed():
     assert len(np.unique(np.round(ring, 9), axis=0)) == 25
 
 
-def moved(problem: Problem, move: np.ndarray) -> Problem:
-    """The u-turn turned and mirrored about the goal."""
-    goal = np.array([problem.constants.goal.x, problem.constants.goal.y])
-    segments = np.vstack(U_TURN).reshape(-1, 2) - goal
-    return problem_over(walls_field((segments @ move.T).reshape(-1, 4)), (0.0, 0.0))
-
-
-@pytest.mark.parametrize("quarters", range(4))
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_times_and_coarse_plans_turn_and_mirror_with_the_scene(quarters, mirrored):
-    move = np.round(rotation(quarters * np.pi / 2)) @ np.diag([1.0, -1.0 if mirrored else 1.0])
-    plain, other = moved(u_turn(), np.eye(2)), moved(u_turn(), move)
-    for x, y, vx, vy in np.random.default_rng(0).uniform((-0.2, -0.65, -1, -1), (1.5, 0.1, 1, 1), (60, 4)):
-        here = motion_in(plain, (x, y, vx, vy))
-        there = motion_in(other, (*(move @ (x, y)), *(move @ (vx, vy))))
-        assert to_go(other, there) == pytest.approx(to_go(plain, here), abs=1e-6)
-        ux, uy, distance = path_direction(plain.paths, here.x, here.y)
-        assert path_direction(other.paths, there.x, there.y) == pytest.approx((*(move @ (ux, uy)), distance), abs=1e-6)
-    state = np.array([1.203, -0.507, 0.4, 0.1])
-    costs = (
-        coarse_in(plain, state).costs,
-        coarse_in(other, np.concatenate([move @ state[:2], move @ state[2:]])).costs,
-    )
-    one, two = (np.sort(each[np.isfinite(each)]) for each in costs)
-    assert one[0] == pytest.approx(two[0], abs=1e-6)
-    # a few graze so that rounding decides whether they touch
-    assert np.mean(np.abs(one - two) < 1e-6) > 0.97
-
-
 @FEW
 @given(scene=scenes, v=velocities, strategy=strategies, seed=st.integers(0, 2**31))
-def test_a_trajectory_goes_through_the_states_of_its_plan_and_touches_obstacles(scene, v, strategy, seed):
+def test_a_trajectory_goes_through_the_states_of_its_plan(scene, v, strategy, seed):
     problem, state = of_strategy(scene(), strategy), state_in(scene, v)
     plan = carried_on(problem, state, np.random.default_rng(seed).uniform(-0.8, 0.8, (20, 2)))
     rows, contacts = sample_trajectory(problem, motion_in(problem, state), plan.commands[: plan.n], RADIUS)
@@ -345,11 +272,6 @@ def test_a_trajectory_goes_through_the_states_of_its_plan_and_touches_obstacles(
     assert speeds.max() <= SPEED + 0.15
     assert (np.diff(contacts[:, 0]) >= 0.0).all()
     assert len(contacts) == 0 or 0.0 <= contacts[0, 0] <= contacts[-1, 0] <= rows[-1, 0]
-    for point in shapely.points(contacts[:, 1:3]):
-        # the normal is that of nodes 2 cm apart: in a corner it lies between those of the walls, which the disc touches
-        # no farther than its radius from there
-        beside = TIP.distance(point) < 0.03 or CORNERS.distance(point) < RADIUS
-        assert OBSTACLES[scene].distance(point) < (0.03 if beside else 5e-3)
 
 
 def test_by_hand_the_trajectory_of_a_bounce():
@@ -378,11 +300,8 @@ def test_the_best_coarse_plans_begin_differently_and_come_in_order():
 
 def test_what_is_left_of_a_plan():
     commands = np.arange(20.0).reshape(10, 2)
-    np.testing.assert_array_equal(shifted(commands, 0.0), commands)
-    np.testing.assert_array_equal(shifted(commands, 3 * CONTROL_INTERVAL), commands[3:])
-    np.testing.assert_array_equal(shifted(commands, 3.4 * CONTROL_INTERVAL), commands[3:])
-    np.testing.assert_array_equal(shifted(commands, 3.6 * CONTROL_INTERVAL), commands[4:])
-    assert len(shifted(commands, 10 * CONTROL_INTERVAL)) == len(shifted(commands, 1e6)) == 0
+    for intervals, gone in ((0.0, 0), (3, 3), (3.4, 3), (3.6, 4), (10, 10), (1e6, 10)):
+        np.testing.assert_array_equal(shifted(commands, intervals * CONTROL_INTERVAL), commands[gone:])
     assert len(shifted(np.zeros((0, 2)), 0.1)) == 0
     assert len(shifted(commands, -2 * CONTROL_INTERVAL)) <= 10
     np.testing.assert_array_equal(padded(commands, 12)[:10], commands)
