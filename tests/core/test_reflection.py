@@ -14,7 +14,7 @@ angles = st.floats(-np.pi, np.pi)
 shares = st.floats(0.0, 1.0)
 rims = st.floats(-1.0, 1.0)
 rings = st.builds(Ring, shares, st.floats(0.0, 2.0), st.floats(0.05, 0.5), st.just(1.0))
-QUICK = settings(derandomize=True, deadline=None, max_examples=100, print_blob=True)
+QUICK = settings(derandomize=True, deadline=None, max_examples=50, print_blob=True)
 SHIPPED = Ring(0.7, 0.12, 1.0 / 3.0)
 
 
@@ -57,15 +57,6 @@ def test_friction_opposes_the_slip_stays_within_the_cone_and_at_most_stops_it(v,
 
 
 @QUICK
-@given(v=velocities, rim=rims, normal=angles.map(unit), e=shares, f=st.floats(0.05, 0.5))
-def test_a_rough_ring_grips(v, rim, normal, e, f):
-    normal = incoming(v, normal)
-    if abs(v @ normal) < 1e-3:
-        return
-    assert parts(v, rim, normal, Ring(e, 1e6, f))[3] == pytest.approx(0.0, abs=1e-9)
-
-
-@QUICK
 @given(v=velocities, rim=rims, normal=angles.map(unit), ring=rings)
 def test_the_angular_momentum_about_the_point_touched_stays(v, rim, normal, ring):
     normal = incoming(v, normal)
@@ -76,20 +67,6 @@ def test_the_angular_momentum_about_the_point_touched_stays(v, rim, normal, ring
 
 
 @QUICK
-@given(v=velocities, rim=rims, normal=angles.map(unit), ring=rings)
-def test_the_sign_of_the_normal_is_irrelevant(v, rim, normal, ring):
-    np.testing.assert_allclose(reflect(*v, rim, *normal, ring), reflect(*v, rim, *-normal, ring), atol=1e-15)
-
-
-@QUICK
-@given(v=velocities, normal=angles.map(unit))
-def test_a_perfect_rebound_is_a_mirror_and_its_own_inverse(v, normal):
-    perfect = Ring(1.0, 0.0, 1.0 / 3.0)
-    np.testing.assert_allclose(rebound(v, normal, perfect), v - 2 * (v @ normal) * normal, atol=1e-12)
-    np.testing.assert_allclose(rebound(rebound(v, normal, perfect), normal, perfect), v, atol=1e-12)
-
-
-@QUICK
 @given(v=velocities, rim=rims, normal=angles.map(unit), ring=rings, turn=angles, mirror=st.booleans())
 def test_it_turns_and_mirrors_with_the_world(v, rim, normal, ring, turn, mirror):
     move, way = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0]), -1.0 if mirror else 1.0
@@ -97,12 +74,6 @@ def test_it_turns_and_mirrors_with_the_world(v, rim, normal, ring, turn, mirror)
     moved = reflect(*(move @ v), way * rim, *(move @ normal), ring)
     np.testing.assert_allclose(moved[:2], move @ np.array([vx, vy]), atol=1e-12)
     assert moved[2] == pytest.approx(way * after, abs=1e-11)
-
-
-@QUICK
-@given(v=velocities, normal=angles.map(unit), ring=rings, scale=st.floats(0.0, 5.0))
-def test_it_is_linear_in_the_size_of_the_velocity(v, normal, ring, scale):
-    np.testing.assert_allclose(rebound(scale * v, normal, ring), scale * rebound(v, normal, ring), atol=1e-11)
 
 
 @QUICK
@@ -117,9 +88,8 @@ def test_wheels_half_as_heavy_as_the_body_take_a_third():
     assert believed_ring(Settings()).body_share == 1.0
 
 
-@pytest.mark.parametrize(
-    ("v", "rim", "after"),
-    [
+def test_by_hand_a_wall_below():
+    for v, rim, after in [
         # it slides: 0.12 * 1.7 of the speed into the wall is taken from that along it, and spins it by twice that
         ((1.0, -1.0), 0.0, (0.796, 0.7, -0.408)),
         ((-1.0, -1.0), 0.0, (-0.796, 0.7, 0.408)),
@@ -130,7 +100,5 @@ def test_wheels_half_as_heavy_as_the_body_take_a_third():
         # clockwise spin alone drives it along the wall; it rolls where the rim is as fast as the centre
         ((0.0, -1.0), -0.3, (0.1, 0.7, -0.1)),
         ((0.5, -1.0), -0.5, (0.5, 0.7, -0.5)),
-    ],
-)
-def test_by_hand_a_wall_below(v, rim, after):
-    np.testing.assert_allclose(reflect(*v, rim, 0.0, 1.0, SHIPPED), after, atol=1e-12)
+    ]:
+        np.testing.assert_allclose(reflect(*v, rim, 0.0, 1.0, SHIPPED), after, atol=1e-12)

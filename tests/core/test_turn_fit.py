@@ -52,17 +52,11 @@ def test_turns_one_way_take_the_robots_bias_for_a_lever():
     assert abs(wrong - bias / (1j * (1.0 + 1j * LAG))) < 1e-6
 
 
-@pytest.mark.parametrize("share", [0.9, 1.0, 1.2, -1.0, 0.0])
-def test_the_share_of_the_angle_is_found(share):
-    fit = fit_turns([turned(way, 0.04, share=share or 1e-6) for way in BOTH_WAYS], LAG)
-    assert fit.share == pytest.approx(share, abs=1e-5)
-    assert fit.share_uncertainty < 1e-6
-
-
-def test_a_robot_that_is_late_makes_up_for_it_after_the_command():
-    turn = turned(1.0, 0.04)
-    late = [PoseSample(p.stamp, p.position, p.yaw - 0.1) for p in turn.poses]
-    assert fit_turns([replace(turn, poses=late)], LAG).share == pytest.approx(1.0)
+def test_the_share_of_the_angle_is_found():
+    for share in [0.9, 1.0, 1.2, -1.0, 0.0]:
+        fit = fit_turns([turned(way, 0.04, share=share or 1e-6) for way in BOTH_WAYS], LAG)
+        assert fit.share == pytest.approx(share, abs=1e-5), share
+        assert fit.share_uncertainty < 1e-6, share
 
 
 def test_one_turn_has_no_spread_and_a_short_one_no_lever():
@@ -71,7 +65,7 @@ def test_one_turn_has_no_spread_and_a_short_one_no_lever():
     assert fit_turns([replace(turn, duration=0.35, poses=turn.poses[:35])], LAG).uncertainty == math.inf
 
 
-@pytest.mark.parametrize("walk", [0.0, 0.0134], ids=["poses alone are noisy", "wheels too"])
+@pytest.mark.parametrize("walk", [0.0, 0.0134])
 def test_the_uncertainty_is_that_of_many_fits(walk):
     """Of wheels whose velocity errs by 0.06 m/s for 0.05 s each, 0.0134 m in a second, behind a lag."""
     random = np.random.default_rng(1)
@@ -90,9 +84,9 @@ def test_the_uncertainty_is_that_of_many_fits(walk):
         return 0.002 * (random.standard_normal(n) + 1j * random.standard_normal(n))
 
     lever = cmath.rect(0.04, 0.5)
-    turns = [[turned(way, lever, walk=walked, noise=noisy) for way in BOTH_WAYS] for _ in range(100)]
+    turns = [[turned(way, lever, walk=walked, noise=noisy) for way in BOTH_WAYS] for _ in range(50)]
     fits = [fit_turns(four, LAG) for four in turns]
     errors = np.array([complex_lever(fit) - lever for fit in fits])
     told = np.sqrt(np.mean([fit.uncertainty**2 for fit in fits]))
-    # 100 fits of two axes: 7 in 100 is one standard deviation of this ratio
-    assert np.sqrt(0.5 * np.mean(np.abs(errors) ** 2)) / told == pytest.approx(1.0, abs=0.25)
+    # 50 fits of two axes: 10 in 100 is one standard deviation of this ratio
+    assert np.sqrt(0.5 * np.mean(np.abs(errors) ** 2)) / told == pytest.approx(1.0, abs=0.3)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Robot
-from collplan_core.velocity_law import SHORTEST_LAG, command_lead, velocity_after, velocity_law
+from collplan_core.velocity_law import command_lead, velocity_after, velocity_law
 from scenes import rotation, unit
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
@@ -67,12 +67,6 @@ def test_by_hand_full_acceleration_then_a_first_order_lag():
 @given(v=velocities, u=velocities)
 def test_the_step_that_is_quick_changes_nothing(v, u):
     np.testing.assert_allclose(after(v, u, STEP, velocity_law(ROBOT)), after(v, u, STEP), atol=1e-15)
-
-
-def test_no_lag_at_all_is_a_very_short_one():
-    law = velocity_law(Robot(velocity_lag=0.0))
-    assert law.lag == SHORTEST_LAG
-    np.testing.assert_allclose(after((0.0, 0.0), (0.1, 0.0), 0.1, law), (0.1, 0.0), atol=1e-9)
 
 
 @QUICK
