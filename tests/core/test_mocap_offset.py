@@ -28,11 +28,6 @@ def test_the_offset_puts_the_body_where_it_is_seen(lever_x, lever_y, turn, headi
     assert abs(math.remainder(body.yaw + turn - heading, math.tau)) < 1e-12
 
 
-def test_an_uncertain_heading_makes_the_position_on_the_robot_uncertain():
-    offset = body_offset(AxesFit(0.0, 0.01, 1.0, False), TurnFit(np.array([0.3, 0.4]), 0.012, 1.0, 0.0))
-    assert (offset.position_uncertainty, offset.yaw_uncertainty) == pytest.approx((0.013, 0.01))
-
-
 def test_mean_pose_across_the_back():
     mean = mean_pose([PoseSample(0.0, np.zeros(2), math.pi - 0.1), PoseSample(1.0, np.ones(2), -math.pi + 0.1)])
     assert abs(mean.yaw) == pytest.approx(math.pi)

@@ -142,15 +142,6 @@ def test_wheels_that_do_not_turn_are_stuck_within_a_second_and_not_late():
     assert LATE not in drive.kinds
 
 
-def test_a_robot_that_begins_to_listen_is_not_late():
-    """An emergency stop was cleared while it was commanded on."""
-    drive = Drive(mass=1e9).run(turning, 3.0)
-    drive.mass = 1.0
-    drive.run(turning, 6.0, begin=3.0)
-    assert LATE not in drive.kinds
-    assert drive.verdicts[-1][1].kind == OK
-
-
 @given(
     begin=st.floats(0.5, 3.0),
     brakes=st.floats(0.3, 4.0),

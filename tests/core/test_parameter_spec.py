@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from collplan_core.parameters import GROUPS, Robot, Settings, all_specs
+from collplan_core.parameters import GROUPS, Settings, all_specs
 from collplan_core.parameters.spec import ParameterError, Parameters, Spec, parameter, specs
 
 ROOT = Path(__file__).parents[2]
@@ -75,11 +75,6 @@ def test_what_is_misspelt_is_refused_with_the_nearest():
     for key in ("", "planner", "planner.map_period.more", "map_period", ".radius"):
         with pytest.raises(ParameterError, match="unknown"):
             Settings().with_values({key: 0.2})
-
-
-def test_group_checks_itself():
-    with pytest.raises(ParameterError, match=r"robot\.radius: got -1\.0, expected .*\[0\.01, 1\] m$"):
-        Robot(radius=-1.0)
 
 
 def test_set_values_leave_the_others_alone_and_whole_numbers_become_numbers():

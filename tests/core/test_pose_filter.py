@@ -77,14 +77,6 @@ def test_straight_drive_is_exact(angle, speed, begin):
     assert not any(r.refused or r.relocated or r.impact is not None for r in results)
 
 
-def test_velocity_is_that_of_half_a_window_ago():
-    """At a constant acceleration a line's slope is the velocity at the middle of its window, 30 ms ago."""
-    t = PERIOD * np.arange(40)
-    results, _ = feed(np.column_stack([0.5 * 1.5 * t**2, 0.0 * t]))
-    for time, result in zip(t[6:], results[6:], strict=True):
-        assert result.state.velocity[0] == pytest.approx(1.5 * (time - 0.03), abs=1e-9)
-
-
 def test_yaw_rate_goes_through_half_a_turn():
     """As the velocity, it has no error at a constant rate, and is there with the first one."""
     for spin in [0.0, 2.5, -8.0]:
@@ -201,46 +193,7 @@ def test_detection_can_be_switched_off():
     assert all(r.impact is None for r in results)
 
 
-@given(angle=st.floats(0.0, 6.3), mirrored=st.booleans(), shift=st.floats(-10.0, 10.0))
-@settings(derandomize=True, deadline=None, max_examples=8)
-def test_turned_and_mirrored_poses_give_turned_and_mirrored_hits(angle, mirrored, shift):
-    c, s = math.cos(angle), math.sin(angle)
-    turn = np.array([[c, -s], [s, c]]) @ np.diag([1.0, -1.0 if mirrored else 1.0])
-    points = noisy(np.concatenate([line(30, (1.0, 0.2)), line(10, (-0.6, 0.2), (0.3, 0.06))]), 3)
-    plain, _ = feed(points)
-    turned, _ = feed(points @ turn.T + shift)
-    for a, b in zip(plain, turned, strict=True):
-        assert (a.impact is None) == (b.impact is None)
-        if a.impact is not None:
-            np.testing.assert_allclose(turn @ a.impact.change, b.impact.change, atol=1e-6)
-            np.testing.assert_allclose(turn @ a.impact.center + shift, b.impact.center, atol=1e-6)
-            assert a.impact.time == pytest.approx(b.impact.time, abs=1e-6)
-        if a.state is not None:
-            np.testing.assert_allclose(turn @ a.state.velocity, b.state.velocity, atol=1e-6)
-
-
 # ---- refusals
-
-
-def test_leap_is_refused_and_the_track_goes_on():
-    points = line(30, (1.0, 0.0))
-    points[20] += (0.0, 0.5)
-    results, _ = feed(points)
-    assert [k for k, r in enumerate(results) if r.refused] == [20]
-    assert results[20].refused == "leap"
-    np.testing.assert_allclose(results[-1].state.velocity, [1.0, 0.0], atol=1e-9)
-    assert all(r.impact is None for r in results)
-
-
-def test_relocation_is_accepted_after_its_time():
-    _, memory = feed(line(20, (1.0, 0.0)))
-    results, memory = feed(line(70, (0.0, 0.4), (3.0, 1.0)), memory, begin=0.2)
-    assert {r.refused for r in results[:50]} == {"leap"}
-    assert [k for k, r in enumerate(results) if r.relocated] == [50]
-    np.testing.assert_allclose(results[50].state.velocity, [0.0, 0.4], atol=1e-9)
-    assert results[50].carried
-    assert not any(r.refused for r in results[50:])
-    assert all(r.impact is None for r in results)
 
 
 @given(leap=st.floats(0.35, 5.0), speed=st.floats(0.0, 0.2))
@@ -250,7 +203,9 @@ def test_a_leap_does_not_become_motion_by_lasting(leap, speed):
     _, memory = feed(line(20, (0.0, 0.0)))
     results, _ = feed(line(70, (0.0, speed), (leap, 0.0)), memory, begin=0.2)
     assert {r.refused for r in results[:50]} == {"leap"}
-    assert [k for k, r in enumerate(results) if r.carried] == [50]
+    assert [k for k, r in enumerate(results) if r.carried and r.relocated] == [50]
+    np.testing.assert_allclose(results[50].state.velocity, [0.0, speed], atol=1e-9)
+    assert not any(r.refused or r.impact for r in results[50:])
 
 
 @given(distance=st.floats(0.3, 2.0), lasts=st.integers(1, 14))
@@ -322,14 +277,6 @@ def test_stamp_that_does_not_rise_is_refused():
         assert results[0].refused == "stamp", stamp
         results, _ = feed([(0.0, 0.0)], memory, begin=0.2)
         assert results[0].refused == "", stamp
-
-
-def test_motion_capture_that_restarts_is_accepted_after_its_time():
-    _, memory = feed(line(20, (0.0, 0.0)), begin=100.0)
-    results, _ = feed(line(60, (0.0, 0.0)), memory, begin=0.0)
-    assert [k for k, r in enumerate(results) if r.relocated] == [50]
-    assert not any(r.carried for r in results)
-    assert results[-1].state is not None
 
 
 def test_not_finite_is_refused_without_a_trace():

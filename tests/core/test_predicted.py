@@ -29,20 +29,6 @@ def test_by_hand_a_pillar_alone_predicts_nothing():
     assert len(map_of(world_of([PILLAR])).predicted) == 0
 
 
-def test_by_hand_as_printed_a_pillar_alone_predicts_its_two_tangents():
-    """The shadow edges begin on the arcs around the corners (0.2, +-0.05): there each arc is left along its tangent."""
-    predicted = map_of(world_of([PILLAR]), predicted="printed").predicted
-    assert len(predicted) == 2
-    for (x, y, ex, ey), side in zip(predicted[np.argsort(predicted[:, 1])], (-1.0, 1.0), strict=True):
-        from_corner = np.array([x - 0.2, y - 0.05 * side])
-        assert np.hypot(*from_corner) == pytest.approx(RADIUS, abs=5e-4)
-        assert from_corner @ (ex, ey) == pytest.approx(0.0, abs=5e-4)
-        grazing = side * (np.arctan2(0.05, 0.2) + np.arcsin(RADIUS / np.hypot(0.2, 0.05)))
-        assert np.arctan2(y, x) == pytest.approx(grazing, abs=np.radians(1.0))
-        assert x * ex + y * ey > 0.0, "outward"
-        assert (x * ey - y * ex) * side > 0.0, "on round the pillar"
-
-
 def test_everything_open_and_a_closed_room_predict_nothing():
     for reading in PREDICTED:
         assert len(map_of(world_of(), predicted=reading).predicted) == 0, reading

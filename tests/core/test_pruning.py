@@ -93,13 +93,6 @@ OPEN = star_map(np.full(360, 1.0))
 AHEAD = np.array([3.0, 0.0])
 
 
-def test_by_hand_the_nearer_of_two_neighbours_stands_for_both():
-    positions = np.array([[0.5, 0.0], [0.5, 0.3], [-0.5, 0.0]])
-    kept = prune_positions(OPEN.border, positions, np.array([0, 1, 2]), AHEAD, 0.35)
-    assert kept.tolist() == [True, False, True]
-    assert prune_positions(OPEN.border, positions, np.array([0, 1, 2]), AHEAD, 0.25).all()
-
-
 def test_by_hand_a_dropped_frontier_drops_nobody():
     """Three in a row toward the goal, 0.3 m apart: the middle one is stood for, the last by a dropped one only."""
     positions = np.array([[0.6, 0.0], [0.3, 0.0], [0.0, 0.0]])

@@ -37,34 +37,6 @@ def test_velocities_are_found_from_clean_poses(into, along, restitution, frictio
     assert abs(hit.position @ known.normal) < 0.0015
 
 
-@given(into_wall, along_wall, shares, shares, angles, st.booleans(), st.integers(0, 99))
-@FEW
-def test_turned_and_mirrored_poses_turn_and_mirror_the_velocities(into, along, e, k, angle, mirrored, seed):
-    path, known = rebounding_path(into, along, e, k)
-    noisy = with_noise(path, np.random.default_rng(seed))
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, -s], [s, c]]) @ np.diag([1.0, -1.0 if mirrored else 1.0])
-    moved = RecordedPath(path.times + 5.0, noisy.points @ turn.T + [3.0, -2.0], path.wanted @ turn.T)
-    here, there = fit_impact(noisy, known.time, ROBOT, NOISE), fit_impact(moved, known.time + 5.0, ROBOT, NOISE)
-    assert there.time - 5.0 == pytest.approx(here.time, abs=1e-5)
-    np.testing.assert_allclose(there.before, turn @ here.before, atol=1e-4)
-    np.testing.assert_allclose(there.after, turn @ here.after, atol=1e-4)
-    pairs = ((here, known.normal), (there, turn @ known.normal))
-    seen = [seen_from_walls([hit], normal, [0.0], [0.0], 0.09) for hit, normal in pairs]
-    np.testing.assert_allclose(np.abs(seen[1].before), np.abs(seen[0].before), atol=1e-4)
-    np.testing.assert_allclose(seen[1].driven, seen[0].driven, atol=2e-3)
-    np.testing.assert_allclose(seen[1].deviations, seen[0].deviations, rtol=1e-2)
-
-
-def test_the_commands_are_what_bends_the_path():
-    """A fit without the commands is off by far more than noise on poses that a fit with them explains."""
-    path, known = rebounding_path(0.8, 0.0, 0.7, 0.8)
-    idle = RecordedPath(path.times, path.points, np.zeros_like(path.wanted))
-    told, untold = fit_impact(path, known.time, ROBOT, NOISE), fit_impact(idle, known.time, ROBOT, 0.01)
-    assert np.abs(told.after - known.after).max() < 0.01
-    assert np.abs(np.concatenate([untold.before - known.before, untold.after - known.after])).max() > 0.05
-
-
 def test_the_deviations_told_are_those_met():
     random, (path, known) = np.random.default_rng(3), rebounding_path(0.6, 0.4, 0.6, 0.8)
     hits = [fit_impact(with_noise(path, random), known.time, ROBOT, NOISE) for _ in range(60)]
@@ -92,19 +64,6 @@ def test_two_hits_in_one_window_are_not_taken_for_one():
     kicked = RecordedPath(path.times, path.points - 1.2 * since * known.normal, path.wanted)
     with pytest.raises(UnusableImpact, match="not those of one impact"):
         fit_impact(kicked, known.time, ROBOT, NOISE)
-
-
-def test_a_straight_drive_has_no_hit_to_fit():
-    times = 0.01 * np.arange(60)
-    straight = np.stack([0.5 * times, np.zeros(60)], axis=1)
-    path = RecordedPath(times, straight, np.tile([0.5, 0.0], (60, 1)))
-    try:
-        hit = fit_impact(path, HIT, ROBOT, NOISE)
-    except UnusableImpact:
-        return
-    np.testing.assert_allclose(hit.after, hit.before, atol=0.01)
-    usable, left_out = sorted_out(seen_from_walls([hit], np.array([-1.0, 0.0]), [0.0], [0.0], ROBOT.radius))
-    assert (len(usable), left_out.total()) == (0, 1)
 
 
 def test_hits_are_found_again_in_the_poses():
@@ -169,17 +128,6 @@ def test_a_ring_that_gives_way_while_the_drive_presses_on_is_not_taken_for_a_liv
         assert without.restitution.value > E + 0.9 * contact - 0.005, contact
 
 
-@given(shares, st.floats(0.0, 0.02), st.floats(-0.01, 0.01), st.integers(0, 999))
-@FEW
-def test_without_noise_touch_and_release_are_exact_wherever_the_wall_is(restitution, half, offset, seed):
-    random = np.random.default_rng(seed)
-    hits = drawn(20, random, restitution, 0.05, noise=0.0)
-    driven, depths = random.uniform(-2.0, 2.0, (20, 2)), half * hits.before[:, 0] + offset
-    out = restitution * (hits.before[:, 0] - half * driven[:, 0]) + half * driven[:, 1]
-    pressed = replace(hits, after=np.stack([out, hits.after[:, 1]], axis=1), driven=driven, depths=depths)
-    assert fit_rebound(pressed, K).restitution.value == pytest.approx(restitution, abs=1e-9)
-
-
 def drawn(n, random, restitution=E, friction=MU, into=(0.26, 1.0), along=(0.5, 1.0), noise=0.02, drift=0.0):
     into_wall, slip = random.uniform(*into, n), random.uniform(*along, n) * random.choice([-1.0, 1.0], n)
     stopped = np.sign(slip) * np.minimum(friction * (1.0 + restitution) * into_wall, K * np.abs(slip))
@@ -217,19 +165,6 @@ def test_a_restitution_that_changes_after_the_hits_is_told():
         fit = fit_rebound(drawn(40, np.random.default_rng(0), drift=drift), K)
         assert cause in fit.warning, (drift, cause)
         assert "20 to 60 ms" in fit.warning, (drift, cause)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("n", [12, 30])
-def test_intervals_hold_the_truth_as_often_as_they_say(n):
-    random = np.random.default_rng(n)
-    fits = [fit_rebound(drawn(n, random, into=(0.26, 0.8)), K) for _ in range(400)]
-    for truth, estimates in ((E, [fit.restitution for fit in fits]), (MU, [fit.friction for fit in fits])):
-        assert 0.91 <= np.mean([estimate.holds(truth) for estimate in estimates]) <= 0.98
-        # errors in the velocity before the hit pull nothing towards zero
-        assert np.mean([estimate.value for estimate in estimates]) == pytest.approx(truth, abs=0.004)
-    # told at 99 %
-    assert np.mean([fit.warning != "" for fit in fits]) < 0.03
 
 
 def test_what_is_missing_is_said():

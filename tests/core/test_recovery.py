@@ -84,15 +84,6 @@ def test_within_a_second_it_backs_out_along_where_it_came_from_and_says_so():
     assert cycles(robot.decisions)[-1].plan.positions[-1, 0] == AHEAD[0]
 
 
-def test_from_then_on_there_is_an_obstacle_where_it_was_stuck():
-    robot = Stuck()
-    robot.stays(1.0)
-    robot.run(DISTANCE / SPEED, lambda x: x - 0.003, -FORWARD)
-    robot.run(0.5, lambda x: x, (0.0, 0.0))
-    # the disc's centre comes as far as it came
-    assert ahead(cycles(robot.decisions)[-1].local_map) == pytest.approx(CAME, abs=0.02)
-
-
 def test_after_so_many_tries_the_goal_is_given_up_with_the_reason():
     for tries in [0, 1, 3]:
         robot = Stuck(SETTINGS.with_values({"planner.recovery_tries": tries}))

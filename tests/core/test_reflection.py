@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.parameters import Robot, Settings
-from collplan_core.reflection import Ring, believed_ring, rebound, reflect
+from collplan_core.reflection import Ring, rebound, reflect
 from scenes import rotation, unit
 
 velocities = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)).map(np.array)
@@ -81,11 +80,6 @@ def test_it_turns_and_mirrors_with_the_world(v, rim, normal, ring, turn, mirror)
 def test_wheels_that_a_hit_does_not_stop_take_a_share_of_its_change(v, normal, ring, share):
     change = rebound(v, normal, ring) - v
     np.testing.assert_allclose(rebound(v, normal, ring._replace(body_share=share)), v + share * change, atol=1e-12)
-
-
-def test_wheels_half_as_heavy_as_the_body_take_a_third():
-    assert believed_ring(Settings(robot=Robot(mass=0.7, wheel_mass=0.35))).body_share == pytest.approx(2.0 / 3.0)
-    assert believed_ring(Settings()).body_share == 1.0
 
 
 def test_by_hand_a_wall_below():

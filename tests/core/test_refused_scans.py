@@ -1,12 +1,9 @@
 """What planner and controller make of scans that cannot be true, and how they come back to drive by scans."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from collplan_core.deadline import never
 from collplan_core.goal import EXECUTING, Goal
@@ -82,12 +79,6 @@ def test_a_world_that_changed_holds_it_until_a_person_says_so(drive):
     assert drive.reason == ""
 
 
-def test_nothing_is_forgotten_while_scans_are_believed(drive):
-    drive.sensors.forget_scans()
-    drive.see(2, blind=True)
-    assert MISSING in drive.reason
-
-
 def test_a_gap_or_leap_of_the_poses_makes_no_scan_believed():
     for seen, gap, leap in ((0, 0.3, 0.0), (1, 0.3, 0.0), (3, 2.0, 0.0), (0, 0.0, 1.0), (3, 0.0, 1.0)):
         drive = Drive()
@@ -96,12 +87,6 @@ def test_a_gap_or_leap_of_the_poses_makes_no_scan_believed():
         drive.stamp += gap
         drive.see(2, blind=True, leap=leap)
         assert MISSING in drive.reason, (seen, gap, leap)
-
-
-def test_a_robot_carried_off_finds_the_walls_where_they_were(drive):
-    drive.see(5, leap=1.0)
-    assert drive.reason == ""
-    assert drive.refusals["scan"] == 0
 
 
 def test_a_scan_of_a_clock_that_is_ahead_is_refused_and_does_not_keep_the_last_one_fresh(drive):
@@ -146,21 +131,6 @@ def test_each_stop_within_a_while_lasts_twice_as_long_as_the_one_before():
         pauses.append(pause)
         now += pause + 1.0
     np.testing.assert_allclose(pauses, [PAUSE, 2 * PAUSE, 4 * PAUSE, 8 * PAUSE], atol=0.011)
-
-
-@given(st.lists(st.booleans(), max_size=30))
-def test_it_stands_only_after_two_refusals_running(refusals):
-    trust = ScanTrust()
-    for k, refused in enumerate(refusals):
-        if refused:
-            trust.refused("odd", 0.05 * k)
-        else:
-            trust.believed()
-    running = any(a and b for a, b in pairwise(refusals))
-    if not running:
-        assert trust.why_not(0.05 * len(refusals)) == ""
-    elif refusals[-1] and refusals[-2]:
-        assert trust.why_not(0.05 * len(refusals)) == "scan refused: odd"
 
 
 def test_planner_and_controller_begin_anew_with_a_new_goal(monkeypatch):

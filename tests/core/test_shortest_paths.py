@@ -94,16 +94,6 @@ def test_lengths_are_those_of_the_visibility_graph(scene, seed):
         assert found <= max(1.02 * length, detour) + 0.02
 
 
-@QUICK
-@given(scene=scenes, more=segments)
-def test_a_wall_more_never_shortens_a_path(scene, more):
-    scene = np.vstack([scene, walls((-1.2, -1.2), (-1.2, -1.1)), walls((1.2, 1.2), (1.2, 1.1))])
-    before = shortest_paths(walls_field(scene), GOAL, GOAL, SETTINGS)
-    after = shortest_paths(walls_field(np.vstack([scene, more])), GOAL, GOAL, SETTINGS)
-    for place in np.random.default_rng(0).uniform(-1.0, 1.0, (50, 2)):
-        assert path_length(after, place) >= 0.985 * path_length(before, place)
-
-
 def test_paths_are_kept_until_something_changes():
     wall = walls((-0.5, 0.5), (0.5, 0.5))
     earlier = shortest_paths(walls_field(wall), GOAL, GOAL, SETTINGS)

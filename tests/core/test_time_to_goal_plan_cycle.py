@@ -117,23 +117,6 @@ def test_plans_lead_to_the_goal_and_say_what_they_cost():
         assert len(plans[-1].candidates.paths) >= 2, strategy
 
 
-def test_in_two_cycles_with_a_plan_in_force_each_velocity_is_tried_once(monkeypatch):
-    tried = []
-
-    def taken_down(problem, initial, velocities, *rest):
-        tried.append(velocities)
-        return coarse_plans(problem, initial, velocities, *rest)
-
-    monkeypatch.setattr(plan_cycle_module, "coarse_plans", taken_down)
-    memory = None
-    for _ in range(5):
-        _, memory = cycle(memory, TURN, state_at())
-    for two in (1, 2, 3):
-        by_turns = np.vstack(tried[two : two + 2])
-        np.testing.assert_array_equal(np.unique(by_turns, axis=0), np.unique(tried[0], axis=0))
-        assert len(by_turns) == len(tried[0]) == 25
-
-
 def test_refinement_of_a_plan_that_gains_no_more_ends(monkeypatch):
     tried = []
 
@@ -167,28 +150,16 @@ EVEN = {
 
 
 def test_strategies_differ_in_nothing_but_what_contacts_do_and_cost():
-    for other, values in (("avoid", EVEN), ("tolerate", {**EVEN, "time_to_goal__hit_cost": 0.0})):
-        bounce, alike = cheap("bounce", **values), cheap(other, **values)
-        assert robot_model(bounce) == robot_model(alike), other
-        assert contact_costs(alike) == contact_costs(bounce) or other == "tolerate"
-        for one, two in zip(*(driven_on(TURN, each, cycles=3)[0] for each in (bounce, alike)), strict=True):
-            assert_equal(one, two)
-            np.testing.assert_array_equal(one.candidates.costs, two.candidates.costs)
-
-
-def test_stop_guarantee_is_avoid_with_a_test():
+    """And where all of it is even, they plan alike."""
+    bounce, avoid = cheap("bounce", **EVEN), cheap("avoid", **EVEN)
+    assert (robot_model(bounce), contact_costs(bounce)) == (robot_model(avoid), contact_costs(avoid))
+    for one, two in zip(*(driven_on(TURN, each, cycles=3)[0] for each in (bounce, avoid)), strict=True):
+        assert_equal(one, two)
+        np.testing.assert_array_equal(one.candidates.costs, two.candidates.costs)
+    unpriced = {**EVEN, "time_to_goal__hit_cost": 0.0}
+    assert robot_model(cheap("bounce", **unpriced)) == robot_model(cheap("tolerate", **unpriced))
     avoid, guaranteed = cheap("avoid"), cheap("stop_guarantee")
-    assert robot_model(avoid) == robot_model(guaranteed)
-    assert contact_costs(avoid) == contact_costs(guaranteed)
-
-
-def test_where_there_is_nothing_to_touch_all_plan_alike():
-    first, *others = (driven_on(OPEN, cheap(strategy), (0.4, 0.1), cycles=3)[0] for strategy in STRATEGIES)
-    for plans in others:
-        for one, other in zip(first, plans, strict=True):
-            assert_equal(one, other)
-            np.testing.assert_array_equal(one.candidates.positions, other.candidates.positions)
-            np.testing.assert_array_equal(one.candidates.costs, other.candidates.costs)
+    assert (robot_model(avoid), contact_costs(avoid)) == (robot_model(guaranteed), contact_costs(guaranteed))
 
 
 def test_at_full_speed_toward_a_wall_each_strategy_does_its_own():
@@ -231,18 +202,12 @@ def test_where_a_contact_above_the_limit_cannot_be_avoided_the_least_is_taken():
         assert hard.terms["total"] > 100.0, strategy
 
 
-def test_a_goal_far_away_is_driven_to():
-    for strategy in STRATEGIES:
-        plan, _ = cycle(None, OPEN, state_at(), (130.0, 0.0), cheap(strategy))
-        assert plan.positions[-1, 0] > 5.0, strategy
-
-
 def test_a_goal_that_closes_off_on_the_way_is_said_to_be_and_opens_again():
     u = [box(0.3, -0.5, 0.4, 0.5), box(-0.5, 0.4, 0.4, 0.5), box(-0.5, -0.5, 0.4, -0.4)]
     lid = box(-0.5, -0.5, -0.4, 0.5)
     plan, memory = cycle(None, world_of(u), state_at(), (1.0, 0.0))
     assert_sound(plan, state_at())
-    with pytest.raises(NoPlan, match=r"1\.000, 0\.000 is closed off"):
+    with pytest.raises(NoPlan, match="closed off"):
         cycle(memory, world_of([*u, lid]), state_at(stamp=0.1), (1.0, 0.0))
     plan, _ = cycle(memory, world_of(u), state_at(stamp=0.2), (1.0, 0.0))
     assert_sound(plan, state_at(stamp=0.2))
@@ -255,26 +220,6 @@ def test_the_deadline_is_asked_between_changes_and_the_best_so_far_is_kept():
     endless, counted = cheap(**values, time_to_goal__proposals=5000), cheap(**values, time_to_goal__proposals=2 * CHUNK)
     cut = cycle(None, TURN, state_at(), setting=endless, deadline=lambda: next(answers))[0]
     assert_equal(cut, cycle(None, TURN, state_at(), setting=counted)[0])
-
-
-def test_values_at_their_bounds_give_plans():
-    for strategy, values in zip(
-        [*STRATEGIES, "bounce", "avoid"],
-        (
-            {"rebound__restitution": 0.0, "rebound__friction": 5.0},
-            {"robot__velocity_lag": 0.0, "robot__max_acceleration": 20.0},
-            {"limits__impact_speed": 0.0, "time_to_goal__hit_cost": 100.0},
-            {"time_to_goal__horizon": 0.2, "time_to_goal__longest_plan": 1.0},
-            {"rebound__restitution": 1.0, "rebound__friction": 0.0},
-            {"time_to_goal__horizon": 1.31, "time_to_goal__n_starts": 20, "time_to_goal__longest_plan": 1.0},
-        ),
-        strict=True,
-    ):
-        setting = cheap(strategy, **values)
-        plan, memory = cycle(None, TURN, state_at(), setting=setting)
-        assert_sound(plan, state_at())
-        later = state_at((0.02, 0.0), (0.4, 0.0), 0.05)
-        assert_sound(cycle(memory, TURN, later, setting=setting)[0], later)
 
 
 def test_the_strategies_own_map_period_is_shorter_than_the_paper_s():
@@ -350,19 +295,6 @@ def test_without_any_plan_that_leads_on_it_begins_with_one_that_brakes(monkeypat
     assert_sound(plan, state)
     np.testing.assert_allclose(plan.velocities[-1], 0.0, atol=0.01)
     assert len(plan.candidates.costs) == 0
-
-
-def test_a_moved_wall_is_forgotten_and_driven_through():
-    wall = world_of([box(0.3, -0.6, 0.35, 0.6)])
-    plan, memory = cycle(None, wall, state_at(), (0.9, 0.0))
-    around = plan.terms["total"]
-    state = state_at()
-    for k in range(1, 6):
-        state = state_at(stamp=0.05 * k)
-        plan, memory = cycle(memory, OPEN, state, (0.9, 0.0))
-        assert_sound(plan, state)
-    assert plan.terms["total"] < around - 0.1
-    assert np.abs(plan.positions[:, 1]).max() < 0.02
 
 
 def test_a_given_map_is_known_from_the_start_and_never_added_to():

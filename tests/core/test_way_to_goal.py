@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from collplan_core.local_map import LocalMap
 from collplan_core.plan import NoPlan
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, clearance_at
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.refined import MOST_NODES, only_seen, refined
 from collplan_core.time_to_goal_planner.boundary_memory.update import known_boundaries, remember
@@ -24,7 +24,6 @@ from collplan_core.worlds import World
 from scenes import RADIUS, ROBOT, SETTINGS, TURN, at_rest, box, grown, map_of, obstacles, rotation, unit, world_of
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=20, print_blob=True)
-FEW = settings(derandomize=True, deadline=None, max_examples=8, print_blob=True)
 DISC = 2.0 * RADIUS
 BOUNCE = SETTINGS.with_values({"planner.strategy": "bounce"})
 HALF = 0.5
@@ -141,21 +140,6 @@ def test_a_gap_that_the_disc_does_not_fit_through_by_a_centimetre_is_closed_once
     line = room.start + np.linspace(0.0, 1.0, 60)[:, None] * (room.goal - room.start)
     touching = next(k for k, place in enumerate(line) if blocked.intersects(shapely.Point(place))) - 1
     assert way(memory, local_map, line[touching], room.goal) is None
-
-
-@FEW
-@given(room=parted_rooms((-0.03, 0.03)), seed=st.integers(0, 99))
-def test_on_finer_nodes_the_clearance_is_that_of_the_pieces(room, seed):
-    memory, local_map = seen(room, seed, 6)
-    field = refined(only_seen(memory, RADIUS), local_map, room.start, SETTINGS).field
-    rng = np.random.default_rng(seed)
-    places = 0.5 * (room.start + room.goal) + rng.uniform(-0.5, 0.5, (1500, 2))
-    exact = shapely.distance(lines(memory.pieces), shapely.points(places)) - RADIUS
-    found = np.array([clearance_at(field.clearance, field.grid, *place) for place in places])
-    touching = np.abs(exact) < 0.01
-    assert touching.sum() > 50
-    assert (found - exact)[touching].max() < 1.5e-3
-    assert not ((found < 0.0) & (exact > 0.003)).any()
 
 
 CHICANE = [

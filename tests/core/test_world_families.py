@@ -2,12 +2,9 @@
 
 import hashlib
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
-import pytest
 import shapely
-from scipy.sparse.csgraph import dijkstra
 
 from collplan_core.worlds import World, check_route, load_world
 from collplan_core.worlds.families import FAMILIES
@@ -20,7 +17,6 @@ BODY_RADIUS = 0.09
 # coordinates are rounded to 0.1 mm, so a width is off by up to as much
 ROUNDING = 1.1e-4
 
-Interval = tuple[float, float]
 FAMILIES_TESTED = ("l", "u", "z", "serpentine", "baffles", "pillars")
 # clear widths beside the robot [m]
 NARROWEST = {"l": 0.08, "u": 0.08, "z": 0.08, "baffles": 0.10, "serpentine": 0.15, "pillars": 0.08}
@@ -34,38 +30,6 @@ def worlds(family: str) -> tuple[World, ...]:
 
 def open_space(world: World) -> shapely.Geometry:
     return shapely.box(*world.bounds).difference(shapely.union_all([shapely.Polygon(p) for p in world.polygons]))
-
-
-def chords(world: World, axis: int, at: float) -> list[Interval]:
-    """The free intervals, in order, of the line along `axis` at `at` on the other axis."""
-    ends = [(-1.0, at), (SIDE + 1.0, at)]
-    line = shapely.LineString(ends if axis == 0 else [end[::-1] for end in ends])
-    cut = open_space(world).intersection(line)
-    bounds = np.array([part.bounds for part in getattr(cut, "geoms", [cut]) if part.length > 0.0])
-    return sorted((low, high) for low, high in bounds[:, [axis, axis + 2]].tolist())
-
-
-def chord_at(world: World, axis: int, point: np.ndarray) -> Interval:
-    return next((a, b) for a, b in chords(world, axis, point[1 - axis]) if a <= point[axis] <= b)
-
-
-def lengths(intervals: list[Interval]) -> np.ndarray:
-    return np.array([high - low for low, high in intervals])
-
-
-def gaps(intervals: list[Interval]) -> list[Interval]:
-    return [(before[1], after[0]) for before, after in pairwise(intervals)]
-
-
-def assert_within(values, low: float, high: float) -> None:
-    assert np.min(values) >= low - ROUNDING
-    assert np.max(values) <= high + ROUNDING
-
-
-def across_start(world: World) -> int:
-    """The axis across the corridor at the start."""
-    widths = [lengths([chord_at(world, axis, world.start)])[0] for axis in (0, 1)]
-    return int(np.argmin(widths))
 
 
 def fingerprint(world: World) -> str:
@@ -118,81 +82,6 @@ def test_nothing_but_the_corridor_is_free():
             assert (corridor.geom_type, len(corridor.interiors)) == ("Polygon", 0), world.name
             assert len(corridor.simplify(1e-9).exterior.coords) - 1 == corners, world.name
             assert corridor.distance(shapely.box(*world.bounds).exterior) >= 0.05 - ROUNDING, world.name
-
-
-def test_the_arms_of_u_and_z_lie_side_by_side_and_a_piece_across_joins_them():
-    for world in (*worlds("u"), *worlds("z")):
-        family, septa = ("u", (0.04, 0.25)) if world.name.startswith("u") else ("z", (0.2, 1.0))
-        across = across_start(world)
-        arms = sorted(chord_at(world, across, point) for point in (world.start, world.goal))
-        (septum,) = gaps(arms)
-        assert_within(lengths(arms), 0.26, 0.58)
-        assert_within(lengths([septum]), *septa)
-        (turn,) = chords(world, 1 - across, sum(septum) / 2)
-        assert_within(lengths([turn]), 0.26, 0.58)
-        along = [chord_at(world, 1 - across, point) for point in (world.start, world.goal)]
-        arm_range = (1.2, 2.0) if family == "u" else (0.8, 1.4)
-        assert_within(lengths(along) - lengths([turn])[0] / 2, *arm_range)
-        # a u comes back, a z goes on
-        back = (world.start - sum(turn) / 2)[1 - across] * (world.goal - sum(turn) / 2)[1 - across] > 0.0
-        assert back == (family == "u")
-
-
-def pillar_rows(world: World) -> tuple[int, list[Interval]]:
-    """The axis from row to row, and the extent of each row on it."""
-    boxes = np.array([[*p.min(axis=0), *p.max(axis=0)] for p in world.polygons])
-    along = 0 if len(np.unique(boxes[:, 0])) == 2 else 1
-    return along, sorted({(box[along], box[along + 2]) for box in boxes.tolist()})
-
-
-def passages(world: World, along: int, rows: list[Interval]) -> list[list[Interval]]:
-    """Narrow and wide passage of each row."""
-    return [sorted(chords(world, 1 - along, sum(row) / 2), key=lambda gap: gap[1] - gap[0]) for row in rows]
-
-
-def plug(along: int, row: Interval, gap: Interval) -> shapely.Geometry:
-    low, high = (row[0], gap[0]), (row[1], gap[1])
-    return shapely.box(*low, *high) if along == 0 else shapely.box(*low[::-1], *high[::-1])
-
-
-def way_length(world: World, plugs: list[shapely.Geometry]) -> float:
-    """Length of the shortest way of the robot's centre, by a graph of what sees what."""
-    solid = shapely.union_all([shapely.Polygon(p) for p in world.polygons] + plugs)
-    room = shapely.box(*world.bounds).buffer(-BODY_RADIUS, join_style="mitre")
-    free = room.difference(solid.buffer(BODY_RADIUS, quad_segs=2))
-    points = np.vstack([world.start, world.goal, shapely.get_coordinates(free)])
-    seen = free.buffer(1e-9)
-    shapely.prepare(seen)
-    i, j = np.triu_indices(len(points), 1)
-    visible = shapely.covers(seen, shapely.linestrings(np.stack([points[i], points[j]], axis=1)))
-    lengths = np.zeros((len(points), len(points)))
-    lengths[i[visible], j[visible]] = np.hypot(*(points[i] - points[j])[visible].T)
-    return dijkstra(lengths, directed=False, indices=0)[1]
-
-
-def test_pillars_have_a_narrow_passage_near_the_way_and_a_wide_one_off_it():
-    for world in worlds("pillars"):
-        along, rows = pillar_rows(world)
-        assert_within(lengths(rows), 0.12, 0.30)
-        narrow, wide = zip(*passages(world, along, rows), strict=True)
-        assert_within(lengths(narrow), 0.26, 0.43)
-        assert_within(lengths(wide), 0.53, 0.68)
-        near, far = sorted((world.start, world.goal), key=lambda point: point[along])
-        for row, passage in zip(rows, narrow, strict=True):
-            share = (sum(row) / 2 - near[along]) / (far - near)[along]
-            offset = sum(passage) / 2 - (near + share * (far - near))[1 - along]
-            assert_within(abs(offset), 0.35, 0.70)
-
-
-def test_the_way_through_the_wide_passages_is_a_detour_of_a_tenth_to_a_fifth():
-    for world in worlds("pillars")[::8]:
-        along, rows = pillar_rows(world)
-        narrow, wide = zip(*passages(world, along, rows), strict=True)
-        direct = way_length(world, [plug(along, row, gap) for row, gap in zip(rows, wide, strict=True)])
-        detour = way_length(world, [plug(along, row, gap) for row, gap in zip(rows, narrow, strict=True)])
-        # the family takes the robot for a square
-        assert 1.10 - 0.005 <= detour / direct <= 1.22 + 0.005
-        assert way_length(world, []) == pytest.approx(direct)
 
 
 def aside_of_the_middle(draw) -> Layout:

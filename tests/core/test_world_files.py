@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_core.worlds import World, WorldError, check_route, load_world, parse_world, save_world
+from collplan_core.worlds import World, WorldError, load_world, save_world
 
 coordinate = st.floats(-50, 50, allow_subnormal=False)
 
@@ -49,7 +49,7 @@ def test_a_file_with_bounds_alone_is_an_empty_walled_arena_named_after_the_file(
 EMPTY = "bounds: [0, 0, 1, 1]\n"
 BAD = [
     ("bounds: [0, 0", "not YAML"),
-    ("bounds: " + "[" * 3000, "too deep"),
+    ("bounds: " + "[" * 3000, ".*too deep"),
     ("bounds: !!python/object:os.system {}", "not YAML"),
     ("start: 2001-02-30", "not YAML"),
     ("", "got None, .*name, bounds"),
@@ -101,26 +101,11 @@ def test_a_huge_world_is_refused(tmp_path):
         file.truncate(2_000_000)
     with pytest.raises(WorldError, match=r"huge\.yaml: got 2000000 .*1048576"):
         load_world(str(path))
-    with pytest.raises(WorldError, match="10001, .*10000"):
+    with pytest.raises(WorldError, match=r"10001, .*10000"):
         World("huge", (), np.ones((10001, 3)), (0.0, 0.0, 2.0, 2.0))
-
-
-def test_an_error_found_later_names_the_file_too(tmp_path):
-    path = tmp_path / "hall.yaml"
-    path.write_text("name: big hall\nbounds: [0, 0, 3, 2]")
-    with pytest.raises(WorldError, match=r"hall\.yaml: goal"):
-        check_route(load_world(str(path)), np.array([1.0, 1.0]), np.array([9.0, 1.0]), 0.1)
 
 
 def test_a_world_that_cannot_be_written_says_where(tmp_path):
     world = load_world("corridor")
     with pytest.raises(WorldError, match=r"no_such_folder.*written"):
         save_world(world, tmp_path / "no_such_folder" / "world.yaml")
-
-
-def test_a_mapping_serves_as_a_file_does():
-    mapping = {"name": "m", "bounds": [0, 0, 2, 2], "circles": [{"center": [1, 1], "radius": 0.5}]}
-    world = parse_world(mapping, "here")
-    np.testing.assert_array_equal(world.circles, [[1.0, 1.0, 0.5]])
-    with pytest.raises(WorldError, match="here: name: missing"):
-        parse_world({"bounds": [0, 0, 2, 2]}, "here")
