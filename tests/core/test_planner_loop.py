@@ -45,12 +45,6 @@ def test_a_plan_begins_at_the_newest_pose_and_says_how_long_it_holds():
     assert (loop.n_plans, loop.trouble) == (1, "")
 
 
-def test_without_a_goal_nothing_is_decided():
-    loop = PlannerLoop(SETTINGS, lambda settings: never)
-    assert see(loop, 1.0) == []
-    assert loop.cycle(1.0) == []
-
-
 def test_no_plan_is_made_twice_of_one_pose_nor_of_one_before_the_goal():
     loop = PlannerLoop(SETTINGS, lambda settings: never)
     see(loop, 1.0)

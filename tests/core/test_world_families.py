@@ -48,17 +48,6 @@ def test_start_and_goal_have_room_and_the_narrowest_place_is_within_the_range_of
         assert not joined(world, BODY_RADIUS + WIDEST[family] / 2 + ROUNDING, 0.25), world.name
 
 
-def test_every_world_is_of_thick_rectangles_in_the_paper_s_arena():
-    for world in (world for family in FAMILIES_TESTED for world in worlds(family)):
-        assert (world.bounds, world.walled, len(world.circles)) == ((0.0, 0.0, SIDE, SIDE), True, 0), world.name
-        sizes = np.array([np.ptp(corners, axis=0) for corners in world.polygons])
-        areas = [shapely.Polygon(corners).area for corners in world.polygons]
-        np.testing.assert_allclose(sizes.prod(axis=1), areas)
-        assert sizes.min() >= 0.04 - ROUNDING, world.name
-        # as round numbers as they can be: no two machines may differ in the last bits
-        assert all((np.round(corners, 4) == corners).all() for corners in world.polygons), world.name
-
-
 def joined(world: World, radius: float, reach: float) -> bool:
     """Whether a disc, which need not fit at start and goal, gets from within `reach` of one to as near to the other."""
     free, ends = free_space(world, radius), shapely.points([world.start, world.goal])

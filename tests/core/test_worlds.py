@@ -80,13 +80,6 @@ def test_bad_values_are_refused_and_named():
             world_of(**values)
 
 
-def test_arrays_of_a_world_cannot_be_changed():
-    world = world_of([SQUARE], [[1.5, 0.5, 0.1]], start=(0.1, 0.1))
-    for array in (world.polygons[0], world.circles, world.start):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 0.0
-
-
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(x=st.floats(0, 2), y=st.floats(0, 1))
 def test_the_obstacle_at_a_point_agrees_with_shapely(x, y):
