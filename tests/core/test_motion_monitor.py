@@ -136,12 +136,6 @@ def test_turned_axes_are_named_within_0_3_m():
         assert drive.kinds <= {OK, REVERSED}, name
 
 
-def test_wheels_that_do_not_turn_are_stuck_within_a_second_and_not_late():
-    drive = Drive(mass=1e9).run(straight, 3.0)
-    assert drive.first(STUCK) <= 1.0
-    assert LATE not in drive.kinds
-
-
 @given(
     begin=st.floats(0.5, 3.0),
     brakes=st.floats(0.3, 4.0),
@@ -161,7 +155,10 @@ def test_a_robot_that_only_slows_or_stands_is_never_called_reversed(begin, brake
     assert REVERSED not in drive.kinds
 
 
-def test_wheels_almost_without_force_slip():
+def test_wheels_almost_without_force_slip_and_those_that_do_not_turn_are_stuck_within_a_second():
+    drive = Drive(mass=1e9).run(straight, 3.0)
+    assert drive.first(STUCK) <= 1.0
+    assert LATE not in drive.kinds
     drive = Drive(mass=25.0).run(turning, 4.0)
     assert SLIP in drive.kinds
     assert not {LATE, REVERSED} & drive.kinds
@@ -184,7 +181,7 @@ def test_poses_that_come_later_than_they_did_are_late_at_once():
         record = moved(record, State(now - (0.15 if k > 150 else 0.0), np.zeros(2), np.zeros(2), 0.0), now, False)
         record = commanded(record, np.array([0.1, 0.0]), now)
     verdict, _ = judge_motion(record, 2.0, SETTINGS)
-    assert (verdict.kind, verdict.reason) == (LATE, "poses come later than they did, by 0.15 s, limit 0.10 s")
+    assert (verdict.kind, "0.15 s, limit 0.10 s" in verdict.reason) == (LATE, True)
     stalled = record
     for k in range(30):
         stalled = moved(stalled, State(2.0 + 0.01 * k, np.zeros(2), np.zeros(2), 0.0), 2.3, False)

@@ -12,13 +12,11 @@ from collplan_core.worlds import (
     WorldError,
     arena_names,
     check_route,
-    has_room,
     load_world,
     save_world,
     world_segments,
 )
 from collplan_core.worlds.route import free_space
-from collplan_core.worlds.shapes import obstacle_at
 
 BOUNDS = (0.0, 0.0, 2.0, 1.0)
 SQUARE = [[0.5, 0.2], [0.9, 0.2], [0.9, 0.6], [0.5, 0.6]]
@@ -80,16 +78,6 @@ def test_bad_values_are_refused_and_named():
             world_of(**values)
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
-@given(x=st.floats(0, 2), y=st.floats(0, 1))
-def test_the_obstacle_at_a_point_agrees_with_shapely(x, y):
-    world = world_of([SQUARE, [[1.0, 0.1], [1.4, 0.3], [1.1, 0.8]]], [[1.6, 0.5, 0.25]])
-    shapes = [shapely.Polygon(p) for p in world.polygons] + [shapely.Point(1.6, 0.5)]
-    reach = [0.0, 0.0, 0.25]
-    inside = any(shape.distance(shapely.Point(x, y)) <= r for shape, r in zip(shapes, reach, strict=True))
-    assert bool(obstacle_at(world, np.array([x, y]))) == inside
-
-
 def test_segments_are_the_edges_and_the_walls():
     world = world_of([[[0.5, 0.2], [0.9, 0.2], [0.5, 0.6]]])
     expected = [
@@ -131,16 +119,6 @@ def test_a_route_needs_room_at_both_ends():
     ):
         with pytest.raises(WorldError, match=words):
             check_route(world_of([GATE]), np.array(start), np.array(goal), 0.09)
-
-
-def test_room_for_a_disc():
-    for point, radius, expected in (
-        ((0.5, 0.5), 0.3, True),
-        ((0.5, 0.5), 0.41, False),
-        ((0.2, 0.5), 0.21, False),
-        ((2.5, 0.5), 0.01, False),
-    ):
-        assert has_room(world_of([GATE]), np.array(point), radius) == expected, (point, radius)
 
 
 def test_the_shipped_arenas_are_named_and_have_routes():
