@@ -1,7 +1,5 @@
 """The maneuver-switching controller over hand-made plans. Paper: III-B."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -92,17 +90,6 @@ def test_a_released_contact_does_not_engage_again():
     assert command.maneuver == FREE_SPACE
     command, _ = step(memory, plan, (0.25, 0.06), now=1.0)
     assert command.maneuver == FREE_SPACE
-
-
-def test_the_printed_rule_can_be_chosen_and_tells_left_from_right():
-    for side, as_printed in [(1.0, FLOW_THROUGH), (-1.0, BOUNDARY_FOLLOWING)]:
-        plan = plan_to((0.4, 0.0))
-        bow = 0.1 * side * np.sin(np.pi * np.linspace(0.0, 1.0, 64))
-        plan = replace(plan, positions=plan.positions + np.stack([np.zeros(64), bow], axis=1))
-        near = (0.25, 0.09 * side)
-        printed = SETTINGS.with_values({"controller.maneuver_rule": "printed"})
-        assert step(ControllerMemory(), plan, near)[0].maneuver == FLOW_THROUGH, (side, as_printed)
-        assert step(ControllerMemory(), plan, near, settings=printed)[0].maneuver == as_printed, (side, as_printed)
 
 
 @settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)

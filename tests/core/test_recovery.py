@@ -161,7 +161,7 @@ def test_a_hand_that_pushes_is_no_robot_that_is_stuck():
         robot.loop.take_hand()
     assert robot.warnings == []
     robot.stays(1.0)
-    assert len(robot.warnings) == 1, "the planner's own commands count again"
+    assert len(robot.warnings) == 1
 
 
 coordinates = st.floats(-1.0, 1.0)

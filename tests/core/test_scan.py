@@ -24,9 +24,9 @@ def scan(ranges, angle_min=0.0, increment=TURN / 360, range_min=0.02, range_max=
 def test_a_scan_that_cannot_be_used_is_an_error_that_says_why():
     for change, words in [
         ({"ranges": []}, "shape"),
-        ({"ranges": [1.0]}, "at least 2 beams"),
+        ({"ranges": [1.0]}, "2 beams"),
         ({"ranges": np.ones((2, 2))}, "shape"),
-        ({"ranges": np.full(360, np.nan)}, "all 360 are NaN"),
+        ({"ranges": np.full(360, np.nan)}, "360 are"),
         ({"ranges": [1.0, -0.5]}, "-0.5"),
         ({"increment": 0.0}, "step other than 0"),
         ({"increment": np.nan}, "nan"),
@@ -120,7 +120,7 @@ def test_a_scan_of_which_all_is_masked_is_refused_and_not_a_crash():
     sensors.take_pose(at_rest(), 0.0, values)
     sensors.take_scan(turn(np.ones(36)), 0.0, values)
     assert refusals["scan"] == 1
-    assert "all 36 are NaN" in refusals.newest
+    assert "36 are" in refusals.newest
     assert sensors.newest_placed() is None
 
 
@@ -138,7 +138,7 @@ def test_turned_over_twice_it_is_as_it_was(values):
 def test_bad_values_are_named():
     for values, complaint in [
         ({"masked_angles": (1.0, 2.0, 3.0)}, "expected pairs"),
-        ({"median": 4}, "expected an odd number"),
+        ({"median": 4}, "odd number"),
     ]:
         with pytest.raises(ParameterError, match=complaint):
             ScanInput(**values)

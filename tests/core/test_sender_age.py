@@ -71,8 +71,3 @@ def test_a_step_of_the_senders_clock_spoils_one_message_at_most():
         messages = [(0.05 * n + (step if n >= 50 else 0.0), 0.05 * n) for n in range(100)]
         late = [age for age in ages(messages) if age > 0.01]
         assert len(late) == (step < 0), step
-
-
-def test_a_clock_that_is_slow_by_less_than_the_drift_makes_no_age():
-    messages = [(0.05 * n * (1 - 0.9 * DRIFT), 0.05 * n) for n in range(20000)]
-    assert max(ages(messages)) < 1e-4

@@ -34,9 +34,6 @@ TURN = world_of([box(-1.0, 0.2, 0.35, 0.25), box(0.65, -0.5, 0.75, 0.8)])
 AROUND = np.array([-0.2, 0.55])
 TRIED = (25, 13, 12)
 """Velocities tried without a plan in force, and by turns with one."""
-LATER = 0.06
-"""Time by which a plan may promise to arrive later than the one before [s]: a control interval, and what refinement at
-random may miss."""
 STEP_CHANGE = SETTINGS.robot.max_acceleration * STEP
 """Change of velocity within a step [m/s]."""
 UNREFINED = {"time_to_goal__proposals": 0, "time_to_goal__start_proposals": 0}
@@ -132,14 +129,6 @@ def test_refinement_of_a_plan_that_gains_no_more_ends(monkeypatch):
     assert all(count == CHUNK for count, _ in tried)
     assert all(gained > SETTLED for _, gained in tried[:-1])
     assert tried[-1][1] <= SETTLED
-
-
-def test_a_robot_that_does_as_planned_is_there_as_soon_as_planned():
-    """With a strategy that loses nothing by what comes into sight behind the tip."""
-    plans, _ = driven_on(TURN, cheap("tolerate"), cycles=12)
-    promised = [plan.stamp + plan.terms["total"] for plan in plans]
-    assert max(np.diff(promised)) < LATER
-    assert promised[-1] < promised[0] + 0.02
 
 
 EVEN = {

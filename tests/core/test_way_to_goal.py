@@ -120,7 +120,7 @@ def test_solid_that_is_only_inferred_gives_way_before_a_goal_is_given_up():
         memory = remember(memory, local_map, ROBOT, SETTINGS.remembered)
     assert (memory.field.source == INFERRED).any()
     inferred = refined(memory, local_map, start, SETTINGS)
-    assert narrow_way(inferred.field, start, goal, 0.1) is None, "what is inferred leaves no way"
+    assert narrow_way(inferred.field, start, goal, 0.1) is None
     boundaries, _ = way(memory, local_map, start, goal)
     assert not (boundaries.field.source == INFERRED).any()
     assert (boundaries.field.clearance < 0.0).any()
@@ -135,7 +135,7 @@ def test_what_was_seen_is_never_given_up_with_what_is_inferred():
     local_map = map_of(world_of(closed), start)
     memory = remember(None, local_map, ROBOT, SETTINGS.remembered)
     seen_of_it = only_seen(memory, RADIUS).field
-    assert not may_lead(seen_of_it, start, goal, 0.1), "beyond doubt: no finer nodes are needed to say so"
+    assert not may_lead(seen_of_it, start, goal, 0.1)
     assert may_lead(seen_of_it, start, np.array([-0.3, 0.3]), 0.1)
     with pytest.raises(NoPlan, match="closed off"):
         plan_cycle(None, local_map, at_rest(start), goal, BOUNCE)
@@ -149,7 +149,7 @@ def test_a_goal_far_from_all_that_is_known_is_reached_through_a_narrow_gap():
         local_map = map_of(world_of(walls, posts), (0.0, 0.0))
         memory = remember(None, local_map, ROBOT, SETTINGS.remembered)
         paths = shortest_paths(memory.field, np.array(goal), np.zeros(2), SETTINGS)
-        assert not is_reachable(paths, np.zeros(2)), "too narrow for the cells"
+        assert not is_reachable(paths, np.zeros(2))
         boundaries, paths = way(memory, local_map, np.zeros(2), np.array(goal))
         assert is_reachable(paths, np.zeros(2)), goal
         assert boundaries.field.spacing <= 0.004, goal

@@ -51,7 +51,7 @@ def test_bad_values_are_refused_and_named():
         ([[0, 0], [1, 1], [1, 0], [0, 1]], "crosses itself"),
         (pentagram, "crosses itself"),
         ([[0, 0], [1, 0], [2, 0]], "crosses itself"),
-        ([[0, 0], [1, 0]], "got 2 corners"),
+        ([[0, 0], [1, 0]], "2 corners"),
         ([[0, 0], [1, 0], [1, 0], [0, 1]], "equal"),
         ([[0, 0], [1, float("nan")], [0, 1]], "got"),
         ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "got"),
@@ -59,8 +59,8 @@ def test_bad_values_are_refused_and_named():
         (7, "got"),
     )
     fields = (
-        ({"circles": [[0, 0, 1], [0, 0, 0.0]]}, r"circles\[1\].radius: got 0"),
-        ({"circles": [[0, 0, -1]]}, r"circles\[0\].radius: got -1"),
+        ({"circles": [[0, 0, 1], [0, 0, 0.0]]}, r"circles\[1\].radius: .*0"),
+        ({"circles": [[0, 0, -1]]}, r"circles\[0\].radius: .*-1"),
         ({"circles": [[0, 0, np.inf]]}, "circles: got"),
         ({"circles": [[0, 0]]}, "circles: got"),
         ({"bounds": (0, 0, 0, 1)}, "bounds: got.*x_min < x_max"),
@@ -97,7 +97,7 @@ def test_a_route_through_a_gap_depends_on_the_radius():
     world = world_of([GATE])
     start, goal = np.array([0.4, 0.5]), np.array([1.6, 0.5])
     check_route(world, start, goal, 0.099)
-    with pytest.raises(WorldError, match=r"w: goal: .*cannot be reached"):
+    with pytest.raises(WorldError, match=r"goal: .*reached"):
         check_route(world, start, goal, 0.101)
 
 
@@ -105,15 +105,15 @@ def test_without_walls_a_route_may_leave_the_arena():
     closed = [[0.9, -0.1], [1.1, -0.1], [1.1, 1.1], [0.9, 1.1]]
     start, goal = np.array([0.4, 0.5]), np.array([1.6, 0.5])
     check_route(world_of([closed], walled=False), start, goal, 0.1)
-    with pytest.raises(WorldError, match="cannot be reached"):
+    with pytest.raises(WorldError, match="reached"):
         check_route(world_of([closed]), start, goal, 0.1)
 
 
 def test_a_route_needs_room_at_both_ends():
     for start, goal, words in (
         ((0.4, 0.5), (1.0, 0.5), "goal: .*obstacle"),
-        ((0.82, 0.5), (1.6, 0.5), "start: .*too near"),
-        ((0.05, 0.5), (1.6, 0.5), "start: .*too near"),
+        ((0.82, 0.5), (1.6, 0.5), "start: .*near"),
+        ((0.05, 0.5), (1.6, 0.5), "start: .*near"),
         ((1.6, 0.5), (2.5, 0.5), "goal: .*outside"),
         ((np.nan, 0.5), (1.6, 0.5), "start: .*outside"),
     ):
@@ -131,8 +131,8 @@ def test_the_shipped_arenas_are_named_and_have_routes():
 
 def test_a_name_that_means_nothing_is_refused():
     for spec, words in (
-        ("coridor", "unknown, .*random:SEED.* mean .*corridor"),
-        ("randon:3", "unknown.* mean random:SEED"),
+        ("coridor", "unknown.*random:SEED.*corridor"),
+        ("randon:3", "unknown.*random:SEED"),
         ("", "unknown"),
         ("random", "seed '', .*whole"),
         ("random:x", "seed 'x', .*random:7"),
@@ -272,7 +272,7 @@ def test_a_huge_world_is_refused(tmp_path):
     path = tmp_path / "huge.yaml"
     with path.open("wb") as file:
         file.truncate(2_000_000)
-    with pytest.raises(WorldError, match=r"huge\.yaml: got 2000000 .*1048576"):
+    with pytest.raises(WorldError, match=r"huge\.yaml: .*2000000.*1048576"):
         load_world(str(path))
     with pytest.raises(WorldError, match=r"10001, .*10000"):
         World("huge", (), np.ones((10001, 3)), (0.0, 0.0, 2.0, 2.0))
