@@ -212,3 +212,14 @@ def test_the_uncertainty_of_a_lever_is_that_of_many_fits(walk):
     told = np.sqrt(np.mean([fit.uncertainty**2 for fit in fits]))
     # 50 fits of two axes: 10 in 100 is one standard deviation of this ratio
     assert np.sqrt(0.5 * np.mean(np.abs(errors) ** 2)) / told == pytest.approx(1.0, abs=0.3)
+
+
+def test_a_robot_that_is_late_makes_up_for_it_after_the_command():
+    turn = turned(1.0, 0.04)
+    late = [PoseSample(p.stamp, p.position, p.yaw - 0.1) for p in turn.poses]
+    assert fit_turns([replace(turn, poses=late)], LAG).share == pytest.approx(1.0)
+
+
+def test_an_uncertain_heading_makes_the_position_on_the_robot_uncertain():
+    offset = body_offset(AxesFit(0.0, 0.01, 1.0, False), TurnFit(np.array([0.3, 0.4]), 0.012, 1.0, 0.0))
+    assert (offset.position_uncertainty, offset.yaw_uncertainty) == pytest.approx((0.013, 0.01))

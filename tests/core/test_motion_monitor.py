@@ -186,3 +186,12 @@ def test_poses_that_come_later_than_they_did_are_late_at_once():
     for k in range(30):
         stalled = moved(stalled, State(2.0 + 0.01 * k, np.zeros(2), np.zeros(2), 0.0), 2.3, False)
     assert judge_motion(stalled, 2.3, SETTINGS)[0].kind != LATE
+
+
+def test_a_robot_that_begins_to_listen_is_not_late():
+    """An emergency stop was cleared while it was commanded on."""
+    drive = Drive(mass=1e9).run(turning, 3.0)
+    drive.mass = 1.0
+    drive.run(turning, 6.0, begin=3.0)
+    assert LATE not in drive.kinds
+    assert drive.verdicts[-1][1].kind == OK

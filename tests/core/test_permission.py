@@ -99,3 +99,9 @@ def test_goal_is_blocked_where_the_disc_overlaps_what_is_seen(x, y, yaw, off):
 
 def test_goal_near_a_wall_beyond_the_map_is_not_judged_yet():
     assert not is_blocked(np.array([2.0, 0.0]), wall_ahead(2.0), at(1.0), Robot(), LocalMapping())
+
+
+def test_a_larger_margin_lets_a_leap_join():
+    leap = at(5.01, 0.15)
+    assert is_relocated(at(5.0), leap, Robot(), LIMITS, LEAP_MARGIN)
+    assert not is_relocated(at(5.0), leap, Robot(), LIMITS, 0.15)

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Point
 
+from collplan_core.parameters import Robot, Settings
 from collplan_core.plane import nearest_on_segment, rotate, rotate_rows
-from collplan_core.reflection import Ring, rebound, reflect
+from collplan_core.reflection import Ring, believed_ring, rebound, reflect
 from scenes import rotation, unit
 
 # shapely cannot measure segments shorter than 1e-300
@@ -138,3 +139,8 @@ def test_by_hand_a_wall_below():
         ((0.5, -1.0), -0.5, (0.5, 0.7, -0.5)),
     ]:
         np.testing.assert_allclose(reflect(*v, rim, 0.0, 1.0, SHIPPED), after, atol=1e-12)
+
+
+def test_wheels_half_as_heavy_as_the_body_take_a_third():
+    assert believed_ring(Settings(robot=Robot(mass=0.7, wheel_mass=0.35))).body_share == pytest.approx(2.0 / 3.0)
+    assert believed_ring(Settings()).body_share == 1.0

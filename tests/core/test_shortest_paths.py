@@ -139,3 +139,9 @@ def test_a_goal_very_far_away_takes_larger_cells_not_more():
     assert paths.length.size < 70_000
     assert paths.spacing > SETTINGS.time_to_goal.grid_spacing
     assert is_reachable(paths, GOAL)
+
+
+def test_from_where_nothing_is_known_and_the_cells_end_the_way_is_straight():
+    paths = shortest_paths(walls_field(np.zeros((0, 4))), GOAL, np.array([1.0, 0.0]), SETTINGS)
+    assert to_go(paths, (5.0, 5.0), (-0.6, -0.6)) >= np.hypot(5.0, 5.0) / SPEED
+    assert np.isfinite(to_go(paths, (5.0, 5.0)))

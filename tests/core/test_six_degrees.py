@@ -115,8 +115,8 @@ def test_a_flip_is_one_wherever_the_markers_sit():
             assert result.refused == "yaw", offset
 
 
-def test_tipped_or_lifted_is_refused_for_as_long_as_it_lasts():
-    for fault, reason in [((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height")]:
+def test_tipped_lifted_or_let_down_is_refused_for_as_long_as_it_lasts():
+    for fault, reason in [((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height"), ((0.0, -0.1, 0.0), "height")]:
         _, memory = feed(upright(30))
         results, memory = feed([fault] * 1000, memory, 30)
         assert refusals(results) == {reason}, (fault, reason)

@@ -164,3 +164,13 @@ def test_low_cost_is_the_shipped_record():
     assert scan.time_increment * len(scan.ranges) == pytest.approx(LD19.sweep_time)
     assert scan.angle_increment * len(scan.ranges) == pytest.approx(tau)
     assert sweeps_of(room(), Lidar(), 0) is None
+
+
+def test_the_yaw_between_poses_goes_the_shortest_way():
+    def turning(stamp):
+        return State(stamp, np.zeros(2), np.zeros(2), (3.0 + 3.0 * stamp + pi) % tau - pi)
+
+    scan = scans_of(Sweeps(room(), EXACT, Lidar(), 0), np.arange(0.0, 0.2, 0.01), turning)[0][1]
+    angles = scan.angles + 3.0 + 3.0 * EXACT.beam_times(scan.stamp)
+    expected = 3.0 / np.maximum(abs(np.cos(angles)), abs(np.sin(angles)))
+    np.testing.assert_allclose(scan.ranges, expected, rtol=1e-9)

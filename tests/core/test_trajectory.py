@@ -100,3 +100,9 @@ def test_by_hand_waypoints():
     np.testing.assert_allclose(control, [[0.0, 0.0], [0.0, 0.2], [0.7, 0.0], [1.0, 0.0]])
     even = chord_waypoints(ZERO, np.array([0.9, 0.0]))
     np.testing.assert_allclose(even, [[0.0, 0.0], [0.3, 0.0], [0.6, 0.0], [0.9, 0.0]])
+
+
+def test_by_hand_from_rest_to_rest_takes_the_time_the_acceleration_asks_for():
+    """0.6 m with handles of zero length: the second derivative is 6 * 0.6 m at the ends, T = sqrt(3.6 / 3) s."""
+    _, duration = trajectory(ZERO, ZERO, np.array([0.6, 0.0]), ZERO)
+    assert duration == pytest.approx(np.sqrt(6 * 0.6 / A_MAX))

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Robot
-from collplan_core.velocity_law import command_lead, velocity_after, velocity_law
+from collplan_core.velocity_law import SHORTEST_LAG, command_lead, velocity_after, velocity_law
 from scenes import rotation, unit
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
@@ -77,3 +77,9 @@ def test_the_lead_is_what_the_command_was_ahead_by(lead, duration):
     found = command_lead(LAW, change, duration)
     assert found <= lead + 1e-5
     np.testing.assert_allclose(after((0.0, 0.0), (found, 0.0), duration)[0], change, atol=1e-5)
+
+
+def test_no_lag_at_all_is_a_very_short_one():
+    law = velocity_law(Robot(velocity_lag=0.0))
+    assert law.lag == SHORTEST_LAG
+    np.testing.assert_allclose(after((0.0, 0.0), (0.1, 0.0), 0.1, law), (0.1, 0.0), atol=1e-9)

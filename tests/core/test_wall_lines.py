@@ -175,3 +175,11 @@ def test_a_last_beam_that_repeats_the_first_changes_nothing(world, noise, seed, 
     found = on_wall_lines(replace(scan, ranges=np.append(scan.ranges, again)))
     np.testing.assert_array_equal(found.ranges[:-1], on_wall_lines(scan).ranges)
     assert found.ranges[-1] == again
+
+
+def test_too_few_hits_say_nothing():
+    ranges = np.full(360, np.inf)
+    ranges[:41] = 1.0 + 0.01 * np.random.default_rng(0).standard_normal(41)
+    scan = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, ranges)
+    assert range_noise(scan) == 0.0
+    assert on_wall_lines(scan) is scan
