@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -10,9 +9,8 @@ from collplan_core.local_map import build_local_map
 from collplan_core.paper_planner.plan_cycle import plan_cycle
 from collplan_core.parameters import Settings, Weights
 from collplan_core.plan import NoPlan
-from collplan_core.planners import planner_for
 from collplan_core.strategies import PAPER_WEIGHTS, weights_of
-from collplan_core.worlds import World, load_world
+from collplan_core.worlds import World
 from scenes import (
     ROBOT,
     SETTINGS,
@@ -52,7 +50,14 @@ def is_close_call(plan) -> bool:
     return (len(costs) > 1 and np.diff(np.sort(costs)[:2])[0] < 1e-5) or at_corner.any()
 
 
-def assert_moves_with_the_world(seed, strategy, quarter, mirror) -> None:
+@settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    strategy=st.sampled_from(sorted(PAPER_WEIGHTS)),
+    quarter=st.integers(0, 3),
+    mirror=st.booleans(),
+)
+def test_the_cycle_moves_with_the_world(seed, strategy, quarter, mirror):
     rng = np.random.default_rng(seed)
     world, goal, velocity, shift = uneven_world(rng), *rng.uniform(-1.0, 1.0, (3, 2)) * [[4.0], [0.8], [4.0]]
     # which hit beside a corner ends a wall's piece is a matter of order, and so of the mirror, within this tolerance
@@ -79,29 +84,7 @@ def assert_moves_with_the_world(seed, strategy, quarter, mirror) -> None:
         assert other.terms[name] == pytest.approx(value, abs=1e-6)
 
 
-MOVES = {
-    "seed": st.integers(0, 2**32 - 1),
-    "strategy": st.sampled_from(sorted(PAPER_WEIGHTS)),
-    "quarter": st.integers(0, 3),
-    "mirror": st.booleans(),
-}
-
-
-@settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
-@given(**MOVES)
-def test_the_cycle_moves_with_the_world(**case):
-    assert_moves_with_the_world(**case)
-
-
-@pytest.mark.soak
-@pytest.mark.timeout(900)
-@settings(derandomize=True, deadline=None, max_examples=3000, print_blob=True)
-@given(**MOVES)
-def test_the_cycle_moves_with_the_world_in_many_more_cases(**case):
-    assert_moves_with_the_world(**case)
-
-
-@settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+@settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
 @given(world=cluttered_worlds(), goal=GOALS, velocity=VELOCITIES, strategy=st.sampled_from(sorted(PAPER_WEIGHTS)))
 def test_a_plan_is_a_sound_reference(world, goal, velocity, strategy):
     chosen = SETTINGS.with_values({"planner.strategy": strategy})
@@ -121,6 +104,10 @@ def test_a_plan_is_a_sound_reference(world, goal, velocity, strategy):
     assert np.hypot(*changes.T).max() <= most * (1 + 1e-3)
     assert 1 <= len(plan.candidates.costs) <= plan.n_before_pruning
     assert plan.terms["total"] <= plan.candidates.costs.min() + 1e-2
+    terms, weights = plan.terms, weights_of(chosen)
+    assert terms["risk"] == pytest.approx(terms["collision_risk"] + terms["gap_risk"] + terms["approach_risk"])
+    parts = [weights.position * terms["position"], weights.risk * terms["risk"], weights.velocity * terms["velocity"]]
+    assert terms["total"] == pytest.approx(sum(parts))
 
 
 def test_a_goal_in_free_space_is_the_aim_and_the_end():
@@ -131,18 +118,6 @@ def test_a_goal_in_free_space_is_the_aim_and_the_end():
     np.testing.assert_allclose(plan.velocities[-1], 0.0, atol=1e-12)
     # and what comes next is not held against it
     assert np.isnan(memory.aim).all()
-
-
-def test_a_closed_room_has_no_plan_and_says_why():
-    world = world_of(bounds=(-0.4, -0.4, 0.4, 0.4), walled=True)
-    with pytest.raises(NoPlan, match="no frontier"):
-        cycle(world, at_rest(), np.array([2.0, 0.0]))
-
-
-def test_in_the_open_the_way_is_straight_on():
-    for angle in np.linspace(0.0, 6.0, 7):
-        plan, _ = cycle(world_of(), at_rest(), 3.0 * unit(angle))
-        assert np.arccos(plan.aim @ unit(angle) / np.hypot(*plan.aim)) < np.radians(6.0)
 
 
 def test_by_hand_a_previous_plan_to_the_other_side_makes_turning_back_cost():
@@ -174,28 +149,9 @@ def test_the_strategies_of_the_paper_have_its_weights():
         "low_risk": (100.0, 0.0),
     }
     assert len({w.position for w in weights.values()}) == 1
-
-
-def test_custom_takes_the_weights_group_and_a_named_strategy_does_not():
     own = Settings(weights=Weights(1.0, 2.0, 3.0))
     assert weights_of(own) == Weights(**PAPER_WEIGHTS["harness"])
     assert weights_of(own.with_values({"planner.strategy": "custom"})) == Weights(1.0, 2.0, 3.0)
-
-
-def test_an_unknown_strategy_is_named():
-    with pytest.raises(ValueError, match="'reckless', expected one of harness, high_risk, low_risk, custom"):
-        planner_for("reckless")
-
-
-def test_low_risk_keeps_away_from_a_narrow_gap_that_high_risk_takes():
-    """Ahead a gap of 0.26 m, to the left and behind all open: the risk weight decides."""
-    world = world_of([box(0.25, 0.13, 0.45, 0.35), box(0.25, -3.0, 0.45, -0.13)])
-    aims = {}
-    for strategy in ("high_risk", "low_risk"):
-        chosen = SETTINGS.with_values({"planner.strategy": strategy, "planner.position_pruning": False})
-        aims[strategy] = cycle(world, at_rest(), np.array([2.0, 0.0]), chosen)[0].aim
-    assert abs(aims["high_risk"][1]) < 0.1
-    assert aims["low_risk"][1] > 0.2
 
 
 SCENE = world_of([box(0.2, -0.05, 0.3, 0.25), box(0.5, -3.0, 0.6, 0.1), box(-0.3, 0.4, 0.1, 0.5)])
@@ -210,9 +166,8 @@ def fingerprint(values: dict, strategy: str) -> tuple:
     return (*(tuple(part.round(9)) for part in parts), round(plan.times[-1], 9), plan.n_before_pruning)
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
+def test_every_choice_by_name_has_its_effect():
+    for key, value in [
         ("position_cost", "printed"),
         ("turn_angle", "printed"),
         ("gap_risk", "printed"),
@@ -226,10 +181,8 @@ def fingerprint(values: dict, strategy: str) -> tuple:
         ("time_law", "printed"),
         ("position_pruning", False),
         ("velocity_pruning", False),
-    ],
-)
-def test_every_choice_by_name_has_its_effect(key, value):
-    assert fingerprint({f"planner.{key}": value}, "harness") != fingerprint({}, "harness")
+    ]:
+        assert fingerprint({f"planner.{key}": value}, "harness") != fingerprint({}, "harness"), (key, value)
 
 
 def test_the_tie_rule_decides_where_velocity_has_no_weight():
@@ -240,22 +193,3 @@ def test_the_tie_rule_decides_where_velocity_has_no_weight():
         aims.append(cycle(world_of(), state, goal, chosen)[0].aim_velocity)
     assert np.hypot(*aims[0]) == pytest.approx(ROBOT.max_speed)
     assert not aims[1].any()
-
-
-@pytest.mark.parametrize("strategy", sorted(PAPER_WEIGHTS))
-@pytest.mark.parametrize("name", ["corridor", "l_corridor", "slalom"])
-def test_a_plan_from_the_start_of_each_arena(name, strategy):
-    world = load_world(name)
-    chosen = SETTINGS.with_values({"planner.strategy": strategy})
-    state, weights = at_rest(world.start), weights_of(chosen)
-    local_map = map_of(world, world.start)
-    plan, memory = plan_cycle(None, local_map, state, world.goal, chosen)
-    # from where the robot is to a frontier, at a price that its terms add up to
-    np.testing.assert_allclose(plan.positions[[0, -1]], [world.start, plan.aim], atol=1e-12)
-    frontiers = shapely.multilinestrings(shapely.linestrings(local_map.segments.reshape(-1, 2, 2)))
-    assert shapely.distance(frontiers, shapely.Point(plan.aim)) < 1e-9
-    terms = plan.terms
-    assert terms["risk"] == pytest.approx(terms["collision_risk"] + terms["gap_risk"] + terms["approach_risk"])
-    parts = [weights.position * terms["position"], weights.risk * terms["risk"], weights.velocity * terms["velocity"]]
-    assert terms["total"] == pytest.approx(sum(parts))
-    np.testing.assert_array_equal(memory.aim, plan.aim)

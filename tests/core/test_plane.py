@@ -1,4 +1,4 @@
-"""Rotation and the nearest point of a segment."""
+"""Rotation, the nearest point of a segment, and the rebound of the disc: bounds, limits and symmetries."""
 
 import math
 
@@ -8,7 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Point
 
+from collplan_core.parameters import Robot, Settings
 from collplan_core.plane import nearest_on_segment, rotate, rotate_rows
+from collplan_core.reflection import Ring, believed_ring, rebound, reflect
+from scenes import rotation, unit
 
 # shapely cannot measure segments shorter than 1e-300
 numbers = st.floats(-10.0, 10.0).map(lambda number: round(number, 9))
@@ -46,3 +49,98 @@ def test_nothing_of_a_segment_is_nearer_than_its_nearest_point(ax, ay, bx, by, x
 
 def test_a_segment_of_one_point_is_that_point():
     assert nearest_on_segment(1.0, 2.0, 1.0, 2.0, 5.0, 5.0) == (1.0, 2.0)
+
+
+velocities = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)).map(np.array)
+angles = st.floats(-np.pi, np.pi)
+shares = st.floats(0.0, 1.0)
+rims = st.floats(-1.0, 1.0)
+rings = st.builds(Ring, shares, st.floats(0.0, 2.0), st.floats(0.05, 0.5), st.just(1.0))
+QUICK = settings(derandomize=True, deadline=None, max_examples=50, print_blob=True)
+SHIPPED = Ring(0.7, 0.12, 1.0 / 3.0)
+
+
+def parts(v, rim, normal, ring):
+    """Speed out of the boundary, along it, and that of the rim by spin, after a hit; and how the rim slips then."""
+    vx, vy, after = reflect(*v, rim, *normal, ring)
+    tangent = rotation(np.pi / 2) @ normal
+    along = np.array([vx, vy]) @ tangent
+    return np.array([vx, vy]) @ normal, along, after, along - after
+
+
+def incoming(v, normal):
+    return normal if v @ normal <= 0.0 else -normal
+
+
+def energy(v, rim, ring):
+    """Twice the energy over the mass; I / r^2 = m f / (1 - f)."""
+    return v[0] ** 2 + v[1] ** 2 + ring.inertia_factor / (1.0 - ring.inertia_factor) * rim**2
+
+
+@QUICK
+@given(v=velocities, rim=rims, normal=angles.map(unit), ring=rings)
+def test_energy_never_grows_and_the_speed_into_the_boundary_comes_back_by_its_share(v, rim, normal, ring):
+    after = reflect(*v, rim, *normal, ring)
+    assert energy(after[:2], after[2], ring) <= energy(v, rim, ring) * (1 + 1e-12) + 1e-15
+    assert np.array(after[:2]) @ normal == pytest.approx(-ring.restitution * (v @ normal), abs=1e-12)
+
+
+@QUICK
+@given(v=velocities, rim=rims, normal=angles.map(unit), ring=rings)
+def test_friction_opposes_the_slip_stays_within_the_cone_and_at_most_stops_it(v, rim, normal, ring):
+    normal = incoming(v, normal)
+    tangent = rotation(np.pi / 2) @ normal
+    _, along, _, slip_after = parts(v, rim, normal, ring)
+    slip, change = v @ tangent - rim, along - v @ tangent
+    assert change * slip <= 1e-12
+    assert abs(change) <= ring.friction * (1.0 + ring.restitution) * abs(v @ normal) + 1e-12
+    assert slip_after * slip >= -1e-9
+    assert abs(slip_after) <= abs(slip) + 1e-12
+
+
+@QUICK
+@given(v=velocities, rim=rims, normal=angles.map(unit), ring=rings)
+def test_the_angular_momentum_about_the_point_touched_stays(v, rim, normal, ring):
+    normal = incoming(v, normal)
+    tangent = rotation(np.pi / 2) @ normal
+    _, along, after, _ = parts(v, rim, normal, ring)
+    share = ring.inertia_factor / (1.0 - ring.inertia_factor)
+    assert along + share * after == pytest.approx(v @ tangent + share * rim, abs=1e-11)
+
+
+@QUICK
+@given(v=velocities, rim=rims, normal=angles.map(unit), ring=rings, turn=angles, mirror=st.booleans())
+def test_it_turns_and_mirrors_with_the_world(v, rim, normal, ring, turn, mirror):
+    move, way = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0]), -1.0 if mirror else 1.0
+    vx, vy, after = reflect(*v, rim, *normal, ring)
+    moved = reflect(*(move @ v), way * rim, *(move @ normal), ring)
+    np.testing.assert_allclose(moved[:2], move @ np.array([vx, vy]), atol=1e-12)
+    assert moved[2] == pytest.approx(way * after, abs=1e-11)
+
+
+@QUICK
+@given(v=velocities, normal=angles.map(unit), ring=rings, share=st.floats(0.1, 1.0))
+def test_wheels_that_a_hit_does_not_stop_take_a_share_of_its_change(v, normal, ring, share):
+    change = rebound(v, normal, ring) - v
+    np.testing.assert_allclose(rebound(v, normal, ring._replace(body_share=share)), v + share * change, atol=1e-12)
+
+
+def test_by_hand_a_wall_below():
+    for v, rim, after in [
+        # it slides: 0.12 * 1.7 of the speed into the wall is taken from that along it, and spins it by twice that
+        ((1.0, -1.0), 0.0, (0.796, 0.7, -0.408)),
+        ((-1.0, -1.0), 0.0, (-0.796, 0.7, 0.408)),
+        # steep: it grips, a third of the slip is taken
+        ((0.3, -1.0), 0.0, (0.2, 0.7, -0.2)),
+        ((0.0, -1.0), 0.0, (0.0, 0.7, 0.0)),
+        ((1.0, 0.0), 0.0, (1.0, 0.0, 0.0)),
+        # clockwise spin alone drives it along the wall; it rolls where the rim is as fast as the centre
+        ((0.0, -1.0), -0.3, (0.1, 0.7, -0.1)),
+        ((0.5, -1.0), -0.5, (0.5, 0.7, -0.5)),
+    ]:
+        np.testing.assert_allclose(reflect(*v, rim, 0.0, 1.0, SHIPPED), after, atol=1e-12)
+
+
+def test_wheels_half_as_heavy_as_the_body_take_a_third():
+    assert believed_ring(Settings(robot=Robot(mass=0.7, wheel_mass=0.35))).body_share == pytest.approx(2.0 / 3.0)
+    assert believed_ring(Settings()).body_share == 1.0

@@ -77,23 +77,15 @@ def test_straight_drive_is_exact(angle, speed, begin):
     assert not any(r.refused or r.relocated or r.impact is not None for r in results)
 
 
-def test_velocity_is_that_of_half_a_window_ago():
-    """At a constant acceleration a line's slope is the velocity at the middle of its window, 30 ms ago."""
-    t = PERIOD * np.arange(40)
-    results, _ = feed(np.column_stack([0.5 * 1.5 * t**2, 0.0 * t]))
-    for time, result in zip(t[6:], results[6:], strict=True):
-        assert result.state.velocity[0] == pytest.approx(1.5 * (time - 0.03), abs=1e-9)
-
-
-@pytest.mark.parametrize("spin", [0.0, 2.5, -8.0])
-def test_yaw_rate_goes_through_half_a_turn(spin):
+def test_yaw_rate_goes_through_half_a_turn():
     """As the velocity, it has no error at a constant rate, and is there with the first one."""
-    memory = FRESH
-    for k in range(100):
-        sample = PoseSample(k * PERIOD, np.zeros(2), math.remainder(3.0 + spin * k * PERIOD, math.tau))
-        result, memory = filter_pose(memory, sample, sample.stamp, SETTINGS)
-        assert result.state is None or result.yaw_rate == pytest.approx(spin, abs=1e-9)
-    assert result.state is not None
+    for spin in [0.0, 2.5, -8.0]:
+        memory = FRESH
+        for k in range(100):
+            sample = PoseSample(k * PERIOD, np.zeros(2), math.remainder(3.0 + spin * k * PERIOD, math.tau))
+            result, memory = filter_pose(memory, sample, sample.stamp, SETTINGS)
+            assert result.state is None or result.yaw_rate == pytest.approx(spin, abs=1e-9), spin
+        assert result.state is not None, spin
 
 
 def test_deviations_are_those_of_noise():
@@ -109,20 +101,6 @@ def test_deviations_are_those_of_noise():
     np.testing.assert_allclose(np.std(found, axis=0), [said.velocity, said.velocity, said.yaw_rate], rtol=0.1)
 
 
-def test_noise_of_the_velocity():
-    """7 poses, 2 mm: the slope of a line through n poses has the deviation sigma sqrt(12 / (n (n^2 - 1))) / period."""
-    results, _ = feed(noisy(np.zeros((4000 if COMPILED else 300, 2)), seed=1))
-    velocities = np.array([r.state.velocity for r in results[6:]])
-    assert velocities.std() == pytest.approx(0.002 / PERIOD * math.sqrt(12 / (7 * 48)), rel=0.1)
-    assert velocities.std() < 0.05
-
-
-def test_low_rate_still_gives_a_velocity():
-    points = np.column_stack([0.1 * np.arange(10), np.zeros(10)])
-    results, _ = feed(points, period=0.1)
-    np.testing.assert_allclose(results[-1].state.velocity, [1.0, 0.0], atol=1e-9)
-
-
 def test_silence_begins_the_window_anew():
     results, memory = feed(line(20, (1.0, 0.0)))
     late = line(10, (0.0, 0.5), (0.4, 0.0))
@@ -135,20 +113,13 @@ def test_silence_begins_the_window_anew():
 # ---- hits
 
 
-@pytest.mark.parametrize("deviation", [0.0, 0.0002, 0.002])
-def test_no_false_hit_in_hard_driving(deviation):
-    config = SETTINGS.with_values({"mocap.position_noise": max(deviation, 1e-5)})
-    points = driven(MINUTE, seed=11)
-    results, _ = feed(noisy(points, 12, deviation), config=config)
-    assert [r.impact for r in results if r.impact is not None] == []
-    assert not any(r.refused for r in results)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("seed", range(4))
-def test_no_false_hit_in_half_an_hour_each(seed):
-    results, _ = feed(noisy(driven(30 * MINUTE, seed=seed), 100 + seed))
-    assert [r.impact for r in results if r.impact is not None] == []
+def test_no_false_hit_in_hard_driving():
+    for deviation in [0.0, 0.0002, 0.002]:
+        config = SETTINGS.with_values({"mocap.position_noise": max(deviation, 1e-5)})
+        points = driven(MINUTE, seed=11)
+        results, _ = feed(noisy(points, 12, deviation), config=config)
+        assert [r.impact for r in results if r.impact is not None] == [], deviation
+        assert not any(r.refused for r in results), deviation
 
 
 def hits_found(change, deviation, seed):
@@ -172,21 +143,17 @@ def hits_found(change, deviation, seed):
 
 
 @pytest.mark.skipif(not COMPILED, reason="enough hits for a share take too long without the compiler")
-@pytest.mark.parametrize(
-    ("change", "deviation", "found", "delay", "error"),
-    [
+def test_hits_are_found_once_and_soon():
+    for change, deviation, found, delay, error in (
         (0.3, 0.0002, 0.95, 0.04, 0.1),
         (0.6, 0.002, 0.95, 0.045, 0.25),
-        (1.0, 0.002, 1.0, 0.03, 0.35),
         (1.8, 0.002, 1.0, 0.03, 0.4),
-    ],
-)
-def test_hits_are_found_once_and_soon(change, deviation, found, delay, error):
-    delays, errors, false = hits_found(change, deviation, seed=5)
-    assert false == 0
-    assert np.isfinite(delays).mean() >= found
-    assert np.median(delays) <= delay
-    assert np.median(errors) <= error
+    ):
+        delays, errors, false = hits_found(change, deviation, seed=5)
+        assert false == 0, change
+        assert np.isfinite(delays).mean() >= found, change
+        assert np.median(delays) <= delay, change
+        assert np.median(errors) <= error, change
 
 
 def test_velocity_after_a_hit_forgets_the_one_before():
@@ -226,46 +193,7 @@ def test_detection_can_be_switched_off():
     assert all(r.impact is None for r in results)
 
 
-@given(angle=st.floats(0.0, 6.3), mirrored=st.booleans(), shift=st.floats(-10.0, 10.0))
-@settings(derandomize=True, deadline=None, max_examples=8)
-def test_turned_and_mirrored_poses_give_turned_and_mirrored_hits(angle, mirrored, shift):
-    c, s = math.cos(angle), math.sin(angle)
-    turn = np.array([[c, -s], [s, c]]) @ np.diag([1.0, -1.0 if mirrored else 1.0])
-    points = noisy(np.concatenate([line(30, (1.0, 0.2)), line(10, (-0.6, 0.2), (0.3, 0.06))]), 3)
-    plain, _ = feed(points)
-    turned, _ = feed(points @ turn.T + shift)
-    for a, b in zip(plain, turned, strict=True):
-        assert (a.impact is None) == (b.impact is None)
-        if a.impact is not None:
-            np.testing.assert_allclose(turn @ a.impact.change, b.impact.change, atol=1e-6)
-            np.testing.assert_allclose(turn @ a.impact.center + shift, b.impact.center, atol=1e-6)
-            assert a.impact.time == pytest.approx(b.impact.time, abs=1e-6)
-        if a.state is not None:
-            np.testing.assert_allclose(turn @ a.state.velocity, b.state.velocity, atol=1e-6)
-
-
 # ---- refusals
-
-
-def test_leap_is_refused_and_the_track_goes_on():
-    points = line(30, (1.0, 0.0))
-    points[20] += (0.0, 0.5)
-    results, _ = feed(points)
-    assert [k for k, r in enumerate(results) if r.refused] == [20]
-    assert results[20].refused == "leap"
-    np.testing.assert_allclose(results[-1].state.velocity, [1.0, 0.0], atol=1e-9)
-    assert all(r.impact is None for r in results)
-
-
-def test_relocation_is_accepted_after_its_time():
-    _, memory = feed(line(20, (1.0, 0.0)))
-    results, memory = feed(line(70, (0.0, 0.4), (3.0, 1.0)), memory, begin=0.2)
-    assert {r.refused for r in results[:50]} == {"leap"}
-    assert [k for k, r in enumerate(results) if r.relocated] == [50]
-    np.testing.assert_allclose(results[50].state.velocity, [0.0, 0.4], atol=1e-9)
-    assert results[50].carried
-    assert not any(r.refused for r in results[50:])
-    assert all(r.impact is None for r in results)
 
 
 @given(leap=st.floats(0.35, 5.0), speed=st.floats(0.0, 0.2))
@@ -275,7 +203,9 @@ def test_a_leap_does_not_become_motion_by_lasting(leap, speed):
     _, memory = feed(line(20, (0.0, 0.0)))
     results, _ = feed(line(70, (0.0, speed), (leap, 0.0)), memory, begin=0.2)
     assert {r.refused for r in results[:50]} == {"leap"}
-    assert [k for k, r in enumerate(results) if r.carried] == [50]
+    assert [k for k, r in enumerate(results) if r.carried and r.relocated] == [50]
+    np.testing.assert_allclose(results[50].state.velocity, [0.0, speed], atol=1e-9)
+    assert not any(r.refused or r.impact for r in results[50:])
 
 
 @given(distance=st.floats(0.3, 2.0), lasts=st.integers(1, 14))
@@ -287,15 +217,6 @@ def test_a_robot_that_goes_on_after_a_shorter_leap_is_believed_at_once(distance,
     results, _ = feed(np.concatenate([aside, back]), memory, begin=0.2)
     assert results[0].refused == "leap"
     assert not any(r.refused for r in results[lasts:])
-
-
-@given(hidden=st.integers(1, 200), share=st.floats(0.0, 0.99), speed=st.floats(0.0, 1.2))
-@settings(derandomize=True, deadline=None, max_examples=30)
-def test_a_robot_that_drove_while_nothing_was_seen_was_not_carried(hidden, share, speed):
-    _, memory = feed(line(20, (0.0, 0.0)))
-    elsewhere = share * SETTINGS.robot.max_speed * hidden * PERIOD
-    results, _ = feed(line(70, (0.0, speed), (elsewhere, 0.0)), memory, begin=0.2 + PERIOD * (hidden - 1))
-    assert not any(r.refused or r.carried for r in results)
 
 
 @given(periods=st.integers(2, 200), speed=st.floats(0.0, 1.2))
@@ -349,51 +270,35 @@ def test_stamp_far_ahead_buys_no_leap():
     assert filter_pose(memory, sample, 0.2, SETTINGS)[0].refused == "leap"
 
 
-@pytest.mark.parametrize("stamp", [0.19, 0.1, -7.0])
-def test_stamp_that_does_not_rise_is_refused(stamp):
-    _, memory = feed(line(20, (0.0, 0.0)))
-    results, memory = feed([(0.0, 0.0)], memory, begin=stamp)
-    assert results[0].refused == "stamp"
-    results, _ = feed([(0.0, 0.0)], memory, begin=0.2)
-    assert results[0].refused == ""
+def test_stamp_that_does_not_rise_is_refused():
+    for stamp in [0.19, 0.1, -7.0]:
+        _, memory = feed(line(20, (0.0, 0.0)))
+        results, memory = feed([(0.0, 0.0)], memory, begin=stamp)
+        assert results[0].refused == "stamp", stamp
+        results, _ = feed([(0.0, 0.0)], memory, begin=0.2)
+        assert results[0].refused == "", stamp
 
 
-def test_motion_capture_that_restarts_is_accepted_after_its_time():
-    _, memory = feed(line(20, (0.0, 0.0)), begin=100.0)
-    results, _ = feed(line(60, (0.0, 0.0)), memory, begin=0.0)
-    assert [k for k, r in enumerate(results) if r.relocated] == [50]
-    assert not any(r.carried for r in results)
-    assert results[-1].state is not None
-
-
-@pytest.mark.parametrize("field", range(4))
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_not_finite_is_refused_without_a_trace(field, value):
-    fields = [0.2, 0.0, 0.0, 0.0]
-    fields[field] = value
-    stamp, x, y, yaw = fields
-    _, memory = feed(line(20, (0.0, 0.0)))
-    result, after = filter_pose(memory, PoseSample(stamp, np.array([x, y]), yaw), 0.2, SETTINGS)
-    assert (result.state, result.refused, after) == (None, "not_finite", memory)
-
-
-def test_first_pose_not_finite():
-    result, after = filter_pose(FRESH, PoseSample(0.0, np.array([math.nan, 0.0]), 0.0), 0.0, SETTINGS)
-    assert (result.refused, after) == ("not_finite", FRESH)
+def test_not_finite_is_refused_without_a_trace():
+    _, rolling = feed(line(20, (0.0, 0.0)))
+    for value in (math.nan, math.inf, -math.inf):
+        for field in range(6):
+            stamp, x, y, *others = [
+                value if k == field else each for k, each in enumerate((0.2, 0.0, 0.0, 0.0, 0.0, 0.0))
+            ]
+            for memory in (rolling, FRESH):
+                result, after = filter_pose(memory, PoseSample(stamp, np.array([x, y]), *others), 0.2, SETTINGS)
+                assert (result.state, result.refused, after) == (None, "not_finite", memory), (value, field)
 
 
 GOOD = (1.0, (0.5, -0.5, 0.1), (0.0, 0.0, math.sin(0.4), math.cos(0.4)))
 
 
-def test_fields_of_a_pose():
+def test_fields_of_a_pose_and_those_that_are_none():
     sample = check_pose_fields(*GOOD, tolerance=0.01)
-    assert (sample.stamp, sample.position.tolist()) == (1.0, [0.5, -0.5])
-    assert sample.yaw == pytest.approx(0.8)
-
-
-@pytest.mark.parametrize(
-    ("reason", "stamp", "position", "quaternion"),
-    [
+    assert (sample.stamp, sample.position.tolist(), sample.yaw) == (1.0, [0.5, -0.5], pytest.approx(0.8))
+    assert check_pose_fields(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 0.01).yaw == 0.0
+    for reason, stamp, position, quaternion in [
         ("not_finite", math.nan, GOOD[1], GOOD[2]),
         ("not_finite", 1.0, (math.inf, 0.0, 0.0), GOOD[2]),
         ("not_finite", 1.0, (0.0, 0.0, math.nan), GOOD[2]),
@@ -402,22 +307,16 @@ def test_fields_of_a_pose():
         ("quaternion", 1.0, GOOD[1], (0.0, 0.0, 0.0, 0.0)),
         ("quaternion", 1.0, GOOD[1], (0.0, 0.0, 0.0, 1.02)),
         ("quaternion", 1.0, GOOD[1], (1.0, 1.0, 1.0, 1.0)),
-    ],
-)
-def test_fields_that_are_no_pose(reason, stamp, position, quaternion):
-    with pytest.raises(PoseError) as error:
-        check_pose_fields(stamp, position, quaternion, 0.01)
-    assert error.value.reason == reason
+    ]:
+        with pytest.raises(PoseError) as error:
+            check_pose_fields(stamp, position, quaternion, 0.01)
+        assert error.value.reason == reason, (reason, stamp, position, quaternion)
 
 
-def test_origin_is_a_pose():
-    assert check_pose_fields(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 0.01).yaw == 0.0
-
-
-@pytest.mark.parametrize("period", [0.0025, 0.008, 0.03, 0.05, 0.1])
-def test_any_rate(period):
+def test_any_rate():
     """Straight on at any rate of the motion capture: the velocity is right, and nothing is a hit."""
-    points = np.outer(np.arange(40) * period, (0.9, -0.3))
-    results, _ = feed(points, period=period)
-    np.testing.assert_allclose(results[-1].state.velocity, [0.9, -0.3], atol=1e-6)
-    assert all(r.impact is None for r in results)
+    for period in [0.0025, 0.008, 0.03, 0.05, 0.1]:
+        points = np.outer(np.arange(40) * period, (0.9, -0.3))
+        results, _ = feed(points, period=period)
+        np.testing.assert_allclose(results[-1].state.velocity, [0.9, -0.3], atol=1e-6)
+        assert all(r.impact is None for r in results), period

@@ -5,14 +5,10 @@ import pytest
 from hypothesis import given, settings
 
 from collplan_core.local_map.free_space import MAP_BORDER
-from collplan_core.local_map.predicted import PREDICTED
 from collplan_core.local_map.sight import sight_angle
-from scenes import HALF_SIDE, RADIUS, TURN, box, cluttered_worlds, map_of, unit, world_of
+from scenes import HALF_SIDE, RADIUS, box, cluttered_worlds, map_of, unit, world_of
 
 PILLAR, WALL = box(0.2, -0.05, 0.3, 0.05), box(0.5, -3.0, 0.6, 3.0)
-SQUARE_REACH = HALF_SIDE / np.maximum(
-    np.abs(np.cos(TURN * np.arange(360) / 360)), np.abs(np.sin(TURN * np.arange(360) / 360))
-)
 SIGHT_DISTANCE = 0.92 * HALF_SIDE
 
 
@@ -32,43 +28,7 @@ def test_by_hand_a_pillar_alone_predicts_nothing():
     assert len(map_of(world_of([PILLAR])).predicted) == 0
 
 
-def test_by_hand_as_printed_a_pillar_alone_predicts_its_two_tangents():
-    """The shadow edges begin on the arcs around the corners (0.2, +-0.05): there each arc is left along its tangent."""
-    predicted = map_of(world_of([PILLAR]), predicted="printed").predicted
-    assert len(predicted) == 2
-    for (x, y, ex, ey), side in zip(predicted[np.argsort(predicted[:, 1])], (-1.0, 1.0), strict=True):
-        from_corner = np.array([x - 0.2, y - 0.05 * side])
-        assert np.hypot(*from_corner) == pytest.approx(RADIUS, abs=5e-4)
-        assert from_corner @ (ex, ey) == pytest.approx(0.0, abs=5e-4)
-        grazing = side * (np.arctan2(0.05, 0.2) + np.arcsin(RADIUS / np.hypot(0.2, 0.05)))
-        assert np.arctan2(y, x) == pytest.approx(grazing, abs=np.radians(1.0))
-        assert x * ex + y * ey > 0.0, "outward"
-        assert (x * ey - y * ex) * side > 0.0, "on round the pillar"
-
-
-def test_by_hand_as_printed_a_wall_behind_a_pillar_begins_and_the_pillar_ends_at_each_shadow_edge():
-    """The four of the wall as above, and the two tangents of the pillar in front of it."""
-    scene = world_of([PILLAR, WALL])
-    printed = map_of(scene, predicted="printed").predicted
-    assert len(printed) == 6
-    assert np.count_nonzero(np.isclose(printed[:, 0], 0.5 - RADIUS, atol=1e-9)) == 4
-
-
-def test_by_hand_a_corridor_goes_on_at_both_ends_of_both_walls():
-    predicted = map_of(world_of([box(-4.0, 0.2, 4.0, 0.3), box(-4.0, -0.3, 4.0, -0.2)])).predicted
-    assert len(predicted) == 4
-    np.testing.assert_allclose(np.abs(predicted[:, 1]), 0.2 - RADIUS, atol=1e-9)
-    np.testing.assert_allclose(predicted[:, 2], np.sign(predicted[:, 0]), atol=1e-9)
-    np.testing.assert_allclose(predicted[:, 3], 0.0, atol=1e-9)
-
-
-@pytest.mark.parametrize("reading", PREDICTED)
-def test_everything_open_and_a_closed_room_predict_nothing(reading):
-    assert len(map_of(world_of(), predicted=reading).predicted) == 0
-    assert len(map_of(world_of(bounds=(-0.4, -0.4, 0.4, 0.4), walled=True), predicted=reading).predicted) == 0
-
-
-@settings(derandomize=True, deadline=None, max_examples=80, print_blob=True)
+@settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
 @given(world=cluttered_worlds())
 def test_predicted_boundaries_begin_on_f_and_point_out_of_it(world):
     local_map = map_of(world)
@@ -82,7 +42,7 @@ def test_predicted_boundaries_begin_on_f_and_point_out_of_it(world):
         assert not local_map.contains(origin + 0.05 * tangent + np.array([aside, -aside])).all()
 
 
-@settings(derandomize=True, deadline=None, max_examples=80, print_blob=True)
+@settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
 @given(world=cluttered_worlds())
 def test_as_printed_there_is_one_wherever_a_boundary_meets_a_frontier_and_those_that_go_on_are_among_them(world):
     read, printed = map_of(world), map_of(world, predicted="printed")
@@ -98,12 +58,7 @@ def test_as_printed_there_is_one_wherever_a_boundary_meets_a_frontier_and_those_
         assert np.hypot(*line[2:]) == pytest.approx(1.0, abs=1e-9)
         assert np.min(np.hypot(*(printed.border_points - line[:2]).T)) < 1e-9
         if not (read.predicted == line).all(axis=1).any():
-            assert np.min(np.hypot(*(ends - line[:2]).T)) < 1e-9, "the near end of a shadow edge"
-
-
-def test_by_hand_sight_in_the_open_is_the_whole_turn():
-    x, y = 0.5 * unit(0.3)
-    assert sight_angle(SQUARE_REACH, x, y, True, True, SIGHT_DISTANCE) == pytest.approx(TURN, abs=0.04)
+            assert np.min(np.hypot(*(ends - line[:2]).T)) < 1e-9
 
 
 def test_by_hand_sight_is_counted_from_the_bearing_to_the_open_side_alone():
@@ -123,11 +78,3 @@ def test_by_hand_sight_is_contiguous_and_needs_the_whole_distance():
     reach[80] = 0.99 * SIGHT_DISTANCE
     x, y = 0.4 * unit(np.radians(60.0))
     assert sight_angle(reach, x, y, False, True, SIGHT_DISTANCE) == pytest.approx(np.radians(79 - 60))
-
-
-def test_by_hand_the_wider_of_two_openings_has_the_wider_sight():
-    walls = [box(0.25, 0.1, 0.35, 0.3), box(-0.8, -0.35, 0.8, -0.25)]
-    local_map = map_of(world_of(walls))
-    narrow = sight_angle(local_map.reach, *(0.5 * unit(0.0)), True, True, SIGHT_DISTANCE)
-    wide = sight_angle(local_map.reach, *(0.5 * unit(np.radians(120.0))), True, True, SIGHT_DISTANCE)
-    assert 0.0 < narrow < wide

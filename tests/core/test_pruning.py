@@ -1,9 +1,6 @@
 """Both prunings, checked with shapely on maps of drawn worlds. Paper: II-C."""
 
-from dataclasses import replace
-
 import numpy as np
-import pytest
 import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -11,11 +8,11 @@ from hypothesis import strategies as st
 from collplan_core.paper_planner.candidates import sample_positions
 from collplan_core.paper_planner.plan_cycle import plan_cycle
 from collplan_core.paper_planner.pruning import free_sight, prune_directions, prune_positions
-from scenes import SETTINGS, TURN, at_rest, box, cluttered_worlds, free_polygon, map_of, star_map, unit, world_of
+from scenes import SETTINGS, TURN, at_rest, cluttered_worlds, free_polygon, map_of, star_map, unit
 
 D_PRUNE, SPACING = SETTINGS.planner.prune_distance, SETTINGS.planner.frontier_spacing
 GOALS = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).map(np.array)
-QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+QUICK = settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
 
 
 def sampled(local_map) -> tuple[np.ndarray, np.ndarray]:
@@ -53,19 +50,6 @@ def test_a_dropped_frontier_is_stood_for_and_never_all_are_dropped(world, goal):
     assert kept.any()
     closest = min(set(frontier_of), key=lambda i: nearest_to_goal(positions[frontier_of == i], goal))
     assert kept[frontier_of == closest].all()
-    assert_stood_for(local_map, positions, frontier_of, kept, goal)
-
-
-@pytest.mark.soak
-@pytest.mark.timeout(900)
-@settings(derandomize=True, deadline=None, max_examples=3000, print_blob=True)
-@given(world=cluttered_worlds(), goal=GOALS)
-def test_a_dropped_frontier_is_stood_for_in_many_more_cases(world, goal):
-    local_map = map_of(world)
-    assume(len(local_map.segments))
-    positions, frontier_of = sampled(local_map)
-    kept = prune_positions(local_map.border, positions, frontier_of, goal, D_PRUNE)
-    assert kept.any()
     assert_stood_for(local_map, positions, frontier_of, kept, goal)
 
 
@@ -109,13 +93,6 @@ OPEN = star_map(np.full(360, 1.0))
 AHEAD = np.array([3.0, 0.0])
 
 
-def test_by_hand_the_nearer_of_two_neighbours_stands_for_both():
-    positions = np.array([[0.5, 0.0], [0.5, 0.3], [-0.5, 0.0]])
-    kept = prune_positions(OPEN.border, positions, np.array([0, 1, 2]), AHEAD, 0.35)
-    assert kept.tolist() == [True, False, True]
-    assert prune_positions(OPEN.border, positions, np.array([0, 1, 2]), AHEAD, 0.25).all()
-
-
 def test_by_hand_a_dropped_frontier_drops_nobody():
     """Three in a row toward the goal, 0.3 m apart: the middle one is stood for, the last by a dropped one only."""
     positions = np.array([[0.6, 0.0], [0.3, 0.0], [0.0, 0.0]])
@@ -137,17 +114,3 @@ def test_by_hand_directions_out_of_a_vertical_border():
     """Right border of the map, run upward: of eight directions the three with a part to the right stay."""
     kept = prune_directions(np.array([[0.6, -0.6, 0.6, 0.6]]), 8)
     assert np.flatnonzero(kept[0]).tolist() == [0, 1, 7]
-
-
-def test_by_hand_behind_a_pillar_the_space_is_pruned_to_what_leads_on():
-    world = world_of([box(0.2, -0.05, 0.3, 0.05)])
-    local_map, goal = map_of(world), np.array([3.0, 0.0])
-    counts = []
-    for position, velocity in ((True, True), (True, False), (False, True), (False, False)):
-        planner = replace(SETTINGS.planner, position_pruning=position, velocity_pruning=velocity)
-        plan, _ = plan_cycle(None, local_map, at_rest(), goal, replace(SETTINGS, planner=planner))
-        counts.append(len(plan.candidates.costs))
-    both, position_only, velocity_only, none = counts
-    assert both <= min(position_only, velocity_only)
-    assert max(position_only, velocity_only) <= none
-    assert velocity_only < none

@@ -92,40 +92,6 @@ def test_ranges_are_shapely_s(world, position, n, first, span):
     assert_exact(world, scan_at(world, position, n, first, span), position)
 
 
-@pytest.mark.soak
-@settings(derandomize=True, deadline=None, max_examples=2000)
-@given(world=worlds(), position=positions, n=st.integers(30, 90), **SWEEPS)
-def test_ranges_are_shapely_s_in_many_worlds(world, position, n, first, span):
-    assert_exact(world, scan_at(world, position, n, first, span), position)
-
-
-@pytest.mark.parametrize("name", ["corridor", "l_corridor", "slalom", "random:1", "random:2"])
-def test_ranges_are_shapely_s_in_the_arenas(name):
-    world = load_world(name)
-    assert_exact(world, scan_at(world, world.start, 180), world.start)
-
-
-def moved(world: World, turn: float, shift: np.ndarray) -> World:
-    rotation = rotation_by(turn)
-    circles = np.hstack([world.circles[:, :2] @ rotation.T + shift, world.circles[:, 2:]])
-    polygons = [corners @ rotation.T + shift for corners in world.polygons]
-    return world_of(polygons, circles, bounds=(-50.0, -50.0, 50.0, 50.0), walled=False)
-
-
-def rotation_by(turn: float) -> np.ndarray:
-    return np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-
-
-@settings(derandomize=True, deadline=None, max_examples=60)
-@given(world=worlds(), position=positions, turn=st.floats(-6, 6), x=st.floats(-20, 20), y=st.floats(-20, 20))
-def test_ranges_move_with_world_and_robot(world, position, turn, x, y):
-    world, shift = moved(world, 0.0, np.zeros(2)), np.array([x, y])
-    before = scan_at(world, position, 73, 0.1, range_max=10.0)
-    after = scan_at(moved(world, turn, shift), rotation_by(turn) @ position + shift, 73, 0.1 + turn, range_max=10.0)
-    sound = graze_distance(world, position, before.angles) > 1e-5
-    np.testing.assert_allclose(after.ranges[sound], before.ranges[sound], rtol=0.0, atol=1e-8)
-
-
 @settings(derandomize=True, deadline=None, max_examples=40)
 @given(world=worlds(), position=positions, low=st.floats(0.01, 1.0), width=st.floats(0.1, 3.0))
 def test_ranges_beyond_the_limits_are_infinite(world, position, low, width):
@@ -135,24 +101,24 @@ def test_ranges_beyond_the_limits_are_infinite(world, position, low, width):
     np.testing.assert_array_equal(limited, expected)
 
 
-def test_an_open_arena_is_left_and_a_walled_one_is_not():
-    assert (scan_at(world_of(walled=False), (2.0, 1.5)).ranges == np.inf).all()
-    quarters = scan_at(world_of(), (2.0, 1.5), 40, 0.0).ranges[::10]
-    np.testing.assert_allclose(quarters, [2.0, 1.5, 2.0, 1.5], atol=1e-12)
-
-
 SQUARE = [[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]
 CIRCLE = [3.0, 1.0, 0.5]
 
 
-@pytest.mark.parametrize(
-    "position",
-    [(1.5, 1.5), (1.0, 1.5), (1.0, 1.0), (3.2, 1.1), (3.5, 1.0), (0.0, 1.5), (4.0, 3.0), (-0.1, 1.5), (2.0, 9.0)],
-    ids=["in polygon", "on edge", "on corner", "in circle", "on rim", "on wall", "in corner", "beyond wall", "far out"],
-)
-def test_inside_an_obstacle_or_beyond_the_walls_all_is_too_near(position):
-    world = world_of([SQUARE], [CIRCLE])
-    assert (scan_at(world, position).ranges == -np.inf).all()
+def test_inside_an_obstacle_or_beyond_the_walls_all_is_too_near():
+    for position in [
+        (1.5, 1.5),
+        (1.0, 1.5),
+        (1.0, 1.0),
+        (3.2, 1.1),
+        (3.5, 1.0),
+        (0.0, 1.5),
+        (4.0, 3.0),
+        (-0.1, 1.5),
+        (2.0, 9.0),
+    ]:
+        world = world_of([SQUARE], [CIRCLE])
+        assert (scan_at(world, position).ranges == -np.inf).all(), position
 
 
 def test_beyond_the_bounds_of_an_open_arena_the_obstacles_are_seen_from_outside():
@@ -175,30 +141,10 @@ def test_no_beam_slips_through_a_corner_between_two_edges(distance, side, n):
         assert ranges[0] == pytest.approx(np.hypot(x, y), abs=1e-9)
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
-@given(offset=st.sampled_from([0.0, 1e-300, 1e-17, -1e-16, 1e-13, 1e-10, -1e-9]), n=st.sampled_from([32, 40, 360]))
-def test_a_wall_seen_edge_on_is_never_nearer_than_its_near_end(offset, n):
-    wall = world_of([[[1.0, offset], [2.0, offset], [2.0, -1.0], [1.0, -1.0]]], bounds=(-1, -1, 3, 3), walled=False)
-    ahead = scan_at(wall, (0.0, 0.0), n, 0.0).ranges[0]
-    assert 1.0 - 1e-9 <= ahead <= 2.0 + 1e-9 or (offset < 0.0 and ahead == np.inf)
-
-
-@settings(derandomize=True, deadline=None, max_examples=30)
-@given(radius=st.floats(0.05, 0.9), turn=st.floats(-5, 5))
-def test_a_circle_is_hit_within_its_angle_and_missed_beyond_it(radius, turn):
-    circle = rotation_by(turn) @ [1.0, 0.0]
-    world = world_of(circles=[[*circle, radius]], bounds=(-3, -3, 3, 3), walled=False)
-    half = np.arcsin(radius) + 1e-6
-    ranges = scan_at(world, (0.0, 0.0), 101, turn - half, 2 * half).ranges
-    assert ranges[0] == ranges[-1] == np.inf
-    assert np.isfinite(ranges[1:-1]).all()
-    assert ranges[50] == pytest.approx(1.0 - radius, abs=1e-12)
-
-
-@pytest.mark.parametrize(("x", "yaw"), [(np.nan, 0.0), (np.inf, 0.0), (1.0, np.nan)])
-def test_a_pose_that_is_not_finite_is_refused(x, yaw):
-    with pytest.raises(ValueError, match="pose: got"):
-        simulate_scan(world_of(), State(0.0, np.array([x, 1.0]), np.zeros(2), yaw), Lidar())
+def test_a_pose_that_is_not_finite_is_refused():
+    for x, yaw in [(np.nan, 0.0), (np.inf, 0.0), (1.0, np.nan)]:
+        with pytest.raises(ValueError, match="pose: got"):
+            simulate_scan(world_of(), State(0.0, np.array([x, 1.0]), np.zeros(2), yaw), Lidar())
 
 
 def test_a_scan_is_the_world_in_the_robot_s_frame():
@@ -213,11 +159,11 @@ def test_a_scan_is_the_world_in_the_robot_s_frame():
     np.testing.assert_allclose(scan.ranges, from_behind.ranges, atol=1e-9)
 
 
-@pytest.mark.parametrize("n_beams", [30, 360, 2000])
-@pytest.mark.parametrize("span", [0.5, np.pi, TURN])
-def test_beams_cover_their_span_and_a_full_turn_repeats_none(n_beams, span):
-    lidar = Lidar(n_beams=n_beams, angle_min=-1.0, angle_span=span)
-    scan = simulate_scan(load_world("corridor"), State(0.0, np.array([1.12, 0.23]), np.zeros(2), 0.3), lidar)
-    last = -1.0 + span - (beam_increment(lidar) if span == TURN else 0.0)
-    assert scan.angles[[0, -1]] == pytest.approx([-1.0, last])
-    assert len(scan.ranges) == n_beams
+def test_beams_cover_their_span_and_a_full_turn_repeats_none():
+    for n_beams in [30, 360, 2000]:
+        for span in [0.5, np.pi, TURN]:
+            lidar = Lidar(n_beams=n_beams, angle_min=-1.0, angle_span=span)
+            scan = simulate_scan(load_world("corridor"), State(0.0, np.array([1.12, 0.23]), np.zeros(2), 0.3), lidar)
+            last = -1.0 + span - (beam_increment(lidar) if span == TURN else 0.0)
+            assert scan.angles[[0, -1]] == pytest.approx([-1.0, last]), span
+            assert len(scan.ranges) == n_beams, span

@@ -1,9 +1,18 @@
-"""What a scan must be to be used."""
+"""What a scan must be, and what of it is used: masks, speckles, and which way round its angles count."""
+
+import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.sensors import Sensors
+from collplan_core.parameters import ParameterError, ScanInput, Settings
 from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.scan_filters import is_masked, upside_down, used_scan, without_speckles
+from scenes import at_rest
 
 TURN = 2 * np.pi
 
@@ -12,13 +21,12 @@ def scan(ranges, angle_min=0.0, increment=TURN / 360, range_min=0.02, range_max=
     return Scan(stamp, angle_min, increment, range_min, range_max, np.asarray(ranges))
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
+def test_a_scan_that_cannot_be_used_is_an_error_that_says_why():
+    for change, words in [
         ({"ranges": []}, "shape"),
-        ({"ranges": [1.0]}, "at least 2 beams"),
+        ({"ranges": [1.0]}, "2 beams"),
         ({"ranges": np.ones((2, 2))}, "shape"),
-        ({"ranges": np.full(360, np.nan)}, "all 360 are NaN"),
+        ({"ranges": np.full(360, np.nan)}, "360 are"),
         ({"ranges": [1.0, -0.5]}, "-0.5"),
         ({"increment": 0.0}, "step other than 0"),
         ({"increment": np.nan}, "nan"),
@@ -30,11 +38,9 @@ def scan(ranges, angle_min=0.0, increment=TURN / 360, range_min=0.02, range_max=
         ({"range_min": 5.0}, "range_min < range_max"),
         ({"range_max": np.inf}, "range_max inf"),
         ({"range_max": np.nan}, "range_max nan"),
-    ],
-)
-def test_a_scan_that_cannot_be_used_is_an_error_that_says_why(change, words):
-    with pytest.raises(ScanError, match=words):
-        scan(**{"ranges": np.ones(360), **change})
+    ]:
+        with pytest.raises(ScanError, match=words):
+            scan(**{"ranges": np.ones(360), **change})
 
 
 def test_ranges_beyond_the_limits_are_no_measurements():
@@ -53,3 +59,86 @@ def test_a_scan_keeps_its_own_ranges():
 
 def test_angles():
     np.testing.assert_allclose(scan(np.ones(4), angle_min=1.0, increment=-0.5).angles, [1.0, 0.5, 0.0, -0.5])
+
+
+FEW = settings(derandomize=True, deadline=None, max_examples=40)
+ranges = st.lists(
+    st.one_of(st.floats(0.0, 5.0), st.just(math.inf), st.just(-math.inf), st.just(math.nan)), min_size=30, max_size=60
+).map(np.array)
+
+
+def turn(values) -> Scan:
+    values = np.asarray(values, dtype=float)
+    return Scan(0.0, -math.pi, math.tau / len(values), 0.0, 10.0, values)
+
+
+@FEW
+@given(ranges, st.sampled_from([3, 5, 7, 9]), st.booleans())
+def test_no_range_is_made_up_and_none_that_is_lost_comes_back(values, width, closed):
+    clean = without_speckles(values, width, closed)
+    assert np.isnan(clean).tolist() == np.isnan(values).tolist()
+    assert set(clean[~np.isnan(clean)]) <= set(values[~np.isnan(values)])
+
+
+@FEW
+@given(ranges, st.sampled_from([3, 5, 7, 9]), st.integers(0, 59))
+def test_where_the_first_beam_follows_the_last_it_does_not_matter_which_is_first(values, width, shift):
+    turned = without_speckles(np.roll(values, shift), width, True)
+    np.testing.assert_array_equal(turned, np.roll(without_speckles(values, width, True), shift))
+
+
+def test_a_speckle_goes_and_an_edge_stays():
+    values = np.r_[np.full(20, 1.0), np.full(20, 3.0)]
+    speckled = values.copy()
+    speckled[[5, 28]] = 0.2, 5.0
+    np.testing.assert_array_equal(without_speckles(speckled, 3, False), values)
+    # what two of three beams show is no speckle
+    speckled[[6]] = 0.2
+    assert (without_speckles(speckled, 3, False)[5:7] == 0.2).all()
+
+
+@FEW
+@given(st.floats(-6.0, 6.0), st.floats(0.0, 6.2), st.floats(-20.0, 20.0))
+def test_a_mask_goes_counter_clockwise_from_its_first_angle_over_any_full_turns(begin, width, angle):
+    inside = is_masked(np.array([angle]), (begin, begin + width))[0]
+    away = math.remainder(angle - begin - 0.5 * width, math.tau)
+    if abs(abs(away) - 0.5 * width) > 1e-9:
+        assert inside == (abs(away) < 0.5 * width)
+
+
+def test_masks_across_the_back_and_of_a_whole_turn():
+    angles = np.radians([-175.0, -90.0, 0.0, 170.0])
+    assert is_masked(angles, tuple(np.radians([160.0, -160.0]))).tolist() == [True, False, False, True]
+    assert is_masked(angles, (-math.pi, math.pi)).all()
+    used = used_scan(turn(np.ones(36)), ScanInput(masked_angles=(-0.2, 0.2, 3.0, -3.0)))
+    assert np.flatnonzero(np.isnan(used.ranges)).tolist() == [0, 17, 18, 19]
+
+
+def test_a_scan_of_which_all_is_masked_is_refused_and_not_a_crash():
+    sensors, refusals = Sensors(0.5, counted := Refusals()), counted
+    values = Settings().with_values({"scan.masked_angles": [-math.pi, math.pi]})
+    sensors.take_pose(at_rest(), 0.0, values)
+    sensors.take_scan(turn(np.ones(36)), 0.0, values)
+    assert refusals["scan"] == 1
+    assert "36 are" in refusals.newest
+    assert sensors.newest_placed() is None
+
+
+@FEW
+@given(ranges.filter(lambda values: not np.isnan(values).all()))
+def test_turned_over_twice_it_is_as_it_was(values):
+    scan = turn(values)
+    over = upside_down(scan)
+    np.testing.assert_allclose(over.angles, -scan.angles)
+    again = upside_down(over)
+    assert (again.angle_min, again.angle_increment) == (scan.angle_min, scan.angle_increment)
+    assert used_scan(scan, ScanInput(mirrored=True)).angle_increment == over.angle_increment
+
+
+def test_bad_values_are_named():
+    for values, complaint in [
+        ({"masked_angles": (1.0, 2.0, 3.0)}, "expected pairs"),
+        ({"median": 4}, "odd number"),
+    ]:
+        with pytest.raises(ParameterError, match=complaint):
+            ScanInput(**values)

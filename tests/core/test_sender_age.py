@@ -1,4 +1,4 @@
-"""The age of the messages of a stream, by the clock of whoever sends."""
+"""The age of the messages of a stream whose sender has another clock."""
 
 import math
 
@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.control.sender_age import SILENCE, SenderAge
+from collplan_core.control.smallest_delay import DRIFT, STEP, SmallestDelay
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=60)
 LIMIT = 0.2
@@ -32,15 +33,11 @@ def test_after_a_silence_another_sender_is_measured_anew(offset, silence, behind
     age = SenderAge(LIMIT)
     age.measured(offset, 0.0)
     assert age.measured(offset + 0.1, 0.1) == pytest.approx(0.0, abs=1e-6)
-    now = 0.1 + silence
+    # the same one is known
+    assert age.measured(offset + 5.1, 5.1) == pytest.approx(0.0, abs=1e-6)
+    now = 5.0 + 0.1 + silence
     assert math.isinf(age.measured(offset + now - behind, now))
     assert age.measured(offset + now + 0.05 - behind, now + 0.05) == pytest.approx(0.0, abs=1e-6)
-
-
-def test_after_a_silence_the_same_sender_is_known():
-    age = SenderAge(LIMIT)
-    age.measured(5.0, 0.0)
-    assert age.measured(15.0, 10.0) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_what_is_late_within_a_stream_stays_late():
@@ -50,3 +47,27 @@ def test_what_is_late_within_a_stream_stays_late():
         now = 0.15 * k
         assert age.measured(now - 0.3, now) > LIMIT
     assert now < SILENCE
+
+
+def ages(messages):
+    delay, found = SmallestDelay(), []
+    for sent, now in messages:
+        delay, age = delay.measured(sent, now)
+        found.append(age)
+    return found
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(st.lists(st.floats(0.0, 3.0), min_size=2, max_size=50), st.floats(-1e6, 1e6))
+def test_whatever_the_clocks_an_age_is_the_delay_beyond_the_smallest(delays, offset):
+    messages = [(10.0 * n + offset, 10.0 * n + 0.001 + delay) for n, delay in enumerate([0.0, *delays])]
+    drift = DRIFT * 11.0 * len(messages)
+    for age, delay in zip(ages(messages), [0.0, *delays], strict=True):
+        assert delay - drift - 1e-6 <= age <= delay + 1e-6
+
+
+def test_a_step_of_the_senders_clock_spoils_one_message_at_most():
+    for step in [-3600.0, 3600.0, -2 * STEP, 2 * STEP]:
+        messages = [(0.05 * n + (step if n >= 50 else 0.0), 0.05 * n) for n in range(100)]
+        late = [age for age in ages(messages) if age > 0.01]
+        assert len(late) == (step < 0), step

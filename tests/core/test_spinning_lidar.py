@@ -44,32 +44,22 @@ def scans_of(sweeps: Sweeps, stamps, motion=driving):
 # ---- noise
 
 
-@pytest.mark.parametrize("distance", [0.3, 1.0, 5.0, 11.0])
-def test_noise_has_the_deviation_of_the_record(distance):
-    measured = noisy(np.full(DRAWS, distance), replace(LD19, lost=0.0), random())
-    deviation = hypot(LD19.noise, LD19.noise_share * distance)
-    # four standard errors of a mean and of a standard deviation
-    assert measured.mean() == pytest.approx(distance, abs=4 * deviation / sqrt(DRAWS))
-    assert measured.std() == pytest.approx(deviation, rel=4 / sqrt(2 * DRAWS))
-
-
-def test_noise_close_by_is_that_of_the_data_sheet():
-    assert noisy(np.full(DRAWS, 0.3), LD19, random())[:100].size == 100
+def test_noise_has_the_deviation_of_the_record_and_so_many_beams_are_lost():
+    for distance in (0.3, 1.0, 11.0):
+        measured = noisy(np.full(DRAWS, distance), LD19, random())
+        deviation = hypot(LD19.noise, LD19.noise_share * distance)
+        # four standard errors of a mean, of a standard deviation and of a share
+        assert np.nanmean(measured) == pytest.approx(distance, abs=4 * deviation / sqrt(DRAWS)), distance
+        assert np.nanstd(measured) == pytest.approx(deviation, rel=4 / sqrt(2 * DRAWS)), distance
+        assert np.isnan(measured).mean() == pytest.approx(LD19.lost, abs=4 * sqrt(LD19.lost / DRAWS)), distance
+    # the data sheet's
     assert np.nanstd(noisy(np.full(DRAWS, 0.3), LD19, random())) == pytest.approx(0.010, rel=0.03)
 
 
-def test_share_of_lost_beams():
-    lost = np.isnan(noisy(np.full(DRAWS, 2.0), LD19, random())).mean()
-    assert lost == pytest.approx(LD19.lost, abs=4 * sqrt(LD19.lost / DRAWS))
-
-
-def test_beams_that_meet_nothing_or_begin_inside_stay_so():
-    beams = np.array([np.inf, -np.inf])
-    np.testing.assert_array_equal(noisy(beams, replace(LD19, lost=0.0), random()), beams)
-
-
-def test_no_range_is_negative():
-    assert noisy(np.full(DRAWS, 0.005), replace(LD19, lost=0.0), random()).min() == 0.0
+def test_beams_that_meet_nothing_or_begin_inside_stay_so_and_no_range_is_negative():
+    beams, sound = np.array([np.inf, -np.inf]), replace(LD19, lost=0.0)
+    np.testing.assert_array_equal(noisy(beams, sound, random()), beams)
+    assert noisy(np.full(DRAWS, 0.005), sound, random()).min() == 0.0
 
 
 # ---- edges
@@ -89,12 +79,8 @@ def test_a_beam_on_an_edge_lies_between_the_two_surfaces(near, gap, turn):
     assert near < mixed < far * 1.001
     assert mixed - near > 0.1 * gap
     assert far - mixed > 0.1 * gap
-
-
-def test_a_beam_on_one_surface_is_not_mixed():
-    angles = np.linspace(-0.5, 0.5, 50)
-    ranges = blended(room(), np.zeros((50, 2)), angles, LD19)
-    np.testing.assert_allclose(ranges, 3.0 / np.cos(angles), rtol=1e-4)
+    # a quarter turn aside it meets one surface
+    assert blended(world, np.zeros((1, 2)), np.array([pi]), LD19)[0] == pytest.approx(3.0, rel=1e-4)
 
 
 def test_a_beam_half_past_the_last_surface_shows_that_surface():
@@ -107,56 +93,31 @@ def test_a_beam_half_past_the_last_surface_shows_that_surface():
 # ---- sweep
 
 
-@pytest.mark.parametrize("world", ["corridor", "random:3"])
-def test_each_beam_of_a_moving_robot_is_an_ideal_one_from_its_own_pose(world):
-    world = load_world(world)
-    start = np.array(world.start)
+def test_each_beam_of_a_moving_robot_is_an_ideal_one_from_its_own_pose():
+    for world in ["corridor", "random:3"]:
+        world = load_world(world)
+        start = np.array(world.start)
 
-    def motion(stamp):
-        return replace(driving(stamp), position=start + stamp * np.array([0.5, 0.1]))
+        def motion(stamp, start=start):
+            return replace(driving(stamp), position=start + stamp * np.array([0.5, 0.1]))
 
-    times = EXACT.beam_times(0.3)
-    poses = np.array([(*motion(t).position.tolist(), motion(t).yaw) for t in times])
-    scan = swept_scan(world, poses, 0.3, EXACT, Lidar(), random())
-    ideal = Lidar(n_beams=EXACT.n_beams, range_min=EXACT.range_min, range_max=EXACT.range_max)
-    expected = [simulate_scan(world, motion(t), ideal).ranges[k] for k, t in enumerate(times)]
-    np.testing.assert_allclose(scan.ranges, expected, rtol=1e-9)
-
-
-def test_a_robot_at_rest_is_scanned_as_by_the_ideal_sensor():
-    world = load_world("random:4")
-    state = State(0.0, np.array(world.start, dtype=float), np.zeros(2), 0.7)
-    poses = np.tile((*state.position.tolist(), state.yaw), (EXACT.n_beams, 1))
-    scan = swept_scan(world, poses, 2.0, EXACT, Lidar(), random())
-    ideal = simulate_scan(world, state, Lidar(n_beams=450, range_min=0.02, range_max=12.0))
-    np.testing.assert_allclose(scan.ranges, ideal.ranges, rtol=1e-9)
-    np.testing.assert_allclose(scan.angles, ideal.angles, atol=1e-12)
+        times = EXACT.beam_times(0.3)
+        poses = np.array([(*motion(t).position.tolist(), motion(t).yaw) for t in times])
+        scan = swept_scan(world, poses, 0.3, EXACT, Lidar(), random())
+        ideal = Lidar(n_beams=EXACT.n_beams, range_min=EXACT.range_min, range_max=EXACT.range_max)
+        expected = [simulate_scan(world, motion(t), ideal).ranges[k] for k, t in enumerate(times)]
+        np.testing.assert_allclose(scan.ranges, expected, rtol=1e-9)
 
 
-def test_times_are_those_of_a_laser_scan():
-    """The first beam at the stamp, the last one a step before the next turn."""
-    times = LD19.beam_times(4.0)
-    assert times[0] == 4.0
-    assert times[-1] == pytest.approx(4.1 - LD19.time_increment)
-    scan = sweeps_scan()
-    assert scan.time_increment == LD19.time_increment
-    assert scan.time_increment * len(scan.ranges) == pytest.approx(0.1)
-    assert scan.angle_increment * len(scan.ranges) == pytest.approx(tau)
-
-
-def sweeps_scan():
-    return scans_of(Sweeps(room(), LD19, Lidar(), 0), np.arange(0.0, 0.2, 0.01))[0][1]
-
-
-@pytest.mark.parametrize("period", [0.001, 0.005, 0.01, 0.1])
-def test_scans_follow_each_other_and_come_late_by_the_latency(period):
-    pairs = scans_of(Sweeps(room(), LD19, Lidar(), 0), period * np.arange(round(1.0 / period)))
-    stamps = np.array([scan.stamp for _, scan in pairs])
-    assert len(stamps) in (8, 9)
-    np.testing.assert_allclose(stamps, LD19.sweep_time * np.arange(len(stamps)), atol=1e-9)
-    late = np.array([came for came, _ in pairs]) - stamps - LD19.sweep_time
-    assert (late > LD19.latency - 1e-6).all()
-    assert (late < LD19.latency + period + 1e-6).all()
+def test_scans_follow_each_other_and_come_late_by_the_latency():
+    for period in [0.001, 0.005, 0.01, 0.1]:
+        pairs = scans_of(Sweeps(room(), LD19, Lidar(), 0), period * np.arange(round(1.0 / period)))
+        stamps = np.array([scan.stamp for _, scan in pairs])
+        assert len(stamps) in (8, 9), period
+        np.testing.assert_allclose(stamps, LD19.sweep_time * np.arange(len(stamps)), atol=1e-9)
+        late = np.array([came for came, _ in pairs]) - stamps - LD19.sweep_time
+        assert (late > LD19.latency - 1e-6).all(), period
+        assert (late < LD19.latency + period + 1e-6).all(), period
 
 
 def test_a_sweep_uses_the_poses_of_its_own_time():
@@ -171,16 +132,6 @@ def test_a_sweep_uses_the_poses_of_its_own_time():
         np.testing.assert_allclose(scan.ranges, expected.ranges, rtol=1e-9)
 
 
-def test_the_yaw_between_poses_goes_the_shortest_way():
-    def turning(stamp):
-        return State(stamp, np.zeros(2), np.zeros(2), (3.0 + 3.0 * stamp + pi) % tau - pi)
-
-    scan = scans_of(Sweeps(room(), EXACT, Lidar(), 0), np.arange(0.0, 0.2, 0.01), turning)[0][1]
-    angles = scan.angles + 3.0 + 3.0 * EXACT.beam_times(scan.stamp)
-    expected = 3.0 / np.maximum(abs(np.cos(angles)), abs(np.sin(angles)))
-    np.testing.assert_allclose(scan.ranges, expected, rtol=1e-9)
-
-
 def test_equal_seeds_give_equal_scans():
     def ranges(seed):
         pairs = scans_of(Sweeps(room(), LD19, Lidar(), seed), np.arange(0.0, 0.5, 0.01))
@@ -191,22 +142,18 @@ def test_equal_seeds_give_equal_scans():
     assert (ranges(3)[0] != ranges(3)[1]).mean() > 0.9
 
 
-@pytest.mark.parametrize("jump", [-5.0, 0.4, 100.0])
-def test_after_silence_or_a_clock_set_a_sweep_begins_anew(jump):
-    sweeps = Sweeps(room(), LD19, Lidar(), 0)
-    before = np.arange(0.0, 0.16, 0.01)
-    assert len(scans_of(sweeps, before, lambda t: replace(driving(0.0), stamp=t))) == 1
-    after = 0.15 + jump + np.arange(0.0, 0.25, 0.01)
-    (came, scan), *_ = scans_of(sweeps, after, lambda t: replace(driving(0.0), stamp=t))
-    assert scan.stamp == pytest.approx(after[0])
-    assert came == pytest.approx(after[0] + LD19.sweep_time + LD19.latency, abs=0.0101)
+def test_after_silence_or_a_clock_set_a_sweep_begins_anew():
+    for jump in [-5.0, 0.4, 100.0]:
+        sweeps = Sweeps(room(), LD19, Lidar(), 0)
+        before = np.arange(0.0, 0.16, 0.01)
+        assert len(scans_of(sweeps, before, lambda t: replace(driving(0.0), stamp=t))) == 1, jump
+        after = 0.15 + jump + np.arange(0.0, 0.25, 0.01)
+        (came, scan), *_ = scans_of(sweeps, after, lambda t: replace(driving(0.0), stamp=t))
+        assert scan.stamp == pytest.approx(after[0]), jump
+        assert came == pytest.approx(after[0] + LD19.sweep_time + LD19.latency, abs=0.0101), jump
 
 
 # ---- what the parameter names
-
-
-def test_ideal_has_no_sweeps():
-    assert sweeps_of(room(), Lidar(), 0) is None
 
 
 def test_low_cost_is_the_shipped_record():
@@ -214,3 +161,16 @@ def test_low_cost_is_the_shipped_record():
     _, scan = scans_of(sweeps_of(room(), lidar, 0), np.arange(0.0, 0.2, 0.01))[0]
     assert (len(scan.ranges), scan.range_min, scan.range_max) == (LD19.n_beams, LD19.range_min, LD19.range_max)
     assert scan.angle_min == radians(90.0)
+    assert scan.time_increment * len(scan.ranges) == pytest.approx(LD19.sweep_time)
+    assert scan.angle_increment * len(scan.ranges) == pytest.approx(tau)
+    assert sweeps_of(room(), Lidar(), 0) is None
+
+
+def test_the_yaw_between_poses_goes_the_shortest_way():
+    def turning(stamp):
+        return State(stamp, np.zeros(2), np.zeros(2), (3.0 + 3.0 * stamp + pi) % tau - pi)
+
+    scan = scans_of(Sweeps(room(), EXACT, Lidar(), 0), np.arange(0.0, 0.2, 0.01), turning)[0][1]
+    angles = scan.angles + 3.0 + 3.0 * EXACT.beam_times(scan.stamp)
+    expected = 3.0 / np.maximum(abs(np.cos(angles)), abs(np.sin(angles)))
+    np.testing.assert_allclose(scan.ranges, expected, rtol=1e-9)

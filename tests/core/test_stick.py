@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -25,8 +24,10 @@ def stick(forward=0.0, left=0.0, turn=0.0) -> Stick:
 
 @QUICK
 @given(teleops, ways, ways, ways)
-def test_no_stick_asks_for_more_than_its_share(teleop, forward, left, turn):
+def test_no_stick_asks_for_more_than_its_share_and_the_opposite_one_for_the_opposite(teleop, forward, left, turn):
     velocity, yaw_rate = velocity_of(stick(forward, left, turn), teleop, ROBOT)
+    back, turned_back = velocity_of(stick(-forward, -left, -turn), teleop, ROBOT)
+    assert (back.tolist(), turned_back) == (pytest.approx((-velocity).tolist()), pytest.approx(-yaw_rate))
     assert math.hypot(*velocity) <= teleop.speed_share * ROBOT.max_speed * (1.0 + 1e-9)
     assert abs(yaw_rate) <= teleop.turn_share * ROBOT.max_yaw_rate * (1.0 + 1e-9)
 
@@ -44,24 +45,6 @@ def test_within_the_deadzone_it_asks_for_rest_and_beyond_it_for_its_own_directio
         assert velocity / speed == pytest.approx([math.cos(angle), math.sin(angle)], abs=1e-6)
 
 
-@QUICK
-@given(teleops, ways, ways, ways)
-def test_the_opposite_stick_asks_for_the_opposite(teleop, forward, left, turn):
-    velocity, yaw_rate = velocity_of(stick(forward, left, turn), teleop, ROBOT)
-    back, turned_back = velocity_of(stick(-forward, -left, -turn), teleop, ROBOT)
-    assert back == pytest.approx(-velocity)
-    assert turned_back == pytest.approx(-yaw_rate)
-
-
-@QUICK
-@given(teleops, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_farther_is_never_slower(teleop, one, other):
-    near, far = sorted((one, other))
-    slow, fast = (velocity_of(stick(way, 0.0, way), teleop, ROBOT) for way in (near, far))
-    assert slow[0][0] <= fast[0][0]
-    assert slow[1] <= fast[1]
-
-
 def test_by_hand_a_full_stick_asks_for_the_whole_share():
     teleop, robot = Teleop(speed_share=0.5, turn_share=0.1), Robot(max_speed=0.8)
     velocity, yaw_rate = velocity_of(stick(1.0, 0.0, -1.0), teleop, robot)
@@ -69,29 +52,20 @@ def test_by_hand_a_full_stick_asks_for_the_whole_share():
     assert yaw_rate == pytest.approx(-0.3)
 
 
-@pytest.mark.parametrize(
-    ("broken", "said"),
-    [
-        (replace(stick(), axes=(0.0,) * 3), "axes: got 3, expected one of index 3"),
-        (replace(stick(), axes=(0.0, math.nan, 0.0, 0.0)), "axes[1]: got nan, expected a finite number"),
-    ],
-)
-def test_a_joystick_that_does_not_fit_is_refused(broken, said):
-    with pytest.raises(StickError) as error:
-        velocity_of(broken, Teleop(), ROBOT)
-    assert str(error.value) == said
-
-
-def test_a_button_that_is_not_there_is_refused():
-    with pytest.raises(StickError, match="buttons: got 8, expected one of index 9"):
+def test_a_joystick_that_does_not_fit_is_refused():
+    with pytest.raises(StickError, match=r"got 3, .*3"):
+        velocity_of(replace(stick(), axes=(0.0,) * 3), Teleop(), ROBOT)
+    with pytest.raises(StickError, match=r"axes.*nan"):
+        velocity_of(replace(stick(), axes=(0.0, math.nan, 0.0, 0.0)), Teleop(), ROBOT)
+    with pytest.raises(StickError, match=r"got 8, .*9"):
         stick().pressed(9)
 
 
 def test_one_axis_or_button_is_not_for_two_things():
     check_stick(Settings())
-    with pytest.raises(ParameterError, match=r"teleop\.dead_man_button 1, teleop\.stop_button 1, .* expected another"):
+    with pytest.raises(ParameterError, match=r"dead_man_button.*stop_button"):
         check_stick(Settings().with_values({"teleop.dead_man_button": 1}))
-    with pytest.raises(ParameterError, match=r"teleop\.left_axis 0, teleop\.turn_axis 0: expected another one"):
+    with pytest.raises(ParameterError, match=r"left_axis.*turn_axis"):
         check_stick(Settings().with_values({"teleop.turn_axis": 0}))
 
 
@@ -114,9 +88,3 @@ def test_by_hand_a_release_that_a_joystick_just_opened_shows_is_none():
     assert not grip.holds
     assert grip.after(False, 1.3).after(False, 1.55).after(True, 1.56) == Grip()
     assert grip.after(False, 1.3).after(False, 1.61).after(True, 1.62).holds
-
-
-def test_what_it_asks_for_is_finite_at_the_centre():
-    velocity, yaw_rate = velocity_of(stick(), Teleop(deadzone=0.0), ROBOT)
-    assert not np.any(velocity)
-    assert yaw_rate == 0.0

@@ -22,7 +22,7 @@ from time_to_goal_scenes import (
     with_strategy,
 )
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
+QUICK = settings(derandomize=True, deadline=None, max_examples=30, print_blob=True)
 MODEL = robot_model(with_strategy("stop_guarantee"))
 SPEED, BRAKE = MODEL.max_speed, BRAKING_SHARE * MODEL.wheels.max_acceleration
 BRAKING = SPEED**2 / (2.0 * BRAKE)
@@ -53,13 +53,13 @@ def test_at_rest_it_stops_where_it_stands_if_that_was_seen(x, y):
         assert stops(SEEN, (x, y), (0.0, 0.0)) == (x < 1.0)
 
 
-@pytest.mark.parametrize("problem", [BEHIND_WALL, SEEN])
-def test_at_full_speed_it_needs_its_braking_distance(problem):
-    assert stops(problem, (1.0 - BRAKING - 0.05, 0.0), (SPEED, 0.0))
-    assert stops(problem, (0.99, 0.0), (-SPEED, 0.0))
-    assert stops(problem, (0.95, 0.0), (0.0, SPEED))
-    # swerving by up to 1.2 rad first does not help head-on so near
-    assert not stops(problem, (1.0 - 0.4 * BRAKING, 0.0), (SPEED, 0.0))
+def test_at_full_speed_it_needs_its_braking_distance():
+    for problem in [BEHIND_WALL, SEEN]:
+        assert stops(problem, (1.0 - BRAKING - 0.05, 0.0), (SPEED, 0.0)), problem
+        assert stops(problem, (0.99, 0.0), (-SPEED, 0.0)), problem
+        assert stops(problem, (0.95, 0.0), (0.0, SPEED)), problem
+        # swerving by up to 1.2 rad first does not help head-on so near
+        assert not stops(problem, (1.0 - 0.4 * BRAKING, 0.0), (SPEED, 0.0)), problem
 
 
 def test_swerving_saves_where_braking_straight_does_not():

@@ -11,7 +11,7 @@ from collplan_core.control.tracking import clip_command, hold_heading, pid, samp
 from collplan_core.parameters import Control, Limits, Robot
 from scenes import rotation, unit
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=80, print_blob=True)
+QUICK = settings(derandomize=True, deadline=None, max_examples=50, print_blob=True)
 CONTROL, ROBOT, LIMITS = Control(), Robot(), Limits()
 ZERO = np.zeros(2)
 vectors = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0)).map(np.array)
@@ -49,26 +49,16 @@ def test_the_heading_is_held_the_short_way(yaw, held):
         assert abs(rate) == pytest.approx(min(2.0 * abs(error), abs(hold_heading(0.0, 3.0, CONTROL))), abs=1e-9)
 
 
-def test_by_hand_a_command_is_cut_to_v_max_and_refused_beyond_half_as_much_again():
-    v = ROBOT.max_speed
+def test_by_hand_a_command_is_cut_to_the_most_and_refused_beyond_half_as_much_again_or_if_it_is_not_finite():
+    v, most = ROBOT.max_speed * unit(0.3), ROBOT.max_yaw_rate
     for factor in (0.0, 0.5, 1.0, 1.2, 1.499):
-        velocity, _ = clip_command(factor * v * unit(0.3), 0.1, ROBOT, LIMITS)
-        np.testing.assert_allclose(velocity, min(factor, 1.0) * v * unit(0.3), atol=1e-12)
-    assert clip_command(1.501 * v * unit(0.3), 0.1, ROBOT, LIMITS) is None
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_a_command_that_is_not_finite_is_refused(bad):
-    assert clip_command(np.array([bad, 0.0]), 0.0, ROBOT, LIMITS) is None
-    assert clip_command(np.array([0.0, bad]), 0.0, ROBOT, LIMITS) is None
-    assert clip_command(ZERO, bad, ROBOT, LIMITS) is None
-
-
-def test_by_hand_yaw_rates_are_cut_and_refused_alike():
-    most = ROBOT.max_yaw_rate
-    assert clip_command(ZERO, 1.2 * most, ROBOT, LIMITS)[1] == most
-    assert clip_command(ZERO, -1.2 * most, ROBOT, LIMITS)[1] == -most
-    assert clip_command(ZERO, 1.6 * most, ROBOT, LIMITS) is None
+        velocity, yaw_rate = clip_command(factor * v, -factor * most, ROBOT, LIMITS)
+        np.testing.assert_allclose(velocity, min(factor, 1.0) * v, atol=1e-12)
+        assert yaw_rate == pytest.approx(-min(factor, 1.0) * most)
+    bad = [(1.501 * v, 0.1), (ZERO, 1.501 * most)]
+    for number in (np.nan, np.inf, -np.inf):
+        bad += [(np.array([number, 0.0]), 0.0), (np.array([0.0, number]), 0.0), (ZERO, number)]
+    assert [clip_command(*command, ROBOT, LIMITS) for command in bad] == [None] * 11
 
 
 def run_pid(control: Control, error, steps: int, max_speed: float = 1.2):
@@ -94,13 +84,6 @@ def test_the_integral_stands_still_while_saturated_and_never_exceeds_its_limit()
     command, limited = run_pid(control, [0.05, 0.0], 2000)
     np.testing.assert_allclose(limited, [control.integral_limit, 0.0])
     np.testing.assert_allclose(command, [0.2 + control.integral_limit, 0.0])
-
-
-@QUICK
-@given(error=vectors, forward=vectors, integral=vectors)
-def test_no_command_is_beyond_v_max(error, forward, integral):
-    command, _ = pid(error, forward, ZERO, integral, 0.05, replace(CONTROL, k_i=1.0), ROBOT.max_speed)
-    assert np.hypot(*command) <= ROBOT.max_speed * (1 + 1e-12)
 
 
 TIMES = np.linspace(10.0, 11.0, 65)

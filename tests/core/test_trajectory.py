@@ -14,7 +14,6 @@ from collplan_core.paper_planner.trajectory import (
     clamped_waypoints,
     spline,
 )
-from scenes import rotation
 
 V_MAX, T_MAP, P_SAFE, A_MAX = 1.2, 0.2, 1.3, 3.0
 LIMITED = TimeLaw(V_MAX, T_MAP, P_SAFE, V_MAX, A_MAX)
@@ -27,7 +26,7 @@ velocities = st.tuples(st.floats(0.0, 1.5), st.floats(-4.0, 4.0)).map(
     lambda p: p[0] * np.array([np.cos(p[1]), np.sin(p[1])])
 )
 controls = st.lists(points, min_size=4, max_size=4).map(np.array)
-QUICK = settings(derandomize=True, deadline=None, max_examples=100, print_blob=True)
+QUICK = settings(derandomize=True, deadline=None, max_examples=50, print_blob=True)
 ZERO, X = np.zeros(2), np.array([1.0, 0.0])
 SLOW_TO_CONVERGE = {"start": ZERO, "v": -0.5 * X, "end": 1.4 * X, "v_s": -0.4 * X}
 """Both velocities point away from the aim: T and the handles lengthen each other round by round."""
@@ -49,25 +48,6 @@ def test_the_spline_is_scipys_clamped_cubic_b_spline(control):
     position, derivative = spline(control, SHARE)
     np.testing.assert_allclose(position, oracle(SHARE), atol=1e-12)
     np.testing.assert_allclose(derivative, oracle.derivative()(SHARE), atol=1e-11)
-
-
-@QUICK
-@given(control=controls, turn=st.floats(-4.0, 4.0), shift=points)
-def test_the_spline_moves_with_its_waypoints(control, turn, shift):
-    position, derivative = spline(control, SHARE)
-    moved, moved_derivative = spline(control @ rotation(turn).T + shift, SHARE)
-    np.testing.assert_allclose(moved, position @ rotation(turn).T + shift, atol=1e-12)
-    np.testing.assert_allclose(moved_derivative, derivative @ rotation(turn).T, atol=1e-11)
-
-
-@QUICK
-@given(start=points, v=velocities, end=points, v_s=velocities, turn=st.floats(-4.0, 4.0), shift=points)
-def test_waypoints_and_duration_move_with_the_world(start, v, end, v_s, turn, shift):
-    r = rotation(turn)
-    control, duration = trajectory(start, v, end, v_s)
-    moved, moved_duration = trajectory(r @ start + shift, r @ v, r @ end + shift, r @ v_s)
-    np.testing.assert_allclose(moved, control @ r.T + shift, atol=1e-9)
-    assert moved_duration == pytest.approx(duration, rel=1e-9)
 
 
 @QUICK
@@ -95,25 +75,13 @@ def test_the_ends_velocities_are_those_asked_for_or_shorter_along_them(start, v,
         assert got @ asked >= np.hypot(*got) * np.hypot(*asked) - 1e-9
 
 
-@settings(QUICK, max_examples=500)
+@settings(QUICK, max_examples=150)
 @given(start=points, v=velocities, end=points, v_s=velocities, waypoints=st.sampled_from(["clamped", "chord"]))
 @example(**SLOW_TO_CONVERGE, waypoints="clamped")
 def test_as_printed_t_is_that_of_the_waypoints_by_eq_4_and_5(start, v, end, v_s, waypoints):
     control, duration = trajectory(start, v, end, v_s, waypoints, AS_PRINTED)
     assert duration == pytest.approx(eq_4(control), rel=1e-12)
     assert trajectory(start, v, end, v_s, waypoints)[1] >= duration
-
-
-@settings(QUICK, max_examples=500)
-@given(start=points, v=velocities, end=points, v_s=velocities)
-@example(**SLOW_TO_CONVERGE)
-def test_as_printed_the_handles_are_those_of_the_t_returned_within_1_percent(start, v, end, v_s):
-    """They grow with T, and T grows with them."""
-    control, duration = trajectory(start, v, end, v_s, law=AS_PRINTED)
-    exact = clamped_waypoints(start, v, end, v_s, duration)
-    for inner, outer in ((1, 0), (2, 3)):
-        handle, asked = control[inner] - control[outer], exact[inner] - exact[outer]
-        assert np.hypot(*(handle - asked)) <= 0.01 * np.hypot(*asked)
 
 
 @QUICK
@@ -132,12 +100,6 @@ def test_by_hand_waypoints():
     np.testing.assert_allclose(control, [[0.0, 0.0], [0.0, 0.2], [0.7, 0.0], [1.0, 0.0]])
     even = chord_waypoints(ZERO, np.array([0.9, 0.0]))
     np.testing.assert_allclose(even, [[0.0, 0.0], [0.3, 0.0], [0.6, 0.0], [0.9, 0.0]])
-
-
-def test_by_hand_printed_duration_on_a_chord():
-    """1.2 m at 1.2 m/s and P_safe = 1.3: 1.3 s; a step of 1 cm takes T_map."""
-    assert trajectory(ZERO, ZERO, np.array([1.2, 0.0]), ZERO, "chord", AS_PRINTED)[1] == pytest.approx(1.3)
-    assert trajectory(ZERO, ZERO, np.array([0.01, 0.0]), ZERO, "chord", AS_PRINTED)[1] == pytest.approx(T_MAP)
 
 
 def test_by_hand_from_rest_to_rest_takes_the_time_the_acceleration_asks_for():

@@ -69,12 +69,6 @@ def test_the_step_that_is_quick_changes_nothing(v, u):
     np.testing.assert_allclose(after(v, u, STEP, velocity_law(ROBOT)), after(v, u, STEP), atol=1e-15)
 
 
-def test_no_lag_at_all_is_a_very_short_one():
-    law = velocity_law(Robot(velocity_lag=0.0))
-    assert law.lag == SHORTEST_LAG
-    np.testing.assert_allclose(after((0.0, 0.0), (0.1, 0.0), 0.1, law), (0.1, 0.0), atol=1e-9)
-
-
 @QUICK
 @given(lead=st.floats(1e-3, 2.0), duration=st.floats(0.005, 0.3))
 def test_the_lead_is_what_the_command_was_ahead_by(lead, duration):
@@ -83,3 +77,9 @@ def test_the_lead_is_what_the_command_was_ahead_by(lead, duration):
     found = command_lead(LAW, change, duration)
     assert found <= lead + 1e-5
     np.testing.assert_allclose(after((0.0, 0.0), (found, 0.0), duration)[0], change, atol=1e-5)
+
+
+def test_no_lag_at_all_is_a_very_short_one():
+    law = velocity_law(Robot(velocity_lag=0.0))
+    assert law.lag == SHORTEST_LAG
+    np.testing.assert_allclose(after((0.0, 0.0), (0.1, 0.0), 0.1, law), (0.1, 0.0), atol=1e-9)

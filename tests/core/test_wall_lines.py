@@ -13,7 +13,7 @@ from collplan_core.sensing.wall_lines import FARTHEST, MOST, on_wall_lines
 from collplan_core.worlds import World
 from scenes import TURN, at_rest, box, scan_of, world_of
 
-FEW = settings(derandomize=True, deadline=None, max_examples=40)
+FEW = settings(derandomize=True, deadline=None, max_examples=25)
 NOISES = st.floats(0.002, 0.02)
 SEEDS = st.integers(0, 2**31)
 
@@ -59,14 +59,6 @@ def test_exact_walls_have_none_and_stay_to_the_last_bit(world):
     assert on_wall_lines(scan) is scan
 
 
-def test_too_few_hits_say_nothing():
-    ranges = np.full(360, np.inf)
-    ranges[:41] = 1.0 + 0.01 * np.random.default_rng(0).standard_normal(41)
-    scan = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, ranges)
-    assert range_noise(scan) == 0.0
-    assert on_wall_lines(scan) is scan
-
-
 # ---- what is left of it
 
 
@@ -92,30 +84,15 @@ def test_a_wall_close_by_is_neither_nearer_nor_farther(distance, tilt, seed):
     assert abs(np.mean(errors)) < 0.0015
 
 
-def test_by_hand_a_corner_stays_where_it_is():
-    exact = scan_of(world_of([box(0.3, -2.0, 2.0, 0.1)], bounds=(-1.0, -1.0, 1.0, 1.0), walled=True), at_rest())
-    found = np.mean([on_wall_lines(with_noise(exact, 0.01, seed)).ranges for seed in range(40)], axis=0)
-    assert np.abs(found - exact.ranges)[np.isfinite(exact.ranges)].max() < 0.012
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_by_hand_a_thin_post_before_a_wall_stays(seed):
-    exact = scan_of(world_of([box(0.4, -0.008, 0.416, 0.008)], bounds=(-0.5, -0.5, 0.5, 0.5), walled=True), at_rest())
-    post = np.flatnonzero(exact.ranges < 0.42)
-    assert 2 <= len(post) <= 4
-    found = on_wall_lines(with_noise(exact, 0.01, seed))
-    assert found.ranges[post].max() < 0.45
-
-
-@pytest.mark.parametrize(("n_beams", "height"), [(1, 0.08), (3, 0.06), (10, 0.03)])
-def test_by_hand_what_stands_out_of_a_wall_stays(n_beams, height):
+def test_by_hand_what_stands_out_of_a_wall_stays():
     """With 10 mm of noise 3 cm show over ten beams, not yet over three; docs/limits.md says so."""
-    angles = TURN * np.arange(360) / 360
-    flat = 0.6 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
-    there = (np.arange(360) >= 15) & (np.arange(360) < 15 + n_beams)
-    exact = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, flat - np.where(there, height, 0.0))
-    found = [on_wall_lines(with_noise(exact, 0.01, seed)).ranges for seed in range(12)]
-    assert (flat - np.mean(found, axis=0))[there].mean() > 0.8 * height
+    for n_beams, height in [(1, 0.08), (3, 0.06), (10, 0.03)]:
+        angles = TURN * np.arange(360) / 360
+        flat = 0.6 / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
+        there = (np.arange(360) >= 15) & (np.arange(360) < 15 + n_beams)
+        exact = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, flat - np.where(there, height, 0.0))
+        found = [on_wall_lines(with_noise(exact, 0.01, seed)).ranges for seed in range(8)]
+        assert (flat - np.mean(found, axis=0))[there].mean() > 0.8 * height, (n_beams, height)
 
 
 def test_by_hand_a_lost_beam_is_filled_on_a_wall_and_stays_lost_elsewhere():
@@ -131,15 +108,15 @@ def test_by_hand_a_lost_beam_is_filled_on_a_wall_and_stays_lost_elsewhere():
     assert np.isnan(found[[20, 21, edge]]).all()
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_by_hand_a_beam_that_straddles_an_edge_meets_what_is_near(seed):
-    exact = scan_of(world_of([box(0.3, -0.2, 0.5, 0.2)], bounds=(-1.0, -1.0, 1.0, 1.0), walled=True), at_rest())
-    ahead = int(np.argmin(exact.ranges))
-    edge = ahead + 1 + int(np.argmax(np.diff(exact.ranges[ahead:]) > 0.1))
-    noisy = with_noise(exact, 0.01, seed).ranges.copy()
-    noisy[edge] = 0.5 * (exact.ranges[edge - 1] + exact.ranges[edge + 1])
-    found = on_wall_lines(replace(exact, ranges=noisy)).ranges
-    assert found[edge] == pytest.approx(exact.ranges[edge - 1], abs=0.03)
+def test_by_hand_a_beam_that_straddles_an_edge_meets_what_is_near():
+    for seed in range(3):
+        exact = scan_of(world_of([box(0.3, -0.2, 0.5, 0.2)], bounds=(-1.0, -1.0, 1.0, 1.0), walled=True), at_rest())
+        ahead = int(np.argmin(exact.ranges))
+        edge = ahead + 1 + int(np.argmax(np.diff(exact.ranges[ahead:]) > 0.1))
+        noisy = with_noise(exact, 0.01, seed).ranges.copy()
+        noisy[edge] = 0.5 * (exact.ranges[edge - 1] + exact.ranges[edge + 1])
+        found = on_wall_lines(replace(exact, ranges=noisy)).ranges
+        assert found[edge] == pytest.approx(exact.ranges[edge - 1], abs=0.03), seed
 
 
 # ---- what is never touched
@@ -198,3 +175,11 @@ def test_a_last_beam_that_repeats_the_first_changes_nothing(world, noise, seed, 
     found = on_wall_lines(replace(scan, ranges=np.append(scan.ranges, again)))
     np.testing.assert_array_equal(found.ranges[:-1], on_wall_lines(scan).ranges)
     assert found.ranges[-1] == again
+
+
+def test_too_few_hits_say_nothing():
+    ranges = np.full(360, np.inf)
+    ranges[:41] = 1.0 + 0.01 * np.random.default_rng(0).standard_normal(41)
+    scan = Scan(0.0, 0.0, TURN / 360, 0.02, 5.0, ranges)
+    assert range_noise(scan) == 0.0
+    assert on_wall_lines(scan) is scan

@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.local_map import LocalMap
 from collplan_core.plan import NoPlan
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, clearance_at
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.refined import MOST_NODES, only_seen, refined
 from collplan_core.time_to_goal_planner.boundary_memory.update import known_boundaries, remember
@@ -21,10 +21,9 @@ from collplan_core.time_to_goal_planner.shortest_paths.narrow_way import may_lea
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 from collplan_core.worlds import World
-from scenes import RADIUS, ROBOT, SETTINGS, TURN, at_rest, box, grown, map_of, obstacles, rotation, unit, world_of
+from scenes import RADIUS, ROBOT, SETTINGS, TURN, at_rest, box, grown, map_of, rotation, world_of
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=25, print_blob=True)
-FEW = settings(derandomize=True, deadline=None, max_examples=8, print_blob=True)
+QUICK = settings(derandomize=True, deadline=None, max_examples=20, print_blob=True)
 DISC = 2.0 * RADIUS
 BOUNCE = SETTINGS.with_values({"planner.strategy": "bounce"})
 HALF = 0.5
@@ -39,57 +38,22 @@ class Parted(NamedTuple):
     goal: np.ndarray
 
 
-def shape(draw) -> np.ndarray:
-    """A circle (1, 3) or the corners (n, 2) of a convex polygon around the origin."""
-    size = draw(st.floats(0.03, 0.12))
-    if draw(st.booleans()):
-        return np.array([[0.0, 0.0, size]])
-    n, first = draw(st.integers(3, 6)), draw(st.floats(0.0, TURN))
-    return size * np.array([unit(first + TURN * (k + draw(st.floats(-0.3, 0.3))) / n) for k in range(n)])
-
-
-def solid(points: np.ndarray) -> shapely.Geometry:
-    if points.shape[1] == 3:
-        return shapely.Point(points[0, :2]).buffer(points[0, 2], quad_segs=256)
-    return shapely.Polygon(points)
-
-
-def moved(points: np.ndarray, by: np.ndarray, angle: float = 0.0) -> np.ndarray:
-    return np.hstack([points[:, :2] @ rotation(angle).T + by, points[:, 2:]])
-
-
-def apart(shapes, width: float, bearing: float) -> list[np.ndarray]:
-    """Two shapes so far apart [m], seen from one another at about a bearing, the middle of the gap at the origin."""
-    one, other = shapes[0], moved(shapes[1], 0.3 * unit(bearing))
-    near, far = shapely.get_coordinates(shapely.shortest_line(solid(one), solid(other)))
-    across = (far - near) / np.hypot(*(far - near))
-    other = moved(other, near + width * across - far)
-    return [moved(each, -near - 0.5 * width * across) for each in (one, other)]
-
-
 @st.composite
 def parted_rooms(draw, spare: tuple[float, float]) -> Parted:
-    """Rooms turned and shifted at random; the gap is wider than the disc by some of `spare` [m]."""
-    width, bearing = DISC + draw(st.floats(*spare)), TURN / 4 + draw(st.floats(-0.5, 0.5))
-    ends = apart([shape(draw), shape(draw)], width, bearing)
-    arms = [box(x - 0.01, min(y, side), x + 0.01, max(y, side))
-            for (x, y), side in zip((end[:, :2].mean(axis=0) for end in ends), (-HALF, HALF), strict=True)]  # fmt: skip
+    """Rooms turned and shifted at random; the gap between two posts is wider than the disc by some of `spare` [m]."""
+    size, askew = draw(st.floats(0.03, 0.12)), draw(st.floats(-0.05, 0.05))
+    post = np.array([askew, 0.5 * (DISC + draw(st.floats(*spare))) + size])
     outer = HALF + 0.1
-    walls = [box(-outer, -outer, outer, -HALF), box(-outer, HALF, outer, outer),
-             box(-outer, -outer, -HALF, outer), box(HALF, -outer, outer, outer)]  # fmt: skip
-    angle, shift = draw(st.floats(0.0, TURN)), np.array([draw(st.floats(-0.03, 0.03)) for _ in range(2)])
-    placed = [moved(each, shift, angle) for each in (*ends, *arms, *walls)]
-    world = world_of([p for p in placed if p.shape[1] == 2], [p[0] for p in placed if p.shape[1] == 3])
-    start, goal = (rotation(angle) @ (x, 0.0) + shift for x in (-0.36, 0.36))
-    assume(all(obstacles(world).distance(shapely.Point(place)) > RADIUS + 0.02 for place in (start, goal)))
-    return Parted(world, start, goal)
-
-
-def is_open(room: Parted, spare: float) -> bool:
-    """Whether a disc gets through that is wider than the robot by so much [m], by shapely."""
-    free = shapely.Point(0.5 * (room.start + room.goal)).buffer(1.5).difference(grown(room.world, RADIUS + 0.5 * spare))
-    ends = shapely.points([room.start, room.goal])
-    return any(shapely.distance(part, ends).max() < 0.01 for part in getattr(free, "geoms", [free]))
+    corners = [
+        (-outer, -outer, outer, -HALF), (-outer, HALF, outer, outer), (-outer, -outer, -HALF, outer),
+        (HALF, -outer, outer, outer), (askew - 0.01, post[1], askew + 0.01, HALF),
+        (-askew - 0.01, -HALF, -askew + 0.01, -post[1]),
+    ]  # fmt: skip
+    turn, shift = rotation(draw(st.floats(0.0, TURN))), np.array([draw(st.floats(-0.03, 0.03)) for _ in range(2)])
+    # askew, the posts are as far apart as they would be side by side
+    posts = [side * post[1] * post / np.hypot(*post) @ turn.T + shift for side in (1.0, -1.0)]
+    world = world_of([box(*each) @ turn.T + shift for each in corners], [(*place, size) for place in posts])
+    return Parted(world, *(turn @ (x, 0.0) + shift for x in (-0.36, 0.36)))
 
 
 def seen(room: Parted, seed: int, n: int) -> tuple[RememberedBoundaries, LocalMap]:
@@ -118,7 +82,6 @@ def way(memory: RememberedBoundaries, local_map: LocalMap, position: np.ndarray,
 @QUICK
 @given(room=parted_rooms((0.0052, 0.05)), seed=st.integers(0, 99), n=st.integers(0, 12))
 def test_a_gap_that_the_disc_fits_through_by_5_mm_is_open_whatever_was_seen_of_it(room, seed, n):
-    assume(is_open(room, 0.005))
     memory, local_map = seen(room, seed, n)
     found = way(memory, local_map, room.start, room.goal)
     assert found is not None
@@ -133,7 +96,6 @@ def test_a_gap_that_the_disc_fits_through_by_5_mm_is_open_whatever_was_seen_of_i
 @QUICK
 @given(room=parted_rooms((-0.06, -0.012)), seed=st.integers(0, 99))
 def test_a_gap_that_the_disc_does_not_fit_through_by_a_centimetre_is_closed_once_it_was_seen(room, seed):
-    assume(not is_open(room, -0.01))
     memory, local_map = seen(room, seed, 30)
     assert way(memory, local_map, room.start, room.goal) is None
     # nor does it open where the robot stands before it
@@ -141,21 +103,6 @@ def test_a_gap_that_the_disc_does_not_fit_through_by_a_centimetre_is_closed_once
     line = room.start + np.linspace(0.0, 1.0, 60)[:, None] * (room.goal - room.start)
     touching = next(k for k, place in enumerate(line) if blocked.intersects(shapely.Point(place))) - 1
     assert way(memory, local_map, line[touching], room.goal) is None
-
-
-@FEW
-@given(room=parted_rooms((-0.03, 0.03)), seed=st.integers(0, 99))
-def test_on_finer_nodes_the_clearance_is_that_of_the_pieces(room, seed):
-    memory, local_map = seen(room, seed, 6)
-    field = refined(only_seen(memory, RADIUS), local_map, room.start, SETTINGS).field
-    rng = np.random.default_rng(seed)
-    places = 0.5 * (room.start + room.goal) + rng.uniform(-0.5, 0.5, (1500, 2))
-    exact = shapely.distance(lines(memory.pieces), shapely.points(places)) - RADIUS
-    found = np.array([clearance_at(field.clearance, field.grid, *place) for place in places])
-    touching = np.abs(exact) < 0.01
-    assert touching.sum() > 50
-    assert (found - exact)[touching].max() < 1.5e-3
-    assert not ((found < 0.0) & (exact > 0.003)).any()
 
 
 CHICANE = [
@@ -173,7 +120,7 @@ def test_solid_that_is_only_inferred_gives_way_before_a_goal_is_given_up():
         memory = remember(memory, local_map, ROBOT, SETTINGS.remembered)
     assert (memory.field.source == INFERRED).any()
     inferred = refined(memory, local_map, start, SETTINGS)
-    assert narrow_way(inferred.field, start, goal, 0.1) is None, "what is inferred leaves no way"
+    assert narrow_way(inferred.field, start, goal, 0.1) is None
     boundaries, _ = way(memory, local_map, start, goal)
     assert not (boundaries.field.source == INFERRED).any()
     assert (boundaries.field.clearance < 0.0).any()
@@ -188,25 +135,25 @@ def test_what_was_seen_is_never_given_up_with_what_is_inferred():
     local_map = map_of(world_of(closed), start)
     memory = remember(None, local_map, ROBOT, SETTINGS.remembered)
     seen_of_it = only_seen(memory, RADIUS).field
-    assert not may_lead(seen_of_it, start, goal, 0.1), "beyond doubt: no finer nodes are needed to say so"
+    assert not may_lead(seen_of_it, start, goal, 0.1)
     assert may_lead(seen_of_it, start, np.array([-0.3, 0.3]), 0.1)
     with pytest.raises(NoPlan, match="closed off"):
         plan_cycle(None, local_map, at_rest(start), goal, BOUNCE)
 
 
-@pytest.mark.parametrize("goal", [(5.0, 0.4), (-7.0, 0.16), (0.45, -3.01)])
-def test_a_goal_far_from_all_that_is_known_is_reached_through_a_narrow_gap(goal):
-    posts = [(0.3, 0.5 * DISC + 0.05 + 0.003, 0.05), (0.3, -0.5 * DISC - 0.05 - 0.003, 0.05)]
-    walls = [box(-0.4, 0.4, 0.32, 0.45), box(-0.4, -0.45, 0.32, -0.4), box(-0.45, -0.45, -0.4, 0.45),
-             box(0.29, 0.15, 0.31, 0.4), box(0.29, -0.4, 0.31, -0.15)]  # fmt: skip
-    local_map = map_of(world_of(walls, posts), (0.0, 0.0))
-    memory = remember(None, local_map, ROBOT, SETTINGS.remembered)
-    paths = shortest_paths(memory.field, np.array(goal), np.zeros(2), SETTINGS)
-    assert not is_reachable(paths, np.zeros(2)), "too narrow for the cells"
-    boundaries, paths = way(memory, local_map, np.zeros(2), np.array(goal))
-    assert is_reachable(paths, np.zeros(2))
-    assert boundaries.field.spacing <= 0.004
-    assert narrow_way(boundaries.field, np.zeros(2), np.array(goal), 0.1)[:, 0].max() > 0.4
+def test_a_goal_far_from_all_that_is_known_is_reached_through_a_narrow_gap():
+    for goal in [(5.0, 0.4), (-7.0, 0.16), (0.45, -3.01)]:
+        posts = [(0.3, 0.5 * DISC + 0.05 + 0.003, 0.05), (0.3, -0.5 * DISC - 0.05 - 0.003, 0.05)]
+        walls = [box(-0.4, 0.4, 0.32, 0.45), box(-0.4, -0.45, 0.32, -0.4), box(-0.45, -0.45, -0.4, 0.45),
+                 box(0.29, 0.15, 0.31, 0.4), box(0.29, -0.4, 0.31, -0.15)]  # fmt: skip
+        local_map = map_of(world_of(walls, posts), (0.0, 0.0))
+        memory = remember(None, local_map, ROBOT, SETTINGS.remembered)
+        paths = shortest_paths(memory.field, np.array(goal), np.zeros(2), SETTINGS)
+        assert not is_reachable(paths, np.zeros(2))
+        boundaries, paths = way(memory, local_map, np.zeros(2), np.array(goal))
+        assert is_reachable(paths, np.zeros(2)), goal
+        assert boundaries.field.spacing <= 0.004, goal
+        assert narrow_way(boundaries.field, np.zeros(2), np.array(goal), 0.1)[:, 0].max() > 0.4, goal
 
 
 def test_a_large_room_has_nodes_farther_apart_not_many_more():

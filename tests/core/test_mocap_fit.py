@@ -1,0 +1,225 @@
+"""The body's place on the robot and how the robot follows its commands, from straight motions and turns."""
+
+import cmath
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.calibration.mocap_offset import body_offset, mean_pose
+from collplan_core.calibration.stream_quality import stream_quality
+from collplan_core.calibration.stroke_fit import AxesFit, Stroke, centre, fit_axes
+from collplan_core.calibration.turn_fit import Turn, TurnFit, fit_turns
+from collplan_core.sensing.mocap_body import with_offset
+from collplan_core.sensing.pose_filter import PoseSample
+
+short = st.floats(-0.2, 0.2)
+
+
+@given(short, short, st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_the_offset_puts_the_body_where_it_is_seen(lever_x, lever_y, turn, heading):
+    """A robot that goes along its own x, and about whose centre the body has this lever."""
+    offset = body_offset(AxesFit(turn, 0.01, 1.0, False), TurnFit(np.array([lever_x, lever_y]), 1e-3, 1.0, 0.0))
+    body = with_offset(PoseSample(0.0, np.zeros(2), heading), offset.x, offset.y, offset.yaw)
+    lever = complex(lever_x, lever_y) * np.exp(1j * body.yaw)
+    np.testing.assert_allclose(body.position, [lever.real, lever.imag], atol=1e-12)
+    assert abs(math.remainder(body.yaw + turn - heading, math.tau)) < 1e-12
+
+
+def test_mean_pose_across_the_back():
+    mean = mean_pose([PoseSample(0.0, np.zeros(2), math.pi - 0.1), PoseSample(1.0, np.ones(2), -math.pi + 0.1)])
+    assert abs(mean.yaw) == pytest.approx(math.pi)
+    assert (mean.stamp, mean.position.tolist()) == (1.0, [0.5, 0.5])
+
+
+def test_quality_of_a_stream():
+    random = np.random.default_rng(3)
+    stamps = 0.01 * np.arange(400)
+    received = stamps + 7.0
+    received[200:] += 0.05
+    quality = stream_quality(stamps, received, random.normal(0.0, (0.001, 0.002), (400, 2)))
+    assert quality.rate == pytest.approx(100.0)
+    assert quality.longest_gap == pytest.approx(0.06)
+    assert quality.jitter < 0.001
+    assert quality.noise == pytest.approx(0.002, rel=0.1)
+
+
+FEW = settings(derandomize=True, deadline=None, max_examples=30)
+angles = st.floats(-3.1, 3.1)
+slow = st.complex_numbers(max_magnitude=0.05, allow_nan=False)
+WAYS = 0.1 * np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])
+ORIGIN = np.zeros(2)
+
+
+def strokes(offset=(0.0, 0.0, 0.0), *, scale=1.0, bias=0.0, drift=0.0, yaws=(0.0,), mirror=False, noise=None, veer=0.0):
+    """Four strokes at each heading, seen from a body at `offset`: bias of the robot, drift of the room [m/s]."""
+    made = []
+    for yaw in yaws:
+        for way in WAYS:
+            velocity = complex(*(way * (1, -1) if mirror else way).tolist())
+            duration = 1.0 + 0.3 * len(made) % 1.0
+            # as by the chord of an arc where it veers
+            moved = (scale * velocity + bias) * np.exp(1j * (yaw + 0.5 * veer)) * duration + drift * duration
+            moved += 0.0 if noise is None else noise() * math.sqrt(duration)
+            ends = [(0.0, yaw), (moved, yaw + veer)]
+            seen = [with_offset(PoseSample(0.0, np.array([z.real, z.imag]), a), *offset) for z, a in ends]
+            made.append(Stroke(way, duration, *seen))
+    return made
+
+
+def lever_of(offset):
+    x, y, yaw = offset
+    lever = complex(x, y) * np.exp(-1j * yaw)
+    return np.array([lever.real, lever.imag])
+
+
+@given(st.tuples(short, short, angles), st.floats(0.5, 2.0), slow, slow, angles, st.floats(-0.2, 0.2))
+@FEW
+def test_turn_scale_and_biases_are_found(offset, scale, bias, drift, yaw, veer):
+    """Exactly, whatever the heading, and although it veers while it drives."""
+    driven = strokes(offset, scale=scale, bias=bias, drift=drift, yaws=(yaw, yaw + 2.0, yaw + 4.0), veer=veer)
+    fit = fit_axes(driven, lever_of(offset))
+    assert abs(math.remainder(fit.turn + offset[2], math.tau)) < 1e-9
+    assert fit.scale == pytest.approx(scale)
+    assert abs(fit.robot_bias - bias * np.exp(-1j * offset[2])) < 1e-9
+    assert abs(fit.room_bias - drift) < 1e-9
+    assert not fit.mirrored
+
+
+def test_at_one_heading_both_biases_are_one():
+    fit = fit_axes(strokes(bias=0.02, drift=0.01j), ORIGIN)
+    assert (fit.robot_bias, fit.room_bias) == (pytest.approx(0.02 + 0.01j), 0.0)
+    assert (fit.turn, fit.scale) == pytest.approx((0.0, 1.0))
+
+
+def test_left_for_right_is_noticed():
+    fit = fit_axes(strokes((0.0, 0.0, 0.4), mirror=True, yaws=(0.0, 2.0)), ORIGIN)
+    assert fit.mirrored
+    assert fit.scale == pytest.approx(1.0)
+
+
+def test_a_robot_that_stays_has_no_scale():
+    fit = fit_axes(strokes(scale=0.0), ORIGIN)
+    assert (fit.scale, fit.mirrored) == (0.0, False)
+
+
+def test_forward_and_back_alone_say_the_turn_but_not_how_certain_it_is():
+    fit = fit_axes(strokes((0.0, 0.0, 0.4), drift=0.02)[:2], ORIGIN)
+    assert (fit.turn, fit.uncertainty, fit.mirrored) == (pytest.approx(-0.4), math.inf, False)
+
+
+def test_the_uncertainty_is_that_of_many_fits():
+    random = np.random.default_rng(1)
+
+    def walked():
+        return 0.0134 * complex(*random.standard_normal(2))
+
+    fits = [fit_axes(strokes((0.0, 0.0, -0.2), yaws=(0.0, 2.0, 4.0), noise=walked), ORIGIN) for _ in range(300)]
+    told = np.sqrt(np.mean([fit.uncertainty**2 for fit in fits]))
+    assert np.std([fit.turn for fit in fits]) == pytest.approx(told, rel=0.12)
+    assert np.std([fit.scale for fit in fits]) == pytest.approx(told, rel=0.12)
+    assert np.mean([fit.turn for fit in fits]) == pytest.approx(0.2, abs=0.01)
+    biases = np.array([fit.room_bias for fit in fits])
+    told = np.sqrt(np.mean([fit.bias_uncertainty**2 for fit in fits]))
+    assert np.sqrt(0.5 * np.mean(np.abs(biases) ** 2)) == pytest.approx(told, rel=0.12)
+
+
+@given(st.tuples(short, short, angles), angles)
+@FEW
+def test_the_centre_is_that_of_the_robot(offset, yaw):
+    seen = with_offset(PoseSample(0.0, np.array([1.0, 2.0]), yaw), *offset)
+    assert abs(centre(seen, lever_of(offset)) - (1.0 + 2.0j)) < 1e-12
+
+
+FEW_TURN = settings(derandomize=True, deadline=None, max_examples=20)
+LAG = 0.1
+short_turn = st.complex_numbers(max_magnitude=0.2, allow_nan=False)
+BOTH_WAYS = (1.0, 1.0, -1.0, -1.0)
+
+
+def turned(rate, lever, *, drift=0.0, bias=0.0, share=1.0, heading=0.3, walk=None, noise=None):
+    """A turn of a robot at `heading`; drift in the room and bias in the body's frame [m/s], as complex numbers."""
+    duration = 3.3
+    times = 0.01 * np.arange(1, round(100 * duration) + 1)
+    yaws = heading + share * rate * times
+    centres = drift * times + bias * np.exp(1j * yaws) / (1j * share * rate * (1.0 + 1j * share * rate * LAG))
+    centres = centres + (0.0 if walk is None else walk(len(times)))
+    seen = centres + lever * np.exp(1j * yaws) + (0.0 if noise is None else noise(len(times)))
+    poses = [
+        PoseSample(t, np.array([z.real, z.imag]), math.remainder(yaw, math.tau))
+        for t, z, yaw in zip(times.tolist(), seen.tolist(), yaws.tolist(), strict=True)
+    ]
+    before = PoseSample(0.0, poses[0].position, heading)
+    return Turn(rate, duration, before, poses, poses[-1])
+
+
+def complex_lever(fit):
+    return complex(*fit.lever.tolist())
+
+
+@given(lever=short_turn, drift=slow, bias=slow, heading=st.floats(-3.0, 3.0), fast=st.floats(1.0, 3.0))
+@FEW_TURN
+def test_the_lever_is_found_exactly_in_spite_of_both_biases(lever, drift, bias, heading, fast):
+    turns = [turned(fast * way, lever, drift=drift, bias=bias, heading=heading) for way in BOTH_WAYS]
+    assert abs(complex_lever(fit_turns(turns, LAG)) - lever) < 1e-6
+
+
+def test_turns_one_way_take_the_robots_bias_for_a_lever():
+    bias = 0.02 + 0.01j
+    wrong = complex_lever(fit_turns([turned(1.0, 0.0, bias=bias), turned(1.0, 0.0, bias=bias)], LAG))
+    assert abs(wrong - bias / (1j * (1.0 + 1j * LAG))) < 1e-6
+
+
+def test_the_share_of_the_angle_is_found():
+    for share in [0.9, 1.0, 1.2, -1.0, 0.0]:
+        fit = fit_turns([turned(way, 0.04, share=share or 1e-6) for way in BOTH_WAYS], LAG)
+        assert fit.share == pytest.approx(share, abs=1e-5), share
+        assert fit.share_uncertainty < 1e-6, share
+
+
+def test_one_turn_has_no_spread_and_a_short_one_no_lever():
+    assert fit_turns([turned(1.0, 0.04)], LAG).share_uncertainty == math.inf
+    turn = turned(1.0, 0.04)
+    assert fit_turns([replace(turn, duration=0.35, poses=turn.poses[:35])], LAG).uncertainty == math.inf
+
+
+@pytest.mark.parametrize("walk", [0.0, 0.0134])
+def test_the_uncertainty_of_a_lever_is_that_of_many_fits(walk):
+    """Of wheels whose velocity errs by 0.06 m/s for 0.05 s each, 0.0134 m in a second, behind a lag."""
+    random = np.random.default_rng(1)
+
+    def walked(n):
+        velocity, position, positions = 0.0j, 0.0j, []
+        for k in range(n):
+            if k % 5 == 0:
+                error = walk * math.sqrt(20.0) * complex(*random.standard_normal(2))
+            velocity += (error - velocity) * (1.0 - math.exp(-0.01 / LAG))
+            position += 0.01 * velocity
+            positions.append(position)
+        return np.array(positions)
+
+    def noisy(n):
+        return 0.002 * (random.standard_normal(n) + 1j * random.standard_normal(n))
+
+    lever = cmath.rect(0.04, 0.5)
+    turns = [[turned(way, lever, walk=walked, noise=noisy) for way in BOTH_WAYS] for _ in range(50)]
+    fits = [fit_turns(four, LAG) for four in turns]
+    errors = np.array([complex_lever(fit) - lever for fit in fits])
+    told = np.sqrt(np.mean([fit.uncertainty**2 for fit in fits]))
+    # 50 fits of two axes: 10 in 100 is one standard deviation of this ratio
+    assert np.sqrt(0.5 * np.mean(np.abs(errors) ** 2)) / told == pytest.approx(1.0, abs=0.3)
+
+
+def test_a_robot_that_is_late_makes_up_for_it_after_the_command():
+    turn = turned(1.0, 0.04)
+    late = [PoseSample(p.stamp, p.position, p.yaw - 0.1) for p in turn.poses]
+    assert fit_turns([replace(turn, poses=late)], LAG).share == pytest.approx(1.0)
+
+
+def test_an_uncertain_heading_makes_the_position_on_the_robot_uncertain():
+    offset = body_offset(AxesFit(0.0, 0.01, 1.0, False), TurnFit(np.array([0.3, 0.4]), 0.012, 1.0, 0.0))
+    assert (offset.position_uncertainty, offset.yaw_uncertainty) == pytest.approx((0.013, 0.01))

@@ -1,0 +1,180 @@
+"""When a run has ended, how long its path was, and which impacts its plans foresaw."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from collplan_core.command import FREE_SPACE, HAND, STOPPED
+from collplan_core.evaluation.path_length import measured_path_length, path_length
+from collplan_core.evaluation.rebound_tracking import ReboundTracker
+from collplan_core.evaluation.run_end import STUCK, TIMEOUT, RunMonitor
+from collplan_core.parameters import Trial
+from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.state import State
+
+LIMITS = Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05)
+GIVEN = 100.0
+PERIOD = 0.125
+"""Between poses [s]; sums of it are exact."""
+
+
+def monitor(executing: float | None = GIVEN) -> RunMonitor:
+    made = RunMonitor(LIMITS, GIVEN)
+    if executing is not None:
+        made.executing(executing)
+    return made
+
+
+def end_of(run: RunMonitor, positions: np.ndarray) -> tuple[float, str] | None:
+    """Time since the goal was given and outcome of the run's end, for positions (n, 2) at every PERIOD since then."""
+    for k, position in enumerate(positions):
+        outcome = run.outcome(GIVEN + PERIOD * k, position)
+        if outcome:
+            return PERIOD * k, outcome
+    return None
+
+
+def walk(steps: list[tuple[float, float]]) -> np.ndarray:
+    return np.cumsum(np.array(steps), axis=0)
+
+
+steps = st.lists(st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1)), min_size=1, max_size=400)
+waits = st.integers(0, 200).map(lambda k: PERIOD * k)
+
+
+def test_worked_by_hand():
+    run = monitor()
+    assert [run.outcome(GIVEN + t, np.array([0.01 * t, 0.0])) for t in (0.0, 4.9, 5.0)] == [None, None, None]
+    assert [run.outcome(GIVEN + t, np.array([0.06, 0.01])) for t in (5.1, 9.9)] == [None, None]
+    assert (run.reason, run.outcome(110.0, np.array([0.06, 0.01]))) == ("", STUCK)
+    assert "0.05 m" in run.reason
+    assert monitor().outcome(130.0, np.zeros(2)) == TIMEOUT
+
+
+def test_a_robot_that_a_person_took_is_not_stuck_before_a_plan_drives_it_again():
+    run, here = monitor(), np.zeros(2)
+    run.commanded(FREE_SPACE)
+    assert run.outcome(GIVEN + 3.0, here) is None
+    run.commanded(HAND)
+    assert run.outcome(GIVEN + 9.0, here) is None
+    run.commanded(STOPPED)
+    assert run.outcome(GIVEN + 15.0, here) is None
+    run.commanded(FREE_SPACE)
+    assert run.outcome(GIVEN + 19.9, here) is None
+    assert run.outcome(GIVEN + 20.0, here) == STUCK
+
+
+@given(steps)
+@settings(derandomize=True, deadline=None, max_examples=25)
+def test_a_stuck_robot_has_stayed_within_the_distance_for_the_time(changes):
+    positions = np.vstack([walk(changes), np.full((100, 2), walk(changes)[-1])])
+    time, outcome = end_of(monitor(), positions)
+    if outcome == STUCK:
+        recent = positions[round((time - LIMITS.stuck_time) / PERIOD) : round(time / PERIOD) + 1]
+        assert np.linalg.norm(recent - recent[0], axis=1).max() < LIMITS.stuck_distance
+
+
+@given(steps, waits)
+@settings(derandomize=True, deadline=None, max_examples=25)
+def test_a_wait_for_the_first_plan_only_delays_the_end(changes, wait):
+    positions = np.vstack([walk(changes), np.full((100, 2), walk(changes)[-1])])
+    standing = np.full((round(wait / PERIOD), 2), positions[0])
+    prompt = end_of(monitor(), positions)
+    late = end_of(monitor(GIVEN + wait), np.vstack([standing, positions]))
+    assert late == (pytest.approx(prompt[0] + wait, abs=1e-6), prompt[1])
+
+
+@given(steps)
+@settings(derandomize=True, deadline=None, max_examples=20)
+def test_without_a_plan_a_run_is_stuck_after_the_longest_run_wherever_the_robot_is(changes):
+    run = monitor(None)
+    end = end_of(run, np.resize(walk(changes), (400, 2)))
+    assert end == (pytest.approx(LIMITS.timeout), STUCK)
+    assert "30 s" in run.reason
+
+
+def test_a_polyline_worked_by_hand():
+    assert path_length(np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]])) == pytest.approx(6.0)
+    assert path_length(np.zeros((1, 2))) == 0.0
+    assert measured_path_length(np.zeros(1), np.zeros((1, 2))) == 0.0
+
+
+@given(st.integers(2, 400), st.floats(-3.0, 3.0), st.floats(0.05, 1.5))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_a_straight_line_keeps_its_length(n, angle, speed):
+    times = 1.7e9 + 0.01 * np.arange(n)
+    positions = speed * (times - times[0])[:, None] * np.array([np.cos(angle), np.sin(angle)])
+    assert measured_path_length(times, positions) == pytest.approx(path_length(positions), rel=1e-3)
+
+
+def test_noise_adds_little_where_the_plain_sum_adds_much():
+    for seed in range(3):
+        times = 0.01 * np.arange(600)
+        angle = 0.8 * times
+        exact = np.column_stack([np.cos(angle), np.sin(angle)])
+        noisy = exact + np.random.default_rng(seed).normal(0.0, 0.002, exact.shape)
+        length = path_length(exact)
+        assert path_length(noisy) > 1.04 * length, seed
+        assert measured_path_length(times, noisy) == pytest.approx(length, rel=0.01), seed
+
+
+def test_lost_poses_are_bridged():
+    times = np.delete(0.01 * np.arange(300), np.arange(100, 115))
+    positions = np.column_stack([0.8 * times, 0.2 * times])
+    assert measured_path_length(times, positions) == pytest.approx(path_length(positions), rel=1e-3)
+
+
+RADIUS, SETTLED = 0.09, 0.06
+WALL = 1.0
+
+
+def state(stamp, x=0.0, velocity=(0.0, 0.0)):
+    return State(stamp, np.array([x, 0.0]), np.array(velocity, dtype=float), 0.0)
+
+
+def plan(stamp, impact_at=None, after=(-0.4, 0.3)):
+    contacts = Contacts.none()
+    if impact_at is not None:
+        contacts = Contacts(np.array([impact_at]), np.array([[WALL, 0.0]]), np.array([after]))
+    still, nothing = np.zeros((2, 2)), Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
+    times = stamp + np.array([0.0, 1.0])
+    return Plan(stamp, times, still, still, contacts, np.zeros(2), np.zeros(2), {}, nothing, 0)
+
+
+def impact_of(*plans, at=10.0):
+    rebounds = ReboundTracker()
+    for each in plans:
+        rebounds.planned(each)
+    rebounds.impact(at, np.array([-1.2, 0.0]), state(at, WALL - RADIUS), RADIUS)
+    assert rebounds.moved(state(at + SETTLED - 0.001), SETTLED) is None
+    measured = rebounds.moved(state(at + SETTLED, velocity=(-0.4, -0.3)), SETTLED)
+    assert rebounds.moved(state(at + 1.0), SETTLED) is None
+    return measured
+
+
+def test_a_foreseen_impact_has_both_rebounds_and_the_angle_between():
+    # the plan that was made after the impact, but before it was found, no longer expects it
+    impact = impact_of(plan(9.9, impact_at=9.97), plan(9.98))
+    np.testing.assert_allclose(impact.point, [WALL, 0.0])
+    np.testing.assert_allclose(impact.foreseen, [-0.4, 0.3])
+    np.testing.assert_allclose(impact.measured, [-0.4, -0.3])
+    assert impact.direction_error == pytest.approx(2 * math.atan2(3, 4))
+
+
+def test_an_impact_that_no_plan_expected_lately_has_none_foreseen():
+    for plans in [(), (plan(9.9),), (plan(9.6, impact_at=9.97), plan(9.9)), (plan(9.9, impact_at=10.3),)]:
+        impact = impact_of(*plans)
+        assert np.isnan(impact.foreseen).all(), plans
+        assert math.isnan(impact.direction_error), plans
+        np.testing.assert_allclose(impact.measured, [-0.4, -0.3])
+
+
+def test_impacts_and_plans_before_a_break_do_not_count():
+    rebounds = ReboundTracker()
+    rebounds.planned(plan(9.9, impact_at=10.0))
+    rebounds.impact(10.0, np.array([-1.2, 0.0]), state(10.0, WALL - RADIUS), RADIUS)
+    rebounds.forget()
+    assert rebounds.moved(state(11.0), SETTLED) is None
