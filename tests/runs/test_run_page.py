@@ -248,9 +248,6 @@ def test_a_name_that_is_a_script_stays_text_and_a_strategy_misses_what_it_rememb
     assert (frame["t"], frame["goal"]["status"]) == (0.0, "none")
 
 
-# ---- its size
-
-
 def test_a_page_that_would_be_too_large_shows_fewer_scans_and_says_so(folder, page, monkeypatch):
     """Ten seconds take less than 2 MB, longer runs more, but not without end."""
     assert [run_page.largest_file(length) for length in (0.0, 10.0, 20.0, 1e6)] == [2e6, 2e6, 4e6, run_page.LARGEST]

@@ -270,9 +270,6 @@ def test_refusals_fill_no_disk(bench):
     assert len(bench.lines) < 100
 
 
-# ---- its socket
-
-
 def test_a_port_that_is_taken_is_named_and_no_other_address_is_listened_on(bench):
     with pytest.raises(PortTaken, match=rf"view.port.*127.0.0.1:{bench.server.port} .*{bench.server.port + 1}"):
         PageServer(bench.server.port, 20, lambda command, reply: None, print)
