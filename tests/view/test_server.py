@@ -238,7 +238,7 @@ def test_among_twenty_pages_one_that_stalls_and_one_that_floods_harm_nobody(benc
     assert sum(command.action == "cancel" for command in bench.commands) < 100
     assert bench.commands[-1].action == "estop"
     assert any("took nothing" in line for line in bench.lines)
-    assert any("too many commands" in line or "sent too much" in line for line in bench.lines)
+    assert any("too many" in line or "too much" in line for line in bench.lines)
 
 
 def test_connections_that_say_nothing_do_not_pile_up(bench):
@@ -268,9 +268,6 @@ def test_refusals_fill_no_disk(bench):
         bench.get("/", host="evil.test")
     assert bench.server.n_refused == 300
     assert len(bench.lines) < 100
-
-
-# ---- its socket
 
 
 def test_a_port_that_is_taken_is_named_and_no_other_address_is_listened_on(bench):
