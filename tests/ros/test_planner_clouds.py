@@ -22,16 +22,13 @@ from collplan_ros.messages.planner_clouds import (
     FRONTIERS,
     INFERRED,
     LAYERS,
-    MOST_COMPARED,
     PREDICTED,
     REMEMBERED,
     compared_to_message,
     seen_layers,
     seen_to_message,
 )
-from collplan_ros.messages.qos import LATCHED
 from fake_robot import LIDAR, hall
-from planner_bench import PlannerBench
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=100)
 
@@ -119,13 +116,6 @@ def test_any_rollouts_come_back_but_those_of_one_point(lengths):
         np.testing.assert_array_equal(told, path)
 
 
-def test_only_the_cheapest_candidates_are_told():
-    costs = np.arange(2.0 * MOST_COMPARED)[::-1]
-    candidates = Candidates(np.zeros((len(costs), 2)), np.zeros((len(costs), 2)), costs)
-    told = compared_from_message(compared_to_message(candidates, 0.0, "map"), "map").terms["total"]
-    np.testing.assert_array_equal(told, np.arange(float(MOST_COMPARED)))
-
-
 def broken(change):
     message = seen_to_message({FREE_SPACE: np.eye(2)}, 0.0, "map")
     change(message)
@@ -153,15 +143,3 @@ def broken(change):
 def test_a_cloud_that_is_another_is_refused(change, read):
     with pytest.raises(MessageError):
         read(broken(change), "map")
-
-
-def test_the_planner_tells_whoever_looks(ros):
-    bench = PlannerBench(ros)
-    bench.send_goal()
-    bench.wait_for_plan()
-    seen = ros.listen(PointCloud2, "planner/seen", LATCHED)
-    compared = ros.listen(PointCloud2, "planner/compared", LATCHED)
-    assert ros.wait_until(lambda: seen and compared)
-    layers = seen_from_message(seen[0], "map")
-    assert len(layers[FREE_SPACE]) == Settings().local_map.n_rays
-    assert len(compared_from_message(compared[0], "map").rows) > 0
