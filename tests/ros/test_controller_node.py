@@ -118,14 +118,18 @@ def test_follows_a_plan_in_the_robot_frame_from_rest_until_the_goal_ends(ros, be
     assert bench.health.says("no active goal", DiagnosticStatus.OK)
 
 
-def test_a_plan_is_followed_no_longer_than_planner_valid_until_says(ros, bench):
+def test_contacts_and_the_time_that_a_plan_holds_come_beside_it(ros, bench):
     bench.drive()
     bench.plans_on = False
     stamp = bench.robot.stamp
+    foreseen = Contacts(np.array([stamp + 0.1]), np.array([[0.3, 0.2]]), np.array([[-0.2, 0.0]]))
+    contacts = contacts_to_message(foreseen, stamp, "map", "base_link")
+    bench.publish(MultiDOFJointTrajectory, "planner/foreseen_impacts", contacts)
     bench.publish(TimeReference, "planner/valid_until", validity_to_message(stamp, stamp + 60.0, "/planner_node"))
     bench.publish(Path, "plan", plan_to_path(straight_plan(stamp, bench.robot.position, 60.0), "map"), NEWEST)
     ros.spin(1.5)  # more than limits.plan_age
     assert bench.moves()
+    assert any("bounces" in state.message for state in bench.states)
 
 
 def test_a_pose_that_mocap_refuses_stops_it(ros, bench):
@@ -218,17 +222,6 @@ def test_stands_still_where_constants_differ_which_a_goal_makes_a_warning(ros, b
     assert reason in bench.states[-1].message
     assert bench.health.says(reason, DiagnosticStatus.WARN)
     assert not any(map(is_moving, bench.commands))
-
-
-def test_a_contact_foreseen_for_now_is_a_bounce(ros, bench):
-    bench.drive()
-    bench.plans_on = False
-    plan = straight_plan(bench.robot.stamp, bench.robot.position)
-    foreseen = Contacts(np.array([plan.stamp + 0.1]), np.array([[0.3, 0.2]]), np.array([[-0.2, 0.0]]))
-    message = contacts_to_message(foreseen, plan.stamp, "map", "base_link")
-    bench.publish(MultiDOFJointTrajectory, "planner/foreseen_impacts", message)
-    bench.publish(Path, "plan", plan_to_path(plan, "map"), NEWEST)
-    assert ros.wait_until(lambda: any("bounces" in state.message for state in bench.states))
 
 
 def test_stop_commands_zero(ros, bench):

@@ -158,13 +158,6 @@ def test_an_absent_body_is_told_messages_about_others_are_passed_over_and_one_bo
         assert FORMATS[name].read(MESSAGES[name](), "") is not None
 
 
-def test_older_name_of_the_package_will_do(monkeypatch):
-    fake(monkeypatch, "mocap4r2_msgs")
-    monkeypatch.setitem(sys.modules, "mocap_msgs", sys.modules.pop("mocap4r2_msgs"))
-    monkeypatch.setitem(sys.modules, "mocap_msgs.msg", sys.modules.pop("mocap4r2_msgs.msg"))
-    assert message_type(Mocap(format="rigid_bodies", subject="puck")) is RigidBodies
-
-
 def test_packages_that_are_missing_are_named(monkeypatch, ros):
     for name in ("tf", "named_poses", "rigid_bodies", "vicon"):
         for one in FORMATS[name].packages:
