@@ -36,6 +36,10 @@ class RosGraph:
         self._nodes.append(node)
         return node
 
+    def hold(self, node: Any) -> None:
+        """Runs a node's callbacks no longer, as while one of them takes long."""
+        self._executor.remove_node(node)
+
     def remove(self, node: Any) -> None:
         """Ends a node as if its process had ended."""
         self._executor.remove_node(node)

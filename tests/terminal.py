@@ -30,3 +30,7 @@ class Terminal:
         assert self._ros.wait_until(lambda: (level, text) in self.lines(node), timeout), (
             f"{text!r} not in {self.lines(node)}"
         )
+
+    def has(self, node, words: str, times: int = 1, timeout: float = 20.0) -> bool:
+        """Waits for so many lines of a node that hold these words; whether they came."""
+        return self._ros.wait_until(lambda: sum(words in text for _, text in self.lines(node)) >= times, timeout)

@@ -36,8 +36,14 @@ class FakeRobot:
         self.poses_on = self.scans_on = True
         self.poses = ros.probe.create_publisher(Odometry, "mocap/odom", POSE_PUBLISHED)
         self.scans = ros.probe.create_publisher(LaserScan, "scan", SENSOR_DATA)
-        self._ticks = 0
+        self._ticks, self._heard = 0, 0.0
         ros.probe.create_timer(PERIOD, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def is_heard(self) -> bool:
+        """Whether somebody listens to poses and scans, and a few have come since the first was published."""
+        matched = self.poses.get_subscription_count() and self.scans.get_subscription_count()
+        self._heard = (self._heard or self.stamp) if matched else 0.0
+        return bool(matched) and self.stamp > self._heard + 5 * SCAN_EVERY * PERIOD
 
     @property
     def state(self) -> State:

@@ -2,10 +2,11 @@
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from sensor_msgs.msg import LaserScan
 
 from collplan_core.worlds import save_world
 from collplan_ros.messages.conversions import seconds_from_stamp
-from collplan_ros.messages.qos import LATCHED, NEWEST, POSE_SUBSCRIBED
+from collplan_ros.messages.qos import LATCHED, NEWEST, POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
@@ -32,11 +33,11 @@ class SimulatedHall:
         ros.make(MocapNode, CLOCK)
         self.lidar = (lidar or self._true_lidar)({**CLOCK, "lidar.world": str(world)})
         self.controller = ros.make(ControllerNode, STAMPED)
-        assert ros.wait_until(lambda: self.controller._loop._sensors.scan_stamp is not None)
+        scans = ros.listen(LaserScan, "scan", SENSOR_DATA)
         self.poses = ros.listen(PoseStamped, "mocap/pose", POSE_SUBSCRIBED)
         self.commands = ros.listen(TwistStamped, "cmd_vel", NEWEST)
         self.states = ros.listen(DiagnosticStatus, "controller/state", LATCHED)
-        assert ros.wait_until(lambda: self.poses and self.commands)
+        assert ros.wait_until(lambda: self.poses and self.commands and scans)
 
     def _true_lidar(self, parameters) -> LidarNode:
         return self.ros.make(LidarNode, parameters)

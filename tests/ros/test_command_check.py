@@ -20,7 +20,7 @@ def twist(x: float, y: float) -> Twist:
     return message
 
 
-@settings(derandomize=True, deadline=None, max_examples=1000)
+@settings(derandomize=True, deadline=None, max_examples=50)
 @given(
     st.lists(st.tuples(st.one_of(NUMBER, SPEED), SPEED, st.floats(0.0, 0.4)), min_size=1, max_size=20),
     st.floats(0.2, 2.0),

@@ -1,12 +1,12 @@
 """All nodes in one process, driving the simulated robot."""
 
 import numpy as np
-import pytest
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from straight_planner import STRAIGHT
 
@@ -14,7 +14,7 @@ from collplan_core.planners import PLANNERS
 from collplan_core.state import State
 from collplan_core.worlds import load_world, save_world
 from collplan_ros.messages.conversions import goal_to_message, state_from_odometry
-from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED
+from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.messages.reading import plan_from_path
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
@@ -38,17 +38,16 @@ class Graph:
         self.plans = ros.listen(Path, "plan", NEWEST)
         self.maneuvers = ros.listen(String, "maneuver", LATCHED)
         self.statuses = ros.listen(GoalStatus, "goal_status", LATCHED)
-        simulator = ros.make(SimulatorNode, {**clock, **simulation})
+        ros.make(SimulatorNode, {**clock, **simulation})
         ros.make(MocapNode, clock)
         ros.make(LidarNode, {**clock, "lidar.world": world})
         self.planner = ros.make(PlannerNode, shared)
         # all nodes share a thread here, and poses wait in its queues
-        self.controller = ros.make(ControllerNode, {**shared, "limits.motion_delay": 0.4})
+        ros.make(ControllerNode, {**shared, "limits.motion_delay": 0.4})
         self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
-        ready = self.planner._loop._sensors, self.controller._loop._sensors
-        assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
-        # only then is a goal a new one to the robot, and lets it move
-        assert ros.wait_until(lambda: simulator._contract._interlock.goals)
+        scans = ros.listen(LaserScan, "scan", SENSOR_DATA)
+        # only once it hears of goals is one new to the robot, and lets it move
+        assert ros.wait_until(lambda: len(scans) > 5 and ros.probe.count_subscribers("goal_status") >= 3)
 
     def send_goal(self, goal) -> None:
         self.goals.publish(goal_to_message(goal, "map"))
@@ -60,23 +59,6 @@ class Graph:
     @property
     def status(self) -> int | None:
         return self.statuses[-1].status if self.statuses else None
-
-
-@pytest.mark.soak
-def test_the_robot_reaches_its_goal_and_stops(ros):
-    graph = Graph(ros, "l_corridor")
-    goal = load_world("l_corridor").goal
-    assert ros.wait_until(lambda: len(graph.commands) > 3)
-    assert not any(c.linear.x or c.linear.y for c in graph.commands)
-    graph.send_goal(goal)
-    assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, 30.0, lambda: graph.state.stamp)
-    assert np.hypot(*(graph.state.position - goal)) < 0.25
-    assert "free_space" in {m.data for m in graph.maneuvers}
-    graph.commands.clear()
-    assert ros.wait_until(lambda: len(graph.commands) >= 2)
-    last = graph.commands[-1]
-    assert (last.linear.x, last.linear.y, last.angular.z) == (0.0, 0.0, 0.0)
-    assert ros.wait_until(lambda: graph.maneuvers[-1].data == "stopped")
 
 
 def test_bounce_reaches_its_goal_round_a_turn(ros):
@@ -121,16 +103,11 @@ def test_each_strategy_takes_over_from_any_other_while_the_robot_drives(ros):
     assert "stopped" not in maneuvers[maneuvers.index("free_space") :], maneuvers
     assert np.hypot(*graph.state.velocity) > 0.2
     assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, clock=lambda: graph.state.stamp)
-
-
-@pytest.mark.parametrize(("obstacle_y", "side"), [(0.1, -1.0), pytest.param(-0.1, 1.0, marks=pytest.mark.soak)])
-def test_plan_follows_an_obstacle_that_only_simulator_and_lidar_know(ros, tmp_path, obstacle_y, side):
-    path = tmp_path / "hall.yaml"
-    save_world(hall(obstacle_y), path)
-    graph = Graph(ros, str(path))
-    graph.send_goal(hall().goal)
-    assert ros.wait_until(lambda: graph.plans)
-    assert side * plan_from_path(graph.plans[0], "map").positions[-1, 1] > 0.05
+    assert np.hypot(*(graph.state.position - load_world("corridor").goal)) < 0.25
+    graph.commands.clear()
+    assert ros.wait_until(lambda: len(graph.commands) >= 2 and graph.maneuvers[-1].data == "stopped")
+    last = graph.commands[-1]
+    assert (last.linear.x, last.linear.y, last.angular.z) == (0.0, 0.0, 0.0)
 
 
 def test_a_third_planner_drives_through_the_graph(ros, tmp_path, monkeypatch):

@@ -136,16 +136,22 @@ def test_without_a_recording_only_what_is_listened_to_is_subscribed(ros, tmp_pat
     assert not unrecorded.path.exists()
 
 
-def test_what_cannot_be_read_is_recorded_and_handed_to_nobody(ros, tmp_path, publishers):
+def test_what_cannot_be_read_is_recorded_and_handed_to_nobody_and_what_was_latched_before_too(
+    ros, tmp_path, publishers
+):
+    found = publishers(matched=False)
+    found["maneuver"].publish(SENT["maneuver"][0])
     recorded = Recorded(ros, tmp_path)
-    heard = []
-    recorded.topics.listen("plan", lambda message, _: heard.append(message))
-    publisher = publishers()["plan"]
-    publisher.publish(b"\0\1\0\0\xff\xff\xff\xff\xff\xff\xff\xff")
-    assert recorded.taken(lambda: recorded.topics._taken["plan"]._channel is not None)
-    publisher.publish(Path())
-    assert recorded.taken(lambda: heard)
-    assert heard == [Path()]
+    plans, maneuvers = [], []
+    recorded.topics.listen("plan", lambda message, _: plans.append(message))
+    recorded.topics.listen("maneuver", lambda message, _: maneuvers.append(message.data))
+    assert recorded.taken(lambda: maneuvers == ["flow_through"])
+    assert ros.wait_until(found["plan"].get_subscription_count)
+    found["plan"].publish(b"\0\1\0\0\xff\xff\xff\xff\xff\xff\xff\xff")
+    recorded.taken(lambda: False, 0.5)
+    found["plan"].publish(Path())
+    assert recorded.taken(lambda: plans)
+    assert plans == [Path()]
     assert recorded.counts()["/robot1/plan"] == 2
 
 
@@ -164,36 +170,29 @@ def test_a_sparse_topic_is_listened_to_only_when_a_message_of_it_is_due(ros, tmp
     assert min(second - first, third - second) >= 0.9e9 * period
 
 
-def test_a_message_that_was_latched_before_is_recorded(ros, tmp_path, publishers):
-    found = publishers(matched=False)
-    found["maneuver"].publish(SENT["maneuver"][0])
-    recorded = Recorded(ros, tmp_path)
-    heard = []
-    recorded.topics.listen("maneuver", lambda message, _: heard.append(message.data))
-    assert recorded.taken(lambda: heard == ["flow_through"])
-
-
-@pytest.mark.parametrize("name", TOPICS)
-def test_any_message_comes_back_as_it_was_sent_by_both_libraries(ros, tmp_path, name):
-    topic, chance = TOPICS[name], Random(name)
-    recorded = Recorded(ros, tmp_path, {name: replace(topic, period=0.0)}, namespace="/")
-    how = qos.POSE_PUBLISHED if topic.qos is qos.EVERY_UNRELIABLE else published_by(topic.qos)
-    publisher = ros.probe.create_publisher(topic.kind, name, how)
-    assert ros.wait_until(publisher.get_subscription_count)
-    sent = [any_message(topic.kind, chance) for _ in range(20)]
-    heard = []
-    recorded.topics.listen(name, lambda message, _: heard.append(message))
-    # others publish on some of the topics too
-    for message in sent:
-        publisher.publish(message)
-        assert recorded.taken(lambda message=message: message in heard)
+def test_any_message_comes_back_as_it_was_sent_by_both_libraries(ros, tmp_path):
+    topics = {name: replace(topic, period=0.0) for name, topic in TOPICS.items()}
+    recorded, heard, chance = Recorded(ros, tmp_path, topics, namespace="/"), {name: [] for name in topics}, Random(1)
+    for name, topic in topics.items():
+        recorded.topics.listen(name, lambda message, _, name=name: heard[name].append(message))
+        how = qos.POSE_PUBLISHED if topic.qos is qos.EVERY_UNRELIABLE else published_by(topic.qos)
+        publisher = ros.probe.create_publisher(topic.kind, name, how)
+        assert ros.wait_until(publisher.get_subscription_count), name
+        # others publish on some of the topics too
+        for message in [any_message(topic.kind, chance) for _ in range(5)]:
+            publisher.publish(message)
+            assert recorded.taken(lambda message=message, name=name: message in heard[name]), name
     recorded.file.finish()
-    full = recorded.node.resolve_topic_name(name)
-    expected = [plain(message, topic.kind) for message in heard]
-    assert [plain(message, topic.kind) for _, _, message in messages(recorded.path, [full])] == expected
+    full = {name: recorded.node.resolve_topic_name(name) for name in topics}
+    decoded = {topic: [] for topic in full.values()}
     with AnyReader([recorded.path]) as reader:
-        decoded = [reader.deserialize(data, connection.msgtype) for connection, _, data in reader.messages()]
-    assert [plain(message, topic.kind) for message in decoded] == expected
+        for connection, _, data in reader.messages():
+            decoded[connection.topic].append(reader.deserialize(data, connection.msgtype))
+    for name, topic in topics.items():
+        expected = [plain(message, topic.kind) for message in heard[name]]
+        ours = [plain(message, topic.kind) for _, _, message in messages(recorded.path, [full[name]])]
+        assert ours == expected, name
+        assert [plain(message, topic.kind) for message in decoded[full[name]]] == expected, name
 
 
 def published_by(profile: QoSProfile) -> QoSProfile:

@@ -3,12 +3,11 @@
 import random
 from itertools import pairwise
 
-import pytest
-
 from collplan_ros.node_kit.input_watch import AWAITED, EVENT, NOBODY, PATIENCE, STATE, STREAM, InputWatch, Remark
 
 COMES = Remark("scan", comes=True)
-FRAME = "header.frame_id: got 'laser', expected 'base_link'"
+HEARD = "1 publisher, nothing received"
+REFUSED = Remark("scan refused: frame")
 
 
 class Scene:
@@ -27,75 +26,53 @@ class Scene:
         return self.watch.check()
 
 
-def test_a_stream_that_comes_is_said_once():
+def test_a_stream_that_is_missing_is_said_once_for_each_reason_and_so_is_that_it_comes():
     scene = Scene()
-    assert scene.second(20) == [COMES]
-    assert [scene.second(20) for _ in range(5)] == [[]] * 5
-    assert scene.watch.is_there
-
-
-def test_a_stream_that_is_missing_is_said_once_for_each_reason():
-    scene = Scene()
-    assert [scene.second() for _ in range(4)] == [[], [Remark("no scan: 0 publishers")], [], []]
-    scene.publishers = "1 publisher, nothing received"
-    assert [scene.second() for _ in range(3)] == [[Remark("no scan: 1 publisher, nothing received")], [], []]
+    nobody, silent = Remark(f"no scan: {NOBODY}"), Remark(f"no scan: {HEARD}")
+    assert [scene.second() for _ in range(4)] == [[], [nobody], [], []]
+    scene.publishers = HEARD
+    assert [scene.second() for _ in range(3)] == [[silent], [], []]
     assert not scene.watch.is_there
-    assert scene.second(1) == [COMES]
-    assert [scene.second() for _ in range(3)] == [[], [Remark("no scan: 1 publisher, nothing received")], []]
-
-
-def test_one_missed_second_is_nothing():
-    scene = Scene()
+    # one missed second is nothing
     assert [scene.second(taken) for taken in (3, 0, 3, 0, 3)] == [[COMES], [], [], [], []]
+    assert scene.watch.is_there
+    assert [scene.second() for _ in range(3)] == [[], [silent], []]
 
 
-def test_a_refused_stream_is_refused_not_missing():
-    scene = Scene(publishers="1 publisher, nothing received")
-    refused = Remark(f"scan refused: {FRAME}")
-    assert [scene.second(refused=[FRAME] * 20) for _ in range(4)] == [[refused], [], [], []]
-    assert scene.second(refused=["other"]) == [Remark("scan refused: other")]
+def test_a_refused_stream_is_refused_not_missing_and_other_numbers_are_no_other_reason():
+    scene = Scene(publishers=HEARD)
+    assert [scene.second(refused=["pose 1.25 at 17"] * 20) for _ in range(3)] == [
+        [Remark("scan refused: pose 1.25 at 17")],
+        [],
+        [],
+    ]
+    assert scene.second(refused=["pose 2.5 at 18"]) == []
     assert not scene.watch.is_there
-    assert scene.second(20) == [COMES]
-
-
-def test_a_refusal_among_what_is_taken_is_said_beside_it():
-    scene = Scene()
-    assert scene.second(1, refused=[FRAME]) == [COMES, Remark(f"scan refused: {FRAME}")]
-    assert scene.second(1, refused=[FRAME]) == []
-    assert scene.second(refused=[FRAME]) == [Remark(f"scan refused: {FRAME}")]  # now nothing else comes
-    assert scene.second(1) == [COMES]
-    assert scene.second(1, refused=[FRAME]) == [Remark(f"scan refused: {FRAME}")]
-
-
-def test_other_numbers_are_no_other_reason():
-    scene = Scene()
-    assert len(scene.second(1, refused=["pose [1.25, 3] at 17.001"])) == 2
-    assert scene.second(1, refused=["pose [1.37, 14] at 18.101"]) == []
+    assert scene.second(1, refused=["frame"]) == [COMES, REFUSED]
+    assert scene.second(1, refused=["frame"]) == []
+    assert scene.second(refused=["frame"]) == [REFUSED]  # now nothing else comes
 
 
 def test_a_state_is_there_while_somebody_publishes_it():
     scene = Scene(STATE)
-    assert [scene.second() for _ in range(3)] == [[], [Remark("no scan: 0 publishers")], []]
-    scene.publishers = "1 publisher, nothing received"
-    assert scene.second(1) == [COMES]
-    assert [scene.second() for _ in range(5)] == [[]] * 5
+    nobody = [[], [Remark(f"no scan: {NOBODY}")], []]
+    assert [scene.second() for _ in range(3)] == nobody
+    scene.publishers = HEARD
+    assert [scene.second(taken) for taken in (1, 0, 0, 0)] == [[COMES], [], [], []]
     scene.publishers = NOBODY
-    assert [scene.second() for _ in range(3)] == [[], [Remark("no scan: 0 publishers")], []]
-    scene.publishers = "1 publisher, nothing received"
+    assert [scene.second() for _ in range(3)] == nobody
+    scene.publishers = HEARD
     assert scene.second() == [COMES]
 
 
-@pytest.mark.parametrize("need", [AWAITED, EVENT])
-def test_what_comes_when_it_comes_is_never_missing(need):
-    scene = Scene(need)
-    assert scene.watch.is_there
-    assert [scene.second(taken) for taken in (0, 0, 0, 1, 0, 0, 0, 1)] == [[]] * 8
-    assert scene.second(refused=[FRAME]) == [Remark(f"scan refused: {FRAME}")]
-    assert [scene.second() for _ in range(PATIENCE)] == [[]] * PATIENCE
-    assert scene.second(refused=[FRAME]) == [Remark(f"scan refused: {FRAME}")]  # another one, later
-
-
-def test_what_was_waited_for_is_said_to_come():
+def test_what_comes_when_it_comes_is_never_missing_unless_it_is_waited_for():
+    for need in (AWAITED, EVENT):
+        scene = Scene(need)
+        assert scene.watch.is_there
+        assert [scene.second(taken) for taken in (0, 0, 0, 1, 0, 0, 0, 1)] == [[]] * 8, need
+        assert scene.second(refused=["frame"]) == [REFUSED]
+        assert [scene.second() for _ in range(PATIENCE)] == [[]] * PATIENCE
+        assert scene.second(refused=["frame"]) == [REFUSED], "another one, later"
     scene = Scene(AWAITED)
     scene.watch.wait()
     assert [scene.second(taken) for taken in (0, 0, 1, 1)] == [[], [], [COMES], []]
@@ -107,13 +84,13 @@ def test_whatever_happens_nothing_is_said_twice_in_a_row_and_the_last_word_is_tr
         scene = Scene(draw.choice([STREAM, STATE, AWAITED, EVENT]))
         said = []
         for _ in range(40):
-            scene.publishers = draw.choice([NOBODY, "1 publisher, nothing received"])
+            scene.publishers = draw.choice([NOBODY, HEARD])
             remarks = scene.second(draw.choice([0, 0, 3]), [draw.choice("ab")] * draw.choice([0, 0, 1]))
             assert len(remarks) <= 2, seed
             said += remarks
         for before, after in pairwise(said):
             assert before != after or "refused" in after.text, seed
-        scene.publishers = "1 publisher, nothing received"
+        scene.publishers = HEARD
         for _ in range(PATIENCE + 1):
             scene.second(1)
         assert scene.watch.is_there, seed

@@ -7,6 +7,7 @@ from importlib.resources import files
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
@@ -17,8 +18,9 @@ from collplan_core.parameters import Mocap, Settings
 from collplan_core.parameters.file import read_parameters
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseError
-from collplan_ros.messages.conversions import header
+from collplan_ros.messages.conversions import header, state_from_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
+from collplan_ros.messages.qos import POSE_SUBSCRIBED
 from collplan_ros.nodes.mocap_node import MocapNode
 
 # Messages of packages that are not among the wheels, with the same fields.
@@ -135,79 +137,51 @@ MESSAGES = {
 }
 
 
-@pytest.mark.parametrize("name", FORMATS)
-def test_every_shape_is_read(name):
-    measured = FORMATS[name].read(MESSAGES[name](), "puck")
-    assert (measured.frame, measured.stamp, measured.position) == ("map", 5.25, (1.0, 2.0, 0.1))
-    assert measured.quaternion == pytest.approx((0.0, 0.0, math.sin(0.2), math.cos(0.2)))
+def test_every_shape_is_read(everything_installed):
+    for name, shape in FORMATS.items():
+        measured = shape.read(MESSAGES[name](), "puck")
+        assert (measured.frame, measured.stamp, measured.position) == ("map", 5.25, (1.0, 2.0, 0.1)), name
+        assert measured.quaternion == pytest.approx((0.0, 0.0, math.sin(0.2), math.cos(0.2)))
+        assert message_type(Mocap(format=name, subject="puck")).__name__ == shape.message
+    oldest = FORMATS["vicon"].read(position(OldPosition), "puck.root")
+    assert (oldest.frame, oldest.stamp, oldest.position) == (None, None, (1.0, 2.0, 0.1))
 
 
-def test_oldest_vicon_receiver_has_neither_stamp_nor_frame():
-    measured = FORMATS["vicon"].read(position(OldPosition), "puck.root")
-    assert (measured.frame, measured.stamp, measured.position) == (None, None, (1.0, 2.0, 0.1))
+def test_an_absent_body_is_told_messages_about_others_are_passed_over_and_one_body_needs_no_name():
+    for name in ("named_poses", "rigid_bodies"):
+        with pytest.raises(PoseError, match=r"'truck'.* wand, puck") as error:
+            FORMATS[name].read(MESSAGES[name](), "truck")
+        assert error.value.reason == "absent"
+    for name in ("tf", "transform", "vicon"):
+        assert FORMATS[name].read(MESSAGES[name](), "truck") is None
+    for name in ("transform", "vicon"):
+        assert FORMATS[name].read(MESSAGES[name](), "") is not None
 
 
-@pytest.mark.parametrize("name", ["named_poses", "rigid_bodies"])
-def test_an_absent_body_is_told_with_those_that_are_there(name):
-    with pytest.raises(PoseError, match="'truck': not seen, only wand, puck") as error:
-        FORMATS[name].read(MESSAGES[name](), "truck")
-    assert error.value.reason == "absent"
+def test_packages_that_are_missing_are_named(monkeypatch, ros):
+    for name in ("tf", "named_poses", "rigid_bodies", "vicon"):
+        for one in FORMATS[name].packages:
+            monkeypatch.setitem(sys.modules, one, None)
+        with pytest.raises(ParameterError, match=rf"mocap\.format: got '{name}'.*{FORMATS[name].packages[0]}"):
+            ros.make(MocapNode, {"mocap.format": name, "mocap.subject": "puck"})
 
 
-@pytest.mark.parametrize("name", ["tf", "transform", "vicon"])
-def test_messages_about_others_are_passed_over(name):
-    assert FORMATS[name].read(MESSAGES[name](), "truck") is None
-
-
-def test_one_body_needs_no_name():
-    assert FORMATS["transform"].read(transform("anything"), "") is not None
-    assert FORMATS["vicon"].read(position(Position, HEADER), "") is not None
-
-
-@pytest.mark.parametrize("name", FORMATS)
-def test_message_types_are_found_where_they_are_installed(everything_installed, name):
-    assert message_type(Mocap(format=name, subject="puck")).__name__ == FORMATS[name].message
-
-
-def test_older_name_of_the_package_will_do(monkeypatch):
-    fake(monkeypatch, "mocap4r2_msgs")
-    monkeypatch.setitem(sys.modules, "mocap_msgs", sys.modules.pop("mocap4r2_msgs"))
-    monkeypatch.setitem(sys.modules, "mocap_msgs.msg", sys.modules.pop("mocap4r2_msgs.msg"))
-    assert message_type(Mocap(format="rigid_bodies", subject="puck")) is RigidBodies
-
-
-@pytest.mark.parametrize(
-    ("name", "package"),
-    [
-        ("tf", "tf2_msgs"),
-        ("named_poses", "motion_capture_tracking_interfaces"),
-        ("rigid_bodies", "mocap4r2_msgs"),
-        ("vicon", "vicon_receiver"),
-    ],
-)
-def test_a_package_that_is_missing_is_named(monkeypatch, ros, name, package):
-    for one in FORMATS[name].packages:
-        monkeypatch.setitem(sys.modules, one, None)
-    with pytest.raises(ParameterError, match=rf"mocap\.format: got '{name}'.*{package}.* is not"):
-        ros.make(MocapNode, {"mocap.format": name, "mocap.subject": "puck"})
-
-
-@pytest.mark.parametrize("name", ["tf", "named_poses", "rigid_bodies"])
-def test_a_body_among_several_needs_a_name(everything_installed, name):
-    with pytest.raises(ParameterError, match=r"mocap\.subject: got ''"):
-        message_type(Mocap(format=name))
+def test_a_body_among_several_needs_a_name(everything_installed):
+    for name in ("tf", "named_poses", "rigid_bodies"):
+        with pytest.raises(ParameterError, match=r"mocap\.subject: got ''"):
+            message_type(Mocap(format=name))
 
 
 # ---- the node, fed by hand where the messages exist as fakes only
 
 
 class HandFed(MocapNode):
-    """Takes its poses from `take`, whatever their type."""
+    """Takes its poses from `take`, whatever their type; what it refuses is in `refused`."""
 
-    def create_subscription(self, message_type, topic, callback, qos, raw=False):
-        if topic != self._settings.mocap.topic:
-            return super().create_subscription(message_type, topic, callback, qos, raw=raw)
-        self.topic, self.qos = topic, qos
+    def create_subscription(self, message_type, topic, callback, qos, **kwargs):
+        if topic != self.get_parameter("mocap.topic").value:
+            return super().create_subscription(message_type, topic, callback, qos, **kwargs)
+        self.topic = topic
         self.take = lambda message: callback(message, UNTIMED)
         return None
 
@@ -215,26 +189,27 @@ class HandFed(MocapNode):
 SETS = sorted(path.name for path in (files("collplan_ros") / "config").iterdir() if path.name.startswith("mocap_"))
 
 
-def test_sets_are_shipped():
+def test_each_shipped_set_starts_a_node_and_takes_its_messages(everything_installed, ros):
     assert len(SETS) == 10
-
-
-@pytest.mark.parametrize("name", SETS)
-def test_a_shipped_set_starts_a_node_and_takes_its_messages(everything_installed, ros, name):
-    path = str(files("collplan_ros") / "config" / name)
-    mocap = Settings().with_values(read_parameters(path)).mocap
-    # by ROS's own reader too, which takes y for true
-    node = ros.make(HandFed, cli_args=["--ros-args", "--params-file", path])
-    assert node._settings.mocap == mocap
-    assert node.topic == mocap.topic
-    message = MESSAGES[mocap.format]()
-    stamped = message.transforms[1] if mocap.format == "tf" else message
-    stamped.header = header(5.25, mocap.frame or "map")
-    set_upright(message)
-    rename(message, mocap.subject)
-    node.take(message)
-    assert (node._counts["received"], node._inputs.refusals.newest) == (1, "")
-    assert len(node._memory.track.times) == 1
+    odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
+    for name in SETS:
+        path = str(files("collplan_ros") / "config" / name)
+        mocap = Settings().with_values(read_parameters(path)).mocap
+        # by ROS's own reader too, which takes y for true
+        node = ros.make(HandFed, cli_args=["--ros-args", "--params-file", path])
+        assert node.topic == mocap.topic
+        assert ros.wait_until(lambda node=node: node.count_subscribers("mocap/odom"))
+        for k in range(8):
+            message = MESSAGES[mocap.format]()
+            stamped = message.transforms[1] if mocap.format == "tf" else message
+            stamped.header = header(5.25 + 0.01 * k, mocap.frame or "map")
+            set_upright(message)
+            shift(message, 1e-3 * k)
+            rename(message, mocap.subject)
+            node.take(message)
+        assert ros.wait_until(lambda: odometry), name
+        ros.remove(node)
+        odometry.clear()
 
 
 def set_upright(message):
@@ -260,10 +235,32 @@ def rename(message, subject):
         message.subject_name = subject
 
 
+def shift(message, distance):
+    """Moves every body in a message along each axis, so that no pose repeats the last."""
+    for name in ("x", "y", "z"):
+        if hasattr(message, f"{name}_trans"):
+            setattr(message, f"{name}_trans", getattr(message, f"{name}_trans") + distance)
+    for part in ("position", "translation"):
+        if hasattr(message, part):
+            getattr(message, part).x += distance
+            getattr(message, part).y += distance
+    for part in ("pose", "transform", "poses", "transforms", "rigidbodies"):
+        inner = getattr(message, part, None)
+        for each in inner if isinstance(inner, list) else [inner] if inner is not None else []:
+            shift(each, distance)
+
+
 def test_a_message_without_stamp_is_stamped_on_receipt(everything_installed, ros):
+    odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
     node = ros.make(HandFed, {"mocap.format": "vicon", "mocap.units": "mm"})
+    assert ros.wait_until(lambda: node.count_subscribers("mocap/odom"))
     before = 1e-9 * node.get_clock().now().nanoseconds
-    node.take(position(OldPosition))
-    (stamp,) = node._memory.track.times
-    assert before <= stamp <= 1e-9 * node.get_clock().now().nanoseconds
-    assert node._memory.track.poses[:, :2].tolist() == [[0.001, 0.002]]
+    for k in range(10):
+        message = position(OldPosition)
+        shift(message, 1.0 * k)
+        node.take(message)
+        ros.spin(0.01)
+    assert ros.wait_until(lambda: odometry)
+    newest = state_from_odometry(odometry[-1], "map", "base_link")
+    assert before <= newest.stamp <= 1e-9 * node.get_clock().now().nanoseconds
+    np.testing.assert_allclose(newest.position, [0.010, 0.011], atol=1e-6)

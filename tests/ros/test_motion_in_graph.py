@@ -1,16 +1,20 @@
-"""Every node but a planner, in a hall, with a motion capture that is late, or that turns, tips or lifts the robot."""
+"""Every node but a planner, which is somebody else's: to its goal, and with a motion capture that is late or false."""
 
+import numpy as np
 import pytest
+from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
+from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
 from collplan_core.control.motion_monitor import OK
-from collplan_ros.messages.conversions import seconds_from_stamp
-from collplan_ros.messages.qos import LATCHED
+from collplan_ros.messages.conversions import seconds_from_stamp, state_from_odometry
+from collplan_ros.messages.qos import LATCHED, POSE_SUBSCRIBED
 from fake_robot import hall
-from foreign_planner import ForeignPlanner
+from foreign_planner import SPEED, SWING, ForeignPlanner
+from node_health import NodeHealth
 from simulated_hall import CLOCK, ONE_POSE, SimulatedHall
 
 LIMIT = 0.15
@@ -24,7 +28,7 @@ def make_hall(ros, tmp_path):
         graph.delays = ros.listen(Float64, "controller/motion_delay", LATCHED)
         # this planner has its goal before the robot could know that it is a new one
         assert ros.call(Trigger, "resume").success
-        ros.make(ForeignPlanner, CLOCK, goal=hall().goal)
+        graph.planner = ros.make(ForeignPlanner, CLOCK, goal=hall().goal)
         return graph
 
     return made
@@ -37,31 +41,38 @@ def test_late_poses_stop_the_robot_and_the_delay_is_published(make_hall):
     graph.until(lambda: graph.speed == 0.0)
 
 
-def test_a_robot_in_time_drives_and_its_delay_is_published(make_hall):
+def test_a_foreign_planner_drives_the_robot_to_its_goal(make_hall):
     graph = make_hall()
-    graph.until(lambda: graph.poses[-1].pose.position.x > 1.5)
-    assert graph.delays
+    poses = graph.ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
+    maneuvers = graph.ros.listen(String, "maneuver", LATCHED)
+    statuses = graph.ros.listen(GoalStatus, "goal_status", LATCHED)
+    graph.until(lambda: statuses and statuses[-1].status == GoalStatus.STATUS_SUCCEEDED, 30.0)
+    path = np.array([state_from_odometry(pose, "map", "base_link").position for pose in poses])
+    apart = np.linalg.norm(path[:, None] - graph.planner.curve[None], axis=2).min(axis=1)
+    length = np.hypot(*np.diff(graph.planner.curve, axis=0).T).sum()
+    taken = seconds_from_stamp(poses[-1].header.stamp) - seconds_from_stamp(poses[0].header.stamp)
+    assert taken == pytest.approx(length / SPEED, rel=0.2)
+    assert apart.max() < 0.1
+    assert path[:, 1].max() > 0.8 * SWING
+    assert path[:, 1].min() < -0.8 * SWING
+    assert {m.data for m in maneuvers} <= {"free_space", "stopped"}
     assert graph.delays[-1].data < 0.1
-    assert not graph.controller._loop.held
+    assert "held" not in graph.said
+    graph.until(lambda: graph.speed == 0.0)
 
 
 def test_a_robot_in_its_emergency_stop_is_commanded_zero_and_neither_stuck_nor_reversed(make_hall):
     graph = make_hall()
     graph.until(lambda: graph.poses[-1].pose.position.x > 0.5 and graph.speed > 0.3)
-    verdicts = set()
+    health = NodeHealth(graph.ros, "/controller_node")
     stop = graph.ros.probe.create_client(Trigger, "estop")
     assert graph.ros.wait_until(stop.service_is_ready)
     stop.call_async(Trigger.Request())
-    begun = seconds_from_stamp(graph.poses[-1].header.stamp)
-
-    def has_lasted(duration: float) -> bool:
-        verdicts.add(graph.controller._loop.motion.verdict.kind)
-        return seconds_from_stamp(graph.poses[-1].header.stamp) > begun + duration
-
-    graph.until(lambda: has_lasted(2.0))
-    assert verdicts == {OK}
+    graph.pass_time(2.0)
+    assert graph.ros.wait_until(lambda: health.value("motion"))
+    assert health.value("motion") == OK
     assert graph.speed == 0.0
-    assert graph.states[-1].message.startswith("stands still: held: emergency stop by its service")
+    assert "held: emergency stop" in graph.said
 
 
 @pytest.mark.parametrize(

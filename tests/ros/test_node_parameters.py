@@ -17,13 +17,9 @@ class Declaring(Node):
         declare(self, *groups)
 
 
-def test_all_groups_at_their_defaults(ros):
+def test_every_parameter_says_what_it_is_and_has_its_default(ros):
     node = ros.make(lambda **kwargs: Declaring(GROUPS, **kwargs))
     assert read_settings(node, *GROUPS) == Settings()
-
-
-def test_every_parameter_says_what_it_is(ros):
-    node = ros.make(lambda **kwargs: Declaring(GROUPS, **kwargs))
     for spec in (spec for group in GROUPS for spec in specs(group)):
         descriptor = node.describe_parameter(spec.key)
         assert spec.doc in descriptor.description
@@ -33,42 +29,32 @@ def test_every_parameter_says_what_it_is(ros):
         assert [(b.from_value, b.to_value) for b in bounds] == ([] if spec.low is None else [(spec.low, spec.high)])
 
 
-def test_description_over_the_graph(ros):
-    ros.make(Declaring)
+def test_overrides_are_read_and_those_of_other_nodes_are_ignored(ros):
+    values = {"robot.radius": 0.2, "mocap.detect_impacts": False, "robot.max_speed": 1}
+    node = ros.make(Declaring, {**values, "planner.map_period": 0.3, "use_sim_time": False})
+    assert not node.has_parameter("planner.map_period")
+    assert read_settings(node, Robot, Mocap) == Settings().with_values({**values, "robot.max_speed": 1.0})
     request = DescribeParameters.Request(names=["robot.max_speed"])
     (descriptor,) = ros.call(DescribeParameters, "/declaring/describe_parameters", request).descriptors
-    assert "m/s" in descriptor.description
     assert descriptor.floating_point_range[0].to_value == 5.0
 
 
-def test_overrides_are_read(ros):
-    node = ros.make(Declaring, {"robot.radius": 0.2, "mocap.detect_impacts": False, "robot.max_speed": 1})
-    settings = read_settings(node, Robot, Mocap)
-    assert (settings.robot.radius, settings.mocap.detect_impacts, settings.robot.max_speed) == (0.2, False, 1.0)
-
-
-def test_parameters_of_other_nodes_are_ignored(ros):
-    node = ros.make(Declaring, {"planner.map_period": 0.3, "use_sim_time": False, "robot.radius": 0.2})
-    assert not node.has_parameter("planner.map_period")
-    assert read_settings(node, Robot, Mocap) == Settings().with_values({"robot.radius": 0.2})
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        ("robot.max_sped", 1.0, "robot.max_speed"),
-        ("max_speed", 1.0, "unknown parameter"),
-        ("robot.max_speed", "fast", "expected a number"),
-        ("robot.max_speed", 99.0, r"99\.0.*\[0\.05, 5\]"),
-        ("robot.max_speed", float("nan"), "nan"),
-        ("robot.radius", [0.1, 0.2], "expected a number"),
-        ("mocap.detect_impacts", 1, "true or false"),
-    ],
+BAD_OVERRIDES = (
+    ("robot.max_sped", 1.0, "robot.max_speed"),
+    ("max_speed", 1.0, "unknown parameter"),
+    ("robot.max_speed", "fast", "expected a number"),
+    ("robot.max_speed", 99.0, r"99\.0.*\[0\.05, 5\]"),
+    ("robot.max_speed", float("nan"), "nan"),
+    ("robot.radius", [0.1, 0.2], "expected a number"),
+    ("mocap.detect_impacts", 1, "true or false"),
 )
-def test_override_that_does_not_fit_is_an_error(ros, key, value, words):
-    with pytest.raises(ParameterError, match=words) as error:
-        ros.make(Declaring, {key: value})
-    assert key in str(error.value)
+
+
+def test_overrides_that_do_not_fit_are_errors(ros):
+    for key, value, words in BAD_OVERRIDES:
+        with pytest.raises(ParameterError, match=words) as error:
+            ros.make(Declaring, {key: value})
+        assert key in str(error.value)
 
 
 def set_on(ros, key, value):
@@ -90,22 +76,19 @@ def test_live_parameter_can_be_set_and_is_noticed(ros):
     assert read_settings(node, Robot, Mocap).robot.max_speed == 1.0
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        ("robot.max_speed", 99.0, "Min: 0.05, Max: 5.0, value: 99.0"),
-        ("robot.max_speed", float("nan"), "value: nan"),
-        ("robot.max_speed", "fast", "type"),
-        ("robot.radius", 0.2, "read-only"),
-    ],
-)
-def test_rejected_set_says_why_and_changes_nothing(ros, key, value, words):
+def test_sets_that_are_rejected_say_why_and_change_nothing(ros):
     node = ros.make(Declaring)
     seen = []
     on_change(node, seen.append, Robot)
-    answer = set_on(ros, key, value)
-    assert not answer.successful
-    assert words in answer.reason
+    for key, value, words in (
+        ("robot.max_speed", 99.0, "value: 99.0"),
+        ("robot.max_speed", float("nan"), "value: nan"),
+        ("robot.max_speed", "fast", "type"),
+        ("robot.radius", 0.2, "read-only"),
+    ):
+        answer = set_on(ros, key, value)
+        assert not answer.successful, value
+        assert words in answer.reason
     assert read_settings(node, Robot, Mocap) == Settings()
     assert not seen
 
@@ -132,11 +115,10 @@ def test_one_parameter_of_another_nodes_group(ros):
     assert not set_on(ros, "mocap.leap_margin", 99.0).successful
 
 
-@pytest.mark.parametrize("fence", [(), (0.0, 0.0, 2.0, 0.0, 2.0, 1.5)])
-def test_a_list_of_a_parameter_file_is_read_an_empty_one_too(ros, tmp_path, fence):
+def test_a_list_of_a_parameter_file_is_read_an_empty_one_too(ros, tmp_path):
     path = tmp_path / "lab.yaml"
-    write_values({"limits.fence": list(fence)}, path)
-    node = ros.make(
-        lambda **kwargs: Declaring((Limits,), cli_args=["--ros-args", "--params-file", str(path)], **kwargs)
-    )
-    assert read_settings(node, Limits).limits.fence == fence
+    arguments = ["--ros-args", "--params-file", str(path)]
+    for fence in ((), (0.0, 0.0, 2.0, 0.0, 2.0, 1.5)):
+        write_values({"limits.fence": list(fence)}, path)
+        node = ros.make(lambda **kwargs: Declaring((Limits,), cli_args=arguments, **kwargs))
+        assert read_settings(node, Limits).limits.fence == fence

@@ -52,27 +52,27 @@ def test_velocities_of_a_plan_are_exact_on_a_parabola():
     np.testing.assert_allclose(back.velocities, np.column_stack([0.6 * t, np.full(20, -1.0)]), atol=1e-9)
 
 
-def path(change=lambda p: None):
-    message = m.plan_to_path(plan_along([(0.0, 0.0), (0.1, 0.0), (0.2, 0.1)], 5.0), "map")
-    change(message)
-    return message
+def stamp_of(index, stamp):
+    return lambda path: setattr(path.poses[index].header, "stamp", c.stamp_from_seconds(stamp))
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda p: p.poses.clear(), "got 0, expected at least 2"),
-        (lambda p: p.poses.__delitem__(slice(1, None)), "got 1, expected at least 2"),
-        (lambda p: setattr(p.poses[1].pose.position, "x", math.nan), r"poses\[1\].*finite"),
-        (lambda p: setattr(p.poses[2].pose.position, "y", math.inf), r"poses\[2\].*finite"),
-        (lambda p: setattr(p.poses[2].header, "stamp", c.stamp_from_seconds(5.1)), r"poses\[2\].*later"),
-        (lambda p: setattr(p.poses[1].header, "stamp", c.stamp_from_seconds(4.0)), r"poses\[1\].*later"),
-        (lambda p: setattr(p.header, "frame_id", "odom"), "frame_id"),
-    ],
+BAD_PATHS = (
+    (lambda p: p.poses.clear(), "got 0, expected at least 2"),
+    (lambda p: p.poses.__delitem__(slice(1, None)), "got 1, expected at least 2"),
+    (lambda p: setattr(p.poses[1].pose.position, "x", math.nan), r"poses\[1\].*finite"),
+    (lambda p: setattr(p.poses[2].pose.position, "y", math.inf), r"poses\[2\].*finite"),
+    (stamp_of(2, 5.1), r"poses\[2\].*later"),
+    (stamp_of(1, 4.0), r"poses\[1\].*later"),
+    (lambda p: setattr(p.header, "frame_id", "odom"), "frame_id"),
 )
-def test_path_that_is_refused(change, words):
-    with pytest.raises(PathError, match=words):
-        plan_from_path(path(change), "map")
+
+
+def test_paths_that_are_refused():
+    for change, words in BAD_PATHS:
+        message = m.plan_to_path(plan_along([(0.0, 0.0), (0.1, 0.0), (0.2, 0.1)], 5.0), "map")
+        change(message)
+        with pytest.raises(PathError, match=words):
+            plan_from_path(message, "map")
 
 
 # ---- foreseen contacts
@@ -94,12 +94,10 @@ def test_contacts(stamp, after, data):
     np.testing.assert_array_equal(back.velocities_after, contacts.velocities_after)
 
 
-def contacts_message(change=lambda message: None):
+def contacts_message():
     """Two contacts, 0.25 s and 0.75 s after a plan of 5.0 s."""
     touched, after = np.array([[1.0, 0.5], [1.5, 0.0]]), np.array([[0.3, -0.4], [0.0, 0.2]])
-    message = m.contacts_to_message(Contacts(np.array([5.25, 5.75]), touched, after), 5.0, "map", "base_link")
-    change(message)
-    return message
+    return m.contacts_to_message(Contacts(np.array([5.25, 5.75]), touched, after), 5.0, "map", "base_link")
 
 
 def test_a_contact_in_its_message():
@@ -111,29 +109,28 @@ def test_a_contact_in_its_message():
     assert first.transforms[0].rotation.w == 1.0
     assert (first.velocities[0].linear.x, first.velocities[0].linear.y) == (0.3, -0.4)
     assert first.time_from_start == Duration(sec=0, nanosec=250_000_000)
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda t: setattr(t.header, "frame_id", "odom"), r"header\.frame_id: got frame 'odom', expected 'map'"),
-        (lambda t: t.points[1].transforms.clear(), r"points\[1\]\.transforms: got 0 entries, expected 1"),
-        (lambda t: t.points[0].velocities.append(t.points[0].velocities[0]), r"points\[0\]\.velocities: got 2 entries"),
-        (lambda t: setattr(t.points[0].transforms[0].translation, "x", math.nan), r"points\[0\]\.transforms.*finite"),
-        (lambda t: setattr(t.points[1].velocities[0].linear, "y", math.inf), r"points\[1\]\.velocities.*finite"),
-        (lambda t: setattr(t.points[0], "time_from_start", Duration(sec=-1)), r"points\[0\].*got -1 s, expected 0 s"),
-        (lambda t: setattr(t.points[1], "time_from_start", Duration()), r"points\[1\].*got 0 s, expected 0\.25 s"),
-    ],
-)
-def test_contacts_that_are_refused(change, words):
-    with pytest.raises(c.MessageError, match=words):
-        m.contacts_from_message(contacts_message(change), "map")
-
-
-def test_two_contacts_may_come_at_once():
-    """In a corner."""
-    message = contacts_message(lambda t: setattr(t.points[1], "time_from_start", t.points[0].time_from_start))
+    # two may come at once, in a corner
+    message.points[1].time_from_start = first.time_from_start
     assert m.contacts_from_message(message, "map")[1].times.tolist() == [5.25, 5.25]
+
+
+BAD_CONTACTS = (
+    (lambda t: setattr(t.header, "frame_id", "odom"), "frame 'odom'"),
+    (lambda t: t.points[1].transforms.clear(), r"points\[1\]\.transforms: got 0"),
+    (lambda t: t.points[0].velocities.append(t.points[0].velocities[0]), r"points\[0\]\.velocities: got 2"),
+    (lambda t: setattr(t.points[0].transforms[0].translation, "x", math.nan), r"points\[0\]\.transforms.*finite"),
+    (lambda t: setattr(t.points[1].velocities[0].linear, "y", math.inf), r"points\[1\]\.velocities.*finite"),
+    (lambda t: setattr(t.points[0], "time_from_start", Duration(sec=-1)), r"points\[0\].*got -1 s"),
+    (lambda t: setattr(t.points[1], "time_from_start", Duration()), r"points\[1\].*got 0 s"),
+)
+
+
+def test_contacts_that_are_refused():
+    for change, words in BAD_CONTACTS:
+        message = contacts_message()
+        change(message)
+        with pytest.raises(c.MessageError, match=words):
+            m.contacts_from_message(message, "map")
 
 
 # ---- until when

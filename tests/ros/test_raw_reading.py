@@ -23,7 +23,7 @@ from collplan_ros.messages.raw_reading import path_from_bytes, plan_from_bytes, 
 from collplan_ros.messages.raw_writing import plan_to_bytes
 from collplan_ros.messages.reading import timed_plan
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=100)
+QUICK = settings(derandomize=True, deadline=None, max_examples=50)
 
 METRES = st.floats(-1e4, 1e4)
 FRAMES = st.text(st.characters(min_codepoint=1, max_codepoint=0x24F), min_size=1, max_size=12)
@@ -75,13 +75,12 @@ def test_other_frames_are_refused():
         state_from_bytes(state, "map", "camera")
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf")])
-def test_what_is_not_finite_is_refused(value):
-    path = path_of(1.0, [(1.0, 0.0, 0.0, "map"), (2.0, value, 0.0, "map")])
+def test_what_is_not_finite_is_refused():
+    path = path_of(1.0, [(1.0, 0.0, 0.0, "map"), (2.0, float("nan"), 0.0, "map")])
     with pytest.raises(MessageError, match="finite"):
         path_from_bytes(serialize_message(path), "map")
     odometry = Odometry(header=header(1.0, "map"), child_frame_id="base_link")
-    odometry.pose.pose.position.x = value
+    odometry.pose.pose.position.x = float("inf")
     with pytest.raises(MessageError, match="finite"):
         state_from_bytes(serialize_message(odometry), "map", "base_link")
 
@@ -99,13 +98,10 @@ def test_bytes_that_are_none_are_refused(data):
             read()
 
 
-def test_a_count_that_cannot_be_takes_no_memory():
+def test_a_count_that_cannot_be_takes_no_memory_and_big_endian_is_refused():
     whole = bytearray(serialize_message(path_of(1.0, [])))
     whole[-4:] = (2**32 - 1).to_bytes(4, "little")
     with pytest.raises(MessageError):
         path_from_bytes(bytes(whole), "map")
-
-
-def test_big_endian_is_refused():
     with pytest.raises(MessageError, match="encoding: got 0000"):
         path_from_bytes(b"\x00\x00\x00\x00" + bytes(40), "map")

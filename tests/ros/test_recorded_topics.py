@@ -38,12 +38,10 @@ def test_the_poses_of_a_receiver_are_recorded_as_they_are_published():
     assert "poses" not in missing
 
 
-def test_no_scan_of_lidar_node_is_left_out_and_those_of_any_driver_are_heard():
+def test_what_is_recorded_of_scans_and_stamped_commands():
+    # no scan of lidar_node is left out, and those of any driver are heard
     assert TOPICS["scan"].qos == EVERY_ONE
     assert recorded_topics(Settings(), real_scans=True)["scan"].qos == EVERY_UNRELIABLE
-
-
-def test_stamped_commands_are_recorded_as_such():
     stamped = recorded_topics(Settings().with_values({"controller.stamped_cmd_vel": True}))
     assert type_name(stamped["cmd_vel"].kind) == "geometry_msgs/msg/TwistStamped"
 

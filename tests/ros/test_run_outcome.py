@@ -1,13 +1,11 @@
-"""What bringup makes of the planner's word and the poses, however late and in whatever order they come."""
+"""The outcome of a run by the planner's word and the poses, however late and in whatever order they come."""
 
-import io
-from typing import TextIO
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Twist, Vector3
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.serialization import serialize_message
@@ -48,7 +46,7 @@ def drive(wait: float, length: float, stand: float) -> list[PoseRow]:
 
 
 @given(st.floats(0.0, 20.0), st.floats(0.5, 20.0), st.sampled_from(sorted(FINAL)), st.randoms(use_true_random=False))
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(derandomize=True, deadline=None, max_examples=30)
 def test_the_planners_word_is_the_outcome_however_far_the_poses_are_behind(wait, length, status, random):
     monitor, poses = RunMonitor(LIMITS, STAMP), drive(wait, length, 20.0)
     reports = [
@@ -69,29 +67,29 @@ def test_the_planners_word_is_the_outcome_however_far_the_poses_are_behind(wait,
     assert row.sent >= reports[-1].sent
 
 
-def test_the_end_of_the_goal_counts_once_the_poses_sent_before_it_were_taken():
-    arrived = GoalReport(GoalStatus.STATUS_SUCCEEDED, SENT + 7.0)
-    monitor = RunMonitor(LIMITS, STAMP)
-    monitor.executing(STAMP)
-    assert outcome_of(arrived, pose(6.99, 0.0), monitor) is None
-    assert outcome_of(arrived, pose(7.0, 0.0), monitor) == REACHED
+def outcomes(reports: list[tuple[int, float]], rows: list[PoseRow]) -> list[str | None]:
+    """At each pose, with the newest report that was sent before it."""
+    monitor, given_reports = RunMonitor(LIMITS, STAMP), [GoalReport(status, SENT + sent) for status, sent in reports]
+    newest = (max((r for r in given_reports if r.sent <= row.sent), key=lambda r: r.sent) for row in rows)
+    return [outcome_of(report, row, monitor) for report, row in zip(newest, rows, strict=True)]
 
 
-def test_a_goal_known_to_have_ended_is_neither_timed_out_nor_stuck_before():
+def test_time_counts_from_the_first_plan_until_it_is_stuck_or_takes_too_long():
+    reports = [(ACCEPTED, 0.0), (EXECUTING, 20.0)]
+    for speed, outcome, lasts in ((0.0, STUCK, LIMITS.stuck_time), (0.1, TIMEOUT, LIMITS.timeout)):
+        times = np.arange(0.0, 20.0 + lasts + 2.0, 0.5)
+        found = outcomes(reports, [pose(t, speed * t) for t in times])
+        ended = times[found.index(outcome)]
+        assert 20.0 + lasts <= ended <= 20.5 + lasts
+        assert set(found[: found.index(outcome)]) == {None}
+
+
+def test_a_goal_known_to_have_ended_is_neither_timed_out_nor_stuck_before_the_poses_of_then():
     arrived = GoalReport(GoalStatus.STATUS_SUCCEEDED, SENT + 50.0)
     monitor = RunMonitor(LIMITS, STAMP)
     monitor.executing(STAMP)
-    assert {outcome_of(arrived, pose(t, 0.0), monitor) for t in (0.0, 10.0, 40.0)} == {None}
+    assert {outcome_of(arrived, pose(t, 0.0), monitor) for t in (0.0, 10.0, 40.0, 49.99)} == {None}
     assert outcome_of(arrived, pose(50.0, 0.0), monitor) == REACHED
-
-
-def test_time_counts_from_the_first_plan():
-    monitor = RunMonitor(LIMITS, STAMP)
-    for t in np.arange(0.0, 20.0, 0.5):
-        assert outcome_of(GoalReport(ACCEPTED, SENT), pose(t, 0.0), monitor) is None
-    planned = GoalReport(EXECUTING, SENT + 20.2)
-    outcomes = [outcome_of(planned, pose(t, 0.0), monitor) for t in np.arange(20.0, 26.0, 0.5)]
-    assert outcomes == [None] * 11 + [STUCK]
 
 
 class FedGraph(graph.Graph):
@@ -99,14 +97,13 @@ class FedGraph(graph.Graph):
 
     def __init__(self, bringup: Bringup, poses: list[tuple[State, float]], reports: dict[int, int]) -> None:
         super().__init__(bringup.preparation, bringup.folder, bringup.progress)
-        self._take: dict[str, object] = {}
-        self._poses, self._reports = iter(enumerate(poses)), reports
-        self._record, self._now = RecordFile(bringup.folder.record), 0.0
-        times = SendTimes(lambda: self._now, lambda: self._now)
-        self.recorder = Recorder(self, bringup.preparation.settings, self._record, times)
+        self.taken_by: dict[str, Callable] = {}
+        self._fed, self._reports, self._time = iter(enumerate(poses)), reports, 0.0
+        times = SendTimes(lambda: self._time, lambda: self._time)
+        self.recorder = Recorder(self, bringup.preparation.settings, RecordFile(bringup.folder.record), times)
 
     def listen(self, topic, take, raw=False) -> None:
-        self._take[topic] = (lambda message, info: take(serialize_message(message), info)) if raw else take
+        self.taken_by[topic] = (lambda message, info: take(serialize_message(message), info)) if raw else take
 
     def last_message(self, node: str) -> str:
         return "as usual"
@@ -115,72 +112,50 @@ class FedGraph(graph.Graph):
 
     def give_goal(self, goal) -> None:
         self.recorder.ask(goal)
-        self.recorder.goal = GoalReport(ACCEPTED, self._now)
+        self.recorder.goal = GoalReport(ACCEPTED, self._time)
         self.step()
 
     def step(self) -> None:
-        number, (state, late) = next(self._poses)
+        number, (state, late) = next(self._fed)
         sent = {"source_timestamp": round(1e9 * (state.stamp - STAMP))}
-        self._now = state.stamp - STAMP + late
+        self._time = state.stamp - STAMP + late
         if number in self._reports:
-            self._take["goal_status"](GoalStatus(status=self._reports[number]), sent)
+            self.taken_by["goal_status"](GoalStatus(status=self._reports[number]), sent)
         frames = Settings().frames
-        self._take["mocap/odom"](state_to_odometry(state, frames.map, frames.base), sent)
+        self.taken_by["mocap/odom"](state_to_odometry(state, frames.map, frames.base), sent)
+
+    def hears(self, topic: str, message: str, **values: str) -> None:
+        pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+        self.taken_by[topic](DiagnosticStatus(message=message, values=pairs), {"source_timestamp": 0})
 
 
-def fed(
-    tmp_path, positions: list[float], lateness: list[float], reports: dict[int, int], said: TextIO | None = None
-) -> Bringup:
+def fed(tmp_path, positions: list[float], lateness: list[float], reports: dict[int, int]) -> Bringup:
     """A bringup that takes poses 0.1 s apart at these positions on the x axis [m], each so late [s]."""
-    bringup = Bringup(Options(out=tmp_path, timeout=10.0), Progress(said))
+    bringup = Bringup(Options(out=tmp_path, timeout=10.0), Progress(None))
     states = [State(STAMP + 0.1 * k, np.array([x, 0.0]), np.zeros(2), 0.0) for k, x in enumerate(positions)]
     bringup.graph = FedGraph(bringup, list(zip(states, lateness, strict=True)), reports)
     return bringup
 
 
-def test_poses_on_time_tell_that_the_robot_is_stuck_or_takes_too_long(tmp_path):
-    standing = fed(tmp_path, [0.0] * 200, [0.0] * 200, {1: EXECUTING})
-    assert standing.drive() == STUCK
-    assert standing.graph.pose.stamp == pytest.approx(STAMP + 5.1)
-    assert standing.reason(STUCK) == "stuck: less than 0.05 m away within 5 s; planner_node: as usual"
-    driving = fed(tmp_path, [0.1 * k for k in range(200)], [0.0] * 200, {1: EXECUTING})
-    assert driving.drive() == TIMEOUT
-    assert driving.graph.pose.stamp == pytest.approx(STAMP + 10.1, abs=1e-3)
+def test_a_run_that_is_stuck_says_why_by_the_robot_then_the_controller_then_the_planner(tmp_path):
+    stopped = "controller/state", "planner heartbeat 0.24 s old", {"activity": "stopped"}
+    held = "robot/state", "and what frees it", {"state": "held", "reason": "no fresh command"}
+    for heard, words in (([], "as usual"), ([stopped], "heartbeat"), ([stopped, held], "robot is held: no fresh")):
+        standing = fed(tmp_path, [0.0] * 200, [0.0] * 200, {1: EXECUTING})
+        for topic, message, values in heard:
+            standing.graph.hears(topic, message, **values)
+        assert standing.drive() == STUCK
+        assert words in standing.reason(STUCK)
     unplanned = fed(tmp_path, [0.0] * 200, [0.0] * 200, {})
     assert unplanned.drive() == STUCK
-    assert unplanned.reason(STUCK).startswith("stuck: no plan within 10 s")
-
-
-def test_what_robot_and_controller_say_comes_before_the_planners_word(tmp_path):
-    sent = {"source_timestamp": 0}
-    values = [KeyValue(key="activity", value="stopped")]
-    standing = fed(tmp_path, [0.0] * 200, [0.0] * 200, {1: EXECUTING})
-    said = DiagnosticStatus(message="stands still: planner heartbeat 0.24 s old", values=values)
-    standing.graph._take["controller/state"](said, sent)
-    assert standing.drive() == STUCK
-    assert standing.reason(STUCK).endswith("within 5 s; controller_node: stands still: planner heartbeat 0.24 s old")
-    held = fed(tmp_path, [0.0] * 200, [0.0] * 200, {1: EXECUTING})
-    values = [KeyValue(key="state", value="held"), KeyValue(key="reason", value="no fresh command for 1.0 s")]
-    held.graph._take["robot/state"](DiagnosticStatus(message="held, and what frees it", values=values), sent)
-    assert held.drive() == STUCK
-    assert held.reason(STUCK) == "stuck: the robot is held: no fresh command for 1.0 s"
+    assert "no plan" in unplanned.reason(STUCK)
 
 
 def test_an_emergency_stop_ends_the_run_with_its_reason(tmp_path):
     bringup = fed(tmp_path, [0.1 * k for k in range(200)], [0.0] * 200, {1: EXECUTING})
-    state = DiagnosticStatus(name="/driver_node", message="emergency stop by the button on the robot")
-    step = bringup.graph.step
-
-    def pressed() -> None:
-        step()
-        if bringup.graph.pose.x > 2.0:
-            state.values = [KeyValue(key="state", value="stopped")]
-            bringup.graph._take["robot/state"](state, {"source_timestamp": 0})
-
-    bringup.graph.step = pressed
+    bringup.graph.hears("robot/state", "by the button", state="stopped")
     assert bringup.drive() == EMERGENCY_STOP
-    assert bringup.graph.pose.x < 2.5
-    assert bringup.reason(EMERGENCY_STOP) == "emergency stop by the button on the robot"
+    assert bringup.reason(EMERGENCY_STOP) == "by the button"
 
 
 def test_what_late_poses_show_is_not_the_outcome_of_a_run_that_goes_on(tmp_path):
@@ -190,25 +165,8 @@ def test_what_late_poses_show_is_not_the_outcome_of_a_run_that_goes_on(tmp_path)
     assert bringup.drive() == REACHED
 
 
-@pytest.mark.parametrize(("late", "lines"), [(0.0, 1), (0.9, 1), (1.1, 0), (6.0, 0)])
-def test_what_late_poses_show_is_not_told_as_the_state_of_the_robot(tmp_path, late, lines):
-    said = io.StringIO()
-    bringup = fed(
-        tmp_path, [0.1 * k for k in range(30)], [late] * 30, {1: EXECUTING, 25: GoalStatus.STATUS_SUCCEEDED}, said
-    )
-    give_goal = bringup.graph.give_goal
-
-    def commanded(goal) -> None:
-        give_goal(goal)
-        bringup.graph._take["cmd_vel"](Twist(linear=Vector3(x=0.5)), {"source_timestamp": 0})
-
-    bringup.graph.give_goal = commanded
-    assert bringup.drive() == REACHED
-    assert said.getvalue().count("m to the goal") == lines
-
-
 def test_a_machine_too_slow_for_the_graph_is_said_instead(tmp_path, monkeypatch):
     monkeypatch.setattr(graph, "CATCH_UP_PATIENCE", 0.0)
     bringup = fed(tmp_path, [0.0] * 300, [1.3] * 300, {1: EXECUTING})
-    with pytest.raises(GraphError, match=r"^poses come 1.3 s late: this machine is too slow for the graph$"):
+    with pytest.raises(GraphError, match=r"1.3 s late.*too slow"):
         bringup.drive()

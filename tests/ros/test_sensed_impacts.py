@@ -42,16 +42,16 @@ class Bench:
         self.sensed.take(replace(TELEMETRY, impacts=1, impact_age=round(1e3 * age), impact=(-0.5, 0.0)))
 
 
-@pytest.mark.parametrize(("later", "age"), [(0.0, 0.0), (0.0, 0.3), (0.0, 0.495), (0.05, 0.0), (0.05, 0.2)])
-def test_an_impact_is_where_the_robot_was_then(later, age):
-    bench = Bench()
-    bench.local += later
-    bench.told(age)
-    assert (bench.sensed.published, bench.sensed.missed) == (1, 0)
-    contact = impact_contact_from_message(bench.published["impact/contact"][0], USED.frames.map)
-    then = 2.0 + later - age
-    assert contact.time == pytest.approx(then)
-    assert contact.point == pytest.approx((SPEED * then + USED.robot.radius, 0.0), abs=1e-6)
+def test_an_impact_is_where_the_robot_was_then():
+    for later, age in ((0.0, 0.0), (0.0, 0.495), (0.05, 0.2)):
+        bench = Bench()
+        bench.local += later
+        bench.told(age)
+        assert (bench.sensed.published, bench.sensed.missed) == (1, 0)
+        contact = impact_contact_from_message(bench.published["impact/contact"][0], USED.frames.map)
+        then = 2.0 + later - age
+        assert contact.time == pytest.approx(then)
+        assert contact.point == pytest.approx((SPEED * then + USED.robot.radius, 0.0), abs=1e-6)
 
 
 def test_one_that_is_older_than_the_poses_kept_is_missed():

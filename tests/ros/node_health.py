@@ -1,0 +1,37 @@
+"""What a node reports of itself on /diagnostics, once a second."""
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED
+
+NOTHING = DiagnosticStatus(level=DiagnosticStatus.STALE)
+
+
+class NodeHealth:
+    """The newest health of one node; make it before the node."""
+
+    def __init__(self, ros, name: str) -> None:
+        self._ros, self._name = ros, name
+        self.reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
+
+    @property
+    def newest(self) -> DiagnosticStatus:
+        """Of the node's reports."""
+        own = [status for report in self.reports for status in report.status if status.name == self._name]
+        return own[-1] if own else NOTHING
+
+    def value(self, key: str) -> str:
+        """A figure, "" where there is none."""
+        return {each.key: each.value for each in self.newest.values}.get(key, "")
+
+    def count(self, key: str) -> int:
+        """A count, 0 where there is none."""
+        return int(self.value(key) or 0)
+
+    def says(self, words: str, level: bytes | None = None) -> bool:
+        """Waits for a report that holds these words, and has this level where one is given; whether it came."""
+        return self._ros.wait_until(lambda: words in self.newest.message and level in (None, self.newest.level))
+
+    def counts(self, key: str, least: int = 1) -> bool:
+        """Waits until so many are counted; whether they were."""
+        return self._ros.wait_until(lambda: self.count(key) >= least)
