@@ -88,7 +88,7 @@ class SerialRobot:
 
     def ready(self) -> None:
         """Until the driver would let a person let it move."""
-        self.until(lambda: not self.driver._link.trouble() and self.commands.get_subscription_count() > 0)
+        self.until(lambda: not self.driver.link.trouble() and self.commands.get_subscription_count() > 0)
 
     def go_until(self, condition: Callable[[], object], **velocity) -> None:
         """As `drive_until`, with a person who lets the robot move, again where a stall of the test has held it."""
@@ -126,12 +126,22 @@ class SerialRobot:
     @property
     def stop_latched(self) -> bool:
         """Whether the firmware has told that it has latched an emergency stop."""
-        telemetry = self.driver._link.session.telemetry
+        telemetry = self.driver.link.session.telemetry
         return telemetry is not None and bool(telemetry.status & ESTOP_LATCHED)
 
     @property
     def stops(self) -> int:
         return int(self.value("firmware_emulator", "stops"))
+
+    @property
+    def stalled(self) -> float:
+        """Time for which this process was held up, by the emulator's clock [s]."""
+        return float(self.value("firmware_emulator", "time_stalled"))
+
+    @property
+    def state(self) -> str:
+        """What the driver says of itself: free, held or stopped."""
+        return str(self.driver.contract.counts["state"])
 
     @property
     def stop_age(self) -> float:
