@@ -22,5 +22,5 @@ def tick(node, period: float) -> None:
 
 def ask(node, service: str) -> Trigger.Response:
     """The answer of a service."""
-    (found,) = (each for each in node.services if each.srv_name == f"/{service}")
+    (found,) = (each for each in node.services if each.srv_name.removeprefix("/") == service)
     return found.callback(Trigger.Request(), Trigger.Response())

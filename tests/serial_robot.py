@@ -36,7 +36,7 @@ def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
 def let_move(ros) -> Iterator[None]:
     """Somebody calls resume as long as the robot is held, again where that is refused."""
     client = ros.probe.create_client(Trigger, "resume")
-    assert ros.wait_until(client.service_is_ready, 20.0)
+    assert ros.wait_until(client.service_is_ready, 60.0)
     states: list[str] = []
 
     def take(state: DiagnosticStatus) -> None:
@@ -48,7 +48,7 @@ def let_move(ros) -> Iterator[None]:
 
     subscription = ros.probe.create_subscription(DiagnosticStatus, "robot/state", take, LATCHED)
     timer = ros.probe.create_timer(RESUME_PERIOD, resume)
-    assert ros.wait_until(lambda: states and states[-1] == "free", 20.0), states
+    assert ros.wait_until(lambda: states and states[-1] == "free", 60.0), states
     yield
     ros.probe.destroy_timer(timer)
     ros.probe.destroy_subscription(subscription)
@@ -83,7 +83,7 @@ class SerialRobot:
             self.reports[status.name] = status
             self.history.append(status)
 
-    def until(self, condition: Callable[[], object], timeout: float = 20.0) -> None:
+    def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
         assert self.ros.wait_until(condition, timeout), f"waited in vain; {self.said}"
 
     def ready(self) -> None:

@@ -102,6 +102,8 @@ class Robot:
         self.forget()
 
     def forget(self) -> None:
+        """What was heard, also what is still under way."""
+        self.ros.spin(0.3)
         for heard in (self.health, self.truth, self.states):
             heard.clear()
 
@@ -236,7 +238,7 @@ def test_silence_stops_it_in_time_and_over_a_second_holds_it(robot):
     assert braking * POSE_PERIOD <= LONGEST + 4 * POSE_PERIOD
     robot.go(x=0.4)
     robot.is_silent()
-    robot.passes(50)
+    robot.until(lambda: robot.speed < 0.2)
     robot.command(x=0.4)
     robot.until(lambda: robot.speed > 0.3)
     robot.is_silent()
@@ -300,6 +302,7 @@ def test_a_second_commander_holds_it_and_is_named_and_a_restart_is_no_second_one
         robot.until(lambda: robot.state == "held")
         assert named in robot.states[-1].message
         robot.until(lambda named=named: robot.own_health.level == b"\x02" and named in robot.own_health.message)
+        robot.until(lambda: robot.speed < STANDING)
         assert robot.stays_still(x=0.1)
         assert not robot.call("resume")
         rogue.falls_silent()
