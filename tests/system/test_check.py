@@ -137,10 +137,11 @@ class Runaway:
             get_fully_qualified_name=lambda: "/bringup",
         )
         self.pose, self.commanded = PoseRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), []
+        self.local_clock = Clock(clock_type=ClockType.STEADY_TIME)
         self.late_commands, self.robot_waits = 0, ""
         self._time, self._stall = 0.0, stall
 
-    def now(self):
+    def local_time(self):
         return self._time
 
     def _takes(self, take):
