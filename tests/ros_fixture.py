@@ -22,11 +22,12 @@ class RosGraph:
 
     def __init__(self) -> None:
         import rclpy
-        from rclpy.executors import SingleThreadedExecutor
+
+        from collplan_ros.node_kit.events_executor import events_executor
 
         self.context = rclpy.Context()
         rclpy.init(context=self.context)
-        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor = events_executor(self.context)
         self._nodes: list[Any] = []
         self.probe = self.add(rclpy.create_node("probe", context=self.context))
 
