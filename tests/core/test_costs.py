@@ -92,7 +92,7 @@ def test_by_hand_position_costs_are_normalised_first_and_penalised_then_or_as_pr
 def test_by_hand_the_turn_counts_from_its_threshold_on():
     positions = np.array([0.5 * unit(np.radians(a)) for a in (0.0, 69.9, 70.1, -70.1, 180.0)])
     plain = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), NO_PLAN, ORIGIN)
-    costs = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), np.array([1.0, 0.0]), ORIGIN)
+    costs = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), np.array([1.0, 0.0]), np.array([0.2, 0.5]))
     assert (costs > plain).tolist() == [False, False, True, True, True]
 
 
