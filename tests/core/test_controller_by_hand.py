@@ -150,7 +150,10 @@ def test_a_hand_that_falls_silent_has_let_go(silence):
     assert is_held(command) == (command.maneuver != HAND)
 
 
-def test_what_the_robot_says_of_itself_stops_a_hand():
+def test_what_the_robot_says_of_itself_stops_a_hand_and_the_planner():
+    drive = Drive()
+    drive.loop.take_robot_state("emergency stop")
+    assert "emergency stop" in drive.period().reason
     drive = driven_by_hand()
     drive.loop.take_robot_state("emergency stop")
     stop = drive.period(LEFT)

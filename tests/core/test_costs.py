@@ -92,8 +92,26 @@ def test_by_hand_position_costs_are_normalised_first_and_penalised_then_or_as_pr
 def test_by_hand_the_turn_counts_from_its_threshold_on():
     positions = np.array([0.5 * unit(np.radians(a)) for a in (0.0, 69.9, 70.1, -70.1, 180.0)])
     plain = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), NO_PLAN, ORIGIN)
-    costs = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), np.array([1.0, 0.0]), ORIGIN)
+    costs = j_pos(positions, ORIGIN, np.array([3.0, 0.0]), np.array([1.0, 0.0]), np.array([0.2, 0.5]))
     assert (costs > plain).tolist() == [False, False, True, True, True]
+
+
+@QUICK
+@given(
+    seed=seeds,
+    turn=angles,
+    shift=points,
+    mirror=st.booleans(),
+    turn_angle=st.sampled_from(sorted(TURN_DIRECTIONS)),
+    order=st.sampled_from(sorted(POSITION_COSTS)),
+)
+def test_position_costs_move_with_the_world(seed, turn, shift, mirror, turn_angle, order):
+    positions, (current, goal, aimed, previous) = np.split(np.random.default_rng(seed).normal(size=(12, 2)), [8])
+    move = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0])
+    costs = j_pos(positions, current, goal, aimed, previous, 0.4, turn_angle, order)
+    here, there, before = (move @ point + shift for point in (current, goal, previous))
+    moved = j_pos(positions @ move.T + shift, here, there, move @ aimed, before, 0.4, turn_angle, order)
+    np.testing.assert_allclose(moved, costs, atol=1e-9)
 
 
 def test_by_hand_normalize_is_min_max_and_zero_without_spread():
@@ -210,6 +228,18 @@ def test_by_hand_a_rebound_into_known_free_space_is_penalised():
     border, later = star_map(np.full(360, 1.25)).border, model._replace(rebound_horizon=0.4)
     assert rebound_reward(1.5, 0.0, 1.0, 0.0, UP, border, -ALONG_X, model) == pytest.approx(0.7)
     assert rebound_reward(1.5, 0.0, 1.0, 0.0, UP, border, -ALONG_X, later) == -1.5
+
+
+@QUICK
+@given(seed=seeds, steps=st.integers(0, 359), horizon=st.floats(0.05, 1.0))
+def test_the_reward_turns_with_the_world(seed, steps, horizon):
+    rng = np.random.default_rng(seed)
+    reach = rng.uniform(0.4, 1.0, 360)
+    p, v, tangent, goal = rng.normal(size=2), rng.normal(size=2), unit(rng.uniform(0, 6.28)), unit(rng.uniform(0, 6.28))
+    r, model = rotation(np.radians(steps)), MODEL._replace(rebound_horizon=horizon)
+    expected = rebound_reward(*p, *v, tangent, star_map(reach).border, goal, model)
+    border = star_map(np.roll(reach, steps)).border
+    assert rebound_reward(*(r @ p), *(r @ v), r @ tangent, border, r @ goal, model) == pytest.approx(expected, abs=1e-9)
 
 
 def test_by_hand_velocity_cost():
