@@ -190,3 +190,14 @@ def test_false_hits_are_sorted_out_and_counted():
     assert len(usable) == 20
     assert sorted(left_out.values()) == [1, 2, 2]
     assert fit_rebound(usable, K) == fit_rebound(good, K)
+
+
+@given(shares, st.floats(0.0, 0.02), st.floats(-0.01, 0.01), st.integers(0, 999))
+@FEW
+def test_without_noise_touch_and_release_are_exact_wherever_the_wall_is(restitution, half, offset, seed):
+    random = np.random.default_rng(seed)
+    hits = drawn(20, random, restitution, 0.05, noise=0.0)
+    driven, depths = random.uniform(-2.0, 2.0, (20, 2)), half * hits.before[:, 0] + offset
+    out = restitution * (hits.before[:, 0] - half * driven[:, 0]) + half * driven[:, 1]
+    pressed = replace(hits, after=np.stack([out, hits.after[:, 1]], axis=1), driven=driven, depths=depths)
+    assert fit_rebound(pressed, K).restitution.value == pytest.approx(restitution, abs=1e-9)

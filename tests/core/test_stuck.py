@@ -1,5 +1,7 @@
 """When a robot counts as stuck: commanded, and not moving."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -106,3 +108,26 @@ def test_by_hand_what_counts_as_moving():
         reasons.append(why_stuck(poses, commanded(0.4, 1.0), ACCELERATION))
     assert reasons[1] == ""
     assert all(number in reasons[0] for number in ("0.40 m/s", "0.7 s", "0.04 m"))
+
+
+@QUICK
+@given(speed=st.floats(COMMANDED, 1.2), duration=st.floats(0.0, 3.0), seed=seeds)
+def test_a_robot_that_does_as_commanded_is_not_stuck_from_rest_on(speed, duration, seed):
+    assert why_stuck(driven(speed, duration, seed), commanded(speed, duration), ACCELERATION) == ""
+
+
+@QUICK
+@given(speed=st.floats(0.3, 1.2), mass=st.floats(1.0, 2.0), angle=st.floats(-np.pi, np.pi), seed=seeds)
+def test_a_robot_that_turns_round_is_not_stuck_even_if_it_is_twice_as_heavy(speed, mass, angle, seed):
+    """As after a rebound: it moves against its command at first."""
+    law = velocity_law(replace(ROBOT, max_acceleration=ACCELERATION / mass, velocity_lag=ROBOT.velocity_lag * mass))
+    step, v, x, rows = 0.01, -speed, 0.0, []
+    for k in range(200):
+        rows.append((k * step, x, 0.0))
+        w, _ = velocity_after(law, v, 0.0, speed, 0.0, step)
+        x, v = x + 0.5 * (v + w) * step, w
+    poses = np.array(rows)
+    poses[:, 1:] = poses[:, 1:] @ rotation(angle).T
+    poses[:, 1:] += np.random.default_rng(seed).normal(0.0, NOISE, (len(poses), 2))
+    for last in range(71, len(poses)):
+        assert why_stuck(poses[: last + 1], commanded(speed, 2.0), ACCELERATION) == "", poses[last, 0]
