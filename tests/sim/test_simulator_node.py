@@ -143,7 +143,7 @@ def test_at_another_speed_it_publishes_the_clock_its_stamps_are_in(bench):
 
 
 def test_in_lockstep_time_waits_for_a_node_that_has_reported_until_patience_ends(bench):
-    """Nothing passes beyond the time reported, its lateness and the period of the poses; speed_factor 0 hurries there."""
+    """Nothing passes beyond the time reported, its lateness and the period of the poses; factor 0 hurries there."""
     b = bench(**{"simulator.lockstep": True, "simulator.speed_factor": 0.0, "simulator.patience": 0.5})
     reports = b.ros.publisher(TimeReference, "lockstep", EVENT)
 
