@@ -10,6 +10,8 @@ INSTALLED_FROM := $(wildcard src/*/setup.py requirements*.txt) constraints.txt c
 CORE := $(shell find src/collplan_core -name '*.py')
 # of the worlds serpentine:0 to 11 the one in the middle by the time that bounce saved in a trial, when it was chosen
 SERPENTINE := serpentine:2
+# two processes, each with a ROS domain of its own, one of them for whole graphs: tests/conftest.py
+PYTEST = $(PYTHON) -m pytest -n 2 --dist loadfile
 
 ifeq ($(ROS_DISTRO),)
 # ROS from wheels: the environment is the ROS installation
@@ -21,7 +23,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce optimum animation pictures test soak faults faults-long bench lint format dist ws
+.PHONY: help setup run demo study study-bounce optimum animation pictures test test-oldest soak faults faults-long bench lint format dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -52,11 +54,15 @@ animation: $(COMPILED)  ## the animations in docs anew, from two runs in a serpe
 pictures: $(COMPILED)  ## docs/pictures anew, from the code
 	@$(PYTHON) tools/pictures $(ARGS)
 
-test: $(COMPILED)  ## all tests but the long ones, then those that need no ROS on the oldest versions
-	@tools/test_legs.sh test $(ARGS)
+test: $(COMPILED)  ## all tests but the long ones
+	@$(PYTEST) $(ARGS)
 
-soak: $(COMPILED)  ## all tests with the long ones, then the core without its compiler
-	@tools/test_legs.sh soak $(ARGS)
+test-oldest:  ## what an older version may lack, on the oldest versions declared, in .venv-oldest
+	@tools/test_oldest.sh $(ARGS)
+
+soak: $(COMPILED)  ## all tests with the long ones, then the core without its compiler: half an hour
+	@failed=0; $(PYTEST) -m "soak or not soak" $(ARGS) || failed=1; \
+		NUMBA_DISABLE_JIT=1 $(PYTEST) tests/core $(ARGS) || failed=1; exit $$failed
 
 faults faults-long: export PYTHONPATH = $(CURDIR)/tools:$(CURDIR)/tests:$(CURDIR)/tests/sim
 faults: $(COMPILED)  ## every fault 20 times to a robot that drives, simulated; docs/reliability.md anew
