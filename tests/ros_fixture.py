@@ -22,11 +22,12 @@ class RosGraph:
 
     def __init__(self) -> None:
         import rclpy
-        from rclpy.executors import SingleThreadedExecutor
+
+        from collplan_ros.node_kit.events_executor import events_executor
 
         self.context = rclpy.Context()
         rclpy.init(context=self.context)
-        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor = events_executor(self.context)
         self._nodes: list[Any] = []
         self.probe = self.add(rclpy.create_node("probe", context=self.context))
 
@@ -40,6 +41,8 @@ class RosGraph:
         """Ends a node as if its process had ended."""
         self._executor.remove_node(node)
         self._nodes.remove(node)
+        # the executor lets go of it when what came before is done
+        assert self.wait_until(self._executor.create_task(lambda: None).done)
         node.destroy_node()
 
     def forget_others(self) -> None:
