@@ -3,6 +3,7 @@
 import fcntl
 import importlib.util
 import os
+import signal
 import tempfile
 from pathlib import Path
 from typing import Any, TextIO
@@ -41,6 +42,10 @@ os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 if "ROS_DISTRO" not in os.environ:
     os.environ.pop("RMW_IMPLEMENTATION", None)
 
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # ignored, as in the background of a shell, it would be ignored in every process started here; a handler is not
+    signal.signal(signal.SIGINT, lambda *_: None)
 
 GRAPHS = "tests/system/"
 """Where the tests of whole graphs are, most of them in processes and in real time."""
