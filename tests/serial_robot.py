@@ -36,7 +36,7 @@ def twist(x: float = 0.0, y: float = 0.0, yaw_rate: float = 0.0) -> Twist:
 def let_move(ros) -> Iterator[None]:
     """Somebody calls resume as long as the robot is held, again where that is refused."""
     client = ros.probe.create_client(Trigger, "resume")
-    assert ros.wait_until(client.service_is_ready, 20.0)
+    assert ros.wait_until(client.service_is_ready, 60.0)
     states: list[str] = []
 
     def take(state: DiagnosticStatus) -> None:
@@ -48,7 +48,7 @@ def let_move(ros) -> Iterator[None]:
 
     subscription = ros.probe.create_subscription(DiagnosticStatus, "robot/state", take, LATCHED)
     timer = ros.probe.create_timer(RESUME_PERIOD, resume)
-    assert ros.wait_until(lambda: states and states[-1] == "free", 20.0), states
+    assert ros.wait_until(lambda: states and states[-1] == "free", 60.0), states
     yield
     ros.probe.destroy_timer(timer)
     ros.probe.destroy_subscription(subscription)
@@ -83,12 +83,12 @@ class SerialRobot:
             self.reports[status.name] = status
             self.history.append(status)
 
-    def until(self, condition: Callable[[], object], timeout: float = 20.0) -> None:
+    def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
         assert self.ros.wait_until(condition, timeout), f"waited in vain; {self.said}"
 
     def ready(self) -> None:
         """Until the driver would let a person let it move."""
-        self.until(lambda: not self.driver._link.trouble() and self.commands.get_subscription_count() > 0)
+        self.until(lambda: not self.driver.link.trouble() and self.commands.get_subscription_count() > 0)
 
     def go_until(self, condition: Callable[[], object], **velocity) -> None:
         """As `drive_until`, with a person who lets the robot move, again where a stall of the test has held it."""
@@ -126,12 +126,22 @@ class SerialRobot:
     @property
     def stop_latched(self) -> bool:
         """Whether the firmware has told that it has latched an emergency stop."""
-        telemetry = self.driver._link.session.telemetry
+        telemetry = self.driver.link.session.telemetry
         return telemetry is not None and bool(telemetry.status & ESTOP_LATCHED)
 
     @property
     def stops(self) -> int:
         return int(self.value("firmware_emulator", "stops"))
+
+    @property
+    def stalled(self) -> float:
+        """Time for which this process was held up, by the emulator's clock [s]."""
+        return float(self.value("firmware_emulator", "time_stalled"))
+
+    @property
+    def state(self) -> str:
+        """What the driver says of itself: free, held or stopped."""
+        return str(self.driver.contract.counts["state"])
 
     @property
     def stop_age(self) -> float:

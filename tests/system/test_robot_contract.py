@@ -1,4 +1,4 @@
-"""One contract for every robot: the simulated one, and the driver with either firmware behind a serial line.
+"""One contract for every robot: the simulated one, in lockstep, and the driver with firmware behind a serial line.
 
 What stands between `cmd_vel` and the robot's motion may differ; what the graph sees of it may not.
 """
@@ -6,6 +6,7 @@ What stands between `cmd_vel` and the robot's motion may differ; what the graph 
 import math
 import time
 import uuid
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -15,14 +16,17 @@ from c_compiler import NEEDS_COMPILER
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from rclpy.time import Time
 from serial_robot import HALL, let_move, twist
 from std_srvs.srv import Trigger
 
 from collplan_core.parameters import Settings
+from collplan_ros.messages.conversions import seconds_from_stamp
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED
-from collplan_ros.nodes.commanders import BREAK_TIME
+from collplan_ros.node_kit.clock import local_clock, seconds
+from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.mocap_node import MocapNode
 from omnipuck_driver.driver_node import DriverNode
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
@@ -33,12 +37,33 @@ V_MAX = SETTINGS.robot.max_speed
 LONGEST = SETTINGS.limits.command_age + 1.0 / SETTINGS.controller.rate
 POSE_PERIOD = 1.0 / SETTINGS.simulator.mocap_rate
 STANDING = 1e-3
-ROBOTS = {"simulator_node": (SimulatorNode,), "driver_node": (DriverNode, FirmwareEmulator)}
-KINDS = [
-    pytest.param(("simulator_node", {}), id="simulator_node"),
-    pytest.param(("driver_node", {}), id="driver_node"),
-    pytest.param(("driver_node", {"emulator.firmware": "c"}), id="firmware in C", marks=NEEDS_COMPILER),
-]
+PATIENCE = 60.0
+SIMULATED, REAL = "simulator_node", "driver_node"
+ROBOTS = {SIMULATED: (SimulatorNode,), REAL: (DriverNode, FirmwareEmulator)}
+LOCKSTEP = {"use_sim_time": True, "simulator.lockstep": True, "simulator.speed_factor": 0.0}
+
+
+class Commander:
+    """A node that publishes its message each period [s], silent while it has none; a simulation waits for it."""
+
+    def __init__(self, ros, name: str, kind: type, is_simulated: bool, period: float) -> None:
+        self.message = None
+        overrides = [Parameter("use_sim_time", value=is_simulated)]
+        self.node = ros.add(rclpy.create_node(name, context=ros.context, parameter_overrides=overrides))
+        clock = local_clock(self.node)
+        self.publisher = self.node.create_publisher(kind, "cmd_vel", NEWEST)
+        self._timer = self.node.create_timer(period, self._send, clock=clock)
+        self._turn = Turn(self.node, clock, lambda: 1e-9 * self._timer.time_until_next_call())
+
+    def _send(self) -> None:
+        if self.message is not None:
+            self.publisher.publish(self.message)
+        self._turn.over()
+
+    def falls_silent(self) -> None:
+        """As a process that was killed: its publisher is listed on until its lease ends."""
+        self._timer.cancel()
+        self._turn.end()
 
 
 class Robot:
@@ -48,87 +73,103 @@ class Robot:
         self.ros, self.name = ros, name
         (folder / "hall.yaml").write_text(HALL)
         line = str(folder / "serial")
-        self.parameters = {
-            "simulator.world": str(folder / "hall.yaml"),
-            "simulator.noise": 0.0,
-            "emulator.link": line,
-            "driver.port": line,
-            **parameters,
-        }
+        own = {"simulator.world": str(folder / "hall.yaml"), "emulator.link": line, "driver.port": line}
+        in_time = LOCKSTEP if name == SIMULATED else {}
+        self.parameters = {**own, **in_time, "simulator.noise": 0.0, **parameters}
         self.kind = TwistStamped if parameters.get("controller.stamped_cmd_vel") else Twist
         self.health = {}
         self.truth = ros.listen(Odometry, "ground_truth/odom", EVENT)
         self.poses = ros.listen(PoseStamped, "mocap/pose", POSE_SUBSCRIBED)
         self.states = ros.listen(DiagnosticStatus, "robot/state", LATCHED)
         ros.probe.create_subscription(DiagnosticArray, "/diagnostics", self._take_health, DIAGNOSTICS_SUBSCRIBED)
-        self.nodes = {kind: self.start(kind) for kind in ROBOTS[name]}
-        self.commands = ros.probe.create_publisher(self.kind, "cmd_vel", NEWEST)
+        self.nodes = [ros.make(kind, self.parameters) for kind in ROBOTS[name]]
+        self.commander = self.new_commander("commander")
         self.ready()
 
     def _take_health(self, message: DiagnosticArray) -> None:
         self.health.update({status.name: status for status in message.status})
 
-    def start(self, kind):
-        return self.ros.make(kind, self.parameters)
-
-    def end(self, kind) -> None:
-        node = self.nodes.pop(kind)
-        self.ros._executor.remove_node(node)
-        self.ros._nodes.remove(node)
-        node.destroy_node()
+    def new_commander(self, name: str, period: float = 0.05) -> Commander:
+        return Commander(self.ros, name, self.kind, self.name == SIMULATED, period)
 
     def ready(self) -> None:
-        self.until(lambda: self.commands.get_subscription_count() > 0 and self.truth and f"/{self.name}" in self.health)
-        self.until(lambda: self.health[f"/{self.name}"].level == b"\x00")
+        self.until(lambda: self.commander.publisher.get_subscription_count() > 0 and self.truth)
+        self.until(lambda: f"/{self.name}" in self.health and self.own_health.level == b"\x00")
 
-    def until(self, condition, timeout: float = 20.0) -> None:
+    def end_all(self) -> None:
+        while self.nodes:
+            self.ros.remove(self.nodes.pop())
+        self.forget()
+
+    def forget(self) -> None:
+        """What was heard, also what is still under way."""
+        self.ros.spin(0.3)
+        for heard in (self.health, self.truth, self.states):
+            heard.clear()
+
+    def until(self, condition) -> None:
         said = lambda: {name: status.message for name, status in self.health.items()}  # noqa: E731
-        assert self.ros.wait_until(condition, timeout), f"waited in vain; {said()}"
+        assert self.ros.wait_until(condition, PATIENCE), f"waited in vain; {said()}"
 
-    def drive_until(self, condition, **velocity) -> None:
+    def command(self, **velocity) -> None:
+        """Commands this from now on."""
         message = twist(**velocity)
-        message = TwistStamped(twist=message) if self.kind is TwistStamped else message
-        timer = self.ros.probe.create_timer(0.05, lambda: self.commands.publish(message))
-        self.commands.publish(message)
-        self.until(condition)
-        self.ros.probe.destroy_timer(timer)
+        self.commander.message = TwistStamped(twist=message) if self.kind is TwistStamped else message
 
-    def go_until(self, condition, **velocity) -> None:
-        """As `drive_until`, with a person who lets it move, again where a stall of the test has held it."""
+    def is_silent(self) -> None:
+        self.commander.message = None
+
+    def go(self, condition=None, **velocity) -> None:
+        """Commands this while a person lets it move, again where a stall has held it, until it drives so."""
+        speed = 0.8 * math.hypot(velocity.get("x", 0.0), velocity.get("y", 0.0))
+        self.command(**velocity)
         with let_move(self.ros):
-            self.drive_until(condition, **velocity)
+            self.until(condition or (lambda: self.speed > speed))
 
     def call(self, service: str) -> bool:
         return self.ros.call(Trigger, service).success
+
+    def stop(self) -> None:
+        """An emergency stop while it drives."""
+        self.go(x=0.4)
+        assert self.call("estop")
+        self.until(lambda: self.speed < STANDING)
 
     def new_goal(self, planner, status=GoalStatus.STATUS_EXECUTING) -> None:
         """A goal that was not there before, on goal_status, and that the robot has heard of it."""
         message = GoalStatus(status=status)
         message.goal_info.goal_id.uuid = np.frombuffer(uuid.uuid4().bytes, dtype=np.uint8)
         planner.publish(message)
-        goal = bytes(bytearray(message.goal_info.goal_id.uuid))
-        self.until(lambda: self.nodes[ROBOTS[self.name][0]]._contract._interlock.goals[-1:] == (goal,))
+        self.passes(20)
+
+    def later(self) -> Callable[[], list[Odometry]]:
+        """Gives the truths from now on."""
+        # on a busy machine some that are older have not been taken yet
+        begun = seconds(self.commander.node.get_clock())
+        return lambda: [each for each in self.truth if seconds_from_stamp(each.header.stamp) > begun]
+
+    def passes(self, n: int) -> None:
+        """So many poses pass."""
+        later = self.later()
+        self.until(lambda: len(later()) > n)
+
+    def stays_still(self, n: int = 20, **velocity) -> bool:
+        """Whether it stands still for so many poses from now on, while this is commanded, or nothing."""
+        self.command(**velocity) if velocity else self.is_silent()
+        later = self.later()
+        self.until(lambda: len(later()) > n)
+        return all(speed_of(odometry) < STANDING for odometry in later())
+
+    @property
+    def own_health(self) -> DiagnosticStatus:
+        return self.health[f"/{self.name}"]
 
     @property
     def state(self) -> str:
         return next(item.value for item in self.states[-1].values if item.key == "state") if self.states else ""
 
     def counted(self, key: str) -> int:
-        return int(next(item.value for item in self.health[f"/{self.name}"].values if item.key == key))
-
-    def stays_still(self, poses: int, **velocity) -> bool:
-        """Whether it stands still for so many poses from now on, commanded or not."""
-        now = self.ros.probe.get_clock().now()
-
-        def later() -> list[Odometry]:
-            # on a busy machine some that are older have not been taken yet
-            return [odometry for odometry in self.truth if Time.from_msg(odometry.header.stamp) > now]
-
-        if velocity:
-            self.drive_until(lambda: len(later()) > poses, **velocity)
-        else:
-            self.until(lambda: len(later()) > poses)
-        return all(math.hypot(o.twist.twist.linear.x, o.twist.twist.linear.y) < STANDING for o in later())
+        return int(next(item.value for item in self.own_health.values if item.key == key))
 
     @property
     def velocity(self) -> tuple[float, float]:
@@ -137,301 +178,206 @@ class Robot:
 
     @property
     def speed(self) -> float:
-        return math.hypot(*self.velocity)
+        return speed_of(self.truth[-1])
 
 
-@pytest.fixture(params=KINDS)
-def make_robot(request, ros, tmp_path):
-    name, own = request.param
-    return lambda **parameters: Robot(ros, tmp_path, name, **own, **parameters)
+def speed_of(odometry: Odometry) -> float:
+    return math.hypot(odometry.twist.twist.linear.x, odometry.twist.twist.linear.y)
 
 
-@pytest.fixture
-def robot(make_robot):
-    return make_robot()
+@pytest.fixture(params=ROBOTS)
+def robot(request, ros, tmp_path):
+    return Robot(ros, tmp_path, request.param)
 
 
-def test_topics_types_qos_and_services(robot):
+def test_topics_services_and_commands(robot):
+    """It goes where it is told in its own frame; what is too fast is clipped, or refused, as what is no number."""
     probe = robot.ros.probe
     (taken,) = probe.get_subscriptions_info_by_topic("cmd_vel")
-    assert (taken.node_name, taken.topic_type) == (robot.name, "geometry_msgs/msg/Twist")
-    assert taken.qos_profile.reliability == ReliabilityPolicy.RELIABLE
-    assert taken.qos_profile.durability == DurabilityPolicy.VOLATILE
     (given,) = probe.get_publishers_info_by_topic("mocap/pose")
+    assert (taken.node_name, taken.topic_type) == (robot.name, "geometry_msgs/msg/Twist")
     assert given.topic_type == "geometry_msgs/msg/PoseStamped"
-    assert given.qos_profile.reliability == ReliabilityPolicy.RELIABLE
-    assert given.qos_profile.durability == DurabilityPolicy.VOLATILE
+    for profile in (taken.qos_profile, given.qos_profile):
+        assert profile.reliability == ReliabilityPolicy.RELIABLE
+        assert profile.durability == DurabilityPolicy.VOLATILE
     services = dict(probe.get_service_names_and_types())
     for name in ("/estop", "/clear_estop", "/resume", "/reset"):
         assert services[name] == ["std_srvs/srv/Trigger"]
+    assert {item.key for item in robot.own_health.values} >= {"commands", "clipped", "refused"}
     robot.until(lambda: robot.poses)
     assert robot.poses[-1].header.frame_id == "map"
 
-
-def test_it_goes_where_it_is_told_in_its_own_frame(robot):
-    robot.go_until(lambda: robot.velocity[1] > 0.45, y=0.5)
-    assert abs(robot.velocity[0]) < 1e-3
-    robot.go_until(lambda: robot.velocity[0] > 0.45, x=0.5)
-
-
-def test_a_stamped_command_is_taken_where_the_parameter_says_so(make_robot):
-    robot = make_robot(**{"controller.stamped_cmd_vel": True})
-    robot.go_until(lambda: robot.velocity[0] > 0.3, x=0.4)
-
-
-def test_zero_is_applied_in_time_after_the_last_command(robot):
-    for _ in range(2):
-        robot.go_until(lambda: robot.speed > 0.35, x=0.4)
-        robot.commands.publish(twist(x=0.4))
-        n = len(robot.truth)
-        robot.until(lambda: robot.speed < STANDING)
-        # poses tell the robot's own time, its stalls left out; braking begins in the period in which zero is applied
-        speeds = [o.twist.twist.linear.x for o in robot.truth[n:]]
-        braking = next(k for k, speed in enumerate(speeds) if speed < max(speeds) - 0.005)
-        assert braking * POSE_PERIOD <= LONGEST + 3 * POSE_PERIOD
-
-
-@pytest.mark.parametrize(
-    "bad", [{"x": math.nan}, {"yaw_rate": math.inf}, {"x": 1.51 * V_MAX}], ids=["nan", "inf", "fast"]
-)
-def test_a_bad_command_stops_it_and_is_counted(robot, bad):
-    robot.go_until(lambda: robot.speed > 0.25, x=0.3)
-    robot.drive_until(lambda: robot.speed < STANDING, **bad)
-    robot.until(lambda: "refused" in robot.health[f"/{robot.name}"].message)
-    assert robot.health[f"/{robot.name}"].level == b"\x01"
-    assert robot.counted("refused") > 0
-
-
-def test_a_command_just_too_fast_is_clipped_with_its_direction_kept(robot):
-    robot.go_until(lambda: robot.speed > 0.97 * V_MAX and robot.counted("clipped") > 0, x=1.1 * V_MAX, y=-0.55 * V_MAX)
+    robot.go(lambda: robot.velocity[1] > 0.45, y=0.5)
+    assert abs(robot.velocity[0]) < STANDING
+    robot.go(lambda: robot.velocity[0] > 0.45, x=0.5)
+    assert robot.call("clear_estop"), "changes nothing where nothing is stopped"
+    robot.go(lambda: robot.velocity[0] > 0.55, x=0.6)
+    robot.go(lambda: robot.speed > 0.97 * V_MAX and robot.counted("clipped") > 0, x=1.1 * V_MAX, y=-0.55 * V_MAX)
+    robot.until(lambda: abs(robot.velocity[1] + 0.5 * robot.velocity[0]) < 1e-3)
     assert robot.speed <= V_MAX + 1e-5
-    assert robot.velocity[1] / robot.velocity[0] == pytest.approx(-0.5, abs=1e-3)
+    for bad in ({"x": math.nan}, {"yaw_rate": math.inf}, {"x": 1.51 * V_MAX}):
+        assert robot.call("reset")
+        robot.go(x=0.3)
+        refused = robot.counted("refused")
+        robot.command(**bad)
+        robot.until(lambda: robot.speed < STANDING)
+        robot.until(lambda refused=refused: robot.counted("refused") > refused)
+        assert "refused" in robot.own_health.message, bad
+        assert robot.own_health.level == b"\x01", bad
 
 
-def test_the_emergency_stop_is_latched(robot):
-    robot.go_until(lambda: robot.speed > 0.3, x=0.4)
-    assert robot.call("estop")
-    robot.drive_until(lambda: robot.speed < STANDING, x=0.4)
-    assert robot.stays_still(30, x=0.4)
-    robot.until(lambda: "emergency stop" in robot.health[f"/{robot.name}"].message)
-    assert robot.health[f"/{robot.name}"].level == b"\x01"
-    assert robot.counted("ignored") > 0
-
-
-def stopped_while_driving(robot) -> None:
-    robot.go_until(lambda: robot.speed > 0.3, x=0.4)
-    assert robot.call("estop")
-    robot.drive_until(lambda: robot.speed < STANDING, x=0.4)
-    assert not robot.call("resume"), "not while it is latched"
-    assert robot.state == "stopped"
-    assert robot.call("clear_estop")
-
-
-def test_after_the_emergency_stop_no_command_zero_or_not_and_no_silence_moves_it(robot):
-    stopped_while_driving(robot)
+def test_silence_stops_it_in_time_and_over_a_second_holds_it(robot):
+    robot.go(lambda: robot.speed > 0.38, x=0.4)
+    robot.commander.publisher.publish(twist(x=0.4))
+    robot.is_silent()
+    later = robot.later()
+    robot.until(lambda: robot.speed < STANDING)
+    # poses tell the robot's own time, its stalls left out; braking begins in the period in which zero is applied
+    speeds = [speed_of(odometry) for odometry in later()]
+    braking = next(k for k, speed in enumerate(speeds) if speed < max(speeds) - 0.005)
+    assert braking * POSE_PERIOD <= LONGEST + 4 * POSE_PERIOD
+    robot.go(x=0.4)
+    robot.is_silent()
+    robot.until(lambda: robot.speed < 0.2)
+    robot.command(x=0.4)
+    robot.until(lambda: robot.speed > 0.3)
+    robot.is_silent()
     robot.until(lambda: robot.state == "held")
-    assert robot.stays_still(40, x=0.4)
-    assert robot.stays_still(20, x=0.0)
-    assert robot.stays_still(20, x=0.4)
-    assert robot.stays_still(20, x=math.nan)
-    # as a controller does that loses its poses for a moment
-    assert robot.stays_still(round((SETTINGS.limits.command_age + 0.1) / POSE_PERIOD))
-    assert robot.stays_still(20, x=0.4)
-    assert robot.call("clear_estop"), "once more changes nothing"
-    assert robot.stays_still(20, x=0.4)
+    assert "no fresh command for 1." in robot.states[-1].message
+    assert robot.stays_still(x=0.4)
+    robot.go(x=0.4)
+
+
+def test_after_an_emergency_stop_no_command_and_no_silence_moves_it(robot):
+    robot.stop()
+    assert robot.stays_still(x=0.4)
+    robot.until(lambda: "emergency stop" in robot.own_health.message)
+    assert robot.own_health.level == b"\x01"
+    assert not robot.call("resume"), "not while it is latched"
+    late, said = (robot.ros.listen(DiagnosticStatus, "robot/state", profile) for profile in (LATCHED, EVENT))
+    robot.until(lambda: late and len(said) > 1)
+    assert {item.key: item.value for item in late[0].values}["state"] == "stopped"
+    assert {message.message for message in said} == {late[0].message}, "said again for who has missed it"
+    for _ in range(2):
+        assert robot.call("clear_estop")
+        robot.until(lambda: robot.state == "held")
+        for velocity in (0.4, 0.0, 0.4, math.nan):
+            assert robot.stays_still(x=velocity)
+        # as a controller does that loses its poses for a moment
+        assert robot.stays_still(round((SETTINGS.limits.command_age + 0.1) / POSE_PERIOD))
     assert robot.counted("ignored") > 0
-    robot.go_until(lambda: robot.speed > 0.3, x=0.4)
+    robot.go(x=0.4)
     robot.until(lambda: robot.state == "free")
 
 
 def test_a_new_goal_lets_it_move_and_the_one_of_before_does_not(robot):
     planner = robot.ros.publisher(GoalStatus, "goal_status", LATCHED)
+    robot.command(x=0.4)
     robot.new_goal(planner)
-    assert robot.stays_still(20, x=0.4), "the first goal heard of may be one of before its start"
+    assert robot.stays_still(x=0.4), "the first goal heard of may be one of before its start"
     robot.new_goal(planner)
-    robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
+    robot.until(lambda: robot.speed > 0.3)
     assert robot.call("estop")
-    robot.drive_until(lambda: robot.speed < STANDING, x=0.4)
+    robot.until(lambda: robot.speed < STANDING)
     robot.new_goal(planner)
     assert robot.call("clear_estop")
-    assert robot.stays_still(30, x=0.4), "a goal given during the stop is none given after it"
+    assert robot.stays_still(x=0.4), "a goal given during the stop is none given after it"
     robot.new_goal(planner, GoalStatus.STATUS_ABORTED)
-    assert robot.stays_still(20, x=0.4), "a goal that was refused"
+    assert robot.stays_still(x=0.4), "a goal that was refused"
     robot.new_goal(planner)
-    robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
+    robot.until(lambda: robot.speed > 0.3)
 
 
-@pytest.mark.parametrize("zero", [False, True])
-def test_silence_over_a_second_holds_it_and_shorter_silence_does_not(robot, zero):
-    if zero:
-        robot.go_until(lambda: robot.speed > 0.3, x=0.4)
-    else:
-        robot.go_until(lambda: robot.state == "free", x=0.0)
-    n = len(robot.truth)
-    robot.until(lambda: len(robot.truth) > n + 60)
-    robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
-    robot.until(lambda: robot.state == "held")
-    assert "no fresh command for 1." in robot.states[-1].message
-    assert robot.stays_still(40, x=0.4)
-    robot.go_until(lambda: robot.speed > 0.3, x=0.4)
-
-
-def test_who_comes_later_is_told_the_state_it_is_in(robot):
-    assert robot.call("estop")
-    late = robot.ros.listen(DiagnosticStatus, "robot/state", LATCHED)
-    robot.until(lambda: late)
-    assert late[0].message == "emergency stop by its service: commands are ignored until it is cleared (clear_estop)"
-    assert {item.key: item.value for item in late[0].values}["state"] == "stopped"
-
-
-def test_its_state_is_said_again_for_who_has_missed_what_is_latched(robot):
-    said = robot.ros.listen(DiagnosticStatus, "robot/state", EVENT)
-    robot.until(lambda: len(said) > 1)
-    assert {message.message for message in said} == {robot.states[-1].message}
-
-
-def test_a_second_commander_stops_it_and_is_named(robot):
-    other = robot.ros.add(rclpy.create_node("teleop", context=robot.ros.context))
-    robot.go_until(lambda: robot.speed > 0.3, x=0.4)
-    rogue = other.create_publisher(robot.kind, "cmd_vel", NEWEST)
-    begun = time.monotonic()
-    timer = other.create_timer(0.05, lambda: rogue.publish(twist(y=0.4)))
-    robot.drive_until(lambda: robot.state == "held", x=0.4)
-    assert time.monotonic() - begun < 0.5
-    said = robot.states[-1].message
-    assert "2 nodes publish /cmd_vel: /probe, /teleop" in said
-    robot.drive_until(lambda: robot.health[f"/{robot.name}"].level == b"\x02", x=0.4)
-    assert "/probe, /teleop" in robot.health[f"/{robot.name}"].message
-    robot.drive_until(lambda: robot.speed < STANDING, x=0.4)
-    assert robot.stays_still(20, x=0.4)
-    assert not robot.call("resume")
-    other.destroy_timer(timer)
-    other.destroy_publisher(rogue)
-    robot.until(lambda: robot.call("resume"))
-    robot.drive_until(lambda: robot.speed > 0.3, x=0.4)
-
-
-def test_a_second_commander_of_the_same_name_is_told_by_its_messages(robot):
-    robot.go_until(lambda: robot.speed > 0.3, x=0.4)
-    rogue = robot.ros.probe.create_publisher(robot.kind, "cmd_vel", NEWEST)
-    robot.ros.probe.create_timer(0.03, lambda: rogue.publish(twist(y=0.4)))
-    robot.drive_until(lambda: robot.state == "held", x=0.4)
-    assert "two publishers of /cmd_vel, both named /probe" in robot.states[-1].message
-
-
-@pytest.mark.parametrize("restarts", [5, pytest.param(100, marks=[pytest.mark.soak, pytest.mark.timeout(1800)])])
-def test_a_commander_that_restarts_is_no_second_one(robot, restarts):
-    """Each leaves without a word: its publisher is listed on, as a killed process is until its lease ends."""
-    robot.ros.probe.destroy_publisher(robot.commands)
-    robot.until(lambda: robot.call("resume"))
-    nodes = []
-    for _ in range(restarts):
-        nodes.append(robot.ros.add(rclpy.create_node("controller_node", context=robot.ros.context)))
-        robot.commands = nodes[-1].create_publisher(robot.kind, "cmd_vel", NEWEST)
-        if len(nodes) > 3:
-            robot.ros.remove(nodes.pop(0))
-        n, due = len(robot.truth), time.monotonic() + 0.6 * BREAK_TIME  # three within BREAK_TIME are two publishers
-        robot.go_until(lambda n=n, due=due: len(robot.truth) > n + 60 and time.monotonic() > due, x=0.05, y=0.05)
-        assert not any("two publishers" in each.message or "nodes publish" in each.message for each in robot.states)
+def test_a_second_commander_holds_it_and_is_named_and_a_restart_is_no_second_one(robot):
+    for _ in range(3):
+        robot.commander.falls_silent()
+        robot.commander = robot.new_commander("commander")
+        robot.go(x=0.1)
+        robot.passes(70)  # three restarts within a second are two publishers
+    assert not any("publish" in each.message for each in robot.states)
+    for name, named in (("teleop", "/commander, /teleop"), ("commander", "both named /commander")):
+        robot.go(x=0.1)
+        rogue = robot.new_commander(name, period=0.03)
+        rogue.message = robot.commander.message
+        robot.until(lambda: robot.state == "held")
+        assert named in robot.states[-1].message
+        robot.until(lambda named=named: robot.own_health.level == b"\x02" and named in robot.own_health.message)
+        robot.until(lambda: robot.speed < STANDING)
+        assert robot.stays_still(x=0.1)
+        assert not robot.call("resume")
+        rogue.falls_silent()
+        robot.ros.remove(rogue.node)
+        robot.until(lambda: robot.call("resume"))
 
 
 def test_a_command_that_was_long_under_way_is_not_followed(robot, monkeypatch):
-    robot.go_until(lambda: robot.speed > 0.1, x=0.2)
-    inputs = robot.nodes[ROBOTS[robot.name][0]]._inputs
-    delayed = property(lambda self: self._sent - 0.3, lambda self, value: vars(self).update(_sent=value))
-    monkeypatch.setattr(type(inputs), "sent", delayed, raising=False)
-    robot.drive_until(lambda: robot.speed < STANDING, x=0.2)
-    robot.until(lambda: robot.counted("late") > 0)
+    robot.go(x=0.2)
+    delay = 10.0 if robot.name == SIMULATED else 0.3  # simulated time may be slower than the clock
+    delayed = property(lambda self: self.came - delay, lambda self, value: setattr(self, "came", value))
+    monkeypatch.setattr(Inputs, "sent", delayed, raising=False)
+    robot.until(lambda: robot.speed < STANDING and robot.counted("late") > 0)
 
 
-def test_what_was_queued_in_a_stall_of_the_node_is_dropped(robot):
-    robot.go_until(lambda: robot.speed > 0.1, x=0.2)
-    contract = robot.nodes[ROBOTS[robot.name][0]]._contract
-    for _ in range(10):
-        taken, late = contract._commands, contract._late
-        robot.commands.publish(twist(x=0.2))
-        time.sleep(0.2)  # nothing in this process goes on
-        robot.until(lambda late=late: contract._late > late)
-        assert contract._commands == taken
-    # without a fresh command for over 1 s it may be held by now
-    robot.go_until(lambda: contract._commands > taken, x=0.2)
+def test_what_was_queued_in_a_stall_of_the_driver_is_dropped(ros, tmp_path):
+    robot = Robot(ros, tmp_path, REAL)
+    robot.go(lambda: robot.state == "free", x=0.0)
+    robot.is_silent()
+    late = robot.counted("late")
+    robot.commander.publisher.publish(twist(x=0.4))
+    time.sleep(0.2)  # nothing in this process goes on
+    later = robot.later()
+    robot.until(lambda: robot.counted("late") > late)
+    assert all(speed_of(odometry) < STANDING for odometry in later())
 
 
-def test_clearing_what_is_not_stopped_changes_nothing(robot):
-    robot.go_until(lambda: robot.speed > 0.3, x=0.4)
-    assert robot.call("clear_estop")
-    robot.go_until(lambda: robot.speed > 0.5, x=0.6)
-
-
-def test_diagnostics_carry_the_same_figures(robot):
-    status = robot.health[f"/{robot.name}"]
-    assert {item.key for item in status.values} >= {"commands", "clipped", "refused"}
-    assert status.level == b"\x00"
-
-
-@pytest.mark.parametrize("direction", [-1.0, pytest.param(1.0, marks=pytest.mark.soak)])
-def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(make_robot, ros, direction):
-    told, contacts = ros.listen(Vector3Stamped, "impact", EVENT), ros.listen(PoseStamped, "impact/contact", EVENT)
-    robot = make_robot(**{"simulator.noise": 0.1})
-    odometry = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED)
-    ros.make(MocapNode)
-    robot.until(lambda: odometry)
-    with let_move(ros):
-        robot.drive_until(lambda: 2 * odometry[-1].pose.pose.orientation.z * direction > 1.0, yaw_rate=2.0 * direction)
-        robot.drive_until(lambda: abs(robot.truth[-1].twist.twist.angular.z) < STANDING, yaw_rate=0.0)
-        yaw = 2 * math.asin(robot.truth[-1].pose.pose.orientation.z)
-        # to the wall at x = -1 m, whose push is along x of the map
-        robot.drive_until(lambda: told and contacts, x=-0.8 * math.cos(yaw), y=0.8 * math.sin(yaw))
-    assert told[0].header.frame_id == "map"
+def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(ros, tmp_path):
+    """By the truth, in simulated time; also with stamped commands."""
+    told, true = (ros.listen(Vector3Stamped, name, EVENT) for name in ("impact", "ground_truth/impact"))
+    contacts = ros.listen(PoseStamped, "impact/contact", EVENT)
+    robot = Robot(ros, tmp_path, SIMULATED, **{"simulator.noise": 0.1, "controller.stamped_cmd_vel": True})
+    ros.make(MocapNode, {"use_sim_time": True})
+    robot.go(lambda: robot.truth[-1].pose.pose.orientation.z < -0.5, yaw_rate=-2.0)
+    robot.go(lambda: abs(robot.truth[-1].twist.twist.angular.z) < STANDING, yaw_rate=0.0)
+    yaw = 2 * math.asin(robot.truth[-1].pose.pose.orientation.z)
+    # to the wall at x = -1 m, whose push is along x of the map
+    robot.go(lambda: told and true and contacts, x=-0.8 * math.cos(yaw), y=0.8 * math.sin(yaw))
+    assert told[0].header.frame_id == contacts[0].header.frame_id == "map"
     assert told[0].vector.x > 0.8
-    assert abs(told[0].vector.y) < 0.4
+    assert (told[0].vector.x, told[0].vector.y) == pytest.approx((true[0].vector.x, true[0].vector.y), abs=0.3)
     assert contacts[0].pose.position.x == pytest.approx(-1.0, abs=0.03)
-    assert contacts[0].header.stamp.sec + 1e-9 * contacts[0].header.stamp.nanosec < (
-        told[0].header.stamp.sec + 1e-9 * told[0].header.stamp.nanosec
-    )
+    first, second, third = (seconds_from_stamp(message.header.stamp) for message in (true[0], contacts[0], told[0]))
+    assert first == pytest.approx(second, abs=0.03)
+    assert second < third
 
 
 def test_a_robot_restarted_stands_until_a_person_lets_it_move(robot):
-    for kind in ROBOTS[robot.name]:
-        robot.go_until(lambda: robot.speed > 0.2, x=0.3)
-        robot.end(kind)
-        robot.health.clear()
-        robot.truth.clear()
-        robot.nodes[kind] = robot.start(kind)
+    for k, kind in enumerate(ROBOTS[robot.name]):
+        robot.go(x=0.2)
+        robot.ros.remove(robot.nodes[k])
+        robot.forget()
+        robot.nodes[k] = robot.ros.make(kind, robot.parameters)
         robot.until(lambda: robot.truth and robot.speed < STANDING)
-        assert robot.stays_still(30, x=0.3)
-        assert robot.stays_still(10, x=0.0)
-        assert robot.stays_still(20, x=0.3)
-        robot.go_until(lambda: robot.speed > 0.2, x=0.3)
-
-
-def test_a_robot_restarted_as_a_whole_in_an_emergency_stop_forgets_it_and_is_held(robot):
-    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+        for velocity in (0.3, 0.0, 0.3):
+            assert robot.stays_still(x=velocity)
+    robot.go(x=0.2)
     assert robot.call("estop")
     robot.until(lambda: robot.state == "stopped")
-    kinds = ROBOTS[robot.name]
-    for kind in kinds:
-        robot.end(kind)
-    robot.health.clear()
-    robot.truth.clear()
-    robot.states.clear()
-    robot.nodes = {kind: robot.start(kind) for kind in kinds}
+    robot.end_all()
+    # its nodes start in any order
+    robot.nodes = [robot.ros.make(kind, robot.parameters) for kind in reversed(ROBOTS[robot.name])]
     robot.ready()
-    assert robot.state == "held", robot.states[-1].message
-    assert robot.stays_still(30, x=0.3)
-    assert robot.state == "held", robot.states[-1].message
-    robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+    assert robot.state == "held", "the emergency stop is forgotten where all of it has ended"
+    assert robot.stays_still(x=0.2)
+    robot.go(x=0.2)
 
 
-def test_its_nodes_start_in_any_order(robot):
-    kinds = ROBOTS[robot.name]
-    for order in (kinds, kinds[::-1]):
-        for kind in kinds:
-            robot.end(kind)
-        robot.health.clear()
-        robot.truth.clear()
-        for kind in order:
-            robot.nodes[kind] = robot.start(kind)
-            robot.ros.wait_until(lambda: False, 0.2)
-        robot.ready()
-        robot.go_until(lambda: robot.speed > 0.2, x=0.3)
+@NEEDS_COMPILER
+def test_the_firmware_in_c_keeps_the_contract(ros, tmp_path):
+    """What the firmwares do alike: test_firmwares_agree."""
+    robot = Robot(ros, tmp_path, REAL, **{"emulator.firmware": "c"})
+    robot.stop()
+    assert robot.call("clear_estop")
+    assert robot.stays_still(x=0.4)
+    robot.go(x=0.4)
+    robot.is_silent()
+    robot.until(lambda: robot.speed < STANDING)

@@ -60,7 +60,12 @@ LOGGED = {
 
 
 class DriverNode(Node):
-    """Sends a frame each period, whatever happens: the command while it is fresh, else zero."""
+    """Sends a frame each period, whatever happens: the command while it is fresh, else zero.
+
+    Attributes:
+        link: the serial link to the firmware.
+        contract: what it does as any robot.
+    """
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
@@ -72,8 +77,8 @@ class DriverNode(Node):
         # steady also where the graph follows /clock: the robot does not
         self._local_clock = Clock(clock_type=ClockType.STEADY_TIME)
         caps = self._wheels.caps(self._settings.cap, self._settings.robot)
-        self._link = SerialLink(self._settings.driver, len(self._wheels), caps)
-        self._report = LinkReport(self._link)
+        self.link = SerialLink(self._settings.driver, len(self._wheels), caps)
+        self._report = LinkReport(self.link)
         self._impacts: SensedImpacts | None = None
         self._command: HeldCommand | None = None
         self._expired = 0
@@ -86,8 +91,8 @@ class DriverNode(Node):
         self._status = 0
         self._warned_at: dict[int, float] = {}
         self._inputs = Inputs(self)
-        self._contract = RobotContract(self, self._inputs, self, self._settings)
-        on_change(self, self._contract.change_settings, *GROUPS)
+        self.contract = RobotContract(self, self._inputs, self, self._settings)
+        on_change(self, self.contract.change_settings, *GROUPS)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         driver = self._settings.driver
         self.create_timer(1.0 / driver.rate, self._tick, clock=self._local_clock)
@@ -103,7 +108,7 @@ class DriverNode(Node):
 
     def is_ready(self) -> bool:
         """Whether the firmware follows commands."""
-        return self._link.armed
+        return self.link.armed
 
     def follow(self, velocity: np.ndarray, yaw_rate: float, age: float) -> None:
         """Holds the wheel speeds for a velocity (2,) [m/s, robot frame] and a yaw rate [rad/s] for the next frames."""
@@ -116,20 +121,20 @@ class DriverNode(Node):
 
     def why_stay_stopped(self) -> str:
         """Why the emergency stop cannot be cleared, empty where it can."""
-        if self._link.session.button_pressed:
+        if self.link.session.button_pressed:
             return "the emergency stop on the robot is still pressed: release it first"
-        trouble = self._link.trouble()
+        trouble = self.link.trouble()
         return f"the firmware, which keeps it, is not there: {trouble}" if trouble else ""
 
     def why_not_start(self) -> str:
         """Why the robot must not begin to move, empty where it may."""
-        return self._link.trouble() or self._faults(FAULTS | BATTERY)
+        return self.link.trouble() or self._faults(FAULTS | BATTERY)
 
     # ---- the link
 
     def _tick(self) -> None:
         now = self.now()
-        news = self._link.receive(now)
+        news = self.link.receive(now)
         # once for all that came while this node was held up: it has sent nothing meanwhile
         self._unarmed = self._unarmed + bool(news) if self._waits else 0
         for telemetry in news:
@@ -139,29 +144,29 @@ class DriverNode(Node):
         self._report_changes(now)
 
     def _send(self, now: float) -> None:
-        self._link.send(self._wheel_command(now), self._permission, now)
+        self.link.send(self._wheel_command(now), self._permission, now)
 
     @property
     def _waits(self) -> bool:
         """Whether the robot may move, and the firmware does not let it."""
-        return self._contract.may_move and not self._link.armed
+        return self.contract.may_move and not self.link.armed
 
     @property
     def _permission(self) -> Permission:
-        contract = self._contract
+        contract = self.contract
         held = not contract.may_move
         return Permission(bool(contract.stopped_by), held, contract.clearances, contract.releases)
 
     def _hold_where_the_link_was_lost(self) -> None:
-        session = self._link.session
+        session = self.link.session
         if self._session is not None and session.begun != self._session:
             self._session, self._was_armed = None, False
-            self._contract.hold(f"the serial link was lost: {session.ended_by}")
+            self.contract.hold(f"the serial link was lost: {session.ended_by}")
         if session.connected:
             self._session = session.begun
 
     def _wheel_command(self, now: float) -> WheelCommand:
-        if not self._contract.may_move or not self._link.armed:
+        if not self.contract.may_move or not self.link.armed:
             # only a command that comes afterwards is followed
             self._command = None
         if self._command is not None:
@@ -181,7 +186,7 @@ class DriverNode(Node):
                 self._warned_at[bit] = now
                 self.get_logger().warning(words)
         self._take_stops(telemetry)
-        announced = self._link.session.announced
+        announced = self.link.session.announced
         if self._impacts is None and announced is not None and announced.capabilities & SENSES_IMPACTS:
             self._impacts = SensedImpacts(self, self._inputs, self._settings, self._local_clock)
         if self._impacts is not None:
@@ -189,7 +194,7 @@ class DriverNode(Node):
 
     def _take_stops(self, telemetry: Telemetry) -> None:
         """Latches, or holds the robot, where the firmware stands still by itself."""
-        contract = self._contract
+        contract = self.contract
         # by the one that came, not the newest: what is over by then has stopped it all the same
         status, faults = telemetry.status, _words(FAULTS, telemetry)
         told = self._permission.is_told_by(telemetry)
@@ -202,18 +207,18 @@ class DriverNode(Node):
             contract.hold(faults)
         elif contract.may_move and told and self._was_armed and not armed:
             contract.hold("the firmware stands still by itself")
-        elif contract.may_move and self._link.session.takes_none_in_time:
+        elif contract.may_move and self.link.session.takes_none_in_time:
             contract.hold(TOO_LATE)
         elif self._unarmed > UNARMED:
             contract.hold("the firmware does not arm" if told else TOO_LATE)
         self._was_armed = armed
 
     def _faults(self, known: Mapping[int, str]) -> str:
-        telemetry = self._link.session.telemetry
+        telemetry = self.link.session.telemetry
         return _words(known, telemetry) if telemetry is not None else ""
 
     def _report_changes(self, now: float) -> None:
-        trouble = self._link.trouble()
+        trouble = self.link.trouble()
         if trouble != self._reported_trouble:
             self._reported_trouble = trouble
             self._diagnostics.publish()
@@ -228,13 +233,13 @@ class DriverNode(Node):
     # ---- how it is
 
     def _health(self) -> Health:
-        contract = self._contract
+        contract = self.contract
         values: dict[str, object] = {**contract.counts, "expired": self._expired, **self._report.values()}
         if self._impacts is not None:
             values |= {"impacts": self._impacts.published, "impacts_missed": self._impacts.missed}
             values |= self._inputs.refusals.values
-        if self._link.trouble() and not contract.stopped_by:
-            return Health(ERROR, self._link.trouble(), values)
+        if self.link.trouble() and not contract.stopped_by:
+            return Health(ERROR, self.link.trouble(), values)
         return contract.health(values, self._faults(FAULTS | BATTERY), "connected")
 
     def stop(self) -> None:
@@ -244,12 +249,12 @@ class DriverNode(Node):
             now = self.now()
             self._send(now)
         deadline = time.monotonic() + FINAL_WAIT
-        while not self._link.drained() and time.monotonic() < deadline:
+        while not self.link.drained() and time.monotonic() < deadline:
             time.sleep(0.005)
 
     def destroy_node(self) -> None:
         """Gives the device back."""
-        self._link.close()
+        self.link.close()
         super().destroy_node()
 
 
