@@ -1,13 +1,13 @@
-"""Loops of planner and controller in their nodes, forked in the middle of a course to set a parameter of one."""
+"""Loops of planner and controller, forked in the middle of a course to set a parameter of one."""
 
 from collections.abc import Callable
 from copy import deepcopy
 from functools import cache
 
-from live_parameters import accepted, others, set_live
+from live_parameters import others
 from recorded_courses import Course, answers, made, recorded
 
-from collplan_core.parameters.spec import Spec
+from collplan_core.parameters.spec import ParameterError, Spec
 
 LONGEST = 5.0
 """Longest trial [s]."""
@@ -20,27 +20,23 @@ Scene = Callable[[], tuple[Course, float, float]]
 class ForkedLoop:
     """A loop that was given a course up to a moment, and what it puts out from then on without a change."""
 
-    def __init__(self, node, course: Course, begin: float, lasts: float) -> None:
-        """Forks at `begin` and compares for so long [s]; `node` is the one whose parameters are set."""
-        kind = type(node._loop)
+    def __init__(self, kind: type, course: Course, begin: float, lasts: float) -> None:
+        """Forks at `begin` and compares for so long [s]."""
         before = [call for call in course.calls[kind] if call.time < begin]
         self._calls = [call for call in course.calls[kind] if begin <= call.time < begin + lasts]
-        self._node, self._settings = node, course.settings
-        self._loop = made(kind, course.settings)
+        self._settings, self._loop = course.settings, made(kind, course.settings)
         list(answers(self._loop, before))
         self._unchanged = list(answers(deepcopy(self._loop), self._calls))
-        key = accepted(node)[0].key
-        assert not self.changes(key, course.settings.values()[key]), "equal loops differ"
+        assert not self.changes({}), "equal loops differ"
 
-    def changes(self, key: str, value: object) -> bool:
-        """Whether the loop puts out something else once this is set on its node."""
-        node, values = self._node, self._settings.values()
-        node._loop = made(type(self._loop), self._settings)
-        present = {spec.key: values[spec.key] for spec in accepted(node)}
-        assert set_live(node, {k: v for k, v in present.items() if node.get_parameter(k).value != v})
-        node._loop = deepcopy(self._loop)
-        set_live(node, {key: value})
-        return any(now != then for now, then in zip(answers(node._loop, self._calls), self._unchanged, strict=True))
+    def changes(self, values: dict[str, object]) -> bool:
+        """Whether the loop puts out something else with these settings."""
+        loop = deepcopy(self._loop)
+        try:
+            loop.change_settings(self._settings.with_values(values))
+        except ParameterError:
+            return False
+        return any(now != then for now, then in zip(answers(loop, self._calls), self._unchanged, strict=True))
 
 
 @cache
@@ -139,15 +135,15 @@ FIRST = {
 """Scenes that are tried before the others, where the first one alone does not tell."""
 
 
-def changes_loop(node, scenes: dict[str, Scene]) -> Callable[[Spec], bool]:
-    """Whether another value of a parameter of `node` changes what its loop puts out in one of these scenes."""
+def changes_loop(kind: type, scenes: dict[str, Scene]) -> Callable[[Spec], bool]:
+    """Whether another value of a parameter changes what a loop of this kind puts out in one of these scenes."""
 
     @cache
     def forked(name: str) -> ForkedLoop:
-        return ForkedLoop(node, *scenes[name]())
+        return ForkedLoop(kind, *scenes[name]())
 
     def changes(spec: Spec) -> bool:
         names = sorted(scenes, key=lambda name: name not in FIRST.get(spec.key, ()))
-        return any(forked(name).changes(spec.key, value) for name in names for value in others(spec))
+        return any(forked(name).changes({spec.key: value}) for name in names for value in others(spec))
 
     return changes

@@ -6,17 +6,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Twist
+from called_nodes import ask, give, tick
 from live_parameters import others, set_live
 from rclpy.publisher import Publisher
-from rclpy.serialization import serialize_message
+from serial_robot import twist
 
 from collplan_core.parameters.spec import Spec
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import pose_to_message, state_to_odometry
-from collplan_ros.node_kit import clock
+from collplan_ros.node_kit.clock import SteadyTimes
 from collplan_ros.nodes import lidar_node, mocap_node
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
@@ -26,7 +26,7 @@ from omnipuck_driver.messages import WheelCaps
 from omnipuck_driver.session import Permission, Session, WheelCommand
 from omnipuck_sim.emulator import firmware_emulator
 from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
-from omnipuck_sim.node import mocap_room
+from omnipuck_sim.node import graph_pace, mocap_room
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
 STEP = 0.01
@@ -49,9 +49,10 @@ class Bench:
         self.now = 0.0
         self.out: list[object] = []
         self.ros, self.patched = ros, patched
-        for module in (lidar_node, mocap_node, clock, driver_node, mocap_room):
-            patched.setattr(module, "seconds", lambda _: self.now)
+        for module in (lidar_node, mocap_node, driver_node, mocap_room, graph_pace):
+            patched.setattr(module, "seconds", lambda clock: self.now)
         patched.setattr(mocap_room, "monotonic", lambda: self.now)
+        patched.setattr(SteadyTimes, "now", lambda times: self.now)
         patched.setattr(Publisher, "publish", lambda publisher, message: self._take(publisher.topic_name, message))
 
     def _take(self, topic: str, message: object) -> None:
@@ -93,7 +94,7 @@ def mocap_course(bench: Bench, change: Change) -> None:
             message.pose = held
         if 3.2 <= now < 3.25:
             message.pose.orientation.w *= 1.005
-        node._take(message)
+        give(node, "mocap/pose", message)
     bench.ros.remove(node)
 
 
@@ -104,34 +105,26 @@ def lidar_course(bench: Bench, change: Change) -> None:
         change(node)
         # one scan is made from a pose that is 0.04 s old
         if not 0.615 < now < 0.695:
-            node._take_pose(serialize_message(state_to_odometry(replace(start, stamp=now), "map", "base_link")))
+            give(node, "mocap/odom", state_to_odometry(replace(start, stamp=now), "map", "base_link"))
         if round(now / STEP) % 5 == 0:
-            node._scan()
+            tick(node, 5 * STEP)
     bench.ros.remove(node)
 
 
-def _commanded(bench: Bench, node, change: Change, act: Callable[[], object]) -> None:
-    """Commands of 1 m/s at 20 Hz to a robot that a person lets move."""
+def _commanded(bench: Bench, node, change: Change, period: float) -> None:
+    """Commands of 1 m/s at 20 Hz to a robot that a person lets move, whose timer has this period [s]."""
     for now in bench.times(1.2):
         change(node)
         if round(now / STEP) % 5 == 0:
-            node._inputs.sent = now
-            node._contract._take_command(_forward(1.0))
+            give(node, "cmd_vel", twist(1.0), now)
         if now == STEP:
-            node._contract._resume()
-        act()
+            ask(node, "resume")
+        tick(node, period)
     bench.ros.remove(node)
 
 
-def _forward(speed: float) -> Twist:
-    message = Twist()
-    message.linear.x = speed
-    return message
-
-
 def simulator_course(bench: Bench, change: Change) -> None:
-    node = bench.ros.make(SimulatorNode)
-    _commanded(bench, node, change, node._room.advance)
+    _commanded(bench, bench.ros.make(SimulatorNode), change, STEP)
 
 
 class _GoodLink:
@@ -158,14 +151,14 @@ class _GoodLink:
 
 def driver_course(bench: Bench, change: Change) -> None:
     node = bench.ros.make(DriverNode)
-    node._link = _GoodLink(bench.out)
-    _commanded(bench, node, change, node._tick)
+    node.link = _GoodLink(bench.out)
+    _commanded(bench, node, change, 2 * STEP)
 
 
 class _Line:
     """A cable to the emulated firmware. All that are plugged in at a time share what was sent."""
 
-    sent = b""
+    sent, is_there = b"", True
 
     def __init__(self, out: list[object]) -> None:
         self.received = b""
@@ -183,11 +176,18 @@ class _Line:
         return True
 
     def close(self) -> None:
+        self.is_there = False
         self._out.append("unplugged")
 
 
 def emulator_course(bench: Bench, change: Change) -> None:
-    bench.patched.setattr(firmware_emulator, "PseudoTerminal", lambda path: _Line(bench.out))
+    lines: list[_Line] = []
+
+    def plugged(path: object) -> _Line:
+        lines.append(_Line(bench.out))
+        return lines[-1]
+
+    bench.patched.setattr(firmware_emulator, "PseudoTerminal", plugged)
     bench.patched.setattr(firmware_emulator.secrets, "randbits", lambda n: 1)
 
     def sleep(duration: float) -> None:
@@ -198,13 +198,13 @@ def emulator_course(bench: Bench, change: Change) -> None:
     session = Session(3, 0.3, WheelCaps(40.0, 400.0), new_token=lambda: 7)
     for now in bench.times(1.5):
         change(node)
-        line = node._terminal
-        if line is not None:
+        line = lines[-1]
+        if line.is_there:
             session.receive(line.received, now)
             line.received = b""
             driving = WheelCommand((10.0, -10.0, 0.0), 0.0, 0.2)
             line.sent += session.outgoing(driving, Permission(False, now < 0.2, 0, int(now >= 0.2)), now)
-        node._advance()
+        tick(node, STEP)
     bench.ros.remove(node)
 
 

@@ -13,16 +13,7 @@ from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
 from omnipuck_sim.node.simulator_node import SimulatorNode
 
 LIVE = [spec for spec in all_specs().values() if spec.live]
-IN_USE = {
-    MocapNode: lambda node: node._settings,
-    LidarNode: lambda node: node._settings,
-    PlannerNode: lambda node: node._loop._settings,
-    ControllerNode: lambda node: node._loop._settings,
-    SimulatorNode: lambda node: node._contract._check._settings,
-    DriverNode: lambda node: node._contract._check._settings,
-    FirmwareEmulator: lambda node: node._settings,
-}
-"""The settings that each node decides by."""
+NODES = (MocapNode, LidarNode, PlannerNode, ControllerNode, SimulatorNode, DriverNode, FirmwareEmulator)
 SHARES = (0.03, 0.0, 0.3, 1.0)
 """How far into its range a number is set; little at first: a stall of the emulated firmware is to be short."""
 TIMES = {"planner.goal_timeout": 1.2}

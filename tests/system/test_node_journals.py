@@ -1,41 +1,23 @@
-"""The journals of the nodes, replayed: on inputs of a trial one by one, and in a graph in one process."""
+"""The journals of the nodes, replayed on inputs of a trial one by one. Those of a graph: test_graph_reaches_goals."""
 
 from array import array
 
-import pytest
-from action_msgs.msg import GoalStatus
+from called_nodes import ask
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, Twist
-from nav_msgs.msg import Path
+from geometry_msgs.msg import Twist
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import String
-from std_srvs.srv import Trigger
+from std_msgs.msg import Empty, String
 
-from collplan_core.command import HAND
 from collplan_core.replay.comparison import Comparison, Difference, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.reading import Call
 from collplan_core.worlds import load_world
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import goal_to_message
-from collplan_ros.node_kit.stall import StallGuard
-from collplan_ros.nodes.controller_node import ControllerNode
-from collplan_ros.nodes.lidar_node import LidarNode
-from collplan_ros.nodes.mocap_node import MocapNode
 from collplan_ros.nodes.planner_node import PlannerNode
 from collplan_ros.replay.recorded_journals import TOPICS, RecordedJournals, journals_from_recording
-from omnipuck_sim.node.simulator_node import SimulatorNode
 from test_one_loop import Nodes, recorded
-
-UNRELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
-HEARD = {
-    "planner/journal": (String, qos.JOURNAL),
-    "controller/journal": (String, qos.JOURNAL),
-    "scan": (LaserScan, UNRELIABLE),
-    "plan": (Path, qos.EVENT),
-}
 
 
 class Recording:
@@ -66,9 +48,9 @@ class Recording:
 class JournalledNodes(Nodes):
     """The two nodes called one by one, and what they publish."""
 
-    def __init__(self, ros, strategy) -> None:
+    def __init__(self, ros, strategy, monkeypatch) -> None:
         self.recording = Recording()
-        super().__init__(ros, strategy)
+        super().__init__(ros, strategy, monkeypatch)
         # published before anything could be put in the way of it, and latched
         for name in TOPICS:
             heard = ros.listen(String, name, qos.JOURNAL)
@@ -86,18 +68,10 @@ class JournalledNodes(Nodes):
         super().take(kind, message, local)
 
 
-@pytest.mark.parametrize(
-    ("world", "strategy"),
-    [
-        *(pytest.param(*each, marks=pytest.mark.soak) for each in (("corridor", "harness"), ("random:7", "low_risk"))),
-        ("u:17", "bounce"),
-    ],
-)
-def test_nodes_are_replayed_to_the_last_bit(ros, monkeypatch, world, strategy):
+def test_nodes_are_replayed_to_the_last_bit(ros, monkeypatch):
     """With the deadline by the clock, as ever in a node."""
-    events = recorded(world, strategy, monkeypatch)
-    monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
-    nodes = JournalledNodes(ros, strategy)
+    events = recorded("u:17", "bounce", monkeypatch)
+    nodes = JournalledNodes(ros, "bounce", monkeypatch)
     events = events[:1200]
     for event in [*events, ("planner", None, events[-1][-1])]:
         nodes.take(*event)
@@ -110,13 +84,11 @@ def test_nodes_are_replayed_to_the_last_bit(ros, monkeypatch, world, strategy):
 def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
     """Parameters, refused messages, a goal that is canceled, and one that is refused."""
     events = recorded("corridor", "harness", monkeypatch)
-    monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
-    nodes = JournalledNodes(ros, "harness")
-    planner, controller = nodes.nodes
+    nodes = JournalledNodes(ros, "harness", monkeypatch)
     for event in events[:250]:
         nodes.take(*event)
-    assert planner.set_parameters([Parameter("planner.turn_penalty", value=7.0)])[0].successful
-    assert controller.set_parameters([Parameter("controller.k_p", value=3.0)])[0].successful
+    assert nodes.planner.set_parameters([Parameter("planner.turn_penalty", value=7.0)])[0].successful
+    assert nodes.controller.set_parameters([Parameter("controller.k_p", value=3.0)])[0].successful
     odd = goal_to_message(load_world("corridor").goal, "moon")
     scan = next(message for kind, message, _ in events if kind == "scan")
     empty = LaserScan(header=scan.header, ranges=array("f"))
@@ -131,10 +103,9 @@ def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
     for event in [("robot/state", DiagnosticStatus(), nodes.local), *2 * [("hand/cmd_vel", driven, nodes.local)]]:
         nodes.take(*event)
     nodes.take("controller", None, nodes.local)
-    assert controller._outputs.command.maneuver == HAND
-    planner._on_cancel(Trigger.Request(), Trigger.Response())
-    planner._on_resumed(None)
-    controller._on_resumed(None)
+    assert nodes.commands[-1].linear.y > 0.0
+    assert ask(nodes.planner, "cancel").success
+    nodes.take("robot/resumed", Empty(), nodes.local)
     nodes.take("planner", None, nodes.local)
     nodes.take("controller", None, nodes.local)
     first, second = nodes.recording.compared()
@@ -148,8 +119,7 @@ def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
 
 def test_a_scan_that_differs_in_a_bit_is_told(ros, monkeypatch):
     events = recorded("corridor", "harness", monkeypatch)
-    monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
-    nodes = JournalledNodes(ros, "harness")
+    nodes = JournalledNodes(ros, "harness", monkeypatch)
     for event in events[:900]:
         nodes.take(*event)
     # the first ones are in the journal itself
@@ -158,30 +128,6 @@ def test_a_scan_that_differs_in_a_bit_is_told(ros, monkeypatch):
     for found in nodes.recording.compared():
         assert isinstance(found.end, Difference)
         assert found.end.where.startswith("scan of stamp ")
-
-
-def test_a_graph_is_replayed_to_the_last_bit(ros):
-    """Over DDS, on the machine's own clock: whatever came late or not at all, the journal says what was decided by."""
-    recording = Recording()
-    for topic, (kind, profile) in HEARD.items():
-        ros.probe.create_subscription(kind, topic, lambda message, topic=topic: recording.hear(topic, message), profile)
-    ros.make(SimulatorNode, {"simulator.world": "u:17", "simulator.seed": 3})
-    ros.make(MocapNode)
-    ros.make(LidarNode, {"lidar.world": "u:17"})
-    planner = ros.make(PlannerNode, {"planner.strategy": "bounce"})
-    controller = ros.make(ControllerNode, {"limits.motion_delay": 0.4})
-    goals = ros.publisher(PoseStamped, "goal_pose", qos.EVENT)
-    statuses = ros.listen(GoalStatus, "goal_status", qos.LATCHED)
-    ready = planner._loop._sensors, controller._loop._sensors
-    assert ros.wait_until(lambda: all(sensed.scan_stamp is not None for sensed in ready))
-    goals.publish(goal_to_message(load_world("u:17").goal, "map"))
-    assert ros.wait_until(lambda: planner._loop.n_plans >= 15, timeout=30.0)
-    assert statuses
-    ros.spin(0.3)
-    found = recording.compared()
-    assert [comparison.end for comparison in found] == [None, None]
-    assert found[0].plans >= 15
-    assert found[1].commands >= 5
 
 
 def test_a_recorder_that_comes_late_hears_the_journal_from_its_beginning(ros):

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from rclpy.serialization import deserialize_message, serialize_message
-from ros_fixture import UNTIMED
+from called_nodes import give, tick
+from rclpy.serialization import deserialize_message
 
 from collplan_core.deadline import never
 from collplan_core.goal import Goal
@@ -11,11 +11,12 @@ from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.decisions import Cycle
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
+from collplan_core.planners import map_period_of
 from collplan_core.worlds import load_world
 from collplan_ros.messages import conversions, plans, reading
 from collplan_ros.messages.goal_status import goal_from_status, goal_to_status
 from collplan_ros.node_kit.stall import StallGuard
-from collplan_ros.nodes import planner_node
+from collplan_ros.nodes import controller_node, planner_node
 from collplan_ros.nodes.controller_node import ControllerNode
 from omnipuck_sim import trial
 
@@ -113,17 +114,21 @@ class Loops:
 class Nodes:
     """The two nodes, with the time of a trial, their callbacks called one by one, what they publish handed on."""
 
-    def __init__(self, ros, strategy):
+    def __init__(self, ros, strategy, monkeypatch):
+        self.local, self.settings = 0.0, settings_of(strategy)
+        for module in (planner_node, controller_node):
+            monkeypatch.setattr(module, "seconds", lambda clock: self.local)
+        # nothing runs here between two callbacks, however long one takes
+        monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
         overrides = {"planner.strategy": strategy}
-        self.local = 0.0
-        self.nodes = ros.make(planner_node.PlannerNode, overrides), ros.make(ControllerNode, overrides)
+        self.planner, self.controller = (
+            ros.make(planner_node.PlannerNode, overrides),
+            ros.make(ControllerNode, overrides),
+        )
+        # as in a trial the controller has a pose or a scan before the planner plans with it
+        self.nodes = self.controller, self.planner
         self.plans, self.statuses, self.commands = [], [], []
-        self.subscriptions = {}
         for node in self.nodes:
-            node._local = lambda: self.local
-            for subscription in node.subscriptions:
-                name = subscription.topic_name.removeprefix("/")
-                self.subscriptions.setdefault(name, []).append(subscription)
             for publisher in node.publishers:
                 name = publisher.topic_name.removeprefix("/")
                 publisher.publish = lambda message, name=name, kind=publisher.msg_type: self.hear(
@@ -138,30 +143,27 @@ class Nodes:
         elif name == "cmd_vel":
             self.commands.append(message)
         if name in ("plan", "planner/valid_until", "planner/foreseen_impacts", "goal_status", "cmd_vel"):
-            self.call(self.subscriptions[name], message)
+            self.give(name, message)
 
     def take(self, kind, message, local):
         self.local = local
         if kind == "planner":
-            self.nodes[0]._on_timer()
+            tick(self.planner, map_period_of(self.settings))
         elif kind == "controller":
-            self.nodes[1]._on_timer()
+            tick(self.controller, 1.0 / self.settings.controller.rate)
         else:
-            # as in a trial the controller has a pose or a scan before the planner plans with it
-            self.call(reversed(self.subscriptions[kind]), message)
+            self.give(kind, message)
 
-    def call(self, subscriptions, message):
-        for subscription in subscriptions:
-            subscription.callback(serialize_message(message) if subscription.raw else message, UNTIMED)
+    def give(self, name, message):
+        for node in self.nodes:
+            give(node, name, message)
 
 
 @pytest.mark.parametrize(("world", "strategy"), RUNS)
 def test_equal_inputs_give_equal_decisions(ros, monkeypatch, world, strategy):
     events = recorded(world, strategy, monkeypatch)
     monkeypatch.setattr(planner_node, "deadlines", lambda clock: lambda settings: never)
-    # nothing runs here between two callbacks, however long one takes
-    monkeypatch.setattr(StallGuard, "tick", lambda self, *now: False)
-    loops, nodes = Loops(strategy), Nodes(ros, strategy)
+    loops, nodes = Loops(strategy), Nodes(ros, strategy, monkeypatch)
     for event in events:
         loops.take(*event)
         nodes.take(*event)

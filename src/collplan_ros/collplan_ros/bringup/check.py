@@ -86,7 +86,7 @@ def check(options: Options, progress: Progress) -> int:
             if options.scan == REAL and not options.world:
                 progress.say("without --world the place of the LIDAR is not looked for")
             lidar = LidarScans(graph, preparation) if options.scan == REAL and options.world else None
-            found, passed = _Check(graph, preparation, progress, options.yes, lidar).run()
+            found, passed = Check(graph, preparation, progress, options.yes, lidar).run()
     except StartError:
         folder.discard()
         raise
@@ -148,7 +148,7 @@ def _offset_values(offset: BodyOffset) -> dict[str, object]:
     return {f"mocap.body_offset_{key}": round(getattr(offset, key), 5) for key in ("x", "y", "yaw")}
 
 
-class _Check:
+class Check:
     """One check of a robot and mocap_node that run already."""
 
     def __init__(
@@ -203,7 +203,7 @@ class _Check:
     def _motions(self) -> BodyOffset | None:
         slow, lag = careful(self._settings.robot), self._settings.robot.velocity_lag
         across = f"{200 * slow.reach:g} cm at {slow.speed:g} m/s"
-        self._ask(
+        self.ask(
             f"drive {across}, forward, back, left and right, and turn in place at {slow.yaw_rate:g} rad/s, a minute"
         )
         self._graph.refuse_kept_stop()
@@ -257,7 +257,7 @@ class _Check:
         pace, lag = quick(self._settings.robot), self._settings.robot.velocity_lag
         missing = min(time_missing(motions, pace, lag), MOST_TIME)
         self._progress.say(f"  so far {_certainty(estimate(motions, lag))}")
-        self._ask(
+        self.ask(
             f"go on for about {missing:.0f} s, up to {100 * pace.reach:g} cm to each side at up to {pace.limit:g} m/s, "
             f"turning at {pace.yaw_rate:g} rad/s"
         )
@@ -282,7 +282,7 @@ class _Check:
             self._progress.say(f"  {finding.verdict:<8}  {finding.text}")
         return not _is_wrong(findings)
 
-    def _ask(self, motion: str) -> None:
+    def ask(self, motion: str) -> None:
         """Asks the user for consent to a motion, and waits for the answer.
 
         Raises:
