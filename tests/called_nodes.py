@@ -3,6 +3,8 @@
 from rclpy.serialization import serialize_message
 from std_srvs.srv import Trigger
 
+from collplan_ros.node_kit import periodic
+
 
 def give(node, topic: str, message, sent: float = 0.0) -> None:
     """Gives a node a message that was sent at this time [s]."""
@@ -13,9 +15,10 @@ def give(node, topic: str, message, sent: float = 0.0) -> None:
 
 
 def tick(node, period: float) -> None:
-    """Calls the timer of this period [s]; of several the one that calls the node itself."""
+    """Calls the timer of this period [s]; of several the one that does what the node is for."""
     timers = [timer for timer in node.timers if timer.timer_period_ns == round(1e9 * period)]
-    own = [timer for timer in timers if getattr(timer.callback, "__self__", None) is node]
+    own = [timer for timer in timers if timer.callback.__module__ == periodic.__name__]
+    own = own or [timer for timer in timers if timer.callback.__self__ is node]
     (timer,) = own or timers
     timer.callback()
 

@@ -85,4 +85,5 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if is_hypothesis_test(test):
             # no public name: examples given on a test itself come before those of a profile
             given = test._hypothesis_internal_use_settings
-            test._hypothesis_internal_use_settings = settings(given, max_examples=min(given.max_examples, 10))
+            few = settings(given, max_examples=min(given.max_examples, 10))
+            test._hypothesis_internal_use_settings = few

@@ -51,8 +51,8 @@ class Bench:
         self.ros, self.patched = ros, patched
         for module in (lidar_node, mocap_node, driver_node, mocap_room, graph_pace):
             patched.setattr(module, "seconds", lambda clock: self.now)
-        patched.setattr(SteadyTimes, "now", lambda times: self.now)
         patched.setattr(mocap_room, "monotonic", lambda: self.now)
+        patched.setattr(SteadyTimes, "now", lambda times: self.now)
         patched.setattr(Publisher, "publish", lambda publisher, message: self._take(publisher.topic_name, message))
 
     def _take(self, topic: str, message: object) -> None:

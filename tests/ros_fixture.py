@@ -45,6 +45,8 @@ class RosGraph:
         """Ends a node as if its process had ended."""
         self._executor.remove_node(node)
         self._nodes.remove(node)
+        # the executor lets go of it when what came before is done
+        assert self.wait_until(self._executor.create_task(lambda: None).done)
         node.destroy_node()
 
     def forget_others(self) -> None:

@@ -197,6 +197,7 @@ def test_a_firmware_that_drops_every_command_as_late_is_named_and_holds_it(seria
         patched.setattr(Firmware, "_time_on_the_way", lambda firmware, sent, now: 0.4)
         assert robot.call("resume").success
         robot.drive_until(lambda: robot.state == "held" and TOO_LATE in robot.said["/driver_node"], x=0.3)
+        robot.drive_until(lambda: robot.driver.link.session.takes_none_in_time, x=0.3)
         assert not robot.call("resume").success
     robot.go_until(lambda: robot.speed > 0.2, x=0.3)
     monkeypatch.setattr(Firmware, "_time_on_the_way", lambda firmware, sent, now: 0.4)

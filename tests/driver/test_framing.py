@@ -3,7 +3,6 @@
 import random
 import struct
 
-import pytest
 from damaged_frames import damaged
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -63,7 +62,7 @@ def test_noise_is_no_message_raises_nothing_and_fills_no_memory(pieces):
     decoder = Decoder()
     for piece in pieces:
         assert decoder.feed(piece) == []
-        assert len(decoder._buffer) <= LARGEST_ENCODED
+        assert decoder.waiting <= LARGEST_ENCODED
     assert decoder.dropped.keys() <= set(REASONS)
 
 
@@ -141,7 +140,7 @@ def accepted_damage(frames: int) -> int:
         sent = encoder.encode(message)
         came = decoder.feed(damaged(sent, random_) + DELIMITER)
         wrong += sum(m != message for m in came)
-        assert len(decoder._buffer) <= LARGEST_ENCODED
+        assert decoder.waiting <= LARGEST_ENCODED
     assert sum(decoder.dropped.values()) > 0.6 * frames
     return wrong
 
@@ -149,13 +148,6 @@ def accepted_damage(frames: int) -> int:
 def test_no_damaged_frame_is_accepted():
     # chance of one by the CRC: at most 2^-32 each, 2.3e-6 in all
     assert accepted_damage(10_000) == 0
-
-
-@pytest.mark.soak
-@pytest.mark.timeout(600)
-def test_none_of_a_million_damaged_frames_is_accepted():
-    # expected by the CRC: 10^6 / 2^32 = 2.3e-4
-    assert accepted_damage(1_000_000) == 0
 
 
 def test_a_frame_can_be_taken_apart():

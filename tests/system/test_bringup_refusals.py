@@ -25,37 +25,60 @@ from collplan_ros.bringup.robots import ROBOTS, RobotKind
 WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0], [1.0, 1], [0.8, 1]]\n"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        (["--world", "corridoor"], "corridor"),
-        (["--world", "nowhere.yaml"], "nowhere.yaml"),
-        (["--world", "random:x"], "'x'"),
-        (["--strategy", "fast"], "planner.strategy: got 'fast', expected one of harness"),
-        (["--goal", "9", "9"], "outside the arena"),
-        (["--goal", "nan", "0.5"], "nan"),
-        (["--goal", "0.5", "0.8"], "obstacle"),
-        (["--seed", "-1"], "simulator.seed: got -1"),
-        (["--timeout", "nan"], "trial.timeout: got nan"),
-        (["--params", "missing.yaml"], "missing.yaml"),
-    ],
-)
-def test_a_bad_option_is_one_line_and_exit_code_2(tmp_path, capsys, arguments, expected):
-    assert main([*arguments, "--out", str(tmp_path)]) == 2
-    error = capsys.readouterr().err
-    assert expected in error
-    assert error.startswith("bringup: ")
-    assert len(error.splitlines()) == 1
-    assert list(tmp_path.iterdir()) == []
+def written(path: Path, group: str) -> str:
+    """A parameter file that holds this, as its name."""
+    path.write_text(f"/**:\n  ros__parameters:\n    {group}\n")
+    return str(path)
 
 
-@pytest.mark.parametrize(
-    "arguments", [["--robot", "tank"], ["--network", "everywhere"], ["--goal", "1"], ["--seed", "x"]]
-)
-def test_what_no_option_can_be_is_refused_by_the_parser(capsys, arguments):
-    with pytest.raises(SystemExit, match="2"):
-        main(arguments)
-    assert arguments[0] in capsys.readouterr().err
+def test_what_cannot_be_done_is_one_line_and_exit_code_2_before_anything_starts(tmp_path, capsys):
+    (tmp_path / "split.yaml").write_text(WORLD + "start: [0.3, 0.5]\n")
+    (tmp_path / "file").write_text("")
+    split = ["--world", str(tmp_path / "split.yaml")]
+    real = ["--robot", "serial:/dev/null", "--world", "corridor", "--goal", "2.0", "0.4", "--network", "local"]
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        for arguments, expected in (
+            (["--world", "corridoor"], "corridor"),
+            (["--world", "nowhere.yaml"], "nowhere.yaml"),
+            (["--world", "random:x"], "'x'"),
+            (["--strategy", "fast"], "planner.strategy: got 'fast', expected one of harness"),
+            (["--goal", "9", "9"], "outside"),
+            (["--goal", "nan", "0.5"], "nan"),
+            (["--goal", "0.5", "0.8"], "obstacle"),
+            ([*split, "--goal", "1.5", "0.5"], "cannot be reached"),
+            (split, "goal"),
+            (["--seed", "-1"], "simulator.seed: got -1"),
+            (["--timeout", "nan"], "trial.timeout: got nan"),
+            (["--engine", "bullet"], "simulator.engine: got 'bullet', expected one of pymunk, mujoco"),
+            (["--params", "missing.yaml"], "missing.yaml"),
+            (
+                ["--params", written(tmp_path / "a.yaml", "planner: {map_perid: 0.2}")],
+                "did you mean planner.map_period",
+            ),
+            (["--params", written(tmp_path / "b.yaml", "planner: {map_period: -0.2}")], "planner.map_period: got -0.2"),
+            (
+                ["--params", written(tmp_path / "c.yaml", "{planner: {strategy: bounce}, trial: {known_map: true}}")],
+                "trial.known_map: got True, expected False",
+            ),
+            (["--view", "--params", written(tmp_path / "d.yaml", f"view: {{port: {port}}}")], f"127.0.0.1:{port}"),
+            ([*real, "--again"], "--again: got --robot serial:/dev/null"),
+        ):
+            assert main([*arguments, "--out", str(tmp_path / "runs")]) == 2, arguments
+            error = capsys.readouterr().err
+            assert expected in error
+            assert error.startswith("bringup: ")
+            assert len(error.splitlines()) == 1, error
+    assert not (tmp_path / "runs").exists()
+    for out, expected in ((tmp_path / "file", "is a file"), (tmp_path / "file" / "runs", "cannot be written")):
+        assert main(["--out", str(out)]) == 2
+        assert expected in capsys.readouterr().err
+    for arguments in (["--robot", "tank"], ["--network", "everywhere"], ["--goal", "1"], ["--seed", "x"]):
+        with pytest.raises(SystemExit, match="2"):
+            main(arguments)
+        assert arguments[0] in capsys.readouterr().err
+    with pytest.raises(preparation.StartError, match="'tank'"):
+        run(Options(robot="tank"))
 
 
 def test_a_real_lidar_needs_no_lidar_node_and_for_a_real_robot_no_world(tmp_path, monkeypatch):
@@ -80,37 +103,6 @@ def test_a_real_lidar_needs_no_lidar_node_and_for_a_real_robot_no_world(tmp_path
     assert preparation.prepare(floor).world.name == "floor"
 
 
-def test_an_unknown_robot_of_a_script_is_named(capsys):
-    with pytest.raises(preparation.StartError, match="robot 'tank': unknown, expected one of sim, emulator"):
-        run(Options(robot="tank"))
-
-
-def test_a_goal_behind_a_wall_is_unreachable(tmp_path, capsys):
-    (tmp_path / "split.yaml").write_text(WORLD + "start: [0.3, 0.5]\n")
-    assert main(["--world", str(tmp_path / "split.yaml"), "--goal", "1.5", "0.5", "--out", str(tmp_path / "runs")]) == 2
-    assert "cannot be reached" in capsys.readouterr().err
-    assert main(["--world", str(tmp_path / "split.yaml"), "--out", str(tmp_path / "runs")]) == 2
-    assert "goal" in capsys.readouterr().err
-    assert not (tmp_path / "runs").exists()
-
-
-def test_a_parameter_file_is_checked_before_anything_starts(tmp_path, capsys):
-    file = tmp_path / "mine.yaml"
-    file.write_text("/**:\n  ros__parameters:\n    planner:\n      map_perid: 0.2\n")
-    assert main(["--params", str(file), "--out", str(tmp_path / "runs")]) == 2
-    assert "planner.map_perid: unknown parameter, did you mean planner.map_period" in capsys.readouterr().err
-    file.write_text("/**:\n  ros__parameters:\n    planner:\n      map_period: -0.2\n")
-    assert main(["--params", str(file), "--out", str(tmp_path / "runs")]) == 2
-    assert "planner.map_period: got -0.2" in capsys.readouterr().err
-
-
-def test_a_planner_that_is_given_the_map_does_not_drive(tmp_path, capsys):
-    file = tmp_path / "mine.yaml"
-    file.write_text("/**:\n  ros__parameters:\n    planner: {strategy: bounce}\n    trial: {known_map: true}\n")
-    assert main(["--params", str(file), "--out", str(tmp_path / "runs")]) == 2
-    assert "trial.known_map: got True, expected False" in capsys.readouterr().err
-
-
 def test_strategies_come_with_their_own_map_period_and_worlds_by_family():
     prepared = preparation.prepare(Options(strategy="bounce", world="u:17"))
     assert map_period_of(prepared.settings) == 0.05
@@ -129,33 +121,34 @@ def test_options_outrank_the_parameter_file_and_the_file_the_defaults(tmp_path):
     assert prepared.network == "local"
 
 
-def test_the_engine_is_a_parameter_with_an_option(capsys, tmp_path):
-    assert preparation.prepare(Options(engine="mujoco")).settings.simulator.engine == "mujoco"
-    assert main(["--engine", "bullet", "--out", str(tmp_path)]) == 2
-    assert "simulator.engine: got 'bullet', expected one of pymunk, mujoco" in capsys.readouterr().err
-
-
-def test_a_run_folder_that_cannot_be_written_stops_it_before_the_start(tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    assert main(["--out", str(tmp_path / "file")]) == 2
-    assert f"{tmp_path / 'file'}: is a file, expected a folder" in capsys.readouterr().err
-    assert main(["--out", str(tmp_path / "file" / "runs")]) == 2
-    assert "cannot be written" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(("by_hand", "namespace"), [(False, "/"), (True, "/"), (False, "/robot1")])
-def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys, by_hand, namespace):
-    context = Context()
-    with environment_set({RANGE: "LOCALHOST"} if by_hand else {}):
-        context.init()
-    other = Node("planner_node", context=context, namespace=namespace)
-    try:
-        assert main(["--out", str(tmp_path), "--namespace", namespace]) == 2
-    finally:
-        other.destroy_node()
-        context.shutdown()
-    assert f"planner_node already in domain {os.environ['ROS_DOMAIN_ID']}" in capsys.readouterr().err
+def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys):
+    for by_hand, namespace in ((False, "/"), (True, "/"), (False, "/robot1")):
+        context = Context()
+        with environment_set({RANGE: "LOCALHOST"} if by_hand else {}):
+            context.init()
+        other = Node("planner_node", context=context, namespace=namespace)
+        try:
+            assert main(["--out", str(tmp_path), "--namespace", namespace]) == 2
+        finally:
+            other.destroy_node()
+            context.shutdown()
+        assert f"planner_node already in domain {os.environ['ROS_DOMAIN_ID']}" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+SILENT_ROBOT = """
+    import sys
+    from rclpy.node import Node
+    from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
+    from collplan_ros.node_kit.run_node import run_node
+
+    class Robot(Node):
+        def __init__(self):
+            super().__init__("fake_robot")
+            self.diagnostics = Diagnostics(self, lambda: Health(OK, "here"))
+
+    sys.exit(run_node(Robot))
+    """
 
 
 def program(folder: Path, name: str, body: str) -> None:
@@ -173,49 +166,23 @@ def lone_robot(tmp_path, monkeypatch):
     return lambda body: program(tmp_path, "fake_robot", body)
 
 
-@pytest.mark.parametrize(
-    ("namespace", "words", "topic", "source"),
-    [
-        ("/", "", "mocap/pose", "/mocap/pose (best effort)"),
-        (
-            "/robot1",
-            ", namespace /robot1",
-            "/vicon/body",
-            "/vicon/body (best effort); a simulated robot sends its poses on /robot1/mocap/pose, in no receiver's form",
-        ),
-    ],
-    ids=["alone", "robot1_with_a_receivers_set"],
-)
-def test_without_poses_the_message_says_where_they_were_expected(
-    ros, tmp_path, lone_robot, monkeypatch, namespace, words, topic, source
-):
+def test_without_poses_the_message_says_where_they_were_expected(ros, tmp_path, lone_robot, monkeypatch):
     """Beside another robot's nodes of the same names."""
     monkeypatch.setattr(graph, "INPUT_PATIENCE", 0.5)
     ros.make(lambda **kwargs: Node("fake_robot", namespace="/robot2", **kwargs))
-    lone_robot("""
-        import sys
-        from rclpy.node import Node
-        from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
-        from collplan_ros.node_kit.run_node import run_node
-
-        class Robot(Node):
-            def __init__(self):
-                super().__init__("fake_robot")
-                self.diagnostics = Diagnostics(self, lambda: Health(OK, "here"))
-
-        sys.exit(run_node(Robot))
-        """)
+    lone_robot(SILENT_ROBOT)
     before = {key: os.environ[key] for key in ("ROS_DOMAIN_ID", RANGE, PROFILE)}
-    params = tmp_path / "set.yaml"
-    params.write_text(f"/**:\n  ros__parameters:\n    mocap: {{topic: {topic}}}\n")
-    result = run(Options(robot="fake", params=params, out=tmp_path / "runs", namespace=namespace))
+    params = Path(written(tmp_path / "set.yaml", "mocap: {topic: /vicon/body}"))
+    result = run(Options(robot="fake", params=params, out=tmp_path / "runs", namespace="/robot1"))
     assert (result.outcome, result.exit_code) == ("graph_lost", 3)
-    within = namespace.rstrip("/")
-    domain = before["ROS_DOMAIN_ID"]
-    assert result.message == (
-        f"nothing on {within}/mocap/odom (reliable) for 0.5 s; domain {domain}, network subnet{words}, "
-        f"made from {source}"
-    )
+    for said in (
+        "/robot1/mocap/odom",
+        f"domain {before['ROS_DOMAIN_ID']}",
+        "subnet",
+        "/vicon/body",
+        "/robot1/mocap/pose",
+    ):
+        assert said in result.message
     assert {key: os.environ[key] for key in before} == before
 
 
@@ -251,7 +218,7 @@ def test_scans_that_come_and_are_refused_are_called_that(ros, tmp_path, lone_rob
         """)
     result = run(Options(robot="fake", out=tmp_path / "runs"))
     assert (result.outcome, result.exit_code) == ("graph_lost", 3)
-    assert "scans come on /scan and are refused: header.frame_id: got 'laser', expected 'base_link'" in result.message
+    assert "header.frame_id: got 'laser', expected 'base_link'" in result.message
 
 
 def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(tmp_path, lone_robot):
@@ -261,7 +228,8 @@ def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(tmp_path, lo
         """)
     result = run(Options(robot="fake", out=tmp_path / "runs"))
     assert (result.outcome, result.exit_code) == ("node_died", 3)
-    assert result.message == "fake_robot ended with exit code 1; its last lines:\n  opening the port\n  no such port"
+    assert "exit code 1" in result.message
+    assert result.message.endswith("\n  opening the port\n  no such port")
     assert (result.folder / "summary.json").exists()
 
 
@@ -291,20 +259,3 @@ def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_de
     assert sorted(ended, key=ended.__getitem__) == ["controller", "other", "device"]
     with pytest.raises(NodeDied, match=r"stubborn was killed by SIGKILL; its last lines:\n  up"):
         started["stubborn"].check()
-
-
-def test_a_robot_that_is_not_simulated_does_not_set_out_again_by_itself(tmp_path, capsys):
-    said = ["--robot", "serial:/dev/null", "--world", "corridor", "--goal", "2.0", "0.4", "--network", "local"]
-    assert main([*said, "--again", "--out", str(tmp_path / "runs")]) == 2
-    assert "--again: got --robot serial:/dev/null, expected a simulated one" in capsys.readouterr().err
-    assert not (tmp_path / "runs").exists()
-
-
-def test_a_page_whose_port_is_taken_is_refused_before_anything_starts(tmp_path, capsys):
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        path = tmp_path / "taken.yaml"
-        path.write_text(f'"/**":\n  ros__parameters:\n    view:\n      port: {port}\n')
-        assert main(["--view", "--params", str(path), "--out", str(tmp_path / "runs")]) == 2
-    assert f"bringup: view.port: 127.0.0.1:{port} is taken by another program" in capsys.readouterr().err
-    assert not (tmp_path / "runs").exists()

@@ -110,16 +110,16 @@ def foreign_roots(package: str) -> set[str]:
     return used - set(sys.stdlib_module_names) - {package}
 
 
-@pytest.mark.parametrize("module", FILES)
-def test_imports_point_one_way(module):
-    package = module.split(".")[0]
-    later = set(ORDER[ORDER.index(package) + 1 :])
-    assert roots(module) & later == set()
-
-
-@pytest.mark.parametrize("module", [m for m in FILES if m.startswith("collplan_core")])
-def test_core_knows_neither_ros_nor_physics(module):
-    assert all_imports(module) & (ROS | {"pymunk", "matplotlib"}) == set()
+def test_imports_point_one_way_and_know_neither_ros_nor_physics_where_they_need_not():
+    for module in FILES:
+        package = module.split(".")[0]
+        assert roots(module) & set(ORDER[ORDER.index(package) + 1 :]) == set(), module
+        if package == "collplan_core":
+            assert all_imports(module) & (ROS | {"pymunk", "matplotlib"}) == set(), module
+        if module.startswith(READING_RUNS) and module not in WITH_ROS_IN_RUNS:
+            assert all_imports(module) & ROS == set(), module
+        if package in ("omnipuck_sim", "collplan_study") and module not in WITH_ROS_IN_SIM:
+            assert all_imports(module) & (ROS | {"serial"}) == set(), module
 
 
 @pytest.mark.parametrize("planner", PLANNERS)
@@ -131,29 +131,10 @@ def test_the_planners_do_not_know_each_other(planner):
         assert not any(name.startswith(f"collplan_core.{other}") for name in all_modules(module)), module
 
 
-@pytest.mark.parametrize(
-    "module",
-    [m for m in FILES if m.startswith(READING_RUNS) and m not in WITH_ROS_IN_RUNS],
-)
-def test_runs_are_read_and_drawn_without_ros(module):
-    assert all_imports(module) & ROS == set()
-
-
-@pytest.mark.parametrize(
-    "module", [m for m in FILES if m.startswith(("omnipuck_sim", "collplan_study")) and m not in WITH_ROS_IN_SIM]
-)
-def test_simulator_and_study_run_without_ros(module):
-    assert all_imports(module) & (ROS | {"serial"}) == set()
-
-
 @pytest.mark.parametrize("package", ORDER)
-def test_every_folder_of_sources_is_a_package(package):
+def test_each_package_declares_what_it_imports(package):
     folders = {path.parent for module, path in FILES.items() if module.split(".")[0] == package}
     assert [folder for folder in folders if not (folder / "__init__.py").exists()] == []
-
-
-@pytest.mark.parametrize("package", ORDER)
-def test_package_xml_names_what_is_imported(package):
     manifest = ElementTree.parse(SRC / package / "package.xml")
     declared = {element.text for element in manifest.iter("exec_depend")}
     used = foreign_roots(package) - WITHOUT_ROSDEP_KEY - OPTIONAL
@@ -161,13 +142,8 @@ def test_package_xml_names_what_is_imported(package):
     assert keys - declared == set()
     assert manifest.findtext("version") == "0.1.0"
     assert (SRC / package / "resource" / package).exists()
-
-
-@pytest.mark.parametrize("package", ORDER)
-def test_install_requires_names_what_is_imported(package):
-    declared = {line.split(";")[0].split(">")[0].strip().lower().replace("-", "_") for line in requires(package) or []}
-    used = foreign_roots(package) - ROS
-    assert {PIP_NAMES.get(name, name).lower() for name in used} - declared == set()
+    needed = {line.split(";")[0].split(">")[0].strip().lower().replace("-", "_") for line in requires(package) or []}
+    assert {PIP_NAMES.get(name, name).lower() for name in foreign_roots(package) - ROS} - needed == set()
 
 
 def executables() -> list:
@@ -188,11 +164,7 @@ def test_executables_are_those_of_the_graph():
     of_runs = {"beside", "fit_robot", "fit_rebound", "replay"}
     programs = {"bringup", "compare_engines", "optimum", "study", "firmware_emulator"}
     assert {executable.name for executable in executables()} == nodes | programs | of_runs
-
-
-@pytest.mark.parametrize("executable", executables(), ids=lambda executable: executable.name)
-def test_executable_has_its_function(executable):
-    assert callable(executable.load().load())
+    assert all(callable(executable.load().load()) for executable in executables())
 
 
 def test_the_simulated_robot_knows_nothing_of_what_the_planners_believe():

@@ -103,6 +103,7 @@ def test_a_kept_emergency_stop_waits_for_a_person_and_nothing_drives_off_by_its_
     assert "free_space" not in run.text
 
 
+@pytest.mark.soak
 def test_a_canceled_run_ends_at_rest(ros, tmp_path):
     """How soon: `make faults`."""
     with Run(tmp_path / "runs", "--no-pictures") as run:
@@ -206,6 +207,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.soak
 def test_a_full_disk_ends_the_run_with_a_sentence_and_its_own_exit_code(tmp_path):
     """With a recording: `make faults`."""
     with Run(tmp_path / "runs", "--no-pictures", "--no-recording", code=FULL) as run:

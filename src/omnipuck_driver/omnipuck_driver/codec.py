@@ -75,6 +75,11 @@ class Decoder:
             self._keep(piece)
         return messages
 
+    @property
+    def waiting(self) -> int:
+        """Bytes kept of a frame that has begun."""
+        return len(self._buffer)
+
     def forget(self) -> None:
         """Drops a frame that has begun, as after the line was cut."""
         self._buffer.clear()
