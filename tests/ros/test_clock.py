@@ -53,7 +53,7 @@ def test_local_clock_follows_simulated_time(ros):
     publisher = ros.publisher(Clock, "/clock", NEWEST)
     for stamp in (100.0, 100.5, 101.5):
         publisher.publish(Clock(clock=stamp_from_seconds(stamp)))
-        assert ros.wait_until(lambda stamp=stamp: seconds(clock) == stamp)
+        assert ros.wait_until(lambda stamp=stamp: seconds(clock) == stamp and ticks)
     assert ros.wait_until(lambda: 101.5 in ticks)
     assert 100.5 not in ticks
 
@@ -68,7 +68,8 @@ def test_each_node_and_its_diagnostics_keep_ros_time(ros, tmp_path):
         node = ros.make(kind, {"emulator.link": line, "driver.port": line})
         assert node.get_clock().clock_type == ClockType.ROS_TIME
         reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
-        assert ros.wait_until(lambda reports=reports: reports)
-        assert reports[-1].status[0].name == node.get_fully_qualified_name()
-        assert seconds_from_stamp(reports[-1].header.stamp) == pytest.approx(time.time(), abs=60.0)
+        name = node.get_fully_qualified_name()
+        assert ros.wait_until(lambda reports=reports, name=name: name in {each.status[0].name for each in reports})
+        newest = next(each for each in reversed(reports) if each.status[0].name == name)
+        assert seconds_from_stamp(newest.header.stamp) == pytest.approx(time.time(), abs=60.0)
         ros.remove(node)

@@ -20,7 +20,7 @@ from visualization_msgs.msg import MarkerArray
 from any_message import any_message, plain
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
-from collplan_ros.recording.graph_topics import GraphTopics
+from collplan_ros.recording.graph_topics import GraphTopics, PollingNode
 from collplan_ros.recording.reading import messages, raw_messages
 from collplan_ros.recording.recorded_topics import recorded_topics
 from collplan_ros.recording.recording_file import RECORDING, RecordingFile
@@ -43,7 +43,7 @@ class Recorded:
 
     def __init__(self, ros, tmp_path, topics=TOPICS, namespace="/robot1", recorded=True) -> None:
         self.path = tmp_path / RECORDING
-        self.node = ros.add(Node("recorder", context=ros.context, namespace=namespace))
+        self.node = ros.add(PollingNode("recorder", context=ros.context, namespace=namespace))
         self.file = RecordingFile(self.path) if recorded else None
         self.topics = GraphTopics(self.node, topics, self.file)
         self._ros = ros
