@@ -84,6 +84,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         test = getattr(item, "obj", None)
         if is_hypothesis_test(test):
             # no public name: examples given on a test itself come before those of a profile
-            given = test._hypothesis_internal_use_settings
+            given = test._hypothesis_internal_use_settings  # noqa: SLF001
             few = settings(given, max_examples=min(given.max_examples, 10))
-            test._hypothesis_internal_use_settings = few
+            test._hypothesis_internal_use_settings = few  # noqa: SLF001

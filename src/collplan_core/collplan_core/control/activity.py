@@ -36,7 +36,7 @@ class Activity:
 
     def differs(self, other: "Activity | None") -> bool:
         """Whether it differs from another by more than figures, such as an age that grows."""
-        return other is None or self._without_figures != other._without_figures
+        return other is None or self._without_figures != other._without_figures  # noqa: SLF001
 
     @property
     def _without_figures(self) -> tuple[str, str]:

@@ -73,7 +73,7 @@ def specs_of(groups: tuple[Group, ...]) -> list[Spec]:
 
 def _overrides(node: Node) -> dict[str, object]:
     """Parameters set by command line, parameter files and constructor; rclpy has no public list of them."""
-    return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
+    return {name: parameter.value for name, parameter in node._parameter_overrides.items()}  # noqa: SLF001
 
 
 def _as_float(parameter: Parameter, floats: Collection[str]) -> Parameter:
