@@ -104,17 +104,6 @@ def test_a_kept_emergency_stop_waits_for_a_person_and_nothing_drives_off_by_its_
 
 
 @pytest.mark.soak
-def test_a_canceled_run_ends_at_rest(ros, tmp_path):
-    """How soon: `make faults`."""
-    with Run(tmp_path / "runs", "--no-pictures") as run:
-        wait_for(run.moving)
-        assert ros.call(Trigger, "cancel", timeout=60.0).success
-        assert run.end() == 1, run.text
-    assert stands_at_last(read_record(run.out / "latest" / RECORD).log)
-    assert nodes_of(run.out) == {}
-
-
-@pytest.mark.soak
 def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path):
     for node, outcome, code in (("planner_node", "stuck", 1), ("simulator_node", "graph_lost", 3)):
         with Run(tmp_path / node, "--no-pictures") as run:
@@ -160,7 +149,7 @@ def test_the_commander_is_told_from_others(ros):
         context.shutdown()
 
 
-# ---- what is left of a run that was killed, or whose disk is full
+# ---- what is left of a run that was killed
 
 
 def test_the_run_of_a_killed_bringup_is_read_and_completed_and_no_node_outlives_it(tmp_path):
@@ -186,40 +175,6 @@ def test_the_run_of_a_killed_bringup_is_read_and_completed_and_no_node_outlives_
     recorded = list(raw_messages(folder / RECORDING, ["mocap/odom"]))
     assert len(recorded) >= len(log.poses)
     assert complete(folder) == f"{folder}: is whole"
-
-
-FULL = """
-import resource, signal, sys
-from pathlib import Path
-from collplan_ros.bringup.main import main
-from collplan_ros.runs.recorder import Recorder
-
-begin = Recorder.begin
-
-def full(self, *given):
-    begin(self, *given)
-    out = Path(sys.argv[sys.argv.index("--out") + 1])
-    largest = max((file.stat().st_size for file in out.rglob("run.mcap")), default=0)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (largest + 60_000, resource.RLIM_INFINITY))
-
-Recorder.begin = full
-sys.exit(main(sys.argv[1:]))
-"""
-
-
-@pytest.mark.soak
-def test_a_full_disk_ends_the_run_with_a_sentence_and_its_own_exit_code(tmp_path):
-    """With a recording: `make faults`."""
-    with Run(tmp_path / "runs", "--no-pictures", "--no-recording", code=FULL) as run:
-        assert run.end() == 4, run.text
-    folder = (run.out / "latest").resolve()
-    assert f"{folder / RECORD}: cannot be written" in run.text
-    assert "Traceback" not in run.text
-    assert nodes_of(run.out) == {}
-    assert len(read_record(folder / RECORD).log.poses) > 20
-    rows = list(csv.DictReader((folder / "trajectory.csv").open()))
-    assert all(None not in row.values() for row in rows)
-    assert json.loads((folder / "summary.json").read_text())["outcome"] == "record_lost"
 
 
 @pytest.mark.soak
