@@ -9,6 +9,8 @@ from pathlib import Path
 from collplan_ros.runs.record_reading import RECORD
 
 PATIENCE = 100.0
+SLOWLY = ("--max-speed", "0.3", "--no-pictures")
+"""Options of a run that a test ends: it does not reach its goal before a busy machine has looked at it."""
 NODES = {"simulator_node", "mocap_node", "lidar_node", "planner_node", "controller_node"}
 
 

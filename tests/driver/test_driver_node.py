@@ -277,7 +277,9 @@ def test_the_button_on_the_robot_latches(serial_robot):
 def test_a_ring_that_senses_tells_of_impacts_in_the_map_frame(ros, tmp_path):
     told, truth = ros.listen(Vector3Stamped, "impact", EVENT), ros.listen(Vector3Stamped, "ground_truth/impact", EVENT)
     contacts = ros.listen(PoseStamped, "impact/contact", EVENT)
-    robot = SerialRobot(ros, tmp_path, **{"emulator.senses_impacts": True, "mocap.accept_frozen": True})
+    robot = SerialRobot(
+        ros, tmp_path, **{"emulator.senses_impacts": True, "mocap.accept_frozen": True, "simulator.mocap_rate": 50.0}
+    )
     odometry = ros.listen(Odometry, "mocap/odom", EVENT)
     ros.make(MocapNode, {"mocap.detect_impacts": False, "mocap.accept_frozen": True})
     robot.ready()
@@ -288,8 +290,8 @@ def test_a_ring_that_senses_tells_of_impacts_in_the_map_frame(ros, tmp_path):
 
     robot.go_until(lambda: abs(yaws()[-1]) > 1.0, yaw_rate=1.5)
     # a robot that turns when it hits tells of it by a yaw of a moment ago
-    robot.drive_until(lambda: np.ptp(yaws()) < 0.002)
-    robot.drive_until(lambda: told and truth and contacts, x=-0.7, y=0.7)
+    robot.go_until(lambda: np.ptp(yaws()) < 0.002)
+    robot.go_until(lambda: told and truth and contacts, x=-0.7, y=0.7)
     assert told[0].header.frame_id == "map"
     assert (told[0].vector.x, told[0].vector.y) == pytest.approx((truth[0].vector.x, truth[0].vector.y), abs=0.15)
     stamps = [seconds_from_stamp(m.header.stamp) for m in (told[0], truth[0])]

@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from bringup_process import NODES, Run, nodes_of, wait_for
+from bringup_process import NODES, SLOWLY, Run, nodes_of, wait_for
 
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.warm_up import warm_up
@@ -107,7 +107,7 @@ def test_two_robots_in_a_domain_reach_their_goals_each_by_its_own_clock(tmp_path
 
 
 def test_ctrl_c_stops_everything_in_order(tmp_path):
-    with Run(tmp_path / "runs", "--timeout", "60", "--no-pictures") as run:
+    with Run(tmp_path / "runs", *SLOWLY) as run:
         wait_for(run.moving)
         assert nodes_of(run.out).keys() == NODES
         run.process.send_signal(signal.SIGINT)
@@ -120,7 +120,7 @@ def test_ctrl_c_stops_everything_in_order(tmp_path):
 
 
 def names_the_dead(out: Path, node: str) -> None:
-    with Run(out, "--no-pictures") as run:
+    with Run(out, *SLOWLY) as run:
         wait_for(run.moving)
         os.kill(nodes_of(run.out)[node], signal.SIGKILL)
         assert run.end() == 3, node

@@ -30,7 +30,7 @@ from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_core.worlds.file import parse_text
 from collplan_core.worlds.raycast import simulate_scan
-from collplan_ros.bringup import check, graph, open_loop
+from collplan_ros.bringup import check, open_loop
 from collplan_ros.bringup.check_findings import (
     DOUBTFUL,
     GOOD,
@@ -94,8 +94,7 @@ def test_what_cannot_be_checked_is_refused_before_anything_starts(tmp_path, caps
     assert not (tmp_path / "runs").exists()
 
 
-def test_poses_that_are_not_used_move_nothing_and_are_explained(tmp_path, capsys, monkeypatch, options):
-    monkeypatch.setattr(graph, "INPUT_PATIENCE", 1.2)
+def test_poses_that_are_not_used_move_nothing_and_are_explained(tmp_path, capsys, options):
     assert main(options(mocap__frame="world")) == 3
     said = capsys.readouterr().out
     assert "header.frame_id: got 'map', expected 'world'" in said

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bringup_process import Run, nodes_of, wait_for
+from bringup_process import SLOWLY, Run, nodes_of, wait_for
 from geometry_msgs.msg import Twist
 from rclpy.context import Context
 from rclpy.node import Node
@@ -92,7 +92,7 @@ def test_a_planner_that_is_not_reached_is_asked_again_and_then_the_controller_is
 
 @pytest.mark.soak
 def test_a_kept_emergency_stop_waits_for_a_person_and_nothing_drives_off_by_its_clearing(ros, tmp_path):
-    with Run(tmp_path / "runs", "--no-pictures") as run:
+    with Run(tmp_path / "runs", *SLOWLY) as run:
         assert ros.call(Trigger, "estop", timeout=60.0).success
         wait_for(lambda: "call /clear_estop" in run.text)
         assert run.process.poll() is None
@@ -106,7 +106,7 @@ def test_a_kept_emergency_stop_waits_for_a_person_and_nothing_drives_off_by_its_
 @pytest.mark.soak
 def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path):
     for node, outcome, code in (("planner_node", "stuck", 1), ("simulator_node", "graph_lost", 3)):
-        with Run(tmp_path / node, "--no-pictures") as run:
+        with Run(tmp_path / node, *SLOWLY) as run:
             wait_for(run.moving)
             pid = nodes_of(run.out)[node]
             os.kill(pid, signal.SIGSTOP)
@@ -121,7 +121,7 @@ def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path):
 
 def test_a_second_commander_is_named_and_ends_the_run(ros, tmp_path):
     """The one thing that a robot must stand still for and a run must end by."""
-    with Run(tmp_path / "runs", "--no-pictures") as run:
+    with Run(tmp_path / "runs", *SLOWLY) as run:
         wait_for(run.moving)
         ros.probe.create_publisher(Twist, "cmd_vel", 1)
         wait_for(lambda: run.process.poll() is not None or ros.spin(0.1))
@@ -154,7 +154,7 @@ def test_the_commander_is_told_from_others(ros):
 
 def test_the_run_of_a_killed_bringup_is_read_and_completed_and_no_node_outlives_it(tmp_path):
     """How much is lost: `make faults`."""
-    with Run(tmp_path / "runs", "--no-pictures", "--world", "serpentine:0") as run:
+    with Run(tmp_path / "runs", *SLOWLY) as run:
         wait_for(run.moving)
         # one that is killed within its first second may leave nothing
         wait_for(run.has_recorded)
