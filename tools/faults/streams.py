@@ -17,6 +17,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Empty, String
 
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
+from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.message_info import with_info
 from collplan_ros.runs.send_times import SendTimes
 
@@ -131,12 +132,12 @@ class Streams:
         self.poses.append(Placed(sent, place.x, place.y))
 
     def _take_state(self, message: DiagnosticStatus, sent: float) -> None:
-        self.states.append(Said(sent, {item.key: item.value for item in message.values}.get("state"), message.message))
+        self.states.append(Said(sent, values_of(message).get("state"), message.message))
 
     def _take_health(self, message: DiagnosticArray, sent: float) -> None:
         for status in message.status:
             self.health[status.name.rpartition("/")[2]] = sent, status
-            values = {item.key: item.value for item in status.values}
+            values = values_of(status)
             if "time_stalled" in values:
                 self.losses.append((sent, float(values["time_stalled"])))
             if "stop_age" in values and (not self.stops or int(values["stops"]) != self.stops[-1].count):

@@ -5,11 +5,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from collplan_core.parameters import Cap, Control, Driver, Frames, Kinematics, Limits, Robot
-from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import ERROR, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
@@ -75,7 +74,7 @@ class DriverNode(Node):
         self._wheels = OmniWheels(self._settings.kinematics)
         check_command_rate(self._settings.driver, self._settings.limits, len(self._wheels))
         # steady also where the graph follows /clock: the robot does not
-        self._local_clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._local_clock = steady_clock()
         caps = self._wheels.caps(self._settings.cap, self._settings.robot)
         self.link = SerialLink(self._settings.driver, len(self._wheels), caps)
         self._report = LinkReport(self.link)

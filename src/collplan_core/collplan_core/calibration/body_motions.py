@@ -95,7 +95,7 @@ def quick(robot: Robot) -> Pace:
 
 @dataclass(frozen=True, eq=False)
 class Motions:
-    """What was driven so far, in order.
+    """The motions driven so far, in order.
 
     Attributes:
         start, here: the body at rest, before all motions and after the last one.

@@ -1,4 +1,4 @@
-"""Whether a machine is fast enough for a real robot, by how simulated time ran and by the longest gap of a run."""
+"""Judges whether a machine is fast enough for a real robot: by the real-time factor and the longest gap of a run."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ ABOUT = 0.05
 
 @dataclass(frozen=True)
 class Timing:
-    """How a graph kept up.
+    """The real-time factor and the longest gap of a graph.
 
     Attributes:
         factor: simulated seconds that passed in a second; None where it is not known, or the robot is not simulated.
@@ -22,12 +22,12 @@ class Timing:
 
 
 def pace_words(factor: float | None) -> str:
-    """How fast simulated time runs, as "0.85x real time"; empty where that is not known, or about real time."""
+    """Returns the real-time factor as "0.85x real time"; empty where it is unknown or about 1."""
     return "" if factor is None or abs(factor - 1.0) <= ABOUT else f"{factor:.2f}x real time"
 
 
 def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> str:
-    """That a machine is too slow for a real robot, in words; empty where it is not.
+    """Returns a sentence that the machine is too slow for a real robot; empty where it is fast enough.
 
     A simulation that is wanted slower than real time may be slow by as much, and one as fast as it can be is to be as
     fast as real time.

@@ -340,7 +340,7 @@ class Simulation(Parameters):
 
     @property
     def publishes_clock(self) -> bool:
-        """Whether time is the simulator's, for all nodes."""
+        """Whether the simulator publishes /clock, which all nodes then follow."""
         return self.lockstep or self.speed_factor != 1.0
 
     @property

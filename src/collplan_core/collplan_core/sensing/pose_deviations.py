@@ -1,4 +1,4 @@
-"""How far off what poses show of the robot's motion may be: their noise, and how late a slope is."""
+"""Standard deviations of position, velocity and yaw rate estimated from poses."""
 
 import math
 from typing import NamedTuple

@@ -46,7 +46,7 @@ class World:
 
     @property
     def called(self) -> str:
-        """What an error calls it by: its file where it has one, else its name."""
+        """Name of the world in error messages: its file where it has one, else its name."""
         return self.source or self.name
 
     def __post_init__(self) -> None:

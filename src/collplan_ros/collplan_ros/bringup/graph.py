@@ -125,7 +125,7 @@ class Graph:
         self._silence = 0.0
         self._robot_knows_planner = self._ready = False
         self.robot_waits = ""
-        """Why the robot does not move, and what lets it; empty while it is free, and before it has said so."""
+        """Reason for which the robot stands, and how to release it; empty while it is free or has not reported yet."""
         self._record = RecordFile(folder.record)
         self._is_recorded = recording
         self._recording: RecordingFile | None = None

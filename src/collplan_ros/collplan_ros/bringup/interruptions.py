@@ -1,4 +1,4 @@
-"""What interrupts the motions of a check: late commands, missing poses. An interrupted motion shows nothing."""
+"""Counts the motions of a check that late commands or missing poses interrupted; such a motion is not used."""
 
 from dataclasses import dataclass, replace
 

@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED
+from collplan_ros.node_kit.clock import steady_clock
 
 OK = DiagnosticStatus.OK
 WARN = DiagnosticStatus.WARN
@@ -34,7 +34,7 @@ class Diagnostics:
         self._report = report
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED)
         # steady even where the node follows /clock: a stalled simulation must still be reported
-        self._timer = node.create_timer(1.0, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = node.create_timer(1.0, self.publish, clock=steady_clock())
         self.publish()
 
     def publish(self) -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.topic_endpoint_info import TopicEndpointInfo
@@ -12,6 +11,7 @@ from collplan_core.loop.refusals import Refusals
 from collplan_core.scan import ScanError
 from collplan_ros.messages.conversions import MessageError
 from collplan_ros.node_kit.backlog import Backlog
+from collplan_ros.node_kit.clock import steady_clock
 from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatch, Remark
 from collplan_ros.node_kit.message_info import Info, with_info
 
@@ -136,7 +136,7 @@ class Inputs:
         names = ", ".join(watch.name for watch in self._watches.values())
         self._node.get_logger().info(f"ready: listens to {names}; {about}")
         # steady even where the node follows /clock: a clock that stands still must not hide what is missing
-        self._node.create_timer(CHECK_PERIOD, self._check, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._node.create_timer(CHECK_PERIOD, self._check, clock=steady_clock())
 
     def _check(self) -> None:
         remarks = [remark for watch in self._watches.values() for remark in watch.check()]

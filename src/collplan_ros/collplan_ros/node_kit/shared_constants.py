@@ -6,11 +6,12 @@ from dataclasses import replace
 from hashlib import sha256
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, CONSTANTS_SUBSCRIBED
+from collplan_ros.messages.status_values import values_of
+from collplan_ros.node_kit.clock import steady_clock
 from collplan_ros.node_kit.diagnostics import OK, WARN, Health
 from collplan_ros.node_kit.node_parameters import Group, specs_of
 from collplan_ros.node_kit.publishers import UNKNOWN, listed_publishers
@@ -85,7 +86,7 @@ class SharedConstants:
         self._publisher = node.create_publisher(DiagnosticStatus, "shared_constants", CONSTANTS_PUBLISHED)
         node.create_subscription(DiagnosticStatus, "shared_constants", self._take, CONSTANTS_SUBSCRIBED)
         # steady even where the node follows /clock: a clock that stands still must not hide who has ended
-        node.create_timer(CHECK_PERIOD, self._check, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(CHECK_PERIOD, self._check, clock=steady_clock())
         values = [KeyValue(key=key, value=value) for key, value in self._ours.items()]
         self._publisher.publish(DiagnosticStatus(name=self._name, message=self._hash, values=values))
 
@@ -100,7 +101,7 @@ class SharedConstants:
             return
         # an equal hash saves looking at each value
         agrees = message.message == self._hash
-        self._others[message.name] = {} if agrees else {value.key: value.value for value in message.values}
+        self._others[message.name] = {} if agrees else values_of(message)
         self._compare()
 
     def _compare(self) -> None:

@@ -27,6 +27,7 @@ from collplan_ros.messages import qos
 from collplan_ros.messages.goal_status import goal_from_status
 from collplan_ros.messages.plans import contacts_from_message, validity_from_message
 from collplan_ros.messages.raw_reading import plan_from_bytes
+from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
@@ -119,7 +120,7 @@ class ControllerNode(Node):
     def _on_robot_state(self, message: DiagnosticStatus) -> None:
         # a robot that stands by itself is commanded zero, so that nobody takes it for stuck
         # the reason alone: what lets the robot move is said beside it where the controller is held too
-        reason = {item.key: item.value for item in message.values}.get("reason", message.message)
+        reason = values_of(message).get("reason", message.message)
         self._journal.call(self._loop.take_robot_state, reason)
 
     def _on_resumed(self, _: Empty) -> None:

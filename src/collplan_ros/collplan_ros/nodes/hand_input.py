@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 import numpy as np
 from geometry_msgs.msg import Twist, TwistStamped
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from collplan_core.control.sender_age import SenderAge
@@ -13,7 +12,7 @@ from collplan_core.parameters import Settings
 from collplan_ros.messages.cmd_vel import command_type, twist_of
 from collplan_ros.messages.conversions import asks_for_rest
 from collplan_ros.messages.qos import NEWEST
-from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.nodes.commanders import Commanders
@@ -36,7 +35,7 @@ class HandInput:
         self._limit = settings.limits.hand_age
         self._hand_on = take
         # steady even where the node follows /clock: how long a message takes is real time
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._steady = steady_clock()
         self._age = SenderAge(self._limit)
         self._senders = Commanders(node, TOPIC)
         inputs.listen(command_type(settings), TOPIC, self._take, NEWEST, EVENT, kind="hand")

@@ -1,10 +1,10 @@
 """The topic robot/state: whether the robot may move, and why not."""
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from collplan_ros.messages import qos
+from collplan_ros.node_kit.clock import steady_clock
 
 FREE, HELD, STOPPED = "free", "held", "stopped"
 """It follows commands; it waits for a person; its emergency stop is latched."""
@@ -28,7 +28,7 @@ class RobotState:
         self._source = node.get_fully_qualified_name()
         self._out = node.create_publisher(DiagnosticStatus, "robot/state", qos.LATCHED)
         self._status = DiagnosticStatus()
-        node.create_timer(AGAIN, lambda: self._out.publish(self._status), clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(AGAIN, lambda: self._out.publish(self._status), clock=steady_clock())
 
     def tell(self, name: str, reason: str, remedy: str, knows_planner: bool) -> None:
         """Publishes the present state if it is another one.

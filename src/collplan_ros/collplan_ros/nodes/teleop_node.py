@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import Joy
 from std_srvs.srv import Trigger
@@ -22,7 +21,7 @@ from collplan_core.parameters import Frames, Teleop
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import MessageError
 from collplan_ros.messages.qos import EVERY_UNRELIABLE, NEWEST
-from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, read_settings
@@ -45,7 +44,7 @@ class TeleopNode(Node):
         self._settings = read_settings(self, *GROUPS)
         teleop = self._settings.teleop
         # steady even where the node follows /clock: a hand lets go in real time
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._steady = steady_clock()
         self._age = SenderAge(teleop.joy_age)
         self._senders = Commanders(self, "joy")
         self._came = self._heard = -math.inf

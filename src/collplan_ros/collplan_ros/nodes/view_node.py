@@ -9,14 +9,13 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from collplan_core.evaluation.machine import machine_verdict, pace_words
 from collplan_core.parameters import Frames, ScanInput, Settings, View
 from collplan_core.scan import Scan
 from collplan_core.worlds import World, WorldError, load_world
-from collplan_ros.node_kit.clock import seconds
+from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
 from collplan_ros.node_kit.run_node import run_node
@@ -55,7 +54,7 @@ class ViewNode(Node):
         declare(self, *GROUPS, live=())
         self._settings: Settings = read_settings(self, *GROUPS)
         # steady even where the node follows /clock: people look in their own time
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._steady = steady_clock()
         self._changes = Changes()
         self._calls = ServiceCalls(self)
         self._graph_parameters = GraphParameters(self._calls)
