@@ -1,6 +1,7 @@
 """Start, run and shutdown of a node, the same for every executable."""
 
 import argparse
+import gc
 import re
 import signal
 import sys
@@ -92,6 +93,8 @@ def _refuse_parameters_of_others(node: Node, argv: list[str]) -> None:
 def _spin(node: Node, flag: _StopFlag) -> None:
     executor, never = events_executor(), Future()
     executor.add_node(node)
+    # what was compiled and imported stays; to look through it for garbage takes a tenth of a second and more
+    gc.freeze()
     try:
         while not flag.raised and rclpy.ok():
             # spin_once() would end after each callback; spin() waits until a time that overflows, at full load
