@@ -143,6 +143,9 @@ class Runaway:
     def local_time(self):
         return self._time
 
+    def spin_meanwhile(self):
+        """Its poses come by steps alone."""
+
     def _takes(self, take):
         self._take = take
 
@@ -190,20 +193,34 @@ def test_a_motion_in_which_no_poses_are_taken_ends_and_does_not_count():
     assert loop.interruptions.between_poses > 0.9
 
 
+def wait_for(condition):
+    deadline = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
 class Stopwatch:
     """A clock that goes when it is told to, and the commands that were published until then."""
 
     def __init__(self):
-        self.time, self.sent = 0.0, []
+        self.time, self.sent, self.allowed = 0.0, [], math.inf
+
+    def now(self):
+        return self.time
+
+    def go_on(self):
+        """By `run_until`."""
+
+    def commanded(self, time):
+        self.allowed = time + 0.055
 
     def run_until(self, end, condition=lambda: True):
-        """Goes on by 10 ms at a time, each when the thread has had its turn, and waits there for a condition."""
+        """Goes on by 10 ms at a time, as far as the next command is not due, and waits there for a condition."""
         while self.time < end:
+            wait_for(lambda: self.time < self.allowed)
             self.time += 0.01
-            time.sleep(0.01)
-        deadline = time.monotonic() + 20.0
-        while not condition() and time.monotonic() < deadline:
-            time.sleep(0.01)
+        wait_for(condition)
 
     @property
     def moves(self):
@@ -214,7 +231,9 @@ class Stopwatch:
 def test_a_motion_ends_by_itself(allowed, ended):
     """Whatever the thread that began it does meanwhile."""
     watch = Stopwatch()
-    with PacedCommands(watch.sent.append, 0.05, lambda: watch.time) as commands:
+    with PacedCommands(watch.sent.append, 0.05, watch) as commands:
+        wait_for(lambda: watch.sent)
+        watch.run_until(0.02)
         motion = commands.begin(replace(stopped("check"), yaw_rate=1.0), 0.3, allowed)
         watch.run_until(0.1)
         assert watch.moves
@@ -227,11 +246,11 @@ def test_a_motion_ends_by_itself(allowed, ended):
 def test_an_exception_ends_a_motion_at_once():
     """As Ctrl-C does."""
     watch = Stopwatch()
-    with suppress(KeyboardInterrupt), PacedCommands(watch.sent.append, 0.05, lambda: watch.time) as commands:
+    with suppress(KeyboardInterrupt), PacedCommands(watch.sent.append, 0.05, watch) as commands:
         motion = commands.begin(replace(stopped("check"), yaw_rate=1.0), 9.0, 9.0)
         watch.time = 0.34
         raise KeyboardInterrupt
-    n_sent = len(watch.sent)
+    n_sent, watch.allowed = len(watch.sent), math.inf
     assert not watch.moves
     watch.run_until(0.5)
     assert len(watch.sent) == n_sent

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -84,6 +85,8 @@ GOAL_PERIOD = 1.0
 """Period at which a goal without answer is published again [s]."""
 TAKING_PERIOD = 0.01
 """Period at which what has come is taken [s]: to wait for each message costs a multiple of it."""
+AT_ONCE = 4
+"""Messages of the node's own subscriptions that are taken between two looks at its clock."""
 LONGEST_STEP = 0.1
 """What a step counts at most as time without poses [s]: one that takes longer was stalled by the machine."""
 
@@ -130,6 +133,7 @@ class Graph:
         self._is_recorded = recording
         self._recording: RecordingFile | None = None
         self._may_be_more = False
+        self._spinning = Lock()
         self._commanders_due = math.inf
 
     def __enter__(self) -> "Graph":
@@ -193,12 +197,22 @@ class Graph:
 
     def _take_what_came(self) -> None:
         newest, begun = self.recorder.newest, time.monotonic()
-        self._executor.spin_once(timeout_sec=0.0)
-        while not self._may_be_more and (left := begun + TAKING_PERIOD - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+        with self._spinning:
+            self._executor.spin_once(timeout_sec=0.0)
+            while not self._may_be_more and (left := begun + TAKING_PERIOD - time.monotonic()) > 0.0:
+                self._executor.spin_once(timeout_sec=left)
         self._may_be_more = self._topics.take()
         waited = min(time.monotonic() - begun, LONGEST_STEP)
         self._silence = 0.0 if self.recorder.newest is not newest else self._silence + waited
+
+    def spin_meanwhile(self) -> None:
+        """Lets the node's clock and its own subscriptions go on while the thread that steps does something else."""
+        if self._spinning.acquire(blocking=False):
+            try:
+                for _ in range(AT_ONCE):
+                    self._executor.spin_once(timeout_sec=0.0)
+            finally:
+                self._spinning.release()
 
     def wait(self, condition: Callable[[], bool], patience: float, complaint: Callable[[], str]) -> None:
         """Steps until `condition()`.

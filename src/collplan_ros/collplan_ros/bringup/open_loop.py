@@ -57,12 +57,24 @@ class OpenLoop:
         self.interruptions = Interruptions()
         self._graph = graph
         self._settings = settings
-        self._now = graph.local_time
         self._turn = Turn(graph.node, graph.local_clock, lambda: 1.0 / settings.controller.rate)
         self._shifts: deque[float] = deque(maxlen=COMPARED)
         self._publisher = graph.node.create_publisher(command_type(settings), TOPIC, NEWEST)
         self._late_before = 0
+        self._is_near: Callable[[PoseSample], bool] | None = None
         graph.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE)
+
+    def now(self) -> float:
+        """The local clock [s]."""
+        return self._graph.local_time()
+
+    def go_on(self) -> None:
+        """Takes what lets the local clock go on, unless a step is doing that."""
+        self._graph.spin_meanwhile()
+
+    def commanded(self, time: float) -> None:
+        """Lets a simulation go on until the next command is due after the one of this time [s]."""
+        self._turn.over(time)
 
     def refuse_other_publishers(self) -> None:
         """Checks that no other node commands the robot.
@@ -96,7 +108,7 @@ class OpenLoop:
         self._pass(0.0)
         self._late_before = self._graph.late_commands - self.interruptions.refused
         try:
-            with PacedCommands(self._publish, 1.0 / self._settings.controller.rate, self._now) as self._commands:
+            with PacedCommands(self._publish, 1.0 / self._settings.controller.rate, self) as self._commands:
                 self._pass(GREETING_TIME)
                 yield
         finally:
@@ -116,12 +128,15 @@ class OpenLoop:
             GraphError: poses have ceased, or the robot does not move any more.
             InterruptedTooOften: as the name says.
         """
+        # poses that came while nobody looked at them must not end it
+        self._pass(0.0)
         count = len(self.poses)
         command = Command(np.array(velocity), yaw_rate, FREE_SPACE, np.full(2, np.nan))
+        self._is_near = is_near
         motion = self._commands.begin(command, duration, self._allowed)
-        while motion.ended == inf and is_near(self.poses[-1]) and self._now() < motion.until + PATIENCE:
+        while motion.ended == inf and self.now() < motion.until + PATIENCE:
             self._step()
-            self._commands.allow(self._allowed)
+        self._is_near = None
         self._commands.stop()
         self._pass(HALTING_TIME)
         if self._graph.robot_waits:
@@ -130,7 +145,7 @@ class OpenLoop:
 
     def rest(self, duration: float = RESTING_TIME) -> list[PoseSample]:
         """The poses measured within `duration` [s] from now on."""
-        count, begun = len(self.poses), self._now()
+        count, begun = len(self.poses), self.now()
         self._pass(duration)
         return self._between(count, begun, inf)
 
@@ -169,7 +184,7 @@ class OpenLoop:
 
     def _pass(self, duration: float) -> None:
         """Takes what comes for `duration` [s], and on until the poses of that time have come."""
-        end = self._now() + duration
+        end = self.now() + duration
         while self._newest < end:
             self._step()
 
@@ -180,12 +195,21 @@ class OpenLoop:
 
     def _publish(self, command: Command) -> None:
         self._publisher.publish(command_to_message(command, self.poses[-1].stamp, self._settings))
-        self._turn.over()
 
     def _take(self, message: Odometry) -> None:
         frames, mocap = self._settings.frames, self._settings.mocap
         state = state_from_odometry(message, frames.map, frames.base)
         robot = PoseSample(state.stamp, state.position, state.yaw)
         self.poses.append(with_offset(robot, mocap.body_offset_x, mocap.body_offset_y, mocap.body_offset_yaw))
-        self.received.append(self._now())
+        self.received.append(self.now())
         self._shifts.append(self.received[-1] - state.stamp)
+        self._watch(self.poses[-1])
+
+    def _watch(self, pose: PoseSample) -> None:
+        """Ends the motion under way at a pose that is not near, else lets it go on; in whichever thread takes poses."""
+        if self._is_near is None:
+            return
+        if self._is_near(pose):
+            self._commands.allow(self._allowed)
+        else:
+            self._commands.stop()

@@ -13,9 +13,12 @@ from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_w
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import find_executable
-from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, NODES, SIM, VIEWER, RobotKind, robot_kind
+from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, LOCKSTEP, NODES, SIM, VIEWER, RobotKind, robot_kind
 from collplan_ros.bringup.words import in_words
 from collplan_ros.view.listening import listening_socket
+
+CHECK_SPEED = 3.0
+"""Simulated seconds a second in a check of a simulated robot in lockstep."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +106,9 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
 
 def _settings(options: Options, robot: RobotKind, given: Mapping[str, object]) -> Settings:
     values = {**robot.unless_given, **given, **robot.values, **options.values()}
+    if options.check and values.get(LOCKSTEP):
+        # its motions are the same, and nobody watches
+        values = {"simulator.speed_factor": CHECK_SPEED, **values}
     if not robot.simulated and options.world is None and not options.check:
         # a world of the parameter file was another run's
         values |= {"lidar.world": UNKNOWN, "simulator.world": UNKNOWN}

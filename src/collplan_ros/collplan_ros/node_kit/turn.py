@@ -43,19 +43,23 @@ class Turn:
             if time_left is None:
                 node.create_timer(IDLE_PERIOD, self.over, clock=steady_clock())
 
-    def over(self) -> None:
-        """Reports that all has been done that is due by now, and where the node knows it, when the next is due."""
+    def over(self, now: float | None = None) -> None:
+        """Reports that all has been done that is due by now, and where the node knows it, when the next is due.
+
+        `now` is the time at which it was done [s], where another thread may have let the clock go on since.
+        """
         if self._out is None:
             return
-        until = self._clock.now().nanoseconds
+        until = self._clock.now().nanoseconds if now is None else round(1e9 * now)
         if self._time_left is not None:
             until += round(1e9 * self._time_left())
         if 1e-9 * until >= self._reported + STEP:
             self._report(until)
 
     def end(self) -> None:
-        """Reports that the node ends."""
+        """Reports that nothing is due of the node until it reports again."""
         self._report(END * 10**9)
+        self._reported = -math.inf
 
     def _report(self, until: int) -> None:
         if self._out is None:
