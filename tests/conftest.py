@@ -47,6 +47,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # ignored, as in the background of a shell, it would be ignored in every process started here; a handler is not
     signal.signal(signal.SIGINT, lambda *_: None)
 
+# the same examples each time, on a machine of any pace
+settings.register_profile("tests", derandomize=True, deadline=None, max_examples=30, print_blob=True)
+settings.load_profile("tests")
+
 GRAPHS = "tests/system/"
 """Where the tests of whole graphs are, most of them in processes and in real time."""
 SOAK_TIMEOUT = 1200.0

@@ -2,33 +2,106 @@
 
 import ast
 import re
+import shlex
+from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
 import yaml
 
-from collplan_core.parameters import GROUPS, ParameterError, Settings
+from collplan_core.parameters import GROUPS, ParameterError, Settings, all_specs
 from collplan_core.parameters.file import read_parameters
-from command_lines import HEADS, wrong_command
-from repository import (
-    EVERYTHING,
-    FILES,
-    FOLDERS,
-    ROOT,
-    SOURCES,
-    TOPICS,
-    found,
-    is_defined,
-    is_importable,
-    is_there,
-    source_of,
-    wrong_value,
-)
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("src", "docs", "tests", "tools", "benchmarks", ".ci")
+FILES = {
+    path.relative_to(ROOT).as_posix()
+    for path in (*ROOT.glob("*"), *(path for folder in FOLDERS for path in (ROOT / folder).rglob("*")))
+    if "__pycache__" not in path.parts
+}
+SOURCES = {path: (ROOT / path).read_text() for path in FILES if path.endswith(".py") and not path.startswith("tests/")}
+EVERYTHING = "\n".join(SOURCES.values())
+OF_THE_READER = {"lab.yaml", "floor.yaml", "spread.yaml", "my_arena.yaml", "my_room.yaml"}
+CALLS = [node for source in SOURCES.values() for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
+
+
+def named_in_calls(*functions: str) -> set[str]:
+    """The literal texts given to functions of these names, wherever in the sources."""
+    calls = [call for call in CALLS if ast.unparse(call.func).split(".")[-1] in functions]
+    given = [each.value for call in calls for each in call.args if isinstance(each, ast.Constant)]
+    return {each for each in given if isinstance(each, str)}
+
+
+NAMED = set(re.findall(r'^TOPIC = "([\w/]+)"', EVERYTHING, re.MULTILINE)) | {all_specs()["mocap.topic"].default}
+TOPICS = named_in_calls("create_publisher", "create_subscription", "listen") | NAMED
+SERVICES = named_in_calls("create_service", "_serve")
+
+
+def found(path: str) -> list[str]:
+    """The files and folders whose path ends so."""
+    return [file for file in FILES if f"/{file}".endswith("/" + path.rstrip("/"))]
+
+
+def is_there(path: str) -> bool:
+    """Whether it is in the repository, written by the code, or the reader's own."""
+    name = path.rstrip("/").split("/")[-1]
+    written = path.startswith(("runs/", ".venv")) or f'"{name}"' in EVERYTHING
+    return bool(found(path)) or written or name in OF_THE_READER
+
+
+def wrong_value(key: str, value: str | None) -> list[str]:
+    """What is wrong with a value of a parameter: the key is unknown, or it does not take the value."""
+    if key not in all_specs():
+        return [key]
+    try:
+        if value is not None:
+            all_specs()[key].checked(yaml.safe_load(value))
+    except ParameterError as error:
+        return [str(error)]
+    return []
+
 
 OF_RECEIVERS = {
     yaml.safe_load(path.read_text())["/**"]["ros__parameters"]["mocap"]["topic"]
     for path in ROOT.glob("src/collplan_ros/collplan_ros/config/mocap_*.yaml")
 }
+TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+PACKAGES = {"joy_node": "joy"} | {
+    name: path.split("/")[1]
+    for path in FILES
+    if re.fullmatch(r"src/\w+/\w+/executables\.py", path)
+    for name in re.findall(r"^(\w+) = Executable\(", SOURCES[path], re.MULTILINE)
+}
+"""Of each executable."""
+SHELL = {"export", "source", "rviz2", "python", "ros2"}
+HEADS = re.compile(
+    r"(make|ros2|export|source|rviz2|bringup|study|optimum|beside|compare_engines|fit_robot|replay|"
+    r"\.venv/bin/[a-z_]+)( |$)"
+)
+
+
+def wrong_command(line: str) -> list[str]:
+    """Of a command line: a target, program, option, parameter or topic that is not there."""
+    head, *words = shlex.split(line, comments=True)
+    name, wrong = head.removeprefix(".venv/bin/"), []
+    if head == "make":
+        wrong = [word for word in words if "=" not in word and word not in TARGETS]
+        words = [part for word in words for part in shlex.split(word.removeprefix("ARGS="))]
+    elif head == "ros2" and words[0] == "run":
+        wrong = [] if words[2].isupper() or PACKAGES.get(words[2]) == words[1] else [words[2]]
+    elif head == "ros2" and words[0] == "param":
+        wrong = wrong_value(words[3], words[4] if len(words) > 4 else None)
+    elif head == "ros2" and words[0] not in ("pkg", "bag"):
+        return [] if {*TOPICS, *(f"/{each}" for each in SERVICES)} & set(words) else [line]
+    elif head not in SHELL and not name.isupper() and name not in (*SHELL, *PACKAGES):
+        wrong = [name]
+    if name == "python":
+        return [word for word in words if "/" in word and not (ROOT / word).exists()]
+    values = [word.split(":=") for before, word in pairwise(words) if before == "-p"]
+    options = [word.split("=")[0] for word in words if re.match(r"--[a-z]", word) and word != "--help"]
+    wrong += [each for key, value in values for each in wrong_value(key, value)]
+    return wrong + [option for option in options if f'"{option}"' not in EVERYTHING]
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -69,20 +142,11 @@ def wrong_paths(text: str) -> list[str]:
     return [path for path in paths if not is_there(path)]
 
 
-def wrong_functions(text: str) -> list[str]:
-    wrong = []
-    for path, names in re.findall(r"^([\w/]+\.py): ([\w, .]+)$", "\n".join(spans(text)), re.MULTILINE):
-        files = found(path)
-        source = SOURCES[files[0]] if len(files) == 1 else ""
-        wrong += [f"{path}: {name}" for name in names.split(", ") if not is_defined(name, source)]
-    return wrong
-
-
 def wrong_imports(text: str) -> list[str]:
     nodes = [node for block in blocks(text, "python") for node in ast.walk(ast.parse(block))]
     named = [(n.module, alias.name) for n in nodes if isinstance(n, ast.ImportFrom) for alias in n.names]
     ours = [(module, name) for module, name in named if f"src/{module.split('.')[0]}" in FILES]
-    return [f"{module}.{name}" for module, name in ours if not is_importable(name, source_of(module))]
+    return [f"{module}.{name}" for module, name in ours if not hasattr(import_module(module), name)]
 
 
 def wrong_parameters(text: str) -> list[str]:
@@ -128,6 +192,6 @@ def listed(text: str, head: str) -> set[str]:
 
 
 def untrue(text: str, folder: Path) -> list[str]:
-    names = (wrong_paths, wrong_functions, wrong_imports, wrong_parameters, wrong_topics)
+    names = (wrong_paths, wrong_imports, wrong_parameters, wrong_topics)
     checks = (*names, wrong_parameter_files, wrong_commands)
     return wrong_links(text, folder) + [each for check in checks for each in check(text)]

@@ -26,18 +26,9 @@ class KnownHit:
 
 
 def rebounding_path(
-    into: float,
-    along: float,
-    restitution: float,
-    friction: float,
-    angle: float = 0.0,
-    end: float = 0.8,
-    contact: float = 0.0,
+    into: float, along: float, restitution: float, friction: float, angle: float = 0.0, end: float = 0.8
 ) -> tuple[RecordedPath, KnownHit]:
-    """Driven at a wall and away again, 100 poses a second without noise; the wall's normal is turned by `angle`.
-
-    The ring pushes for `contact` [s], during which the drive does nothing.
-    """
+    """Driven at a wall and away again, 100 poses a second without noise; the wall's normal is turned by `angle`."""
     normal = np.array([np.cos(angle), np.sin(angle)])
     tangent = np.array([-normal[1], normal[0]])
     wanted, velocity = -1.2 * into * normal + along * tangent, -into * normal + 0.9 * along * tangent
@@ -51,17 +42,11 @@ def rebounding_path(
             times.append(step * _STEP)
             points.append(position)
             commands.append(wanted)
-        since = round(step - known.time / _STEP) if known is not None else 0
-        if known is not None and since <= round(contact / _STEP):
-            share = 0.5 - 0.5 * np.cos(np.pi * since * _STEP / contact)
-            velocity = known.before + share * (known.after - known.before)
-        else:
-            velocity = velocity + _driven(velocity, wanted)
+        velocity = velocity + _driven(velocity, wanted)
         position = position + velocity * _STEP
         if position @ normal < 0.0 and known is None:
             after = _rebound(velocity, normal, restitution, friction)
-            known = KnownHit(step * _STEP, velocity, after, normal)
-            velocity = after if contact == 0.0 else velocity
+            known, velocity = KnownHit(step * _STEP, velocity, after, normal), after
     assert known is not None
     return RecordedPath(np.array(times), np.array(points), np.array(commands)), known
 
@@ -80,6 +65,6 @@ def _driven(velocity: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return acceleration * min(1.0, ROBOT.max_acceleration / size if size > 0.0 else 1.0) * _STEP
 
 
-def with_noise(path: RecordedPath, random: np.random.Generator, noise: float = NOISE) -> RecordedPath:
+def with_noise(path: RecordedPath, random: np.random.Generator) -> RecordedPath:
     """Its points as motion capture sees them."""
-    return RecordedPath(path.times, path.points + random.normal(0.0, noise, path.points.shape), path.wanted)
+    return RecordedPath(path.times, path.points + random.normal(0.0, NOISE, path.points.shape), path.wanted)

@@ -18,7 +18,6 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     NOTHING,
     OBSERVED,
     clearance_at,
-    normal_at,
     source_at,
 )
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
@@ -71,44 +70,14 @@ def is_free(memory: RememberedBoundaries, x: float, y: float) -> bool:
     return bool(memory.free[i, j])
 
 
-def test_a_wall_is_as_far_as_it_is_and_faces_the_robot():
-    memory = seen_from(world_of([WALL]), [(0.003, 0.001)])
-    f = memory.field
-    for x in np.linspace(-0.4, 0.4, 23):
-        for y in (0.22, 0.25, 0.303, 0.31):
-            assert clearance(memory, x, y) == pytest.approx(0.4 - y - RADIUS, abs=1e-9)
-            assert source(memory, x, y) == OBSERVED
-            assert normal_at(f.clearance, f.grid, x, y) == pytest.approx((0.0, -1.0), abs=1e-9)
-    assert clearance(memory, 0.0, 0.1) == FAR
-    assert source(memory, 0.0, 0.0) == NOTHING
-    assert np.allclose(memory.normals, (0.0, -1.0))
-
-
-def test_the_pieces_are_short_lie_on_the_wall_and_leave_no_gap():
-    slanted = np.array([[-1.0, 0.1], [1.0, 0.7], [1.0, 0.9], [-1.0, 0.3]])
-    memory = seen_from(world_of([slanted]), [(0.0, 0.0), (0.05, 0.0)])
-    lengths = np.hypot(*(memory.pieces[:, 2:] - memory.pieces[:, :2]).T)
-    assert lengths.max() <= 3.0 * REMEMBERED.spacing
-    along = memory.pieces.reshape(-1, 2, 2) @ np.array([2.0, 0.6]) / np.hypot(2.0, 0.6)
-    order = np.argsort(along.min(axis=1))
-    assert (along.max(axis=1)[order][:-1] > along.min(axis=1)[order][1:]).all()
-    face = shapely.LineString(slanted[:2])
-    assert shapely.distance(shapely.points(memory.pieces.reshape(-1, 2)), face).max() < 1e-9
-
-
 def test_solid_is_inferred_behind_a_wall_but_not_at_the_ends_of_what_was_seen():
     memory = seen_from(world_of([box(-0.3, 0.4, 0.3, 2.0)]), [(0.0, 0.0)])
     face = 0.4 - RADIUS
     for x in (0.0, 0.1, -0.15):
-        for deep in np.linspace(0.002, 0.29, 40):
-            assert clearance(memory, x, face + deep) < 0.0
-        assert clearance(memory, x, face + 0.31) > 0.0
-        assert source(memory, x, face + 0.25) == INFERRED
-        assert source(memory, x, face + 0.02) == OBSERVED
+        assert [source(memory, x, face + deep) for deep in (0.02, 0.25)] == [OBSERVED, INFERRED]
     beside = memory.pieces[memory.solid_behind][:, [0, 2]]
     assert np.abs(beside).max() <= 0.3 - REMEMBERED.inferred_inset + 0.5 * REMEMBERED.spacing + 1e-9
     assert np.abs(beside).max() >= 0.3 - REMEMBERED.inferred_inset - 2.0 * REMEMBERED.spacing
-    assert clearance(memory, 0.29, 0.53) > clearance(memory, 0.1, 0.53)
 
 
 def test_inferred_solid_is_as_deep_as_asked_for_without_a_hole():
@@ -189,16 +158,10 @@ def test_a_scan_without_anything_or_of_nothing_but_invalid_ranges_is_taken():
             assert np.isfinite(after.field.clearance).all()
             assert np.isfinite(after.pieces).all()
     memory = remember(None, star_map(np.full(360, 0.5)), ROBOT, REMEMBERED)
-    assert len(memory.pieces) == 0
-    assert (memory.field.clearance == FAR).all()
-    assert (is_free(memory, 0.3, 0.3), is_free(memory, 0.4, 0.4)) == (True, False)
+    assert (len(memory.pieces), is_free(memory, 0.3, 0.3), is_free(memory, 0.4, 0.4)) == (0, True, False)
 
 
-def test_a_single_hit_and_a_thin_post_are_remembered():
-    ranges = np.full(360, np.inf)
-    ranges[90] = 0.4
-    memory = remember(None, map_of_ranges(ranges), ROBOT, REMEMBERED)
-    assert clearance(memory, 0.0, 0.3) == pytest.approx(0.01, abs=1e-6)
+def test_a_thin_post_is_remembered():
     for radius in (0.003, 0.03):
         memory = seen_from(world_of(circles=[(0.0, 0.4, radius)]), [(0.0, 0.0), (0.05, 0.0), (0.1, 0.0)])
         assert clearance(memory, 0.0, 0.4 - radius - 0.1) == pytest.approx(0.01, abs=2e-3)
@@ -215,15 +178,12 @@ def test_a_known_map_is_exact_as_large_as_its_walls_and_free_where_nothing_is_to
     assert ((f.source == OBSERVED) == (f.clearance < FAR)).all()
     assert (memory.free == (f.clearance >= 0.0)).all()
     assert not memory.solid_behind.any()
-    assert np.isinf(memory.seen).all()
     long = known_boundaries(np.array([[-7.0, 1.0, 9.0, 1.0]]), np.array([0.0, 0.0]), ROBOT, REMEMBERED)
     assert [clearance(long, x, 0.9) for x in (8.99, -6.99)] == pytest.approx([0.01, 0.01], abs=1e-9)
-    empty = known_boundaries(np.zeros((0, 4)), np.array([0.3, 0.2]), ROBOT, REMEMBERED)
-    assert (empty.field.clearance == FAR).all()
-    assert empty.free.all()
+    assert known_boundaries(np.zeros((0, 4)), np.array([0.3, 0.2]), ROBOT, REMEMBERED).free.all()
 
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=12, print_blob=True)
+QUICK = settings(max_examples=12)
 
 
 def wander(world: World, start: np.ndarray, steps: int, rng: np.random.Generator) -> list[np.ndarray]:

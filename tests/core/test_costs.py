@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 
 from collplan_core.paper_planner.candidates import SPEED_COUNTS, long_enough, product, sample_positions
 from collplan_core.paper_planner.costs.model import CostModel
@@ -38,11 +36,6 @@ from collplan_core.paper_planner.costs.velocity import (
 )
 from collplan_core.reflection import Ring
 from scenes import rotation, star_map, unit
-
-QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
-points = st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)).map(np.array)
-angles = st.floats(-np.pi, np.pi)
-seeds = st.integers(0, 2**32 - 1)
 
 THRESHOLD, PENALTY = np.radians(70.0), 5.0
 ORIGIN = np.zeros(2)
@@ -96,24 +89,6 @@ def test_by_hand_the_turn_counts_from_its_threshold_on():
     assert (costs > plain).tolist() == [False, False, True, True, True]
 
 
-@QUICK
-@given(
-    seed=seeds,
-    turn=angles,
-    shift=points,
-    mirror=st.booleans(),
-    turn_angle=st.sampled_from(sorted(TURN_DIRECTIONS)),
-    order=st.sampled_from(sorted(POSITION_COSTS)),
-)
-def test_position_costs_move_with_the_world(seed, turn, shift, mirror, turn_angle, order):
-    positions, (current, goal, aimed, previous) = np.split(np.random.default_rng(seed).normal(size=(12, 2)), [8])
-    move = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0])
-    costs = j_pos(positions, current, goal, aimed, previous, 0.4, turn_angle, order)
-    here, there, before = (move @ point + shift for point in (current, goal, previous))
-    moved = j_pos(positions @ move.T + shift, here, there, move @ aimed, before, 0.4, turn_angle, order)
-    np.testing.assert_allclose(moved, costs, atol=1e-9)
-
-
 def test_by_hand_normalize_is_min_max_and_zero_without_spread():
     np.testing.assert_allclose(normalize(np.array([-1.0, 3.0, 0.0])), [0.0, 1.0, 0.25])
     assert not normalize(np.full(3, 7.0)).any()
@@ -147,22 +122,6 @@ def test_by_hand_the_collision_rate_is_one_over_the_time_to_collision():
     assert collision_rate(0.0, 0.5, 0.0, 0.0, np.zeros((0, 4)), MODEL)[0] == 0.0
     # no time below the floor is told apart
     assert collision_rate(0.999, 0.5, 0.8, 0.0, WALL, MODEL)[0] == pytest.approx(1 / 0.05)
-
-
-@QUICK
-@given(seed=seeds, turn=angles, shift=points, mirror=st.booleans(), at_rest=st.booleans())
-def test_the_collision_rate_moves_with_the_world(seed, turn, shift, mirror, at_rest):
-    rng = np.random.default_rng(seed)
-    p, v, origins = rng.normal(size=2), rng.normal(size=2) * (not at_rest), rng.normal(size=(4, 2))
-    tangents = np.array([unit(a) for a in rng.uniform(0, 6.28, 4)])
-    move = rotation(turn) @ np.diag([1.0, -1.0 if mirror else 1.0])
-    rate, distance, line = collision_rate(*p, *v, np.hstack([origins, tangents]), MODEL)
-    moved = collision_rate(
-        *(move @ p + shift), *(move @ v), np.hstack([origins @ move.T + shift, tangents @ move.T]), MODEL
-    )
-    assume(np.isfinite(distance) == np.isfinite(moved[1]))  # a half line's very end may be met or missed by rounding
-    assert moved[0] == pytest.approx(rate, rel=1e-6, abs=1e-9)
-    assert moved[2] == line
 
 
 def gap_risk(reach, position, sides, widest=10.0, reading="opening_width") -> float:
@@ -230,18 +189,6 @@ def test_by_hand_a_rebound_into_known_free_space_is_penalised():
     assert rebound_reward(1.5, 0.0, 1.0, 0.0, UP, border, -ALONG_X, later) == -1.5
 
 
-@QUICK
-@given(seed=seeds, steps=st.integers(0, 359), horizon=st.floats(0.05, 1.0))
-def test_the_reward_turns_with_the_world(seed, steps, horizon):
-    rng = np.random.default_rng(seed)
-    reach = rng.uniform(0.4, 1.0, 360)
-    p, v, tangent, goal = rng.normal(size=2), rng.normal(size=2), unit(rng.uniform(0, 6.28)), unit(rng.uniform(0, 6.28))
-    r, model = rotation(np.radians(steps)), MODEL._replace(rebound_horizon=horizon)
-    expected = rebound_reward(*p, *v, tangent, star_map(reach).border, goal, model)
-    border = star_map(np.roll(reach, steps)).border
-    assert rebound_reward(*(r @ p), *(r @ v), r @ tangent, border, r @ goal, model) == pytest.approx(expected, abs=1e-9)
-
-
 def test_by_hand_velocity_cost():
     for risk, reward, expected in ((0.25, 0.4, -(2.0 + 0.5) * 0.75 - 0.4 * 0.25), (0.0, 9.0, -2.5), (1.0, 0.4, -0.4)):
         costs = velocity_costs(np.array([[1.0, 0.5]]), np.array([2.0, 1.0]), np.array([risk]), np.array([reward]))
@@ -300,8 +247,6 @@ def test_by_hand_equal_costs_are_told_apart_by_the_velocity_along_the_approach()
 
 V_MAX = 1.2
 
-corners = st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)), min_size=2, max_size=5)
-
 
 def chain(points, number: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """One frontier of straight pieces through the points."""
@@ -319,32 +264,17 @@ def test_by_hand_short_frontiers_are_passed_over_where_a_longer_one_is_seen():
 
 
 def test_by_hand_positions_are_the_centres_of_equal_cells():
-    """Four cells; one of a short frontier; 0.3 m + 0.1 m round a corner at 0.2 m: centres at 0.1 m and 0.3 m."""
+    """Four cells; one of a short frontier; three and a rest; 0.3 m + 0.1 m round a corner at 0.2 m."""
     table = [
         ([(0.0, 0.0), (0.4, 0.0)], 0.1, [[0.05, 0.0], [0.15, 0.0], [0.25, 0.0], [0.35, 0.0]]),
         ([(0.0, 0.0), (0.0, 0.05)], 0.08, [[0.0, 0.025]]),
+        ([(0.0, 0.0), (0.39, 0.0)], 0.1, [[0.065, 0.0], [0.195, 0.0], [0.325, 0.0]]),
         ([(0.0, 0.0), (0.3, 0.0), (0.3, 0.1)], 0.2, [[0.1, 0.0], [0.3, 0.0]]),
     ]
     for points, spacing, expected in table:
         positions, segment_of = sample_positions(*chain(points), spacing)
         np.testing.assert_allclose(positions, expected, atol=1e-12)
         assert segment_of[0] == 0
-
-
-@settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
-@given(frontiers=st.lists(corners, min_size=1, max_size=4), spacing=st.floats(0.01, 0.5))
-def test_every_frontier_has_floor_of_length_over_spacing_positions_at_least_one(frontiers, spacing):
-    chains = [chain(points, i) for i, points in enumerate(frontiers)]
-    segments, number = (np.concatenate([c[part] for c in chains]) for part in range(2))
-    positions, segment_of = sample_positions(segments, number, spacing)
-    lengths = np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
-    for i in range(len(frontiers)):
-        cells = lengths[number == i].sum() / spacing
-        count = (number[segment_of] == i).sum()
-        assert max(1, np.floor(cells - 1e-6)) <= count <= max(1, np.floor(cells + 1e-6))
-    ends = segments.reshape(-1, 2, 2)[segment_of]
-    along = np.hypot(*(positions - ends[:, 0]).T) + np.hypot(*(positions - ends[:, 1]).T)
-    np.testing.assert_allclose(along, lengths[segment_of], atol=1e-6)
 
 
 def test_by_hand_each_position_at_rest_once_and_every_direction_of_its_segment_at_every_speed():

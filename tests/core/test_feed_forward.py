@@ -20,7 +20,7 @@ from collplan_core.velocity_law import velocity_after
 from scenes import box, map_of, rotation, unit, world_of
 from time_to_goal_scenes import RADIUS, SETTINGS, faces_field, motion_in, open_field, problem_over, with_strategy
 
-FEW = settings(derandomize=True, deadline=None, max_examples=12, print_blob=True)
+FEW = settings(max_examples=12)
 PERIOD = 1.0 / SETTINGS.controller.rate
 LAG, A_MAX, SPEED = SETTINGS.robot.velocity_lag, SETTINGS.robot.max_acceleration, SETTINGS.robot.max_speed
 MODEL = robot_model(with_strategy("bounce"))

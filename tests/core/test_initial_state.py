@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from collplan_core.state import State
@@ -10,7 +10,6 @@ from collplan_core.time_to_goal_planner.initial_state import SURPRISE, UNDETECTE
 from scenes import unit
 from time_to_goal_scenes import SETTINGS
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
 CONTACT = 1.5
 BEFORE, AFTER = np.array([1.0, 0.2]), np.array([-0.7, 0.16])
 LAG = 0.5 * SETTINGS.mocap.velocity_window
@@ -38,11 +37,11 @@ def initial(stamp: float, velocity, expected: Expected | None) -> np.ndarray:
 
 
 def test_without_an_expectation_the_measurement_counts():
+    np.testing.assert_allclose(DRIVING.positions_at(np.array([0.0, 1.5, 5.0])), np.outer((0.0, 0.5, 1.0), STEADY))
     for stamp, expected in ((1.5, None), (0.9, DRIVING), (2.1, DRIVING), (-5.0, DRIVING)):
         np.testing.assert_array_equal(initial(stamp, (0.3, 0.1), expected), (0.3, 0.1))
 
 
-@QUICK
 @given(stamp=st.floats(1.05, 1.95), off=st.floats(0.0, 2.0), bearing=st.floats(-np.pi, np.pi))
 def test_as_expected_it_is_between_the_foreseen_and_the_measured_one_and_a_surprise_counts_as_measured(
     stamp, off, bearing
@@ -64,7 +63,6 @@ def test_after_a_foreseen_contact_the_rebound_is_believed_until_it_should_have_l
     np.testing.assert_array_equal(initial(CONTACT + 1.01 * UNDETECTED, BEFORE, BOUNCING), BEFORE)
 
 
-@QUICK
 @given(age=st.floats(0.001, 2 * LAG + UNDETECTED - 0.001), off=st.floats(0.0, 0.5), bearing=st.floats(-np.pi, np.pi))
 def test_a_rebound_once_seen_is_believed_more_and_more(age, off, bearing):
     measured = AFTER + off * unit(bearing)
@@ -78,18 +76,3 @@ def test_before_the_contact_it_does_not_count():
         begun = initial(CONTACT - 0.03, measured, BOUNCING)
         off = np.hypot(*(np.array(measured) - BEFORE))
         np.testing.assert_allclose(begun, BEFORE if off < SURPRISE else measured, atol=1e-9)
-
-
-@QUICK
-@given(
-    stamp=st.floats(0.8, 2.2),
-    v=st.tuples(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2)),
-    expected=st.sampled_from([DRIVING, BOUNCING, ACCELERATING, expecting(lambda t: STEADY, (1.0, 1.025))]),
-)
-def test_it_never_lies_beyond_the_measured_and_the_foreseen_ones(stamp, v, expected):
-    begun = initial(stamp, v, expected)
-    assert np.isfinite(begun).all()
-    fastest = np.hypot(*expected.velocities.T).max()
-    assert np.hypot(*begun) <= max(fastest, np.hypot(*v)) + 0.5 * SURPRISE
-    times = np.array([0.0, 1.5, 5.0])
-    np.testing.assert_allclose(DRIVING.positions_at(times), np.outer((0.0, 0.5, 1.0), STEADY), atol=1e-9)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import collplan_core.jit
-from collplan_core.jit import private_folder, sources_digest
+from collplan_core.jit import private_folder
 
 INNER = """
 from collplan_core.jit import njit
@@ -55,21 +55,6 @@ def test_change_in_a_called_file_is_noticed(package):
     assert run_outer(package) == [2, 1]
     (package / "inner.py").write_text(INNER.format(added=10))
     assert run_outer(package) == [11, 0]
-
-
-def test_digest_notices_every_change_of_the_sources(package):
-    digests = [sources_digest(package)]
-    assert sources_digest(package) == digests[0]
-    for change in (
-        lambda: (package / "inner.py").write_text(INNER.format(added=2)),
-        lambda: (package / "inner.py").rename(package / "renamed.py"),
-        lambda: (package / "new.py").touch(),
-        lambda: ((package / "folder").mkdir(), (package / "outer.py").rename(package / "folder" / "outer.py")),
-        lambda: (package / "folder" / "outer.py").unlink(),
-    ):
-        change()
-        digests.append(sources_digest(package))
-    assert len(set(digests)) == len(digests)
 
 
 def test_the_folder_of_the_cache_is_the_users_alone_and_holds_nothing_that_others_may_have_put_there(tmp_path):

@@ -1,15 +1,18 @@
-"""Alg. 3, the references of the contact maneuvers, and the switch phi. Paper: III-B."""
+"""Alg. 3, the references of the contact maneuvers, the switch phi, and the controller over plans. Paper: III-B."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
+from collplan_core.control.follow import follow
 from collplan_core.control.maneuver import incidence, select_maneuver
+from collplan_core.control.memory import ControllerMemory
 from collplan_core.control.references import (
     ENGAGED,
     RELEASED,
@@ -20,9 +23,9 @@ from collplan_core.control.references import (
 )
 from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.parameters import Control
-from scenes import RADIUS, box, cluttered_worlds, free_polygon, map_of, rotation, unit, world_of
+from collplan_core.plan import Plan, timed_path
+from scenes import RADIUS, SETTINGS, at_rest, box, cluttered_worlds, free_polygon, map_of, rotation, unit, world_of
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
 BY_INCIDENCE, AS_PRINTED = Control(), Control(maneuver_rule="printed")
 THRESHOLD, DELTA = BY_INCIDENCE.incidence_threshold, 0.15
 GAP = 0.3
@@ -46,16 +49,15 @@ def test_by_hand_the_contact_point_is_where_the_reference_meets_the_boundary():
     np.testing.assert_allclose(contact.direction, np.array([2.0, 1.0]) / np.sqrt(5.0), atol=1e-9)
     assert incidence(contact) == pytest.approx(np.arctan2(2.0, 1.0))
 
-
-def test_a_reference_that_stays_in_f_or_leaves_it_through_a_frontier_has_no_contact():
+    # a reference that stays in F or leaves it through a frontier has none
     local_map = before_a_wall()
     assert find_contact(line((0, 0), (0.25, 0.2)), local_map) is None
     assert find_contact(line((0, 0), (-0.8, 0.1)), local_map) is None
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_reference_into_the_shadow_of_a_pillar_has_no_contact(side):
+def test_a_reference_into_the_shadow_of_a_pillar_has_no_contact():
     """Both ends of that shadow edge are observed boundaries: the pillar and the wall behind it."""
+    side = -1.0
     local_map = map_of(world_of([box(0.2, -0.05, 0.3, 0.05), box(0.5, -3.0, 0.6, 3.0)]))
     into_shadow = line((0, 0), (0.1, 0.25 * side), (0.4, 0.25 * side))
     assert local_map.contains(into_shadow[:40]).all()
@@ -98,7 +100,6 @@ def test_by_hand_as_printed_the_side_of_the_chord_decides_and_mirrored_worlds_di
     assert len(by_incidence) == 1
 
 
-@QUICK
 @given(world=cluttered_worlds(), aim=st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)).map(np.array))
 def test_contact_lies_on_the_border_and_the_projected_reference_does_not_leave_f(world, aim):
     local_map = map_of(world)
@@ -178,3 +179,90 @@ def test_by_hand_a_path_that_grazes_the_end_of_a_wall_and_goes_on_unseen_does_no
     contact = find_contact(graze, local_map)
     assert contact is not None
     assert not passes_through(graze, contact, local_map)
+
+
+LOCAL_MAP = map_of(world_of([box(GAP + RADIUS, -4.0, 2.0, 4.0)]))
+"""A wall whose grown face lies at x = 0.3."""
+INTO_WALL, ALONG_WALL = (0.35, 0.1), (0.35, 0.55)
+
+
+def plan_to(end, stamp: float = 0.0, start=(0.0, 0.0), duration: float = 1.0) -> Plan:
+    share = np.linspace(0.0, 1.0, 64)[:, None]
+    start, end = np.array(start, dtype=float), np.array(end, dtype=float)
+    velocities = np.broadcast_to((end - start) / duration, (64, 2))
+    plan = timed_path(stamp, stamp + duration * share[:, 0], start + share * (end - start), velocities)
+    return replace(plan, aim_velocity=np.zeros(2))
+
+
+def step(memory, plan, position=(0.0, 0.0), now=0.0, yaw=0.0, settings=SETTINGS, local_map=LOCAL_MAP):
+    return follow(memory, plan, local_map, at_rest(position, yaw), now, settings)
+
+
+def test_in_free_space_the_spline_is_tracked():
+    command, memory = step(ControllerMemory(), plan_to((0.0, 0.5)), (0.02, 0.2), now=0.5)
+    np.testing.assert_allclose(command.reference, [0.0, 0.25], atol=1e-9)
+    np.testing.assert_allclose(command.velocity, [4 * -0.02, 0.5 + 4 * 0.05], atol=1e-6)
+    assert command.maneuver == FREE_SPACE
+    assert memory.heading == 0.0
+    assert command.yaw_rate == 0.0
+
+
+def test_a_contact_maneuver_engages_within_delta_of_the_contact_point():
+    for end, maneuver, reference in [
+        (INTO_WALL, FLOW_THROUGH, lambda p: p),
+        (ALONG_WALL, BOUNDARY_FOLLOWING, lambda p: np.array([min(p[0], GAP), p[1]])),
+    ]:
+        plan = plan_to(end)
+        at_contact = np.array(end) * GAP / end[0]
+        back = np.array(end) / np.hypot(*end)
+        memory = ControllerMemory()
+        command, memory = step(memory, plan, at_contact - 0.16 * back, now=0.9)
+        assert command.maneuver == FREE_SPACE, (end, maneuver, reference)
+        command, memory = step(memory, plan, at_contact - 0.14 * back, now=0.9)
+        assert command.maneuver == maneuver, (end, maneuver, reference)
+        np.testing.assert_allclose(command.reference, reference(0.9 * np.array(end)), atol=1e-6)
+
+
+def engaged_on(plan, settings=SETTINGS) -> ControllerMemory:
+    command, memory = step(ControllerMemory(), plan, (0.2, 0.05), now=plan.stamp + 0.5, settings=settings)
+    assert command.maneuver == FLOW_THROUGH
+    return memory
+
+
+def test_a_new_plan_with_its_contact_near_the_old_one_keeps_the_stage():
+    memory = engaged_on(plan_to(INTO_WALL))
+    # far from the contact, where nothing would engage anew
+    command, _ = step(memory, plan_to((0.4, 0.15), stamp=0.2), (0.0, 0.0), now=0.3)
+    assert command.maneuver == FLOW_THROUGH
+
+
+def test_a_new_plan_with_its_contact_elsewhere_or_without_one_resets_the_stage():
+    for end in [(0.4, 0.4), (0.0, 0.4)]:
+        memory = engaged_on(plan_to(INTO_WALL))
+        command, _ = step(memory, plan_to(end, stamp=0.2), (0.0, 0.0), now=0.3)
+        assert command.maneuver == FREE_SPACE, end
+
+
+def test_a_released_contact_does_not_engage_again():
+    plan = plan_to(INTO_WALL)
+    memory = engaged_on(plan)
+    command, memory = step(memory, plan, (0.42, 0.105), now=1.0)
+    assert command.maneuver == FREE_SPACE
+    command, _ = step(memory, plan, (0.25, 0.06), now=1.0)
+    assert command.maneuver == FREE_SPACE
+
+
+@given(yaw=st.floats(-4.0, 4.0), x=st.floats(-0.5, 0.5), y=st.floats(-0.5, 0.5), now=st.floats(0.0, 2.0))
+def test_the_command_is_in_the_body_frame_and_within_v_max(yaw, x, y, now):
+    plan = plan_to((-0.4, 0.3))
+    straight, _ = step(ControllerMemory(), plan, (x, y), now=now)
+    turned, memory = step(ControllerMemory(), plan, (x, y), now=now, yaw=yaw)
+    np.testing.assert_allclose(rotation(yaw) @ turned.velocity, straight.velocity, atol=1e-9)
+    assert np.hypot(*turned.velocity) <= SETTINGS.robot.max_speed * (1 + 1e-9)
+    assert memory.heading == yaw
+
+
+def test_the_first_heading_is_held():
+    _, memory = step(ControllerMemory(), plan_to((0.0, 0.5)), yaw=3.1)
+    command, _ = step(memory, plan_to((0.0, 0.5)), yaw=-3.1)
+    assert command.yaw_rate == pytest.approx(-SETTINGS.controller.k_yaw * (2 * np.pi - 6.2))

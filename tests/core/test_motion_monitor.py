@@ -86,13 +86,13 @@ def straight(now):
 
 
 @given(delay=st.floats(0.0, 0.07), mass=st.sampled_from([0.8, 1.0, 1.5, 2.0]), seed=st.integers(0, 1000))
-@settings(derandomize=True, deadline=None, max_examples=12)
+@settings(max_examples=12)
 def test_in_time_and_of_any_mass_nothing_is_said(delay, mass, seed):
     assert Drive(delay, mass, seed=seed).run(turning, 6.0).kinds == {OK}
 
 
 @given(delay=st.floats(0.2, 0.4), seed=st.integers(0, 1000))
-@settings(derandomize=True, deadline=None, max_examples=12)
+@settings(max_examples=12)
 def test_late_motion_is_named_within_0_3_s_of_its_onset(delay, seed):
     drive = Drive(delay, seed=seed).run(straight, 1.5)
     assert drive.first(LATE) <= delay + 0.3
@@ -115,19 +115,13 @@ def test_the_delay_is_estimated():
         assert drive.record.delay == pytest.approx(delay, abs=0.025), delay
 
 
-TURNED = {
-    "left": turn(math.pi / 2),
-    "right": turn(-math.pi / 2),
-    "back": turn(math.pi),
-    "x": np.diag([-1.0, 1.0]),
-    "y": np.diag([1.0, -1.0]),
-}
+TURNED = {"left": turn(math.pi / 2), "back": turn(math.pi), "x": np.diag([-1.0, 1.0])}
 
 
 def test_turned_axes_are_named_within_0_3_m():
     for name in TURNED:
         drive = Drive(matrix=TURNED[name])
-        wanted = (0.7, 0.7) if name in "xy" else (1.0, 0.0)
+        wanted = (0.7, 0.7) if name == "x" else (1.0, 0.0)
         for k in range(20):
             if REVERSED not in drive.kinds:
                 drive.run(lambda now, wanted=wanted: wanted, CONTROL * (k + 1), begin=CONTROL * k)
@@ -143,7 +137,6 @@ def test_turned_axes_are_named_within_0_3_m():
     mass=st.sampled_from([0.8, 1.0, 1.5, 2.0]),
     seed=st.integers(0, 1000),
 )
-@settings(derandomize=True, deadline=None, max_examples=25)
 def test_a_robot_that_only_slows_or_stands_is_never_called_reversed(begin, brakes, delay, mass, seed):
     """Whatever it is commanded, and however hard it brakes; nor one that then goes on as it is commanded."""
     begin = CONTROL * round(begin / CONTROL)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from collplan_core.local_map import build_local_map
@@ -50,7 +50,6 @@ def is_close_call(plan) -> bool:
     return (len(costs) > 1 and np.diff(np.sort(costs)[:2])[0] < 1e-5) or at_corner.any()
 
 
-@settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
 @given(
     seed=st.integers(0, 2**32 - 1),
     strategy=st.sampled_from(sorted(PAPER_WEIGHTS)),
@@ -84,7 +83,6 @@ def test_the_cycle_moves_with_the_world(seed, strategy, quarter, mirror):
         assert other.terms[name] == pytest.approx(value, abs=1e-6)
 
 
-@settings(derandomize=True, deadline=None, max_examples=40, print_blob=True)
 @given(world=cluttered_worlds(), goal=GOALS, velocity=VELOCITIES, strategy=st.sampled_from(sorted(PAPER_WEIGHTS)))
 def test_a_plan_is_a_sound_reference(world, goal, velocity, strategy):
     chosen = SETTINGS.with_values({"planner.strategy": strategy})

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings, all_specs
@@ -15,22 +15,20 @@ from collplan_core.parameters.spec import ParameterError, Spec
 ROOT = Path(__file__).parents[2]
 
 
+BOUND_TO_MORE = {
+    "local_map.n_rays": st.integers(90, 180).map(lambda quarter: 4 * quarter),
+    "planner.map_period": st.just(0.0) | st.floats(SHORTEST_MAP_PERIOD, 1.0),
+    "limits.fence": st.floats(0.1, 1e3).map(lambda side: (0.0, 0.0, side, 0.0, 0.0, side)),
+    "scan.median": st.sampled_from([1, 3, 9]),
+    "scan.masked_angles": st.lists(st.floats(-3.0, 3.0), max_size=4).map(lambda angles: (*angles, *angles)),
+}
+"""Of parameters that not every value of their range suits."""
+
+
 def values_of(spec: Spec) -> st.SearchStrategy:
     kind = type(spec.default)
-    if spec.key == "local_map.n_rays":
-        return st.integers(int(spec.low) // 4, int(spec.high) // 4).map(lambda quarter: 4 * quarter)
-    if spec.key == "planner.map_period":
-        return st.just(0.0) | st.floats(SHORTEST_MAP_PERIOD, spec.high)
-    if spec.key == "limits.fence":
-        sides = st.floats(0.1, 1e3)
-        return st.just(()) | st.tuples(sides, sides).map(lambda side: (0.0, 0.0, side[0], 0.0, 0.0, side[1]))
-    if spec.key == "scan.median":
-        return st.integers(0, 4).map(lambda half: 2 * half + 1)
-    if spec.key == "scan.masked_angles":
-        angles = st.floats(spec.low, spec.high)
-        return st.lists(st.tuples(angles, angles), max_size=4).map(
-            lambda pairs: tuple(a for pair in pairs for a in pair)
-        )
+    if spec.key in BOUND_TO_MORE:
+        return BOUND_TO_MORE[spec.key]
     if spec.choices:
         return st.sampled_from(spec.choices)
     if kind is bool:
@@ -46,7 +44,6 @@ def values_of(spec: Spec) -> st.SearchStrategy:
 
 @given(st.fixed_dictionaries({}, optional={key: values_of(spec) for key, spec in all_specs().items()}))
 @example(values={"mocap.frame": "1e100"})
-@settings(derandomize=True, deadline=None, max_examples=25)
 def test_what_is_written_is_read(tmp_path_factory, values):
     path = tmp_path_factory.mktemp("parameters") / "all.yaml"
     expected = Settings().with_values(values)
@@ -56,8 +53,6 @@ def test_what_is_written_is_read(tmp_path_factory, values):
 
 FORMS = {
     "nested": "/**:\n  ros__parameters:\n    planner:\n      map_period: 0.3\n",
-    "dotted": "/**:\n  ros__parameters:\n    planner.map_period: 0.3\n",
-    "node": "planner_node:\n  ros__parameters:\n    planner.map_period: 0.3\n",
     "full name": "/robot1/planner_node:\n  ros__parameters:\n    planner.map_period: 0.3\n",
     "namespace": "robot1:\n  planner_node:\n    ros__parameters:\n      planner.map_period: 0.3\n",
     "beside ROS's own": "/**:\n  ros__parameters:\n    use_sim_time: true\n    planner.map_period: 0.3\n",
@@ -89,16 +84,11 @@ BAD = {
     "wrong type": (in_every_node("robot.max_speed: fast"), ["robot.max_speed", "'fast'", "0.05", "5"]),
     "no value": (in_every_node("planner.strategy:"), ["planner.strategy", "None"]),
     "no sections": ("planner.strategy: harness", ["planner.strategy", "ros__parameters"]),
-    "no node": ("ros__parameters: {planner.strategy: harness}", ["ros__parameters"]),
     "empty": ("", ["None", "ros__parameters"]),
     "not YAML": ("/**: [", ["not YAML"]),
     "nodes that differ": (
         "mocap_node: {ros__parameters: {robot.radius: 0.1}}\nplanner_node: {ros__parameters: {robot.radius: 0.2}}",
         ["robot.radius", "0.1", "0.2"],
-    ),
-    "unknown node": (
-        "/planner_nod: {ros__parameters: {planner.map_period: 0.3}}",
-        ["/planner_nod: no node is called so", "did you mean planner_node"],
     ),
     "unknown node in a namespace": (
         "robot1: {planer_node: {ros__parameters: {planner.map_period: 0.3}}}",

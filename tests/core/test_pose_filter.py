@@ -1,15 +1,16 @@
-"""The velocity from poses, the hits in them, and what is refused."""
+"""What becomes of poses: velocity, hits, and what a robot on a floor cannot do and is refused."""
 
 import math
 import os
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings
 from collplan_core.sensing.pose_filter import FRESH, PoseError, PoseSample, check_pose_fields, filter_pose
+from collplan_core.sensing.six_degrees import tilt_of
 
 SETTINGS = Settings()
 PERIOD = 0.01
@@ -65,16 +66,16 @@ def noisy(points, seed, deviation=0.002):
 
 
 @given(angle=st.floats(-3.2, 3.2), speed=st.floats(0.0, 1.2), begin=st.floats(-100.0, 1000.0))
-@settings(derandomize=True, deadline=None, max_examples=20)
-def test_straight_drive_is_exact(angle, speed, begin):
+def test_straight_drive_is_exact_at_any_rate(angle, speed, begin):
     velocity = speed * np.array([math.cos(angle), math.sin(angle)])
-    points = line(20, velocity, (3.0, -2.0))
-    results, _ = feed(points, begin=begin)
-    assert [r.state is None for r in results] == [True] * 6 + [False] * 14
-    for result, point in zip(results[6:], points[6:], strict=True):
-        np.testing.assert_allclose(result.state.velocity, velocity, atol=1e-6)
-        np.testing.assert_array_equal(result.state.position, point)
-    assert not any(r.refused or r.relocated or r.impact is not None for r in results)
+    for period, first in ((0.005, None), (PERIOD, 6), (0.1, None)):
+        points = np.array([3.0, -2.0]) + period * np.outer(np.arange(40), velocity)
+        results, _ = feed(points, begin=begin, period=period)
+        assert first is None or [r.state is None for r in results[: first + 1]] == [True] * first + [False]
+        for result, point in zip(results[30:], points[30:], strict=True):
+            np.testing.assert_allclose(result.state.velocity, velocity, atol=1e-6)
+            np.testing.assert_array_equal(result.state.position, point)
+        assert not any(r.refused or r.relocated or r.impact is not None for r in results)
 
 
 def test_yaw_rate_goes_through_half_a_turn():
@@ -123,7 +124,7 @@ def test_no_false_hit_in_hard_driving():
 
 
 def hits_found(change, deviation, seed):
-    """Delays of the first report after each hit [s], errors of the reported change, and reports that match none."""
+    """Delays of the first report after each hit [s], and reports that match none."""
     rng = np.random.default_rng(seed)
     hits, time = [], 1.0
     while time < 24.0:
@@ -132,28 +133,18 @@ def hits_found(change, deviation, seed):
         time += rng.uniform(0.8, 1.6)
     config = SETTINGS.with_values({"mocap.position_noise": deviation})
     results, _ = feed(noisy(driven(time, seed, hits), seed, deviation), config=config)
-    reports = [(k * PERIOD, r.impact.change) for k, r in enumerate(results) if r.impact is not None]
-    delays, errors = [], []
-    for begin, true in hits:
-        mine = [report for report in reports if 0.0 < report[0] - begin < 0.15]
-        assert len(mine) <= 1
-        delays += [mine[0][0] - begin] if mine else [math.inf]
-        errors += [np.hypot(*(mine[0][1] - true))] if mine else []
-    return np.array(delays), np.array(errors), len(reports) - len(errors)
+    reports = [k * PERIOD for k, r in enumerate(results) if r.impact is not None]
+    mine = [[report - begin for report in reports if 0.0 < report - begin < 0.15] for begin, _ in hits]
+    return np.array([delays[0] if delays else math.inf for delays in mine]), len(reports) - sum(map(bool, mine))
 
 
 @pytest.mark.skipif(not COMPILED, reason="enough hits for a share take too long without the compiler")
 def test_hits_are_found_once_and_soon():
-    for change, deviation, found, delay, error in (
-        (0.3, 0.0002, 0.95, 0.04, 0.1),
-        (0.6, 0.002, 0.95, 0.045, 0.25),
-        (1.8, 0.002, 1.0, 0.03, 0.4),
-    ):
-        delays, errors, false = hits_found(change, deviation, seed=5)
+    for change, deviation, delay in ((0.3, 0.0002, 0.04), (0.6, 0.002, 0.045), (1.8, 0.002, 0.03)):
+        delays, false = hits_found(change, deviation, seed=5)
         assert false == 0, change
-        assert np.isfinite(delays).mean() >= found, change
+        assert np.isfinite(delays).mean() >= 0.95, change
         assert np.median(delays) <= delay, change
-        assert np.median(errors) <= error, change
 
 
 def test_velocity_after_a_hit_forgets_the_one_before():
@@ -187,17 +178,10 @@ def test_two_walls_hit_one_soon_after_the_other_are_told_both():
     np.testing.assert_allclose([x, y], [[-1.7, 0.0], [0.0, -1.7]], atol=0.1)
 
 
-def test_detection_can_be_switched_off():
-    points = np.concatenate([line(30, (1.0, 0.0)), line(30, (-0.7, 0.0), (0.3, 0.0))])
-    results, _ = feed(points, config=SETTINGS.with_values({"mocap.detect_impacts": False}))
-    assert all(r.impact is None for r in results)
-
-
 # ---- refusals
 
 
 @given(leap=st.floats(0.35, 5.0), speed=st.floats(0.0, 0.2))
-@settings(derandomize=True, deadline=None, max_examples=30)
 def test_a_leap_does_not_become_motion_by_lasting(leap, speed):
     """By 0.5 m is in reach 0.31 s later."""
     _, memory = feed(line(20, (0.0, 0.0)))
@@ -209,7 +193,6 @@ def test_a_leap_does_not_become_motion_by_lasting(leap, speed):
 
 
 @given(distance=st.floats(0.3, 2.0), lasts=st.integers(1, 14))
-@settings(derandomize=True, deadline=None, max_examples=30)
 def test_a_robot_that_goes_on_after_a_shorter_leap_is_believed_at_once(distance, lasts):
     _, memory = feed(line(20, (1.0, 0.0)))
     aside = line(lasts, (1.0, 0.0), (0.2, distance))
@@ -220,7 +203,6 @@ def test_a_robot_that_goes_on_after_a_shorter_leap_is_believed_at_once(distance,
 
 
 @given(periods=st.integers(2, 200), speed=st.floats(0.0, 1.2))
-@settings(derandomize=True, deadline=None, max_examples=30)
 def test_a_clock_that_is_set_back_while_the_robot_drives_and_brakes_carries_nobody(periods, speed):
     """Once its stamps are later than those of before, the robot is where it drove meanwhile: that looks like a leap."""
     back = PERIOD * (periods + 0.5)
@@ -238,15 +220,11 @@ def test_a_clock_that_is_set_back_while_the_robot_drives_and_brakes_carries_nobo
     assert results[-1].state is not None
 
 
-def test_poses_that_do_not_agree_are_no_relocation():
+def test_poses_that_do_not_agree_or_are_interrupted_are_no_relocation():
+    """0.3 s elsewhere, silence, 0.3 s elsewhere: never 0.5 s in agreement."""
     _, memory = feed(line(20, (1.0, 0.0)))
     wild = np.random.default_rng(2).uniform(-5.0, 5.0, (150, 2)) + 10.0
-    results, _ = feed(wild, memory, begin=0.2)
-    assert all(r.refused for r in results)
-
-
-def test_interrupted_suspects_begin_anew():
-    """0.3 s elsewhere, silence, 0.3 s elsewhere: never 0.5 s in agreement."""
+    assert all(r.refused for r in feed(wild, memory, begin=0.2)[0])
     _, memory = feed(line(20, (0.0, 0.0)))
     for begin in (0.2, 0.8):
         results, memory = feed(line(30, (0.0, 0.0), (3.0, 1.0)), memory, begin=begin)
@@ -254,7 +232,6 @@ def test_interrupted_suspects_begin_anew():
 
 
 @given(gap=st.floats(0.011, 3.0), share=st.floats(0.0, 0.99))
-@settings(derandomize=True, deadline=None, max_examples=30)
 def test_what_the_robot_can_reach_is_no_leap(gap, share):
     _, memory = feed(line(20, (0.0, 0.0)))
     reach = SETTINGS.robot.max_speed * gap
@@ -300,23 +277,118 @@ def test_fields_of_a_pose_and_those_that_are_none():
     assert check_pose_fields(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 0.01).yaw == 0.0
     for reason, stamp, position, quaternion in [
         ("not_finite", math.nan, GOOD[1], GOOD[2]),
-        ("not_finite", 1.0, (math.inf, 0.0, 0.0), GOOD[2]),
         ("not_finite", 1.0, (0.0, 0.0, math.nan), GOOD[2]),
         ("not_finite", 1.0, GOOD[1], (0.0, 0.0, math.nan, 1.0)),
         ("zeros", 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
         ("quaternion", 1.0, GOOD[1], (0.0, 0.0, 0.0, 0.0)),
         ("quaternion", 1.0, GOOD[1], (0.0, 0.0, 0.0, 1.02)),
-        ("quaternion", 1.0, GOOD[1], (1.0, 1.0, 1.0, 1.0)),
     ]:
         with pytest.raises(PoseError) as error:
             check_pose_fields(stamp, position, quaternion, 0.01)
         assert error.value.reason == reason, (reason, stamp, position, quaternion)
 
 
-def test_any_rate():
-    """Straight on at any rate of the motion capture: the velocity is right, and nothing is a hit."""
-    for period in [0.0025, 0.008, 0.03, 0.05, 0.1]:
-        points = np.outer(np.arange(40) * period, (0.9, -0.3))
-        results, _ = feed(points, period=period)
-        np.testing.assert_allclose(results[-1].state.velocity, [0.9, -0.3], atol=1e-6)
-        assert all(r.impact is None for r in results), period
+SPEED = 0.6
+
+
+def feed_six(poses, memory=FRESH, begin=0, config=SETTINGS):
+    """A result for each (yaw, height, tilt), 10 ms apart on the way along x, and the memory after the last."""
+    results = []
+    for k, (yaw, height, tilt) in enumerate(poses, begin):
+        stamp = PERIOD * k
+        sample = PoseSample(stamp, np.array([SPEED * stamp, 0.0]), math.remainder(yaw, math.tau), height, tilt)
+        result, memory = filter_pose(memory, sample, stamp, config)
+        results.append(result)
+    return results, memory
+
+
+def upright(n, yaw=0.0, height=0.1):
+    return [(yaw, height, 0.0)] * n
+
+
+def refusals(results):
+    return {result.refused for result in results}
+
+
+def test_a_heading_that_leaps_is_refused_for_as_long_as_it_lasts():
+    for angle in [math.pi / 2, -math.pi / 2, math.pi, -2.0]:
+        _, memory = feed_six(upright(30, yaw=2.8))
+        results, memory = feed_six(upright(1000, yaw=2.8 + angle), memory, 30)
+        assert refusals(results) == {"yaw"}, angle
+        results, _ = feed_six(upright(5, yaw=2.8), memory, 1030)
+        assert refusals(results) == {""}, angle
+
+
+@given(angle=st.floats(0.3, 1.5))
+def test_a_smaller_leap_is_refused_until_the_robot_can_have_turned_so_far(angle):
+    _, memory = feed_six(upright(30))
+    results, _ = feed_six(upright(40, yaw=angle), memory, 30)
+    taken = [not result.refused for result in results]
+    first = taken.index(True)
+    assert first >= 1
+    assert PERIOD * first <= SETTINGS.limits.pose_age
+    assert all(taken[first:])
+
+
+def test_a_rolling_rim_spins_no_faster_and_no_quarter_turn_is_motion_in_a_silence_that_is_driven_through():
+    robot, mocap = SETTINGS.robot, SETTINGS.mocap
+    assert (1.0 - robot.inertia_factor) * robot.max_speed / robot.radius < mocap.max_spin
+    assert mocap.max_spin * SETTINGS.limits.pose_age + mocap.yaw_margin < math.pi / 2
+
+
+def test_turned_while_it_was_off_the_floor_or_unseen_is_a_relocation():
+    for fault, reason in [(None, ""), ((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height")]:
+        _, memory = feed_six(upright(30))
+        if reason:
+            results, memory = feed_six([fault] * 55, memory, 30)
+            assert refusals(results) == {reason}, (fault, reason)
+        results, _ = feed_six(upright(70, yaw=math.pi), memory, 85)
+        assert refusals(results[:50]) == {"yaw"}, (fault, reason)
+        assert [k for k, result in enumerate(results) if result.relocated] == [50], (fault, reason)
+        assert results[50].carried, (fault, reason)
+        assert refusals(results[50:]) == {""}, (fault, reason)
+
+
+def test_a_flip_after_a_bump_that_tips_it_for_a_moment_or_a_short_occlusion_is_none():
+    for bump in ([(0.0, 0.1, 0.5)] * 20, []):
+        _, memory = feed_six(upright(30))
+        _, memory = feed_six(bump, memory, 30)
+        results, _ = feed_six(upright(300, yaw=math.pi), memory, 55)
+        assert refusals(results) == {"yaw"}, bump
+
+
+@given(leap=st.floats(0.3, 5.0), turn=st.floats(1.6, math.pi))
+def test_carried_and_turned_is_a_relocation_however_near(leap, turn):
+    """By 0.5 m is in reach 0.31 s later."""
+    _, memory = feed_six(upright(30))
+    results = []
+    for k in range(30, 100):
+        sample = PoseSample(PERIOD * k, np.array([SPEED * PERIOD * 29 + leap, 0.0]), turn, 0.1)
+        result, memory = filter_pose(memory, sample, PERIOD * k, SETTINGS)
+        results.append(result)
+    assert [k for k, result in enumerate(results) if result.carried] == [50]
+    assert results[-1].state is not None
+
+
+def test_tipped_lifted_or_let_down_is_refused_for_as_long_as_it_lasts():
+    for fault, reason in [((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height"), ((0.0, -0.1, 0.0), "height")]:
+        _, memory = feed_six(upright(30))
+        results, memory = feed_six([fault] * 1000, memory, 30)
+        assert refusals(results) == {reason}, (fault, reason)
+        results, _ = feed_six(upright(5), memory, 1030)
+        assert refusals(results) == {""}, (fault, reason)
+
+
+@given(height=st.floats(-3.0, 3.0), wobble=st.floats(-0.049, 0.049), tilt=st.floats(0.0, 0.26))
+def test_within_the_limits_nothing_is_refused(height, wobble, tilt):
+    results, _ = feed_six([(0.0, height + wobble * (k % 2), tilt) for k in range(30)])
+    assert refusals(results) == {""}
+
+
+@given(yaw=st.floats(-math.pi, math.pi), tilt=st.floats(0.0, math.pi), around=st.floats(-math.pi, math.pi))
+def test_the_tilt_of_a_quaternion_is_the_angle_to_the_vertical(yaw, tilt, around):
+    lean, upright = math.sin(0.5 * tilt), math.cos(0.5 * tilt)
+    turned = lean * math.cos(around), lean * math.sin(around), upright * math.sin(yaw), upright * math.cos(yaw)
+    assert tilt_of(turned) == pytest.approx(tilt, abs=1e-6)
+    sample = check_pose_fields(1.0, (0.5, -0.5, 0.12), turned, 0.01)
+    assert (sample.height, sample.tilt) == (0.12, pytest.approx(tilt, abs=1e-6))

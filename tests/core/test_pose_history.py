@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.sensing.pose_history import PoseHistory
@@ -30,21 +30,12 @@ def test_there_is_none_before_the_first_after_the_last_nor_once_cleared():
     assert kept.at(1.0) is None
 
 
-@given(share=st.floats(0.0, 1.0), x0=st.floats(-5.0, 5.0), x1=st.floats(-5.0, 5.0))
-@settings(derandomize=True, deadline=None, max_examples=30)
-def test_linear_between(share, x0, x1):
-    at = history(state(1.0, x0), state(1.25, x1)).at(1.0 + 0.25 * share)
-    x = x0 + share * (x1 - x0)
-    np.testing.assert_allclose(at.position, [x, -x], atol=1e-12)
-    np.testing.assert_allclose(at.velocity, [1.0, x], atol=1e-12)
-    assert at.stamp == 1.0 + 0.25 * share
-
-
 @given(yaw=st.floats(-math.pi, math.pi), turn=st.floats(-3.0, 3.0), share=st.floats(0.0, 1.0))
-@settings(derandomize=True, deadline=None, max_examples=30)
-def test_yaw_goes_the_shortest_way(yaw, turn, share):
-    at = history(state(0.0, yaw=yaw), state(0.5, yaw=math.remainder(yaw + turn, math.tau))).at(0.5 * share)
+def test_between_two_it_is_linear_and_yaw_goes_the_shortest_way(yaw, turn, share):
+    ends = state(1.0, 2.0, yaw), state(1.5, -3.0, math.remainder(yaw + turn, math.tau))
+    at, x = history(*ends).at(1.0 + 0.5 * share), 2.0 - 5.0 * share
     assert math.remainder(at.yaw - (yaw + share * turn), math.tau) == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose([at.stamp, *at.position, *at.velocity], [1.0 + 0.5 * share, x, -x, 1.0, x], atol=1e-12)
 
 
 def test_forgets_after_its_span():

@@ -1,11 +1,10 @@
 """Restitution and friction from poses whose rebounds are known."""
 
-import re
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.calibration.fitted_constant import TooLittle
@@ -16,7 +15,6 @@ from collplan_core.calibration.wall_impacts import WallImpacts, seen_from_walls,
 from collplan_core.parameters import Settings
 from rebounding_paths import HIT, NOISE, ROBOT, rebounding_path, with_noise
 
-FEW = settings(derandomize=True, deadline=None, max_examples=20)
 shares = st.floats(0.0, 1.0)
 into_wall, along_wall = st.floats(0.3, 1.0), st.floats(-0.8, 0.8)
 angles = st.floats(-3.1, 3.1)
@@ -27,7 +25,6 @@ DEVIATION = 0.04
 
 
 @given(into_wall, along_wall, shares, shares, angles, st.floats(-0.02, 0.02))
-@FEW
 def test_velocities_are_found_from_clean_poses(into, along, restitution, friction, angle, late):
     path, known = rebounding_path(into, along, restitution, friction, angle)
     hit = fit_impact(path, known.time + late, ROBOT, NOISE)
@@ -56,14 +53,10 @@ def test_poses_lost_at_the_hit_are_said():
     few = RecordedPath(*(a[path.times < known.time + 0.05] for a in (path.times, path.points, path.wanted)))
     with pytest.raises(UnusableImpact, match="too few"):
         fit_impact(few, known.time, ROBOT, NOISE)
-
-
-def test_two_hits_in_one_window_are_not_taken_for_one():
     path, known = rebounding_path(0.9, 0.0, 0.9, 1.0)
     since = np.maximum(path.times - known.time - 0.07, 0.0)[:, np.newaxis]
-    kicked = RecordedPath(path.times, path.points - 1.2 * since * known.normal, path.wanted)
     with pytest.raises(UnusableImpact, match="one impact"):
-        fit_impact(kicked, known.time, ROBOT, NOISE)
+        fit_impact(replace(path, points=path.points - 1.2 * since * known.normal), known.time, ROBOT, NOISE)
 
 
 def test_hits_are_found_again_in_the_poses():
@@ -92,20 +85,20 @@ E, MU = 0.6, 0.15
 K = ROBOT.inertia_factor
 
 
-def measured(restitution, friction, n, random, into=(0.3, 1.0), contact=0.0, noise=NOISE):
+def measured(restitution, friction, n, random):
     hits, normals, depths = [], [], []
     for _ in range(n):
         sideways = random.uniform(0.3, 0.9) * random.choice([-1.0, 1.0])
-        into_wall, angle = random.uniform(*into), random.uniform(-np.pi, np.pi)
-        path, known = rebounding_path(into_wall, sideways, restitution, friction, angle, HIT + 0.2, contact)
-        hits.append(fit_impact(with_noise(path, random, noise), known.time, ROBOT, NOISE))
+        into_wall, angle = random.uniform(0.3, 1.0), random.uniform(-np.pi, np.pi)
+        path, known = rebounding_path(into_wall, sideways, restitution, friction, angle, HIT + 0.2)
+        hits.append(fit_impact(with_noise(path, random), known.time, ROBOT, NOISE))
         normals.append(known.normal)
         depths.append(-hits[-1].position @ known.normal)
     return seen_from_walls(hits, np.array(normals), depths, np.zeros(n), ROBOT.radius)
 
 
 def test_the_constants_are_found_from_noisy_poses():
-    for restitution, friction in [(0.55, 0.1), (0.85, 0.05), (0.4, 0.2)]:
+    for restitution, friction in [(0.85, 0.05), (0.4, 0.2)]:
         usable, _ = sorted_out(measured(restitution, friction, 24, np.random.default_rng(1)))
         fit = fit_rebound(usable, K)
         for estimate, truth in ((fit.restitution, restitution), (fit.friction, friction)):
@@ -113,19 +106,6 @@ def test_the_constants_are_found_from_noisy_poses():
             assert estimate.holds(truth), (restitution, friction)
             assert estimate.high - estimate.low < 0.12, (restitution, friction)
         assert fit.warning == "", (restitution, friction)
-
-
-def test_a_ring_that_gives_way_while_the_drive_presses_on_is_not_taken_for_a_livelier_one():
-    """Slow hits at which the drive, at 1.5 m/s^2, does in the contact what is no small part of them."""
-    for contact in [0.0, 0.01, 0.02, 0.03]:
-        usable, _ = sorted_out(measured(E, MU, 24, np.random.default_rng(1), (0.25, 0.7), contact, noise=0.0))
-        fit = fit_rebound(usable, K)
-        assert fit.restitution.value == pytest.approx(E, abs=0.008), contact
-        assert float(re.search(r"about (\d+) ms", fit.restitution.basis)[1]) == pytest.approx(1e3 * contact, abs=4.0), (
-            contact
-        )
-        without = fit_rebound(replace(usable, depths=np.zeros(len(usable))), K)
-        assert without.restitution.value > E + 0.9 * contact - 0.005, contact
 
 
 def drawn(n, random, restitution=E, friction=MU, into=(0.26, 1.0), along=(0.5, 1.0), noise=0.02, drift=0.0):
@@ -138,7 +118,6 @@ def drawn(n, random, restitution=E, friction=MU, into=(0.26, 1.0), along=(0.5, 1
 
 
 @given(shares, st.floats(0.02, 0.15), st.integers(20, 40), st.integers(0, 999))
-@FEW
 def test_without_noise_the_constants_are_exact(restitution, friction, n, seed):
     fit = fit_rebound(drawn(n, np.random.default_rng(seed), restitution, friction, into=(0.3, 0.6), noise=0.0), K)
     assert fit.restitution.value == pytest.approx(restitution, abs=1e-9)
@@ -147,15 +126,6 @@ def test_without_noise_the_constants_are_exact(restitution, friction, n, seed):
 
 def together(*hits):
     return WallImpacts(*(np.concatenate([getattr(h, f.name) for h in hits]) for f in fields(WallImpacts)))
-
-
-def test_hits_that_stick_say_nothing_but_that_the_friction_is_large():
-    random = np.random.default_rng(2)
-    sliding, sticking = drawn(20, random, into=(0.26, 0.5), noise=0.0), drawn(20, random, into=(3.0, 4.0), noise=0.0)
-    both = together(sliding, sticking)
-    assert fit_rebound(both, K).friction.value == pytest.approx(MU, abs=1e-9)
-    with pytest.raises(TooLittle, match=r"slides.*0 of.*0\.\d+.*grazing"):
-        fit_rebound(sticking, K)
 
 
 def test_a_restitution_that_changes_after_the_hits_is_told():
@@ -167,7 +137,7 @@ def test_a_restitution_that_changes_after_the_hits_is_told():
 
 def test_what_is_missing_is_said():
     for hits, said in (
-        ({"n": 0}, r"restitution: 0 .*8.*; friction"),
+        ({"n": 20, "into": (3.0, 4.0), "noise": 0.0}, r"slides.* of 20 .*0\.\d+.*grazing"),  # they stick
         ({"n": 7}, "restitution: 7 .*8"),
         ({"n": 20, "along": (0.0, 0.1)}, r"^friction: 0 .*0\.3 m/s.*grazing"),
         ({"n": 20, "into": (0.5, 0.55), "noise": 0.005}, r"^restitution: .*0\.2:.*slowly"),
@@ -193,7 +163,6 @@ def test_false_hits_are_sorted_out_and_counted():
 
 
 @given(shares, st.floats(0.0, 0.02), st.floats(-0.01, 0.01), st.integers(0, 999))
-@FEW
 def test_without_noise_touch_and_release_are_exact_wherever_the_wall_is(restitution, half, offset, seed):
     random = np.random.default_rng(seed)
     hits = drawn(20, random, restitution, 0.05, noise=0.0)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from straight_planner import STRAIGHT
 
@@ -18,7 +18,6 @@ from collplan_core.planners import PLANNERS
 from collplan_core.sensing.felt_obstacles import with_felt
 from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, scan_at, see, statuses
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=60, print_blob=True)
 TRIES = SETTINGS.planner.recovery_tries
 RADIUS = SETTINGS.robot.radius
 FORWARD = np.array([0.5, 0.0])
@@ -99,10 +98,8 @@ def test_a_new_goal_begins_anew():
     robot.stays(1.0)
     robot.loop.take_goal(IDENTITY[::-1], ASIDE, robot.now)
     robot.decisions.clear()
-    for _ in range(10 * TRIES):
-        if len(robot.warnings) < TRIES:
-            robot.stays(0.1)
-    assert len(robot.warnings) == TRIES
+    while len(robot.warnings) < TRIES and robot.loop.goal.active:
+        robot.stays(0.1)
     assert robot.loop.goal.active
 
 
@@ -143,18 +140,12 @@ def test_what_was_felt_is_forgotten_where_it_leaves_no_way(monkeypatch):
     assert ahead(last.local_map) > robot.x + 0.5
 
 
-def test_without_a_goal_or_a_command_to_move_nobody_is_stuck():
-    for velocity in ((0.0, 0.0), (0.1, 0.0)):
-        robot = Stuck()
-        robot.stays(3.0, velocity)
-        assert robot.warnings == [], velocity
+def test_without_a_goal_or_a_command_to_move_nobody_is_stuck_nor_is_one_that_a_hand_pushes():
     robot = Stuck()
+    robot.stays(3.0, (0.1, 0.0))
     robot.loop.cancel()
     robot.stays(3.0)
     assert robot.warnings == []
-
-
-def test_a_hand_that_pushes_is_no_robot_that_is_stuck():
     robot = Stuck()
     for _ in range(8):
         robot.stays(0.3)
@@ -168,7 +159,6 @@ coordinates = st.floats(-1.0, 1.0)
 trails = st.lists(st.tuples(coordinates, coordinates), max_size=6).map(lambda points: np.array(points).reshape(-1, 2))
 
 
-@QUICK
 @given(trail=trails, x=coordinates, y=coordinates, angle=st.floats(-3.2, 3.2), max_speed=st.floats(0.05, 2.0))
 def test_the_plan_that_backs_out_is_slow_short_and_begins_where_the_robot_is(trail, x, y, angle, max_speed):
     pushed = np.array([np.cos(angle), np.sin(angle)])
@@ -182,7 +172,6 @@ def test_the_plan_that_backs_out_is_slow_short_and_begins_where_the_robot_is(tra
     assert (steps / np.diff(plan.times)).max() <= min(SPEED, max_speed) + 1e-9
 
 
-@QUICK
 @given(x=st.floats(-0.9, 2.9), y=st.floats(-0.4, 0.4), cx=coordinates, cy=coordinates)
 def test_a_felt_disc_only_shortens_beams_and_only_where_it_is(x, y, cx, cy):
     state = at(1.0, x, y)

@@ -1,18 +1,20 @@
-"""When a run has ended, how long its path was, and which impacts its plans foresaw."""
+"""When a run has ended, how long its path was, which impacts its plans foresaw, and which machine was too slow."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE, HAND, STOPPED
+from collplan_core.evaluation.machine import Timing, machine_verdict, pace_words
 from collplan_core.evaluation.path_length import measured_path_length, path_length
 from collplan_core.evaluation.rebound_tracking import ReboundTracker
 from collplan_core.evaluation.run_end import STUCK, TIMEOUT, RunMonitor
 from collplan_core.parameters import Trial
-from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.plan import Contacts, timed_path
 from collplan_core.state import State
 
 LIMITS = Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05)
@@ -67,18 +69,7 @@ def test_a_robot_that_a_person_took_is_not_stuck_before_a_plan_drives_it_again()
     assert run.outcome(GIVEN + 20.0, here) == STUCK
 
 
-@given(steps)
-@settings(derandomize=True, deadline=None, max_examples=25)
-def test_a_stuck_robot_has_stayed_within_the_distance_for_the_time(changes):
-    positions = np.vstack([walk(changes), np.full((100, 2), walk(changes)[-1])])
-    time, outcome = end_of(monitor(), positions)
-    if outcome == STUCK:
-        recent = positions[round((time - LIMITS.stuck_time) / PERIOD) : round(time / PERIOD) + 1]
-        assert np.linalg.norm(recent - recent[0], axis=1).max() < LIMITS.stuck_distance
-
-
 @given(steps, waits)
-@settings(derandomize=True, deadline=None, max_examples=25)
 def test_a_wait_for_the_first_plan_only_delays_the_end(changes, wait):
     positions = np.vstack([walk(changes), np.full((100, 2), walk(changes)[-1])])
     standing = np.full((round(wait / PERIOD), 2), positions[0])
@@ -88,7 +79,6 @@ def test_a_wait_for_the_first_plan_only_delays_the_end(changes, wait):
 
 
 @given(steps)
-@settings(derandomize=True, deadline=None, max_examples=20)
 def test_without_a_plan_a_run_is_stuck_after_the_longest_run_wherever_the_robot_is(changes):
     run = monitor(None)
     end = end_of(run, np.resize(walk(changes), (400, 2)))
@@ -100,13 +90,9 @@ def test_a_polyline_worked_by_hand():
     assert path_length(np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]])) == pytest.approx(6.0)
     assert path_length(np.zeros((1, 2))) == 0.0
     assert measured_path_length(np.zeros(1), np.zeros((1, 2))) == 0.0
-
-
-@given(st.integers(2, 400), st.floats(-3.0, 3.0), st.floats(0.05, 1.5))
-@settings(derandomize=True, deadline=None, max_examples=30)
-def test_a_straight_line_keeps_its_length(n, angle, speed):
-    times = 1.7e9 + 0.01 * np.arange(n)
-    positions = speed * (times - times[0])[:, None] * np.array([np.cos(angle), np.sin(angle)])
+    # poses that were lost are bridged
+    times = 1.7e9 + np.delete(0.01 * np.arange(300), np.arange(100, 115))
+    positions = (times - times[0])[:, None] * np.array([0.8, 0.2])
     assert measured_path_length(times, positions) == pytest.approx(path_length(positions), rel=1e-3)
 
 
@@ -121,12 +107,6 @@ def test_noise_adds_little_where_the_plain_sum_adds_much():
         assert measured_path_length(times, noisy) == pytest.approx(length, rel=0.01), seed
 
 
-def test_lost_poses_are_bridged():
-    times = np.delete(0.01 * np.arange(300), np.arange(100, 115))
-    positions = np.column_stack([0.8 * times, 0.2 * times])
-    assert measured_path_length(times, positions) == pytest.approx(path_length(positions), rel=1e-3)
-
-
 RADIUS, SETTLED = 0.09, 0.06
 WALL = 1.0
 
@@ -139,9 +119,7 @@ def plan(stamp, impact_at=None, after=(-0.4, 0.3)):
     contacts = Contacts.none()
     if impact_at is not None:
         contacts = Contacts(np.array([impact_at]), np.array([[WALL, 0.0]]), np.array([after]))
-    still, nothing = np.zeros((2, 2)), Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    times = stamp + np.array([0.0, 1.0])
-    return Plan(stamp, times, still, still, contacts, np.zeros(2), np.zeros(2), {}, nothing, 0)
+    return replace(timed_path(stamp, stamp + np.array([0.0, 1.0]), *np.zeros((2, 2, 2))), contacts=contacts)
 
 
 def impact_of(*plans, at=10.0):
@@ -165,10 +143,9 @@ def test_a_foreseen_impact_has_both_rebounds_and_the_angle_between():
 
 
 def test_an_impact_that_no_plan_expected_lately_has_none_foreseen():
-    for plans in [(), (plan(9.9),), (plan(9.6, impact_at=9.97), plan(9.9)), (plan(9.9, impact_at=10.3),)]:
+    for plans in [(), (plan(9.6, impact_at=9.97), plan(9.9)), (plan(9.9, impact_at=10.3),)]:
         impact = impact_of(*plans)
-        assert np.isnan(impact.foreseen).all(), plans
-        assert math.isnan(impact.direction_error), plans
+        assert np.isnan([*impact.foreseen, impact.direction_error]).all(), plans
         np.testing.assert_allclose(impact.measured, [-0.4, -0.3])
 
 
@@ -178,3 +155,24 @@ def test_impacts_and_plans_before_a_break_do_not_count():
     rebounds.impact(10.0, np.array([-1.2, 0.0]), state(10.0, WALL - RADIUS), RADIUS)
     rebounds.forget()
     assert rebounds.moved(state(11.0), SETTLED) is None
+
+
+def test_a_machine_is_too_slow_by_its_factor_or_by_a_gap_that_a_command_does_not_outlive():
+    table = [
+        (Timing(), 1.0, []),
+        (Timing(0.97, 0.19), 1.0, []),
+        (Timing(0.43, 0.34, "planner_node"), 1.0, ["0.43", "0.34", "planner_node"]),
+        (Timing(None, 2.04), 1.0, ["2.04"]),
+        # slow motion is not the machine's fault; at its pace a command is as old as it looks
+        (Timing(0.5, 0.35), 0.5, []),
+        (Timing(0.45, 0.1), 0.5, ["0.45"]),
+        # faster than real time is more than a real robot asks for
+        (Timing(1.2, 0.05), 4.0, []),
+    ]
+    for timing, speed_factor, words in table:
+        verdict = machine_verdict(timing, speed_factor, 0.2)
+        assert bool(verdict) == bool(words), timing
+        assert all(each in verdict for each in words), verdict
+    said = [bool(pace_words(factor)) for factor in (None, 1.04, 0.96, 0.85, 4.0)]
+    assert said == [False, False, False, True, True]
+    assert "0.85" in pace_words(0.85)

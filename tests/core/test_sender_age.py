@@ -3,18 +3,16 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.control.sender_age import SILENCE, SenderAge
-from collplan_core.control.smallest_delay import DRIFT, STEP, SmallestDelay
+from collplan_core.control.smallest_delay import STEP, SmallestDelay
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=60)
 LIMIT = 0.2
 offsets = st.floats(-1e6, 1e6)
 
 
-@QUICK
 @given(offsets, st.lists(st.floats(0.0, 0.5), min_size=1, max_size=10))
 def test_ages_are_counted_from_the_smallest_delay_whatever_the_sender_s_clock_says(offset, delays):
     age = SenderAge(LIMIT)
@@ -27,7 +25,6 @@ def test_ages_are_counted_from_the_smallest_delay_whatever_the_sender_s_clock_sa
         assert age.measured(offset + sent, now) == pytest.approx(now - sent, abs=2e-3)
 
 
-@QUICK
 @given(offsets, st.floats(1.5, 100.0), st.floats(0.5, 4.0))
 def test_after_a_silence_another_sender_is_measured_anew(offset, silence, behind):
     age = SenderAge(LIMIT)
@@ -49,25 +46,10 @@ def test_what_is_late_within_a_stream_stays_late():
     assert now < SILENCE
 
 
-def ages(messages):
-    delay, found = SmallestDelay(), []
-    for sent, now in messages:
-        delay, age = delay.measured(sent, now)
-        found.append(age)
-    return found
-
-
-@settings(derandomize=True, deadline=None, max_examples=60)
-@given(st.lists(st.floats(0.0, 3.0), min_size=2, max_size=50), st.floats(-1e6, 1e6))
-def test_whatever_the_clocks_an_age_is_the_delay_beyond_the_smallest(delays, offset):
-    messages = [(10.0 * n + offset, 10.0 * n + 0.001 + delay) for n, delay in enumerate([0.0, *delays])]
-    drift = DRIFT * 11.0 * len(messages)
-    for age, delay in zip(ages(messages), [0.0, *delays], strict=True):
-        assert delay - drift - 1e-6 <= age <= delay + 1e-6
-
-
 def test_a_step_of_the_senders_clock_spoils_one_message_at_most():
     for step in [-3600.0, 3600.0, -2 * STEP, 2 * STEP]:
-        messages = [(0.05 * n + (step if n >= 50 else 0.0), 0.05 * n) for n in range(100)]
-        late = [age for age in ages(messages) if age > 0.01]
+        delay, late = SmallestDelay(), []
+        for n in range(100):
+            delay, age = delay.measured(0.05 * n + (step if n >= 50 else 0.0), 0.05 * n)
+            late += [age] if age > 0.01 else []
         assert len(late) == (step < 0), step

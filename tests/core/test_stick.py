@@ -4,14 +4,13 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.control.stick import RELEASED_FOR, Grip, Stick, StickError, check_stick, velocity_of
 from collplan_core.parameters import Robot, Settings, Teleop
 from collplan_core.parameters.spec import ParameterError
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=60)
 ROBOT = Robot()
 shares = st.floats(0.0, 0.9)
 teleops = st.builds(Teleop, deadzone=shares, speed_share=st.floats(0.01, 1.0), turn_share=st.floats(0.0, 1.0))
@@ -22,7 +21,6 @@ def stick(forward=0.0, left=0.0, turn=0.0) -> Stick:
     return Stick((left, forward, 0.0, turn), (False,) * 8)
 
 
-@QUICK
 @given(teleops, ways, ways, ways)
 def test_no_stick_asks_for_more_than_its_share_and_the_opposite_one_for_the_opposite(teleop, forward, left, turn):
     velocity, yaw_rate = velocity_of(stick(forward, left, turn), teleop, ROBOT)
@@ -32,7 +30,6 @@ def test_no_stick_asks_for_more_than_its_share_and_the_opposite_one_for_the_oppo
     assert abs(yaw_rate) <= teleop.turn_share * ROBOT.max_yaw_rate * (1.0 + 1e-9)
 
 
-@QUICK
 @given(teleops, st.floats(0.0, 1.0), st.floats(-math.pi, math.pi))
 def test_within_the_deadzone_it_asks_for_rest_and_beyond_it_for_its_own_direction(teleop, way, angle):
     forward, left = way * math.cos(angle), way * math.sin(angle)
@@ -69,7 +66,6 @@ def test_one_axis_or_button_is_not_for_two_things():
         check_stick(Settings().with_values({"teleop.turn_axis": 0}))
 
 
-@QUICK
 @given(st.lists(st.tuples(st.booleans(), st.integers(1, 3)), max_size=20))
 def test_a_hand_holds_a_button_that_is_pressed_and_was_released_for_long_before(presses):
     grip, now, released, counts = Grip(), 0.0, 0, False

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.control.stuck import COMMANDED, PARTS, PAUSE, SHARE, WINDOW, why_stuck
@@ -11,7 +11,6 @@ from collplan_core.parameters import Settings
 from collplan_core.velocity_law import velocity_after, velocity_law
 from scenes import rotation
 
-QUICK = settings(derandomize=True, deadline=None, max_examples=30, print_blob=True)
 ROBOT = Settings().robot
 ACCELERATION = ROBOT.max_acceleration
 NOISE = 0.002
@@ -46,7 +45,6 @@ def driven(speed: float, duration: float, noise: int = 0, slow: tuple[float, flo
     return poses
 
 
-@QUICK
 @given(speed=st.floats(COMMANDED, 1.2), rate=rates, seed=seeds)
 def test_commanded_and_not_moving_is_noticed_within_a_second(speed, rate, seed):
     times = np.arange(0.05, 1.0, 0.01)
@@ -55,7 +53,6 @@ def test_commanded_and_not_moving_is_noticed_within_a_second(speed, rate, seed):
     assert WINDOW <= noticed[0] < 1.0
 
 
-@QUICK
 @given(speed=st.floats(0.0, COMMANDED - 1e-6), duration=st.floats(0.0, 3.0))
 def test_without_a_command_nobody_is_stuck(speed, duration):
     assert why_stuck(standing(duration), commanded(speed, duration), ACCELERATION) == ""
@@ -63,7 +60,6 @@ def test_without_a_command_nobody_is_stuck(speed, duration):
     assert why_stuck(np.zeros((0, 3)), commanded(1.0, duration), ACCELERATION) == ""
 
 
-@QUICK
 @given(slow=st.sets(st.integers(7, 19), max_size=8), speed=st.floats(0.0, COMMANDED - 1e-6))
 def test_slow_commands_count_as_a_pause_where_they_last_longer_than_that(slow, speed):
     """A plan that begins anew at each bump begins slowly."""
@@ -73,7 +69,6 @@ def test_slow_commands_count_as_a_pause_where_they_last_longer_than_that(slow, s
     assert bool(reason) == (len(slow) * 0.05 < PAUSE)
 
 
-@QUICK
 @given(angle=st.floats(-np.pi, np.pi), speed=st.floats(COMMANDED, 1.2))
 def test_commands_to_and_fro_lead_nowhere(angle, speed):
     """As those of a robot that comes back from a wall and is sent to it again, with no sensor that sees it."""
@@ -88,7 +83,6 @@ def test_commands_to_and_fro_lead_nowhere(angle, speed):
     assert why_stuck(still, to_and_fro, ACCELERATION) == ""
 
 
-@QUICK
 @given(speed=st.floats(COMMANDED, 1.2), begin=st.floats(0.0, 1.5), slow=st.floats(0.0, PAUSE), seed=seeds)
 def test_a_robot_that_does_as_commanded_is_not_stuck_round_a_pause(speed, begin, slow, seed):
     poses, told = driven(speed, 2.5, seed, (begin, begin + slow)), commanded(speed, 2.5, 0.01)
@@ -110,13 +104,6 @@ def test_by_hand_what_counts_as_moving():
     assert all(number in reasons[0] for number in ("0.40 m/s", "0.7 s", "0.04 m"))
 
 
-@QUICK
-@given(speed=st.floats(COMMANDED, 1.2), duration=st.floats(0.0, 3.0), seed=seeds)
-def test_a_robot_that_does_as_commanded_is_not_stuck_from_rest_on(speed, duration, seed):
-    assert why_stuck(driven(speed, duration, seed), commanded(speed, duration), ACCELERATION) == ""
-
-
-@QUICK
 @given(speed=st.floats(0.3, 1.2), mass=st.floats(1.0, 2.0), angle=st.floats(-np.pi, np.pi), seed=seeds)
 def test_a_robot_that_turns_round_is_not_stuck_even_if_it_is_twice_as_heavy(speed, mass, angle, seed):
     """As after a rebound: it moves against its command at first."""

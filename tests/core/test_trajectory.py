@@ -26,7 +26,6 @@ velocities = st.tuples(st.floats(0.0, 1.5), st.floats(-4.0, 4.0)).map(
     lambda p: p[0] * np.array([np.cos(p[1]), np.sin(p[1])])
 )
 controls = st.lists(points, min_size=4, max_size=4).map(np.array)
-QUICK = settings(derandomize=True, deadline=None, max_examples=50, print_blob=True)
 ZERO, X = np.zeros(2), np.array([1.0, 0.0])
 SLOW_TO_CONVERGE = {"start": ZERO, "v": -0.5 * X, "end": 1.4 * X, "v_s": -0.4 * X}
 """Both velocities point away from the aim: T and the handles lengthen each other round by round."""
@@ -41,7 +40,6 @@ def eq_4(control) -> float:
     return max(T_MAP, P_SAFE * np.hypot(*np.diff(control, axis=0).T).sum() / V_MAX)
 
 
-@QUICK
 @given(control=controls)
 def test_the_spline_is_scipys_clamped_cubic_b_spline(control):
     oracle = BSpline(np.repeat([0.0, 1.0], 4), control, 3)
@@ -50,7 +48,6 @@ def test_the_spline_is_scipys_clamped_cubic_b_spline(control):
     np.testing.assert_allclose(derivative, oracle.derivative()(SHARE), atol=1e-11)
 
 
-@QUICK
 @given(start=points, v=velocities, end=points, v_s=velocities, waypoints=st.sampled_from(["clamped", "chord"]))
 @example(start=ZERO, v=ZERO, end=ZERO, v_s=ZERO, waypoints="clamped")
 @example(start=ZERO, v=1.2 * X, end=-0.6 * X, v_s=1.2 * X, waypoints="clamped")
@@ -65,17 +62,7 @@ def test_no_reference_is_beyond_the_motors(start, v, end, v_s, waypoints):
     assert np.isfinite(control).all()
 
 
-@QUICK
-@given(start=points, v=velocities, end=points, v_s=velocities)
-def test_the_ends_velocities_are_those_asked_for_or_shorter_along_them(start, v, end, v_s):
-    control, duration = trajectory(start, v, end, v_s)
-    _, derivative = spline(control, SHARE)
-    for asked, got in ((v, derivative[0] / duration), (v_s, derivative[-1] / duration)):
-        assert np.hypot(*got) <= np.hypot(*asked) * (1 + 1e-9) + 1e-12
-        assert got @ asked >= np.hypot(*got) * np.hypot(*asked) - 1e-9
-
-
-@settings(QUICK, max_examples=150)
+@settings(max_examples=100)
 @given(start=points, v=velocities, end=points, v_s=velocities, waypoints=st.sampled_from(["clamped", "chord"]))
 @example(**SLOW_TO_CONVERGE, waypoints="clamped")
 def test_as_printed_t_is_that_of_the_waypoints_by_eq_4_and_5(start, v, end, v_s, waypoints):
@@ -84,7 +71,6 @@ def test_as_printed_t_is_that_of_the_waypoints_by_eq_4_and_5(start, v, end, v_s,
     assert trajectory(start, v, end, v_s, waypoints)[1] >= duration
 
 
-@QUICK
 @given(start=points, v=velocities, end=points, v_s=velocities, duration=st.floats(0.1, 3.0))
 def test_handles_are_a_third_of_the_way_at_the_ends_velocity_and_at_most_0_4_of_the_chord(start, v, end, v_s, duration):
     control = clamped_waypoints(start, v, end, v_s, duration)

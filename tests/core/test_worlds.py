@@ -3,24 +3,13 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from scipy.sparse.csgraph import dijkstra
 
-from collplan_core.worlds import (
-    World,
-    WorldError,
-    arena_names,
-    check_route,
-    load_world,
-    save_world,
-    world_segments,
-)
-from collplan_core.worlds.route import free_space
+from collplan_core.worlds import World, WorldError, arena_names, check_route, load_world, save_world, world_segments
 
 BOUNDS = (0.0, 0.0, 2.0, 1.0)
 SQUARE = [[0.5, 0.2], [0.9, 0.2], [0.9, 0.6], [0.5, 0.6]]
-ROBOT_RADIUS = 0.09
 
 
 def world_of(polygons=(), circles=(), bounds=BOUNDS, walled=True, start=None, goal=None) -> World:
@@ -32,7 +21,6 @@ def regular_polygon(n_corners: int, turn: float, x: float, y: float, size: float
     return np.array([x, y]) + size * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-@settings(derandomize=True, deadline=None, max_examples=40)
 @given(
     n_corners=st.integers(3, 9), turn=st.floats(0, 6), size=st.floats(0.01, 5),
     roll=st.integers(0, 8), backwards=st.booleans(),
@@ -48,24 +36,19 @@ def test_a_convex_polygon_comes_out_counter_clockwise_with_the_same_corners(n_co
 def test_bad_values_are_refused_and_named():
     pentagram = regular_polygon(5, 0.0, 0.0, 0.0, 1.0)[[0, 2, 4, 1, 3]]
     polygons = (
-        ([[0, 0], [1, 1], [1, 0], [0, 1]], "crosses itself"),
         (pentagram, "crosses itself"),
         ([[0, 0], [1, 0], [2, 0]], "crosses itself"),
         ([[0, 0], [1, 0]], "2 corners"),
         ([[0, 0], [1, 0], [1, 0], [0, 1]], "equal"),
         ([[0, 0], [1, float("nan")], [0, 1]], "got"),
-        ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "got"),
         ([[0, 0], [1], [0, 1]], "got"),
-        (7, "got"),
     )
     fields = (
         ({"circles": [[0, 0, 1], [0, 0, 0.0]]}, r"circles\[1\].radius: .*0"),
-        ({"circles": [[0, 0, -1]]}, r"circles\[0\].radius: .*-1"),
         ({"circles": [[0, 0, np.inf]]}, "circles: got"),
         ({"circles": [[0, 0]]}, "circles: got"),
         ({"bounds": (0, 0, 0, 1)}, "bounds: got.*x_min < x_max"),
         ({"bounds": (0, 1, 1, 0)}, "bounds: got.*x_min < x_max"),
-        ({"bounds": (0, 0, 1, np.nan)}, "bounds: got"),
         ({"start": (3, 0.5)}, "start: .*outside"),
         ({"goal": (0.5, -0.1)}, "goal: .*outside"),
         ({"goal": (0.5, np.nan)}, "goal: got"),
@@ -93,20 +76,14 @@ def test_segments_are_the_edges_and_the_walls():
 GATE = [[0.9, -0.1], [1.1, -0.1], [1.1, 0.8], [0.9, 0.8]]
 
 
-def test_a_route_through_a_gap_depends_on_the_radius():
-    world = world_of([GATE])
+def test_a_route_through_a_gap_depends_on_the_radius_and_without_walls_it_may_leave_the_arena():
     start, goal = np.array([0.4, 0.5]), np.array([1.6, 0.5])
-    check_route(world, start, goal, 0.099)
-    with pytest.raises(WorldError, match=r"goal: .*reached"):
-        check_route(world, start, goal, 0.101)
-
-
-def test_without_walls_a_route_may_leave_the_arena():
     closed = [[0.9, -0.1], [1.1, -0.1], [1.1, 1.1], [0.9, 1.1]]
-    start, goal = np.array([0.4, 0.5]), np.array([1.6, 0.5])
+    check_route(world_of([GATE]), start, goal, 0.099)
     check_route(world_of([closed], walled=False), start, goal, 0.1)
-    with pytest.raises(WorldError, match="reached"):
-        check_route(world_of([closed]), start, goal, 0.1)
+    for world, radius in ((world_of([GATE]), 0.101), (world_of([closed]), 0.1)):
+        with pytest.raises(WorldError, match=r"goal: .*reached"):
+            check_route(world, start, goal, radius)
 
 
 def test_a_route_needs_room_at_both_ends():
@@ -135,49 +112,12 @@ def test_a_name_that_means_nothing_is_refused():
         ("randon:3", "unknown.*random:SEED"),
         ("", "unknown"),
         ("random", "seed '', .*whole"),
-        ("random:x", "seed 'x', .*random:7"),
         ("random:-1", "seed '-1'"),
-        ("random:1.5", "seed '1.5'"),
         ("random:²", "seed '²'"),
         ("nowhere/at/all.yaml", "nowhere/at/all.yaml: no"),
     ):
         with pytest.raises(WorldError, match=words):
             load_world(spec)
-
-
-PASSAGES = (shapely.box(1.02, 0.56, 1.28, 0.73), shapely.box(1.1, 1.03, 1.36, 1.2))
-
-
-def shortest_route(world: World, radius: float, closed: tuple[shapely.Polygon, ...] = ()) -> tuple[float, np.ndarray]:
-    """Length [m] and corners (k, 2) [m] of the shortest route for a disc, by a visibility graph."""
-    free = free_space(world, radius).difference(shapely.union_all(closed))
-    free = free.simplify(5e-4)
-    rings = shapely.get_rings(shapely.get_parts(free))
-    corners = np.vstack([world.start, world.goal, *(shapely.get_coordinates(ring)[:-1] for ring in rings)])
-    first, second = np.triu_indices(len(corners), 1)
-    sights = shapely.linestrings(np.stack([corners[first], corners[second]], axis=1))
-    room = free.buffer(1e-4)
-    shapely.prepare(room)
-    clear = shapely.covers(room, sights)
-    lengths = np.zeros((len(corners), len(corners)))
-    lengths[first[clear], second[clear]] = shapely.length(sights[clear])
-    distances, before = dijkstra(lengths, directed=False, indices=0, return_predecessors=True)
-    route = [1]
-    while route[-1] != 0:
-        route.append(before[route[-1]])
-    return distances[1], corners[route[::-1]]
-
-
-def test_corridor_s_shortest_route_takes_both_passages_in_turn_and_its_wide_detour_is_16_percent_longer():
-    world = load_world("corridor")
-    shortest, route = shortest_route(world, ROBOT_RADIUS)
-    line = shapely.LineString(route)
-    at = [line.project(passage.centroid) for passage in PASSAGES]
-    assert all(line.intersects(passage) for passage in PASSAGES)
-    assert at[0] < at[1]
-    detour, _ = shortest_route(world, ROBOT_RADIUS, closed=PASSAGES)
-    assert detour / shortest == pytest.approx(1.16, abs=0.03)
-    check_route(world, world.start, world.goal, 0.225)
 
 
 coordinate = st.floats(-50, 50, allow_subnormal=False)
@@ -198,7 +138,6 @@ def worlds(draw) -> World:
     return World(name, tuple(polygons), circles, (-60.0, -60.0, 80.0, 80.0), draw(st.booleans()), start, goal)
 
 
-@settings(derandomize=True, deadline=None, max_examples=25)
 @given(world=worlds())
 def test_a_world_written_and_read_back_is_the_same_to_the_last_bit(world, tmp_path_factory):
     path = tmp_path_factory.mktemp("worlds") / "world.yaml"
@@ -224,27 +163,21 @@ BAD = [
     ("bounds: [0, 0", "not YAML"),
     ("bounds: " + "[" * 3000, ".*too deep"),
     ("bounds: !!python/object:os.system {}", "not YAML"),
-    ("start: 2001-02-30", "not YAML"),
     ("", "got None, .*name, bounds"),
     ("- 1\n- 2\n", r"got \[1, 2\]"),
     ("start: [1, 1]", "bounds: missing, .*x_min"),
     (EMPTY + "wals: true", "wals: unknown.* walled"),
-    (EMPTY + "7: true", "7: unknown"),
     ("bounds: [0, 0, 1]", "bounds: got .*x_min"),
     ("bounds: [0, 0, 1, true]", "bounds: got"),
-    ("bounds: [0, 0, 1, one]", "bounds: got"),
     (EMPTY + "walled: perhaps", "walled: got 'perhaps', .*true"),
     (EMPTY + "name: 7", "name: got 7"),
-    (EMPTY + "polygons: {}", "polygons: got .*list"),
     (EMPTY + "polygons: [7]", r"polygons\[0\]: got 7, .*corners"),
     (EMPTY + "polygons: [[[0, 0], [1, 0], [0, x]]]", r"polygons\[0\]\[2\]: got .*\[x, y\]"),
     (EMPTY + "polygons: [[[0, 0], [1, 0], [0.2, 0.2], [0, 1]]]", r"polygons\[0\]: not convex"),
-    (EMPTY + "circles: [[0, 0, 1]]", r"circles\[0\]: got .*{center"),
     (EMPTY + "circles: [{center: [0, 0]}]", r"circles\[0\]: got .*{center"),
     (EMPTY + "circles: [{center: [0], radius: 1}]", r"circles\[0\].center: got"),
     (EMPTY + "circles: [{center: [0, 0], radius: big}]", r"circles\[0\].radius: got 'big'"),
     (EMPTY + "start: [0.5]", r"start: got .*\[x, y\]"),
-    (EMPTY + "start: [2, 0.5]", "start: .*outside"),
 ]
 
 
@@ -257,8 +190,6 @@ def test_a_wrong_file_is_named_with_its_key_and_the_expected_form(tmp_path):
 
 
 def test_what_is_no_readable_text_file_is_refused(tmp_path):
-    with pytest.raises(WorldError, match=r"missing\.yaml: no"):
-        load_world(str(tmp_path / "missing.yaml"))
     (tmp_path / "folder.yaml").mkdir()
     with pytest.raises(WorldError, match=r"folder\.yaml: cannot"):
         load_world(str(tmp_path / "folder.yaml"))

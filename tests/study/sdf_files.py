@@ -8,7 +8,6 @@ import numpy as np
 START, GOAL = np.array([-5.0, 0.0]), np.array([5.0, 0.0])
 
 CYLINDER = "<cylinder><radius>0.2</radius><length>1</length></cylinder>"
-BARN_CYLINDER = "<cylinder><radius>0.075</radius><length>1</length></cylinder>"
 BOX = "<box><size>2 1 0.5</size></box>"
 SPHERE = "<sphere><radius>0.3</radius></sphere>"
 GROUND = "<model name='ground'><link name='l'>{}</link></model>".format(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.worlds import World, WorldError
@@ -48,8 +48,7 @@ def test_what_collides_counts_once_and_the_ground_not_at_all(tmp_path):
     np.testing.assert_allclose(world.circles, [[0.0, 0.0, 0.2], [1.0, 0.0, 0.3]])
     assert len(world.polygons) == 1
 
-
-def test_bounds_are_no_walls_and_a_metre_around_obstacles_start_and_goal(tmp_path):
+    # bounds are no walls and a metre around obstacles, start and goal
     world = load(write(tmp_path, model(CYLINDER, "a", "1 4 0 0 0 0"), model(BOX, "b", "0 -3 0 0 0 0")))
     np.testing.assert_allclose(world.bounds, [-6.0, -4.5, 6.0, 5.2])
     assert not world.walled
@@ -72,7 +71,6 @@ def turned(x: float, y: float, yaw: float) -> np.ndarray:
     return np.array([[np.cos(yaw), -np.sin(yaw), x], [np.sin(yaw), np.cos(yaw), y], [0.0, 0.0, 1.0]])
 
 
-@settings(derandomize=True, deadline=None, max_examples=20)
 @given(st.lists(st.tuples(coordinates, coordinates, angles), min_size=3, max_size=3), st.floats(0.05, 4.0))
 def test_poses_compose_from_model_over_link_to_collision_and_scale_is_one_factor(tmp_path_factory, poses, scale):
     texts = [f"{x} {y} 0 0 0 {yaw}" for x, y, yaw in poses]
@@ -86,12 +84,6 @@ def test_poses_compose_from_model_over_link_to_collision_and_scale_is_one_factor
     np.testing.assert_allclose([scaled.start, scaled.goal], [scale * far, -scale * far])
 
 
-def test_a_scale_that_is_none_is_refused(tmp_path):
-    for scale in (0.0, -1.0, float("nan"), float("inf")):
-        with pytest.raises(WorldError, match="scale"):
-            load(write(tmp_path, model(CYLINDER)), scale)
-
-
 def test_shapes_that_are_not_supported_are_named_with_their_model_and_line(tmp_path):
     for shape in ("mesh", "heightmap", "polyline", "capsule", "ellipsoid", "image"):
         path = write(tmp_path, model(CYLINDER, "fine"), model(f"<{shape}><uri>x</uri></{shape}>", "odd"))
@@ -101,30 +93,27 @@ def test_shapes_that_are_not_supported_are_named_with_their_model_and_line(tmp_p
 
 WRONG = [
     ("<include><uri>model://house</uri></include>", "not supported"),
-    ("<population name='p'><model name='m'/></population>", "not supported"),
     (f"<model name='outer'>{model(CYLINDER)}</model>", "not supported"),
     ("<state world_name='w'><insertions/></state>", "not supported"),
-    ("<state world_name='w'><deletions/></state>", "not supported"),
     (model("<cylinder><length>1</length></cylinder>"), ":6: model 'thing': cylinder"),
     (model("<cylinder><radius>-1</radius></cylinder>"), "radius '-1'"),
     (model("<sphere><radius>nan</radius></sphere>"), "got 'nan'"),
-    (model("<sphere><radius/></sphere>"), "radius: got ''"),
     (model("<box><size>1 2</size></box>"), "size: got"),
     (model(CYLINDER, at="0 0 zero 0 0 0"), ":3: pose"),
     (model(CYLINDER, at="0 0 0 1.57 0 0"), "tilted"),
-    (model(BOX, link_at="0 0 0 0 0.1 0"), "tilted"),
     (model(CYLINDER + BOX), "2 shapes"),
-    (model(""), "0 shapes"),
     (model(CYLINDER).replace("frame=''", "") + state(scale="2 1 1"), "got scale"),
     (model(CYLINDER, at="0 0 0 0 0 0").replace("frame=''", "relative_to='door'"), "'door'"),
     (model(CYLINDER, at="-5 0 0 0 0 0"), "inside circles[0]"),
     (GROUND, "no obstacles"),
-    ("", "no obstacles"),
     ("</world><world name='second'>", "2 worlds"),
 ]
 
 
 def test_what_is_wrong_is_said_in_one_line(tmp_path):
+    for scale in (0.0, float("nan"), float("inf")):
+        with pytest.raises(WorldError, match="scale"):
+            load(write(tmp_path, model(CYLINDER)), scale)
     for piece, expected in WRONG:
         pieces = (model(CYLINDER), piece) if expected == "not supported" else (piece,)
         assert expected in refusal(write(tmp_path, *pieces)), piece
@@ -135,7 +124,6 @@ DECLARATIONS = [
     f"<!DOCTYPE sdf [{LAUGHS}]>",
     "<!DOCTYPE sdf [<!ENTITY x SYSTEM 'file:///etc/hostname'>]>",
     "<!DOCTYPE sdf [<!ENTITY % x SYSTEM 'http://127.0.0.1:9/x'> %x;]>",
-    "<!DOCTYPE sdf SYSTEM 'http://127.0.0.1:9/sdf.dtd'>",
 ]
 
 
@@ -167,15 +155,12 @@ def test_what_is_too_large_is_never_read(tmp_path, monkeypatch):
 ZIPPED = gzip.compress(b"<sdf></sdf>", mtime=0)
 NO_WORLDS = [
     (b"", "not XML"),
-    (b"\x1f\x8b", "cannot be read"),
     (ZIPPED[:-9], "cannot be read"),
     (ZIPPED[:12] + b"\xff" * 20, "cannot be read"),
-    (gzip.compress(ZIPPED, mtime=0), "not XML"),
     (b"<sdf>\n<world>\n</sdf>", ":3: not XML"),
     (b"<sdf>\xff\xfe</sdf>", "not XML"),
     (b"<?xml version='1.0' encoding='nonsense'?><sdf/>", "not XML"),
     (b"<html/>", ":1: got <html>"),
-    (b"bounds: [0, 0, 1, 1]\n", "not XML"),
     (b"<sdf/>", "0 worlds"),
 ]
 

@@ -1,15 +1,21 @@
-"""The lower bound: by hand, and below the time of every motion that keeps the limits."""
+"""The lower bound of a world's time, below every motion that keeps the limits, and the chain of boxes it rests on."""
 
 import math
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+import shapely
+from hypothesis import given
 from hypothesis import strategies as st
 
+from collplan_core.worlds import World, WorldError, load_world
+from collplan_core.worlds.route import QUARTER_SEGMENTS, free_space
 from collplan_study.optimum.disc import Disc
-from collplan_study.optimum.free_chain import FreeChain, Region
+from collplan_study.optimum.free_chain import FreeChain, Region, free_chain
 from collplan_study.optimum.lower_bound import lower_bound, rest_to_free, rest_to_rest, turning_points
+from collplan_study.question.held_out import OPTIMUM_FAMILIES
 
 SPEED, ACCELERATION = 1.2, 1.5
 DISC = Disc(0.09, SPEED, ACCELERATION, 0.1)
@@ -22,13 +28,8 @@ def chain_of(*boxes: tuple[float, float, float, float], start: tuple, goal: tupl
 
 
 def test_rest_to_rest_and_rest_to_free_by_hand():
-    to_rest = [
-        (0.0, 0.0),
-        (0.24, 0.8),  # 0.12 m in 0.4 s up to 0.6 m/s, and back to rest
-        (0.96, 1.6),  # just up to full speed
-        (2.16, 2.6),  # 1.2 m more at full speed
-    ]
-    for distance, time in to_rest:
+    # 0.12 m in 0.4 s up to 0.6 m/s, and back to rest; just up to full speed; 1.2 m more at full speed
+    for distance, time in [(0.0, 0.0), (0.24, 0.8), (0.96, 1.6), (2.16, 2.6)]:
         assert rest_to_rest(distance, SPEED, ACCELERATION) == pytest.approx(time), distance
     for distance, time in [(0.0, 0.0), (0.12, 0.4), (0.48, 0.8), (1.68, 1.8)]:
         assert rest_to_free(distance, SPEED, ACCELERATION) == pytest.approx(time), distance
@@ -70,7 +71,6 @@ def motions(draw) -> tuple[float, np.ndarray]:
 
 
 @given(motion=motions(), margins=st.lists(st.tuples(st.floats(0.0, 0.5), st.floats(0.0, 0.5)), min_size=8, max_size=8))
-@settings(derandomize=True, deadline=None, max_examples=50)
 def test_no_motion_beats_it(motion, margins):
     duration, positions = motion
     visits = [(x - below, x + above) for x, (below, above) in zip(positions, margins, strict=False)]
@@ -78,9 +78,72 @@ def test_no_motion_beats_it(motion, margins):
     assert lower_bound(chain, DISC) <= duration + 1e-9
 
 
-@given(a=st.floats(0.0, 5.0), b=st.floats(0.0, 5.0))
-@settings(derandomize=True, deadline=None, max_examples=50)
-def test_stopping_on_the_way_never_helps(a, b):
-    limits = SPEED, ACCELERATION
-    assert rest_to_rest(a + b, *limits) <= rest_to_rest(a, *limits) + rest_to_rest(b, *limits) + 1e-9
-    assert rest_to_free(a, *limits) <= rest_to_rest(a, *limits) <= 2 * rest_to_free(a, *limits) + 1e-9
+ARC = 2e-5
+"""shapely's arcs are off by less than this [m]."""
+
+
+def area_of(region: Region, radius: float) -> shapely.Geometry:
+    rectangle = shapely.box(*region.low, *region.high)
+    if region.vertex is None:
+        return rectangle
+    return rectangle.difference(shapely.Point(region.vertex).buffer(radius, quad_segs=QUARTER_SEGMENTS))
+
+
+def joined(area: shapely.Geometry, *points: np.ndarray) -> bool:
+    """Whether one piece of an area holds all points."""
+    return any(all(piece.covers(shapely.Point(p)) for p in points) for piece in getattr(area, "geoms", [area]))
+
+
+def world_of(*solids: list[float], start=(0.2, 0.2), goal=(1.8, 1.8)) -> World:
+    """A room of 2 m x 2 m with solid rectangles x0, y0, x1, y1 in it."""
+    corners = [np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]) for x0, y0, x1, y1 in solids]
+    return World("room", tuple(corners), np.zeros((0, 3)), (0, 0, 2, 2), start=np.array(start), goal=np.array(goal))
+
+
+BLOCK = [0.0, 0.4, 1.6, 2.0]
+"""In that room it leaves an l, 0.4 m wide."""
+
+
+@given(family=st.sampled_from(OPTIMUM_FAMILIES), seed=st.integers(0, 2**40), radius=st.floats(0.02, 0.12))
+def test_the_chain_is_the_free_space_and_each_box_is_on_the_way(family, seed, radius):
+    world = load_world(f"{family}:{seed}")
+    chain = free_chain(world, radius)
+    free = free_space(world, radius)
+    areas = [area_of(region, radius) for region in chain.regions]
+    whole = shapely.union_all(areas)
+    assert free.buffer(ARC).covers(whole)
+    assert whole.buffer(ARC).covers(free)
+
+    assert [region.vertex is None for region in chain.regions] == [i % 2 == 0 for i in range(len(areas))]
+    assert areas[0].covers(shapely.Point(chain.start))
+    assert areas[-1].covers(shapely.Point(chain.goal))
+    assert min(a.intersection(b).area for a, b in pairwise(areas)) > 0.0
+    assert joined(free, chain.start, chain.goal)
+    # the lower bound rests on this
+    assert not any(joined(free.difference(box.buffer(1e-6)), chain.start, chain.goal) for box in areas[2:-1:2])
+
+
+def test_each_leg_is_a_box_and_an_empty_room_is_one():
+    for family, boxes in [("l", 2), ("u", 3), ("z", 3), ("serpentine", 7), ("baffles", 7)]:
+        assert len(free_chain(load_world(f"{family}:0"), 0.09).regions) == 2 * boxes - 1, family
+    (box,) = free_chain(world_of(), 0.1).regions
+    assert box.vertex is None
+    assert [*box.low, *box.high] == pytest.approx([0.1, 0.1, 1.9, 1.9])
+
+
+REFUSED = {
+    "circles and slopes": (load_world("random:3"), 0.09),
+    "too narrow": (world_of(BLOCK), 0.21),
+    "no goal": (replace(world_of(BLOCK), goal=None), 0.1),
+    "no walls": (replace(world_of(BLOCK), walled=False), 0.1),
+    "goal not at the end": (world_of(BLOCK, goal=(1.0, 0.2)), 0.1),
+    "a fork": (world_of([0.0, 0.4, 0.8, 2.0], [1.2, 0.4, 2.0, 2.0], goal=(1.0, 1.8)), 0.1),
+    "a ring": (world_of([0.4, 0.4, 1.6, 1.6]), 0.1),
+    "two rooms": (world_of([0.0, 0.4, 2.0, 1.6]), 0.1),
+}
+
+
+def test_other_worlds_are_refused():
+    for world, radius in REFUSED.values():
+        with pytest.raises(WorldError, match=f"^{world.name}: no chain"):
+            free_chain(world, radius)

@@ -65,25 +65,14 @@ def test_ratios_are_means_over_worlds_with_their_interval(tmp_path, ratios, caps
     assert ratios().keys() == {"u"}
     for strategy, factor in FACTORS.items():
         found = ratios()["u"][strategy]
-        assert found.keys() == {"ratio", "low", "high", "worlds"}
-        assert found["worlds"] == 6
-        assert found["ratio"] == pytest.approx(factor + 0.025)
+        assert (found["ratio"], found["worlds"]) == (pytest.approx(factor + 0.025), 6)
         assert factor < found["low"] < found["ratio"] < found["high"] < factor + 0.05
 
     said = capsys.readouterr().out
-    (row,) = (line for line in said.splitlines() if line.startswith("| u |"))
-    family, number, best, bound, bounce, avoid = (cell.strip() for cell in row.strip("|").split("|"))
-    assert (family, number, best, bound[:5]) == ("u", "6", "3.000", "0.750")
-    assert bounce.startswith("0.925 [")
-    assert bounce.endswith("], 6 of 6")
-    assert avoid.endswith("], 0 of 6")
-    assert "0.050 %" in said
-    assert "pillars" in said
-
+    assert all(part in said for part in ("| u | 6 | 3.000 | 0.750", "0.925 [", "], 6 of 6", "0.050 %", "pillars"))
     with (folder / "optimum.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["family"], row["world"]) for row in rows] == [("u", f"u:{seed}") for seed in range(6)]
-    assert {(float(row["time"]), float(row["bound"])) for row in rows} == {(3.0, 2.25)}
+        rows = [(row["world"], float(row["time"]), float(row["bound"])) for row in csv.DictReader(file)]
+    assert rows == [(f"u:{seed}", 3.0, 2.25) for seed in range(6)]
 
 
 def test_a_world_without_a_trajectory_is_left_out_and_named(tmp_path, ratios, monkeypatch, capsys):
@@ -153,8 +142,5 @@ def test_its_own_worlds_and_noise_are_held_out_and_options_of_study_replace_its_
         assert first > held_out.LAST_SEED
     options = parse(["--worlds", "u:0-3", "--set", "simulator.noise=0", "--jobs", "1"])
     asked = parse_study(options.study)
-    assert (asked.out, asked.jobs) == (options.folder, 1)
-    assert asked.question().worlds == ("u:0-3",)
+    assert (asked.out, asked.jobs, asked.question().worlds) == (options.folder, 1, ("u:0-3",))
     assert asked.question().values == (*SPREADS, "simulator.noise=0")
-    resumed = parse(["--resume", "runs/there"])
-    assert (str(resumed.folder), resumed.study) == ("runs/there", ("--resume", "runs/there"))

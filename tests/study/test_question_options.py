@@ -32,24 +32,16 @@ def test_a_question_outlives_json_and_nothing_given_is_the_papers():
     assert (question.worlds, question.map_periods) == (("corridor", "random:0-3"), (0.2, 1.0))
     assert (question.values, question.start) == (("a.b=1", "e.f=x,y"), (1.0, 2.0))
     assert question_from(json.loads(json.dumps(question.record()))) == question
-
-
-def test_ablations_ask_less_where_nothing_is_said():
-    asked = parse(["--ablations"]).question()
-    assert asked.ablations
-    assert asked.map_periods == (0.2,)
-    assert parse(["--ablations", "--map-periods", "0.4"]).question().map_periods == (0.4,)
+    asked = [parse(["--ablations", *more]).question() for more in ((), ("--map-periods", "0.4"))]
+    assert [(each.ablations, each.map_periods) for each in asked] == [(True, (0.2,)), (True, (0.4,))]
 
 
 def test_a_bad_option_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for arguments, expected in [
         (["--worlds", "corridr"], "corridor"),
-        (["--strategies", "fast"], "'fast'"),
         (["--set", "planner.map_perid=1"], "planner.map_period"),
-        (["--trials", "0"], "--trials: got"),
         (["--jobs", "0"], "--jobs: got"),
-        (["--worlds", "random:5-4"], "random:5-4"),
         (["--goal", "nan", "0"], "nan"),
         (["--resume", "nowhere"], "nowhere/provenance.json"),
     ]:
@@ -59,14 +51,6 @@ def test_a_bad_option_is_one_line_and_exit_code_2(tmp_path, monkeypatch, capsys)
         assert len(error.splitlines()) == 1
         assert expected in error
         assert list(tmp_path.iterdir()) == []
-
-
-def test_what_no_option_can_be_is_refused_by_the_parser(capsys):
-    wrong = ["--trials x", "--worlds", "--worlds corridor,,slalom", "--map-periods 0.2,x", "--goal 1", "--speed 3"]
-    for arguments in map(str.split, wrong):
-        with pytest.raises(SystemExit, match="2"):
-            main(arguments)
-        assert arguments[0] in capsys.readouterr().err
 
 
 def test_a_folder_in_use_is_left_alone(study, tmp_path, capsys):
@@ -79,12 +63,7 @@ def test_a_folder_in_use_is_left_alone(study, tmp_path, capsys):
         return {path: path.read_bytes() for root in (tmp_path, study) for path in root.rglob("*") if path.is_file()}
 
     before = contents()
-    for path, expected in (
-        (study, "--resume"),
-        (other, "empty folder"),
-        (file, "empty folder"),
-        (file / "x", "written"),
-    ):
+    for path, expected in ((study, "--resume"), (other, "empty"), (file, "empty"), (file / "x", "written")):
         assert main([*ONE, "--out", str(path)]) == 2
         assert expected in capsys.readouterr().err
     assert main([*ONE, "--out", str(study), "--resume", str(study)]) == 2
@@ -109,7 +88,6 @@ def test_provenance_says_where_numbers_come_from(study):
     assert provenance["results"] == "simulated"
     assert provenance["parameters"]["robot.max_acceleration"] == 1.5
     assert {"numpy", "numba", "pymunk", "collplan-core"} <= set(provenance["versions"])
-    assert len(provenance["code"]["trial"]) == 16
     assert [session["trials"] for session in provenance["sessions"]] == [2, 0]
     assert all(session["ended"] >= session["begun"] for session in provenance["sessions"])
 
