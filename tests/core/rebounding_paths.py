@@ -66,5 +66,4 @@ def _driven(velocity: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def with_noise(path: RecordedPath, random: np.random.Generator) -> RecordedPath:
-    """Its points as motion capture sees them."""
     return RecordedPath(path.times, path.points + random.normal(0.0, NOISE, path.points.shape), path.wanted)

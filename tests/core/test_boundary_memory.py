@@ -49,7 +49,6 @@ def stamped(local_map: LocalMap, stamp: float) -> LocalMap:
 
 
 def seen_from(world: World, positions, settings=REMEMBERED, memory=None, first: int = 1) -> RememberedBoundaries:
-    """The memory after one scan at each of the positions."""
     for k, position in enumerate(positions):
         memory = remember(memory, stamped(map_of(world, position), 0.05 * (first + k)), ROBOT, settings)
     assert memory is not None
@@ -187,7 +186,6 @@ QUICK = settings(max_examples=12)
 
 
 def wander(world: World, start: np.ndarray, steps: int, rng: np.random.Generator) -> list[np.ndarray]:
-    """Positions 5 cm apart, straight on until something is in the way."""
     blocked = grown(world, RADIUS + 0.005)
     shapely.prepare(blocked)
     positions, heading = [start], rng.uniform(0.0, TURN)
@@ -201,7 +199,6 @@ def wander(world: World, start: np.ndarray, steps: int, rng: np.random.Generator
 
 
 def maps_along(world: World, positions, noise: float = 0.0) -> Iterator[LocalMap]:
-    """A local map at each position, 0.05 s apart."""
     rng = np.random.default_rng(0)
     for k, position in enumerate(positions):
         state = State(0.05 * (k + 1), np.array(position, dtype=float), np.zeros(2), 0.0)
@@ -256,14 +253,12 @@ def assert_nothing_seen_is_lost(world: World, positions) -> None:
 
 
 def test_in_a_world_that_stands_still_nothing_seen_is_forgotten():
-    """No piece on a true boundary is forgotten while the robot stays near; nothing observed is off a boundary."""
     for spec in ("random:3", "l:9", "baffles:4", "serpentine:2", "pillars:8"):
         world, rng = load_world(spec), np.random.default_rng(1)
         assert_nothing_seen_is_lost(world, wander(world, np.array(world.start), 40, rng))
 
 
 def assert_is_of_the_pieces(memory: RememberedBoundaries, rng: np.random.Generator) -> None:
-    """The field is the exact distance to the pieces and to what is inferred behind them, whatever came and went."""
     field = memory.field
     behind = memory.pieces[memory.solid_behind] - 0.12 * np.tile(memory.normals[memory.solid_behind], 2)
     nodes = rng.integers(0, len(field.clearance), (1500, 2))
@@ -282,7 +277,6 @@ def assert_is_of_the_pieces(memory: RememberedBoundaries, rng: np.random.Generat
 @QUICK
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.004, 0.03]))
 def test_the_field_is_that_of_the_pieces_left(seed: int, noise: float):
-    """Noise makes pieces come and go; halfway the world changes altogether."""
     rng = np.random.default_rng(seed)
     memory = None
     for world in (uneven_world(rng), uneven_world(rng)):

@@ -202,7 +202,6 @@ def test_a_plan_that_is_still_missing_after_resume_holds_it_again():
 
 
 def leaps(loop: ControllerLoop, begin: float, duration: float = 0.5) -> None:
-    """Poses are refused for a leap, and scans come."""
     for k in range(round(duration / 0.05)):
         now = begin + 0.05 * k
         loop.take_scan(scan_at(at(now)), now)
@@ -245,7 +244,6 @@ def test_a_robot_that_was_carried_is_held_at_once_however_short_it_was_unseen(to
 
 @pytest.mark.parametrize("told_first", [True, False])
 def test_whoever_gives_a_goal_while_the_poses_leap_knows_that_it_was_carried(told_first):
-    """As somebody who sets it down at the start and sends it off again."""
     loop = driving()
     leaps(loop, 1.05, 0.2)
     loop.take_goal(goal(stamp=1.25, identity=bytes(16)))
@@ -327,7 +325,6 @@ def test_what_is_lost_for_over_a_second_holds_it_before_the_first_plan_too(lost)
 
 
 def test_what_is_no_active_goal_lets_nothing_go_on():
-    """As a second planner says that starts and knows of no goal, or one that refuses a goal at once."""
     for status in ENDED:
         loop = driving()
         first = loop.goal

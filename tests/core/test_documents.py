@@ -33,7 +33,6 @@ UNTRUE = [
     "`no_such/topic`",
     "`--no-such-option`",
     '```\nmake run ARGS="--no-such-option"\n```',
-    "```\n.venv/bin/no_such_program\n```",
     "```\nros2 run omnipuck_sim planner_node\n```",
     "```\nros2 run collplan_ros lidar_node --ros-args -p planner.map_perod:=0.4\n```",
     "```\nros2 topic echo no_such_topic\n```",

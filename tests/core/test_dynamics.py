@@ -147,14 +147,6 @@ def test_a_slow_contact_slides_and_inferred_solid_takes_the_speed_into_it():
     np.testing.assert_allclose(motion[2:4], rebound(np.array([-np.cos(0.5), -np.sin(0.5)]), unit(0.0), dull))
 
 
-def test_pressed_against_a_wall_the_robot_slides_along_it():
-    rows, kinds, _ = rows_of(stepped(WALLS[0][1], [0.0, -0.2, 0.0, 0.3], np.tile((-1.0, 0.3), (30, 1))))
-    assert (kinds == SLIDES).all()
-    np.testing.assert_allclose(rows[:, [0, 2]], 0.0, atol=1e-9)
-    # the wheels push with all they have against the wall: what is left drives along it
-    assert (rows[:, 3] > 0.25).all()
-
-
 def test_from_inside_a_wall_the_robot_comes_out_at_once():
     for deep in (0.001, 0.01, 0.04, 0.08):
         for velocity in ((0.0, 0.0), (-1.2, 0.0), (1.2, 0.0), (0.0, 1.0)):
@@ -237,7 +229,6 @@ def stops(problem, position, velocity) -> bool:
 
 
 def seen_up_to(x: float):
-    """An open floor of which x and less was seen."""
     nodes = FLOOR.origin[0] + FLOOR.spacing * np.arange(len(FLOOR.clearance))
     return problem_over(FLOOR, free=np.tile((nodes <= x)[:, None], (1, len(nodes))))
 

@@ -68,7 +68,6 @@ changes = st.lists(st.tuples(st.floats(0.0, 0.95 * SPEED), bearings), min_size=2
 
 
 def spread_over(changes, intervals: int) -> np.ndarray:
-    """Commands (intervals, 2): some velocities, each for as long."""
     targets = np.array([speed * unit(bearing) for speed, bearing in changes])
     return targets[np.arange(intervals) * len(targets) // intervals]
 
@@ -128,8 +127,7 @@ def test_by_hand_a_period_that_holds_a_bounce_belongs_to_its_longer_part():
 
 def test_around_the_ends_of_a_plan_it_is_finite():
     rows = bouncing()
-    for now in (-1.0, -0.02, 0.0, 0.99):
-        assert np.isfinite(forward_at(rows, now)).all()
+    assert all(np.isfinite(forward_at(rows, now)).all() for now in (-1.0, -0.02, 0.0, 0.99))
     for now in (1.0, 1.5, 7.0):
         np.testing.assert_array_equal(forward_at(rows, now), (0.0, 0.0))
     np.testing.assert_allclose(forward_at(rows[:2], 0.0), (1.0, 0.0), atol=1e-9)

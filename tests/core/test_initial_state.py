@@ -52,7 +52,6 @@ def test_as_expected_it_is_between_the_foreseen_and_the_measured_one_and_a_surpr
 
 
 def test_the_filter_s_delay_is_made_up_for():
-    """What is measured is the velocity of half a window ago."""
     late = 1.5 * (0.4 - LAG)
     assert initial(1.4, (late, 0.0), ACCELERATING) == pytest.approx((1.5 * 0.4, 0.0), abs=1e-9)
 

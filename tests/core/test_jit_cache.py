@@ -31,7 +31,6 @@ RUN = "from collplan_core.outer import outer; print(outer(1), sum(outer.stats.ca
 
 @pytest.fixture
 def package(tmp_path):
-    """A package of the core's name with the core's own jit.py and two compiled functions in two files."""
     package = tmp_path / "collplan_core"
     package.mkdir()
     (package / "__init__.py").touch()

@@ -27,7 +27,6 @@ BOUNCE = SETTINGS.with_values({"planner.strategy": "bounce", "time_to_goal.propo
 
 
 def written(carries) -> list[str]:
-    """The lines of the journals of planner and controller that drive for a few cycles towards a goal."""
     lines = []
     planner_journal, controller_journal = (Journal(of, lines.append, carries) for of in (PLANNER, CONTROLLER))
     planner_journal.begin(BOUNCE)
@@ -203,8 +202,7 @@ def test_each_scan_is_written_out_once_or_the_first_ones_only():
     assert not carries(reference_to(straight_plan(1.0)))  # a plan is no scan
     assert carries(reference_to(scan_at(at(1.0))))
 
-
-def test_a_scan_that_was_recorded_nowhere_is_a_gap():
+    # a scan that was recorded nowhere is a gap
     (found,) = compared(written(lambda reference: False), PLANNER)
     assert isinstance(found.end, Interruption)
     assert "scan of stamp 0.050000" in str(found.end)
@@ -219,7 +217,6 @@ arrays = st.lists(anything, min_size=1, max_size=8).map(np.array)
 
 
 def back(value):
-    """The value after it was written as JSON and read."""
     return decode(json.loads(json.dumps(encode(value))))
 
 
@@ -230,7 +227,6 @@ def bits(*values) -> bytes:
 
 
 def flipped(array: np.ndarray, place: int, bit: int) -> np.ndarray:
-    """A copy with one bit changed in one number."""
     changed = np.array(array, dtype=np.float64)
     changed.reshape(-1).view(np.uint64)[place % changed.size] ^= np.uint64(1 << bit)
     return changed

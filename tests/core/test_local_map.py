@@ -37,7 +37,6 @@ from scenes import (
 
 @st.composite
 def any_scan(draw) -> Scan:
-    """Any count, angle range, direction of turn and mix of finite, infinite and invalid ranges."""
     n = draw(st.integers(30, 2000))
     span = draw(st.floats(0.2, TURN))
     increment = draw(st.sampled_from([-1.0, 1.0])) * span / draw(st.sampled_from([n, n - 1]))
@@ -108,7 +107,6 @@ def test_the_border_of_f_is_frontier_or_observed_and_nothing_is_both(world, n_be
 
 @given(world=cluttered_worlds(), yaw=st.floats(-7.0, 7.0), backwards=st.booleans())
 def test_yaw_and_the_sense_of_turning_do_not_matter(world, yaw, backwards):
-    """The same beams in the world, given from another heading and in the other order, give the same map."""
     straight = map_of(world)
     seen = scan_of(world, at_rest())
     scan = Scan(0.0, seen.angles[0] - yaw, TURN / 360, 0.02, 5.0, seen.ranges)
@@ -203,20 +201,6 @@ def test_a_gap_between_two_pillars_is_a_frontier_of_its_own_where_the_disc_fits(
     assert (border[np.abs(border[:, 1]) < 0.5][:, 0] < 0.4).all()
 
 
-def test_by_hand_a_pillar_before_a_wall():
-    """Pillar at x = 0.2, wall at x = 0.5: a shadow edge from each of the pillar's grown corners to the grown wall."""
-    local_map = map_of(world_of([box(0.2, -0.05, 0.3, 0.05), box(0.5, -3.0, 0.6, 3.0)]))
-    upper = edges(local_map)[np.argmax(edges(local_map)[:, 3])]
-    # tangent from the origin to the grown corner (0.2, 0.05) is the lowest free direction
-    d = np.hypot(0.2, 0.05)
-    bearing = np.arctan2(0.05, 0.2) + np.arcsin(RADIUS / d)
-    np.testing.assert_allclose(upper[:2], np.sqrt(d**2 - RADIUS**2) * unit(bearing), atol=0.03)
-    assert upper[2] == pytest.approx(0.41, abs=1e-9)
-    assert upper[3] == pytest.approx(0.41 * np.tan(bearing), abs=0.015)
-    lower = edges(local_map)[np.argmin(edges(local_map)[:, 3])]
-    np.testing.assert_allclose(lower, [upper[2], -upper[3], upper[0], -upper[1]], atol=1e-9)
-
-
 def test_the_open_side_of_a_shadow_edge_is_the_farther_one():
     local_map = map_of(world_of([box(0.2, -0.05, 0.3, 0.05), box(0.5, -3.0, 0.6, 3.0)]))
     sides = local_map.open_side[local_map.frontier_kind == SHADOW_EDGE]
@@ -249,10 +233,7 @@ def test_by_hand_a_wall_behind_a_pillar_goes_on_behind_it_and_beyond_the_map():
     bearing = np.arctan2(0.05, 0.2) + np.arcsin(RADIUS / np.hypot(0.2, 0.05))
     shadow = 0.41 * np.tan(bearing)
     np.testing.assert_allclose(order[:, 1], [-HALF_SIDE, -shadow, shadow, HALF_SIDE], atol=0.02)
-
-
-def test_by_hand_a_pillar_alone_predicts_nothing():
-    """The near end of a shadow edge is where a convex obstacle turns away."""
+    # the near end of a shadow edge is where a convex obstacle turns away
     assert len(map_of(world_of([PILLAR])).predicted) == 0
 
 

@@ -37,7 +37,6 @@ def before_a_wall(turn: float = 0.0):
 
 
 def line(*corners, n: int = 64) -> np.ndarray:
-    """Evenly spaced samples along a polyline."""
     path = shapely.LineString(corners)
     return np.array([path.interpolate(s, normalized=True).coords[0] for s in np.linspace(0, 1, n)])
 
@@ -56,7 +55,6 @@ def test_by_hand_the_contact_point_is_where_the_reference_meets_the_boundary():
 
 
 def test_a_reference_into_the_shadow_of_a_pillar_has_no_contact():
-    """Both ends of that shadow edge are observed boundaries: the pillar and the wall behind it."""
     side = -1.0
     local_map = map_of(world_of([box(0.2, -0.05, 0.3, 0.05), box(0.5, -3.0, 0.6, 3.0)]))
     into_shadow = line((0, 0), (0.1, 0.25 * side), (0.4, 0.25 * side))

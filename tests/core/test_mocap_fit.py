@@ -1,27 +1,29 @@
-"""The body's place on the robot and how the robot follows its commands, from straight motions and turns."""
+"""Motion capture: what it measures becomes the robot's pose; the body's place on the robot from motions and turns."""
 
 import cmath
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
 from collplan_core.calibration.mocap_offset import body_offset, mean_pose
 from collplan_core.calibration.stream_quality import stream_quality
 from collplan_core.calibration.stroke_fit import AxesFit, Stroke, fit_axes
 from collplan_core.calibration.turn_fit import Turn, TurnFit, fit_turns
-from collplan_core.sensing.mocap_body import with_offset
-from collplan_core.sensing.pose_filter import PoseSample
+from collplan_core.parameters import Mocap
+from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose, with_offset
+from collplan_core.sensing.pose_filter import PoseError, PoseSample
 
 short = st.floats(-0.2, 0.2)
 
 
 @given(short, short, st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
 def test_the_offset_puts_the_body_where_it_is_seen(lever_x, lever_y, turn, heading):
-    """A robot that goes along its own x, and about whose centre the body has this lever."""
     offset = body_offset(AxesFit(turn, 0.01, 1.0, False), TurnFit(np.array([lever_x, lever_y]), 1e-3, 1.0, 0.0))
     body = with_offset(PoseSample(0.0, np.zeros(2), heading), offset.x, offset.y, offset.yaw)
     lever = complex(lever_x, lever_y) * np.exp(1j * body.yaw)
@@ -80,7 +82,6 @@ def lever_of(offset):
 
 @given(st.tuples(short, short, angles), st.floats(0.5, 2.0), slow, slow, angles, st.floats(-0.2, 0.2))
 def test_turn_scale_and_biases_are_found(offset, scale, bias, drift, yaw, veer):
-    """Exactly, whatever the heading, and although it veers while it drives."""
     driven = strokes(offset, scale=scale, bias=bias, drift=drift, yaws=(yaw, yaw + 2.0, yaw + 4.0), veer=veer)
     fit = fit_axes(driven, lever_of(offset))
     assert abs(math.remainder(fit.turn + offset[2], math.tau)) < 1e-9
@@ -159,20 +160,13 @@ def test_the_share_of_the_angle_is_found_also_of_a_robot_that_is_late_one_turn_h
     assert fit_turns([replace(turn, duration=0.35, poses=turn.poses[:35])], LAG).uncertainty == math.inf
 
 
-@pytest.mark.parametrize("walk", [0.0, 0.0134])
-def test_the_uncertainty_of_a_lever_is_that_of_many_fits(walk):
+def test_the_uncertainty_of_a_lever_is_that_of_many_fits():
     """Of wheels whose velocity errs by 0.06 m/s for 0.05 s each, 0.0134 m in a second, behind a lag."""
-    random = np.random.default_rng(1)
+    random, keeps = np.random.default_rng(1), math.exp(-0.01 / LAG)
 
     def walked(n):
-        velocity, position, positions = 0.0j, 0.0j, []
-        for k in range(n):
-            if k % 5 == 0:
-                error = walk * math.sqrt(20.0) * complex(*random.standard_normal(2))
-            velocity += (error - velocity) * (1.0 - math.exp(-0.01 / LAG))
-            position += 0.01 * velocity
-            positions.append(position)
-        return np.array(positions)
+        errors = 0.06 * (random.standard_normal(n // 5 + 1) + 1j * random.standard_normal(n // 5 + 1))
+        return 0.01 * np.cumsum(lfilter([1.0 - keeps], [1.0, -keeps], np.repeat(errors, 5)[:n]))
 
     def noisy(n):
         return 0.002 * (random.standard_normal(n) + 1j * random.standard_normal(n))
@@ -184,3 +178,65 @@ def test_the_uncertainty_of_a_lever_is_that_of_many_fits(walk):
     told = np.sqrt(np.mean([fit.uncertainty**2 for fit in fits]))
     # 50 fits of two axes: 10 in 100 is one standard deviation of this ratio
     assert np.sqrt(0.5 * np.mean(np.abs(errors) ** 2)) / told == pytest.approx(1.0, abs=0.3)
+
+
+metres = st.floats(-20.0, 20.0)
+offsets = st.floats(-1.0, 1.0)
+turns = st.floats(-math.pi, math.pi)
+
+
+def measured(position=(0.0, 0.0, 0.0), quaternion=(0.0, 0.0, 0.0, 1.0), frame="map", stamp=1.0):
+    return MeasuredPose(frame, stamp, tuple(position), tuple(quaternion))
+
+
+def about(axis, angle):
+    """x, y, z, w of a turn about a unit vector."""
+    return (*(math.sin(angle / 2) * np.array(axis)), math.cos(angle / 2))
+
+
+def same_angle(a, b, tolerance=1e-9):
+    return abs(math.remainder(a - b, math.tau)) < tolerance
+
+
+def test_an_offset_by_hand_and_what_has_no_stamp_gets_the_time_of_its_receipt():
+    """Markers 3 cm ahead of the centre and 1 cm left of it, turned by 90 degrees; the robot looks along y."""
+    body = with_offset(PoseSample(0.0, np.array([1.0, 2.0]), math.pi / 2), 0.03, 0.01, math.pi / 2)
+    np.testing.assert_allclose(body.position, [0.99, 2.03], atol=1e-12)
+    assert [robot_pose(measured(stamp=stamp), 7.5, Mocap()).stamp for stamp in (None, 3.0)] == [7.5, 3.0]
+    assert same_angle(body.yaw, math.pi)
+
+
+@given(metres, metres, turns, offsets, offsets, turns, st.sampled_from(["m", "mm"]), st.sampled_from(["z_up", "y_up"]))
+def test_what_a_motion_capture_measures_of_a_robot_is_undone(x, y, yaw, ahead, left, turned, units, axes):
+    body = with_offset(PoseSample(1.0, np.array([x, y]), yaw), ahead, left, turned)
+    scale = {"m": 1.0, "mm": 1000.0}[units]
+    (px, py), height = scale * body.position, scale * 0.1
+    if axes == "y_up":
+        seen = measured((px, height, -py), about((0, 1, 0), body.yaw))
+    else:
+        seen = measured((px, py, height), about((0, 0, 1), body.yaw))
+    mocap = Mocap(units=units, axes=axes, body_offset_x=ahead, body_offset_y=left, body_offset_yaw=turned)
+    found = robot_pose(seen, 0.0, mocap)
+    np.testing.assert_allclose(found.position, [x, y], atol=1e-9)
+    assert same_angle(found.yaw, yaw)
+
+
+def test_lost_bodies_stay_lost_in_any_axes():
+    table = [
+        ("zeros", measured(quaternion=(0.0, 0.0, 0.0, 0.0))),
+        ("not_finite", measured(quaternion=(math.nan,) * 4)),
+        ("not_finite", measured((0.0, math.nan, 0.0))),
+        ("quaternion", measured((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 0.0))),
+    ]
+    for axes, (reason, pose) in product(("z_up", "y_up"), table):
+        with pytest.raises(PoseError) as error:
+            robot_pose(pose, 0.0, Mocap(axes=axes, units="mm", body_offset_x=0.1))
+        assert error.value.reason == reason
+
+
+def test_a_repeated_pose_is_told_by_its_last_bit():
+    first = measured((1.0, 2.0, 0.0), stamp=1.0)
+    assert measured((1.0, 2.0, 0.0), stamp=1.01).repeats(first)
+    assert not measured((math.nextafter(1.0, 2.0), 2.0, 0.0)).repeats(first)
+    assert not measured((1.0, 2.0, 0.0), about((0, 0, 1), 1e-9)).repeats(first)
+    assert not first.repeats(None)

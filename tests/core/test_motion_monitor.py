@@ -76,7 +76,6 @@ class Drive:
 
 
 def turning(now):
-    """To and fro and round, as a drive around obstacles."""
     angle = 1.3 * now + math.sin(2.0 * now)
     return 0.9 * math.cos(angle), 0.9 * math.sin(angle)
 
@@ -138,7 +137,6 @@ def test_turned_axes_are_named_within_0_3_m():
     seed=st.integers(0, 1000),
 )
 def test_a_robot_that_only_slows_or_stands_is_never_called_reversed(begin, brakes, delay, mass, seed):
-    """Whatever it is commanded, and however hard it brakes; nor one that then goes on as it is commanded."""
     begin = CONTROL * round(begin / CONTROL)
     drive = Drive(delay, mass, seed=seed).run(turning, begin)
     drive.matrix, drive.mass = np.zeros((2, 2)), brakes
@@ -158,7 +156,6 @@ def test_wheels_almost_without_force_slip_and_those_that_do_not_turn_are_stuck_w
 
 
 def test_what_a_wall_does_is_left_out():
-    """Every second its velocity is turned round, near a wall."""
     drive = Drive(touching=lambda now: now % 1.0 < 0.05)
     for second in range(1, 8):
         drive.run(turning, float(second), begin=second - 1.0)
@@ -182,7 +179,6 @@ def test_poses_that_come_later_than_they_did_are_late_at_once():
 
 
 def test_a_robot_that_begins_to_listen_is_not_late():
-    """An emergency stop was cleared while it was commanded on."""
     drive = Drive(mass=1e9).run(turning, 3.0)
     drive.mass = 1.0
     drive.run(turning, 6.0, begin=3.0)

@@ -102,10 +102,6 @@ def test_a_plan_is_a_sound_reference(world, goal, velocity, strategy):
     assert np.hypot(*changes.T).max() <= most * (1 + 1e-3)
     assert 1 <= len(plan.candidates.costs) <= plan.n_before_pruning
     assert plan.terms["total"] <= plan.candidates.costs.min() + 1e-2
-    terms, weights = plan.terms, weights_of(chosen)
-    assert terms["risk"] == pytest.approx(terms["collision_risk"] + terms["gap_risk"] + terms["approach_risk"])
-    parts = [weights.position * terms["position"], weights.risk * terms["risk"], weights.velocity * terms["velocity"]]
-    assert terms["total"] == pytest.approx(sum(parts))
 
 
 def test_a_goal_in_free_space_is_the_aim_and_the_end():
@@ -119,7 +115,6 @@ def test_a_goal_in_free_space_is_the_aim_and_the_end():
 
 
 def test_by_hand_a_previous_plan_to_the_other_side_makes_turning_back_cost():
-    """A pillar square in the way: whichever side was chosen before is chosen again."""
     world, goal, state = world_of([box(0.2, -0.12, 0.4, 0.12)]), np.array([3.0, 0.0]), at_rest()
     _, memory = cycle(world, state, goal)
     for side in (1.0, -1.0):

@@ -1,16 +1,17 @@
-"""Rotation, the nearest point of a segment, and the rebound of the disc: bounds, limits and symmetries."""
+"""Rotation, the nearest point of a segment, the rebound of the disc, and the robot's velocity law."""
 
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Point
 
 from collplan_core.parameters import Robot, Settings
 from collplan_core.plane import nearest_on_segment, rotate, rotate_rows
 from collplan_core.reflection import Ring, believed_ring, rebound, reflect
+from collplan_core.velocity_law import SHORTEST_LAG, command_lead, velocity_after, velocity_law
 from scenes import rotation, unit
 
 # shapely cannot measure segments shorter than 1e-300
@@ -113,3 +114,63 @@ def test_by_hand_a_wall_below():
 def test_wheels_half_as_heavy_as_the_body_take_a_third():
     assert believed_ring(Settings(robot=Robot(mass=0.7, wheel_mass=0.35))).body_share == pytest.approx(2.0 / 3.0)
     assert believed_ring(Settings()).body_share == 1.0
+
+
+FEW = settings(max_examples=15)
+STEP = 0.025
+ROBOT = Robot()
+LAW = velocity_law(ROBOT, STEP)
+SPEED = ROBOT.max_speed
+of_the_robot = st.tuples(st.floats(0.0, SPEED), angles).map(lambda v: v[0] * unit(v[1]))
+durations = st.floats(0.0, 0.3)
+
+
+def after(velocity, command, duration: float, law=LAW) -> np.ndarray:
+    return np.array(velocity_after(law, *map(float, velocity), *map(float, command), duration))
+
+
+@FEW
+@given(v=of_the_robot, u=of_the_robot, duration=durations)
+def test_the_wheels_follow_their_equation(v, u, duration):
+    """dv/dt = sat((u - v) / lag), by a thousand steps of the midpoint rule."""
+
+    def rate(velocity: np.ndarray) -> np.ndarray:
+        wanted = (u - velocity) / LAW.lag
+        return wanted / max(1.0, np.hypot(*wanted) / LAW.max_acceleration)
+
+    expected, h = v.copy(), duration / 1000
+    for _ in range(1000):
+        expected = expected + h * rate(expected + 0.5 * h * rate(expected))
+    np.testing.assert_allclose(after(v, u, duration), expected, atol=2e-5)
+    # the step that is quick changes nothing
+    np.testing.assert_allclose(after(v, u, STEP, velocity_law(ROBOT)), after(v, u, STEP), atol=1e-15)
+
+
+@given(v=of_the_robot, u=of_the_robot, duration=durations, turn=angles)
+def test_the_wheels_never_overshoot_and_have_no_direction(v, u, duration, turn):
+    came = after(v, u, duration)
+    assert np.hypot(*(came - v)) <= LAW.max_acceleration * duration + 1e-12
+    assert np.hypot(*(came - v)) + np.hypot(*(u - came)) == pytest.approx(np.hypot(*(u - v)), abs=1e-12)
+    np.testing.assert_allclose(
+        after(rotation(turn) @ v, rotation(turn) @ u, duration), rotation(turn) @ came, atol=1e-12
+    )
+
+
+def test_by_hand_full_acceleration_then_a_first_order_lag():
+    np.testing.assert_allclose(after((0.0, 0.0), (1.2, 0.0), STEP), (1.5 * STEP, 0.0), atol=1e-12)
+    # 0.15 m/s is what the lag makes of full acceleration: reached after 0.1 s
+    np.testing.assert_allclose(after((0.9, 0.0), (1.2, 0.0), 0.2), (1.2 - 0.15 * np.exp(-1.0), 0.0), atol=1e-12)
+    np.testing.assert_allclose(after((1.1, 0.0), (1.2, 0.0), STEP), (1.2 - 0.1 * np.exp(-0.25), 0.0), atol=1e-12)
+    # no lag at all is a very short one
+    law = velocity_law(Robot(velocity_lag=0.0))
+    assert law.lag == SHORTEST_LAG
+    np.testing.assert_allclose(after((0.0, 0.0), (0.1, 0.0), 0.1, law), (0.1, 0.0), atol=1e-9)
+
+
+@given(lead=st.floats(1e-3, 2.0), duration=st.floats(0.005, 0.3))
+def test_the_lead_is_what_the_command_was_ahead_by(lead, duration):
+    """Where the acceleration is full all the time, every larger lead would do: the smallest one is found."""
+    change = after((0.0, 0.0), (lead, 0.0), duration)[0]
+    found = command_lead(LAW, change, duration)
+    assert found <= lead + 1e-5
+    np.testing.assert_allclose(after((0.0, 0.0), (found, 0.0), duration)[0], change, atol=1e-5)

@@ -1,4 +1,4 @@
-"""What becomes of poses: velocity, hits, and what a robot on a floor cannot do and is refused."""
+"""What becomes of poses: velocity, hits, what a robot on a floor cannot do and is refused, and the pose at a stamp."""
 
 import math
 import os
@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings
 from collplan_core.sensing.pose_filter import FRESH, PoseError, PoseSample, check_pose_fields, filter_pose
+from collplan_core.sensing.pose_history import PoseHistory
 from collplan_core.sensing.six_degrees import tilt_of
+from collplan_core.state import State
 
 SETTINGS = Settings()
 PERIOD = 0.01
@@ -19,7 +21,6 @@ MINUTE = 60.0 if COMPILED else 3.0
 
 
 def feed(points, memory=FRESH, begin=0.0, config=SETTINGS, period=PERIOD):
-    """One result for each pose, and the memory after the last."""
     results = []
     for k, point in enumerate(points):
         stamp = begin + k * period
@@ -79,7 +80,6 @@ def test_straight_drive_is_exact_at_any_rate(angle, speed, begin):
 
 
 def test_yaw_rate_goes_through_half_a_turn():
-    """As the velocity, it has no error at a constant rate, and is there with the first one."""
     for spin in [0.0, 2.5, -8.0]:
         memory = FRESH
         for k in range(100):
@@ -90,7 +90,6 @@ def test_yaw_rate_goes_through_half_a_turn():
 
 
 def test_deviations_are_those_of_noise():
-    """Where nothing accelerates: those of the slopes at rest, and of the pose itself what the parameters say."""
     config = SETTINGS.with_values({"mocap.yaw_noise": 0.01, "robot.max_acceleration": 0.1})
     rng, memory, found = np.random.default_rng(3), FRESH, []
     for k in range(4000 if COMPILED else 300):
@@ -124,7 +123,6 @@ def test_no_false_hit_in_hard_driving():
 
 
 def hits_found(change, deviation, seed):
-    """Delays of the first report after each hit [s], and reports that match none."""
     rng = np.random.default_rng(seed)
     hits, time = [], 1.0
     while time < 24.0:
@@ -204,7 +202,6 @@ def test_a_robot_that_goes_on_after_a_shorter_leap_is_believed_at_once(distance,
 
 @given(periods=st.integers(2, 200), speed=st.floats(0.0, 1.2))
 def test_a_clock_that_is_set_back_while_the_robot_drives_and_brakes_carries_nobody(periods, speed):
-    """Once its stamps are later than those of before, the robot is where it drove meanwhile: that looks like a leap."""
     back = PERIOD * (periods + 0.5)
     times = PERIOD * np.arange(120)
     braking = np.minimum(times, speed / 1.5)
@@ -291,7 +288,7 @@ def test_fields_of_a_pose_and_those_that_are_none():
 SPEED = 0.6
 
 
-def feed_six(poses, memory=FRESH, begin=0, config=SETTINGS):
+def feed_tilted(poses, memory=FRESH, begin=0, config=SETTINGS):
     """A result for each (yaw, height, tilt), 10 ms apart on the way along x, and the memory after the last."""
     results = []
     for k, (yaw, height, tilt) in enumerate(poses, begin):
@@ -312,17 +309,17 @@ def refusals(results):
 
 def test_a_heading_that_leaps_is_refused_for_as_long_as_it_lasts():
     for angle in [math.pi / 2, -math.pi / 2, math.pi, -2.0]:
-        _, memory = feed_six(upright(30, yaw=2.8))
-        results, memory = feed_six(upright(1000, yaw=2.8 + angle), memory, 30)
+        _, memory = feed_tilted(upright(30, yaw=2.8))
+        results, memory = feed_tilted(upright(1000, yaw=2.8 + angle), memory, 30)
         assert refusals(results) == {"yaw"}, angle
-        results, _ = feed_six(upright(5, yaw=2.8), memory, 1030)
+        results, _ = feed_tilted(upright(5, yaw=2.8), memory, 1030)
         assert refusals(results) == {""}, angle
 
 
 @given(angle=st.floats(0.3, 1.5))
 def test_a_smaller_leap_is_refused_until_the_robot_can_have_turned_so_far(angle):
-    _, memory = feed_six(upright(30))
-    results, _ = feed_six(upright(40, yaw=angle), memory, 30)
+    _, memory = feed_tilted(upright(30))
+    results, _ = feed_tilted(upright(40, yaw=angle), memory, 30)
     taken = [not result.refused for result in results]
     first = taken.index(True)
     assert first >= 1
@@ -338,11 +335,11 @@ def test_a_rolling_rim_spins_no_faster_and_no_quarter_turn_is_motion_in_a_silenc
 
 def test_turned_while_it_was_off_the_floor_or_unseen_is_a_relocation():
     for fault, reason in [(None, ""), ((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height")]:
-        _, memory = feed_six(upright(30))
+        _, memory = feed_tilted(upright(30))
         if reason:
-            results, memory = feed_six([fault] * 55, memory, 30)
+            results, memory = feed_tilted([fault] * 55, memory, 30)
             assert refusals(results) == {reason}, (fault, reason)
-        results, _ = feed_six(upright(70, yaw=math.pi), memory, 85)
+        results, _ = feed_tilted(upright(70, yaw=math.pi), memory, 85)
         assert refusals(results[:50]) == {"yaw"}, (fault, reason)
         assert [k for k, result in enumerate(results) if result.relocated] == [50], (fault, reason)
         assert results[50].carried, (fault, reason)
@@ -351,16 +348,15 @@ def test_turned_while_it_was_off_the_floor_or_unseen_is_a_relocation():
 
 def test_a_flip_after_a_bump_that_tips_it_for_a_moment_or_a_short_occlusion_is_none():
     for bump in ([(0.0, 0.1, 0.5)] * 20, []):
-        _, memory = feed_six(upright(30))
-        _, memory = feed_six(bump, memory, 30)
-        results, _ = feed_six(upright(300, yaw=math.pi), memory, 55)
+        _, memory = feed_tilted(upright(30))
+        _, memory = feed_tilted(bump, memory, 30)
+        results, _ = feed_tilted(upright(300, yaw=math.pi), memory, 55)
         assert refusals(results) == {"yaw"}, bump
 
 
 @given(leap=st.floats(0.3, 5.0), turn=st.floats(1.6, math.pi))
 def test_carried_and_turned_is_a_relocation_however_near(leap, turn):
-    """By 0.5 m is in reach 0.31 s later."""
-    _, memory = feed_six(upright(30))
+    _, memory = feed_tilted(upright(30))
     results = []
     for k in range(30, 100):
         sample = PoseSample(PERIOD * k, np.array([SPEED * PERIOD * 29 + leap, 0.0]), turn, 0.1)
@@ -372,16 +368,16 @@ def test_carried_and_turned_is_a_relocation_however_near(leap, turn):
 
 def test_tipped_lifted_or_let_down_is_refused_for_as_long_as_it_lasts():
     for fault, reason in [((0.0, 0.1, 0.5), "tilt"), ((0.0, 0.3, 0.0), "height"), ((0.0, -0.1, 0.0), "height")]:
-        _, memory = feed_six(upright(30))
-        results, memory = feed_six([fault] * 1000, memory, 30)
+        _, memory = feed_tilted(upright(30))
+        results, memory = feed_tilted([fault] * 1000, memory, 30)
         assert refusals(results) == {reason}, (fault, reason)
-        results, _ = feed_six(upright(5), memory, 1030)
+        results, _ = feed_tilted(upright(5), memory, 1030)
         assert refusals(results) == {""}, (fault, reason)
 
 
 @given(height=st.floats(-3.0, 3.0), wobble=st.floats(-0.049, 0.049), tilt=st.floats(0.0, 0.26))
 def test_within_the_limits_nothing_is_refused(height, wobble, tilt):
-    results, _ = feed_six([(0.0, height + wobble * (k % 2), tilt) for k in range(30)])
+    results, _ = feed_tilted([(0.0, height + wobble * (k % 2), tilt) for k in range(30)])
     assert refusals(results) == {""}
 
 
@@ -392,3 +388,39 @@ def test_the_tilt_of_a_quaternion_is_the_angle_to_the_vertical(yaw, tilt, around
     assert tilt_of(turned) == pytest.approx(tilt, abs=1e-6)
     sample = check_pose_fields(1.0, (0.5, -0.5, 0.12), turned, 0.01)
     assert (sample.height, sample.tilt) == (0.12, pytest.approx(tilt, abs=1e-6))
+
+
+def state(stamp, x=0.0, yaw=0.0):
+    return State(stamp, np.array([x, -x]), np.array([1.0, x]), yaw)
+
+
+def history(*states, span=0.5):
+    kept = PoseHistory(span)
+    for each in states:
+        kept.add(each)
+    return kept
+
+
+def test_there_is_none_before_the_first_after_the_last_nor_once_cleared():
+    assert PoseHistory(0.5).at(0.0) is None
+    kept = history(state(1.0), state(1.1))
+    assert [kept.at(stamp) is None for stamp in (0.999, 1.0, 1.1, 1.101)] == [True, False, False, True]
+    kept.clear()
+    assert kept.at(1.0) is None
+    kept = history(*(state(0.1 * k) for k in range(20)), span=0.5)
+    assert [kept.at(stamp) is None for stamp in (1.39, 1.41)] == [True, False]
+
+
+@given(yaw=st.floats(-math.pi, math.pi), turn=st.floats(-3.0, 3.0), share=st.floats(0.0, 1.0))
+def test_between_two_it_is_linear_and_yaw_goes_the_shortest_way(yaw, turn, share):
+    ends = state(1.0, 2.0, yaw), state(1.5, -3.0, math.remainder(yaw + turn, math.tau))
+    at, x = history(*ends).at(1.0 + 0.5 * share), 2.0 - 5.0 * share
+    assert math.remainder(at.yaw - (yaw + share * turn), math.tau) == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose([at.stamp, *at.position, *at.velocity], [1.0 + 0.5 * share, x, -x, 1.0, x], atol=1e-12)
+
+
+def test_clock_set_back_begins_anew():
+    for stamp in [1.9, 1.0, -5.0]:
+        kept = history(state(1.0), state(1.9), state(stamp))
+        assert kept.at(stamp) is not None, stamp
+        assert kept.at(1.45) is None, stamp

@@ -18,7 +18,6 @@ BOUNDS = (0.0, 0.0, 4.0, 3.0)
 
 
 def scan_at(world: World, position, n: int = 60, first: float = -np.pi, span: float = TURN, **limits: float) -> Scan:
-    """From a robot that faces along x, by default of every range."""
     lidar = Lidar(
         n_beams=n, angle_min=float(first), angle_span=float(span), **{"range_min": 0.0, "range_max": FAR, **limits}
     )
@@ -96,9 +95,7 @@ def test_inside_an_obstacle_or_beyond_the_walls_all_is_too_near():
     for position in [(1.5, 1.5), (1.0, 1.5), (3.2, 1.1), (3.5, 1.0), (0.0, 1.5), (4.0, 3.0), (-0.1, 1.5)]:
         world = world_of([SQUARE], [CIRCLE])
         assert (scan_at(world, position).ranges == -np.inf).all(), position
-
-
-def test_beyond_the_bounds_of_an_open_arena_the_obstacles_are_seen_from_outside():
+    # of an open arena the obstacles are seen from outside
     world = world_of([SQUARE], walled=False)
     ranges = scan_at(world, (-1.0, 1.5), 30, 0.0).ranges
     np.testing.assert_allclose(ranges[[0, 15]], [2.0, np.inf])
@@ -108,7 +105,6 @@ def test_beyond_the_bounds_of_an_open_arena_the_obstacles_are_seen_from_outside(
 @example(distance=1.0, side=1.0, n=32)
 @given(distance=st.floats(0.01, 1.0), side=st.floats(0.0, 1.0), n=st.integers(30, 720))
 def test_no_beam_slips_through_a_corner_between_two_edges(distance, side, n):
-    """Every beam from inside a closed arena ends, also those aimed right at its corners."""
     bounds = (-distance, -distance, 1.0 + side, 2.0)
     world = world_of(bounds=bounds)
     for x, y in ((bounds[0], bounds[1]), (bounds[2], bounds[1]), (bounds[0], bounds[3])):

@@ -1,5 +1,6 @@
-"""Restitution and friction from poses whose rebounds are known."""
+"""Restitution, friction, max_acceleration and lag from poses of rebounds and drives that are known."""
 
+import os
 from dataclasses import fields, replace
 
 import numpy as np
@@ -7,12 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from collplan_core.calibration.fitted_constant import TooLittle
+from collplan_core.calibration.drive_fit import DrivenStretches, fit_drive
+from collplan_core.calibration.fitted_constant import TooLittle, Unexplained
 from collplan_core.calibration.impact_fit import RecordedPath, UnusableImpact, fit_impact
 from collplan_core.calibration.impact_search import find_impacts
 from collplan_core.calibration.rebound_fit import fit_rebound
 from collplan_core.calibration.wall_impacts import WallImpacts, seen_from_walls, sorted_out
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Robot, Settings
+from collplan_core.velocity_law import velocity_after, velocity_law
 from rebounding_paths import HIT, NOISE, ROBOT, rebounding_path, with_noise
 
 shares = st.floats(0.0, 1.0)
@@ -34,16 +37,6 @@ def test_velocities_are_found_from_clean_poses(into, along, restitution, frictio
     assert abs(hit.position @ known.normal) < 0.0015
 
 
-def test_the_deviations_told_are_those_met():
-    random, (path, known) = np.random.default_rng(3), rebounding_path(0.6, 0.4, 0.6, 0.8)
-    hits = [fit_impact(with_noise(path, random), known.time, ROBOT, NOISE) for _ in range(60)]
-    met = np.std([[*hit.before, *hit.after] for hit in hits], axis=0)
-    told = np.mean([np.sqrt(np.diag(hit.covariance)) for hit in hits], axis=0)
-    # told also covers wheels that do not do as commanded, which these do
-    assert np.all(met < told)
-    assert np.all(told < 3.0 * met)
-
-
 def test_poses_lost_at_the_hit_are_said():
     path, known = rebounding_path(0.6, 0.4, 0.6, 0.8)
     kept = (path.times < known.time + 0.02) | (path.times > known.time + 0.06)
@@ -60,7 +53,6 @@ def test_poses_lost_at_the_hit_are_said():
 
 
 def test_hits_are_found_again_in_the_poses():
-    """Each once, within 20 ms, whatever the run's settings said of detection."""
     random, found = np.random.default_rng(5), []
     quiet = Settings().with_values({"mocap.detect_impacts": False})
     for _ in range(5):
@@ -72,7 +64,6 @@ def test_hits_are_found_again_in_the_poses():
 
 
 def test_spin_counts_where_the_ring_touches():
-    """A robot that turns to the left, seen from above, rubs along a wall ahead of it to the left."""
     path, known = rebounding_path(0.6, 0.0, 0.6, 0.2)
     hit = fit_impact(path, known.time, ROBOT, NOISE)
     still, turning = (seen_from_walls([hit], known.normal, [0.0], [spin], 0.1) for spin in (0.0, 3.0))
@@ -170,3 +161,63 @@ def test_without_noise_touch_and_release_are_exact_wherever_the_wall_is(restitut
     out = restitution * (hits.before[:, 0] - half * driven[:, 0]) + half * driven[:, 1]
     pressed = replace(hits, after=np.stack([out, hits.after[:, 1]], axis=1), driven=driven, depths=depths)
     assert fit_rebound(pressed, K).restitution.value == pytest.approx(restitution, abs=1e-9)
+
+
+PERIOD = 0.05
+COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0"
+compiled = pytest.mark.skipif(not COMPILED, reason="takes minutes without the compiler")
+
+
+def driven(acceleration, lag, seed, duration=30.0, error=0.06, bias=0.03, leap=1.0):
+    """Poses of a robot whose command leaps within +- `leap` [m/s] every half second, in stretches of three seconds."""
+    random, law = np.random.default_rng(seed), velocity_law(Robot(max_acceleration=acceleration, velocity_lag=lag))
+    times = 0.01 * np.arange(round(100 * duration))
+    wanted = np.repeat(random.uniform(-leap, leap, (len(times) // 50 + 1, 2)), 50, axis=0)[: len(times)]
+    errors = np.repeat(random.normal(0.0, error, (len(times) // 5 + 1, 2)), 5, axis=0)[: len(times)]
+    aimed = wanted + errors + random.normal(0.0, bias, 2)
+    position, velocity, points = np.zeros(2), np.zeros(2), []
+    for aim in aimed:
+        points.append(position)
+        for _ in range(10):
+            before = velocity
+            velocity = np.array(velocity_after(law, *velocity, *aim, 0.001))
+            position = position + 0.0005 * (before + velocity)
+    measured = np.array(points) + random.normal(0.0, NOISE, (len(times), 2))
+    ends = np.arange(0, len(times) + 1, 300)
+    return DrivenStretches(
+        f"run {seed}", times, measured, wanted, np.stack([ends[:-1], ends[1:]], axis=1), PERIOD, NOISE
+    )
+
+
+@compiled
+def test_the_drive_is_found():
+    for acceleration, lag in ((1.5, 0.1), (3.0, 0.05)):
+        fit = fit_drive([driven(acceleration, lag, seed) for seed in (0, 1)])
+        assert fit.max_acceleration.value == pytest.approx(acceleration, rel=0.02)
+        assert fit.velocity_lag.value == pytest.approx(lag, abs=0.03)
+        assert fit.wheel_error == pytest.approx(0.06, rel=0.4)
+        for constant in (fit.max_acceleration, fit.velocity_lag):
+            assert constant.low < constant.value < constant.high
+
+
+@compiled
+def test_the_bias_of_each_run_is_found():
+    biased = driven(1.5, 0.1, 3, bias=0.0)
+    shifted = biased.wanted - [0.1, -0.05]
+    run = DrivenStretches("run", biased.times, biased.points, shifted, biased.stretches, PERIOD, NOISE)
+    assert fit_drive([run]).biases[0] == pytest.approx((0.1, -0.05), abs=0.03)
+
+
+@compiled
+def test_too_little_driving_and_what_is_no_such_drive_are_refused():
+    run = driven(1.5, 0.1, 0)
+    other = DrivenStretches("run", run.times, run.points, run.wanted[:, ::-1].copy(), run.stretches, PERIOD, NOISE)
+    table = [
+        ([driven(1.5, 0.1, 0, duration=9.0)], TooLittle, "10 s"),
+        ([driven(3.0, 0.2, 0, leap=0.1)], TooLittle, "changes"),
+        ([other], Unexplained, "drive law"),
+        ([run, driven(1.5, 0.1, 1), driven(0.9, 0.1, 2)], Unexplained, ""),
+    ]
+    for runs, error, words in table:
+        with pytest.raises(error, match=words):
+            fit_drive(runs)

@@ -1,4 +1,4 @@
-"""What the planner decides about a robot that is stuck, without a node; it plans with the straight planner."""
+"""When a robot counts as stuck, and what the planner does about it; it plans with the straight planner."""
 
 from dataclasses import replace
 
@@ -9,14 +9,18 @@ from hypothesis import strategies as st
 from straight_planner import STRAIGHT
 
 from collplan_core.control.back_out import DISTANCE, SPACING, SPEED, back_out
+from collplan_core.control.stuck import COMMANDED, PARTS, PAUSE, SHARE, WINDOW, why_stuck
 from collplan_core.deadline import never
 from collplan_core.goal import ABORTED, ACCEPTED
 from collplan_core.loop.decisions import WARNING
 from collplan_core.loop.planner_loop import PlannerLoop
+from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan
 from collplan_core.planners import PLANNERS
 from collplan_core.sensing.felt_obstacles import with_felt
+from collplan_core.velocity_law import velocity_after, velocity_law
 from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, scan_at, see, statuses
+from scenes import rotation
 
 TRIES = SETTINGS.planner.recovery_tries
 RADIUS = SETTINGS.robot.radius
@@ -186,3 +190,102 @@ def test_a_felt_disc_only_shortens_beams_and_only_where_it_is(x, y, cx, cy):
     np.testing.assert_allclose(np.hypot(*(ends[finite] - (cx, cy)).T), RADIUS, atol=1e-6)
     if np.hypot(cx - x, cy - y) <= RADIUS:
         assert not changed.any()
+
+
+ROBOT = Settings().robot
+ACCELERATION = ROBOT.max_acceleration
+NOISE = 0.002
+rates = st.sampled_from([30.0, 100.0, 240.0])
+seeds = st.integers(0, 2**31)
+
+
+def standing(duration: float, rate: float = 100.0, seed: int = 0) -> np.ndarray:
+    times = np.arange(0.0, duration + 1e-9, 1.0 / rate)
+    noise = np.random.default_rng(seed).normal(0.0, NOISE, (len(times), 2))
+    return np.column_stack([times, noise])
+
+
+def commanded(speed: float, duration: float, period: float = 0.05) -> np.ndarray:
+    times = np.arange(0.0, duration + 1e-9, period)
+    return np.column_stack([times, np.full(len(times), speed), np.zeros(len(times))])
+
+
+def driven(speed, duration, noise=0, slow=(0.0, 0.0), begin=0.0, robot=ROBOT) -> np.ndarray:
+    """Poses of a robot that takes on a commanded speed along x by its own law; zero is commanded within `slow` [s]."""
+    law, step = velocity_law(robot), 0.01
+    v, x = begin, 0.0
+    rows = [(0.0, 0.0, 0.0)]
+    for k in range(1, round(duration / step) + 1):
+        asked = 0.0 if slow[0] <= (k - 1) * step < slow[1] else speed
+        w, _ = velocity_after(law, v, 0.0, asked, 0.0, step)
+        x, v = x + 0.5 * (v + w) * step, w
+        rows.append((k * step, x, 0.0))
+    poses = np.array(rows)
+    poses[:, 1:] += np.random.default_rng(noise).normal(0.0, NOISE, (len(poses), 2))
+    return poses
+
+
+@given(speed=st.floats(COMMANDED, 1.2), rate=rates, seed=seeds)
+def test_commanded_and_not_moving_is_noticed_within_a_second(speed, rate, seed):
+    times = np.arange(0.05, 1.0, 0.01)
+    noticed = [t for t in times if why_stuck(standing(t, rate, seed), commanded(speed, t), ACCELERATION)]
+    assert noticed
+    assert WINDOW <= noticed[0] < 1.0
+
+
+@given(speed=st.floats(0.0, COMMANDED - 1e-6), duration=st.floats(0.0, 3.0))
+def test_without_a_command_nobody_is_stuck(speed, duration):
+    assert why_stuck(standing(duration), commanded(speed, duration), ACCELERATION) == ""
+    assert why_stuck(standing(duration), np.zeros((0, 3)), ACCELERATION) == ""
+    assert why_stuck(np.zeros((0, 3)), commanded(1.0, duration), ACCELERATION) == ""
+
+
+@given(slow=st.sets(st.integers(7, 19), max_size=8), speed=st.floats(0.0, COMMANDED - 1e-6))
+def test_slow_commands_count_as_a_pause_where_they_last_longer_than_that(slow, speed):
+    commands = commanded(1.0, 1.0)
+    commands[list(slow), 1] = speed
+    reason = why_stuck(standing(1.0), commands, ACCELERATION)
+    assert bool(reason) == (len(slow) * 0.05 < PAUSE)
+
+
+@given(angle=st.floats(-np.pi, np.pi), speed=st.floats(COMMANDED, 1.2))
+def test_commands_to_and_fro_lead_nowhere(angle, speed):
+    to_and_fro = commanded(speed, 1.0)
+    # the window holds seven of each and one that lasts no time
+    to_and_fro[-8:, 1] = -speed
+    to_and_fro[:, 1:] = to_and_fro[:, 1:] @ rotation(angle).T
+    poses = standing(1.0)
+    poses[:, 1] += 0.01 * np.sin(2.0 * np.pi * poses[:, 0] / 0.35)
+    assert why_stuck(poses, to_and_fro, ACCELERATION) == ""
+    still = np.column_stack([poses[:, 0], np.zeros((len(poses), 2))])
+    assert why_stuck(still, to_and_fro, ACCELERATION) == ""
+
+
+@given(speed=st.floats(COMMANDED, 1.2), begin=st.floats(0.0, 1.5), slow=st.floats(0.0, PAUSE), seed=seeds)
+def test_a_robot_that_does_as_commanded_is_not_stuck_round_a_pause(speed, begin, slow, seed):
+    poses, told = driven(speed, 2.5, seed, (begin, begin + slow)), commanded(speed, 2.5, 0.01)
+    told[(told[:, 0] >= begin) & (told[:, 0] < begin + slow), 1] = 0.0
+    for last in range(71, len(poses), 3):
+        assert why_stuck(poses[: last + 1], told[: last + 1], ACCELERATION) == "", poses[last, 0]
+
+
+def test_by_hand_what_counts_as_moving():
+    # 0.4 m/s for 0.7 s is 0.28 m; a share of it, steadily: the mean places of five parts span four fifths of the way
+    poses = standing(1.0)
+    poses[:, 1:] = 0.0
+    way = SHARE * 0.4 * WINDOW * PARTS / (PARTS - 1) * poses[:, 0] / WINDOW
+    reasons = []
+    for size in (0.95, 1.05):
+        poses[:, 1] = size * way
+        reasons.append(why_stuck(poses, commanded(0.4, 1.0), ACCELERATION))
+    assert reasons[1] == ""
+    assert all(number in reasons[0] for number in ("0.40 m/s", "0.7 s", "0.04 m"))
+
+
+@given(speed=st.floats(0.3, 1.2), mass=st.floats(1.0, 2.0), angle=st.floats(-np.pi, np.pi), seed=seeds)
+def test_a_robot_that_turns_round_is_not_stuck_even_if_it_is_twice_as_heavy(speed, mass, angle, seed):
+    heavy = replace(ROBOT, max_acceleration=ACCELERATION / mass, velocity_lag=ROBOT.velocity_lag * mass)
+    poses = driven(speed, 2.0, seed, begin=-speed, robot=heavy)
+    poses[:, 1:] = poses[:, 1:] @ rotation(angle).T
+    for last in range(71, len(poses)):
+        assert why_stuck(poses[: last + 1], commanded(speed, 2.0), ACCELERATION) == "", poses[last, 0]

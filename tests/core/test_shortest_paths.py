@@ -35,7 +35,6 @@ scenes = st.lists(segments, min_size=1, max_size=4).map(np.array)
 
 
 def free_places(field, rng, n: int, at_least: float = 0.03) -> np.ndarray:
-    """Up to n places of the arena that are clear."""
     places = rng.uniform(-1.3, 1.3, (8 * n, 2))
     clearance = [clearance_at(field.clearance, field.grid, *place) for place in places]
     return places[np.array(clearance) > at_least][:n]

@@ -72,7 +72,6 @@ def impacts(task):
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory, sources):
-    """table.json and folder of a whole study."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(statistics, "RESAMPLES", 199)
         patch.setattr(pictures, "save_figure", lambda figure, stem: "<svg/>")
@@ -132,7 +131,6 @@ def test_each_change_is_one_thing():
 
 
 def test_a_doubled_mass_is_the_same_truth_believed_or_not():
-    """Both drives push alike, whatever is believed."""
     velocities = []
     for change in ("mass doubled, not told", "mass doubled, told"):
         settings = Settings().with_values({**VARIANTS[change], "simulator.noise": 0.0})
@@ -217,9 +215,7 @@ def test_rebounds_are_compared_with_what_was_foreseen(found):
 
 def test_runs_that_do_not_arrive_count_with_the_limit(tmp_path, sources):
     def late(task):
-        return (
-            timed_out() if task.labels["strategy"] == "bounce" and task.labels["world"] == LOST else by_strategy(task)
-        )
+        return timed_out() if (task.labels["strategy"], task.labels["world"]) == ("bounce", LOST) else by_strategy(task)
 
     found = results_in(fake_study(tmp_path / "study", late, replace(ASKED, ablations=False), sources))
     (random,) = (each for each in found.groups if each.group.name == "random")

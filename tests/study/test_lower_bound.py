@@ -90,7 +90,6 @@ def area_of(region: Region, radius: float) -> shapely.Geometry:
 
 
 def joined(area: shapely.Geometry, *points: np.ndarray) -> bool:
-    """Whether one piece of an area holds all points."""
     return any(all(piece.covers(shapely.Point(p)) for p in points) for piece in getattr(area, "geoms", [area]))
 
 

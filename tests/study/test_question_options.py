@@ -18,7 +18,6 @@ AXES = ("planner.position_pruning", "robot.max_acceleration")
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """The folder of two trials, completed once more."""
     folder = tmp_path_factory.mktemp("runs") / "study"
     assert main([*ONE, "--set", f"{AXES[0]}=true,false", "--set", f"{AXES[1]}=2", "--out", str(folder)]) == 0
     assert main(["--resume", str(folder), "--no-report", "--jobs", "1"]) == 0
@@ -81,9 +80,7 @@ def test_what_a_study_leaves(study):
     assert text[0].split(",") == list(columns(AXES))
     assert set(MEASURES) < set(columns(AXES))
     assert text[1].startswith("corridor,corridor,,pymunk,harness,0.2,true,2.0,0,")
-
-
-def test_provenance_says_where_numbers_come_from(study):
+    # where numbers come from
     provenance = json.loads((study / "provenance.json").read_text())
     assert provenance["results"] == "simulated"
     assert provenance["parameters"]["robot.max_acceleration"] == 1.5

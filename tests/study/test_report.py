@@ -43,7 +43,6 @@ def report_of(folder):
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory):
-    """The paper's grid with fewer trials."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(statistics, "RESAMPLES", 499)
         folder = fake_study(tmp_path_factory.mktemp("plain") / "study", by_strategy, Question(trials=6))

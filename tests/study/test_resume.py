@@ -24,7 +24,6 @@ FEW += ["--set", "trial.timeout=1"]
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """The study run at once in one process."""
     return run(tmp_path_factory.mktemp("whole") / "study", "--jobs", "1")
 
 
