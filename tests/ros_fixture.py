@@ -13,9 +13,6 @@ import pytest
 
 N = TypeVar("N")
 
-UNTIMED = {"source_timestamp": 0, "publication_sequence_number": None}
-"""What DDS says of a message that did not come over it."""
-
 
 class RosGraph:
     """Nodes of one test, and a probe that publishes to them and listens."""

@@ -19,26 +19,9 @@ WHEEL_CAPS = st.builds(WheelCaps, *[st.floats(0.0, width=32, exclude_min=True, a
 HELLOS = st.builds(Hello, U32, WHEEL_CAPS)
 COMMANDS = st.builds(CommandMessage, U32, U32, U16, U16, U8, U8, U8, WHEELS)
 ANNOUNCEMENTS = st.builds(Announce, U32, U32, U8, U8, U16, WHEEL_CAPS, NAMES)
-TELEMETRY = st.builds(
-    Telemetry,
-    U32,
-    U32,
-    U32,
-    U16,
-    U16,
-    st.integers(-(2**15), 2**15 - 1),
-    U32,
-    U16,
-    U16,
-    U16,
-    U16,
-    U16,
-    U16,
-    st.tuples(FLOATS, FLOATS),
-    U8,
-    U8,
-    WHEELS,
-)
+TEMPERATURES = st.integers(-(2**15), 2**15 - 1)
+COUNTED = U16, U16, TEMPERATURES, U32, *6 * [U16]
+TELEMETRY = st.builds(Telemetry, U32, U32, U32, *COUNTED, st.tuples(FLOATS, FLOATS), U8, U8, WHEELS)
 MESSAGES = st.one_of(HELLOS, COMMANDS, ANNOUNCEMENTS, TELEMETRY)
 CAPS = WheelCaps(70.5, 500.0)
 QUICK = settings(derandomize=True, deadline=None, max_examples=150)

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import pytest
 from telemetry_example import TELEMETRY
 
 from omnipuck_driver.codec import Encoder
+from omnipuck_driver.held_command import HeldCommand
 from omnipuck_driver.messages import NEVER, Announce, WheelCaps
 from omnipuck_driver.session import TOO_LATE, Permission, Session, WheelCommand
 
@@ -63,3 +65,17 @@ def test_what_was_heard_in_a_session_before_says_nothing_of_the_next():
     talk.sends(now=1.0)
     assert talk.session.ended_by == "the firmware fell silent"
     assert talk.trouble.startswith("no answer")
+
+
+def test_telemetry_tells_of_a_permission_once_the_firmware_has_heard_of_it():
+    permission = Permission(stopped=False, held=False, cleared=258, released=3)
+    for changes, is_told in (({}, True), ({"echo": 0}, False), ({"cleared": 3}, False), ({"released": 2}, False)):
+        telemetry = replace(TELEMETRY, **{"cleared": 2, "released": 3, **changes})
+        assert permission.is_told_by(telemetry) == is_told, changes
+
+
+def test_a_held_command_lives_as_long_as_its_age_leaves_it():
+    held = HeldCommand((1.0, 2.0, 3.0), given=10.0)
+    sent = held.wheel_command(10.05, longest_age=0.2)
+    assert (sent.wheels, sent.age, sent.life) == (held.wheels, pytest.approx(0.05), pytest.approx(0.15))
+    assert held.wheel_command(10.25, longest_age=0.2) is None

@@ -30,7 +30,7 @@ class FakeRobot:
     """Publishes poses and scans while the test waits; stamps go on by themselves, whatever the machine's load."""
 
     def __init__(self, ros, world, yaw: float = 0.0) -> None:
-        self.world, self.yaw = world, yaw
+        self.world, self.yaw, self._ros = world, yaw, ros
         self.position = np.array([0.0, 0.0])
         self.stamp = 100.0
         self.poses_on = self.scans_on = True
@@ -78,6 +78,14 @@ class FakeRobot:
         poses[1].pose.pose.position.x = math.nan
         poses[2].pose.pose.orientation.w = poses[2].pose.pose.orientation.z = 0.0
         return poses
+
+    def send_bad(self) -> None:
+        """Sends each bad pose and scan, and no good ones any more."""
+        self.scans_on = self.poses_on = False
+        for publisher, messages in ((self.poses, self.bad_poses()), (self.scans, self.bad_scans())):
+            for message in messages:
+                publisher.publish(message)
+                self._ros.spin(0.02)
 
     def _tick(self) -> None:
         self._ticks += 1

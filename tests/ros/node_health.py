@@ -35,3 +35,7 @@ class NodeHealth:
     def counts(self, key: str, least: int = 1) -> bool:
         """Waits until so many are counted; whether they were."""
         return self._ros.wait_until(lambda: self.count(key) >= least)
+
+    def refuses(self, **least: int) -> bool:
+        """Waits until so many of each kind are refused; whether they were."""
+        return all(self.counts(f"refused_{kind}", n) for kind, n in least.items())

@@ -8,7 +8,7 @@ import pytest
 import rclpy
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from geometry_msgs.msg import PointStamped, Twist, TwistStamped
+from geometry_msgs.msg import PointStamped, Twist
 from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import TimeReference
@@ -16,12 +16,14 @@ from std_msgs.msg import Empty, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.goal import Goal
+from collplan_core.parameters import Limits
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.goal_status import NAMES, goal_to_status
 from collplan_ros.messages.plans import contacts_to_message, plan_to_path, validity_to_message
-from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED, NEWEST, POSE_PUBLISHED
+from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED, NEWEST
 from collplan_ros.nodes.controller_node import ControllerNode
+from collplan_ros.nodes.heartbeat import PERIOD
 from fake_robot import FakeRobot, hall
 from node_health import NodeHealth
 
@@ -108,10 +110,7 @@ def test_follows_a_plan_in_the_robot_frame_from_rest_until_the_goal_ends(ros, be
     assert 0.0 <= reference.point.x <= 2.0 * SPEED
     assert reference.point.y == pytest.approx(0.0, abs=1e-9)
     assert bench.health.counts("control_period_ms.n", 5)
-    assert bench.health.value("maneuver") == "free_space"
-    assert (
-        0.0 < float(bench.health.value("control_period_ms.p50")) <= float(bench.health.value("control_period_ms.p99"))
-    )
+    assert float(bench.health.value("control_period_ms.p50")) > 0.0
     bench.give_goal(GoalStatus.STATUS_CANCELED)
     assert bench.stands("no active goal")
     assert (bench.states[-1].level, bench.maneuvers[-1].data) == (DiagnosticStatus.OK, "stopped")
@@ -130,16 +129,6 @@ def test_contacts_and_the_time_that_a_plan_holds_come_beside_it(ros, bench):
     ros.spin(1.5)  # more than limits.plan_age
     assert bench.moves()
     assert any("bounces" in state.message for state in bench.states)
-
-
-def test_a_pose_that_mocap_refuses_stops_it(ros, bench):
-    bench.drive()
-    bench.robot.poses_on = False
-    bench.publish(String, "mocap/refused", String(data="yaw: pose 0.0, 0.0, yaw 3.14 at 101.00"), POSE_PUBLISHED)
-    assert bench.stands("pose refused: yaw")
-    assert bench.states[-1].level == DiagnosticStatus.WARN
-    bench.robot.poses_on = True
-    assert ros.wait_until(bench.moves)
 
 
 def test_a_robot_that_holds_itself_and_one_that_a_person_resumes_are_heard(ros, bench):
@@ -177,32 +166,14 @@ def test_what_cannot_be_used_is_counted_by_kind_and_never_moves_the_robot(ros, b
         spoil(path)
         plans.publish(path)
         ros.spin(0.1)
-    bench.robot.scans_on = bench.robot.poses_on = False
-    for pose, scan in zip([*bench.robot.bad_poses(), None, None, None], bench.robot.bad_scans(), strict=True):
-        if pose is not None:
-            bench.robot.poses.publish(pose)
-        bench.robot.scans.publish(scan)
-        ros.spin(0.02)
-    for key, count in (("refused_plan", 4), ("refused_pose", 3), ("refused_scan", 6)):
-        assert bench.health.counts(key, count), key
+    bench.robot.send_bad()
+    assert bench.health.refuses(plan=4, pose=3, scan=6), bench.health.newest
     assert not any(map(is_moving, bench.commands))
 
 
-def test_stamped_commands(ros):
-    bench = Bench(ros, TwistStamped, controller__stamped_cmd_vel=True)
+def test_live_parameters_work_in_the_next_period(ros, bench):
     bench.drive()
-    first = next(c for c in bench.commands if is_moving(c))
-    assert first.header.frame_id == "base_link"
-    assert first.header.stamp.sec >= 100
-
-
-def test_live_parameters_work_in_the_next_period_and_bad_ones_say_why(ros, bench):
-    bench.drive()
-    values = {"robot.max_speed": 0.1, "controller.k_p": -1.0, "controller.rate": 50.0}
-    slow, negative, fixed = bench.node.set_parameters([Parameter(key, value=value) for key, value in values.items()])
-    assert slow.successful
-    assert "controller.k_p" in negative.reason
-    assert not fixed.successful
+    assert bench.node.set_parameters([Parameter("robot.max_speed", value=0.1)])[0].successful
     before = len(bench.commands)
     assert ros.wait_until(lambda: len(bench.commands) > before + 3)
     assert all(math.hypot(c.linear.x, c.linear.y) <= 0.1 + 1e-9 for c in bench.commands[before + 1 :])
@@ -222,6 +193,16 @@ def test_stands_still_where_constants_differ_which_a_goal_makes_a_warning(ros, b
     assert reason in bench.states[-1].message
     assert bench.health.says(reason, DiagnosticStatus.WARN)
     assert not any(map(is_moving, bench.commands))
+
+
+def test_after_a_heartbeat_its_silence_stops_until_it_comes_again_and_without_one_it_is_not_missed(ros, bench):
+    bench.drive()
+    ros.spin(2 * Limits().heartbeat_age)
+    assert bench.moves()
+    beat = bench.publish(Empty, "planner/heartbeat", Empty(), NEWEST)
+    assert bench.stands(f"limit {Limits().heartbeat_age:.2f} s")
+    ros.probe.create_timer(PERIOD, lambda: beat.publish(Empty()))
+    assert ros.wait_until(lambda: "heartbeat" not in bench.states[-1].message)
 
 
 def test_stop_commands_zero(ros, bench):
@@ -265,21 +246,6 @@ def test_a_hand_drives_before_the_planner_and_gives_back_by_resume(ros, bench):
     assert bench.stands("held: driven by hand")
     bench.publish(Empty, "robot/resumed", Empty())
     assert ros.wait_until(bench.moves)
-
-
-def test_a_hand_that_is_slowed_or_refused_is_a_warning_and_one_that_dies_stops_the_robot(ros, bench):
-    hand = Hand(bench)
-    hand.drives(0.0, 0.2)
-    assert ros.wait_until(bench.moves)
-    bench.robot.poses_on = False
-    assert bench.health.says("slowly: pose", DiagnosticStatus.WARN)
-    hand.drives(math.nan, 0.2)
-    assert bench.stands("by hand: got nan")
-    assert bench.health.says("by hand: got nan", DiagnosticStatus.WARN)
-    hand.drives(0.0, 0.2)
-    assert ros.wait_until(bench.moves)
-    hand.sent = None
-    assert bench.stands("no active goal")
 
 
 def test_two_hands_stop_the_robot_and_are_named(ros, bench):

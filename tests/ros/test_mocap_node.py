@@ -121,28 +121,20 @@ def test_what_is_no_pose_goes_nowhere_and_is_said_with_its_reason(ros, bench):
     assert bench.health.count("refused_not_finite") == 3
 
 
-def test_where_the_markers_sit_cannot_be_changed_live(bench):
-    for key in ("x", "y", "yaw"):
-        (result,) = bench.node.set_parameters([Parameter(f"mocap.body_offset_{key}", value=0.5)])
-        assert not result.successful
-
-
-def test_relocation_is_accepted_in_the_end(ros):
-    bench = MocapBench(ros, {"mocap.relocation_time": 0.1})
-    bench.drive(5.0, 10, (0.1, 0.1), CREEP)
-    bench.drive(5.1, 20, (2.0, 1.0), CREEP)
-    assert ros.wait_until(lambda: bench.odometry and bench.odometry[-1].pose.pose.position.x > 1.9)
-    assert ros.wait_until(lambda: bench.refusals and bench.refusals[-1].data.startswith("carried: pose 2.000, 1"))
-    assert {message.data.split(":")[0] for message in bench.refusals[:-1]} == {"leap"}
-    assert bench.health.counts("relocations")
-
-
 def test_poses_that_come_too_far_apart_are_named(ros, bench):
     stamps = (5.0 + 0.2 * k for k in range(10_000))
     assert ros.wait_until(lambda: bench.send_at((t := next(stamps)), 1e-4 * t, 0.1) or is_apart(bench))
     assert not bench.odometry
     bench.drive(9000.0, 10, (0.1, 0.1), CREEP)
     assert ros.wait_until(lambda: bench.odometry and not is_apart(bench))
+
+
+def test_a_live_parameter_holds_from_the_next_pose_on(ros, bench):
+    bench.drive(5.0, 10, (0.1, 0.1), CREEP)
+    assert bench.node.set_parameters([Parameter("mocap.leap_margin", value=1.0)])[0].successful
+    bench.send_at(5.1, 0.9, 0.1)
+    assert ros.wait_until(lambda: bench.odometry and bench.odometry[-1].pose.pose.position.x > 0.8)
+    assert not bench.refusals
 
 
 def is_apart(bench) -> bool:

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Vector3Stamped
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2, TimeReference
 from std_msgs.msg import Empty
@@ -16,22 +17,70 @@ from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
 from collplan_core.planners import PAPER, ROLLOUTS
-from collplan_core.worlds import parse_world
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
-from collplan_ros.messages.conversions import impact_to_message, seconds_from_stamp
+from collplan_ros.messages.conversions import goal_to_message, impact_to_message, seconds_from_stamp
 from collplan_ros.messages.planner_clouds import FREE_SPACE
 from collplan_ros.messages.plans import contacts_from_message, validity_from_message
-from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED
+from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
 from collplan_ros.messages.reading import plan_from_path
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import BUDGET_SHARE, PlannerNode, deadlines
-from fake_robot import hall
-from planner_bench import AHEAD, PlannerBench, identity
+from fake_robot import FakeRobot, hall
+from node_health import NodeHealth
 
+AHEAD = np.array([2.0, 0.0])
 CHANGE = np.array([-0.5, 0.0])
 QUICK = {"planner__strategy": "bounce", "time_to_goal__start_proposals": 10, "time_to_goal__proposals": 10}
 SELDOM = 2.0
 """A map_period in which no plan is due while a test looks on [s]."""
+
+
+def identity(status):
+    return bytes(status.goal_info.goal_id.uuid)
+
+
+class PlannerBench:
+    """The node, a robot for it to plan for, and what it says."""
+
+    def __init__(self, ros, world=None, **parameters):
+        self.ros = ros
+        self.plans = ros.listen(Path, "plan", EVENT)
+        self.costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
+        self.statuses = ros.listen(GoalStatus, "goal_status", DIAGNOSTICS_SUBSCRIBED)
+        self.health = NodeHealth(ros, "/planner_node")
+        self.robot = FakeRobot(ros, world or hall())
+        overrides = {"planner.map_period": 0.05, **{k.replace("__", "."): v for k, v in parameters.items()}}
+        self.node = ros.make(PlannerNode, overrides)
+        self.goals = ros.publisher(PoseStamped, "goal_pose", EVENT)
+        assert ros.wait_until(self.robot.is_heard)
+        assert ros.wait_until(lambda: self.statuses)
+
+    def send_goal(self, goal=AHEAD, frame="map"):
+        """A goal, taken by the node before this returns; its first status."""
+        known = {identity(status) for status in self.statuses}
+        self.goals.publish(goal_to_message(goal, frame))
+        assert self.ros.wait_until(lambda: [s for s in self.statuses if identity(s) not in known])
+        return next(s for s in self.statuses if identity(s) not in known)
+
+    def wait_for(self, status):
+        assert self.ros.wait_until(lambda: self.statuses and self.statuses[-1].status == status)
+        return self.statuses[-1]
+
+    def wait_for_plan(self, after=0.0):
+        """The first plan from a pose later than `after`."""
+        assert self.ros.wait_until(lambda: self._plans_after(after)), self.health.newest
+        return self._plans_after(after)[0]
+
+    def _plans_after(self, stamp):
+        # a message's stamp is rounded to nanoseconds
+        return [p for p in self.plans if seconds_from_stamp(p.header.stamp) > stamp + 1e-6]
+
+    def assert_no_more_plans(self):
+        """None goes out from now on."""
+        self.ros.spin(0.05)
+        before = len(self.plans)
+        self.ros.spin(0.25)
+        assert len(self.plans) == before
 
 
 @pytest.fixture
@@ -109,53 +158,10 @@ def test_a_goal_is_replaced_refused_and_canceled(ros, bench):
 def test_scans_and_poses_that_cannot_be_used_are_counted_and_stale_ones_make_no_plan(ros, bench):
     bench.send_goal()
     bench.wait_for_plan()
-    bench.robot.scans_on = bench.robot.poses_on = False
-    for pose, scan in zip([*bench.robot.bad_poses(), None, None, None], bench.robot.bad_scans(), strict=True):
-        if pose is not None:
-            bench.robot.poses.publish(pose)
-        bench.robot.scans.publish(scan)
-        ros.spin(0.02)
-    for key, count in (("refused_pose", 3), ("refused_scan", 6), ("refused_stale", 1)):
-        assert bench.health.counts(key, count), key
+    bench.robot.send_bad()
+    assert bench.health.refuses(pose=3, scan=6, stale=1), bench.health.newest
     assert bench.health.says("pose refused", DiagnosticStatus.ERROR)
     bench.assert_no_more_plans()
-
-
-def test_plans_follow_an_obstacle_that_moves(ros):
-    bench = PlannerBench(ros, hall(obstacle_y=0.1))
-    bench.send_goal()
-    right = plan_from_path(bench.wait_for_plan(), "map")
-    bench.robot.world = hall(obstacle_y=-0.1)
-    left = plan_from_path(bench.wait_for_plan(bench.robot.stamp), "map")
-    assert right.positions[-1, 1] < 0.0 < left.positions[-1, 1]
-
-
-def test_walls_that_vanish_are_believed_when_a_person_says_so(ros):
-    bench = PlannerBench(ros, parse_world({"name": "closet", "bounds": [-0.4, -0.4, 0.4, 0.4]}, "closet"), **QUICK)
-    bench.send_goal()
-    assert bench.health.counts("refused_no_plan")
-    bench.robot.world = hall()
-    assert bench.health.counts("refused_scan", 2)
-    assert not bench.plans
-    ros.publisher(Empty, "robot/resumed", EVENT).publish(Empty())
-    bench.wait_for_plan()
-    bench.wait_for(GoalStatus.STATUS_EXECUTING)
-
-
-def test_live_parameters_work_in_the_next_cycle_and_bad_ones_say_why(ros, bench):
-    bench.send_goal()
-    bench.wait_for_plan()
-    good, bad, fixed = bench.node.set_parameters(
-        [
-            Parameter("planner.strategy", value="low_risk"),
-            Parameter("planner.strategy", value="brave"),
-            Parameter("robot.radius", value=0.2),
-        ]
-    )
-    assert good.successful
-    assert "'brave', expected one of harness" in bad.reason
-    assert not fixed.successful
-    assert ros.wait_until(lambda: bench.costs and values_of(bench.costs[-1])["strategy"] == "low_risk")
 
 
 def test_where_constants_differ_it_makes_no_plan_and_names_the_key(ros, bench):
@@ -218,6 +224,15 @@ def test_planner_and_controller_know_no_world_and_read_the_margin_of_a_leap(ros)
         node = ros.make(kind, {"mocap.leap_margin": 0.2})
         assert node.get_parameter("mocap.leap_margin").value == 0.2
         assert not [name for name in node.list_parameters([], 0).names if "world" in name], kind
+
+
+def test_the_planner_beats_while_its_executor_does_not_run(ros):
+    beats = ros.listen(Empty, "planner/heartbeat", 100)
+    planner = ros.make(PlannerNode)
+    assert ros.wait_until(lambda: beats)
+    ros.hold(planner)
+    before = len(beats)
+    assert ros.wait_until(lambda: len(beats) > before + 5)
 
 
 def test_stop_cancels_the_goal(ros, bench):

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import EVERY_ONE, EVERY_UNRELIABLE
@@ -46,16 +47,6 @@ def test_what_is_recorded_of_scans_and_stamped_commands():
     assert type_name(stamped["cmd_vel"].kind) == "geometry_msgs/msg/TwistStamped"
 
 
-def test_a_definition_is_joined_as_rosbag2_joins_it():
-    text = schema_text("geometry_msgs/msg/PointStamped")
-    beginnings = re.findall(r"^(?:=+\nMSG: (.*)|# .*)$", text, re.MULTILINE)
-    joined = ["geometry_msgs/Point", "std_msgs/Header", "builtin_interfaces/Time"]
-    assert [name for name in beginnings if name] == joined
-    assert f"\n\n{'=' * 80}\nMSG: geometry_msgs/Point\n# " in text
-    assert schema_text("std_msgs/msg/Empty") == ""
-    assert schema_text("std_msgs/msg/NoSuchType") is None
-
-
 def test_definitions_are_found_where_no_ros_is_sourced(monkeypatch):
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     if not (Path(sys.prefix) / "share" / "nav_msgs").is_dir():
@@ -63,19 +54,12 @@ def test_definitions_are_found_where_no_ros_is_sourced(monkeypatch):
     assert schema_text.__wrapped__("nav_msgs/msg/Path") == schema_text("nav_msgs/msg/Path")
 
 
-def test_the_foxglove_layout_shows_topics_that_are_recorded_in_panels_that_it_describes():
-    layout = json.loads((SOURCES / "collplan_ros/collplan_ros/foxglove/collplan.json").read_text())
-    panels = layout["configById"]
+def test_the_layouts_of_foxglove_and_rviz_show_topics_that_are_recorded():
+    folder = SOURCES / "collplan_ros/collplan_ros"
+    panels = json.loads((folder / "foxglove/collplan.json").read_text())["configById"]
     shown = set(panels["3D!arena"]["topics"])
     shown |= {path["value"].split(".")[0] for panel in panels.values() for path in panel.get("paths", ())}
-    shown |= {panel["topicToRender"] for panel in panels.values() if "topicToRender" in panel}
+    manager = yaml.safe_load((folder / "rviz/collplan.rviz").read_text())["Visualization Manager"]
+    shown |= {f"/{each['Topic']['Value']}" for each in [*manager["Displays"], *manager["Tools"]] if "Topic" in each}
     assert len(shown) > 10
     assert shown - {name if name.startswith("/") else f"/{name}" for name in TOPICS} == set()
-    places, parts = set(), [layout["layout"]]
-    while parts:
-        part = parts.pop()
-        if isinstance(part, str):
-            places.add(part)
-        else:
-            parts += [part["first"], part["second"]]
-    assert places == set(panels)

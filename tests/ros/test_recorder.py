@@ -1,6 +1,5 @@
 """What a run's log says does not depend on when its messages were taken."""
 
-import csv
 import tempfile
 from collections import defaultdict
 from collections.abc import Callable
@@ -9,28 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Point, PointStamped, PoseStamped, Twist, Vector3, Vector3Stamped
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Point, PointStamped, Twist, Vector3
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nav_msgs.msg import Odometry
-from nav_msgs.msg import Path as Path_
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
-from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from collplan_core.parameters import Settings
-from collplan_core.scan import Scan
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.messages.conversions import (
     impact_contact_to_message,
     impact_to_message,
-    scan_to_message,
-    seconds_from_stamp,
-    stamp_from_seconds,
     state_to_odometry,
 )
 from collplan_ros.runs.impact_log import impacts_of
@@ -85,18 +76,6 @@ class Recording:
         return self.record.log
 
 
-def test_each_setting_of_the_wall_clock_is_recorded_also_one_from_before_the_run():
-    clock = {"steady": 0.0, "ahead": WALL_CLOCK}
-    recording = Recording(lambda: clock["steady"] + clock["ahead"], steady=lambda: clock["steady"])
-    for steady, ahead in ((1.0, 0.0), (2.0, -100.0), (3.0, -100.0), (4.0, 3600.0)):
-        clock.update(steady=steady, ahead=WALL_CLOCK + ahead)
-        recording.take("maneuver", steady + ahead, String(data="free_space"))
-        if steady == 2.0:
-            recording.recorder.begin(True, GOAL)
-    known = [(since, ahead - WALL_CLOCK) for since, ahead in recording.record.wall_clock]
-    assert known == [(0.0, 0.0), (2.0, -100.0), (4.0, 3600.0)]
-
-
 def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]:
     """When each message of a run up to `end` [s] was sent, and the message, by topic."""
     frames = Settings().frames
@@ -135,24 +114,6 @@ def test_diagnostics_of_other_robots_are_theirs():
         names = ("/mocap_node", "/robot1/mocap_node", "/robot2/mocap_node", "/robot1/arm/mocap_node")
         recording.take("/diagnostics", 0.1, DiagnosticArray(status=[DiagnosticStatus(name=name) for name in names]))
         assert recording.recorder.reported.keys() == recording.recorder.reported_at.keys() == {own}
-
-
-def test_the_longest_wait_of_simulated_time_is_that_within_the_run():
-    recording = Recording()
-
-    def report(sent: float, longest: str) -> None:
-        values = {"real_time_factor": "0.85", "longest_wait_s": longest, "longest_wait_for": "planner_node"}
-        status = DiagnosticStatus(name="/simulator_node", values=[KeyValue(key=k, value=v) for k, v in values.items()])
-        recording.take("/diagnostics", sent, DiagnosticArray(status=[status]))
-
-    recording.recorder.finish()
-    report(0.1, "0.5")
-    recording.recorder.begin(True, GOAL)
-    report(0.5, "0.5")
-    assert recording.log.longest_wait is None
-    report(1.0, "0.7")
-    assert recording.recorder.lockstep == (0.85, 0.7, "planner_node")
-    assert recording.log.longest_wait == (0.7, "planner_node")
 
 
 def arrival(log: RunLog) -> float:
@@ -276,98 +237,3 @@ def test_a_detected_impact_is_recorded_with_its_own_time_and_place_and_none_afte
     assert (stamp, x, y) == pytest.approx((STAMP + 0.1, 1.0, 2.0))
     assert normal == pytest.approx([0.0, -1.0])
     assert recording.recorder.n_impacts == len(recording.log.detected_impacts) == 1
-
-
-HOUR = 3600.0
-
-
-def run_with_steps(mocap: float, wall: float, at: float) -> RunLog:
-    """A run whose poses' clock and whose wall clock are set by so much [s], after so many seconds of it."""
-    clock = {"now": 0.0, "wall": 0.0}
-    recording = Recording(lambda: WALL_CLOCK + clock["now"] + clock["wall"], steady=lambda: clock["now"])
-    recording.recorder.ask(GOAL)
-    topics = driven_on()
-    in_order = sorted((sent, topic, k) for topic, rows in topics.items() for k, (sent, _) in enumerate(rows))
-    for sent, topic, k in in_order:
-        stepped = sent > at
-        clock.update(now=sent + 0.001, wall=wall if stepped else 0.0)
-        message = topics[topic][k][1]
-        if stepped and topic == "mocap/odom":
-            message.header.stamp = stamp_from_seconds(seconds_from_stamp(message.header.stamp) + mocap)
-        recording.take(topic, sent + clock["wall"], message)
-    recording.recorder.finish()
-    assert recording.recorder.is_complete
-    return recording.log
-
-
-def test_clocks_that_are_set_in_a_run_change_neither_its_arrival_nor_its_rows(tmp_path):
-    steps = ((HOUR, 0.0), (-HOUR, 0.0), (0.0, HOUR), (0.0, -HOUR), (HOUR, HOUR))
-    for at in (0.2, 1.2):
-        usual = run_with_steps(0.0, 0.0, at)
-        expected = list(csv.DictReader(trajectory(usual, tmp_path).splitlines()))
-        for mocap, wall in steps:
-            log = run_with_steps(mocap, wall, at)
-            assert arrival(log) == pytest.approx(arrival(usual), abs=0.005), (at, mocap, wall)
-            rows = list(csv.DictReader(trajectory(log, tmp_path).splitlines()))
-            for column in ("t", "x", "cmd_vx", "ref_x"):
-                found = [float(row[column]) for row in rows]
-                np.testing.assert_allclose(found, [float(row[column]) for row in expected], atol=0.005)
-            assert [impact.stamp for impact in log.true_impacts] == [impact.stamp for impact in usual.true_impacts]
-            assert len(log.truth) == pytest.approx(len(usual.truth), abs=1)
-
-
-def test_a_scan_whose_beams_are_all_lost_or_masked_is_left_out():
-    recording = Recording(chosen=Settings().with_values({"scan.masked_angles": (-0.5, 0.5)}))
-    angles = np.linspace(-np.pi, np.pi, 360, endpoint=False)
-    for sent, ranges in ((0.1, np.where(np.abs(angles) < 0.4, 1.0, np.nan)), (0.2, np.ones(360))):
-        scan = Scan(STAMP + sent, -np.pi, angles[1] - angles[0], 0.02, 5.0, ranges)
-        recording.take("scan", sent, scan_to_message(scan, "base_link"))
-        assert recording.recorder.scan_came == (sent == 0.2)
-    assert [scan.ranges.tolist() for scan in recording.log.scans] == [[1.0] * 360]
-
-
-ODD = {
-    "planner/costs": DiagnosticArray(status=[DiagnosticStatus(values=[KeyValue(key="candidates", value="many")])]),
-    "cmd_vel": Twist(linear=Vector3(x=float("nan"))),
-    "controller/reference": PointStamped(point=Point(x=float("inf"))),
-    "maneuver": String(data="\udc80\n\0"),
-    "plan": Path_(),
-    "planner/foreseen_impacts": MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()]),
-    "scan": LaserScan(),
-    "mocap/odom": Odometry(),
-    "ground_truth/odom": Odometry(),
-    "ground_truth/impact": Vector3Stamped(),
-    "impact/contact": PoseStamped(),
-    "goal_status": GoalStatus(status=99),
-    "robot/state": DiagnosticStatus(),
-    "controller/state": DiagnosticStatus(),
-    "/diagnostics": DiagnosticArray(
-        status=[
-            DiagnosticStatus(name="\udc80"),
-            DiagnosticStatus(name="/simulator_node", values=[KeyValue(key="real_time_factor", value="nan")]),
-        ]
-    ),
-}
-
-
-def test_odd_messages_neither_end_a_run_nor_spoil_its_record(tmp_path):
-    assert set(Recording().listened) == set(ODD)
-    for topic, odd in ODD.items():
-        recording, topics = Recording(), sent_messages()
-        order = sorted((sent, name, k) for name, rows in topics.items() for k, (sent, _) in enumerate(rows))
-        for sent, name, k in order:
-            recording.take(name, sent, topics[name][k][1])
-            if k == 3:
-                recording.take(topic, sent, odd)
-        log = recording.log
-        assert arrival(log) == pytest.approx(ARRIVAL - FIRST_MOVE - 0.004, abs=1e-5), topic
-        assert len(trajectory(log, tmp_path).splitlines()) >= len(log.poses) + 1
-
-
-def test_a_simulation_that_is_slower_or_faster_has_its_commands_at_its_own_time():
-    for pace in (0.1, 10.0):
-        recording = Recording(chosen=Settings().with_values({"simulator.speed_factor": pace}))
-        recording.take("mocap/odom", 0.0, truth(0)[0])
-        recording.take("cmd_vel", 0.5, Twist(linear=Vector3(x=1.0)))
-        assert recording.recorder.time_zero == pytest.approx(STAMP + 0.5 * pace, abs=1e-5)
-        assert recording.log.time_zero == pytest.approx(STAMP + 0.5 * pace, abs=1e-5)

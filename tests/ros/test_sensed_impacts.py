@@ -14,11 +14,12 @@ from collplan_ros.messages.conversions import impact_contact_from_message, state
 from omnipuck_driver.sensed_impacts import SensedImpacts
 
 USED = Settings().with_values({"limits.pose_history": 0.5})
-SPEED = 0.8
+SPEED, YAW = 0.8, 0.5
+AHEAD = np.array([np.cos(YAW), np.sin(YAW)])
 
 
 class Bench:
-    """Poses each 10 ms of a robot that goes along x; what is published, by topic."""
+    """Poses each 10 ms of a robot that goes along x, turned by YAW; what is published, by topic."""
 
     def __init__(self) -> None:
         self.published: dict[str, list] = {}
@@ -27,7 +28,7 @@ class Bench:
         self.sensed = SensedImpacts(self, self, USED, clock)
         for n in range(201):
             self.local = n / 100
-            state = State(self.local, np.array([SPEED * self.local, 0.0]), np.array([SPEED, 0.0]), 0.0)
+            state = State(self.local, np.array([SPEED * self.local, 0.0]), np.array([SPEED, 0.0]), YAW)
             self._take_pose(serialize_message(state_to_odometry(state, USED.frames.map, USED.frames.base)))
         self.sensed.take(TELEMETRY)
 
@@ -51,7 +52,11 @@ def test_an_impact_is_where_the_robot_was_then():
         contact = impact_contact_from_message(bench.published["impact/contact"][0], USED.frames.map)
         then = 2.0 + later - age
         assert contact.time == pytest.approx(then)
-        assert contact.point == pytest.approx((SPEED * then + USED.robot.radius, 0.0), abs=1e-6)
+        np.testing.assert_allclose(contact.point, [SPEED * then, 0.0] + USED.robot.radius * AHEAD, atol=1e-6)
+        np.testing.assert_allclose(contact.normal, -AHEAD, atol=1e-6)
+        change = bench.published["impact"][0]
+        assert change.header.frame_id == USED.frames.map
+        np.testing.assert_allclose([change.vector.x, change.vector.y], -0.5 * AHEAD, atol=1e-6)
 
 
 def test_one_that_is_older_than_the_poses_kept_is_missed():

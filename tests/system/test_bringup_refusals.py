@@ -1,5 +1,6 @@
 """What bringup refuses before anything starts, and what it says when the graph does not come up."""
 
+import json
 import os
 import socket
 import stat
@@ -121,6 +122,18 @@ def test_options_outrank_the_parameter_file_and_the_file_the_defaults(tmp_path):
     assert prepared.network == "local"
 
 
+def test_poses_that_repeat_are_accepted_where_it_simulates_without_noise(tmp_path):
+    for simulator, mocap, accepted in (
+        ({}, {}, False),
+        ({"noise": 0.0}, {}, True),
+        ({"mocap_noise": 0.0}, {}, True),
+        ({"noise": 0.0}, {"accept_frozen": False}, False),
+    ):
+        path = tmp_path / "parameters.yaml"
+        path.write_text(json.dumps({"/**": {"ros__parameters": {"simulator": simulator, "mocap": mocap}}}))
+        assert preparation.prepare(Options(params=path)).settings.mocap.accept_frozen is accepted, (simulator, mocap)
+
+
 def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys):
     for by_hand, namespace in ((False, "/"), (True, "/"), (False, "/robot1")):
         context = Context()
@@ -186,41 +199,6 @@ def test_without_poses_the_message_says_where_they_were_expected(ros, tmp_path, 
     assert {key: os.environ[key] for key in before} == before
 
 
-def test_scans_that_come_and_are_refused_are_called_that(ros, tmp_path, lone_robot, monkeypatch):
-    monkeypatch.setattr(graph, "INPUT_PATIENCE", 0.5)
-    lone_robot("""
-        import sys
-        import numpy as np
-        from nav_msgs.msg import Odometry
-        from rclpy.node import Node
-        from sensor_msgs.msg import LaserScan
-        from collplan_core.state import State
-        from collplan_ros.messages.conversions import header, state_to_odometry
-        from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
-        from collplan_ros.node_kit.run_node import run_node
-
-        class Robot(Node):
-            def __init__(self):
-                super().__init__("fake_robot")
-                self.poses = self.create_publisher(Odometry, "mocap/odom", 10)
-                self.scans = self.create_publisher(LaserScan, "scan", 10)
-                self.timer = self.create_timer(0.05, self.send)
-                self.stamp = 100.0
-                self.diagnostics = Diagnostics(self, lambda: Health(OK, "here"))
-
-            def send(self):
-                self.stamp += 0.05
-                state = State(self.stamp, np.zeros(2), np.zeros(2), 0.0)
-                self.poses.publish(state_to_odometry(state, "map", "base_link"))
-                self.scans.publish(LaserScan(header=header(self.stamp, "laser")))
-
-        sys.exit(run_node(Robot))
-        """)
-    result = run(Options(robot="fake", out=tmp_path / "runs"))
-    assert (result.outcome, result.exit_code) == ("graph_lost", 3)
-    assert "header.frame_id: got 'laser', expected 'base_link'" in result.message
-
-
 def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(tmp_path, lone_robot):
     lone_robot("""
         print("opening the port")
@@ -231,12 +209,6 @@ def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(tmp_path, lo
     assert "exit code 1" in result.message
     assert result.message.endswith("\n  opening the port\n  no such port")
     assert (result.folder / "summary.json").exists()
-
-
-def test_a_program_that_is_not_installed_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(preparation, "NODES", ("no_such_node",))
-    with pytest.raises(preparation.StartError, match="no_such_node: no such program"):
-        run(Options(out=tmp_path))
 
 
 def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_device_last(tmp_path, monkeypatch):

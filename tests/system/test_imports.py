@@ -10,56 +10,23 @@ import pytest
 
 SRC = Path(__file__).parents[2] / "src"
 ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study")
-STANDARD_MESSAGES = {
-    "geometry_msgs",
-    "nav_msgs",
-    "sensor_msgs",
-    "std_msgs",
-    "std_srvs",
-    "trajectory_msgs",
-    "visualization_msgs",
-}
-SYSTEM_MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "rcl_interfaces", "rosgraph_msgs"}
-ROS = {"rclpy", "tf2_ros", *STANDARD_MESSAGES, *SYSTEM_MESSAGES}
+STANDARD_MESSAGES = {"geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "std_srvs"}
+STANDARD_MESSAGES |= {"trajectory_msgs", "visualization_msgs"}
+SYSTEM_MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "rosgraph_msgs"}
+ROS = {"rclpy", "tf2_ros", "rcl_interfaces", *STANDARD_MESSAGES, *SYSTEM_MESSAGES}
 WITH_ROS_IN_SIM = {
-    "omnipuck_sim.node.graph_pace",
-    "omnipuck_sim.node.mocap_room",
-    "omnipuck_sim.node.simulator_node",
+    *(f"omnipuck_sim.node.{name}" for name in ("graph_pace", "mocap_room", "simulator_node")),
     "omnipuck_sim.emulator.firmware_emulator",
 }
-WITH_ROS_IN_RUNS = {
-    "collplan_ros.runs.recorder",
-    "collplan_ros.recording.graph_topics",
-    "collplan_ros.recording.recorded_topics",
-}
-READING_RUNS = (
-    "collplan_ros.runs",
-    "collplan_ros.pictures",
-    "collplan_ros.recording",
-    "collplan_ros.replay",
-    "collplan_ros.view",
-)
+WITH_ROS_IN_RUNS = {"collplan_ros.runs.recorder"}
+WITH_ROS_IN_RUNS |= {f"collplan_ros.recording.{name}" for name in ("graph_topics", "recorded_topics")}
+READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("runs", "pictures", "recording", "replay", "view"))
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"PIL": "python3-pil", "yaml": "python3-yaml"}
-PIP_NAMES = {
-    "PIL": "pillow",
-    "mcap_ros2": "mcap_ros2_support",
-    "mujoco": "mujoco_core",
-    "serial": "pyserial",
-    "yaml": "PyYAML",
-}
-WITHOUT_ROSDEP_KEY = {
-    "casadi",
-    "cobs",
-    "distributed",
-    "mcap",
-    "mcap_ros2",
-    "mujoco",
-    "numba",
-    "pyarrow",
-    "pymunk",
-    "websockets",
-}
+PIP_NAMES = {"PIL": "pillow", "mcap_ros2": "mcap_ros2_support", "mujoco": "mujoco_core", "serial": "pyserial"}
+PIP_NAMES |= {"yaml": "PyYAML"}
+WITHOUT_ROSDEP_KEY = {"casadi", "cobs", "distributed", "mcap", "mcap_ros2", "mujoco", "numba", "pyarrow", "pymunk"}
+WITHOUT_ROSDEP_KEY |= {"websockets"}
 OPTIONAL = {"tf2_ros"}
 
 
@@ -151,16 +118,8 @@ def executables() -> list:
 
 
 def test_executables_are_those_of_the_graph():
-    nodes = {
-        "mocap_node",
-        "lidar_node",
-        "planner_node",
-        "controller_node",
-        "view_node",
-        "teleop_node",
-        "simulator_node",
-        "driver_node",
-    }
+    named = ("mocap", "lidar", "planner", "controller", "view", "teleop", "simulator", "driver")
+    nodes = {f"{name}_node" for name in named}
     of_runs = {"beside", "fit_robot", "fit_rebound", "replay"}
     programs = {"bringup", "compare_engines", "optimum", "study", "firmware_emulator"}
     assert {executable.name for executable in executables()} == nodes | programs | of_runs

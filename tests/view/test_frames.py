@@ -74,13 +74,3 @@ def test_history_is_short_and_begins_anew_where_time_steps_back():
     assert json.loads(newest.whole()["history"]) == [{"t": 3.0, "robot": [1]}]
     newest.forget()
     assert newest.whole() == {}
-
-
-def test_a_robot_at_rest_is_sent_with_each_pose():
-    """A page takes one that is not for a robot of which nothing more is measured, and knows no heading without it."""
-    changes, newest = Changes(), Newest()
-    for time in (1.0, 2.0):
-        changes.put("robot", [1, 2, 300, 0, 0])
-        newest.add(changes.take(time))
-    assert [frame["robot"] for frame in json.loads(newest.whole()["history"])] == [[1, 2, 300, 0, 0]] * 2
-    assert "robot" not in changes.take(3.0)
