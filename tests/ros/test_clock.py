@@ -39,12 +39,6 @@ def test_poses_clock_before_the_first_pose():
     assert PosesClock().age(3.0) == math.inf
 
 
-def test_local_clock_is_steady(ros):
-    clock = local_clock(ros.probe)
-    assert clock.clock_type == ClockType.STEADY_TIME
-    assert seconds(clock) <= seconds(clock)
-
-
 def test_local_clock_follows_simulated_time(ros):
     node = ros.make(lambda **kwargs: Node("simulated", **kwargs), {"use_sim_time": True})
     ticks = []

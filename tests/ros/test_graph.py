@@ -2,7 +2,7 @@
 
 import numpy as np
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
 from rclpy.parameter import Parameter
@@ -59,26 +59,6 @@ class Graph:
     @property
     def status(self) -> int | None:
         return self.statuses[-1].status if self.statuses else None
-
-
-def test_bounce_reaches_its_goal_round_a_turn(ros):
-    # all nodes share one thread here: half the plans, and those of few proposals, which no budget cuts short
-    few = {"planner__map_period": 0.1, "time_to_goal__start_proposals": 20, "time_to_goal__proposals": 200}
-    strategy = {"planner__strategy": "bounce", "time_to_goal__time_budget": 1.0}
-    graph = Graph(ros, "u:0", **strategy, **few)
-    costs = ros.listen(DiagnosticArray, "planner/costs", EVENT)
-    states = ros.listen(DiagnosticStatus, "controller/state", EVENT)
-    graph.send_goal(load_world("u:0").goal)
-    reached = ros.wait_until(
-        lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, timeout=30.0, clock=lambda: graph.state.stamp
-    )
-    assert reached, graph.state
-    assert {m.data for m in graph.maneuvers} <= {"free_space", "stopped"}
-    terms = [{v.key: v.value for v in message.status[0].values} for message in costs]
-    assert sum(int(values["foreseen_contacts"]) for values in terms) > 0
-    assert "bounce" in {value.value for state in states for value in state.values}
-    arrivals = [float(values["arrival_time"]) for values in terms]
-    assert arrivals[0] > arrivals[-1] >= 0.0
 
 
 def test_each_strategy_takes_over_from_any_other_while_the_robot_drives(ros):

@@ -2,14 +2,12 @@
 
 import time
 from dataclasses import replace
-from random import Random
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosReliability
@@ -17,7 +15,6 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Empty, String
 from visualization_msgs.msg import MarkerArray
 
-from any_message import any_message, plain
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
 from collplan_ros.recording.graph_topics import GraphTopics, PollingNode
@@ -124,18 +121,6 @@ def test_a_recorder_that_stalls_for_seconds_misses_nothing(ros, tmp_path, publis
     assert rows[-1].came - rows[0].came > 500_000_000
 
 
-def test_without_a_recording_only_what_is_listened_to_is_subscribed(ros, tmp_path, publishers):
-    unrecorded = Recorded(ros, tmp_path, recorded=False)
-    heard = []
-    unrecorded.topics.listen("scan", lambda message, _: heard.append(message))
-    found = publishers(matched=False)
-    assert ros.wait_until(found["scan"].get_subscription_count)
-    found["scan"].publish(SENT["scan"][0])
-    assert unrecorded.taken(lambda: heard)
-    assert found["plan"].get_subscription_count() == 0
-    assert not unrecorded.path.exists()
-
-
 def test_what_cannot_be_read_is_recorded_and_handed_to_nobody_and_what_was_latched_before_too(
     ros, tmp_path, publishers
 ):
@@ -168,33 +153,3 @@ def test_a_sparse_topic_is_listened_to_only_when_a_message_of_it_is_due(ros, tmp
     assert recorded.counts() == {"/planner/markers": 3}
     first, second, third = (row.came for row in raw_messages(recorded.path, ["planner/markers"]))
     assert min(second - first, third - second) >= 0.9e9 * period
-
-
-def test_any_message_comes_back_as_it_was_sent_by_both_libraries(ros, tmp_path):
-    topics = {name: replace(topic, period=0.0) for name, topic in TOPICS.items()}
-    recorded, heard, chance = Recorded(ros, tmp_path, topics, namespace="/"), {name: [] for name in topics}, Random(1)
-    for name, topic in topics.items():
-        recorded.topics.listen(name, lambda message, _, name=name: heard[name].append(message))
-        how = qos.POSE_PUBLISHED if topic.qos is qos.EVERY_UNRELIABLE else published_by(topic.qos)
-        publisher = ros.probe.create_publisher(topic.kind, name, how)
-        assert ros.wait_until(publisher.get_subscription_count), name
-        # others publish on some of the topics too
-        for message in [any_message(topic.kind, chance) for _ in range(5)]:
-            publisher.publish(message)
-            assert recorded.taken(lambda message=message, name=name: message in heard[name]), name
-    recorded.file.finish()
-    full = {name: recorded.node.resolve_topic_name(name) for name in topics}
-    decoded = {topic: [] for topic in full.values()}
-    with AnyReader([recorded.path]) as reader:
-        for connection, _, data in reader.messages():
-            decoded[connection.topic].append(reader.deserialize(data, connection.msgtype))
-    for name, topic in topics.items():
-        expected = [plain(message, topic.kind) for message in heard[name]]
-        ours = [plain(message, topic.kind) for _, _, message in messages(recorded.path, [full[name]])]
-        assert ours == expected, name
-        assert [plain(message, topic.kind) for message in decoded[full[name]]] == expected, name
-
-
-def published_by(profile: QoSProfile) -> QoSProfile:
-    """A publisher's profile that matches a listener's."""
-    return QoSProfile(depth=20, reliability=profile.reliability, durability=profile.durability)

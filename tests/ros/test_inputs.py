@@ -11,7 +11,7 @@ from terminal import INFO, WARN, Terminal
 
 from collplan_core.scan import ScanError
 from collplan_ros.messages.conversions import MessageError
-from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED, SENSOR_DATA
+from collplan_ros.messages.qos import EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.inputs import Inputs
 
@@ -109,11 +109,3 @@ def test_an_error_of_the_node_itself_is_no_refusal(ros, node):
     ros.publisher(LaserScan, "scan", SENSOR_DATA).publish(LaserScan())
     with pytest.raises(ZeroDivisionError):
         ros.wait_until(lambda: False, 10.0)
-
-
-def test_names_are_those_of_this_graph(ros, terminal):
-    arguments = ["--ros-args", "-r", "__ns:=/robot1", "-r", "scan:=/front/scan"]
-    node = ros.make(lambda **kwargs: Listening(cli_args=arguments, **kwargs))
-    ros.probe.create_publisher(LaserScan, "/front/scan", NEWEST)
-    assert terminal.has(node, "ready: listens to mocap/odom, /front/scan, state")
-    assert terminal.has(node, "no /front/scan: 1 publisher")

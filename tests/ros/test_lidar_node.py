@@ -14,7 +14,7 @@ from collplan_core.parameters import Lidar
 from collplan_core.sensing.spinning_lidar import LD19
 from collplan_core.sensing.sweeps import sweeps_of
 from collplan_core.state import State
-from collplan_core.worlds import WorldError, load_world
+from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import state_to_odometry
 from collplan_ros.messages.qos import POSE_PUBLISHED, SENSOR_DATA
@@ -81,12 +81,6 @@ def test_poses_that_are_refused_make_no_scan(ros):
     assert not bench.scans
 
 
-def test_worlds_that_do_not_exist(ros):
-    for world in ("nowhere", "none.yaml", "random:many"):
-        with pytest.raises(WorldError, match=world.split(":", maxsplit=1)[0]):
-            ros.make(LidarNode, {"lidar.world": world})
-
-
 # ---- a spinning sensor
 
 
@@ -127,14 +121,3 @@ def test_a_spinning_sensor_scans_from_where_the_robot_was_at_each_beam_after_its
         np.testing.assert_allclose(received.ranges, scan.ranges, rtol=1e-5)
         assert message.time_increment == pytest.approx(LD19.time_increment)
         assert message.scan_time == pytest.approx(LD19.sweep_time)
-
-
-def test_no_scan_over_a_silence_of_the_poses(ros):
-    bench = SpinningBench(ros)
-    bench.drive(6)
-    bench.drive(12, pause=1.0)
-    assert ros.wait_until(lambda: bench.scans)
-    ros.spin(0.2)
-    assert len(bench.scans) == 1
-    stamp = scan_from_message(bench.scans[0], "base_link").stamp
-    assert stamp == pytest.approx(bench.sent[6].stamp, abs=1e-6)

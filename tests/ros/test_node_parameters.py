@@ -5,7 +5,7 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from collplan_core.parameters import GROUPS, Lidar, Limits, LocalMapping, Mocap, Robot, Settings
+from collplan_core.parameters import GROUPS, Limits, Mocap, Robot, Settings
 from collplan_core.parameters.file import write_values
 from collplan_core.parameters.spec import ParameterError, specs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
@@ -91,19 +91,6 @@ def test_sets_that_are_rejected_say_why_and_change_nothing(ros):
         assert words in answer.reason
     assert read_settings(node, Robot, Mocap) == Settings()
     assert not seen
-
-
-def test_choice_that_does_not_exist_is_rejected(ros):
-    groups = [group for group in GROUPS if group.group == "planner"]
-    ros.make(lambda **kwargs: Declaring(groups, **kwargs))
-    answer = set_on(ros, "planner.strategy", "bold")
-    assert not answer.successful
-    assert "harness, high_risk, low_risk" in answer.reason
-
-
-def test_groups_that_check_more_than_one_value(ros):
-    with pytest.raises(ParameterError, match="multiple of 4"):
-        ros.make(lambda **kwargs: Declaring((LocalMapping, Lidar), **kwargs), {"local_map.n_rays": 361})
 
 
 def test_one_parameter_of_another_nodes_group(ros):

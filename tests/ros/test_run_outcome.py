@@ -158,13 +158,6 @@ def test_an_emergency_stop_ends_the_run_with_its_reason(tmp_path):
     assert bringup.reason(EMERGENCY_STOP) == "by the button"
 
 
-def test_what_late_poses_show_is_not_the_outcome_of_a_run_that_goes_on(tmp_path):
-    positions = [0.0] * 60 + [0.1 * k for k in range(40)]
-    lateness = [0.0] * 3 + [6.0] * 57 + [0.0] * 40
-    bringup = fed(tmp_path, positions, lateness, {1: EXECUTING, 95: GoalStatus.STATUS_SUCCEEDED})
-    assert bringup.drive() == REACHED
-
-
 def test_a_machine_too_slow_for_the_graph_is_said_instead(tmp_path, monkeypatch):
     monkeypatch.setattr(graph, "CATCH_UP_PATIENCE", 0.0)
     bringup = fed(tmp_path, [0.0] * 300, [1.3] * 300, {1: EXECUTING})

@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import random
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -63,20 +62,6 @@ def test_disagreement_in_words():
         assert disagreement(RADIUS, others) == words
 
 
-def test_two_nodes_disagree_alike_whoever_asks():
-    keys = ["robot.radius", "robot.mass", "frames.map"]
-    for seed in range(50):
-        draw = random.Random(seed)
-        one, other = ({key: draw.choice("12") for key in keys if draw.random() < 0.8} for _ in range(2))
-        here, there = disagreement(one, {"/other": other}), disagreement(other, {"/one": one})
-        assert bool(here) == bool(there) == any(one[key] != other[key] for key in one.keys() & other.keys()), seed
-        for key in keys:
-            assert (key in here) == (key in there), seed
-        if hash_of(one) == hash_of(other):
-            assert one == other, seed
-            assert here == "", seed
-
-
 @pytest.fixture
 def ros(ros):
     ros.forget_others()
@@ -120,14 +105,6 @@ def test_nodes_that_disagree_name_the_key_until_one_ends(ros):
     ros.remove(there)
     assert ros.wait_until(lambda: not here.constants.disagreement)
     assert terminal.has(here, "agree again")
-
-
-def test_a_node_that_starts_again_with_other_values_agrees(ros):
-    here, there = make(ros, "here"), make(ros, "there", radius=0.15)
-    assert ros.wait_until(lambda: here.constants.disagreement)
-    ros.remove(there)
-    make(ros, "there")
-    assert ros.wait_until(lambda: not here.constants.disagreement)
 
 
 def test_robots_in_other_namespaces_are_other_robots(ros):

@@ -1,7 +1,6 @@
 """view_node in this process: what a page gets of a graph, and what it can do to it."""
 
 import json
-import math
 import socket
 import time
 import urllib.request
@@ -9,11 +8,9 @@ from contextlib import ExitStack
 
 import numpy as np
 import pytest
-from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, PointCloud2
@@ -21,18 +18,14 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from websockets.sync.client import connect
 
-from collplan_core.goal import EXECUTING, SUCCEEDED, Goal
-from collplan_core.parameters import Lidar, Planning, Robot, Simulation
+from collplan_core.parameters import Planning, Robot, Simulation
 from collplan_core.plan import Candidates, Contacts
-from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.messages.conversions import (
     goal_to_message,
     header,
-    impact_contact_to_message,
     pose_to_message,
 )
-from collplan_ros.messages.goal_status import goal_to_status
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
 from collplan_ros.messages.plans import contacts_to_message
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
@@ -40,8 +33,6 @@ from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health, status_me
 from collplan_ros.node_kit.node_parameters import declare
 from collplan_ros.nodes import view_node
 from collplan_ros.nodes.view_node import ViewNode
-from collplan_ros.nodes.view_parameters import entry_of
-from collplan_ros.view.frames import as_json
 from fake_robot import FakeRobot, hall
 from node_health import NodeHealth
 
@@ -122,19 +113,6 @@ def state_message(name, **values):
 # ---- what a page gets
 
 
-def test_poses_and_scans_are_shown_where_they_are(ros, bench):
-    robot = FakeRobot(ros, hall())
-    robot.position = np.array([0.5, -0.25])
-    assert bench.shows(lambda parts: parts.get("robot", [0])[0] == 500 and len(parts.get("scan", [])) > 100)
-    assert bench.parts["robot"][1] == -250
-    points = np.array(bench.parts["scan"]).reshape(-1, 2)
-    # all hits lie on the walls of the hall
-    on_wall = np.isin(points[:, 0], (-500, 2500)) | np.isin(points[:, 1], (-1000, 1000))
-    assert on_wall.mean() > 0.95
-    times = [frame["t"] for frame in bench.frames]
-    assert times == sorted(times)
-
-
 def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
     contacts = Contacts(np.array([12.5]), np.array([[0.3, 0.4]]), np.array([[-0.5, 0.25]]))
     foreseen = ros.publisher(MultiDOFJointTrajectory, "planner/foreseen_impacts", EVENT)
@@ -154,48 +132,6 @@ def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
     }  # fmt: skip
     assert [each["cost"] for each in bench.parts["rollouts"]] == [1.25, 3.5]
     assert bench.parts["free"] == [1000, 0, 0, 1000]
-
-
-def test_the_goal_and_what_becomes_of_it(ros, bench):
-    ros.publisher(PoseStamped, "goal_pose", EVENT).publish(goal_to_message(np.array([1.0, 2.0]), "map"))
-    bench.latched(GoalStatus, "goal_status", goal_to_status(Goal(bytes(16), 1.0, np.zeros(2), EXECUTING)))
-    assert bench.shows(lambda parts: parts.get("goal") == {"at": [1000, 2000], "status": "executing"})
-    bench.latched(GoalStatus, "goal_status", goal_to_status(Goal(bytes(16), 1.0, np.zeros(2), SUCCEEDED)))
-    assert bench.shows(lambda parts: parts["goal"]["status"] == "succeeded")
-    assert bench.parts["plan"] is None
-
-
-def test_impacts_costs_periods_and_what_the_controller_does_and_what_holds_the_robot(ros, bench):
-    contact = ImpactContact(5.0, np.array([0.1, 0.2]), np.array([0.0, 1.0]))
-    ros.publisher(PoseStamped, "impact/contact", EVENT).publish(impact_contact_to_message(contact, "map"))
-    doing = state_message("/controller_node", maneuver="flow_through", activity="maneuver", reason="<b>so</b>")
-    bench.latched(DiagnosticStatus, "controller/state", doing)
-    bench.latched(DiagnosticStatus, "robot/state", state_message("/driver_node", state="held", reason="just started"))
-    values = {"planning_time_ms": 12.5, "total": 3.0, "strategy": "bounce"}
-    costs = DiagnosticArray(status=[status_message("/planner_node", Health(OK, "", values))])
-    ros.publisher(DiagnosticArray, "planner/costs", EVENT).publish(costs)
-    commands = ros.publisher(Twist, "cmd_vel", NEWEST)
-    for _ in range(4):
-        commands.publish(Twist())
-        ros.spin(0.05)
-    assert bench.shows(lambda parts: {"impacts", "doing", "hold", "costs", "periods"} <= parts.keys())
-    (impact,) = bench.parts["impacts"]
-    assert (impact["at"], impact["kind"]) == ([100, 200], "other")
-    assert bench.parts["counts"] == {"deliberate": 0, "foreseen": 0, "other": 1}
-    assert bench.parts["doing"]["reason"] == "<b>so</b>"
-    assert bench.parts["hold"] == {"state": "held", "message": "just started"}
-    assert bench.parts["costs"]["terms"] == {"total": 3.0}
-    assert all(period > 30.0 for frame in bench.frames for period in frame.get("periods", []))
-
-
-def test_a_machine_that_is_too_slow_is_called_that(ros, bench):
-    reports = ros.publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED)
-    for wait, node in ((0.1, "mocap_node"), (0.34, "planner_node")):
-        values = {"real_time_factor": 0.43, "longest_wait_s": wait, "longest_wait_for": node}
-        reports.publish(DiagnosticArray(status=[status_message("/simulator_node", Health(OK, "", values))]))
-        assert bench.shows(lambda parts, node=node: node in str(parts.get("nodes")))
-    assert bench.shows(lambda parts: "longest wait 0.34 s for planner_node" in parts["machine"]["verdict"])
-    assert bench.parts["machine"]["pace"] == "0.43x real time"
 
 
 def simulator(world, radius):
@@ -225,19 +161,6 @@ def test_a_node_that_was_started_again_is_asked_again_and_one_that_is_gone_holds
     assert shows("", round(1e3 * Robot().radius))
     assert bench.parts["world"] is None
     assert "/simulator_node" not in bench.parts["parameters"]
-
-
-def test_a_world_that_is_none_or_cannot_be_drawn_is_said_and_stays_text(ros, bench, tmp_path):
-    name = "<script>alert(1)</script>"
-    ros.make(simulator(name, 0.1))
-    assert bench.shows(lambda parts: "unknown" in parts.get("about", {}).get("trouble", ""), 30.0)
-    assert (bench.parts["about"]["world"], bench.parts["world"]) == (name, None)
-    far = tmp_path / "far.yaml"
-    far.write_text("name: far\nbounds: [-2000000.0, -1.0, 2000000.0, 1.0]\n")
-    given = [Parameter("lidar.world", value=str(far))]
-    ros.make(lambda **kwargs: Other("lidar_node", Lidar, **{**kwargs, "parameter_overrides": given}))
-    assert bench.shows(lambda parts: "expected at most 1e+06" in parts["about"]["trouble"], 30.0)
-    assert bench.parts["world"] is None
 
 
 # ---- what a page can do
@@ -309,18 +232,6 @@ def test_live_parameters_are_described_and_set(ros, bench):
 
 
 # ---- whatever comes
-
-
-def test_a_number_that_is_not_finite_is_sent_as_text():
-    to_no_end = [FloatingPointRange(from_value=0.0, to_value=math.inf)]
-    for value, kind, told in (
-        (math.nan, ParameterType.PARAMETER_DOUBLE, "nan"),
-        ([1.0, -math.inf], ParameterType.PARAMETER_DOUBLE_ARRAY, [1.0, "-inf"]),
-    ):
-        sent = json.loads(
-            as_json(entry_of(ParameterDescriptor(name="odd", type=kind, floating_point_range=to_no_end), value))
-        )
-        assert (sent["low"], sent["high"], sent["value"]) == (0.0, "inf", told)
 
 
 def test_messages_that_nobody_expects_end_nothing(ros, bench):

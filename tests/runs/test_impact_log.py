@@ -4,14 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from logged_trials import detected
 
-from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
-from collplan_core.sensing.pose_filter import FRESH, PoseSample, filter_pose
 from collplan_ros.runs.impact_log import impacts_of, nearest_surface
-from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
-from made_runs import EPOCH, HIT_AT, RADIUS, SPEED, WALL, WINDOW, bouncing_run, detected_only, room
+from collplan_ros.runs.run_log import ImpactRecord, RunLog
+from made_runs import EPOCH, HIT_AT, SPEED, WALL, WINDOW, bouncing_run, detected_only, room
 
 
 def test_an_impact_is_placed_on_the_world():
@@ -95,40 +92,3 @@ def test_the_nearest_surface_is_shapelys(x, y):
     distance = min(shape.distance(here) for shape in (block, circle, shapely.box(*room().bounds).exterior))
     assert np.hypot(*(point - [x, y])) == pytest.approx(distance, abs=1e-5)
     assert point + distance * normal == pytest.approx([x, y], abs=1e-5)
-
-
-def detected_run(before: np.ndarray, after: np.ndarray, noise: float) -> RunLog:
-    """A robot without ground truth that meets the wall at HIT_AT + 4 ms, as the pose filter sees it."""
-    log, memory, random = RunLog(), FRESH, np.random.default_rng(5)
-    met, place = HIT_AT + 0.004, np.array([WALL - RADIUS, 0.1])
-    for k in range(150):
-        t = 0.01 * k
-        point = place + (before if t < met else after) * (t - met) + random.normal(0.0, noise, 2)
-        result, memory = filter_pose(memory, PoseSample(EPOCH + t, point, 0.0), t, Settings())
-        if result.impact is not None:
-            log.detected_impacts.append(detected(result.impact, Settings()))
-        if result.state is not None:
-            log.poses.append(PoseRow(EPOCH + t, *point.tolist(), 0.0, *result.state.velocity.tolist(), 77.0 + t))
-        if k % 20 == 10:
-            touch = Contacts(np.array([EPOCH + met]), np.array([[WALL, 0.1]]), after[None])
-            log.contacts[EPOCH + t] = touch if t < met else Contacts.none()
-    return log
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "noise"), [((0.9, 0.3), (-0.63, 0.24), 2e-4), ((0.6, -0.5), (-0.45, -0.4), 2e-3)]
-)
-def test_an_impact_detected_in_the_poses_has_its_velocities_before_and_after(before, after, noise):
-    log = detected_run(np.array(before), np.array(after), noise)
-    impacts = impacts_of(log, room(), WINDOW)
-    assert len(impacts) == 1
-    assert impacts.before[0] == pytest.approx(before, abs=0.04 + 60.0 * noise)
-    assert impacts.after[0] == pytest.approx(after, abs=0.02 + 60.0 * noise)
-    assert impacts.times[0] == pytest.approx(EPOCH + HIT_AT + 0.004, abs=0.002 + 3.0 * noise)
-    change = np.subtract(after, before)
-    normal = change / np.hypot(*change)
-    assert impacts.normals[0] == pytest.approx(normal, abs=0.02 + 100.0 * noise)
-    place = np.array([WALL - RADIUS, 0.1]) - RADIUS * normal
-    assert impacts.points[0] == pytest.approx(place, abs=0.003 + 10.0 * noise)
-    assert impacts.deliberate.tolist() == [True]
-    assert impacts.direction_errors[0] < 0.3

@@ -16,7 +16,7 @@ from collplan_ros.recording.description import RUN
 from collplan_ros.recording.recording_file import RECORDING, RecordingFile
 from collplan_ros.recording.schemas import schema_text, type_name
 from collplan_ros.runs.record_reading import RECORD
-from collplan_ros.view.player import played_run, write_run_page
+from collplan_ros.view.player import write_run_page
 from collplan_ros.view.player.run_frames import PERIOD
 from made_runs import AHEAD, EPOCH
 from played_folders import newest, played_folder, recording_in
@@ -120,14 +120,3 @@ def test_a_wall_clock_that_is_set_in_the_run_changes_nothing(recording, tmp_path
         before, after = ([(f["t"], f[part]) for f in each["frames"] if part in f] for each in (recording, stepped))
         assert [value for _, value in after] == [value for _, value in before]
         assert [t for t, _ in after] == pytest.approx([t for t, _ in before], abs=1.1 * PERIOD)
-
-
-def test_of_a_long_run_fewer_sets_of_candidates_are_shown_and_all_that_was_said(recording, tmp_path, monkeypatch):
-    monkeypatch.setattr(played_run, "SHOWN_WHOLE", 0.5)
-    fewer = played(tmp_path)
-    assert newest(fewer["frames"], "candidates", 9.0) == newest(recording["frames"], "candidates", 0.5 - ZERO)
-    for part in ("costs", "doing", "hold", "nodes"):
-        assert newest(fewer["frames"], part, 9.0) == newest(recording["frames"], part, 9.0)
-    scans, kept = ([f["scan"] for f in each["frames"] if "scan" in f] for each in (recording, fewer))
-    assert kept == scans[::4]
-    assert "in 4" in " ".join(fewer["notes"])

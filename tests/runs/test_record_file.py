@@ -19,14 +19,13 @@ from collplan_core.worlds.file import world_text
 from collplan_ros.pictures.shown_run import read_shown_run
 from collplan_ros.recording.description import WORLD, YAML
 from collplan_ros.recording.recording_file import RECORDING, RecordingFile
-from collplan_ros.runs.fit_robot import main as fit_robot
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.record_file import RecordError, RecordFile
 from collplan_ros.runs.record_reading import RECORD, read_record
 from collplan_ros.runs.recorded_run import read_run, settings_and_world
 from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_times import RunTimes, continued
-from collplan_ros.runs.send_times import ArrivalTimes, SendTimes
+from collplan_ros.runs.send_times import SendTimes
 from collplan_ros.runs.whole_file import replacing
 from made_runs import AHEAD, EPOCH, GOAL, WINDOW, bouncing_run, room, write_record
 
@@ -75,15 +74,6 @@ def test_a_killed_run_is_read_as_far_as_it_is_recorded_and_said_to_be_incomplete
     assert shown.outcome == "incomplete"
     np.testing.assert_allclose(shown.marks.times, impacts.times - log.begin, atol=1e-6)
     assert shown.marks.deliberate.tolist() == impacts.deliberate.tolist()
-
-
-def test_a_program_that_reads_runs_says_that_one_is_incomplete_or_none(killed, tmp_path, capsys):
-    assert fit_robot([str(killed), "--out", str(tmp_path / "lab.yaml")]) == 2
-    assert "note: " + read_run(killed).note in capsys.readouterr().out
-    folder = shutil.copytree(killed, tmp_path / "odd")
-    (folder / RECORD).write_text('["pose", 1]\n')
-    with pytest.raises(RunError, match=r"odd/record.jsonl: expected what bringup writes"):
-        read_run(folder)
 
 
 @given(st.integers(0, 4000))
@@ -182,22 +172,3 @@ def test_the_time_of_a_run_goes_on_where_the_stamps_step(stretches):
             before = time
             assert continued(sent + ahead - 0.02, time, times.corrections) == pytest.approx(time - 0.02, abs=1e-6)
         ahead += step
-
-
-@given(
-    st.lists(st.tuples(st.integers(0, 30), st.sampled_from([HOUR, -HOUR, 1.0, -1.0, 0.05])), min_size=1, max_size=5),
-    st.floats(0.001, 0.02),
-)
-@settings(derandomize=True, deadline=None, max_examples=30)
-def test_times_of_arrival_rise_evenly_however_the_wall_clock_is_set(stretches, noticed):
-    """A step that another topic shows so much later [s]."""
-    steady, ahead, known, came = 100.0, EPOCH, [(100.0, EPOCH)], []
-    for length, step in [*stretches, (5, 0.0)]:
-        for _ in range(length):
-            steady += 0.05
-            came.append((steady, steady + ahead))
-        ahead += step
-        known.append((steady + noticed, ahead))
-    arrivals = ArrivalTimes(known)
-    for arrived, wall in came:
-        assert arrivals.steady(wall) == pytest.approx(arrived, abs=1e-5)

@@ -1,9 +1,7 @@
 """A recording whose bringup was killed is completed: what was closed of it is there, wherever it was cut off."""
 
 import json
-import os
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
@@ -161,42 +159,9 @@ def test_the_files_of_a_killed_run_are_made_from_its_record(tmp_path):
     assert complete(folder).endswith("is whole")
 
 
-def test_a_run_that_had_no_goal_gets_no_figures_and_a_world_that_is_gone_is_said(tmp_path):
-    folder = killed_run(tmp_path / "killed", goal=False)
-    assert "summary" not in complete(folder)
-    (folder / RECORDING).write_bytes(WHOLE)
-    (folder / RECORD).write_text("")
-    assert complete(folder).endswith("not begun")
-    assert not (folder / "summary.json").exists()
-    folder = killed_run(tmp_path / "elsewhere")
-    (folder / "room.yaml").unlink()
-    assert f"; {folder / SUMMARY} cannot" in complete(folder)
-    assert rows_of(folder / RECORDING) == ROWS
-
-
-def without_results(folder: Path, left: bytes | None = None) -> Path:
-    """A killed run with this in the place of its recording; b"whole" for one with an end."""
-    killed_run(folder)
-    (folder / RECORDING).unlink()
-    if left == b"whole":
-        MadeRecording(folder / RECORDING).file.finish()
-    elif left is not None:
-        (folder / RECORDING).write_bytes(left)
-    return folder
-
-
-def test_results_are_made_whatever_is_left_of_the_recording(tmp_path):
-    """Killed after the recording was finished, or run without one, or its disk has lost it."""
-    for number, left in enumerate((WHOLE, None, bytes(4096), b"whole")):
-        folder = without_results(tmp_path / str(number), left)
-        before = (folder / RECORDING).read_bytes() if left == b"whole" else None
-        assert f"{folder / SUMMARY}" in complete(folder)
-        assert json.loads((folder / SUMMARY).read_text())["outcome"] == KILLED
-        assert before is None or (folder / RECORDING).read_bytes() == before
-
-
 def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_path):
-    folder = without_results(tmp_path / "run")
+    folder = killed_run(tmp_path / "run")
+    (folder / RECORDING).unlink()
     lock = FolderLock(folder)
     with pytest.raises(RunError, match=BEING_WRITTEN):
         complete(folder)
@@ -205,34 +170,6 @@ def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_
     lock.close()
     assert "record.jsonl" in complete_newest(tmp_path)
     assert complete_newest(tmp_path) == ""
-
-
-def test_of_killed_runs_the_newest_that_can_be_is_completed(tmp_path):
-    older, oldest = without_results(tmp_path / "older"), tmp_path / "oldest"
-    zeros, empty, whole = tmp_path / "zeros", tmp_path / "empty", tmp_path / "whole"
-    for folder, content in ((zeros, bytes(4096)), (empty, b""), (oldest, WHOLE)):
-        folder.mkdir()
-        (folder / RECORDING).write_bytes(content)
-    whole.mkdir()
-    MadeRecording(whole / RECORDING).file.finish()
-    not_begun = killed_run(tmp_path / "not_begun", goal=False)
-    (not_begun / RECORDING).unlink()
-    (not_begun / RECORD).write_text('["asked",1.0]\n')
-    (tmp_path / "latest").symlink_to("older")
-    (tmp_path / "no_run").mkdir()
-    left = [each / RECORDING for each in (whole, empty, zeros)] + [
-        not_begun / RECORD,
-        older / RECORD,
-        oldest / RECORDING,
-    ]
-    for age, path in enumerate(left):
-        os.utime(path, (time.time() - 10 * age,) * 2)
-    said: list[str] = []
-    assert complete_newest(tmp_path, said.append).startswith(str(older / SUMMARY))
-    assert any(str(zeros) in each and "no recording" in each for each in said)
-    assert any(str(not_begun) in each and "not begun" in each for each in said)
-    assert complete_newest(tmp_path).startswith(f"{oldest / RECORDING}: had no end;")
-    assert complete_newest(tmp_path) == complete_newest(tmp_path / "none") == ""
 
 
 def test_replay_finishes_a_run_named_by_its_recording_or_says_why_not(tmp_path, capsys):

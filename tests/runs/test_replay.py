@@ -1,17 +1,14 @@
 """The program replay, over journals of trials and over messages of a recording."""
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from collplan_core.parameters import Settings
-from collplan_core.replay.comparison import compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.worlds import load_world
 from collplan_ros.replay.main import main
-from collplan_ros.replay.recorded_journals import journals_from_recording
 from omnipuck_sim.trial import run_trial
 
 SAME, DIFFERENT, REFUSED, INTERRUPTED = 0, 1, 2, 3
@@ -123,18 +120,3 @@ def test_another_strategy_is_printed_as_a_table_up_to_a_gap(rows, replay):
     assert float(last.split()[0]) > 0.5
     with pytest.raises(SystemExit, match=str(REFUSED)):
         replay(rows, "--strategy", "teleport")
-
-
-def test_of_a_recording_what_is_no_plan_is_passed_over_and_a_missing_scan_is_a_gap(rows):
-    """That its scans and plans are found is shown by a run of the graph that is replayed."""
-    stamp = SimpleNamespace(sec=1, nanosec=0)
-    odd = SimpleNamespace(header=SimpleNamespace(frame_id="map", stamp=stamp), poses=[])
-    sent = [("plan", odd), *((f"{row['of']}/journal", SimpleNamespace(data=json.dumps(row))) for row in rows[1:])]
-    compared = []
-    for which in ("", PLANNER):
-        of_these = [(topic, 0, message) for topic, message in sent if which in topic]
-        journals = journals_from_recording("run.mcap", lambda *_, given=of_these: iter(given))
-        compared.append(next(compare(PLANNER, journals.events(PLANNER), journals.contents)))
-    found, gap = compared
-    assert (found.end, found.plans >= 8) == (None, True)
-    assert "not in" in str(gap.end)

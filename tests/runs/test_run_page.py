@@ -2,7 +2,6 @@
 
 import base64
 import hashlib
-import json
 import re
 from html.parser import HTMLParser
 
@@ -15,10 +14,10 @@ from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.replay.main import main
 from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.run_error import RunError
-from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog
-from collplan_ros.view.player import record_events, run_page, write_run_page
+from collplan_ros.runs.run_log import PoseRow, RunLog
+from collplan_ros.view.player import run_page, write_run_page
 from collplan_ros.view.player.run_frames import HEAVY, LATEST, PERIOD, PLAN_LATER, Event, frames_of, thinned
-from made_runs import AHEAD, EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
+from made_runs import EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
 from played_folders import newest, played_folder, poses_in, recording_in
 
 ZERO = 0.15
@@ -131,39 +130,6 @@ def test_what_happened_is_told_at_its_time(frames):
     assert newest(frames, "hold", 9.0) == {"state": "held", "message": "its node has started"}
     assert newest(frames, "doing", 9.0)["maneuver"] == "free_space"
     assert sum(len(frame.get("periods", [])) for frame in frames) == len(bouncing_run().sent_commands) - 1
-
-
-def test_of_a_killed_run_all_impacts_are_counted_and_a_goal_is_where_it_was_given_on_the_way(tmp_path, monkeypatch):
-    monkeypatch.setattr(record_events, "MOST", 3)
-    log = bouncing_run()
-    log.scans = []
-    log.true_impacts = [ImpactRecord(EPOCH + 1.2 + 0.06 * k, -1.5, 0.0) for k in range(10)]
-    folder = played_folder(tmp_path, log)
-    (folder / "summary.json").unlink()
-    lines = (folder / RECORD).read_text().splitlines()
-    header = {"simulated": True, "goal": [0.5, -0.2], "wall_clock_ahead": AHEAD}
-    lines.insert(len(lines) // 2, json.dumps(["run", header]))
-    (folder / RECORD).write_text("\n".join([*lines, '["pose",17000']))
-    recording = shown(folder)
-    frames = recording["frames"]
-    assert recording["end"] == "incomplete"
-    assert_same_poses(frames, log)
-    assert len(newest(frames, "impacts", 9.0)) == 3
-    assert sum(newest(frames, "counts", 9.0).values()) == 10
-    goals = [frame["goal"]["at"] for frame in frames if "goal" in frame]
-    assert goals == [[0, 100]] * 3 + [[500, -200]] * 2
-    assert (frames[0]["goal"]["status"], newest(frames, "goal", 9.0)["status"]) == ("none", "succeeded")
-
-
-def test_the_page_says_what_it_does_not_show_and_its_numbers_are_whole(page):
-    recording = recording_in(page)
-    notes = " ".join(recording["notes"])
-    assert "planner compared" in notes
-    assert "computed again" in notes
-    assert "remembered" not in notes
-    json.dumps(recording, allow_nan=False)
-    for frame in recording["frames"]:
-        assert all(isinstance(value, int) for part in ("robot", "scan", "free") for value in frame.get(part, []))
 
 
 few = settings(derandomize=True, deadline=None, max_examples=30)
