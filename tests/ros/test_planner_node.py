@@ -77,7 +77,7 @@ class PlannerBench:
 
     def assert_no_more_plans(self):
         """None goes out from now on."""
-        self.ros.spin(0.05)
+        self.ros.spin(0.2)
         before = len(self.plans)
         self.ros.spin(0.25)
         assert len(self.plans) == before

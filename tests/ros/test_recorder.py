@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Point, PointStamped, Twist, Vector3
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Point, PointStamped, PoseStamped, Twist, Vector3
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
+from nav_msgs.msg import Path as Path_
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
 from collplan_core.parameters import Settings
@@ -35,7 +38,6 @@ from collplan_ros.runs.trajectory_file import write_trajectory
 
 STAMP, WALL_CLOCK = 50.0, 1.7e9
 FIRST_MOVE, ARRIVAL = 0.5, 2.0
-SHIPPED = Settings()
 SENT_LATE = 0.003
 """A pose is handed on so long after it was measured [s]."""
 WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None, None)
@@ -48,7 +50,6 @@ class Recording:
         self,
         wall: Callable[[], float] = lambda: WALL_CLOCK,
         namespace: str = "/",
-        chosen: Settings = SHIPPED,
         steady: Callable[[], float] | None = None,
     ) -> None:
         self.listened = {}
@@ -57,7 +58,7 @@ class Recording:
         self._file = RecordFile(self._path)
         # by the steady clock the recorder begins at 0
         times = SendTimes(wall, steady or (lambda: wall() - WALL_CLOCK))
-        self.recorder = Recorder(self, chosen, self._file, times, namespace)
+        self.recorder = Recorder(self, Settings(), self._file, times, namespace)
         self.recorder.begin(True, GOAL)
 
     def listen(self, topic, take, raw=False) -> None:
@@ -74,6 +75,18 @@ class Recording:
     @property
     def log(self) -> RunLog:
         return self.record.log
+
+
+def test_each_setting_of_the_wall_clock_is_recorded_also_one_from_before_the_run():
+    clock = {"steady": 0.0, "ahead": WALL_CLOCK}
+    recording = Recording(lambda: clock["steady"] + clock["ahead"], steady=lambda: clock["steady"])
+    for steady, ahead in ((1.0, 0.0), (2.0, -100.0), (3.0, -100.0), (4.0, 3600.0)):
+        clock.update(steady=steady, ahead=WALL_CLOCK + ahead)
+        recording.take("maneuver", steady + ahead, String(data="free_space"))
+        if steady == 2.0:
+            recording.recorder.begin(True, GOAL)
+    known = [(since, ahead - WALL_CLOCK) for since, ahead in recording.record.wall_clock]
+    assert known == [(0.0, 0.0), (2.0, -100.0), (4.0, 3600.0)]
 
 
 def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]:
@@ -237,3 +250,44 @@ def test_a_detected_impact_is_recorded_with_its_own_time_and_place_and_none_afte
     assert (stamp, x, y) == pytest.approx((STAMP + 0.1, 1.0, 2.0))
     assert normal == pytest.approx([0.0, -1.0])
     assert recording.recorder.n_impacts == len(recording.log.detected_impacts) == 1
+
+
+def test_the_longest_wait_of_simulated_time_is_that_within_the_run():
+    recording = Recording()
+
+    def report(sent: float, longest: str) -> None:
+        values = {"real_time_factor": "0.85", "longest_wait_s": longest, "longest_wait_for": "planner_node"}
+        status = DiagnosticStatus(name="/simulator_node", values=[KeyValue(key=k, value=v) for k, v in values.items()])
+        recording.take("/diagnostics", sent, DiagnosticArray(status=[status]))
+
+    recording.recorder.finish()
+    report(0.1, "0.5")
+    recording.recorder.begin(True, GOAL)
+    report(0.5, "0.5")
+    assert recording.log.longest_wait is None
+    report(1.0, "0.7")
+    assert recording.log.longest_wait == (0.7, "planner_node")
+
+
+ODD = {
+    "planner/costs": DiagnosticArray(status=[DiagnosticStatus(values=[KeyValue(key="candidates", value="many")])]),
+    "cmd_vel": Twist(linear=Vector3(x=float("nan"))),
+    "maneuver": String(data="\udc80\n\0"),
+    "plan": Path_(),
+    "scan": LaserScan(),
+    "mocap/odom": Odometry(),
+    "impact/contact": PoseStamped(),
+    "goal_status": GoalStatus(status=99),
+    "/diagnostics": DiagnosticArray(status=[DiagnosticStatus(name="\udc80")]),
+}
+
+
+def test_odd_messages_neither_end_a_run_nor_spoil_its_record(tmp_path):
+    recording, topics = Recording(), sent_messages()
+    for number, topic in enumerate(in_time()):
+        recording.take(topic, *topics[topic].pop(0))
+        if number == 3:
+            for name, odd in ODD.items():
+                recording.take(name, topics["mocap/odom"][0][0] - 0.001, odd)
+    assert arrival(recording.log) == pytest.approx(ARRIVAL - FIRST_MOVE - 0.004, abs=1e-5)
+    assert len(trajectory(recording.log, tmp_path).splitlines()) > len(recording.log.poses)

@@ -200,7 +200,7 @@ def test_services_are_called_and_a_stop_goes_before_what_waits(ros, bench):
     called.clear()
     for number, name in enumerate(["cancel", "cancel", "cancel", "estop"]):
         bench.page.send(json.dumps({"token": bench.token, "number": 100 + number, "do": name}))
-    time.sleep(0.5)  # all have come before the node looks
+    time.sleep(1.0)  # all have come before the node looks
     assert ros.wait_until(lambda: len(called) == 4)
     assert called[0] == "estop"
 
