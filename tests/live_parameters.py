@@ -1,7 +1,5 @@
 """The nodes that take parameters while they run, and the values that tests set there."""
 
-from rclpy.parameter import Parameter
-
 from collplan_core.parameters import all_specs
 from collplan_core.parameters.spec import Spec
 from collplan_ros.nodes.controller_node import ControllerNode
@@ -15,7 +13,7 @@ from omnipuck_sim.node.simulator_node import SimulatorNode
 LIVE = [spec for spec in all_specs().values() if spec.live]
 NODES = (MocapNode, LidarNode, PlannerNode, ControllerNode, SimulatorNode, DriverNode, FirmwareEmulator)
 SHARES = (0.03, 0.0, 0.3, 1.0)
-"""How far into its range a number is set; little at first: a stall of the emulated firmware is to be short."""
+"""How far into its range a number is set."""
 TIMES = {"planner.goal_timeout": 1.2}
 """What is set where a share of the range is longer than any test [s]."""
 
@@ -37,9 +35,3 @@ def others(spec: Spec) -> list:
     if isinstance(spec.default, int):
         values = [round(value) for value in values]
     return [value for value in values if value != spec.default]
-
-
-def set_live(node, values: dict[str, object]) -> bool:
-    """Sets parameters as `ros2 param set` does, all of them or none; whether the node took them."""
-    parameters = [Parameter(key, value=value) for key, value in values.items()]
-    return not parameters or node.set_parameters_atomically(parameters).successful

@@ -110,15 +110,6 @@ def test_wheels_as_noisy_as_assumed_take_more_motions():
     assert thought / 3.0 < took < 3.0 * thought
 
 
-def test_good_wheels_need_the_careful_motions_alone():
-    offset = (-0.04, 0.03, -2.5)
-    robot = Stepped(1, offset, **QUIET)
-    known, thought, took = checked(robot)
-    assert_found(known, offset)
-    assert (thought, took) == (0.0, 0.0)
-    assert robot.farthest < 0.15
-
-
 def test_a_bias_of_the_wheels_is_no_offset():
     """Of 0.03 m/s in the robot's frame: a turn one way at 1 rad/s would show 30 mm."""
     known, _, _ = checked(Stepped(bias=(0.02, -0.03), **QUIET))
@@ -133,11 +124,3 @@ def test_a_robot_that_drifts_away_is_not_driven_on():
     with pytest.raises(Strayed, match="began"):
         checked(robot)
     assert robot.farthest < MOST_DISTANCE + 0.2
-
-
-def test_a_robot_that_goes_ten_times_as_fast_as_commanded_is_stopped_on_the_way():
-    """Within its first motion, at 1 m/s: 0.33 m of braking and 0.1 m of lag come on top."""
-    robot = Stepped(0, scale=10.0, **QUIET)
-    with pytest.raises(Strayed):
-        drive_each_way(robot, careful(robot.settings.robot), 0.1)
-    assert MOST_DISTANCE < robot.farthest < MOST_DISTANCE + 0.55

@@ -300,16 +300,6 @@ def test_the_hosts_clock_may_pass_the_end_of_its_numbers():
         assert device.has_counted(late=0), clock
 
 
-def test_it_drives_where_the_wheels_say():
-    device = Device().armed()
-    for _ in range(20):
-        device.command(FORWARD)
-        device.run(0.05)
-    speed = 20.0 * 0.02 / np.sin(pi / 3)
-    assert device.simulator.state.velocity == pytest.approx([speed, 0.0], abs=1e-3)
-    assert device.telemetry.wheels == pytest.approx(FORWARD, abs=0.1)
-
-
 def test_a_ring_that_senses_measures_the_change_of_velocity_in_the_body_frame():
     device = Device(senses_impacts=True).armed()
     device.simulator.place(np.array([-0.85, 0.0]), np.array([-0.5, 0.0]), yaw=pi / 2)

@@ -8,7 +8,6 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: it needs Python 3.11")
 
 from omnipuck_sim.robot import mujoco_disc
-from omnipuck_sim.robot.compliant_ring import LEAST_RESTITUTION, MOST_RESTITUTION, spring_and_damper
 from omnipuck_sim.robot.impact import IMPACT_SPEED
 from physics_scenes import (
     RADIUS,
@@ -31,12 +30,6 @@ RINGS = ({}, {"contact_time": 0.04}, {"friction": 0.03}, {"friction": 0.5}, {"re
 
 def soft(**simulation):
     return quiet(engine="mujoco", **simulation)
-
-
-def test_restitutions_that_no_ring_has_are_taken_as_the_nearest():
-    for restitution in (-0.5, 0.0, 1.0, 1.5):
-        nearest = min(max(restitution, LEAST_RESTITUTION), MOST_RESTITUTION)
-        assert spring_and_damper(0.015, restitution) == spring_and_damper(0.015, nearest)
 
 
 def test_rebounds_follow_coulomb():
@@ -151,13 +144,3 @@ def test_an_impact_is_known_when_it_has_ended_and_a_slow_touch_is_none():
     assert impact.time < 0.002
     assert -impact.velocity_after[0] == pytest.approx(0.7 * impact.velocity_before[0], rel=0.02)
     assert [len(impacts_of(WALL, (0.4, 0.0), (f * IMPACT_SPEED, 0.5), soft())) for f in (0.9, 1.1)] == [0, 1]
-
-
-def test_a_placed_disc_has_forgotten_its_contacts():
-    sim = launched(WALL, (0.4, 0.0), (0.7, 0.0), soft())
-    flight(sim, 0.02)
-    sim.place(np.array([-1.0, 0.0]), np.array([0.3, 0.0]), 0.5)
-    _, _, velocities = flight(sim, 0.1)
-    assert sim.take_impacts() == []
-    assert (velocities == [0.3, 0.0]).all()
-    assert sim.state.yaw == 0.5

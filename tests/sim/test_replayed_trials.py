@@ -89,14 +89,6 @@ def test_the_journal_changes_nothing(tmp_path):
 # ---- another strategy
 
 
-def test_the_same_strategy_would_have_planned_the_same_where_no_plan_is_in_force(tmp_path):
-    """The paper's strategies remember no plan."""
-    rows = rows_of(recorded(tmp_path, "corridor", "harness"), "")
-    found = plans_beside(events_of(rows, PLANNER), contents_of(rows), "harness").moments
-    assert len(found) >= 8
-    assert all(moment.own == moment.other for moment in found)
-
-
 def test_another_strategy_plans_at_the_same_moments(lines):
     rows = rows_of(lines, "")
     found = plans_beside(events_of(rows, PLANNER), contents_of(rows), "avoid").moments

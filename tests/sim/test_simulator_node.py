@@ -1,6 +1,5 @@
 """The simulated robot on the graph, in one process with a probe; its clean end as a process of its own."""
 
-import math
 import subprocess
 import sys
 import time
@@ -14,8 +13,7 @@ from geometry_msgs.msg import PoseStamped, Twist, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import TimeReference
-from serial_robot import HALL, let_move, twist
-from std_srvs.srv import Trigger
+from serial_robot import HALL
 
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import WorldError
@@ -46,21 +44,6 @@ class Bench:
     def until(self, condition: Callable[[], object]) -> None:
         assert self.ros.wait_until(condition, timeout=30.0), "waited in vain"
 
-    def drive_until(self, condition: Callable[[], object], **velocity) -> None:
-        """Sends the command at about 20 Hz until the condition holds."""
-        message = twist(**velocity)
-        timer = self.ros.probe.create_timer(0.05, lambda: self.commands.publish(message))
-        self.until(condition)
-        self.ros.probe.destroy_timer(timer)
-
-    def go_until(self, condition: Callable[[], object], **velocity) -> None:
-        """As `drive_until`, with a person who lets it move, again where a stall of the test has held it."""
-        with let_move(self.ros):
-            self.drive_until(condition, **velocity)
-
-    def call(self, name: str) -> Trigger.Response:
-        return self.ros.call(Trigger, name)
-
     @property
     def odometry(self) -> list[Odometry]:
         return self.heard["ground_truth/odom"]
@@ -68,11 +51,6 @@ class Bench:
     @property
     def x(self) -> float:
         return self.odometry[-1].pose.pose.position.x
-
-    @property
-    def speed(self) -> float:
-        linear = self.odometry[-1].twist.twist.linear
-        return math.hypot(linear.x, linear.y)
 
 
 def seconds(stamp) -> float:
@@ -111,23 +89,6 @@ def test_poses_are_sent_late_by_the_latency_of_the_motion_capture(bench):
     b.until(
         lambda: seconds(truths[-1].header.stamp) - seconds(poses[-1].header.stamp) == pytest.approx(latency, abs=0.1)
     )
-
-
-def test_an_impact_is_the_change_of_velocity_and_reset_puts_it_back_with_stamps_that_go_on(bench):
-    b = bench()
-    b.go_until(lambda: b.heard["ground_truth/impact"], x=-1.0)
-    impact = b.heard["ground_truth/impact"][0]
-    before = max(-o.twist.twist.linear.x for o in b.odometry)
-    assert impact.header.frame_id == "map"
-    assert impact.vector.x == pytest.approx(1.7 * before, rel=0.05)
-    assert impact.vector.y == pytest.approx(0.0, abs=1e-9)
-    assert abs(seconds(impact.header.stamp) - seconds(b.odometry[-1].header.stamp)) < 1.0
-    b.go_until(lambda: b.x > 0.3, x=0.6)
-    before = seconds(b.odometry[-1].header.stamp)
-    assert b.call("reset").success
-    b.until(lambda: b.x == 0.0)
-    assert b.speed == 0.0
-    assert seconds(b.odometry[-1].header.stamp) > before
 
 
 def test_at_another_speed_it_publishes_the_clock_its_stamps_are_in(bench):

@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
-from collplan_core.evaluation.run_end import REACHED, STUCK
+from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS
@@ -111,14 +111,6 @@ def test_a_seed_gives_the_same_run_bit_by_bit_whatever_was_run_before_and_in_ano
     assert run.stdout.split() == first
     assert len({*first, digest(trial("bounce", seed=1, timeout=1.0))}) == 4
     assert len(trial(*SHORT[0]).plans) > 15
-
-
-def test_a_goal_that_is_closed_off_ends_as_stuck_without_a_plan():
-    room = make_world(walled=True, bounds=(-0.35, -0.35, 0.35, 0.35), start=np.zeros(2))
-    quick = SETTINGS.with_values({"planner.strategy": "bounce", "trial.timeout": 1.0})
-    result = run_trial(room, quick, 0, goal=np.array([3.0, 0.0]))
-    assert (result.outcome, len(result.plans)) == (STUCK, 0)
-    assert result.rebounds.shape == (0, 3)
 
 
 POSTS = replace(

@@ -1,6 +1,5 @@
 """The closed loop without ROS, with the paper's strategies."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -120,11 +119,3 @@ def test_without_start_or_goal_there_is_no_run():
         run_trial(make_world(start=np.zeros(2)), SETTINGS, 0)
     with pytest.raises(WorldError, match="start"):
         run_trial(make_world(), SETTINGS, 0, goal=np.ones(2))
-
-
-def test_without_noise_the_open_arena_is_crossed_in_a_straight_line():
-    world = replace(make_world(start=np.zeros(2)), goal=np.array([2.0, 0.0]))
-    result = run_trial(world, settings_of("harness", **{"simulator.noise": 0.0}), 0)
-    assert (result.outcome, len(result.impacts)) == (REACHED, 0)
-    assert result.path_length == pytest.approx(1.9, abs=0.06)
-    assert np.abs(result.trajectory[:, 2]).max() < 0.15

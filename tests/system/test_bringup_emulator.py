@@ -19,26 +19,24 @@ from collplan_ros.bringup.preparation import prepare
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.robots import robot_kind
 
-CORRUPTED = """
-/**:
-  ros__parameters:
-    emulator: {flipped: 0.01}
-"""
 
-
-def bringup(out: Path, *options: str) -> tuple[int, str, dict]:
-    command = [sys.executable, "-m", "collplan_ros.bringup.main", "--no-pictures", "--out", str(out), *options]
+def with_emulator(folder: Path, parameter: str) -> tuple[int, str, dict]:
+    """Exit code, output and summary of a run with this parameter of the emulator."""
+    file, out = folder / "emulator.yaml", folder / "runs"
+    file.write_text(f"/**:\n  ros__parameters:\n    emulator: {{{parameter}}}\n")
+    options = ["--no-pictures", "--robot", "emulator", "--params", str(file), "--out", str(out)]
+    command = [sys.executable, "-m", "collplan_ros.bringup.main", *options]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False)
     text, summary = ended.stdout + ended.stderr, out / "latest" / "summary.json"
     assert summary.exists(), f"exit code {ended.returncode}: {text}"
     return ended.returncode, text, json.loads(summary.read_text())
 
 
+@pytest.mark.soak
+@pytest.mark.timeout(300)
 def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(tmp_path):
-    (tmp_path / "corrupted.yaml").write_text(CORRUPTED)
-    code, text, summary = bringup(
-        tmp_path / "runs", "--robot", "emulator", "--params", str(tmp_path / "corrupted.yaml")
-    )
+    """In real time, as a firmware is: the driver alone on such a line is in tests/driver."""
+    code, text, summary = with_emulator(tmp_path, "flipped: 0.01")
     assert code == 0, text
     assert (summary["reached"], summary["simulated"]) == (True, True)
     assert summary["path_length_source"] == "ground_truth"
@@ -51,9 +49,7 @@ def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(t
 @pytest.mark.soak
 @pytest.mark.timeout(300)
 def test_a_ring_that_senses_replaces_detection(tmp_path):
-    file = tmp_path / "ring.yaml"
-    file.write_text("/**:\n  ros__parameters:\n    emulator: {senses_impacts: true}\n")
-    code, text, _ = bringup(tmp_path / "runs", "--robot", "emulator", "--params", str(file))
+    code, text, _ = with_emulator(tmp_path, "senses_impacts: true")
     assert code == 0, text
 
 

@@ -93,10 +93,3 @@ def test_bounce_is_faster_than_avoid_round_u_turns_and_bounces_on_purpose(throug
         deliberate = [run["impacts_deliberate"] for run in bounce]
         assert np.count_nonzero(deliberate) >= 2, (world, deliberate)
     assert [run["impacts_deliberate"] for run in avoid] == [0] * 5
-
-
-@pytest.mark.soak
-def test_a_serpentine_is_bounced_through(through_the_graph):
-    summary = through_the_graph("serpentine:3", "bounce")
-    assert summary["reached"]
-    assert summary["impacts_deliberate"] >= 1

@@ -190,6 +190,12 @@ def robot(request, ros, tmp_path):
     return Robot(ros, tmp_path, request.param)
 
 
+@pytest.fixture
+def simulated(ros, tmp_path):
+    """The robot in lockstep alone, for what every robot has from one class and only a clock of its own can judge."""
+    return Robot(ros, tmp_path, SIMULATED)
+
+
 def test_topics_services_and_commands(robot):
     """It goes where it is told in its own frame; what is too fast is clipped, or refused, as what is no number."""
     probe = robot.ros.probe
@@ -272,52 +278,53 @@ def test_after_an_emergency_stop_no_command_and_no_silence_moves_it(robot):
     robot.until(lambda: robot.state == "free")
 
 
-def test_a_new_goal_lets_it_move_and_the_one_of_before_does_not(robot):
-    planner = robot.ros.publisher(GoalStatus, "goal_status", LATCHED)
-    robot.command(x=0.4)
-    robot.new_goal(planner)
-    assert robot.stays_still(x=0.4), "the first goal heard of may be one of before its start"
-    robot.new_goal(planner)
-    robot.until(lambda: robot.speed > 0.3)
-    assert robot.call("estop")
-    robot.until(lambda: robot.speed < STANDING)
-    robot.new_goal(planner)
-    assert robot.call("clear_estop")
-    assert robot.stays_still(x=0.4), "a goal given during the stop is none given after it"
-    robot.new_goal(planner, GoalStatus.STATUS_ABORTED)
-    assert robot.stays_still(x=0.4), "a goal that was refused"
-    robot.new_goal(planner)
-    robot.until(lambda: robot.speed > 0.3)
+def test_a_new_goal_lets_it_move_and_the_one_of_before_does_not(simulated):
+    planner = simulated.ros.publisher(GoalStatus, "goal_status", LATCHED)
+    simulated.command(x=0.4)
+    simulated.new_goal(planner)
+    assert simulated.stays_still(x=0.4), "the first goal heard of may be one of before its start"
+    simulated.new_goal(planner)
+    simulated.until(lambda: simulated.speed > 0.3)
+    assert simulated.call("estop")
+    simulated.until(lambda: simulated.speed < STANDING)
+    simulated.new_goal(planner)
+    assert simulated.call("clear_estop")
+    assert simulated.stays_still(x=0.4), "a goal given during the stop is none given after it"
+    simulated.new_goal(planner, GoalStatus.STATUS_ABORTED)
+    assert simulated.stays_still(x=0.4), "a goal that was refused"
+    simulated.new_goal(planner)
+    simulated.until(lambda: simulated.speed > 0.3)
 
 
-def test_a_second_commander_holds_it_and_is_named_and_a_restart_is_no_second_one(robot):
+def test_a_second_commander_holds_it_and_is_named_and_a_restart_is_no_second_one(simulated):
     for _ in range(3):
-        robot.commander.falls_silent()
-        robot.commander = robot.new_commander("commander")
-        robot.go(x=0.1)
-        robot.passes(70)  # three restarts within a second are two publishers
-    assert not any("publish" in each.message for each in robot.states)
+        simulated.commander.falls_silent()
+        simulated.commander = simulated.new_commander("commander")
+        simulated.go(x=0.1)
+        simulated.passes(70)  # three restarts within a second are two publishers
+    assert not any("publish" in each.message for each in simulated.states)
     for name, named in (("teleop", "/commander, /teleop"), ("commander", "both named /commander")):
-        robot.go(x=0.1)
-        rogue = robot.new_commander(name, period=0.03)
-        rogue.message = robot.commander.message
-        robot.until(lambda: robot.state == "held")
-        assert named in robot.states[-1].message
-        robot.until(lambda named=named: robot.own_health.level == b"\x02" and named in robot.own_health.message)
-        robot.until(lambda: robot.speed < STANDING)
-        assert robot.stays_still(x=0.1)
-        assert not robot.call("resume")
+        simulated.go(x=0.1)
+        rogue = simulated.new_commander(name, period=0.03)
+        rogue.message = simulated.commander.message
+        simulated.until(
+            lambda named=named: simulated.own_health.level == b"\x02" and named in simulated.own_health.message
+        )
+        simulated.until(lambda: simulated.speed < STANDING)
+        assert simulated.stays_still(x=0.1)
+        assert not simulated.call("resume")
+        simulated.until(lambda named=named: simulated.state == "held" and named in simulated.states[-1].message)
         rogue.falls_silent()
-        robot.ros.remove(rogue.node)
-        robot.until(lambda: robot.call("resume"))
+        simulated.ros.remove(rogue.node)
+        simulated.until(lambda: simulated.call("resume"))
 
 
-def test_a_command_that_was_long_under_way_is_not_followed(robot, monkeypatch):
-    robot.go(x=0.2)
-    delay = 10.0 if robot.name == SIMULATED else 0.3  # simulated time may be slower than the clock
-    delayed = property(lambda self: self.came - delay, lambda self, value: setattr(self, "came", value))
+def test_a_command_that_was_long_under_way_is_not_followed(simulated, monkeypatch):
+    simulated.go(x=0.2)
+    # simulated time may be slower than the clock
+    delayed = property(lambda self: self.came - 10.0, lambda self, value: setattr(self, "came", value))
     monkeypatch.setattr(Inputs, "sent", delayed, raising=False)
-    robot.until(lambda: robot.speed < STANDING and robot.counted("late") > 0)
+    simulated.until(lambda: simulated.speed < STANDING and simulated.counted("late") > 0)
 
 
 def test_what_was_queued_in_a_stall_of_the_driver_is_dropped(ros, tmp_path):

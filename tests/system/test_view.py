@@ -35,18 +35,7 @@ def test_a_run_is_shown_driven_and_goes_on_without_its_page(tmp_path, parameters
                     (answers if "answer" in message else parts).update(message)
                 return condition()
 
-            everything = {
-                "robot",
-                "scan",
-                "free",
-                "rollouts",
-                "plan",
-                "remembered",
-                "impacts",
-                "costs",
-                "periods",
-                "nodes",
-            }
+            everything = {"robot", "scan", "free", "rollouts", "plan", "remembered", "impacts", "costs", "nodes"}
             wait_for(lambda: shows(lambda: "robot" in parts))
             # not where the robot is by then: such a goal is reached before anyone sees that it was given
             goal = [value / 1000 for value in parts["robot"][:2]]
