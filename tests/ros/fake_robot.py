@@ -7,7 +7,9 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import LaserScan
 
-from collplan_core.parameters import Lidar
+from collplan_core.local_map import build_local_map
+from collplan_core.parameters import Lidar, Settings
+from collplan_core.planners import planner_for
 from collplan_core.state import State
 from collplan_core.worlds import parse_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -17,6 +19,7 @@ from collplan_ros.messages.qos import POSE_PUBLISHED, SENSOR_DATA
 PERIOD = 0.02
 SCAN_EVERY = 3
 LIDAR = Lidar(n_beams=180)
+GOAL = np.array([2.0, 0.0])
 
 
 def hall(obstacle_y: float | None = None):
@@ -24,6 +27,16 @@ def hall(obstacle_y: float | None = None):
     circles = [] if obstacle_y is None else [{"center": [0.55, obstacle_y], "radius": 0.15}]
     ends = {"start": [0.0, 0.0], "goal": [2.0, 0.0]}
     return parse_world({"name": "hall", "bounds": [-0.5, -1.0, 2.5, 1.0], "circles": circles, **ends}, "hall")
+
+
+def planned(settings: Settings):
+    """The second cycle of a strategy towards GOAL, at 3.25 s: map, plan, remembered boundaries."""
+    planner, memory = planner_for(settings.planner.strategy), None
+    for stamp in (3.20, 3.25):
+        state = State(stamp, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
+        local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, settings.robot, settings.local_map)
+        plan, memory = planner.plan(memory, local_map, state, GOAL, settings)
+    return local_map, plan, planner.boundaries(memory)
 
 
 class FakeRobot:

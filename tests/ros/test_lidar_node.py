@@ -81,40 +81,26 @@ def test_poses_that_are_refused_make_no_scan(ros):
     assert not bench.scans
 
 
-# ---- a spinning sensor
-
-
-class SpinningBench(LidarBench):
-    """The node with the low-cost sensor, and poses of a robot that drives along x, at 100 Hz of their own clock."""
-
-    def __init__(self, ros, **parameters):
-        super().__init__(ros, {"lidar.sensor": "low_cost", **parameters})
-        self.sent = []
-
-    def drive(self, n, pause=0.0):
-        """Sends the next n poses, the first after a pause of the poses' clock."""
-        start = start_of("corridor")
-        for _ in range(n):
-            stamp = self.sent[-1].stamp + 0.01 + pause if self.sent else start.stamp
-            travelled = np.array([0.4 * (stamp - start.stamp), 0.0])
-            self.sent.append(replace(start, stamp=stamp, position=start.position + travelled))
-            self.send(self.sent[-1])
-            self.ros.spin(0.002)
-            pause = 0.0
-
-
 def test_a_spinning_sensor_scans_from_where_the_robot_was_at_each_beam_after_its_latency(ros):
-    bench = SpinningBench(ros, **{"lidar.seed": 5})
-    bench.drive(11)
-    ros.spin(0.2)
-    assert not bench.scans
-    # 0.11 s after the first beam: the sweep and 10 ms of latency are over
-    bench.drive(1)
-    assert ros.wait_until(lambda: bench.scans)
-    bench.drive(22)
+    bench = LidarBench(ros, {"lidar.sensor": "low_cost", "lidar.seed": 5})
+    start = start_of("corridor")
+    sent = [
+        replace(start, stamp=start.stamp + t, position=start.position + np.array([0.4 * t, 0.0]))
+        for t in 0.01 * np.arange(34)
+    ]
+    # 0.11 s after the first beam the sweep and 10 ms of latency are over
+    for states, n_scans in ((sent[:11], 0), (sent[11:12], 1)):
+        for state in states:
+            bench.send(state)
+            ros.spin(0.002)
+        ros.spin(0.2)
+        assert ros.wait_until(lambda n_scans=n_scans: len(bench.scans) == n_scans)
+    for state in sent[12:]:
+        bench.send(state)
+        ros.spin(0.002)
     assert ros.wait_until(lambda: len(bench.scans) == 3)
     sweeps = sweeps_of(load_world("corridor"), Lidar(sensor="low_cost"), 5)
-    expected = [scan for scan in map(sweeps.take_pose, bench.sent) if scan is not None]
+    expected = [scan for scan in map(sweeps.take_pose, sent) if scan is not None]
     for message, scan in zip(bench.scans, expected, strict=True):
         received = scan_from_message(message, "base_link")
         assert received.stamp == pytest.approx(scan.stamp, abs=1e-6)

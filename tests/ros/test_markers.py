@@ -7,40 +7,24 @@ import pytest
 from visualization_msgs.msg import Marker
 
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact
-from collplan_core.local_map import build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
-from collplan_core.planners import PAPER, ROLLOUTS, planner_for
-from collplan_core.state import State
-from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.markers.plan_markers import ARROW_LENGTH, REBOUND_SCALE, plan_markers
 from collplan_ros.markers.shapes import ARROW_ENDS
-from fake_robot import LIDAR, hall
+from fake_robot import GOAL, planned
 
 SETTINGS = Settings()
 BOUNCE = SETTINGS.with_values({"planner.strategy": "bounce", "time_to_goal.proposals": 100})
-GOAL = np.array([2.0, 0.0])
-
-
-def cycle_of(settings, boundaries):
-    """The second cycle of a strategy: map, plan, remembered boundaries."""
-    memory, planner = None, planner_for(settings.planner.strategy)
-    for stamp in (3.20, 3.25):
-        state = State(stamp, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
-        scan = simulate_scan(hall(0.1), state, LIDAR)
-        local_map = build_local_map(scan, state, settings.robot, settings.local_map)
-        plan, memory = planner.plan(memory, local_map, state, GOAL, settings)
-    return local_map, plan, boundaries(memory)
 
 
 @pytest.fixture(scope="module")
 def cycle():
-    return cycle_of(SETTINGS, PAPER.boundaries)
+    return planned(SETTINGS)
 
 
 @pytest.fixture(scope="module")
 def rollouts():
-    return cycle_of(BOUNCE, ROLLOUTS.boundaries)
+    return planned(BOUNCE)
 
 
 def by_namespace(cycle, hit=None, settings=SETTINGS):

@@ -10,12 +10,8 @@ from hypothesis.extra import numpy as arrays
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2
 
-from collplan_core.local_map import build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates
-from collplan_core.planners import PAPER, ROLLOUTS, planner_for
-from collplan_core.state import State
-from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.markers.rollout_markers import inferred_lines
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
 from collplan_ros.messages.conversions import MessageError, seconds_from_stamp
@@ -31,7 +27,7 @@ from collplan_ros.messages.planner_clouds import (
     seen_layers,
     seen_to_message,
 )
-from fake_robot import LIDAR, hall
+from fake_robot import planned
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=30)
 
@@ -47,14 +43,7 @@ def over_the_wire(message):
 
 @pytest.fixture(scope="module", params=["harness", "bounce"])
 def cycle(request):
-    """Second cycle of a strategy: map, plan, remembered boundaries."""
-    planner, boundaries = planner_for(request.param), {"harness": PAPER, "bounce": ROLLOUTS}[request.param].boundaries
-    settings, memory = SETTINGS.with_values({"planner.strategy": request.param}), None
-    for stamp in (3.25, 3.30):
-        state = State(stamp, np.array([0.1, 0.2]), np.array([0.3, 0.0]), 0.4)
-        local_map = build_local_map(simulate_scan(hall(0.1), state, LIDAR), state, settings.robot, settings.local_map)
-        plan, memory = planner.plan(memory, local_map, state, np.array([2.0, 0.0]), settings)
-    return local_map, plan, boundaries(memory)
+    return planned(SETTINGS.with_values({"planner.strategy": request.param}))
 
 
 def test_what_is_seen_comes_back(cycle):

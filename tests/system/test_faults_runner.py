@@ -1,56 +1,26 @@
-"""The runner of `make faults`: a miss is a miss, a stall is repeated and counted, and nothing done is done again."""
+"""The runner of `make faults`: a miss is a miss, and a stall is repeated and counted."""
 
 import math
 
-import pytest
-
-from faults.bench import BenchError
+from faults.bench import Bench
 from faults.fault import Fault, Measured
 from faults.runner import CaseFile, run_bench
 from faults.table import figures
 
-NEVER = math.inf
-UNNOTICED: list[int] = []
 
-
-class Bench:
-    """A bench that counts how often it was opened."""
-
-    opened = 0
-
-    def __init__(self, fails: int = 0):
-        self.fails = fails
-
-    def __enter__(self):
-        Bench.opened += 1
-        return self
-
-    def __exit__(self, *_):
-        pass
-
-    def drive(self):
-        if Bench.opened <= self.fails:
-            raise BenchError("stands")
-
-
-@pytest.fixture(autouse=True)
-def _unopened(monkeypatch):
-    monkeypatch.setattr(Bench, "opened", 0)
-
-
-def fault(*measured: Measured, limit: float | None = 0.3, undone: list = UNNOTICED, name: str = "tipped") -> Fault:
+def fault(*measured: Measured, limit: float | None = 0.3) -> Fault:
     """A fault that gives these results in turn, the last one for ever."""
     left = list(measured)
 
     def measure(bench, begun):
         return left.pop(0) if len(left) > 1 else left[0]
 
-    return Fault(name, "puck", limit, lambda bench: 0.0, measure, lambda bench: undone.append(1))
+    return Fault("tipped", "puck", limit, lambda bench: 0.0, measure, lambda bench: None)
 
 
-def done(path, *faults: Fault, n: int = 3, fails: int = 0):
+def done(path, fault: Fault):
     file = CaseFile(path / "cases.jsonl")
-    list(run_bench(faults, lambda: Bench(fails), lambda fault: n, file, NEVER))
+    list(run_bench([fault], Bench, lambda fault: 3, file, math.inf))
     return file.cases
 
 
