@@ -77,10 +77,7 @@ def test_contacts_foreseen_and_the_last_hit_have_their_arrows(cycle):
     shafts = points(made["foreseen_rebounds"]).reshape(2, ARROW_ENDS, 2)[:, :2]
     np.testing.assert_allclose(np.diff(shafts, axis=1)[:, 0], REBOUND_SCALE * contacts.velocities_after)
     measured = np.array([0.1, 0.4])
-    for expected, velocities in (
-        (np.array([0.0, 0.5]), [[0.0, 0.5], measured]),
-        (np.full(2, np.nan), [measured]),
-    ):
+    for expected, velocities in ((np.array([0.0, 0.5]), [[0.0, 0.5], measured]), (np.full(2, np.nan), [measured])):
         hit = MeasuredImpact(3.2, np.array([0.3, 0.2]), expected, measured)
         shafts = points(by_namespace(cycle, hit)["rebound"]).reshape(-1, ARROW_ENDS, 2)[:, :2]
         np.testing.assert_allclose(shafts[:, 0], np.tile(hit.point, (len(velocities), 1)))

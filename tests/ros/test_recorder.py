@@ -22,11 +22,7 @@ from collplan_core.parameters import Settings
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import World
-from collplan_ros.messages.conversions import (
-    impact_contact_to_message,
-    impact_to_message,
-    state_to_odometry,
-)
+from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.runs.impact_log import impacts_of
 from collplan_ros.runs.record_file import RecordFile
 from collplan_ros.runs.record_reading import RECORD, Record, read_record

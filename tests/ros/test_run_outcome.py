@@ -28,11 +28,7 @@ from collplan_ros.runs.send_times import SendTimes
 STAMP, SENT = 100.0, 1.7e9
 LIMITS = Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05)
 ACCEPTED, EXECUTING = GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING
-FINAL = {
-    GoalStatus.STATUS_SUCCEEDED: REACHED,
-    GoalStatus.STATUS_ABORTED: ABORTED,
-    GoalStatus.STATUS_CANCELED: CANCELED,
-}
+FINAL = {GoalStatus.STATUS_SUCCEEDED: REACHED, GoalStatus.STATUS_ABORTED: ABORTED, GoalStatus.STATUS_CANCELED: CANCELED}
 
 
 def pose(t: float, x: float) -> PoseRow:
@@ -49,11 +45,7 @@ def drive(wait: float, length: float, stand: float) -> list[PoseRow]:
 @settings(derandomize=True, deadline=None, max_examples=30)
 def test_the_planners_word_is_the_outcome_however_far_the_poses_are_behind(wait, length, status, random):
     monitor, poses = RunMonitor(LIMITS, STAMP), drive(wait, length, 20.0)
-    reports = [
-        GoalReport(ACCEPTED, SENT),
-        GoalReport(EXECUTING, SENT + wait),
-        GoalReport(status, SENT + wait + length),
-    ]
+    reports = [GoalReport(ACCEPTED, SENT), GoalReport(EXECUTING, SENT + wait), GoalReport(status, SENT + wait + length)]
     # each report is taken when it was sent, or while the poses of an earlier time are
     known, taken = -1, []
     for row in poses:

@@ -14,12 +14,7 @@ from collplan_core.parameters.spec import specs
 from collplan_ros.messages.qos import CONSTANTS_SUBSCRIBED
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.node_parameters import declare, read_settings
-from collplan_ros.node_kit.shared_constants import (
-    SharedConstants,
-    constants_of,
-    disagreement,
-    hash_of,
-)
+from collplan_ros.node_kit.shared_constants import SharedConstants, constants_of, disagreement, hash_of
 
 RADIUS = {"robot.radius": "0.09"}
 

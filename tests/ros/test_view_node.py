@@ -9,7 +9,7 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -20,12 +20,9 @@ from websockets.sync.client import connect
 
 from collplan_core.parameters import Planning, Robot, Simulation
 from collplan_core.plan import Candidates, Contacts
+from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_filter import PoseSample
-from collplan_ros.messages.conversions import (
-    goal_to_message,
-    header,
-    pose_to_message,
-)
+from collplan_ros.messages.conversions import goal_to_message, header, impact_contact_to_message, pose_to_message
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
 from collplan_ros.messages.plans import contacts_to_message
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
@@ -132,6 +129,24 @@ def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
     }  # fmt: skip
     assert [each["cost"] for each in bench.parts["rollouts"]] == [1.25, 3.5]
     assert bench.parts["free"] == [1000, 0, 0, 1000]
+
+
+def test_impacts_costs_periods_what_the_controller_does_and_what_holds_the_robot(ros, bench):
+    contact = ImpactContact(5.0, np.array([0.1, 0.2]), np.array([0.0, 1.0]))
+    ros.publisher(PoseStamped, "impact/contact", EVENT).publish(impact_contact_to_message(contact, "map"))
+    bench.latched(DiagnosticStatus, "controller/state", state_message("/controller_node", reason="<b>so</b>"))
+    bench.latched(DiagnosticStatus, "robot/state", state_message("/driver_node", state="held", reason="just started"))
+    costs = status_message("/planner_node", Health(OK, "", {"planning_time_ms": 12.5, "total": 3.0}))
+    ros.publisher(DiagnosticArray, "planner/costs", EVENT).publish(DiagnosticArray(status=[costs]))
+    commands = ros.publisher(Twist, "cmd_vel", NEWEST)
+    for _ in range(4):
+        commands.publish(Twist())
+        ros.spin(0.05)
+    assert bench.shows(lambda parts: {"impacts", "doing", "hold", "costs", "periods"} <= parts.keys())
+    assert [(each["at"], each["kind"]) for each in bench.parts["impacts"]] == [([100, 200], "other")]
+    assert bench.parts["doing"]["reason"] == "<b>so</b>"
+    assert bench.parts["hold"] == {"state": "held", "message": "just started"}
+    assert bench.parts["costs"]["terms"] == {"total": 3.0}
 
 
 def simulator(world, radius):

@@ -37,16 +37,7 @@ class Stepped:
             so that the wheels' noise acts then too.
     """
 
-    def __init__(
-        self,
-        seed=0,
-        offset=OFFSET,
-        *,
-        bias=(0.0, 0.0),
-        scale=1.0,
-        by_wheels=False,
-        **simulation,
-    ):
+    def __init__(self, seed=0, offset=OFFSET, *, bias=(0.0, 0.0), scale=1.0, by_wheels=False, **simulation):
         placed = zip(("marker_offset_x", "marker_offset_y", "marker_offset_yaw"), offset, strict=True)
         values = {f"simulator.{key}": value for key, value in [*placed, *simulation.items()]}
         self.settings = Settings().with_values(values)

@@ -5,19 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from physics_scenes import (
-    QUIET,
-    RADIUS,
-    RESTITUTION,
-    V_MAX,
-    WALL,
-    hit,
-    launched,
-    make_world,
-    quiet,
-    rigid_disc,
-    unit,
-)
+from physics_scenes import QUIET, RADIUS, RESTITUTION, V_MAX, WALL, hit, launched, make_world, quiet, rigid_disc, unit
 
 SPEEDS = (0.3, 0.7, 1.2)
 
