@@ -54,8 +54,8 @@ from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.qos import EVERY_ONE
 
 NOT_NEEDED = ("lidar_node", "planner_node", "controller_node")
-REPORT_PATIENCE = 3.0
-"""Longest wait for a report of every node, which each sends once a second [s]."""
+REPORT_PATIENCE = 10.0
+"""Longest wait for a report of every node [s]; each sends one a second, of a simulation that may wait for others."""
 WATCHING_TIME = 2.0
 """Time for which poses of the robot at rest are recorded [s]."""
 MOST_TIME = 360.0
