@@ -2,6 +2,7 @@
 
 import math
 import time
+from types import SimpleNamespace
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
@@ -15,6 +16,7 @@ from collplan_core.loop.poses_clock import PosesClock
 from collplan_ros.messages.conversions import seconds_from_stamp, stamp_from_seconds
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, NEWEST
 from collplan_ros.node_kit.clock import local_clock, seconds
+from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
@@ -50,6 +52,37 @@ def test_local_clock_follows_simulated_time(ros):
         assert ros.wait_until(lambda stamp=stamp: seconds(clock) == stamp and ticks)
     assert ros.wait_until(lambda: 101.5 in ticks)
     assert 100.5 not in ticks
+
+
+class TimerAsRclHasIt:
+    """Calls are due at `next`, each a period after the one before; times are in ns."""
+
+    def __init__(self, period, callback):
+        self.timer_period_ns, self.callback, self.now, self.next = round(1e9 * period), callback, 0, 0
+
+    def time_until_next_call(self):
+        return self.next - self.now
+
+    def reset(self):
+        self.next = self.now + self.timer_period_ns
+
+    def call(self, now):
+        self.now = now
+        self.next += self.timer_period_ns
+        self.callback()
+
+
+@given(st.integers(0, 49), st.integers(0, 49))
+@settings(derandomize=True, deadline=None, max_examples=30)
+def test_a_call_too_many_acts_on_nothing_and_moves_no_other_call(late, later):
+    acted = []
+    node = SimpleNamespace(create_timer=lambda period, callback, clock: TimerAsRclHasIt(period, callback))
+    timer = call_each_period(node, 0.05, lambda: acted.append(timer.now), None)
+    now = late * 10**6
+    timer.call(now)
+    timer.call(max(now, later * 10**6))
+    assert acted == [now]
+    assert (timer.next, timer.timer_period_ns) == (50 * 10**6, 50 * 10**6)
 
 
 NODES = [MocapNode, LidarNode, PlannerNode, ControllerNode, TeleopNode, SimulatorNode, DriverNode, FirmwareEmulator]

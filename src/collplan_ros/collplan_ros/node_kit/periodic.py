@@ -11,14 +11,23 @@ def call_each_period(node: Node, period: float, act: Callable[[], None], clock: 
     """A timer of `node` that calls `act` each `period` [s] of `clock`, and never twice for one period.
 
     EventsExecutor (rclpy 7.1.6) calls a timer twice where /clock comes again before it was called, and then not in the
-    next period.
+    next period. The next call stays where it was due: a simulation may wait for what is done in it.
     """
 
     def tick() -> None:
-        if timer.time_until_next_call() > timer.timer_period_ns:
-            timer.reset()
+        early = timer.time_until_next_call() - timer.timer_period_ns
+        if early > 0:
+            _call_in(timer, early)
         else:
             act()
 
     timer = node.create_timer(period, tick, clock=clock)
     return timer
+
+
+def _call_in(timer: Timer, left: int) -> None:
+    """Has a timer called in `left` [ns], and from then on in its own period."""
+    period = timer.timer_period_ns
+    timer.timer_period_ns = left
+    timer.reset()
+    timer.timer_period_ns = period
