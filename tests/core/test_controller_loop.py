@@ -97,6 +97,10 @@ def test_old_poses_and_scans_stop_it_and_refused_scans_are_named():
     loop = driving()
     assert loop.tick(1.1).maneuver == FREE_SPACE
     assert "pose 0.16 s old" in loop.tick(1.16).reason
+    loop = driving()
+    loop.refuse("pose", "leap")
+    assert loop.tick(1.04).reason == ""
+    assert "leap" in loop.tick(1.06).reason
     for refused in (False, True):
         loop = driving(until=9.0)
         if refused:

@@ -111,6 +111,9 @@ def test_by_hand_at_constant_velocity_and_acceleration():
         np.testing.assert_allclose(forward_at(straight(lambda t: 0.7), now), (0.7, 0.0), atol=1e-9)
         expected = 0.8 * now + 0.8 * PERIOD / (1.0 - np.exp(-PERIOD / LAG))
         np.testing.assert_allclose(forward_at(straight(lambda t: 0.8 * t), now), (expected, 0.0), atol=1e-9)
+    # where the acceleration begins the velocity lies between those of the steps beside it
+    command = forward_at(straight(lambda t: 0.5 + 0.8 * max(0.0, t - 0.5)), 0.46)
+    np.testing.assert_allclose(command, (0.5 + 0.009 / (1.0 - np.exp(-PERIOD / LAG)), 0.0), atol=1e-6)
     # at full acceleration what the lag takes for it, beyond where the velocity will be
     expected = 1.2 - A_MAX * 0.3 - A_MAX * (PERIOD + LAG)
     np.testing.assert_allclose(forward_at(straight(lambda t: 1.2 - A_MAX * t), 0.3), (expected, 0.0), atol=1e-3)

@@ -211,9 +211,6 @@ def scans_of(sweeps: Sweeps, stamps, motion=driving):
     return [(stamp, scan) for stamp, scan in pairs if scan is not None]
 
 
-# ---- noise
-
-
 def test_noise_has_the_deviation_of_the_record_and_so_many_beams_are_lost():
     for distance in (0.3, 1.0, 11.0):
         measured = noisy(np.full(DRAWS, distance), LD19, random())
@@ -225,9 +222,6 @@ def test_noise_has_the_deviation_of_the_record_and_so_many_beams_are_lost():
     beams, sound = np.array([np.inf, -np.inf]), replace(LD19, lost=0.0)
     np.testing.assert_array_equal(noisy(beams, sound, random()), beams)
     assert noisy(np.full(DRAWS, 0.005), sound, random()).min() == 0.0
-
-
-# ---- edges
 
 
 @given(near=st.floats(0.3, 1.5), gap=st.floats(0.05, 1.4), turn=st.floats(-1.0, 1.0))
@@ -245,9 +239,6 @@ def test_a_beam_on_an_edge_lies_between_the_two_surfaces(near, gap, turn):
     assert far - mixed > 0.1 * gap
     # a quarter turn aside it meets one surface
     assert blended(world, np.zeros((1, 2)), np.array([pi]), LD19)[0] == pytest.approx(3.0, rel=1e-4)
-
-
-# ---- sweep
 
 
 def test_each_beam_of_a_sweep_is_an_ideal_one_from_its_own_pose():
@@ -281,9 +272,6 @@ def test_after_silence_or_a_clock_set_a_sweep_begins_anew():
         (came, scan), *_ = scans_of(sweeps, after, lambda t: replace(driving(0.0), stamp=t))
         assert scan.stamp == pytest.approx(after[0]), jump
         assert came == pytest.approx(after[0] + LD19.sweep_time + LD19.latency, abs=0.0101), jump
-
-
-# ---- what the parameter names
 
 
 def test_low_cost_is_the_shipped_record():

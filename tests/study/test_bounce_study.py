@@ -153,6 +153,7 @@ def test_savings_are_means_of_paired_ratios(found):
     assert first["longer"]["value"] == pytest.approx(5.0)
     assert gain(table, "l", "stop_guarantee")["saved"]["value"] == pytest.approx(25.0)
     assert gain(table, "l", "tolerate")["saved"]["value"] == pytest.approx(100.0 * (1 - 0.9 / 0.95))
+    assert gain(table, "random", "stop_guarantee")["slower"]["value"] == 0.0  # equal times in one world
     assert gain(table, "pillars", "avoid")["saved"]["value"] == pytest.approx((5 * 10.0 + 50.0) / 6)
     assert [each["group"]["headline"] for each in table["groups"]] == [True, False, False, True]
 

@@ -25,7 +25,6 @@ FASTER = {"harness": 0.9, "high_risk": 1.0, "low_risk": 1.2}
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    """Fewer resamples; figures are made and not rendered, which takes the time, but once."""
     monkeypatch.setattr(statistics, "RESAMPLES", 499)
     monkeypatch.setattr(pictures, "save_figure", lambda figure, stem: "<svg/>")
 
