@@ -9,7 +9,7 @@ import numpy as np
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
-from collplan_core.planners import map_period_of, planner_for
+from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.strategies import PAPER_WEIGHTS
@@ -46,7 +46,7 @@ def settings_for(strategy: str, pruned: bool = True) -> Settings:
 
 def cycle(logged: Logged, settings: Settings) -> Plan:
     """A whole plan from a scan: local map, candidates, costs, trajectory."""
-    local_map = build_local_map(logged.scan, logged.state, settings.robot, settings.local_map)
+    local_map = build_local_map(logged.scan, logged.state, settings.robot, local_mapping_of(settings))
     plan, _ = planner_for(settings.planner.strategy).plan(logged.memory, local_map, logged.state, logged.goal, settings)
     return plan
 
@@ -63,7 +63,7 @@ def _states_of_run(strategy: str, world: World, seed: int) -> Iterator[Logged]:
     goal, memory = np.asarray(world.goal), None
     for state in _states_every(run, settings):
         scan = simulate_scan(world, state, settings.lidar)
-        local_map = build_local_map(scan, state, settings.robot, settings.local_map)
+        local_map = build_local_map(scan, state, settings.robot, local_mapping_of(settings))
         try:
             plan, after = planner_for(strategy).plan(memory, local_map, state, goal, settings)
         except NoPlan:

@@ -18,7 +18,7 @@ from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop import planner_loop
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
-from collplan_core.planners import planner_for
+from collplan_core.planners import local_mapping_of, planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner import initial_plans
@@ -120,7 +120,7 @@ def rollouts(calls: list[Call], rounds: int) -> dict[str, Any]:
 
 def _plan(call: Call) -> Plan:
     """A whole plan from a scan."""
-    local_map = build_local_map(call.scan, call.at_scan, SETTINGS.robot, SETTINGS.local_map)
+    local_map = build_local_map(call.scan, call.at_scan, SETTINGS.robot, local_mapping_of(SETTINGS))
     plan, _ = cycle.plan_cycle(call.memory, local_map, call.state, call.goal, SETTINGS)
     return plan
 

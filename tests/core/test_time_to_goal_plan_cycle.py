@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from collplan_core.deadline import never
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan
-from collplan_core.planners import map_period_of, planner_for
+from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.state import State
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.time_to_goal_planner import plan_cycle as plan_cycle_module
@@ -211,7 +211,9 @@ def test_the_deadline_is_asked_between_changes_and_the_best_so_far_is_kept():
     assert_equal(cut, cycle(None, TURN, state_at(), setting=counted)[0])
 
 
-def test_the_strategies_own_map_period_is_shorter_than_the_paper_s():
+def test_the_strategies_own_map_reaches_farther_and_comes_sooner_than_the_paper_s():
+    assert [local_mapping_of(with_strategy(name)).half_side for name in STRATEGIES] == [1.2] * 4
+    assert local_mapping_of(with_strategy("harness")) == SETTINGS.local_map
     assert [map_period_of(with_strategy(name)) for name in STRATEGIES] == [0.05] * 4
     assert map_period_of(with_strategy("harness")) == 0.2
     assert map_period_of(with_strategy("bounce", planner__map_period=0.1)) == 0.1

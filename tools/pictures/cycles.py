@@ -8,7 +8,7 @@ import numpy as np
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
-from collplan_core.planners import map_period_of, planner_for
+from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.worlds import World
@@ -32,7 +32,7 @@ class Cycle(NamedTuple):
 def cycle_at(world: World, settings: Settings, state: State, memory: Any = None) -> Cycle:
     """The cycle of a robot in this state at the moment of its scan."""
     scan = simulate_scan(world, state, settings.lidar)
-    local_map = build_local_map(scan, state, settings.robot, settings.local_map)
+    local_map = build_local_map(scan, state, settings.robot, local_mapping_of(settings))
     plan, after = planner_for(settings.planner.strategy).plan(memory, local_map, state, world.goal, settings)
     return Cycle(world, settings, state, scan, local_map, memory, after, plan)
 

@@ -1,7 +1,7 @@
 """The planners by strategy name: all that nodes and trials ask of a strategy."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,7 +10,7 @@ from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.plan_cycle import plan_cycle as plan_spline
 from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERIOD
-from collplan_core.parameters import Settings
+from collplan_core.parameters import LocalMapping, Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
 from collplan_core.strategies import NAMES, PAPER_WEIGHTS, TIME_TO_GOAL
@@ -50,6 +50,7 @@ class Planner:
         replans_after_impact: whether an impact asks for a plan at once.
         gives_up_closed_off_goal: whether NoPlan means that what was seen closes off the goal.
         boundaries: memory -> what the planner remembers of boundaries, for display; None where it remembers none.
+        half_side: half the side of the local map that it plans in [m].
         without_plan: memory -> what is left of it where the robot was led aside and the plan in force is no more.
     """
 
@@ -59,6 +60,7 @@ class Planner:
     replans_after_impact: bool
     gives_up_closed_off_goal: bool
     boundaries: Callable[[Any], RememberedBoundaries | None]
+    half_side: Callable[[Settings], float] = lambda settings: settings.local_map.half_side
     without_plan: Callable[[Any], Any] = lambda memory: None
 
 
@@ -77,6 +79,7 @@ ROLLOUTS = Planner(
     replans_after_impact=True,
     gives_up_closed_off_goal=True,
     boundaries=lambda memory: memory.remembered,
+    half_side=lambda settings: settings.time_to_goal.half_side,
     without_plan=PlannerMemory.without_plan,
 )
 
@@ -107,3 +110,8 @@ def planner_for(strategy: str) -> Planner:
 def map_period_of(settings: Settings) -> float:
     """T_map [s]: the parameter, or where that is 0 the planner's own."""
     return settings.planner.map_period or planner_for(settings.planner.strategy).map_period
+
+
+def local_mapping_of(settings: Settings) -> LocalMapping:
+    """How the local map is made that the chosen strategy plans in."""
+    return replace(settings.local_map, half_side=planner_for(settings.planner.strategy).half_side(settings))

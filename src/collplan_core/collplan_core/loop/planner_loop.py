@@ -30,7 +30,7 @@ from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
 from collplan_core.plane import rotate
-from collplan_core.planners import map_period_of, planner_for
+from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.felt_obstacles import with_felt
 from collplan_core.state import State
@@ -281,7 +281,8 @@ class PlannerLoop:
         if placed is not None:
             scan, state = placed
             shown = with_felt(scan, state, self._recovery.felt, settings.robot.radius)
-            self._placed = PlacedScan(scan, state, build_local_map(shown, state, settings.robot, settings.local_map))
+            local_map = build_local_map(shown, state, settings.robot, local_mapping_of(settings))
+            self._placed = PlacedScan(scan, state, local_map)
 
     def _initial_state(self) -> State | None:
         """Where a plan starts: at the newest pose or at that of the newest scan, as the planner has it."""
@@ -303,7 +304,7 @@ class PlannerLoop:
         settings, placed, goal = self._settings, self._placed, self.goal.position
         assert placed is not None, "there is no initial state without it"
         reason = why_refuse_goal(goal, initial.position, settings.limits)
-        if is_blocked(goal, placed.scan, placed.state, settings.robot, settings.local_map):
+        if is_blocked(goal, placed.scan, placed.state, settings.robot, local_mapping_of(settings)):
             reason = f"{goal[0]:.3f}, {goal[1]:.3f} lies inside an obstacle that the scan shows"
         if reason:
             self._end_goal(ABORTED)

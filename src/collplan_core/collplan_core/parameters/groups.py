@@ -42,7 +42,7 @@ class LocalMapping(Parameters):
     """The sliding local map that is made of a scan."""
 
     group = "local_map"
-    half_side: float = parameter(0.6, "Half the side of the square map around the robot", unit="m", low=0.2, high=5.0, live=True)
+    half_side: float = parameter(0.6, "Half the side of the square map around the robot; the planner of the time-to-goal strategies takes time_to_goal.half_side", unit="m", low=0.2, high=5.0, live=True)
     clearance: float = parameter(0.0, "Distance kept beyond the robot's radius when obstacles are grown", unit="m", low=0.0, high=0.5, live=True)
     n_rays: int = parameter(360, "Directions in which the free space is measured, evenly over the full turn; a multiple of 4", low=60, high=3600)
     surface_tolerance: float = parameter(0.001, "Largest distance of a hit from the straight piece fitted to its surface", unit="m", low=0.0, high=0.05, live=True)
@@ -134,6 +134,7 @@ class TimeToGoal(Parameters):
     """Rollouts to the goal under the robot's own law, judged by the time they take. For the time-to-goal strategies."""
 
     group = "time_to_goal"
+    half_side: float = parameter(1.2, "Half the side of the square around the robot within which a scan counts", unit="m", low=0.2, high=5.0)
     horizon: float = parameter(1.3, "Length of a coarse rollout", unit="s", low=0.2, high=5.0)
     grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2)
     n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)

@@ -8,6 +8,7 @@ from PIL import Image, ImageDraw
 
 from collplan_core.local_map import build_local_map
 from collplan_core.parameters import Settings
+from collplan_core.planners import local_mapping_of
 from collplan_core.scan import Scan
 from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.state import State
@@ -133,7 +134,8 @@ def _frame(run: _Animated, stamp: float) -> Image.Image:
 
 
 def _draw_scan(draw: ImageDraw.ImageDraw, canvas: Canvas, scan: Scan, state: State, settings: Settings) -> None:
-    draw.polygon(canvas.at(build_local_map(scan, state, settings.robot, settings.local_map).border_points), fill=FREE)
+    local_map = build_local_map(scan, state, settings.robot, local_mapping_of(settings))
+    draw.polygon(canvas.at(local_map.border_points), fill=FREE)
     for x, y in canvas.at(scan.points(state, np.isfinite(scan.ranges))):
         draw.rectangle([x - 1, y - 1, x + 1, y + 1], fill=SCAN)
 

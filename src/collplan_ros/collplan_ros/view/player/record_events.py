@@ -13,6 +13,7 @@ import numpy as np
 
 from collplan_core.goal import ACTIVE, NO_GOAL
 from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.planners import local_mapping_of
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.state import State
@@ -60,7 +61,7 @@ def map_events(run: PlayedRun) -> Iterator[Event]:
     """Free space, frontiers and predicted boundaries, computed again."""
     settings = run.settings
     for scan, state in _placed_scans(run):
-        seen = build_local_map(scan, state, settings.robot, settings.local_map)
+        seen = build_local_map(scan, state, settings.robot, local_mapping_of(settings))
         yield Event(scan.stamp, "free", scene.milli(seen.border_points))
         yield Event(scan.stamp, "frontiers", scene.milli(seen.segments))
         yield Event(scan.stamp, "predicted", scene.milli(_arrows(seen)))
