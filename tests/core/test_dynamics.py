@@ -12,10 +12,18 @@ from collplan_core.time_to_goal_planner.dynamics import (
     SLIDES,
     Contact,
     Motion,
-    clearance_cost,
     contact_cost,
+    margin_cost,
 )
-from collplan_core.time_to_goal_planner.model import IMPACT_SPEED, STEP, Problem, RobotModel, contact_costs, robot_model
+from collplan_core.time_to_goal_planner.model import (
+    CONTROL_INTERVAL,
+    IMPACT_SPEED,
+    STEP,
+    Problem,
+    RobotModel,
+    contact_costs,
+    robot_model,
+)
 from collplan_core.time_to_goal_planner.stopping import BRAKING_SHARE, UNSTOPPABLE, admits_stop
 from collplan_core.velocity_law import velocity_after
 from scenes import rotation, unit
@@ -193,26 +201,14 @@ def test_a_contact_above_the_limit_costs_more_than_any_other_plan_and_a_harder_o
     assert cost_of(costs, SLIDES, limit + over) == 0.0
 
 
-COSTS = contact_costs(with_strategy("bounce"))
-POST = problem_over(pillars_field((0.0, 0.0, 0.05), half_side=0.5), (0.4, 0.4))
-"""The disc's centre touches the post 0.14 m from the origin."""
-
-
-def near_miss(problem: Problem, begin, end, speed: float = 1.0) -> float:
-    motions = (Motion(*map(float, place), speed, 0.0, 0.0) for place in (begin, end))
-    return clearance_cost(problem.clearance, problem.constants.grid, COSTS, *motions)
-
-
-def test_by_hand_what_a_near_miss_costs():
-    # 5 mm beside the post; 2 cm to the right it is met where its normal is 33 degrees off straight back
-    met = np.array([-0.1, 0.085])
-    cost = COSTS.clearance * 0.1 / np.hypot(*met)
-    assert near_miss(POST, (-0.15, 0.105), (-0.1, 0.105)) == pytest.approx(cost, rel=0.1)
-    assert near_miss(POST, (-0.15, 0.105), (-0.1, 0.105), 0.5) == pytest.approx(0.5 * cost, rel=0.1)
-    assert near_miss(POST, (-0.15, 0.13), (-0.1, 0.13)) == 0.0  # farther beside it than the error that is reckoned with
-    assert near_miss(POST, (-0.05, 0.145), (0.0, 0.145)) == 0.0  # along it
-    assert near_miss(POST, (-0.2, 0.0), (-0.15, 0.0)) == 0.0  # straight at it, and not there yet
-    assert near_miss(WALLS[0][1], (0.01, -0.05), (0.01, 0.0)) == 0.0  # along a wall
+def test_by_hand_what_an_interval_within_the_margin_costs():
+    """By the square of how far within: at the wall as much as it lasts."""
+    costs, problem = contact_costs(with_strategy("bounce")), ROOM
+    for clearance in (0.0, 0.005, 0.02, 0.05):
+        place = Motion(HALF - clearance, 0.0, 1.0, 0.0, 0.0)
+        within = max(0.0, 1.0 - clearance / costs.margin)
+        expected = CONTROL_INTERVAL * costs.near * costs.margin**2 * within**2
+        assert margin_cost(problem.clearance, problem.constants.grid, costs, place) == pytest.approx(expected, abs=1e-6)
 
 
 STOPPING = robot_model(with_strategy("stop_guarantee"))

@@ -9,6 +9,7 @@ import pytest
 from collplan_core.control.feed_forward import feed_forward
 from collplan_core.control.tracking import saturate
 from collplan_core.plane import rotate
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
 from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem, problem_of, robot_model
@@ -49,10 +50,11 @@ def problem_in(world: World) -> Problem:
 
 
 def rollout(world: World, velocity, commands) -> tuple[np.ndarray, np.ndarray]:
-    """Rows t, x, y, vx, vy and contacts of a second from the origin, under commands (n, 2), one a control interval."""
+    """Rows t, x, y, vx, vy and rebounds of a second from the origin, under commands (n, 2), one a control interval."""
     problem = problem_in(world)
     initial = motion_at(problem.clearance, problem.constants.grid, 0.0, 0.0, *map(float, velocity))
-    return sample_trajectory(problem, initial, np.array(commands, dtype=float), RADIUS)
+    rows, contacts = sample_trajectory(problem, initial, np.array(commands, dtype=float), RADIUS)
+    return rows, contacts[contacts[:, 6] == OBSERVED]
 
 
 def simulated(world: World, velocity, command_at, period: float) -> tuple[np.ndarray, list]:
@@ -89,7 +91,7 @@ def compared(world: World, velocity, commands) -> tuple[float, np.ndarray, list]
 def assert_foreseen(contacts: np.ndarray, impacts: list, place: float, direction: float) -> None:
     """Contact by contact in time, within a distance [m] of its place and an angle [rad] of its direction."""
     assert len(contacts) == len(impacts)
-    for (time, x, y, vx, vy, _), impact in zip(contacts, impacts, strict=True):
+    for (time, x, y, vx, vy, *_), impact in zip(contacts, impacts, strict=True):
         assert time == pytest.approx(impact.time, abs=0.01)
         assert np.hypot(*(impact.point - (x, y))) < place
         cosine = impact.velocity_after @ (vx, vy) / np.hypot(*impact.velocity_after) / np.hypot(vx, vy)

@@ -59,6 +59,30 @@ def reflect(vx: float, vy: float, rim: float, nx: float, ny: float, ring: Ring) 
     return vx + ring.body_share * dx, vy + ring.body_share * dy, rim + rim_change
 
 
+@njit
+def reflection_slope(vx: float, vy: float, nx: float, ny: float, ring: Ring) -> tuple[float, float, float, float]:
+    """Derivative of the velocity after a rebound of a disc without spin by that before: xx, xy, yx, yy.
+
+    xy is that of its x component by vy.
+    """
+    vn = vx * nx + vy * ny
+    if vn > 0.0:
+        nx, ny, vn = -nx, -ny, -vn
+    tx, ty = -ny, nx
+    slip, most = vx * tx + vy * ty, ring.friction * (1.0 + ring.restitution)
+    # of the change along the boundary
+    cx, cy = -ring.inertia_factor * tx, -ring.inertia_factor * ty
+    if -most * vn < abs(slip) * ring.inertia_factor:
+        cx, cy = math.copysign(most, slip) * nx, math.copysign(most, slip) * ny
+    bounce, share = -(1.0 + ring.restitution), ring.body_share
+    return (
+        1.0 + share * (bounce * nx * nx + tx * cx),
+        share * (bounce * nx * ny + tx * cy),
+        share * (bounce * ny * nx + ty * cx),
+        1.0 + share * (bounce * ny * ny + ty * cy),
+    )
+
+
 def rebound(velocity: np.ndarray, normal: np.ndarray, ring: Ring) -> np.ndarray:
     """Velocity (2,) right after the contact of a disc without spin [m/s].
 

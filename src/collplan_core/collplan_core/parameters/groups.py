@@ -139,7 +139,7 @@ class TimeToGoal(Parameters):
     grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2)
     n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)
     start_proposals: int = parameter(100, "Changes tried on each coarse plan that is refined", low=0, high=10000)
-    proposals: int = parameter(1200, "Changes tried at most on the best refined plan; fewer where they gain no more", low=0, high=100000)
+    proposals: int = parameter(1200, "Changes tried at most on the best refined plan, and a third as many on a smooth one; fewer where they gain no more", low=0, high=100000)
     time_budget: float = parameter(0.0, "Refinement ends so long after a cycle began, with the best so far; 0 never: equal runs stay equal (planner_node: half of map_period)", unit="s", low=0.0, high=1.0)
     arrival_share: float = parameter(0.7, "Rollouts end within this share of goal_tolerance: one that grazes its edge misses it", low=0.05, high=1.0, live=True)
     graze_cost: float = parameter(0.5, "Cost of an arrival that passes the goal at goal_tolerance, by the square of the distance: it may miss", unit="s", low=0.0, high=10.0, live=True)
@@ -148,9 +148,9 @@ class TimeToGoal(Parameters):
     averse_cost: float = parameter(0.5, "avoid, stop_guarantee: cost of any contact", unit="s", low=0.0, high=1000.0)
     averse_speed_cost: float = parameter(2.0, "avoid, stop_guarantee: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=1000.0)
     inferred_cost: float = parameter(0.3, "bounce, tolerate: cost of running into inferred solid, by the speed into it", unit="s per m/s", low=0.0, high=100.0)
-    clearance_cost: float = parameter(0.3, "Cost of grazing a boundary ahead, by speed and squareness", unit="s per m/s", low=0.0, high=100.0)
-    tolerant_distance: float = parameter(0.02, "bounce, tolerate: sideways error within which a grazed boundary is ahead", unit="m", low=0.0, high=0.5)
-    averse_distance: float = parameter(0.03, "avoid, stop_guarantee: sideways error within which a grazed boundary is ahead", unit="m", low=0.0, high=0.5)
+    margin_cost: float = parameter(2500.0, "Cost of a place within the margin, by time and by the square of how far within", unit="1/m^2", low=0.0, high=1e6)
+    tolerant_distance: float = parameter(0.02, "bounce, tolerate: margin to boundaries that are not touched", unit="m", low=0.0, high=0.1)
+    averse_distance: float = parameter(0.015, "avoid, stop_guarantee: margin to boundaries", unit="m", low=0.0, high=0.1)
 
 
 @dataclass(frozen=True)
@@ -502,6 +502,7 @@ class Settings:
 
 GONE = {
     "time_to_goal.speed_limit": "limits.impact_speed takes its place",
+    "time_to_goal.clearance_cost": "time_to_goal.margin_cost takes its place",
     "time_to_goal.limit_cost": "contacts faster than limits.impact_speed have no price, they are not planned",
 }
 """Parameters that are no more, and what to do about it."""

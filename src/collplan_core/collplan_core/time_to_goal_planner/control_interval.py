@@ -7,9 +7,9 @@ from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, arrival_share
 from collplan_core.time_to_goal_planner.dynamics import (
     NO_CONTACT,
     Motion,
-    clearance_cost,
     contact_cost,
     course_of,
+    margin_cost,
     step,
 )
 from collplan_core.time_to_goal_planner.model import INTERVAL_STEPS, STEP, Constants
@@ -35,6 +35,6 @@ def roll_interval(
         if is_there(goal, motion):
             cost += graze_cost(goal, motion)
             return motion, cost, (k + arrival_share(goal, before, motion)) * STEP
-    if not touched and motion.clearance_bound <= costs.distance:
-        cost += clearance_cost(clearance, grid, costs, begin, motion)
+    if not touched and motion.clearance_bound < costs.margin:
+        cost += margin_cost(clearance, grid, costs, motion)
     return motion, cost, ON_THE_WAY

@@ -1,6 +1,5 @@
 """One step of the robot's dynamics, with the first contact in it."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
     source_at,
 )
 from collplan_core.time_to_goal_planner.model import (
+    CONTROL_INTERVAL,
     EXCLUDED,
     EXCLUDED_BY_SPEED,
     IMPACT_SPEED,
@@ -173,23 +173,7 @@ def contact_cost(costs: ContactCosts, contact: Contact) -> float:
 
 
 @njit
-def clearance_cost(clearance: np.ndarray, grid: Grid, costs: ContactCosts, begin: Motion, end: Motion) -> float:
-    """What the chord between two motions costs for touching if it were driven a little to one side [s]."""
-    d = costs.distance
-    x, y, px, py = begin.x, begin.y, end.x, end.y
-    length = math.sqrt((px - x) * (px - x) + (py - y) * (py - y))
-    if length < 1e-9:
-        return 0.0
-    dx, dy = (px - x) / length, (py - y) / length
-    speed = math.sqrt(end.vx * end.vx + end.vy * end.vy)
-    cost = 0.0
-    for side in (-1.0, 1.0):
-        ex, ey = -side * d * dy, side * d * dx
-        qx, qy = px + ex, py + ey
-        if clearance_at(clearance, grid, qx, qy) >= 0.0 or clearance_at(clearance, grid, x + ex, y + ey) < 0.0:
-            continue
-        nx, ny = normal_at(clearance, grid, qx, qy)
-        cos_incidence = -(dx * nx + dy * ny)
-        if cos_incidence > 0.3:
-            cost += costs.clearance * cos_incidence * speed
-    return cost
+def margin_cost(clearance: np.ndarray, grid: Grid, costs: ContactCosts, end: Motion) -> float:
+    """What a control interval costs that ends within the margin of a boundary without touching it [s]."""
+    within = costs.margin - clearance_at(clearance, grid, end.x, end.y)
+    return costs.near * CONTROL_INTERVAL * within * within if within > 0.0 else 0.0

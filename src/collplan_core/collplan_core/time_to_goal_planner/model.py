@@ -40,7 +40,8 @@ class ContactCosts(NamedTuple):
         fixed, by_speed: cost of a contact, and by its normal speed [s per m/s].
         limit: normal speed above which a contact is excluded [m/s]: taken only where none is below it, then the least.
         inferred_fixed, inferred_by_speed: cost of a contact with inferred solid, and by its normal speed [s per m/s].
-        clearance: cost, by its speed [s per m/s], of a chord that would touch if it were driven `distance` [m] aside.
+        near: cost, by time, of the square by which the clearance is below the margin [1/m^2].
+        margin: [m].
     """
 
     fixed: float
@@ -48,8 +49,8 @@ class ContactCosts(NamedTuple):
     limit: float
     inferred_fixed: float
     inferred_by_speed: float
-    clearance: float
-    distance: float
+    near: float
+    margin: float
 
 
 class Goal(NamedTuple):
@@ -109,13 +110,13 @@ def contact_costs(settings: Settings) -> ContactCosts:
     """What contacts cost under the chosen strategy."""
     p, tolerance = settings.time_to_goal, contact_terms(settings).contact_tolerance
     if tolerance == BY_SPEED:
-        observed, inferred, distance = (0.0, p.hit_cost), (0.0, p.inferred_cost), p.tolerant_distance
+        observed, inferred, margin = (0.0, p.hit_cost), (0.0, p.inferred_cost), p.tolerant_distance
     elif tolerance == FREE:
-        observed, inferred, distance = (0.0, 0.0), (0.0, p.inferred_cost), p.tolerant_distance
+        observed, inferred, margin = (0.0, 0.0), (0.0, p.inferred_cost), p.tolerant_distance
     else:
         averse = p.averse_cost, p.averse_speed_cost
-        observed, inferred, distance = averse, averse, p.averse_distance
-    return ContactCosts(*observed, settings.limits.impact_speed, *inferred, p.clearance_cost, distance)
+        observed, inferred, margin = averse, averse, p.averse_distance
+    return ContactCosts(*observed, settings.limits.impact_speed, *inferred, p.margin_cost, margin)
 
 
 def problem_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, settings: Settings) -> Problem:

@@ -13,6 +13,7 @@ from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, NoPlan, Plan
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_core.time_to_goal_planner.coarse_search import MARGIN, CoarsePlans, coarse_plans, targets
@@ -32,6 +33,7 @@ from collplan_core.time_to_goal_planner.refinement import refine
 from collplan_core.time_to_goal_planner.sampling import sample_trajectory
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
+from collplan_core.time_to_goal_planner.smoothing.smooth import smoothed
 from collplan_core.time_to_goal_planner.stopping import UNSTOPPABLE
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 
@@ -39,6 +41,8 @@ TURNS = 2
 """With a plan in force a cycle tries every so many-th velocity in coarse plans, the next cycle those beside it."""
 CHUNK = 200
 """Changes tried between two looks at the deadline, and at what they gained."""
+SMOOTHED = 3
+"""Plans that are smoothed, of those that a few changes made best; the best of all is smoothed again at the end."""
 SETTLED = 5e-4
 """Refinement of a plan ends when the last CHUNK of changes gained less than this [s]."""
 
@@ -114,6 +118,7 @@ def plan_cycle(
     if problem.stop_test and best.costs[best.n] >= UNSTOPPABLE:
         best = braking(problem, initial)
     rows, contacts = sample_trajectory(problem, initial, best.commands[: max(best.n, 1)], settings.robot.radius)
+    contacts = contacts[contacts[:, 6] == OBSERVED]
     plan = _plan(state.stamp, rows, contacts, best, compared, coarse.costs.size)
     expected = Expected(plan.times, plan.positions, plan.velocities, plan.contacts.times)
     commands = best.commands[: best.n].copy()
@@ -173,7 +178,7 @@ def _compared(coarse: CoarsePlans, plans: list[FullPlan]) -> Candidates:
 def _refined(
     problem: Problem, plans: list[FullPlan], random: np.random.Generator, deadline: Deadline, settings: Settings
 ) -> FullPlan:
-    """The best of the plans, refined: some changes on each, more on the best."""
+    """The best of the plans, refined: some changes on each, the best few made smooth, and more changes on the best."""
     p = settings.time_to_goal
 
     def refined(plan: FullPlan, count: int) -> FullPlan:
@@ -183,8 +188,19 @@ def _refined(
             plan, count, gained = better, count - CHUNK, plan.cost - better.cost
         return plan
 
-    plans = sorted(plans, key=lambda plan: plan.cost)
-    return refined(min((refined(plan, p.start_proposals) for plan in plans), key=lambda plan: plan.cost), p.proposals)
+    def smoother(plan: FullPlan) -> FullPlan:
+        if deadline():
+            return plan
+        return min(plan, refined(smoothed(problem, plan), p.proposals // 3), key=_cost)
+
+    tried = sorted((refined(plan, p.start_proposals) for plan in sorted(plans, key=_cost)), key=_cost)
+    best = min((smoother(plan) for plan in tried[:SMOOTHED]), key=_cost)
+    return smoother(refined(best, p.proposals))
+
+
+def _cost(plan: FullPlan) -> float:
+    """What plans are compared by [s]."""
+    return plan.cost
 
 
 def _plan(

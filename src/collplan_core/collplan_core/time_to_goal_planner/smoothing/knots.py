@@ -1,0 +1,103 @@
+"""A plan as knots: states, and the constant accelerations between them, in phases between contacts."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL
+
+MOST_PHASES = 6
+"""Plans of more phases than this are left as they are."""
+SHORTEST_PHASE = 0.06
+"""Shortest phase [s]: contacts closer together are a slide along a wall."""
+APPROACH = 4
+"""Knots before and after a contact at which no margin is kept."""
+PLACE_GAIN, VELOCITY_GAIN = 20.0, 8.0
+"""Gains with which the first pass tracks the plan [1/s^2, 1/s]."""
+
+
+class Knots(NamedTuple):
+    """A trajectory of n constant accelerations in m phases.
+
+    Attributes:
+        states: (n + 1, 4) x, y, vx, vy, at a contact those after it.
+        accelerations: (n, 2) [m/s^2].
+        durations: (m,) time between two knots of a phase [s].
+        ends: (m,) knot at which a phase ends: by a contact, and the last one at the goal.
+    """
+
+    states: np.ndarray
+    accelerations: np.ndarray
+    durations: np.ndarray
+    ends: np.ndarray
+
+
+class Gains(NamedTuple):
+    """How a pass changes the trajectory: by what its quadratic model asks for (last column), and by what came before.
+
+    Attributes:
+        accelerations: (n, 2, 6) by the changes of x, y, vx, vy and of the duration, and 1.
+        durations: (m, 6) by the changes of x, y, vx, vy at the beginning of the phase, 0, and 1.
+    """
+
+    accelerations: np.ndarray
+    durations: np.ndarray
+
+
+@njit
+def tracking_gains(n: int, phases: int) -> Gains:
+    """The gains with which the first pass tracks a plan whose knots do not join exactly."""
+    gains = Gains(np.zeros((n, 2, 6)), np.zeros((phases, 6)))
+    for axis in range(2):
+        gains.accelerations[:, axis, axis] = -PLACE_GAIN
+        gains.accelerations[:, axis, 2 + axis] = -VELOCITY_GAIN
+    return gains
+
+
+@njit
+def knots_of(rows: np.ndarray, contacts: np.ndarray, begin: float) -> Knots:
+    """The knots nearest to rows and contacts of a trajectory, as of `sample_trajectory`, from a time [s] on."""
+    m, n, first, time = len(contacts) + 1, 0, 0, begin
+    ends, durations, after = np.zeros(m, np.int64), np.zeros(m), np.zeros(4)
+    for p in range(m):
+        until = contacts[p, 0] if p < m - 1 else rows[-1, 0]
+        count = max(int(math.ceil((until - time) / CONTROL_INTERVAL - 1e-6)), 2)
+        durations[p], time, n = (until - time) / count, until, n + count
+        ends[p] = n
+    knots, time = Knots(np.zeros((n + 1, 4)), np.zeros((n, 2)), durations, ends), begin
+    _state_at(rows, begin, knots.states[0])
+    for p in range(m):
+        for k in range(first, ends[p]):
+            time += durations[p]
+            row = _state_at(rows, time, after)
+            if k + 1 == ends[p] < n:  # of the step that ends in the contact its beginning
+                after[2], after[3] = rows[row - 1, 3], rows[row - 1, 4]
+            for axis in range(2):
+                knots.accelerations[k, axis] = (after[2 + axis] - knots.states[k, 2 + axis]) / durations[p]
+            knots.states[k + 1] = after
+        first = ends[p]
+        if p < m - 1:
+            time = contacts[p, 0]
+            knots.states[first, 2], knots.states[first, 3] = contacts[p, 3], contacts[p, 4]
+    return knots
+
+
+@njit
+def _state_at(rows: np.ndarray, time: float, state: np.ndarray) -> int:
+    """Writes the state at a time [s], linear between two rows; the number of the second one."""
+    row = min(max(int(np.searchsorted(rows[:, 0], time - 1e-9)), 1), len(rows) - 1)
+    share = (time - rows[row - 1, 0]) / (rows[row, 0] - rows[row - 1, 0])
+    for c in range(4):
+        state[c] = rows[row - 1, 1 + c] + share * (rows[row, 1 + c] - rows[row - 1, 1 + c])
+    return row
+
+
+@njit
+def margins_of(ends: np.ndarray, margin: float) -> np.ndarray:
+    """(n,) margin kept at each knot [m]: none around a contact."""
+    margins = np.full(ends[-1], margin)
+    for end in ends[:-1]:
+        margins[max(end - APPROACH, 0) : end + APPROACH] = 0.0
+    return margins
