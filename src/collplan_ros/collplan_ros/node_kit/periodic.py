@@ -17,7 +17,7 @@ def call_each_period(node: Node, period: float, act: Callable[[], None], clock: 
     def tick() -> None:
         early = timer.time_until_next_call() - timer.timer_period_ns
         if early > 0:
-            _call_in(timer, early)
+            call_in(timer, early)
         else:
             act()
 
@@ -25,7 +25,7 @@ def call_each_period(node: Node, period: float, act: Callable[[], None], clock: 
     return timer
 
 
-def _call_in(timer: Timer, left: int) -> None:
+def call_in(timer: Timer, left: int) -> None:
     """Has a timer called in `left` [ns], and from then on in its own period."""
     period = timer.timer_period_ns
     timer.timer_period_ns = left

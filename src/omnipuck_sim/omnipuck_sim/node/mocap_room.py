@@ -19,6 +19,7 @@ from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.clock_offset import ClockOffset
 from collplan_ros.node_kit.node_parameters import on_change
+from collplan_ros.node_kit.periodic import call_in
 from omnipuck_sim.node.pacing import Pacing
 from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.mocap_faults import added_latency, faulty
@@ -28,6 +29,8 @@ MOCAP_LIVE = ("simulator.mocap_fault",)
 """What the room takes while its node runs."""
 FASTEST_TIMER = 0.001
 """Shortest period of the timer; what is due between two calls is then published together [s]."""
+LATE = 1e-4
+"""Time after a pose is due at which the timer comes [s]."""
 CATCH_UP = 5.0
 """Simulated time that is made up for after a stall where stamps are those of the system's clock [s]."""
 CATCH_UP_OF_CLOCK = 0.05
@@ -69,10 +72,25 @@ class MocapRoom:
         self._clock_publisher = node.create_publisher(ClockMessage, "/clock", NEWEST) if self.publishes_clock else None
 
     def call_each_pose(self, advance: Callable[[], object]) -> None:
-        """Calls `advance` once per pose from now on."""
+        """Calls `advance` once per pose from now on, when it is due."""
         simulation = self._settings.simulator
         pace = simulation.mocap_rate * simulation.speed_factor
-        self._node.create_timer(max(1.0 / pace if pace else 0.0, FASTEST_TIMER), advance, clock=steady_clock())
+        period = max(1.0 / pace if pace else 0.0, FASTEST_TIMER)
+
+        def look() -> None:
+            advance()
+            if pace and not self.waits:
+                # a timer that keeps its own time comes a little before the pose, and then a period late
+                left = self._until_next_pose / simulation.speed_factor + LATE
+                call_in(timer, round(1e9 * min(max(left, FASTEST_TIMER), period)))
+
+        timer = self._node.create_timer(period, look, clock=steady_clock())
+
+    @property
+    def _until_next_pose(self) -> float:
+        """Simulated time until a pose is due, less that which has passed by the clock already [s]."""
+        due = (self._poses + 1) / self._settings.simulator.mocap_rate
+        return due - self.simulator.time - self._pacing.behind
 
     @property
     def stalled(self) -> float:
