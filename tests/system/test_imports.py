@@ -3,7 +3,7 @@
 import ast
 import sys
 import xml.etree.ElementTree as ElementTree
-from importlib.metadata import entry_points, requires
+from importlib.metadata import requires
 from pathlib import Path
 
 import pytest
@@ -111,19 +111,6 @@ def test_each_package_declares_what_it_imports(package):
     assert (SRC / package / "resource" / package).exists()
     needed = {line.split(";")[0].split(">")[0].strip().lower().replace("-", "_") for line in requires(package) or []}
     assert {PIP_NAMES.get(name, name).lower() for name in foreign_roots(package) - ROS} - needed == set()
-
-
-def executables() -> list:
-    return [e for e in entry_points(group="console_scripts") if e.module.split(".")[0] in ORDER]
-
-
-def test_executables_are_those_of_the_graph():
-    named = ("mocap", "lidar", "planner", "controller", "view", "teleop", "simulator", "driver")
-    nodes = {f"{name}_node" for name in named}
-    of_runs = {"beside", "fit_robot", "fit_rebound", "replay"}
-    programs = {"bringup", "compare_engines", "optimum", "study", "firmware_emulator"}
-    assert {executable.name for executable in executables()} == nodes | programs | of_runs
-    assert all(callable(executable.load().load()) for executable in executables())
 
 
 def test_the_simulated_robot_knows_nothing_of_what_the_planners_believe():
