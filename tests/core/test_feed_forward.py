@@ -37,9 +37,9 @@ def rollout(problem, state, commands) -> tuple[np.ndarray, np.ndarray]:
     return sample_trajectory(problem, motion_in(problem, state), np.array(commands, dtype=float), RADIUS)
 
 
-def forward_at(rows: np.ndarray, now: float) -> np.ndarray:
+def forward_at(rows: np.ndarray, now: float, lead: float = 0.0) -> np.ndarray:
     path = np.ascontiguousarray(rows[:, 1:3])
-    return np.array(feed_forward(np.ascontiguousarray(rows[:, 0]), path, now, PERIOD, MODEL.wheels))
+    return np.array(feed_forward(np.ascontiguousarray(rows[:, 0]), path, now, PERIOD, MODEL.wheels, SPEED, lead))
 
 
 def open_loop(rows: np.ndarray, duration: float, wall: bool, phase: int = 0) -> np.ndarray:
@@ -117,6 +117,21 @@ def test_by_hand_at_constant_velocity_and_acceleration():
     # at full acceleration what the lag takes for it, beyond where the velocity will be
     expected = 1.2 - A_MAX * 0.3 - A_MAX * (PERIOD + LAG)
     np.testing.assert_allclose(forward_at(straight(lambda t: 1.2 - A_MAX * t), 0.3), (expected, 0.0), atol=1e-3)
+
+
+def test_at_full_acceleration_the_command_leads_farther_and_an_error_turns_it_less():
+    slowing, calm = straight(lambda t: 1.2 - A_MAX * t), straight(lambda t: 0.8 * t)
+    np.testing.assert_allclose(forward_at(slowing, 0.3, 0.6), (1.2 - A_MAX * 0.3 - 0.6, 0.0), atol=1e-3)
+    np.testing.assert_allclose(forward_at(calm, 0.3, 0.6), forward_at(calm, 0.3), atol=1e-9)
+    gathering = straight(lambda t: 0.5 + A_MAX * t if t < 0.4 else 1.1)
+    np.testing.assert_allclose(forward_at(gathering, 0.3, 0.6), (SPEED, 0.0), atol=1e-3)  # no faster than the robot
+    # without errors the robot does the same; an error across of 0.1 m/s moves it less aside
+    velocity, aside = np.array([1.2 - A_MAX * 0.3, 0.0]), np.array([0.0, 0.1])
+    for lead, most in ((0.0, 0.04), (0.6, 0.015)):
+        command = forward_at(slowing, 0.3, lead)
+        after = np.array(velocity_after(MODEL.wheels, *velocity, *command, PERIOD))
+        np.testing.assert_allclose(after, velocity - (A_MAX * PERIOD, 0.0), atol=1e-3)
+        assert 0.005 < velocity_after(MODEL.wheels, *velocity, *(command + aside), PERIOD)[1] < most
 
 
 def bouncing(before: float = 1.0, after: float = -0.7, hit: float = 0.5) -> np.ndarray:

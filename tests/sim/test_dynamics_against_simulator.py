@@ -143,7 +143,9 @@ def followed(world: World, rows: np.ndarray) -> tuple[np.ndarray, list]:
     times, path = np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1:3])
 
     def command(time: float) -> np.ndarray:
-        forward = feed_forward(times, path, time, PERIOD, MODEL.wheels)
+        forward = feed_forward(
+            times, path, time, PERIOD, MODEL.wheels, SPEED, SETTINGS.controller.full_acceleration_lead
+        )
         return saturate(np.array(forward), SPEED)
 
     return simulated(world, rows[0, 3:], command, PERIOD)

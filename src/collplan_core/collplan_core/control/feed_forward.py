@@ -7,15 +7,21 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.velocity_law import VelocityLaw, command_lead
 
+FULL = 0.93
+"""From this share of what the wheels can make on, a change of velocity takes full acceleration throughout."""
 KINK_FACTOR, KINK_SPEED = 1.3, 0.08
 """A change of velocity from step to step beyond this factor of what the wheels make, and this speed, is a contact."""
 
 
 @njit
 def feed_forward(
-    times: np.ndarray, path: np.ndarray, now: float, period: float, wheels: VelocityLaw
+    times: np.ndarray, path: np.ndarray, now: float, period: float, wheels: VelocityLaw, max_speed: float, lead: float
 ) -> tuple[float, float]:
     """The command that, held for `period`, makes a robot with a lag drive a timed path: found from the path alone.
+
+    Where the path takes full acceleration throughout, how far the command leads the velocity does not matter to a robot
+    without errors. An error of the velocity aimed at turns it the less, the farther that is: there it leads by up to
+    `lead` [m/s], as far as `max_speed` [m/s] allows.
 
     The velocity jumps where the path has a kink that the wheels cannot make: at a contact. A period that holds one
     belongs to its longer part. Something between both would brake before the contact and push back after it.
@@ -35,11 +41,23 @@ def feed_forward(
             ax, ay = _velocity_at(times, path, i, last, begin)
             bx, by = _velocity_at(times, path, i, last, until)
             change = math.hypot(bx - ax, by - ay)
-            gain = command_lead(wheels, change, longest) / change if change > 1e-9 else 0.0
-            ux, uy = ax + gain * (bx - ax), ay + gain * (by - ay)
+            ux, uy = ax, ay
+            if change > 1e-9:
+                dx, dy, ahead = (bx - ax) / change, (by - ay) / change, command_lead(wheels, change, longest)
+                if change > FULL * wheels.max_acceleration * longest:
+                    ahead = max(ahead, min(lead, _room(ax, ay, dx, dy, max_speed)))
+                ux, uy = ax + ahead * dx, ay + ahead * dy
         begin = max(begin, until)
         i = last
     return ux, uy
+
+
+@njit
+def _room(vx: float, vy: float, dx: float, dy: float, max_speed: float) -> float:
+    """How far one can go from velocity v along the unit direction d without being faster than max_speed [m/s]."""
+    along = vx * dx + vy * dy
+    root = along * along + max_speed * max_speed - vx * vx - vy * vy
+    return math.sqrt(root) - along if root > 0.0 else 0.0
 
 
 @njit

@@ -74,7 +74,10 @@ def follow(
     reference, reference_velocity = sample_reference(plan.times, path, now)
     forward = np.zeros(2)
     if now < plan.times[-1]:
-        forward = np.array(feed_forward(plan.times, path, now, period, velocity_law(robot)))
+        wheels = velocity_law(robot)
+        forward = np.array(
+            feed_forward(plan.times, path, now, period, wheels, robot.max_speed, params.full_acceleration_lead)
+        )
     velocity, integral = pid(
         reference - state.position,
         forward,

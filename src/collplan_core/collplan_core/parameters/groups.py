@@ -163,6 +163,7 @@ class Control(Parameters):
     k_p: float = parameter(4.0, "Proportional gain on position", unit="1/s", low=0.0, high=50.0, live=True)
     k_i: float = parameter(0.0, "Integral gain on position", unit="1/s^2", low=0.0, high=50.0, live=True)
     k_d: float = parameter(0.0, "Gain on the velocity error", low=0.0, high=5.0, live=True)
+    full_acceleration_lead: float = parameter(0.6, "Farthest that a command leads the velocity where the path takes full acceleration throughout; 0 is just as far as suffices", unit="m/s", low=0.0, high=5.0)
     integral_limit: float = parameter(0.3, "Largest velocity the integral may add", unit="m/s", low=0.0, high=5.0, live=True)
     k_yaw: float = parameter(2.0, "Gain that holds the first heading", unit="1/s", low=0.0, high=50.0, live=True)
     max_yaw_rate: float = parameter(1.0, "Largest yaw rate commanded", unit="rad/s", low=0.0, high=20.0, live=True)
