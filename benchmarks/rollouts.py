@@ -42,6 +42,7 @@ STAGES: Stages = {
     "coarse": [(cycle, "coarse_plans")],
     "extension": [(cycle, "tracked"), (cycle, "roll"), (initial_plans, "roll"), (initial_plans, "extend_to_goal")],
     "refinement": [(cycle, "refine")],
+    "smoothing": [(cycle, "smoothed")],
 }
 
 

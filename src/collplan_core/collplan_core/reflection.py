@@ -12,6 +12,9 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.parameters import Settings
 
+DIFFERENCE = 1e-6
+"""Difference of velocity that a derivative is taken over [m/s]."""
+
 
 class Ring(NamedTuple):
     """The reflection ring as it is believed to be.
@@ -60,27 +63,15 @@ def reflect(vx: float, vy: float, rim: float, nx: float, ny: float, ring: Ring) 
 
 
 @njit
-def reflection_slope(vx: float, vy: float, nx: float, ny: float, ring: Ring) -> tuple[float, float, float, float]:
-    """Derivative of the velocity after a rebound of a disc without spin by that before: xx, xy, yx, yy.
+def rebound_slope(vx: float, vy: float, nx: float, ny: float, ring: Ring) -> tuple[float, float, float, float]:
+    """Derivative of the velocity after a rebound of a disc without spin by that before: xx, xy, yx, yy, xy of x by vy.
 
-    xy is that of its x component by vy.
+    A rebound is linear but for bends where gripping and sliding part, so that a difference is exact.
     """
-    vn = vx * nx + vy * ny
-    if vn > 0.0:
-        nx, ny, vn = -nx, -ny, -vn
-    tx, ty = -ny, nx
-    slip, most = vx * tx + vy * ty, ring.friction * (1.0 + ring.restitution)
-    # of the change along the boundary
-    cx, cy = -ring.inertia_factor * tx, -ring.inertia_factor * ty
-    if -most * vn < abs(slip) * ring.inertia_factor:
-        cx, cy = math.copysign(most, slip) * nx, math.copysign(most, slip) * ny
-    bounce, share = -(1.0 + ring.restitution), ring.body_share
-    return (
-        1.0 + share * (bounce * nx * nx + tx * cx),
-        share * (bounce * nx * ny + tx * cy),
-        share * (bounce * ny * nx + ty * cx),
-        1.0 + share * (bounce * ny * ny + ty * cy),
-    )
+    wx, wy, _ = reflect(vx, vy, 0.0, nx, ny, ring)
+    ax, ay, _ = reflect(vx + DIFFERENCE, vy, 0.0, nx, ny, ring)
+    bx, by, _ = reflect(vx, vy + DIFFERENCE, 0.0, nx, ny, ring)
+    return (ax - wx) / DIFFERENCE, (bx - wx) / DIFFERENCE, (ay - wy) / DIFFERENCE, (by - wy) / DIFFERENCE
 
 
 def rebound(velocity: np.ndarray, normal: np.ndarray, ring: Ring) -> np.ndarray:

@@ -41,7 +41,7 @@ TURNS = 2
 """With a plan in force a cycle tries every so many-th velocity in coarse plans, the next cycle those beside it."""
 CHUNK = 200
 """Changes tried between two looks at the deadline, and at what they gained."""
-SMOOTHED = 3
+SMOOTHED = 2
 """Plans that are smoothed, of those that a few changes made best; the best of all is smoothed again at the end."""
 SETTLED = 5e-4
 """Refinement of a plan ends when the last CHUNK of changes gained less than this [s]."""

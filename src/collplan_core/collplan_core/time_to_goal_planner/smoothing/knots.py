@@ -8,14 +8,12 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL
 
-MOST_PHASES = 6
-"""Plans of more phases than this are left as they are."""
-SHORTEST_PHASE = 0.06
-"""Shortest phase [s]: contacts closer together are a slide along a wall."""
 APPROACH = 4
 """Knots before and after a contact at which no margin is kept."""
 PLACE_GAIN, VELOCITY_GAIN = 20.0, 8.0
 """Gains with which the first pass tracks the plan [1/s^2, 1/s]."""
+X, VX, TAU, ONE, AX = 0, 2, 4, 5, 6
+"""Places of variables in gains and models: x, y, vx, vy, the duration, 1, ax, ay."""
 
 
 class Knots(NamedTuple):
@@ -26,20 +24,22 @@ class Knots(NamedTuple):
         accelerations: (n, 2) [m/s^2].
         durations: (m,) time between two knots of a phase [s].
         ends: (m,) knot at which a phase ends: by a contact, and the last one at the goal.
+        margins: (n,) clearance kept at each knot [m].
     """
 
     states: np.ndarray
     accelerations: np.ndarray
     durations: np.ndarray
     ends: np.ndarray
+    margins: np.ndarray
 
 
 class Gains(NamedTuple):
-    """How a pass changes the trajectory: by what its quadratic model asks for (last column), and by what came before.
+    """What a pass changes, by the changes of variables that come before it.
 
     Attributes:
-        accelerations: (n, 2, 6) by the changes of x, y, vx, vy and of the duration, and 1.
-        durations: (m, 6) by the changes of x, y, vx, vy at the beginning of the phase, 0, and 1.
+        accelerations: (n, 2, 7); of ay by that of ax, too.
+        durations: (m, 7); by the state at the beginning of the phase.
     """
 
     accelerations: np.ndarray
@@ -47,17 +47,17 @@ class Gains(NamedTuple):
 
 
 @njit
-def tracking_gains(n: int, phases: int) -> Gains:
-    """The gains with which the first pass tracks a plan whose knots do not join exactly."""
-    gains = Gains(np.zeros((n, 2, 6)), np.zeros((phases, 6)))
+def tracking_gains(knots: Knots) -> Gains:
+    """The gains with which the first pass tracks knots that do not join exactly."""
+    gains = Gains(np.zeros((len(knots.accelerations), 2, 7)), np.zeros((len(knots.ends), 7)))
     for axis in range(2):
-        gains.accelerations[:, axis, axis] = -PLACE_GAIN
-        gains.accelerations[:, axis, 2 + axis] = -VELOCITY_GAIN
+        gains.accelerations[:, axis, X + axis] = -PLACE_GAIN
+        gains.accelerations[:, axis, VX + axis] = -VELOCITY_GAIN
     return gains
 
 
 @njit
-def knots_of(rows: np.ndarray, contacts: np.ndarray, begin: float) -> Knots:
+def knots_of(rows: np.ndarray, contacts: np.ndarray, begin: float, margin: float) -> Knots:
     """The knots nearest to rows and contacts of a trajectory, as of `sample_trajectory`, from a time [s] on."""
     m, n, first, time = len(contacts) + 1, 0, 0, begin
     ends, durations, after = np.zeros(m, np.int64), np.zeros(m), np.zeros(4)
@@ -66,7 +66,10 @@ def knots_of(rows: np.ndarray, contacts: np.ndarray, begin: float) -> Knots:
         count = max(int(math.ceil((until - time) / CONTROL_INTERVAL - 1e-6)), 2)
         durations[p], time, n = (until - time) / count, until, n + count
         ends[p] = n
-    knots, time = Knots(np.zeros((n + 1, 4)), np.zeros((n, 2)), durations, ends), begin
+    margins = np.full(n, margin)
+    for end in ends[:-1]:
+        margins[max(end - APPROACH, 0) : end + APPROACH] = 0.0
+    knots, time = Knots(np.zeros((n + 1, 4)), np.zeros((n, 2)), durations, ends, margins), begin
     _state_at(rows, begin, knots.states[0])
     for p in range(m):
         for k in range(first, ends[p]):
@@ -92,12 +95,3 @@ def _state_at(rows: np.ndarray, time: float, state: np.ndarray) -> int:
     for c in range(4):
         state[c] = rows[row - 1, 1 + c] + share * (rows[row, 1 + c] - rows[row - 1, 1 + c])
     return row
-
-
-@njit
-def margins_of(ends: np.ndarray, margin: float) -> np.ndarray:
-    """(n,) margin kept at each knot [m]: none around a contact."""
-    margins = np.full(ends[-1], margin)
-    for end in ends[:-1]:
-        margins[max(end - APPROACH, 0) : end + APPROACH] = 0.0
-    return margins

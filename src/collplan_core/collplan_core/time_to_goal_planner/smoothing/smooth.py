@@ -7,62 +7,42 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.arrival import is_there
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import OBSERVED
-from collplan_core.time_to_goal_planner.dynamics import motion_at
+from collplan_core.time_to_goal_planner.dynamics import Motion, motion_at
 from collplan_core.time_to_goal_planner.full_plan import FullPlan, roll
 from collplan_core.time_to_goal_planner.model import CONTROL_INTERVAL, Problem
 from collplan_core.time_to_goal_planner.sampling import sample_trajectory
-from collplan_core.time_to_goal_planner.smoothing.backward import backward, empty_models
+from collplan_core.time_to_goal_planner.smoothing.backward import backward
 from collplan_core.time_to_goal_planner.smoothing.commands import commands_along
-from collplan_core.time_to_goal_planner.smoothing.cost import limits_of
-from collplan_core.time_to_goal_planner.smoothing.forward import Course, forward
-from collplan_core.time_to_goal_planner.smoothing.knots import (
-    MOST_PHASES,
-    SHORTEST_PHASE,
-    Knots,
-    knots_of,
-    margins_of,
-    tracking_gains,
-)
+from collplan_core.time_to_goal_planner.smoothing.forward import forward
+from collplan_core.time_to_goal_planner.smoothing.knots import Knots, knots_of, tracking_gains
 
-SHORTEST = 0.3
-"""What is left of a plan is smoothed if it is at least so long [s]."""
+SHORTEST_PHASE = 0.06
+"""Shortest phase [s]: contacts closer together are a slide along a wall."""
 MOST_PASSES, MOST_SHARES = 40, 6
 """Backward passes at most, and shares of what each asks for that are tried."""
 NEXT_SHARE = 0.4
 """Factor from one share to the next."""
-SETTLED = 3e-4
-"""Passes end when one gains less than this [s]."""
-DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-6, 10.0
-"""Damping of the first pass, the least, and that beyond which passes end [s^5/m^2]."""
+SETTLED, LEAST_GAIN = 3e-4, 1e-7
+"""Passes end when one promises or gains less than this; what gains less than the second is not taken [s]."""
+DAMPING, LEAST_DAMPING = 1e-4, 1e-6
+"""Damping of the first pass, and the least [s^5/m^2]."""
 LESS_DAMPING, MORE_DAMPING = 0.3, 10.0
 """Factors on the damping after a pass that lowered the cost and one that did not."""
 
 
 @njit
 def smoothed(problem: Problem, plan: FullPlan) -> FullPlan:
-    """The plan with smooth knots followed from where they can be; itself where there are none, it may cost more.
-
-    Knots begin after the last contact that is no rebound: a slide, or inferred solid.
-    """
-    if plan.n < 1:
-        return plan
+    """The plan with smooth knots followed from where they can be; itself where it does not arrive. It may cost more."""
     x, y, vx, vy = plan.states[0]
     initial = motion_at(problem.clearance, problem.constants.grid, x, y, vx, vy)
     rows, contacts = sample_trajectory(problem, initial, plan.commands[: plan.n], 0.0)
-    x, y, vx, vy = rows[-1, 1:]
-    end = motion_at(problem.clearance, problem.constants.grid, x, y, vx, vy)
     first, rebounds = _rebounds(contacts)
-    begin = first * CONTROL_INTERVAL
-    if not is_there(problem.constants.goal, end) or rows[-1, 0] - begin < SHORTEST or len(rebounds) >= MOST_PHASES:
+    begin, end = first * CONTROL_INTERVAL, rows[-1]
+    last = rebounds[-1, 0] if len(rebounds) > 0 else begin
+    arrives = is_there(problem.constants.goal, Motion(end[1], end[2], end[3], end[4], 0.0))
+    if not arrives or end[0] - last < SHORTEST_PHASE:
         return plan
-    time = begin
-    for contact in rebounds:
-        if contact[0] - time < SHORTEST_PHASE:
-            return plan
-        time = contact[0]
-    if rows[-1, 0] - time < SHORTEST_PHASE:
-        return plan
-    knots = smooth_knots(problem, knots_of(rows, rebounds, begin))
+    knots = smooth_knots(problem, knots_of(rows, rebounds, begin, problem.constants.costs.margin))
     commands, n = commands_along(problem, plan, first, knots)
     return roll(problem, initial, commands, n)
 
@@ -70,42 +50,39 @@ def smoothed(problem: Problem, plan: FullPlan) -> FullPlan:
 @njit
 def _rebounds(contacts: np.ndarray) -> tuple[int, np.ndarray]:
     """The first control interval after the last contact that is no rebound or too soon, and the rebounds after it."""
-    first, count = 0, 0
+    first, count, before = 0, 0, 0.0
     for k in range(len(contacts)):
-        if contacts[k, 6] != OBSERVED or contacts[k, 0] < first * CONTROL_INTERVAL + SHORTEST_PHASE:
+        if contacts[k, 6] != OBSERVED or contacts[k, 0] < before + SHORTEST_PHASE:
             first, count = int(math.ceil(contacts[k, 0] / CONTROL_INTERVAL - 1e-6)), k + 1
+        before = max(contacts[k, 0], first * CONTROL_INTERVAL)
     return first, contacts[count:]
 
 
 @njit
 def smooth_knots(problem: Problem, knots: Knots) -> Knots:
     """The knots after passes that each lower the cost, until they settle."""
-    constants, n, phases = problem.constants, len(knots.accelerations), len(knots.ends)
-    margins = margins_of(knots.ends, constants.costs.margin)
-    course = Course(problem.clearance, constants, limits_of(constants), margins)
-    new = Knots(
-        np.zeros_like(knots.states), np.zeros_like(knots.accelerations), np.zeros_like(knots.durations), knots.ends
-    )
-    gains, models = tracking_gains(n, phases), empty_models()
-    cost = forward(course, knots, gains, 0.0, new)
-    knots, new = new, knots
-    damping = DAMPING
+    gains, new, damping = tracking_gains(knots), copied(knots), DAMPING
+    cost = forward(problem, knots, gains, 0.0, new)
+    knots, new = new, copied(knots)
     for _ in range(MOST_PASSES):
-        gained = 0.0
-        if backward(course, knots, damping, models, gains):
-            share = 1.0
-            for _ in range(MOST_SHARES):
-                gained = cost - forward(course, knots, gains, share, new)
-                if gained > 1e-7:
-                    break
-                share *= NEXT_SHARE
-        if gained > 1e-7:
-            knots, new, cost = new, knots, cost - gained
-            damping = max(damping * LESS_DAMPING, LEAST_DAMPING)
+        if -0.5 * backward(problem, knots, damping, gains) < SETTLED:
+            break
+        gained, share = 0.0, 1.0
+        for _ in range(MOST_SHARES):
+            gained = cost - forward(problem, knots, gains, share, new)
+            if gained > LEAST_GAIN:
+                break
+            share *= NEXT_SHARE
+        if gained > LEAST_GAIN:
+            knots, new, cost, damping = new, knots, cost - gained, max(damping * LESS_DAMPING, LEAST_DAMPING)
             if gained < SETTLED:
                 break
         else:
             damping *= MORE_DAMPING
-            if damping > MOST_DAMPING:
-                break
     return knots
+
+
+@njit
+def copied(knots: Knots) -> Knots:
+    """The knots in arrays of their own, for a pass to write to."""
+    return Knots(knots.states.copy(), knots.accelerations.copy(), knots.durations.copy(), knots.ends, knots.margins)
