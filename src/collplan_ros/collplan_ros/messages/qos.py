@@ -27,8 +27,9 @@ SENSOR_PUBLISHED = _profile(100)
 EVENT = _profile(50)
 
 # plan, cmd_vel, hand/cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to whoever
-# starts later.
+# starts later. What planner and controller publish is kept a while for who records: a lost one is sent to it again
 NEWEST = _profile(1)
+NEWEST_PUBLISHED = _profile(50)
 
 # states, as goal_status, robot/state, controller/state, planner/markers: a late listener gets the present one
 LATCHED = _profile(1, latched=True)

@@ -30,7 +30,7 @@ class ControllerOutputs:
         self.command = stopped("just started")
         self._settings = settings
         self._log = node.get_logger()
-        self._cmd_vel = node.create_publisher(command_type(settings), "cmd_vel", qos.NEWEST)
+        self._cmd_vel = node.create_publisher(command_type(settings), "cmd_vel", qos.NEWEST_PUBLISHED)
         self._maneuver = node.create_publisher(String, "maneuver", qos.LATCHED)
         self._state = StateOutput(node)
         self._reference = node.create_publisher(PointStamped, "controller/reference", qos.EVENT)

@@ -32,7 +32,7 @@ class PlanOutputs:
     def __init__(self, node: Node) -> None:
         """Publishes through `node`."""
         self._name = node.get_fully_qualified_name()
-        self._plan = node.create_publisher(Path, "plan", qos.NEWEST)
+        self._plan = node.create_publisher(Path, "plan", qos.NEWEST_PUBLISHED)
         self._valid_until = node.create_publisher(TimeReference, "planner/valid_until", qos.EVENT)
         self._contacts = node.create_publisher(MultiDOFJointTrajectory, "planner/foreseen_impacts", qos.EVENT)
         self._costs = node.create_publisher(DiagnosticArray, "planner/costs", qos.EVENT)
