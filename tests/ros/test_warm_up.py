@@ -23,7 +23,7 @@ def signatures() -> dict[str, int]:
 
 
 def compiled_beyond_warm_up() -> list[str]:
-    """What a cycle of both nodes compiles after warm_up, with records as they come from messages."""
+    """What cycles of both nodes compile after warm_up, with records as they come from messages, and whole trials."""
     from collplan_core.control.follow import follow
     from collplan_core.control.memory import ControllerMemory
     from collplan_core.local_map import build_local_map
@@ -37,9 +37,11 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.strategies import TIME_TO_GOAL
     from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
     from collplan_core.warm_up import warm_up
+    from collplan_core.worlds import load_world
     from collplan_core.worlds.raycast import simulate_scan
     from collplan_ros.messages import conversions, plans, reading
     from fake_robot import LIDAR, hall
+    from omnipuck_sim.trial import run_trial
 
     warm_up()
     before, settings = signatures(), Settings()
@@ -73,6 +75,8 @@ def compiled_beyond_warm_up() -> list[str]:
             watch.commanded(command, 1.1)
     nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))
     way_to_goal(memory.remembered, nowhere, local_map, state.position, chosen)
+    for world, strategy in {"serpentine:3": "harness", "pillars:1": "tolerate", "corridor": "high_risk"}.items():
+        run_trial(load_world(world), settings.with_values({"planner.strategy": strategy}), seed=1)
     return [name for name, count in signatures().items() if count != before.get(name, 0)]
 
 

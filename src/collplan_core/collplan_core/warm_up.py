@@ -9,13 +9,16 @@ import numpy as np
 
 from collplan_core.control.follow import follow
 from collplan_core.control.memory import ControllerMemory
+from collplan_core.control.references import boundary_reference
 from collplan_core.local_map import LocalMap, build_local_map
+from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.loop import motion_watch
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
 from collplan_core.sensing import pose_filter, scan_plausibility, spinning_lidar, wall_lines
 from collplan_core.state import State
+from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
@@ -35,23 +38,35 @@ def warm_up() -> None:
     scan_plausibility.warm_up(scan, state, settings.limits)
     wall_lines.warm_up(scan)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
-    planner = planner_for("harness")
-    plan, memory = planner.plan(None, local_map, state, world.goal, settings)
-    planner.plan(memory, local_map, state, state.position + 0.01, settings)
+    for strategy in ("high_risk", "harness"):
+        chosen, planner = settings.with_values({"planner.strategy": strategy}), planner_for(strategy)
+        plan, memory = planner.plan(None, local_map, state, world.goal, chosen)
+        planner.plan(memory, local_map, state, state.position + 0.01, chosen)
     at_rest, onward = np.tile(state.position, (2, 1)), np.tile(plan.velocities.max(axis=0), (2, 1))
     foreseen_contacts(local_map, np.array([0.0, 1.0]), at_rest, onward, settings)
     wall = local_map.border_points[np.argmax(local_map.surface >= 0)]
     into_wall = np.linspace(state.position, state.position + 1.2 * (wall - state.position), len(plan.times))
+    _warm_up_contact(into_wall, plan.times, local_map, settings)
     toward = replace(plan, positions=into_wall)
     for each in (plan, toward):
         follow(ControllerMemory(), each, local_map, state, plan.stamp, settings)
     _warm_up_time_to_goal(local_map, state, world.goal)
 
 
+def _warm_up_contact(path: np.ndarray, times: np.ndarray, local_map: LocalMap, settings: Settings) -> None:
+    """What a path (n, 2) into a wall needs when it is planned, and when it is followed."""
+    contact = find_contact(path, local_map)
+    assert contact is not None, "it leads into the wall"
+    passes_through(path, contact, local_map)
+    boundary_reference(path, contact, local_map)
+    foreseen_contacts(local_map, times, path, np.gradient(path, axis=0), settings)
+
+
 def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -> None:
     """Two cycles of each strategy with kernels of its own: the second one begins from the plan of the first.
 
-    And one look for a way too narrow for the shortest paths, which a run may need in its middle.
+    And what a run may need in its middle: boundaries remembered from elsewhere, and a look for a way that is too narrow
+    for the shortest paths.
     """
     for strategy in ("stop_guarantee", "bounce"):
         settings = Settings().with_values({"planner.strategy": strategy})
@@ -60,6 +75,8 @@ def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -
         follow(ControllerMemory(), plan, local_map, state, plan.stamp, settings)
         later = replace(state, stamp=state.stamp + 0.05)
         _, memory = planner.plan(memory, replace(local_map, stamp=later.stamp), later, goal, settings)
+    elsewhere = replace(local_map, position=local_map.position + settings.remembered.side)
+    remember(memory.remembered, elsewhere, settings.robot, settings.remembered)
     nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))
     way_to_goal(memory.remembered, nowhere, local_map, state.position, settings)
 

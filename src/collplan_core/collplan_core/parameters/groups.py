@@ -314,7 +314,7 @@ class Simulation(Parameters):
     controller_lateness: float = parameter(0.01, "Simulated time by which a command may come after its control period has begun, in lockstep", unit="s", low=0.001, high=1.0)
     planner_lateness: float = parameter(0.03, "Simulated time by which the planner may be behind the poses, in lockstep", unit="s", low=0.001, high=1.0)
     sensor_lateness: float = parameter(0.02, "Simulated time by which mocap_node and lidar_node may be behind the poses, in lockstep", unit="s", low=0.001, high=1.0)
-    patience: float = parameter(2.0, "Longest wait of simulated time for a node that is late, by the system's clock; then it goes on without that node", unit="s", low=0.05, high=60.0)
+    patience: float = parameter(1.0, "Longest wait of simulated time for a node that is late, by the system's clock; then it goes on without that node", unit="s", low=0.05, high=60.0)
     restitution: float = parameter(0.7, "True restitution of the ring (assumed)", low=0.0, high=1.0)
     restitution_slope: float = parameter(0.0, "How much the restitution falls with the speed into the wall", unit="s/m", low=0.0, high=0.5)
     restitution_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution from hit to hit", low=0.0, high=0.5)
