@@ -7,8 +7,8 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.velocity_law import VelocityLaw, command_lead
 
-FULL = 0.93
-"""From this share of what the wheels can make on, a change of velocity takes full acceleration throughout."""
+FULL, TOO_MUCH = 0.93, 1.02
+"""A change of velocity between these shares of what the wheels can make takes full acceleration throughout."""
 KINK_FACTOR, KINK_SPEED = 1.3, 0.08
 """A change of velocity from step to step beyond this factor of what the wheels make, and this speed, is a contact."""
 
@@ -44,7 +44,7 @@ def feed_forward(
             ux, uy = ax, ay
             if change > 1e-9:
                 dx, dy, ahead = (bx - ax) / change, (by - ay) / change, command_lead(wheels, change, longest)
-                if change > FULL * wheels.max_acceleration * longest:
+                if FULL < change / (wheels.max_acceleration * longest) < TOO_MUCH:
                     ahead = max(ahead, min(lead, _room(ax, ay, dx, dy, max_speed)))
                 ux, uy = ax + ahead * dx, ay + ahead * dy
         begin = max(begin, until)
