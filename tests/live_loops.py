@@ -83,7 +83,7 @@ CONTROLLER_SCENES: dict[str, Scene] = {
         0.8,
         2.0,
     ),
-    "through walls": lambda: (mixed("random:3").through_walls(2.5), 0.8, LONGEST),
+    "through walls": lambda: (mixed("random:0").through_walls(3.5), 0.8, LONGEST),
 }
 
 
