@@ -24,14 +24,10 @@ def test_what_is_not_true_is_found():
 
 
 UNTRUE = [
-    "[gone](docs/gone.md)",
     "[no such part](docs/limits.md#no-such-part)",
     "`no_such_output.csv`",
     "`planner.no_such_key`",
-    "`robot.radius:=50`",
     "```yaml\n/**:\n  ros__parameters:\n    robot: {radus: 0.1}\n```",
-    "`no_such/topic`",
-    "`--no-such-option`",
     '```\nmake run ARGS="--no-such-option"\n```',
     "```\nros2 run omnipuck_sim planner_node\n```",
     "```\nros2 run collplan_ros lidar_node --ros-args -p planner.map_perod:=0.4\n```",

@@ -58,6 +58,7 @@ def stays_still(robot, velocities=(0.3, 0.0, 0.3), poses: int = 30) -> bool:
     return robot.speed < STANDING
 
 
+@pytest.mark.soak
 def test_silence_stops_the_wheels_in_time(serial_robot):
     """How often and how long: `make faults`."""
     robot, ages = serial_robot(), []
@@ -301,6 +302,7 @@ def cause_of_stop_by_process_end(robot) -> str:
     return robot.stop_cause
 
 
+@pytest.mark.soak
 def test_as_a_process_it_sends_zero_at_its_end(ros, tmp_path):
     """Where a busy machine holds the process up the command's life ends first, and it is tried again."""
     robot = SerialRobot(ros, tmp_path, with_driver=False)

@@ -267,7 +267,7 @@ def test_after_an_emergency_stop_no_command_and_no_silence_moves_it(robot):
     assert {item.key: item.value for item in late[0].values}["state"] == "stopped"
     assert {message.message for message in said} == {late[0].message}, "said again for who has missed it"
     for _ in range(2):
-        assert robot.call("clear_estop")
+        robot.until(lambda: robot.call("clear_estop"))
         robot.until(lambda: robot.state == "held")
         for velocity in (0.4, 0.0, 0.4, math.nan):
             assert robot.stays_still(x=velocity)
