@@ -65,7 +65,7 @@ def test_a_run_that_is_over_is_canceled_and_recorded_until_the_robot_rests(tmp_p
     assert stands_at_last(record.log)
     rows = list(csv.DictReader((result.folder / "trajectory.csv").open()))
     assert np.hypot(float(rows[-1]["vx"]), float(rows[-1]["vy"])) < AT_REST
-    assert max(np.hypot(float(row["vx"]), float(row["vy"])) for row in rows) > 0.2
+    assert max(np.hypot(float(row["vx"]), float(row["vy"])) for row in rows) > 0.1
     assert "goal canceled" in (result.folder / "log" / "planner_node.log").read_text()
 
 
