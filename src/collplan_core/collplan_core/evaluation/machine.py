@@ -5,6 +5,9 @@ from dataclasses import dataclass
 ABOUT = 0.05
 """Share by which simulated time may run slower than it should and still count as on time."""
 
+STOOD = 0.5
+"""Wait for a node beyond which the node itself may have stood [s]."""
+
 
 @dataclass(frozen=True)
 class Timing:
@@ -27,7 +30,7 @@ def pace_words(factor: float | None) -> str:
 
 
 def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> str:
-    """Returns a sentence that the machine is too slow for a real robot; empty where it is fast enough.
+    """Returns a sentence that the machine is too slow for a real robot, or a node stood; empty where all kept up.
 
     A simulation that is wanted slower than real time may be slow by as much, and one as fast as it can be is to be as
     fast as real time.
@@ -46,4 +49,6 @@ def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> 
         found.append(f"longest wait {timing.gap:.2f} s for {timing.waited_for}")
     elif timing.gap:
         found.append(f"longest gap between two commands {timing.gap:.2f} s")
-    return f"this machine is too slow for a real robot, or busy: {', '.join(found)}"
+    stood = timing.waited_for and timing.gap > STOOD
+    who = f"{timing.waited_for} did not run, or this machine" if stood else "this machine"
+    return f"{who} is too slow for a real robot, or busy: {', '.join(found)}"
