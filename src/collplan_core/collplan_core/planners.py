@@ -113,5 +113,5 @@ def map_period_of(settings: Settings) -> float:
 
 
 def local_mapping_of(settings: Settings) -> LocalMapping:
-    """How the local map is made that the chosen strategy plans in."""
+    """Local-map parameters for the planner of the chosen strategy."""
     return replace(settings.local_map, half_side=planner_for(settings.planner.strategy).half_side(settings))

@@ -54,7 +54,7 @@ def feed_forward(
 
 @njit
 def _room(vx: float, vy: float, dx: float, dy: float, max_speed: float) -> float:
-    """How far one can go from velocity v along the unit direction d without being faster than max_speed [m/s]."""
+    """Largest change of the velocity v along the unit direction d up to max_speed [m/s]."""
     along = vx * dx + vy * dy
     root = along * along + max_speed * max_speed - vx * vx - vy * vy
     return math.sqrt(root) - along if root > 0.0 else 0.0

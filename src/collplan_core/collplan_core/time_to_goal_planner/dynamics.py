@@ -174,6 +174,6 @@ def contact_cost(costs: ContactCosts, contact: Contact) -> float:
 
 @njit
 def margin_cost(clearance: np.ndarray, grid: Grid, costs: ContactCosts, end: Motion) -> float:
-    """What a control interval costs that ends within the margin of a boundary without touching it [s]."""
+    """Cost of a control interval that ends within the margin of a boundary without touching it [s]."""
     within = costs.margin - clearance_at(clearance, grid, end.x, end.y)
     return costs.near * CONTROL_INTERVAL * within * within if within > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""From knots back to a plan: commands, one a control interval, that follow them under the planner's own dynamics."""
+"""Commands, one a control interval, that follow knots under the planner's own dynamics."""
 
 import math
 

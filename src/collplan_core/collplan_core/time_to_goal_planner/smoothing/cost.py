@@ -1,4 +1,4 @@
-"""What smoothing minimises, as in docs/bounces.md: each term with its derivatives, written once."""
+"""Cost that smoothing minimises, as in docs/bounces.md: each term with its derivatives."""
 
 import math
 from typing import NamedTuple

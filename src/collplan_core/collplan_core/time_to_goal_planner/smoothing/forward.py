@@ -48,7 +48,7 @@ def forward(problem: Problem, old: Knots, gains: Gains, share: float, new: Knots
 
 @njit
 def _asked(gain: np.ndarray, change: np.ndarray) -> float:
-    """What a gain asks for after these changes."""
+    """Change that a gain asks for, given the changes of the other variables."""
     asked = 0.0
     for c in range(len(gain)):
         asked += gain[c] * change[c]

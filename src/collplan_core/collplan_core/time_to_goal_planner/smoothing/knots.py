@@ -35,7 +35,7 @@ class Knots(NamedTuple):
 
 
 class Gains(NamedTuple):
-    """What a pass changes, by the changes of variables that come before it.
+    """Linear functions that give each change of a pass from the changes before it.
 
     Attributes:
         accelerations: (n, 2, 7); of ay by that of ax, too.
