@@ -16,7 +16,7 @@ class GraphError(RuntimeError):
 
 
 class NodeDied(GraphError):
-    """A node's process ended by itself; the message holds its name, how it ended and its last lines of output."""
+    """A node's process ended by itself; the message holds its name and how it ended."""
 
 
 class Interrupted(RuntimeError):

@@ -190,6 +190,7 @@ class Graph:
         try:
             process.check()
         except NodeDied as died:
+            self._progress.say(process.last_lines())
             if process.name != VIEWER or not self._ready:
                 raise
             self._processes.remove(process)

@@ -80,12 +80,12 @@ class NodeProcess:
         """
         code = self._process.poll()
         if code is not None:
-            raise NodeDied(f"{self.name} {_how_it_ended(code)}; {self.last_lines()}")
+            raise NodeDied(f"{self.name} {_how_it_ended(code)}")
 
     def last_lines(self, count: int = 10) -> str:
         """The last lines of the process's output, as a message."""
         lines = self._log.read_text(errors="replace").splitlines()[-count:]
-        return "its last lines:\n" + "\n".join(f"  {line}" for line in lines) if lines else "it printed nothing"
+        return f"last lines of {self.name}:\n" + "\n".join(f"  {line}" for line in lines or ["(none)"])
 
     def ask_to_stop(self) -> None:
         """Sends SIGTERM if the process still runs."""
