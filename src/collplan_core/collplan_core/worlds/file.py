@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from collplan_core.worlds.shapes import BOUNDS_FORM, POLYGON_FORM, World, WorldError
+from collplan_core.worlds.shapes import BOUNDS_FORM, MOST_OBSTACLES, POLYGON_FORM, World, WorldError
 
 KEYS = ("name", "bounds", "walled", "polygons", "circles", "start", "goal")
 CIRCLE_FORM = "expected {center: [x, y], radius: r} [m]"
@@ -56,6 +56,10 @@ def parse_text(text: str, source: str, name: str) -> World:
     Raises:
         WorldError: not YAML, or not a world.
     """
+    # before YAML is read, which takes a second for each 3,000: every circle has one
+    circles = text.count("radius")
+    if circles > MOST_OBSTACLES:
+        raise WorldError(f"{source}: circles: got {circles}, expected at most {MOST_OBSTACLES}")
     try:
         mapping = yaml.safe_load(text)
     except (yaml.YAMLError, ValueError) as error:
