@@ -317,14 +317,22 @@ class Graph:
 
     @property
     def frozen(self) -> str:
-        """The nodes that report no more although their processes run, to be added to a sentence; empty without any."""
+        """The nodes that report no more although their processes run, to be added to a sentence; empty without any.
+
+        Where all report: the one that simulated time waited for until it went on without it.
+        """
         silent = self.recorder.silent(LONGEST_SILENCE)
         found = [
             f"{name} for {silent[self.full_name(name)]:.1f} s"
             for name in self._preparation.programs
             if self.full_name(name) in silent
         ]
-        return f"; frozen: nothing on /diagnostics from {in_words(found)}" if found else ""
+        if found:
+            return f"; frozen: nothing on /diagnostics from {in_words(found)}"
+        lockstep = self.recorder.lockstep
+        if lockstep is None or lockstep.longest_wait <= self._preparation.settings.simulator.patience:
+            return ""
+        return f"; {lockstep.waited_for} did not run: simulated time waited {lockstep.longest_wait:.2f} s for it"
 
     def full_name(self, node: str) -> str:
         """Full name of a node of this graph."""
