@@ -192,7 +192,7 @@ class Bringup:
     def reason(self, outcome: str) -> str:
         """Why the goal was not reached, in words, for the outcome of `drive`; the planner's word may come after it."""
         if outcome == ABORTED:
-            return self.graph.last_message(PLANNER)
+            return self.graph.last_message(PLANNER) + self.graph.frozen
         if outcome == EMERGENCY_STOP:
             return self.graph.recorder.emergency_stop
         return self._why if outcome in MONITORED else ""
@@ -231,10 +231,15 @@ def _whole_run(bringup: Bringup, options: Options) -> RunResult:
     except (RecordError, OSError) as error:
         say(f"{error}; what was recorded until then is in {folder.record}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
+    result = RunResult(outcome, exit_code, message, folder.path, results.summary)
     if options.pictures:
-        for missing in filter(None, (draw_pictures(folder, results, preparation), make_page(folder, results))):
-            say(missing)
-    return RunResult(outcome, exit_code, message, folder.path, results.summary)
+        try:
+            for missing in filter(None, (draw_pictures(folder, results, preparation), make_page(folder, results))):
+                say(missing)
+        except KeyboardInterrupt:
+            say(_conclusion(result))
+            raise
+    return result
 
 
 def _complete_newest(parent: Path, say: Callable[[str], None]) -> None:
