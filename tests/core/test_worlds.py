@@ -202,10 +202,11 @@ def test_what_is_no_readable_text_file_is_refused_and_where_none_can_be_written_
 
 def test_a_huge_world_is_refused(tmp_path):
     path = tmp_path / "huge.yaml"
-    with path.open("wb") as file:
-        file.truncate(2_000_000)
-    with pytest.raises(WorldError, match=r"huge\.yaml: .*2000000.*1048576"):
-        load_world(str(path))
+    # neither is read as YAML
+    for text, said in ((2_000_000 * "\0", "2000000.*1048576"), (10_001 * "[radius", "circles: got 10001.*10000")):
+        path.write_text(text)
+        with pytest.raises(WorldError, match=rf"huge\.yaml: .*{said}"):
+            load_world(str(path))
     with pytest.raises(WorldError, match=r"10001, .*10000"):
         World("huge", (), np.ones((10001, 3)), (0.0, 0.0, 2.0, 2.0))
 
