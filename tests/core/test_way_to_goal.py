@@ -1,4 +1,4 @@
-"""What is remembered closes no gap that the disc fits through by 5 mm, and closes those it does not fit through."""
+"""What is remembered closes no gap that the disc fits through by 3 cm, and closes those it does not fit through."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -13,11 +13,9 @@ from collplan_core.local_map import LocalMap
 from collplan_core.plan import NoPlan
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.boundary_memory.refined import MOST_NODES, only_seen, refined
-from collplan_core.time_to_goal_planner.boundary_memory.update import known_boundaries, remember
+from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory, plan_cycle
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
-from collplan_core.time_to_goal_planner.shortest_paths.narrow_way import may_lead, narrow_way
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 from collplan_core.worlds import World
@@ -69,37 +67,28 @@ def seen(room: Parted, seed: int, n: int) -> tuple[RememberedBoundaries, LocalMa
     return memory, local_map
 
 
-def lines(pieces: np.ndarray) -> shapely.Geometry:
-    return shapely.multilinestrings(list(shapely.linestrings(pieces.reshape(-1, 2, 2))))
-
-
-def way(memory: RememberedBoundaries, local_map: LocalMap, position: np.ndarray, goal: np.ndarray):
+def way(memory: RememberedBoundaries, position: np.ndarray, goal: np.ndarray):
     paths = shortest_paths(memory.field, goal, position, SETTINGS)
-    return way_to_goal(memory, paths, local_map, position, SETTINGS)
+    return way_to_goal(memory, paths, position, SETTINGS)
 
 
-@given(room=parted_rooms((0.0052, 0.05)), seed=st.integers(0, 99), n=st.integers(0, 12))
-def test_a_gap_that_the_disc_fits_through_by_5_mm_is_open_whatever_was_seen_of_it(room, seed, n):
-    memory, local_map = seen(room, seed, n)
-    found = way(memory, local_map, room.start, room.goal)
+@given(room=parted_rooms((0.0305, 0.06)), seed=st.integers(0, 99), n=st.integers(0, 12))
+def test_a_gap_that_the_disc_fits_through_by_3_cm_is_open_whatever_was_seen_of_it(room, seed, n):
+    memory, _ = seen(room, seed, n)
+    found = way(memory, room.start, room.goal)
     assert found is not None
-    boundaries, paths = found
-    assert is_reachable(paths, room.start)
-    if boundaries.field.spacing < memory.field.spacing:
-        leading = narrow_way(boundaries.field, room.start, room.goal, SETTINGS.planner.goal_tolerance)
-        assert leading is not None
-        assert shapely.distance(lines(memory.pieces), shapely.points(leading)).min() > RADIUS - 2e-3
+    assert is_reachable(found[1], room.start)
 
 
 @given(room=parted_rooms((-0.06, -0.012)), seed=st.integers(0, 99))
 def test_a_gap_that_the_disc_does_not_fit_through_by_a_centimetre_is_closed_once_it_was_seen(room, seed):
-    memory, local_map = seen(room, seed, 30)
-    assert way(memory, local_map, room.start, room.goal) is None
+    memory, _ = seen(room, seed, 30)
+    assert way(memory, room.start, room.goal) is None
     # nor does it open where the robot stands before it
     blocked = grown(room.world, RADIUS + 0.001)
     line = room.start + np.linspace(0.0, 1.0, 60)[:, None] * (room.goal - room.start)
     touching = next(k for k, place in enumerate(line) if blocked.intersects(shapely.Point(place))) - 1
-    assert way(memory, local_map, line[touching], room.goal) is None
+    assert way(memory, line[touching], room.goal) is None
 
 
 CHICANE = [
@@ -116,9 +105,8 @@ def test_solid_that_is_only_inferred_gives_way_before_a_goal_is_given_up():
         local_map = replace(map_of(world_of(CHICANE), place), stamp=0.05 * (k + 1))
         memory = remember(memory, local_map, ROBOT, SETTINGS.remembered)
     assert (memory.field.source == INFERRED).any()
-    inferred = refined(memory, local_map, start, SETTINGS)
-    assert narrow_way(inferred.field, start, goal, 0.1) is None
-    boundaries, _ = way(memory, local_map, start, goal)
+    assert not is_reachable(shortest_paths(memory.field, goal, start, SETTINGS), start)
+    boundaries, _ = way(memory, start, goal)
     assert not (boundaries.field.source == INFERRED).any()
     assert (boundaries.field.clearance < 0.0).any()
     before = PlannerMemory(remembered=memory, map_stamp=local_map.stamp)
@@ -130,37 +118,5 @@ def test_what_was_seen_is_never_given_up_with_what_is_inferred():
     closed = [*CHICANE[:-1], box(0.0, 0.15, 0.03, 0.5)]
     start, goal = np.array([-0.35, 0.0]), np.array([0.43, 0.0])
     local_map = map_of(world_of(closed), start)
-    memory = remember(None, local_map, ROBOT, SETTINGS.remembered)
-    seen_of_it = only_seen(memory, RADIUS).field
-    assert not may_lead(seen_of_it, start, goal, 0.1)
-    assert may_lead(seen_of_it, start, np.array([-0.3, 0.3]), 0.1)
     with pytest.raises(NoPlan, match="closed off"):
         plan_cycle(None, local_map, at_rest(start), goal, BOUNCE)
-
-
-def test_a_goal_far_from_all_that_is_known_is_reached_through_a_narrow_gap():
-    for goal in [(5.0, 0.4), (0.45, -3.01)]:
-        posts = [(0.3, 0.5 * DISC + 0.05 + 0.003, 0.05), (0.3, -0.5 * DISC - 0.05 - 0.003, 0.05)]
-        walls = [box(-0.4, 0.4, 0.32, 0.45), box(-0.4, -0.45, 0.32, -0.4), box(-0.45, -0.45, -0.4, 0.45),
-                 box(0.29, 0.15, 0.31, 0.4), box(0.29, -0.4, 0.31, -0.15)]  # fmt: skip
-        local_map = map_of(world_of(walls, posts), (0.0, 0.0))
-        memory = remember(None, local_map, ROBOT, SETTINGS.remembered)
-        paths = shortest_paths(memory.field, np.array(goal), np.zeros(2), SETTINGS)
-        assert not is_reachable(paths, np.zeros(2))
-        boundaries, paths = way(memory, local_map, np.zeros(2), np.array(goal))
-        assert is_reachable(paths, np.zeros(2)), goal
-        assert boundaries.field.spacing <= 0.004, goal
-        assert narrow_way(boundaries.field, np.zeros(2), np.array(goal), 0.1)[:, 0].max() > 0.4, goal
-
-
-def test_a_large_room_has_nodes_farther_apart_not_many_more():
-    side = 5.9
-    corners = 0.5 * side * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-    walls = np.hstack([corners, np.roll(corners, -1, axis=0)])
-    memory = known_boundaries(walls, np.zeros(2), ROBOT, SETTINGS.remembered)
-    finer = refined(memory, map_of(world_of()), np.zeros(2), SETTINGS).field
-    assert finer.spacing == pytest.approx(0.5 * SETTINGS.remembered.spacing)
-    assert finer.clearance.size < 1.5 * MOST_NODES
-    inner = finer.origin + finer.spacing * np.argwhere(finer.clearance >= 0.0)
-    inner = inner[np.abs(inner).max(axis=1) < 0.5 * side]
-    assert 0.5 * side - RADIUS - 0.011 < np.abs(inner).max() < 0.5 * side - RADIUS + 1e-9

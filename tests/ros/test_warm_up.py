@@ -74,7 +74,7 @@ def compiled_beyond_warm_up() -> list[str]:
             command, _ = follow(ControllerMemory(), plan, local_map, state, 1.1, chosen)
             watch.commanded(command, 1.1)
     nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))
-    way_to_goal(memory.remembered, nowhere, local_map, state.position, chosen)
+    way_to_goal(memory.remembered, nowhere, state.position, chosen)
     for world, strategy in {"serpentine:3": "harness", "pillars:1": "tolerate", "corridor": "high_risk"}.items():
         run_trial(load_world(world), settings.with_values({"planner.strategy": strategy}), seed=1)
     return [name for name, count in signatures().items() if count != before.get(name, 0)]

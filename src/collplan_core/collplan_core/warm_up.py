@@ -65,8 +65,7 @@ def _warm_up_contact(path: np.ndarray, times: np.ndarray, local_map: LocalMap, s
 def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -> None:
     """Two cycles of each strategy with kernels of its own: the second one begins from the plan of the first.
 
-    And what a run may need in its middle: boundaries remembered from elsewhere, and a look for a way that is too narrow
-    for the shortest paths.
+    And what a run may need in its middle: boundaries remembered from elsewhere, and what was seen of them alone.
     """
     for strategy in ("stop_guarantee", "bounce"):
         settings = Settings().with_values({"planner.strategy": strategy})
@@ -78,7 +77,7 @@ def _warm_up_time_to_goal(local_map: LocalMap, state: State, goal: np.ndarray) -
     elsewhere = replace(local_map, position=local_map.position + settings.remembered.side)
     remember(memory.remembered, elsewhere, settings.robot, settings.remembered)
     nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))
-    way_to_goal(memory.remembered, nowhere, local_map, state.position, settings)
+    way_to_goal(memory.remembered, nowhere, state.position, settings)
 
 
 if __name__ == "__main__":

@@ -97,7 +97,7 @@ def plan_cycle(
     memory = _updated(memory or PlannerMemory(), local_map, state, np.array(goal, dtype=float), settings)
     assert memory.remembered is not None
     assert memory.paths is not None
-    way = way_to_goal(memory.remembered, memory.paths, local_map, state.position, settings)
+    way = way_to_goal(memory.remembered, memory.paths, state.position, settings)
     if way is None:
         raise NoPlan(f"the goal {goal[0]:.3f}, {goal[1]:.3f} is closed off by boundaries seen so far", memory)
     remembered, paths = way

@@ -1,14 +1,21 @@
 """Over which boundaries a goal can be reached. It is given up only where those that were seen leave no way."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Settings
-from collplan_core.time_to_goal_planner.boundary_memory.clearance import ClearanceField, clearance_at, normal_at
+from collplan_core.time_to_goal_planner.boundary_memory.clearance import (
+    FAR,
+    NOTHING,
+    ClearanceField,
+    clearance_at,
+    normal_at,
+)
+from collplan_core.time_to_goal_planner.boundary_memory.field import renew
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_core.time_to_goal_planner.boundary_memory.refined import only_seen, refined
+from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, pool_of
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
-from collplan_core.time_to_goal_planner.shortest_paths.narrow_way import may_lead, narrow_way
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 
@@ -17,47 +24,33 @@ CLEAR = 0.005
 
 
 def way_to_goal(
-    remembered: RememberedBoundaries,
-    paths: ShortestPaths,
-    local_map: LocalMap,
-    position: np.ndarray,
-    settings: Settings,
+    remembered: RememberedBoundaries, paths: ShortestPaths, position: np.ndarray, settings: Settings
 ) -> tuple[RememberedBoundaries, ShortestPaths] | None:
     """Boundaries over which the goal can be reached from a position (2,) [m], and the shortest paths over those.
 
-    As they are where the paths lead there. Else on finer nodes, for a way too narrow for the others; else without what
-    is only inferred, as they are or on finer nodes. None where what was seen leaves no way.
+    As they are where the paths lead there, else without what is only inferred. None where what was seen leaves no way.
 
     Args:
         paths: over the boundaries as they are.
-        local_map: that of the newest scan.
     """
     if is_reachable(paths, _outside(remembered.field, position)):
         return remembered, paths
-    found = _over_finer_nodes(remembered, paths, local_map, position, settings)
-    if found is not None or not remembered.solid_behind.any():
-        return found
+    if not remembered.solid_behind.any():
+        return None
     seen = only_seen(remembered, settings.robot.radius)
     over_seen = shortest_paths(seen.field, paths.goal, position, settings)
-    if is_reachable(over_seen, _outside(seen.field, position)):
-        return seen, over_seen
-    return _over_finer_nodes(seen, over_seen, local_map, position, settings)
+    return (seen, over_seen) if is_reachable(over_seen, _outside(seen.field, position)) else None
 
 
-def _over_finer_nodes(
-    boundaries: RememberedBoundaries,
-    paths: ShortestPaths,
-    local_map: LocalMap,
-    position: np.ndarray,
-    settings: Settings,
-) -> tuple[RememberedBoundaries, ShortestPaths] | None:
-    """The boundaries on finer nodes and the paths over them; None where no way leads to the goal of `paths`."""
-    # most goals that are closed off are so beyond doubt: then no finer nodes are filled in every cycle
-    if not may_lead(boundaries.field, position, paths.goal, paths.tolerance):
-        return None
-    finer = refined(boundaries, local_map, position, settings)
-    way = narrow_way(finer.field, position, paths.goal, paths.tolerance)
-    return None if way is None else (finer, shortest_paths(finer.field, paths.goal, position, settings, way=way))
+def only_seen(memory: RememberedBoundaries, radius: float) -> RememberedBoundaries:
+    """What is remembered without what is only inferred, for a disc of a radius [m]."""
+    field, pool = memory.field, pool_of(memory, 0)
+    clearance, source = np.full_like(field.clearance, FAR), np.full_like(field.source, NOTHING)
+    nowhere = np.zeros(clearance.shape, bool)
+    nodes = Nodes(clearance, source, nowhere, nowhere, field.grid, radius)
+    renew(nodes, pool, len(pool.kept), np.zeros(0, bool), np.zeros(0))
+    seen = replace(field, clearance=clearance, source=source)
+    return replace(memory, solid_behind=np.zeros_like(memory.solid_behind), field=seen)
 
 
 def _outside(field: ClearanceField, position: np.ndarray) -> np.ndarray:

@@ -68,9 +68,3 @@ def _block(cells: Cells) -> None:
     for i in range(mx):
         for j in range(my):
             blocked[i, j] = clearance_at(clearance, grid, x + i * spacing, y + j * spacing) < 0.0
-
-
-def open_along(cells: Cells, way: np.ndarray) -> None:
-    """Frees the cells that a way (n, 2) leads through [m]: their centres may lie beside it, where the disc touches."""
-    at = np.floor((way - (cells.x, cells.y)) / cells.spacing + 0.5).astype(int)
-    cells.blocked[at[:, 0], at[:, 1]] = False

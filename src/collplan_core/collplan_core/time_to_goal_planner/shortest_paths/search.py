@@ -4,7 +4,7 @@ import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import ClearanceField
-from collplan_core.time_to_goal_planner.shortest_paths.grid import Cells, cells_around, open_along
+from collplan_core.time_to_goal_planner.shortest_paths.grid import Cells, cells_around
 from collplan_core.time_to_goal_planner.shortest_paths.record import ShortestPaths
 from collplan_core.time_to_goal_planner.shortest_paths.wavefront import front_over, spread
 from collplan_core.time_to_goal_planner.shortest_paths.waypoints import find_waypoints, turns
@@ -16,7 +16,6 @@ def shortest_paths(
     around: np.ndarray,
     settings: Settings,
     earlier: ShortestPaths | None = None,
-    way: np.ndarray | None = None,
 ) -> ShortestPaths:
     """Any-angle shortest paths of the disc's centre to the goal; what the field does not know is free.
 
@@ -25,13 +24,10 @@ def shortest_paths(
         goal: (2,) [m].
         around: (2,) where the robot is; the cells cover it, the goal and everything known [m].
         earlier: returned as it is where goal and blocked cells are the same.
-        way: places (n, 2) known to be free, through whatever cells they lead [m].
     """
     spacing, tolerance = settings.time_to_goal.grid_spacing, settings.planner.goal_tolerance
     goal = np.array(goal, dtype=float)
     cells, goal_cell = cells_around(field, goal, np.asarray(around, dtype=float), spacing)
-    if way is not None:
-        open_along(cells, way)
     if earlier is not None and _same(earlier, goal, tolerance, cells):
         return earlier
     front = front_over(cells.blocked.size)
