@@ -76,6 +76,8 @@ BEFOREHAND = np.tile(HEAVY, (len(DELAYS), 1))
 """(n, m) what each of DELAYS and MASSES costs before anything was seen [m^2/s]."""
 _KEPT = max(WINDOW + LONGEST_DELAY, stuck.WINDOW) + 0.3
 _OWN_STALL = 0.3
+_OVERDUE = 2.5
+"""Periods of control after which the last command may have left later than is known: the controller stalled."""
 _OFTEN = 5
 
 
@@ -150,6 +152,8 @@ def judge_motion(record: MotionRecord, now: float, settings: Settings) -> tuple[
     commands, motion = record.commands, record.motion
     if not commands[:, 1:].any() or len(motion) < 3:
         return MotionVerdict(OK, record.delay), record
+    if now - commands[-1, 0] > _OVERDUE / settings.controller.rate:
+        record = pushed(record, now)
     limit = settings.limits.motion_delay
     growth = _growth(record, now)
     if growth > limit:
