@@ -14,6 +14,8 @@ DISTANCE_TOLERANCE = 0.08
 """Largest distance between the two [m]."""
 NOTICE = 0.15
 """A plan made less than this before an impact only confirms what an earlier one foresaw [s]."""
+AT_ONCE = 0.01
+"""A plan made less than this before an impact begins at the wall and may already leave from it [s]."""
 DELIBERATE_SPEED = 0.2
 """A foreseen impact faster than this into the wall is deliberate [m/s]."""
 UNMATCHED = -1
@@ -31,8 +33,9 @@ def foreseen_impacts(times: np.ndarray, points: np.ndarray, predictions: Sequenc
     """(k,) whether each impact, at times (k,) and points (k, 2), was foreseen.
 
     An impact is foreseen when a plan made at least NOTICE before it has a contact within TIME_TOLERANCE and
-    DISTANCE_TOLERANCE, and every plan made since, up to the impact, has one too. Within a plan one contact stands for
-    one impact. `predictions` holds every plan of the run, also those that foresee nothing, in order of `made`.
+    DISTANCE_TOLERANCE, and every plan made since, up to AT_ONCE before the impact, has one too. Within a plan one
+    contact stands for one impact. `predictions` holds every plan of the run, also those that foresee nothing, in order
+    of `made`.
     """
     made = np.array([p.made for p in predictions])
     matched = np.array([match_contacts(times, points, p.contacts) != UNMATCHED for p in predictions], dtype=bool)
@@ -78,7 +81,7 @@ def deliberate_impacts(foreseen: np.ndarray, speeds_into: np.ndarray) -> np.ndar
 
 
 def _announced(time: float, made: np.ndarray, matched: np.ndarray) -> bool:
-    for k in range(int(np.searchsorted(made, time)) - 1, -1, -1):
+    for k in range(int(np.searchsorted(made, time - AT_ONCE)) - 1, -1, -1):
         if not matched[k]:
             return False
         if made[k] <= time - NOTICE:

@@ -2,12 +2,12 @@
 
 Tuning takes worlds with seeds below 1000 and other study seeds. A set is committed before its first run; once its
 results were seen it is spent, and what is changed afterwards needs another. Spent: worlds 1000 to 1023 at study seed
-61, before pymunk computed the contacts. Beside the worlds below, `corridor` and random:20200-20399 at STUDY_SEED are
-held out for the paper's strategies.
+61, before pymunk computed the contacts; 20000 to 20023 at 62 and 21000 to 21023 at 63, before plans were smooth. Beside
+the worlds below, `corridor` and random:20200-20399 at STUDY_SEED are held out for the paper's strategies.
 """
 
-FIRST_SEED = 20000
-LAST_SEED = 20023
+FIRST_SEED = 23000
+LAST_SEED = 23023
 """Seeds of the 24 worlds of each family below, both inclusive."""
 
 FAMILIES = ("l", "u", "z", "baffles", "random")
@@ -15,16 +15,16 @@ FAMILIES = ("l", "u", "z", "baffles", "random")
 FURTHER_FAMILIES = ("serpentine", "pillars")
 """Families compared one by one."""
 
-STUDY_SEED = 62
+STUDY_SEED = 65
 """Seed of the study, from which each trial's noise follows."""
 TRIALS = 2
 """Runs in each world, with different noise."""
 
 OPTIMUM_FAMILIES = ("serpentine", "u", "baffles", "z", "l")
 """Families compared with the optimum without contact: their worlds are one corridor with right-angled turns."""
-OPTIMUM_FIRST_SEED, OPTIMUM_LAST_SEED = 21000, 21023
+OPTIMUM_FIRST_SEED, OPTIMUM_LAST_SEED = 22000, 22023
 """Seeds of their worlds there, both inclusive."""
-OPTIMUM_STUDY_SEED = 63
+OPTIMUM_STUDY_SEED = 64
 
 
 def held_out_worlds(family: str) -> str:
