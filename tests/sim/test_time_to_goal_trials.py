@@ -114,11 +114,11 @@ def test_a_seed_gives_the_same_run_bit_by_bit_whatever_was_run_before_and_in_ano
 
 
 POSTS = replace(
-    make_world(circles=[(0.02, y * sign, 0.05) for y in (0.146, 0.26, 0.38) for sign in (-1.0, 1.0)],
+    make_world(circles=[(0.02, y * sign, 0.05) for y in (0.15, 0.265, 0.38) for sign in (-1.0, 1.0)],
                walled=True, bounds=(-0.6, -0.4, 0.6, 0.4)),
     start=np.array([-0.35, 0.1]), goal=np.array([0.35, -0.1]),
 )  # fmt: skip
-"""Posts across a room; between two of them are 12 mm more than the robot is wide. Poses have 2 mm of noise."""
+"""Posts across a room; between two of them are 20 mm more than the robot is wide. Poses have 2 mm of noise."""
 
 
 @pytest.mark.parametrize("strategy", ["avoid", "bounce"])

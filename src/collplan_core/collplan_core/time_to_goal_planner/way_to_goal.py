@@ -21,6 +21,8 @@ from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_pa
 
 CLEAR = 0.005
 """A robot measured inside a boundary is taken to be so far out of it [m]."""
+FINER = 3
+"""Cells are so many times smaller where a way is looked for that is too narrow for the others."""
 
 
 def way_to_goal(
@@ -28,18 +30,20 @@ def way_to_goal(
 ) -> tuple[RememberedBoundaries, ShortestPaths] | None:
     """Boundaries over which the goal can be reached from a position (2,) [m], and the shortest paths over those.
 
-    As they are where the paths lead there, else without what is only inferred. None where what was seen leaves no way.
+    As they are where the paths lead there, else over smaller cells, else without what is only inferred. None where what
+    was seen leaves no way.
 
     Args:
         paths: over the boundaries as they are.
     """
     if is_reachable(paths, _outside(remembered.field, position)):
         return remembered, paths
-    if not remembered.solid_behind.any():
-        return None
-    seen = only_seen(remembered, settings.robot.radius)
-    over_seen = shortest_paths(seen.field, paths.goal, position, settings)
-    return (seen, over_seen) if is_reachable(over_seen, _outside(seen.field, position)) else None
+    finer = settings.with_values({"time_to_goal.grid_spacing": paths.spacing / FINER})
+    for boundaries in (remembered, only_seen(remembered, settings.robot.radius)):
+        over = shortest_paths(boundaries.field, paths.goal, position, finer)
+        if is_reachable(over, _outside(boundaries.field, position)):
+            return boundaries, over
+    return None
 
 
 def only_seen(memory: RememberedBoundaries, radius: float) -> RememberedBoundaries:
