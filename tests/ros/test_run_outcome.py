@@ -15,7 +15,7 @@ from collplan_core.parameters import Settings, Trial
 from collplan_core.state import State
 from collplan_ros.bringup import graph
 from collplan_ros.bringup.failures import GraphError
-from collplan_ros.bringup.main import EMERGENCY_STOP, Bringup
+from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.outcome import outcome_of
 from collplan_ros.bringup.progress import Progress
@@ -141,13 +141,6 @@ def test_a_run_that_is_stuck_says_why_by_the_robot_then_the_controller_then_the_
     unplanned = fed(tmp_path, [0.0] * 200, [0.0] * 200, {})
     assert unplanned.drive() == STUCK
     assert "no plan" in unplanned.reason(STUCK)
-
-
-def test_an_emergency_stop_ends_the_run_with_its_reason(tmp_path):
-    bringup = fed(tmp_path, [0.1 * k for k in range(200)], [0.0] * 200, {1: EXECUTING})
-    bringup.graph.hears("robot/state", "by the button", state="stopped")
-    assert bringup.drive() == EMERGENCY_STOP
-    assert bringup.reason(EMERGENCY_STOP) == "by the button"
 
 
 def test_a_machine_too_slow_for_the_graph_is_said_instead(tmp_path, monkeypatch):

@@ -3,9 +3,7 @@
 import json
 import os
 import socket
-import stat
 import sys
-import textwrap
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -15,13 +13,12 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from collplan_core.planners import map_period_of
-from collplan_ros.bringup import graph, preparation, processes
+from collplan_ros.bringup import preparation, processes
 from collplan_ros.bringup.failures import NodeDied
 from collplan_ros.bringup.main import main, run
-from collplan_ros.bringup.network import PROFILE, RANGE, environment_set
+from collplan_ros.bringup.network import RANGE, environment_set
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.processes import NodeProcess, stop, stop_all
-from collplan_ros.bringup.robots import ROBOTS, RobotKind
 
 WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0], [1.0, 1], [0.8, 1]]\n"
 
@@ -147,67 +144,6 @@ def test_a_second_graph_in_the_domain_is_noticed(tmp_path, capsys):
             context.shutdown()
         assert f"planner_node already in domain {os.environ['ROS_DOMAIN_ID']}" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
-
-
-SILENT_ROBOT = """
-    import sys
-    from rclpy.node import Node
-    from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
-    from collplan_ros.node_kit.run_node import run_node
-
-    class Robot(Node):
-        def __init__(self):
-            super().__init__("fake_robot")
-            self.diagnostics = Diagnostics(self, lambda: Health(OK, "here"))
-
-    sys.exit(run_node(Robot))
-    """
-
-
-def program(folder: Path, name: str, body: str) -> None:
-    path = folder / name
-    path.write_text(f"#!{sys.executable}\n" + textwrap.dedent(body))
-    path.chmod(path.stat().st_mode | stat.S_IXUSR)
-
-
-@pytest.fixture
-def lone_robot(tmp_path, monkeypatch):
-    """A graph of nothing but one robot, whose program the test writes."""
-    monkeypatch.setattr(preparation, "NODES", ())
-    monkeypatch.setitem(ROBOTS, "fake", RobotKind(("fake_robot",), True, "subnet"))
-    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    return lambda body: program(tmp_path, "fake_robot", body)
-
-
-def test_without_poses_the_message_says_where_they_were_expected(ros, tmp_path, lone_robot, monkeypatch):
-    """Beside another robot's nodes of the same names."""
-    monkeypatch.setattr(graph, "INPUT_PATIENCE", 0.5)
-    ros.make(lambda **kwargs: Node("fake_robot", namespace="/robot2", **kwargs))
-    lone_robot(SILENT_ROBOT)
-    before = {key: os.environ[key] for key in ("ROS_DOMAIN_ID", RANGE, PROFILE)}
-    params = Path(written(tmp_path / "set.yaml", "mocap: {topic: /vicon/body}"))
-    result = run(Options(robot="fake", params=params, out=tmp_path / "runs", namespace="/robot1"))
-    assert (result.outcome, result.exit_code) == ("graph_lost", 3)
-    for said in (
-        "/robot1/mocap/odom",
-        f"domain {before['ROS_DOMAIN_ID']}",
-        "subnet",
-        "/vicon/body",
-        "/robot1/mocap/pose",
-    ):
-        assert said in result.message
-    assert {key: os.environ[key] for key in before} == before
-
-
-def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(tmp_path, lone_robot, capsys):
-    lone_robot("""
-        print("opening the port")
-        raise SystemExit("no such port")
-        """)
-    result = run(Options(robot="fake", out=tmp_path / "runs"))
-    assert (result.outcome, result.exit_code) == ("node_died", 3)
-    assert result.summary["reason"].endswith("ended with exit code 1")
-    assert ":\n  opening the port\n  no such port\n" in capsys.readouterr().out
 
 
 def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_device_last(tmp_path, monkeypatch):

@@ -13,14 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bringup_process import SLOWLY, Run, nodes_of, wait_for
-from geometry_msgs.msg import Twist
-from rclpy.context import Context
-from rclpy.node import Node
-from std_srvs.srv import Trigger
 
 from collplan_core.warm_up import warm_up
-from collplan_ros.bringup.commanders import other_commanders
-from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
@@ -70,40 +64,6 @@ def test_a_run_that_is_over_is_canceled_and_recorded_until_the_robot_rests(tmp_p
 
 
 @pytest.mark.soak
-def test_a_planner_that_is_not_reached_is_asked_again_and_then_the_controller_is_stopped(tmp_path, monkeypatch):
-    asked = []
-    cancel_goal = Graph.cancel_goal
-    for deaf in (1, 1000):
-        asked.clear()
-
-        def unheard(self, deaf=deaf):
-            asked.append(deaf)
-            if len(asked) > deaf:
-                cancel_goal(self)
-
-        monkeypatch.setattr(Graph, "cancel_goal", unheard)
-        said = io.StringIO()
-        options = Options(out=tmp_path / f"{deaf}", pictures=False, params=ends_early(tmp_path, timeout=1.5))
-        result = run(options, Progress(said))
-        assert result.outcome == "timeout", said.getvalue()
-        assert stands_at_last(read_record(result.folder / RECORD).log)
-        assert len(asked) > 1
-
-
-@pytest.mark.soak
-def test_a_kept_emergency_stop_waits_for_a_person_and_nothing_drives_off_by_its_clearing(ros, tmp_path):
-    with Run(tmp_path / "runs", *SLOWLY) as run:
-        assert ros.call(Trigger, "estop", timeout=60.0).success
-        wait_for(lambda: "call /clear_estop" in run.text)
-        assert run.process.poll() is None
-        assert ros.call(Trigger, "clear_estop").success
-        assert run.end() == 3, run.text
-    assert "the emergency stop is cleared: start again to drive" in run.text
-    assert "until it is cleared" in run.text
-    assert "free_space" not in run.text
-
-
-@pytest.mark.soak
 def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path):
     for node, outcome, code in (("planner_node", "stuck", 1), ("simulator_node", "graph_lost", 3)):
         with Run(tmp_path / node, *SLOWLY) as run:
@@ -117,36 +77,6 @@ def test_a_frozen_node_is_named_where_it_ends_the_run(tmp_path):
                     os.kill(pid, signal.SIGCONT)
         assert re.search(rf"; frozen: .* {node} ", run.text), run.text
         assert run.summary()["outcome"] == outcome
-
-
-def test_a_second_commander_is_named_and_ends_the_run(ros, tmp_path):
-    """The one thing that a robot must stand still for and a run must end by."""
-    with Run(tmp_path / "runs", *SLOWLY) as run:
-        wait_for(run.moving)
-        ros.probe.create_publisher(Twist, "cmd_vel", 1)
-        wait_for(lambda: run.process.poll() is not None or ros.spin(0.1))
-        assert run.end() == 3, run.text
-    assert "/cmd_vel is published by /probe beside controller_node" in run.text
-    assert nodes_of(run.out) == {}
-
-
-def test_the_commander_is_told_from_others(ros):
-    def others() -> list[str]:
-        return other_commanders(ros.probe, "controller_node")
-
-    context = Context()
-    context.init()
-    nodes = [Node("controller_node", context=context), Node("teleop", namespace="/far", context=context)]
-    try:
-        nodes[0].create_publisher(Twist, "cmd_vel", 1)
-        ros.spin(0.5)
-        assert others() == []
-        nodes[1].create_publisher(Twist, "/cmd_vel", 1)
-        assert ros.wait_until(lambda: others() == ["/far/teleop"])
-    finally:
-        for node in nodes:
-            node.destroy_node()
-        context.shutdown()
 
 
 # ---- what is left of a run that was killed
