@@ -24,7 +24,9 @@ DEFINITIONS = {
     f"\n{RULE}\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
     f"\n{RULE}\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n",
 }
-TOPICS = {"/controller/reference": POINT, "/maneuver": STRING, "/planner/journal": STRING}
+TOPICS = {"/controller/reference": POINT} | dict.fromkeys(
+    ("/maneuver", "/planner/journal", "/controller/journal"), STRING
+)
 QOS = """\
 - history: unknown
   depth: 0

@@ -8,7 +8,9 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.worlds import load_world
+from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.replay.main import main
+from made_recordings import MadeRecording, String
 from omnipuck_sim.trial import run_trial
 
 SAME, DIFFERENT, REFUSED, INTERRUPTED = 0, 1, 2, 3
@@ -60,6 +62,14 @@ def test_a_trial_is_bit_equal_and_a_gap_and_a_missing_journal_are_said(rows, rep
     assert "1 line" in controller
     code, said, _ = replay(without(rows, CONTROLLER, *range(1000)))
     assert (code, "no journal" in said) == (SAME, True)
+
+
+def test_the_journals_in_a_recording_are_replayed_as_those_of_a_file(rows, tmp_path, capsys):
+    made = MadeRecording(tmp_path / RECORDING)
+    for row in rows:
+        made.write(f"/{row.get('of', PLANNER)}/journal", String(json.dumps(row)))
+    made.file.finish()
+    assert (main([str(tmp_path)]), capsys.readouterr().out.count("bit-equal")) == (SAME, 2)
 
 
 def test_a_difference_is_shown_in_time_and_value_and_what_has_changed_since(rows, replay):

@@ -15,7 +15,7 @@ from collplan_ros.runs.record_reading import RECORD
 from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_log import PoseRow, RunLog
 from collplan_ros.view.player import write_run_page
-from collplan_ros.view.player.run_frames import LATEST, Event, frames_of
+from collplan_ros.view.player.run_frames import LATEST, Event, frames_of, thinned
 from made_runs import EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
 from played_folders import newest, played_folder, poses_in, recording_in
 
@@ -138,6 +138,14 @@ def test_each_frame_completes_what_was_known_at_its_time(stamps, events):
         expected = {part: value for _, part, value in known}
         assert {part: shown[part] for part in expected} == expected
         assert shown.keys() - {"t", "robot", "trail", "world"} == expected.keys()
+
+
+def test_a_page_too_large_keeps_the_first_of_what_is_heavy_and_all_that_happened(frames):
+    kept = thinned(frames, 8)
+    for part in ("robot", "trail", "impacts", "goal", "costs"):
+        assert [part in each for each in kept] == [part in each for each in frames], part
+    for part, one_in in (("scan", 8), ("plan", 2)):
+        assert [f[part] for f in kept if part in f] == [f[part] for f in frames if part in f][::one_in], part
 
 
 # ---- it needs nothing but itself
