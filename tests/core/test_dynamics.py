@@ -7,14 +7,7 @@ from hypothesis import strategies as st
 
 from collplan_core.reflection import Ring, rebound
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED, OBSERVED, clearance_at
-from collplan_core.time_to_goal_planner.dynamics import (
-    NO_CONTACT,
-    SLIDES,
-    Contact,
-    Motion,
-    contact_cost,
-    margin_cost,
-)
+from collplan_core.time_to_goal_planner.dynamics import NO_CONTACT, SLIDES, Contact, Motion, contact_cost, margin_cost
 from collplan_core.time_to_goal_planner.model import (
     CONTROL_INTERVAL,
     IMPACT_SPEED,

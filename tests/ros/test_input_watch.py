@@ -41,11 +41,8 @@ def test_a_stream_that_is_missing_is_said_once_for_each_reason_and_so_is_that_it
 
 def test_a_refused_stream_is_refused_not_missing_and_other_numbers_are_no_other_reason():
     scene = Scene(publishers=HEARD)
-    assert [scene.second(refused=["pose 1.25 at 17"] * 20) for _ in range(3)] == [
-        [Remark("scan refused: pose 1.25 at 17")],
-        [],
-        [],
-    ]
+    said = [scene.second(refused=["pose 1.25 at 17"] * 20) for _ in range(3)]
+    assert said == [[Remark("scan refused: pose 1.25 at 17")], [], []]
     assert scene.second(refused=["pose 2.5 at 18"]) == []
     assert not scene.watch.is_there
     assert scene.second(1, refused=["frame"]) == [COMES, REFUSED]

@@ -133,13 +133,12 @@ def test_a_recording_that_is_whole_or_being_written_is_left_alone(tmp_path):
 # ---- the run folder, and the next bringup
 
 
-def killed_run(folder: Path, goal: bool = True) -> Path:
+def killed_run(folder: Path) -> Path:
     folder.mkdir(parents=True)
     save_world(room(), folder / "room.yaml")
     worlds = {key: str(folder / "room.yaml") for key in ("lidar.world", "simulator.world")}
     write_parameters(Settings().with_values(worlds), folder / "parameters.yaml")
-    if goal:
-        write_record(folder / RECORD, bouncing_run())
+    write_record(folder / RECORD, bouncing_run())
     (folder / RECORDING).write_bytes(WHOLE)
     return folder
 

@@ -50,12 +50,7 @@ def test_the_goal_is_reached_and_the_folder_is_complete(tmp_path):
     assert description(earlier, "run") == {"goal": "1.0 2.0"}
     summary = run.summary()
     assert summary.keys() >= KEYS
-    assert (summary["reached"], summary["world"], summary["strategy"], summary["seed"]) == (
-        True,
-        "corridor",
-        "harness",
-        3,
-    )
+    assert summary.items() >= {"reached": True, "world": "corridor", "strategy": "harness", "seed": 3}.items()
     assert summary["path_length_source"] == "ground_truth"
     assert summary["control_period_ms"]["n"] > 20
     assert summary["candidates"]["before_pruning_mean"] >= summary["candidates"]["mean"] > 0
@@ -109,24 +104,18 @@ def test_ctrl_c_stops_everything_in_order(tmp_path):
     assert "killed" not in run.text
 
 
-def names_the_dead(out: Path, node: str) -> None:
-    with Run(out, *SLOWLY) as run:
+OTHERS = [pytest.param(node, marks=pytest.mark.soak) for node in sorted(NODES - {"planner_node"})]
+
+
+@pytest.mark.parametrize("node", ["planner_node", *OTHERS])
+def test_a_node_that_dies_is_named_and_ends_the_run(tmp_path, node):
+    with Run(tmp_path / "runs", *SLOWLY) as run:
         wait_for(run.moving)
         os.kill(nodes_of(run.out)[node], signal.SIGKILL)
         assert run.end() == 3, node
     assert f"{node} was killed by SIGKILL" in run.text
     assert nodes_of(run.out) == {}
     assert run.summary()["outcome"] == "node_died", node
-
-
-def test_a_node_that_dies_is_named_and_ends_the_run(tmp_path):
-    names_the_dead(tmp_path / "runs", "planner_node")
-
-
-@pytest.mark.soak
-def test_any_node_that_dies_is_named_and_ends_the_run(tmp_path):
-    for node in sorted(NODES - {"planner_node"}):
-        names_the_dead(tmp_path / node, node)
 
 
 @pytest.mark.soak
