@@ -124,7 +124,7 @@ def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(pla
             bringup.come_to_rest()
             # whom nobody hears does not wait: to leave the graph stops the robot
             assert bringup.graph.at_rest == (deaf < 1000), outcome
-            assert min(played.asked, 2) == asked, outcome
+            assert (min(played.asked, 2), played.asked < 10) == (asked, True), outcome
         played.teleop.create_publisher(Twist, "/cmd_vel", 1)
         with pytest.raises(GraphError, match="by /far/teleop beside controller_node"):
             bringup.wait(lambda: False)
