@@ -31,7 +31,7 @@ from collplan_ros.bringup.options import Options, parse
 from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
 from collplan_ros.bringup.preparation import prepare, write_used_parameters
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.bringup.results import draw_pictures, make_page, write_results
+from collplan_ros.bringup.results import draw_picture, make_page, write_results
 from collplan_ros.bringup.robots import VIEWER
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
@@ -234,7 +234,7 @@ def _whole_run(bringup: Bringup, options: Options) -> RunResult:
     result = RunResult(outcome, exit_code, message, folder.path, results.summary)
     if options.pictures:
         try:
-            for missing in filter(None, (draw_pictures(folder, results, preparation), make_page(folder, results))):
+            for missing in filter(None, (draw_picture(folder, results, preparation), make_page(folder, results))):
                 say(missing)
         except KeyboardInterrupt:
             say(_conclusion(result))

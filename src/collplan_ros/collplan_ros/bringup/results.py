@@ -32,26 +32,22 @@ def write_results(
     return write_result_files(folder.path, log, world, goal, settings, outcome, simulated, said)
 
 
-def draw_pictures(folder: RunFolder, results: Results, preparation: Preparation) -> str:
-    """Draws picture and animation of a run with poses; returns why there are none, or ""."""
+def draw_picture(folder: RunFolder, results: Results, preparation: Preparation) -> str:
+    """Draws trajectory.png of a run with poses; returns why there is none, or ""."""
     if not results.log.poses:
         return ""
-    # imported late: both are slow to load
-    from collplan_ros.pictures.animation import draw_animation
+    # imported late: slow to load
     from collplan_ros.pictures.title import run_end, run_title
     from collplan_ros.pictures.trajectory_png import draw_trajectory
 
-    log, impacts, goal = results.log, results.impacts, preparation.goal
-    settings, world = preparation.settings, _drawn(preparation.world, results.log, goal)
+    log, goal, settings = results.log, preparation.goal, preparation.settings
+    world = _drawn(preparation.world, log, goal)
     title = run_title(world, settings, preparation.robot.simulated)
     try:
         with replacing(folder.picture) as path:
-            draw_trajectory(path, log, impacts, world, goal, settings, f"{title}\n{run_end(results.summary)}")
-        if log.scans:
-            with replacing(folder.animation) as path:
-                draw_animation(path, log, impacts, world, goal, settings, title)
+            draw_trajectory(path, log, results.impacts, world, goal, settings, f"{title}\n{run_end(results.summary)}")
     except Exception as error:  # whatever a drawing library finds: the run is over, and its figures are written
-        return f"pictures not drawn: {type(error).__name__}: {error}"
+        return f"trajectory.png not drawn: {type(error).__name__}: {error}"
     return ""
 
 

@@ -101,11 +101,6 @@ class RunFolder:
         """Picture of world and path."""
         return self.path / "trajectory.png"
 
-    @property
-    def animation(self) -> Path:
-        """Animation of the run."""
-        return self.path / "run.gif"
-
 
 @contextmanager
 def _writing(path: Path) -> Iterator[None]:
