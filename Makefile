@@ -45,11 +45,11 @@ study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in world
 optimum:  ## how far bounce and avoid are from the best without contact and with the map, simulated; needs CasADi
 	@tools/optimum.sh $(ARGS)
 
-animation: $(COMPILED)  ## the animations in docs anew, from two runs in a serpentine, simulated; needs Chromium
+animation: $(COMPILED)  ## the README's animation anew, from two runs in a serpentine, simulated; needs Chromium
 	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures
-	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce
-	@$(VENV)/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out docs/avoid_beside_bounce.gif $(ARGS)
-	@$(PYTHON) tools/page_animation.py runs/animation/bounce/latest/run.html docs/played_run.webp
+	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
+	@$(VENV)/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out runs/animation/beside.html
+	@$(PYTHON) tools/page_animation.py runs/animation/beside.html docs/avoid_beside_bounce.webp
 
 pictures: $(COMPILED)  ## docs/pictures anew, from the code
 	@$(PYTHON) tools/pictures $(ARGS)

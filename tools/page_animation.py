@@ -1,4 +1,4 @@
-"""An animation of a run as its run.html plays it, by Chromium, which has to be installed.
+"""An animation of runs as their page plays them, run.html or one of `beside`, by Chromium, which has to be installed.
 
 .venv/bin/python tools/page_animation.py runs/latest/run.html run.webp
 """
@@ -29,37 +29,31 @@ PATIENCE = 60.0
 POLLED = 0.05
 """Time between two looks whether it has [s]."""
 UNPACKED = "document.getElementById('transport')?.hidden === false"
+END = "Number(document.querySelector('#transport .bar').max)"
 SHOWN = """new Promise((shown) => {{
   location.hash = "t={moment:.3f}";
   setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(shown)), 150);
 }})"""
 """The page draws its plots every 100 ms."""
-LAST_FRAME = 1.5
-"""How long the last frame stays [s]."""
+WIDTH, HEIGHT, SCALE = 1200, 800, 0.75
+"""Of the page [pixel], and how many are drawn for each of them."""
+PERIOD, LAST_FRAME = 0.08, 1.5
+"""How long a frame stays, and the last one [s]."""
 
 
 def main() -> int:
     """Writes the animation."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("page", type=Path, metavar="RUN.HTML", help="in the folder of a run that reached its goal")
+    parser.add_argument("page", type=Path, metavar="PAGE", help="run.html, or a page of beside")
     parser.add_argument("animation", type=Path, metavar="FILE", help="where to, .webp or .gif")
-    parser.add_argument("--width", type=int, default=1200, help="of the page [pixel] (default 1200)")
-    parser.add_argument("--height", type=int, default=800, help="of the page [pixel] (default 800)")
-    parser.add_argument("--scale", type=float, default=0.75, help="pixels drawn for each of them (default 0.75)")
-    parser.add_argument("--rate", type=float, default=12.5, metavar="HZ", help="frames per second (default 12.5)")
-    parser.add_argument("--dark", action="store_true", help="in dark colours")
     options = parser.parse_args()
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
-        parser.error(f"no browser found, expected one of {', '.join(BROWSERS)}")
-    arrival = json.loads(options.page.with_name("summary.json").read_text())["arrival_time_s"]
-    if arrival is None:
-        parser.error(f"{options.page}: a run that did not reach its goal, expected one that did")
-    period = 1.0 / options.rate
+        sys.exit(f"{options.page} is not animated: no Chromium found, expected one of {', '.join(BROWSERS)}")
     with opened(browser, options.page.resolve().as_uri(), UNPACKED) as page:
-        set_up(page, (options.width, options.height), options.scale, options.dark)
-        first, *others = screenshots(page, np.arange(0.0, arrival + period, period))
-    durations = [round(1e3 * period)] * len(others) + [round(1e3 * LAST_FRAME)]
+        set_up(page)
+        first, *others = screenshots(page)
+    durations = [round(1e3 * PERIOD)] * len(others) + [round(1e3 * LAST_FRAME)]
     first.save(options.animation, save_all=True, append_images=others, duration=durations, loop=0, method=6)
     print(f"{options.animation}, {len(durations)} frames, {options.animation.stat().st_size / 1000:.0f} kB")
     return 0
@@ -83,17 +77,16 @@ def opened(browser: str, address: str, ready: str) -> Iterator[ClientConnection]
             process.wait(PATIENCE)
 
 
-def set_up(page: ClientConnection, size: tuple[int, int], scale: float, dark: bool) -> None:
-    """Sets width and height of the page [pixel], how many are drawn for each of them, and whether it is dark."""
-    screen = {"width": size[0], "height": size[1], "deviceScaleFactor": scale, "mobile": False}
+def set_up(page: ClientConnection) -> None:
+    """Sets the size of the page, in light colours."""
+    screen = {"width": WIDTH, "height": HEIGHT, "deviceScaleFactor": SCALE, "mobile": False}
     _asked(page, "Emulation.setDeviceMetricsOverride", **screen)
-    theme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
-    _asked(page, "Emulation.setEmulatedMedia", features=[theme])
+    _asked(page, "Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "light"}])
 
 
-def screenshots(page: ClientConnection, moments: np.ndarray) -> Iterator[Image.Image]:
-    """The page at these times of the run [s]."""
-    for moment in moments:
+def screenshots(page: ClientConnection) -> Iterator[Image.Image]:
+    """The page from the first command to move on, every PERIOD."""
+    for moment in np.arange(0.0, _evaluated(page, END) + PERIOD, PERIOD):
         _evaluated(page, SHOWN.format(moment=moment))
         png = base64.b64decode(_asked(page, "Page.captureScreenshot", format="png")["data"])
         yield Image.open(BytesIO(png)).convert("RGB")

@@ -28,7 +28,6 @@ setup(
         "mcap>=1.6",
         "mcap-ros2-support>=0.6",
         "numpy>=1.26.4",
-        "pillow>=10.2",
         "PyYAML>=6.0.1",
         "shapely>=2.0.3",
         "websockets>=15.0.1",

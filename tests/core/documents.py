@@ -136,7 +136,7 @@ def leads_somewhere(link: str, text: str, folder: Path) -> bool:
 
 
 def wrong_paths(text: str) -> list[str]:
-    kinds = r"[\w.-]+(/[\w.-]+)*(/|\.(py|md|sh|toml|svg|rviz|yaml|json|jsonl|csv|png|gif|html|parquet))"
+    kinds = r"[\w.-]+(/[\w.-]+)*(/|\.(py|md|sh|toml|svg|rviz|yaml|json|jsonl|csv|png|html|parquet))"
     paths = [s for s in spans(text) if re.fullmatch(kinds, s) or re.fullmatch(rf"({'|'.join(FOLDERS)})(/[\w.-]+)+", s)]
     paths += re.findall(r"[\w/]+\.py\b", "\n".join(blocks(text, "")))
     return [path for path in paths if not is_there(path)]

@@ -1,7 +1,6 @@
-"""Run folders made by hand that can be played or drawn, and what is in the page of one."""
+"""Run folders made by hand that can be played, and what is in the page of one."""
 
 import base64
-import csv
 import gzip
 import json
 import re
@@ -14,10 +13,8 @@ import yaml
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
-from collplan_ros.runs.impact_log import COLUMNS as IMPACT_COLUMNS
 from collplan_ros.runs.record_reading import RECORD, Told
 from collplan_ros.runs.run_log import RunLog
-from collplan_ros.runs.trajectory_file import COLUMNS as TRAJECTORY_COLUMNS
 from made_runs import bouncing_run, write_record
 
 ROOM = {
@@ -35,10 +32,15 @@ TOLD = (
 
 
 def played_folder(
-    parent: Path, log: RunLog | None = None, name: str = "room", strategy: str = "harness", told: Sequence[Told] = TOLD
+    parent: Path,
+    log: RunLog | None = None,
+    name: str = "room",
+    strategy: str = "harness",
+    told: Sequence[Told] = TOLD,
+    run: str = "run",
 ) -> Path:
     """The folder of a run that bringup has finished, in a world of this name."""
-    folder = parent / "run"
+    folder = parent / run
     folder.mkdir(parents=True)
     world = parent / "room.yaml"
     world.write_text(yaml.safe_dump({"name": name, **ROOM}))
@@ -50,36 +52,16 @@ def played_folder(
     return folder
 
 
-START, END = np.array([0.6, 0.4]), np.array([1.8, 0.4])
-HITS = 0.2, np.array([[0.9, 0.7], [1.5, 0.7]])
-"""When [s] and where [m] a drawn run has a deliberate hit, and one that is not."""
-
-
-def drawn_folder(parent: Path, name: str, duration: float, strategy: str = "bounce", world: str = "corridor") -> Path:
-    """The figures of a run from START to END that takes `duration` [s], without a record."""
-    folder = parent / name
-    folder.mkdir(parents=True)
-    chosen = {"planner.strategy": strategy, "lidar.world": world, "simulator.world": world}
-    write_parameters(Settings().with_values(chosen), folder / "parameters.yaml")
-    (folder / "summary.json").write_text(json.dumps({"simulated": True, "goal": END.tolist(), "outcome": "reached"}))
-    with (folder / "trajectory.csv").open("w", newline="") as file:
-        rows = csv.DictWriter(file, TRAJECTORY_COLUMNS, restval="0.0")
-        rows.writeheader()
-        for t in np.arange(-0.1, duration + 1e-9, 0.01):
-            x, y = START + min(max(t / duration, 0.0), 1.0) * (END - START)
-            rows.writerow({"t": f"{t:.6f}", "x": x, "y": y, "maneuver": "free_space"})
-    with (folder / "impacts.csv").open("w", newline="") as file:
-        rows = csv.DictWriter(file, IMPACT_COLUMNS, restval="0.0")
-        rows.writeheader()
-        for (x, y), kind in zip(HITS[1], ("true", "false"), strict=True):
-            rows.writerow({"t": HITS[0], "x": x, "y": y, "foreseen": "true", "deliberate": kind})
-    return folder
+def recordings_in(page: str) -> list[dict[str, Any]]:
+    """What the player of a page is given of each run."""
+    packed = re.findall(r'<script type="application/gzip" class="recording">([A-Za-z0-9+/=]*)</script>', page)
+    return [json.loads(gzip.decompress(base64.b64decode(each))) for each in packed]
 
 
 def recording_in(page: str) -> dict[str, Any]:
-    """What the player of a page is given."""
-    (packed,) = re.findall(r'<script type="application/gzip" id="recording">([A-Za-z0-9+/=]*)</script>', page)
-    return json.loads(gzip.decompress(base64.b64decode(packed)))
+    """What the player of a page of one run is given."""
+    (recording,) = recordings_in(page)
+    return recording
 
 
 def poses_in(frames: Sequence[Mapping[str, Any]]) -> np.ndarray:

@@ -44,7 +44,7 @@ def test_the_modules_of_the_page_together_are_a_script(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-# ---- the player of a recorded run
+# ---- the player of recorded runs, here of two on one clock
 
 FRAMES = [
     {"t": -0.1, "robot": [0, 0, 0, 0, 0], "world": None, "impacts": [], "goal": {"at": [5, 5], "status": "none"}},
@@ -53,12 +53,14 @@ FRAMES = [
     {"t": 0.4, "robot": [3, 0, 0, 0, 0], "plan": {"stamp": 0.38}, "impacts": [{"t": 0.39}]},
     {"t": 0.8, "robot": [4, 0, 0, 0, 0], "plan": {"stamp": 0.78}, "scan": [7, 7]},
 ]
+RUNS = [FRAMES, [FRAMES[1], {"t": 0.5, "robot": [9, 0, 0, 0, 0], "periods": [51]}]]
+"""The second begins later and ends earlier."""
 PLAYER = f"""
 import {{ RecordedSource }} from "./player.js";
 {CLOCK}
-const source = new RecordedSource(input.frames);
+const source = new RecordedSource(input.runs.map((frames) => ({{ frames }})));
 const got = [];
-source.onframe = (frame) => got.push(frame);
+source.onframe = (frame, run) => got.push([run, frame]);
 source.onreset = () => got.push("reset");
 """
 PLAYER_STUBS = {
@@ -69,10 +71,8 @@ PLAYER_STUBS = {
 
 @pytest.fixture
 def play(run):
-    """Runs lines beside a player of FRAMES."""
-    return lambda lines, **given: run(
-        PLAYER + lines, "player.js", stubs=PLAYER_STUBS, given={"frames": FRAMES, **given}
-    )
+    """Runs lines beside a player of RUNS."""
+    return lambda lines, **given: run(PLAYER + lines, "player.js", stubs=PLAYER_STUBS, given={"runs": RUNS, **given})
 
 
 def test_playing_gives_each_frame_once_in_order_and_before_its_time(play):
@@ -83,11 +83,13 @@ def test_playing_gives_each_frame_once_in_order_and_before_its_time(play):
     for (let k = 0; k < 30; k += 1) {
       wall += 0.05;
       const now = source.now();
-      result.push([now, got.filter((frame) => frame !== "reset").map((frame) => frame.t), source.playing]);
+      const given = [0, 1].map((run) => got.filter(([of]) => of === run).map(([, frame]) => frame.t));
+      result.push([now, given, source.playing]);
     }
     """
     for now, given, playing in play(lines):
-        assert given == [frame["t"] for frame in FRAMES if frame["t"] <= max(now + 0.1, -0.1)]
+        for times, (first, *later) in zip(given, RUNS, strict=True):
+            assert times == [first["t"], *(frame["t"] for frame in later if frame["t"] <= now + 0.1)]
         assert playing == (now < 0.8)
     assert now == 0.8
 
@@ -95,12 +97,13 @@ def test_playing_gives_each_frame_once_in_order_and_before_its_time(play):
 def test_a_jump_shows_what_playing_would_have_shown(play):
     lines = "const result = input.times.map((time) => { got.length = 0; source.seek(time); return [...got]; });"
     times = [-5, -0.1, -0.01, 0.0, 0.06, 0.4, 0.79, 0.8, 5]
-    for time, (reset, merged) in zip(times, play(lines, times=times), strict=True):
-        assert reset == "reset"
-        passed = [frame for frame in FRAMES if frame["t"] <= max(time, -0.1)]
-        expected = {part: value for frame in passed for part, value in frame.items()}
-        expected = {part: value for part, value in expected.items() if part not in ("trail", "periods")}
-        history = merged.pop("history")
-        assert merged == expected
-        kept = {"t", "robot", "trail", "costs", "periods"}
-        assert history == [{part: frame[part] for part in frame if part in kept} for frame in passed]
+    for time, (reset, *given) in zip(times, play(lines, times=times), strict=True):
+        assert (reset, [run for run, _ in given]) == ("reset", [0, 1])
+        for frames, (_, merged) in zip(RUNS, given, strict=True):
+            passed = [frame for frame in frames if frame["t"] <= max(time, frames[0]["t"])]
+            expected = {part: value for frame in passed for part, value in frame.items()}
+            expected = {part: value for part, value in expected.items() if part not in ("trail", "periods")}
+            history = merged.pop("history")
+            assert merged == expected
+            kept = {"t", "robot", "trail", "costs", "periods"}
+            assert history == [{part: frame[part] for part in frame if part in kept} for frame in passed]

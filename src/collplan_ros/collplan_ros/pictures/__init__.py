@@ -1,1 +1,1 @@
-"""Pictures and animations of recorded runs, made without ROS."""
+"""The picture of a recorded run, made without ROS."""

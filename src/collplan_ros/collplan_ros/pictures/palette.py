@@ -1,14 +1,9 @@
-"""Colours of pictures and animations: where a thing is in the live page too, the page's on light ground."""
+"""Colours of pictures: where a thing is in the live page too, the page's on light ground."""
 
 import numpy as np
 
-FLOOR, FREE, TEXT = "#f4f5f7", "#cfe8d5", "#1b2633"
-OBSTACLE, WALL, ROBOT, GOAL = "#c9d1db", "#46566b", "#222c3a", "#00855f"
-SCAN, PLAN = "#d0175f", "#0072b2"
+OBSTACLE, WALL, GOAL, PLAN = "#c9d1db", "#46566b", "#00855f", "#0072b2"
 DELIBERATE, FORESEEN, OTHER, OUTLINE = "#d55e00", "#e69f00", "#111111", "#ffffff"
-FAILED = "#c22525"
-IN_ANIMATIONS = (FLOOR, FREE, TEXT, OBSTACLE, WALL, ROBOT, GOAL, SCAN, PLAN, DELIBERATE, OTHER, OUTLINE, FAILED)
-"""Everything drawn in them but trails."""
 
 SLOW_TO_FAST = ("#0d0887", "#5c01a6", "#9c179e", "#cc4778", "#ed7953", "#fdb42f", "#f0f921")
 """Colours of speeds (plasma): their lightness rises all the way, so that they are read without colours too."""

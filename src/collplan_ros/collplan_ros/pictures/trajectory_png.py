@@ -124,7 +124,7 @@ def _draw_path(axes: "Axes", log: RunLog, top_speed: float) -> "LineCollection |
     points = track[:, 1:3]
     speed = np.hypot(track[:, 4], track[:, 5])
     pieces = list(np.stack([points[:-1], points[1:]], axis=1))
-    # colours and their range are those of the animations
+    # colours and their range are those of the live page
     colors = LinearSegmentedColormap.from_list("speed", speed_colors(np.linspace(0.0, 1.0, SHADES)) / 255.0)
     lines = LineCollection(pieces, cmap=colors, linewidth=2.6, capstyle="round", zorder=3)
     lines.set_array(speed[:-1])

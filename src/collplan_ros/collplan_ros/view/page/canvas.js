@@ -13,11 +13,11 @@ export class SceneCanvas {
     this.ctx = canvas.getContext("2d");
     this.scene = scene;
     this.view = new Transform();
-    this.hidden = new Set();
     this.colors = null;
     this.onclick = null;
     this.onhover = null;
     this.following = false;
+    this.beside = []; // pictures that show the same place
     this.fitted = null; // the world that was fitted, or true for the robot's surroundings
     this.moved = false;
     this.pointer = null;
@@ -85,12 +85,23 @@ export class SceneCanvas {
     this.following = false;
     view.x = drag.wx - (x - drag.x) / view.scale;
     view.y = drag.wy + (y - drag.y) / view.scale;
+    this.share();
   }
 
   zoom(factor, x = this.view.width / 2, y = this.view.height / 2) {
     this.view.zoom(factor, x, y);
     this.moved = true;
     this.stale = true;
+    this.share();
+  }
+
+  /** Shows the same place, as large, in the pictures beside it. */
+  share() {
+    const { moved, following, view: { x, y, scale } } = this;
+    for (const each of this.beside) {
+      Object.assign(each, { moved, following, stale: true });
+      Object.assign(each.view, { x, y, scale });
+    }
   }
 
   fit() {

@@ -31,6 +31,7 @@ export function liveSource() {
 
   const source = {
     live: true,
+    runs: [{ first: -Infinity, last: Infinity }],
     onframe: null,
     onreset: null,
     onstatus: null,

@@ -4,7 +4,7 @@ import { SceneCanvas } from "./canvas.js";
 import { Colors } from "./colors.js";
 import { byId, element, keep, kept } from "./dom.js";
 import { Drive, ParameterList } from "./drive.js";
-import { LayerList, Panels, showTip } from "./panels.js";
+import { LayerList, Panels, counted, showTip } from "./panels.js";
 import { Pacing } from "./pacing.js";
 import { Plots } from "./plots.js";
 import { Scene } from "./state.js";
@@ -20,30 +20,39 @@ const KEYS = [
 ];
 
 /**
- * Shows a source: {live, begin, end, onframe, onreset, onstatus, now(), send(command)}. It calls `onframe` with frames in
- * the order of their time, `onreset` before one of another time, `onstatus` with a text and whether it is trouble; `now` is
- * the moment to draw, on the clock of the frames, which is from `begin` to `end` in a recorded run. `send` returns a promise
- * of {ok, text}, and is asked for where it is live alone.
+ * Shows a source: {live, runs, begin, end, onframe, onreset, onstatus, now(), send(command)}. It calls `onframe` with frames
+ * in the order of their time and which run they are of, `onreset` before ones of another time, `onstatus` with a text and
+ * whether it is trouble; `now` is the moment to draw, on the clock of the frames, which is from `begin` to `end` in recorded
+ * runs, and from `first` to `last` in each, which have `title` and `end`. `send` returns a promise of {ok, text}, and is
+ * asked for where it is live alone.
  */
 export function start(source) {
-  const scene = new Scene();
-  const picture = new SceneCanvas(byId("scene"), scene);
+  const scenes = source.runs.map(() => new Scene());
+  const pictures = scenes.map((scene) => pictureOf(scene, source.live));
+  const captions = pictures.length > 1 ? captioned(pictures) : [];
   let colors = new Colors(isDark());
-  picture.colors = colors;
-  picture.onhover = showTip;
-  const panels = new Panels(scene);
-  const layers = new LayerList(picture, colors);
-  const plots = new Plots(byId("plots"), scene, source.begin, source.end);
-  const drive = source.live ? new Drive(source, scene, picture) : null;
-  const parameters = drive ? new ParameterList(drive, scene) : null;
-  byId("scene").classList.toggle("replayed", !source.live);
+  const panels = new Panels(scenes[0]);
+  const layers = new LayerList(pictures, colors);
+  const plots = new Plots(byId("plots"), scenes[0], source.begin, source.end);
+  const drive = source.live ? new Drive(source, scenes[0], pictures[0]) : null;
+  const parameters = drive ? new ParameterList(drive, scenes[0]) : null;
+
+  /** Shows at the side what a run did. */
+  function choose(which) {
+    panels.show(scenes[which]);
+    plots.scene = scenes[which];
+    pictures.forEach(({ box }, k) => box.setAttribute("aria-current", String(k === which)));
+  }
+  if (captions.length) {
+    pictures.forEach(({ canvas }, k) => canvas.addEventListener("focus", () => choose(k)));
+    choose(0);
+  }
 
   function paint() {
     colors = new Colors(isDark());
     document.documentElement.dataset.theme = colors.dark ? "dark" : "light";
     byId("theme").textContent = colors.dark ? "light" : "dark";
-    picture.colors = colors;
-    picture.stale = true;
+    for (const picture of pictures) Object.assign(picture, { colors, stale: true });
     layers.paint(colors);
     paintSpeeds(colors);
   }
@@ -54,14 +63,14 @@ export function start(source) {
   }
 
   function follow() {
-    picture.following = !picture.following;
-    picture.stale = true;
+    const following = !pictures[0].following;
+    for (const picture of pictures) Object.assign(picture, { following, stale: true });
   }
 
   const tools = {
-    zoom_in: () => picture.zoom(1.25),
-    zoom_out: () => picture.zoom(0.8),
-    fit: () => picture.fit(),
+    zoom_in: () => pictures[0].zoom(1.25),
+    zoom_out: () => pictures[0].zoom(0.8),
+    fit: () => pictures.forEach((picture) => picture.fit()),
     follow,
     theme: switchTheme,
   };
@@ -85,8 +94,8 @@ export function start(source) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
   paint();
 
-  source.onframe = (frame) => scene.push(frame);
-  source.onreset = () => scene.reset();
+  source.onframe = (frame, run = 0) => scenes[run].push(frame);
+  source.onreset = () => scenes.forEach((scene) => scene.reset());
   source.onstatus = (text, trouble) => {
     byId("status").textContent = text;
     byId("status").classList.toggle("trouble", Boolean(trouble));
@@ -98,19 +107,55 @@ export function start(source) {
     requestAnimationFrame(draw);
     if (!pacing.draws(moment)) return;
     const now = source.now();
-    scene.advance(now);
-    picture.draw(now);
+    source.runs.forEach(({ first, last }, k) => {
+      const moment = Math.min(Math.max(now, first), last);
+      scenes[k].advance(moment);
+      pictures[k].draw(moment);
+    });
+    captions.forEach((caption, k) => writeCaption(caption, source.runs[k], scenes[k], now));
     panels.write();
     if (moment - plotted > PLOT_EVERY) {
       plotted = moment;
       plots.draw(now, colors);
       drive?.write();
       parameters?.write();
-      byId("follow").setAttribute("aria-pressed", String(picture.following));
+      byId("follow").setAttribute("aria-pressed", String(pictures[0].following));
     }
   }
   requestAnimationFrame(draw);
-  return { scene, picture };
+}
+
+/** A picture of a scene at the end of the others. */
+function pictureOf(scene, live) {
+  const box = element("figure", byId("pictures"), "picture");
+  const ground = element("div", box, "ground");
+  const canvas = element("canvas", ground, live ? "" : "replayed");
+  const tip = element("div", ground, "tip");
+  tip.hidden = true;
+  canvas.tabIndex = 0;
+  canvas.ariaLabel = `the robot from above${live ? "; a click sets the goal" : ""}`;
+  const picture = new SceneCanvas(canvas, scene);
+  picture.box = box;
+  picture.onhover = (found, pointer) => showTip(tip, found, pointer);
+  return picture;
+}
+
+/** Lets pictures show the same place; gives the caption of each. */
+function captioned(pictures) {
+  byId("pictures").classList.add("several");
+  return pictures.map((picture) => {
+    picture.beside = pictures.filter((each) => each !== picture);
+    const caption = document.createElement("figcaption");
+    picture.box.prepend(caption);
+    return { title: element("b", caption), state: element("div", caption) };
+  });
+}
+
+/** Writes which run it is and what came of it until now. */
+function writeCaption({ title, state }, run, scene, now) {
+  title.textContent = run.title;
+  const words = now < run.last ? `${now.toFixed(2)} s · ${counted(scene.parts.counts ?? {})}` : run.end;
+  if (state.textContent !== words) state.textContent = words;
 }
 
 /** Whether the page is dark: as it was switched, else as the browser asks for it. */

@@ -15,9 +15,14 @@ const SIGNS = { ok: "●", warn: "▲", error: "✖", silent: "◌" };
 /** Which robot, what it is doing, and how the nodes are. */
 export class Panels {
   constructor(scene) {
+    this.nodes = "";
+    this.show(scene);
+  }
+
+  /** Writes what is of another scene. */
+  show(scene) {
     this.scene = scene;
     this.version = -1;
-    this.nodes = "";
   }
 
   /** Writes what has changed. */
@@ -70,16 +75,17 @@ export class Panels {
 }
 
 /** Impacts measured, by their kind, in words: a deliberate one is foreseen too, and counted once. */
-function counted({ deliberate = 0, foreseen = 0, other = 0 }) {
+export function counted({ deliberate = 0, foreseen = 0, other = 0 }) {
   const all = deliberate + foreseen + other;
   if (!all) return "no impact yet";
   return `${all} impact${all > 1 ? "s" : ""}: ${deliberate} deliberate, ${foreseen} more foreseen, ${other} other`;
 }
 
-/** Switches of the layers of a canvas. */
+/** Switches of the layers of all pictures. */
 export class LayerList {
-  constructor(picture, colors) {
-    this.picture = picture;
+  constructor(pictures, colors) {
+    const hidden = new Set();
+    for (const picture of pictures) picture.hidden = hidden;
     this.samples = [];
     const off = new Set(kept("layers_off") ?? []);
     for (const layer of LAYERS) {
@@ -87,15 +93,15 @@ export class LayerList {
       const box = element("input", label);
       box.type = "checkbox";
       box.checked = !off.has(layer.id);
-      if (!box.checked) picture.hidden.add(layer.id);
+      if (!box.checked) hidden.add(layer.id);
       const sample = element("canvas", label);
       this.samples.push([layer, sample]);
       element("span", label, "", layer.label);
       box.addEventListener("change", () => {
-        if (box.checked) picture.hidden.delete(layer.id);
-        else picture.hidden.add(layer.id);
-        keep("layers_off", [...picture.hidden]);
-        picture.stale = true;
+        if (box.checked) hidden.delete(layer.id);
+        else hidden.add(layer.id);
+        keep("layers_off", [...hidden]);
+        for (const picture of pictures) picture.stale = true;
       });
     }
     this.paint(colors);
@@ -115,8 +121,7 @@ export class LayerList {
 }
 
 /** What is pointed at, beside the pointer. */
-export function showTip(found, pointer) {
-  const tip = byId("tip");
+export function showTip(tip, found, pointer) {
   tip.hidden = !found;
   if (!found) return;
   tip.replaceChildren();
@@ -127,10 +132,10 @@ export function showTip(found, pointer) {
     element("td", row, "", name);
     element("td", row, "", value);
   }
-  const stage = byId("stage").getBoundingClientRect();
+  const ground = tip.parentElement.getBoundingClientRect();
   const [x, y] = pointer;
-  tip.style.left = `${Math.min(x + 14, stage.width - tip.offsetWidth - 6)}px`;
-  tip.style.top = `${Math.min(y + 14, stage.height - tip.offsetHeight - 6)}px`;
+  tip.style.left = `${Math.min(x + 14, ground.width - tip.offsetWidth - 6)}px`;
+  tip.style.top = `${Math.min(y + 14, ground.height - tip.offsetHeight - 6)}px`;
 }
 
 let toastEnds = 0;

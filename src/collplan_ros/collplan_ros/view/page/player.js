@@ -1,4 +1,4 @@
-// A recorded run in the place of the live connection, and the bar at the bottom that moves through it.
+// Recorded runs in the place of the live connection, and the bar at the bottom that moves through them, on one clock.
 
 import { byId, element } from "./dom.js";
 import { start } from "./page.js";
@@ -26,15 +26,18 @@ export class RecordedSource {
   playing = false;
   speed = 1;
 
-  constructor(frames) {
-    this.frames = frames;
-    this.begin = frames[0].t;
-    this.end = frames[frames.length - 1].t;
+  constructor(recordings) {
+    this.runs = recordings.map((run) => ({ ...run, next: 0, first: run.frames[0].t, last: run.frames.at(-1).t }));
+    this.begin = Math.min(...this.runs.map(({ first }) => first));
+    this.end = Math.max(...this.runs.map(({ last }) => last));
     this.time = this.begin;
-    this.next = 0;
     this.clock = null;
-    this.planTimes = frames.filter((frame) => frame.plan).map((frame) => frame.t);
-    this.impactTimes = frames.filter((frame) => frame.impacts && frame.impacts.length).map((frame) => frame.t);
+    this.planTimes = this.timesOf((frame) => frame.plan);
+    this.impactTimes = this.timesOf((frame) => frame.impacts?.length);
+  }
+
+  timesOf(has) {
+    return this.runs.flatMap(({ frames }) => frames.filter(has).map((frame) => frame.t)).sort((a, b) => a - b);
   }
 
   now() {
@@ -43,10 +46,12 @@ export class RecordedSource {
       this.time = Math.min(this.end, this.time + this.speed * Math.min(clock - this.clock, LONGEST_STEP));
     }
     this.clock = clock;
-    while (this.next < this.frames.length && this.frames[this.next].t <= this.time + RECORDED_LEAD) {
-      this.onframe(this.frames[this.next]);
-      this.next += 1;
-    }
+    this.runs.forEach((run, k) => {
+      while (run.next < run.frames.length && run.frames[run.next].t <= this.time + RECORDED_LEAD) {
+        this.onframe(run.frames[run.next], k);
+        run.next += 1;
+      }
+    });
     if (this.time >= this.end) {
       this.playing = false;
     }
@@ -67,20 +72,12 @@ export class RecordedSource {
 
   seek(time) {
     this.time = Math.min(Math.max(time, this.begin), this.end);
-    const later = this.frames.findIndex((frame) => frame.t > this.time + SAME_MOMENT);
-    this.next = Math.max(later < 0 ? this.frames.length : later, 1);
-    const passed = this.frames.slice(0, this.next);
-    const newest = {};
-    for (const frame of passed) {
-      for (const part of Object.keys(frame)) {
-        if (!PARTS_OF_ONE_FRAME.has(part)) {
-          newest[part] = frame[part];
-        }
-      }
-    }
-    const recent = passed.filter((frame) => frame.t >= this.time - RECORDED_HISTORY);
     this.onreset();
-    this.onframe({ ...newest, history: recent.map(historyOf) });
+    this.runs.forEach((run, k) => {
+      const later = run.frames.findIndex((frame) => frame.t > this.time + SAME_MOMENT);
+      run.next = Math.max(later < 0 ? run.frames.length : later, 1);
+      this.onframe(knownOf(run.frames.slice(0, run.next)), k);
+    });
   }
 
   step(times, direction) {
@@ -90,6 +87,20 @@ export class RecordedSource {
       this.seek(direction > 0 ? ahead[0] : ahead[ahead.length - 1]);
     }
   }
+}
+
+// What is known after these frames, as one of them
+function knownOf(frames) {
+  const newest = {};
+  for (const frame of frames) {
+    for (const part of Object.keys(frame)) {
+      if (!PARTS_OF_ONE_FRAME.has(part)) {
+        newest[part] = frame[part];
+      }
+    }
+  }
+  const recent = frames.filter((frame) => frame.t >= newest.t - RECORDED_HISTORY);
+  return { ...newest, history: recent.map(historyOf) };
 }
 
 function historyOf(frame) {
@@ -106,7 +117,7 @@ export function momentIn(hash) {
 }
 
 export class Transport {
-  constructor(box, source, recording) {
+  constructor(box, source) {
     this.source = source;
     this.shown = "";
     this.button = element("button", box, "play");
@@ -117,7 +128,7 @@ export class Transport {
     this.steps(box, "impact", [["|◂", ","], ["▸|", "."]], source.impactTimes);
     this.moment = element("a", box, "moment");
     this.moment.title = "a link to this moment: copy its address";
-    this.tell(recording);
+    source.runs.forEach((run) => this.tell(run));
     for (const [key, words] of PLAYER_KEYS) {
       element("dt", byId("keys"), "", key);
       element("dd", byId("keys"), "", words);
@@ -256,19 +267,19 @@ export async function unpacked(text) {
   return JSON.parse(await new Response(stream).text());
 }
 
-export async function playRecording() {
+export async function playRecordings() {
   const box = byId("transport");
-  let recording = null;
+  let recordings = null;
   try {
-    recording = await unpacked(document.querySelector("#recording").textContent);
+    recordings = await Promise.all([...document.querySelectorAll(".recording")].map((each) => unpacked(each.textContent)));
   } catch (error) {
-    element("span", box, "note", `the run in this file cannot be unpacked: ${error.message}`);
+    element("span", box, "note", `what is in this file cannot be unpacked: ${error.message}`);
     element("span", box, "note", "Chrome, Firefox and Safari can since 2023, if the file is whole");
     box.hidden = false;
     return;
   }
-  const source = new RecordedSource(recording.frames);
-  const transport = new Transport(box, source, recording);
+  const source = new RecordedSource(recordings);
+  const transport = new Transport(box, source);
   start(source);
   source.onstatus("recorded", false);
   source.seek(source.begin);

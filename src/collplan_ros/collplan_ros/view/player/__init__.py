@@ -1,4 +1,4 @@
-"""run.html: a run that plays on the live page, in one file that needs nothing but a browser."""
+"""run.html and beside: runs that play on the live page, in one file that needs nothing but a browser."""
 
 from collplan_ros.view.player.run_page import write_run_page
 

@@ -1,11 +1,11 @@
-"""The live page and a recording as one HTML file that loads nothing and runs no other script than its own."""
+"""The live page and recordings as one HTML file that loads nothing and runs no other script than its own."""
 
 import base64
 import gzip
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from html import escape
 from importlib.resources import files
 from typing import Any
@@ -34,16 +34,11 @@ TOKEN = re.compile(r'<meta name="token"[^>]*>\n')
 TITLE = re.compile(r"<title>.*?</title>", re.DOTALL)
 STYLE = re.compile(r'<link rel="stylesheet"[^>]*>')
 SCRIPT = re.compile(r'<script type="module"[^>]*></script>')
-START = "playRecording();\n"
+START = "playRecordings();\n"
 
 
-def one_file(title: str, recording: Mapping[str, Any]) -> str:
-    """The text of the file.
-
-    Args:
-        title: of the window; any text.
-        recording: what the page's player is given, ready for JSON.
-    """
+def one_file(title: str, recordings: Iterable[str]) -> str:
+    """The text of the file, of a window with this title, which is any text, for recordings that are `packed`."""
     page = files("collplan_ros.view") / "page"
     style = "\n".join((page / name).read_text(encoding="utf-8") for name in STYLES)
     script = one_script({name: (page / name).read_text(encoding="utf-8") for name in SCRIPTS}) + START
@@ -54,8 +49,8 @@ def one_file(title: str, recording: Mapping[str, Any]) -> str:
     text = _put(TITLE, f"<title>{escape(title)}</title>", text)
     text = _put(STYLE, f"<style>{_element(style)}</style>", text)
     # no script by its type, so that nothing runs it
-    data = f'<script type="application/gzip" id="recording">{packed(recording)}</script>'
-    return _put(SCRIPT, f'{data}\n<script type="module">{_element(script)}</script>', text)
+    data = "".join(f'<script type="application/gzip" class="recording">{each}</script>\n' for each in recordings)
+    return _put(SCRIPT, f'{data}<script type="module">{_element(script)}</script>', text)
 
 
 def one_script(modules: Mapping[str, str]) -> str:
@@ -76,7 +71,7 @@ def one_script(modules: Mapping[str, str]) -> str:
 
 
 def packed(recording: Mapping[str, Any]) -> str:
-    """JSON, compressed, in letters that mean nothing in HTML."""
+    """What the page's player is given of a run, ready for JSON: compressed, in letters that mean nothing in HTML."""
     text = json.dumps(recording, separators=(",", ":"), allow_nan=False)
     # without the time of now: equal recordings are equal files
     return base64.b64encode(gzip.compress(text.encode(), compresslevel=9, mtime=0)).decode()

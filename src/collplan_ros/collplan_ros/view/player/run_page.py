@@ -1,9 +1,8 @@
-"""Writes run.html of a run folder."""
+"""Writes run.html of a run folder, and the page of several runs."""
 
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
@@ -12,7 +11,7 @@ from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.whole_file import replacing
 from collplan_ros.view import scene
 from collplan_ros.view.player.mcap_events import mcap_events
-from collplan_ros.view.player.one_file import one_file
+from collplan_ros.view.player.one_file import one_file, packed
 from collplan_ros.view.player.played_run import PlayedRun, read_played_run
 from collplan_ros.view.player.record_events import beginning, map_events, record_events
 from collplan_ros.view.player.run_frames import Event, Frame, frames_of, thinned
@@ -33,35 +32,49 @@ def write_run_page(folder: Path) -> Path:
         RunError: the run cannot be read.
         RecordError: the file cannot be written.
     """
-    run = read_played_run(folder)
-    try:
-        text = run_page(run)
-    except scene.SceneError as error:
-        raise RunError(f"{folder}: {error}") from None
     path = folder / PAGE
-    with replacing(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8", newline="\n")
+    write_page(path, [read_played_run(folder)])
     return path
 
 
-def run_page(run: PlayedRun) -> str:
-    """The page of a run, with fewer scans, maps and candidates where it would be too large.
+def write_page(path: Path, runs: Sequence[PlayedRun]) -> None:
+    """Writes the page of runs, which it plays beside each other on one clock.
 
     Raises:
-        SceneError: a number in the run cannot be drawn.
+        RunError: a number in a run cannot be drawn.
+        RecordError: the file cannot be written.
     """
+    title = "; ".join(f"{run.title}: {run.end}" for run in runs)
+    text = one_file(title, [_recording(run, len(one_file(title, []).encode())) for run in runs])
+    with replacing(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _recording(run: PlayedRun, page: int) -> str:
+    """A run as a page holds it, with fewer scans, maps and candidates where the file would be too large.
+
+    `page` is the size of a page without a run [bytes].
+    """
+    try:
+        frames, notes = _frames(run)
+    except scene.SceneError as error:
+        raise RunError(f"{run.folder}: {error}") from None
+    largest, factor = largest_file(run.last - run.record.log.poses[0].stamp), 1
+    text = _packed(run, frames, [*notes, *_fewer(run.one_in, largest)])
+    while (size := page + len(text)) > largest and factor < COARSEST:
+        factor *= 2 ** max(1, int(math.log2(size / largest)))
+        text = _packed(run, thinned(frames, factor), [*notes, *_fewer(factor * run.one_in, largest)])
+    return text
+
+
+def _frames(run: PlayedRun) -> tuple[list[Frame], list[str]]:
+    """All frames of a run, and what to tell of them."""
     thought, notes = _thought(run)
     # what both tell is told better by the recording
     better = {event.part for event in thought}
     recorded = (event for event in record_events(run) if event.part not in better)
     frames = frames_of(run.record.log.poses, [*recorded, *thought], beginning(run), run.zero)
-    notes += _missing(frames, run.settings)
-    largest, factor = largest_file(run.last - run.record.log.poses[0].stamp), 1
-    text = _page(run, frames, [*notes, *_fewer(run.one_in, largest)])
-    while (size := len(text.encode())) > largest and factor < COARSEST:
-        factor *= 2 ** max(1, int(math.log2(size / largest)))
-        text = _page(run, thinned(frames, factor), [*notes, *_fewer(factor * run.one_in, largest)])
-    return text
+    return frames, notes + _missing(frames, run.settings)
 
 
 def largest_file(duration: float) -> int:
@@ -76,15 +89,8 @@ def _fewer(one_in: int, largest: int) -> list[str]:
     return [words] if one_in > 1 else []
 
 
-def _page(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> str:
-    recording: dict[str, Any] = {
-        "title": run.title,
-        "end": run.end,
-        "reason": run.reason,
-        "notes": notes,
-        "frames": frames,
-    }
-    return one_file(f"{run.title}: {run.end}", recording)
+def _packed(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> str:
+    return packed({"title": run.title, "end": run.end, "reason": run.reason, "notes": notes, "frames": frames})
 
 
 def _thought(run: PlayedRun) -> tuple[list[Event], list[str]]:
