@@ -16,7 +16,6 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
 from collplan_core.worlds.file import world_text
-from collplan_ros.pictures.shown_run import read_shown_run
 from collplan_ros.recording.description import WORLD, YAML
 from collplan_ros.recording.recording_file import RECORDING, RecordingFile
 from collplan_ros.runs.impact_log import impacts_of
@@ -27,6 +26,7 @@ from collplan_ros.runs.run_error import RunError
 from collplan_ros.runs.run_times import RunTimes, continued
 from collplan_ros.runs.send_times import SendTimes
 from collplan_ros.runs.whole_file import replacing
+from collplan_ros.view.player.played_run import read_played_run
 from made_runs import AHEAD, EPOCH, GOAL, WINDOW, bouncing_run, room, write_record
 
 HOUR = 3600.0
@@ -70,10 +70,10 @@ def test_a_killed_run_is_read_as_far_as_it_is_recorded_and_said_to_be_incomplete
     np.testing.assert_allclose(run.path.points[:, 0], [row.x for row in log.poses], atol=1e-6)
     assert run.note.startswith(f"{killed}: incomplete")
     assert "1.84 s" in run.note
-    shown, impacts = read_shown_run(killed), impacts_of(log, room(), WINDOW)
-    assert shown.outcome == "incomplete"
-    np.testing.assert_allclose(shown.marks.times, impacts.times - log.begin, atol=1e-6)
-    assert shown.marks.deliberate.tolist() == impacts.deliberate.tolist()
+    played, impacts = read_played_run(killed), impacts_of(log, room(), WINDOW)
+    assert played.end == "incomplete"
+    np.testing.assert_allclose(played.impacts.times, impacts.times, atol=1e-6)
+    assert played.impacts.deliberate.tolist() == impacts.deliberate.tolist()
 
 
 @given(st.integers(0, 4000))
