@@ -1,5 +1,6 @@
 """Over which boundaries a goal can be reached. It is given up only where those that were seen leave no way."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -38,16 +39,21 @@ def way_to_goal(
     """
     if is_reachable(paths, _outside(remembered.field, position)):
         return remembered, paths
-    finer = settings.with_values({"time_to_goal.grid_spacing": paths.spacing / FINER})
-    for boundaries in (remembered, only_seen(remembered, settings.robot.radius)):
-        over = shortest_paths(boundaries.field, paths.goal, position, finer)
+    for boundaries in _with_and_without_inferred(remembered, settings.robot.radius):
+        over = shortest_paths(boundaries.field, paths.goal, position, settings, finer=FINER)
         if is_reachable(over, _outside(boundaries.field, position)):
             return boundaries, over
     return None
 
 
+def _with_and_without_inferred(memory: RememberedBoundaries, radius: float) -> Iterator[RememberedBoundaries]:
+    yield memory
+    if memory.solid_behind.any():
+        yield only_seen(memory, radius)
+
+
 def only_seen(memory: RememberedBoundaries, radius: float) -> RememberedBoundaries:
-    """What is remembered without what is only inferred, for a disc of a radius [m]."""
+    """Remembered boundaries without inferred solid, for a disc of a radius [m]."""
     field, pool = memory.field, pool_of(memory, 0)
     clearance, source = np.full_like(field.clearance, FAR), np.full_like(field.source, NOTHING)
     nowhere = np.zeros(clearance.shape, bool)

@@ -16,6 +16,7 @@ def shortest_paths(
     around: np.ndarray,
     settings: Settings,
     earlier: ShortestPaths | None = None,
+    finer: int = 1,
 ) -> ShortestPaths:
     """Any-angle shortest paths of the disc's centre to the goal; what the field does not know is free.
 
@@ -24,8 +25,9 @@ def shortest_paths(
         goal: (2,) [m].
         around: (2,) where the robot is; the cells cover it, the goal and everything known [m].
         earlier: returned as it is where goal and blocked cells are the same.
+        finer: cells are so many times smaller than `time_to_goal.grid_spacing`.
     """
-    spacing, tolerance = settings.time_to_goal.grid_spacing, settings.planner.goal_tolerance
+    spacing, tolerance = settings.time_to_goal.grid_spacing / finer, settings.planner.goal_tolerance
     goal = np.array(goal, dtype=float)
     cells, goal_cell = cells_around(field, goal, np.asarray(around, dtype=float), spacing)
     if earlier is not None and _same(earlier, goal, tolerance, cells):
