@@ -36,9 +36,9 @@ SHOWN = """new Promise((shown) => {{
 }})"""
 """The page draws its plots every 100 ms."""
 WIDTH, HEIGHT, SCALE = 1200, 800, 0.75
-"""Of the page [pixel], and how many are drawn for each of them."""
+"""Size of the page [pixel], and screen pixels drawn for each of its pixels."""
 PERIOD, LAST_FRAME = 0.08, 1.5
-"""How long a frame stays, and the last one [s]."""
+"""Duration of a frame, and of the last one [s]."""
 
 
 def main() -> int:

@@ -83,7 +83,7 @@ class Played:
 
 @pytest.fixture
 def options(tmp_path, monkeypatch):
-    """Of the processes that bringup starts only one is left, which does nothing."""
+    """Options of a bringup that starts one process only, which does nothing."""
     (tmp_path / "node").write_text("#!/bin/sh\nexec sleep 60\n")
     (tmp_path / "node").chmod(0o755)
     (tmp_path / "set.yaml").write_text("/**: {ros__parameters: {trial.timeout: 1.0, mocap.topic: /vicon/body}}\n")

@@ -53,13 +53,13 @@ def played_folder(
 
 
 def recordings_in(page: str) -> list[dict[str, Any]]:
-    """What the player of a page is given of each run."""
+    """Recordings of all runs in the text of a page."""
     packed = re.findall(r'<script type="application/gzip" class="recording">([A-Za-z0-9+/=]*)</script>', page)
     return [json.loads(gzip.decompress(base64.b64decode(each))) for each in packed]
 
 
 def recording_in(page: str) -> dict[str, Any]:
-    """What the player of a page of one run is given."""
+    """Recording of the only run in the text of a page."""
     (recording,) = recordings_in(page)
     return recording
 

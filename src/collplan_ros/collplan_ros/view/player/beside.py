@@ -15,8 +15,8 @@ REFUSED = 2
 """Exit code of a request that cannot be fulfilled."""
 
 DESCRIPTION = """\
-Puts runs that bringup recorded in one world on one page like run.html, which plays them in a browser on one clock: its
-zero is the first command to move of each. A click on a picture shows that run at the side.
+Puts runs that bringup recorded in one world on one page like run.html. It plays them in a browser on one clock, which
+is zero at each run's first command to move. A click on a picture shows that run at the side.
 
 Written: exit code 0. Something asked for cannot be done: 2, and nothing is written.
 """

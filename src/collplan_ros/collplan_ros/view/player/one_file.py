@@ -71,7 +71,7 @@ def one_script(modules: Mapping[str, str]) -> str:
 
 
 def packed(recording: Mapping[str, Any]) -> str:
-    """What the page's player is given of a run, ready for JSON: compressed, in letters that mean nothing in HTML."""
+    """Recording of a run as text for the page: JSON, compressed by gzip, in base64, which means nothing in HTML."""
     text = json.dumps(recording, separators=(",", ":"), allow_nan=False)
     # without the time of now: equal recordings are equal files
     return base64.b64encode(gzip.compress(text.encode(), compresslevel=9, mtime=0)).decode()
