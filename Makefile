@@ -43,7 +43,7 @@ study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in world
 	@$(VENV)/bin/study --bounces $(ARGS)
 
 optimum:  ## how far bounce and avoid are from the best without contact and with the map, simulated; needs CasADi
-	@tools/optimum.sh $(ARGS)
+	@studies/optimum.sh $(ARGS)
 
 animation: $(COMPILED)  ## the README's animation anew, from two runs in a serpentine, simulated; needs Chromium
 	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures

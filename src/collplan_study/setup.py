@@ -22,7 +22,6 @@ setup(
         "collplan-core",
         "omnipuck-sim",
         "dask",
-        "defusedxml",
         "distributed",
         "matplotlib>=3.8",
         "numpy>=1.26.4",
@@ -32,12 +31,10 @@ setup(
         "shapely>=2.0.3",
         "tqdm",
     ],
-    extras_require={"optimum": ["casadi>=3.6.5"], "test": ["pytest"]},
+    extras_require={"test": ["pytest"]},
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "compare_engines = collplan_study.executables:compare_engines",
-            "optimum = collplan_study.executables:optimum",
             "study = collplan_study.executables:study",
         ],
     },

@@ -14,7 +14,7 @@ from collplan_core.parameters import GROUPS, ParameterError, Settings, all_specs
 from collplan_core.parameters.file import read_parameters
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("src", "docs", "tests", "tools", "benchmarks", ".ci")
+FOLDERS = ("src", "docs", "tests", "tools", "studies", "benchmarks", ".ci")
 FILES = {
     path.relative_to(ROOT).as_posix()
     for path in (*ROOT.glob("*"), *(path for folder in FOLDERS for path in (ROOT / folder).rglob("*")))
@@ -67,7 +67,7 @@ OF_RECEIVERS = {
     for path in ROOT.glob("src/collplan_ros/collplan_ros/config/mocap_*.yaml")
 }
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-PACKAGES = {"joy_node": "joy"} | {
+PACKAGES = {"joy_node": "joy", "compare_engines": "studies"} | {
     name: path.split("/")[1]
     for path in FILES
     if re.fullmatch(r"src/\w+/\w+/executables\.py", path)
@@ -76,7 +76,7 @@ PACKAGES = {"joy_node": "joy"} | {
 """Of each executable."""
 SHELL = {"export", "source", "rviz2", "python", "ros2"}
 HEADS = re.compile(
-    r"(make|ros2|export|source|rviz2|bringup|study|optimum|beside|compare_engines|fit_robot|replay|"
+    r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|fit_robot|replay|"
     r"\.venv/bin/[a-z_]+)( |$)"
 )
 
@@ -97,7 +97,7 @@ def wrong_command(line: str) -> list[str]:
     elif head not in SHELL and not name.isupper() and name not in (*SHELL, *PACKAGES):
         wrong = [name]
     if name == "python":
-        return [word for word in words if "/" in word and not (ROOT / word).exists()]
+        return [word for word in words if "/" in word and not word.startswith("runs/") and not (ROOT / word).exists()]
     values = [word.split(":=") for before, word in pairwise(words) if before == "-p"]
     options = [word.split("=")[0] for word in words if re.match(r"--[a-z]", word) and word != "--help"]
     wrong += [each for key, value in values for each in wrong_value(key, value)]

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from collplan_core.parameters import Settings, all_specs
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import PAPER
 from collplan_core.strategies import PAPER_WEIGHTS
-from collplan_core.worlds import WorldError
+from collplan_core.worlds import WorldError, load_world, save_world
 from collplan_core.worlds.families import FAMILIES
 from collplan_study.errors import StudyError
 from collplan_study.question import held_out
@@ -89,13 +90,17 @@ def test_other_strategies_have_one_period_of_their_own():
     assert {t.labels["map_period_s"] for t in grid_of(strategies=("custom",), trials=1, map_periods=(0.3,))} == {0.3}
 
 
-def test_families_are_ranges_with_both_ends_and_all_of_them_are_held_out():
+def test_families_are_ranges_or_folders_and_all_ranges_are_held_out(tmp_path):
     sources = load_sources(("random:3", "random:10-12", "corridor"), None, None)
     assert [s.world.name for s in sources] == ["random:3", "random:10", "random:11", "random:12", "corridor"]
     assert [s.family for s in sources] == ["random"] * 4 + ["corridor"]
     for family in FAMILIES:
         sources = load_sources((f"{family}:0-3",), None, None)
         assert [(s.world.name, s.family) for s in sources] == [(f"{family}:{seed}", family) for seed in range(4)]
+    for seed in (3, 4):
+        save_world(load_world(f"random:{seed}"), tmp_path / f"{seed}.yaml")
+    named = [(s.world.name, s.family) for s in load_sources((str(tmp_path),), None, None)]
+    assert named == [("random:3", tmp_path.name), ("random:4", tmp_path.name)]
     assert {*held_out.FAMILIES, *held_out.FURTHER_FAMILIES} == {*FAMILIES} - LATER
 
 
@@ -137,6 +142,7 @@ WRONG = [
     ({"worlds": ("random:9-3",)}, WorldError, "A-B"),
     ({"worlds": ("random:1-x",)}, WorldError, "'1-x'"),
     ({"worlds": ("random:3", "random:0-9")}, StudyError, "random:3"),
+    ({"worlds": (str(Path(__file__).parent),)}, WorldError, "no world files"),
     ({"worlds": ()}, StudyError, "empty"),
     ({"trials": 0}, StudyError, "--trials: got"),
     ({"seed": -1}, StudyError, "--seed: got -1"),

@@ -10,10 +10,9 @@ import pytest
 from collplan_core.worlds import load_world
 from collplan_study.analysis import statistics
 from collplan_study.analysis.comparisons import OPPOSITE
-from collplan_study.barn.data_set import TIMEOUT, optimal_time, score
 from collplan_study.question.ablations import ABLATIONS
 from collplan_study.question.question import Question
-from collplan_study.question.sources import BARN, Source
+from collplan_study.question.sources import Source
 from collplan_study.report import pictures
 from collplan_study.report.write_report import write_report
 from fake_studies import failed, fake_study, reached, timed_out
@@ -134,20 +133,6 @@ def test_names_from_files_stay_text(tmp_path):
     world = replace(load_world("corridor"), name="<script>alert(1)</script>/..")
     _, page = report_of(fake_study(tmp_path / "study", by_strategy, SMALL, (Source(world, world.name),)))
     assert "<script>" not in page
-
-
-def test_barn_worlds_have_their_score(tmp_path):
-    worlds = [replace(load_world(f"random:{n}"), name=f"barn:{n}") for n in range(2)]
-    sources = tuple(Source(world, BARN, {"trial.timeout": TIMEOUT}, 10.0) for world in worlds)
-
-    def touches_in_one(task):
-        return reached(12.0, impacts=int(task.world.name == "barn:1"))
-
-    question = replace(SMALL, strategies=("harness",), trials=1)
-    _, page = report_of(fake_study(tmp_path / "study", touches_in_one, question, sources))
-    expected = score(True, 12.0, optimal_time(10.0))
-    few = "(2 of 5 needed for an interval)"
-    assert f"<td>2.40 {few}</td><td>{expected:.3f} {few}</td><td>50.0</td><td>{expected / 2:.3f} {few}</td>" in page
 
 
 def test_the_table_of_ablations_says_what_a_change_costs(tmp_path):

@@ -1,6 +1,5 @@
 """Does faults, repeats what the machine spoilt, and keeps every case as a line of a file."""
 
-import json
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -11,6 +10,7 @@ from random import Random
 from typing import Any
 
 from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
+from collplan_study.run.json_lines import JsonLines
 from faults.bench import BenchError
 from faults.fault import Fault, Measured
 
@@ -48,19 +48,14 @@ class CaseFile:
 
     def __init__(self, path: Path, code: str = "") -> None:
         """Reads what is there of this state of the code; what another one did stays in the file and does not count."""
-        self._path = path
-        self._code = code
-        path.parent.mkdir(parents=True, exist_ok=True)
-        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-        found = [Case(**json.loads(line)) for line in lines]
-        self.cases = [case for case in found if case.code == code]
+        self._file, self._code = JsonLines(path), code
+        self.cases = [case for record in self._file.records() if (case := Case(**record)).code == code]
 
     def add(self, case: Case) -> None:
         """One more."""
         case = replace(case, code=self._code)
         self.cases.append(case)
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(vars(case)) + "\n")
+        self._file.append(vars(case))
 
     def done(self, fault: Fault) -> int:
         """How many cases of a fault count."""

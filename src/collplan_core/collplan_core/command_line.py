@@ -4,7 +4,7 @@ import re
 import sys
 from pathlib import Path
 
-PROGRAMS = re.compile(r"^  (bringup|study|optimum|beside|fit_robot|replay)\b", re.MULTILINE)
+PROGRAMS = re.compile(r"^  (bringup|study|beside|fit_robot|replay)\b", re.MULTILINE)
 
 
 def as_called(program: str) -> str:

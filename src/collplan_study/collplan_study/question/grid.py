@@ -160,8 +160,8 @@ def _check_once(option: str, values: Sequence[Any]) -> None:
 def _cell_spec(
     source: Source, ablation: str, changes: Mapping[str, Any], point: Mapping[str, Any], trials: int
 ) -> CellSpec:
-    """A cell: the world's own rules, axes, strategy and engine of `point`, and over them the ablation's changes."""
-    settings = Settings().with_values({**source.values, **point, **changes})
+    """A cell: axes, strategy and engine of `point`, and over them the ablation's changes."""
+    settings = Settings().with_values({**point, **changes})
     known = settings.values()
     labels = {
         "world": source.world.name,

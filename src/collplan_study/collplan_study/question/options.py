@@ -136,7 +136,7 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
     def add(*names: str, help: str, **kwargs: Any) -> None:
         group.add_argument(*names, help=help, default=argparse.SUPPRESS, **kwargs)
 
-    worlds = "NAME, FILE (YAML or SDF), FAMILY:SEED, FAMILY:A-B, both inclusive, or barn:DIR, the files of BARN"
+    worlds = "NAME, FILE, FAMILY:SEED, FAMILY:A-B, both inclusive, or DIR, a family of world files"
     add("--worlds", type=_names, metavar="W,...", help=f"{worlds} (default {','.join(default.worlds)})")
     add(
         "--strategies", type=_names, metavar="S,...", help=f"named weight sets (default {','.join(default.strategies)})"
@@ -150,9 +150,6 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
     add("--start", type=float, nargs=2, metavar=("X", "Y"), help="where to begin [m] (default each world's own)")
     add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default each world's own)")
     add("--engine", metavar="NAME", help=f"who computes contacts: {_engines()} (default {default.engine})")
-    scale = "BARN's worlds so many times as large (default 1, as they are; 0.42 makes them as narrow for this robot as"
-    add("--barn-scale", type=float, metavar="F", help=f"{scale} they are for their own)")
-
     add("--ablations", action="store_true", help=f"run each named ablation too ({_defaults_text(ABLATION_DEFAULTS)})")
     add("--no-ablations", dest="ablations", action="store_false", help="leave them out beside --bounces")
     add(

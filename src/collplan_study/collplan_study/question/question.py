@@ -14,14 +14,13 @@ class Question:
     """The question of a study; the defaults are the paper's 300 runs. Paper: IV-B, IV-C.
 
     Attributes:
-        worlds: NAME, FILE (YAML or SDF), FAMILY:SEED, FAMILY:A-B, both inclusive, or barn:DIR.
+        worlds: NAME, FILE, FAMILY:SEED, FAMILY:A-B, both inclusive, or DIR, a family of world files.
         strategies: named weight sets.
         map_periods: T_map [s]; None is the paper's five for its strategies, the parameter's default for any other.
         trials: number in each cell of the grid.
         seed: seed of the study, from which those of the trials follow.
         values: "KEY=VALUE" of any parameter; "KEY=A,B,C" makes an axis.
         start, goal: x, y [m]; None takes each world's own.
-        barn_scale: factor on the worlds of barn:DIR.
         ablations: whether every named ablation is run beside the main grid.
         ablation_strategies: strategies that the ablations are run with; None is all of them.
         ablation_trials: number in each cell of an ablation; None is `trials`.
@@ -37,7 +36,6 @@ class Question:
     values: tuple[str, ...] = ()
     start: tuple[float, ...] | None = None
     goal: tuple[float, ...] | None = None
-    barn_scale: float = 1.0
     ablations: bool = False
     ablation_strategies: tuple[str, ...] | None = None
     ablation_trials: int | None = None

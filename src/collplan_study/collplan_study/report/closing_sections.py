@@ -47,10 +47,6 @@ def assumed_section(provenance: Mapping[str, Any]) -> Iterator[str]:
             text=True,
         ),
     )
-    changed = [(entry["world"], _listed(entry["values"])) for entry in provenance["sources"] if entry["values"]]
-    if changed:
-        rules = Table("Set by the rules of a world", head=("world", "parameters"), rows=changed, text=True)
-        yield from section(3, rules)
     yield folded("Every parameter", table(PARAMETER_HEAD, _parameter_rows(known.values(), values), "text"))
 
 

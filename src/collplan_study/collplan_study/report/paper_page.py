@@ -6,7 +6,6 @@ from collplan_study.analysis.cases import Case, cases_of
 from collplan_study.analysis.comparisons import HOLDS, OPPOSITE, REVERSED, SAME
 from collplan_study.analysis.paper_results import CaseResults, PaperResults
 from collplan_study.report.ablation_tables import METHOD, ablation_tables
-from collplan_study.report.barn_section import barn_section
 from collplan_study.report.case_tables import case_tables
 from collplan_study.report.markup import bullets, heading, paragraph, section
 from collplan_study.report.paper_pictures import case_pictures
@@ -44,7 +43,6 @@ def _case_section(data: StudyData, case: Case, found: CaseResults) -> Iterator[s
         yield paragraph(REMARKS[found.family])
     for each in case_tables(found, case_pictures(data, case, found)):
         yield from section(3, each)
-    yield from barn_section(case, data.sources)
 
 
 def _method(results: PaperResults) -> str:

@@ -38,7 +38,7 @@ def path_panels(
         cells: strategy and map_period_s of each.
         impacts: rows of the impacts that are marked; None marks none.
     """
-    values = {**data.provenance["parameters"], **source.values, **case.point}
+    values = {**data.provenance["parameters"], **case.point}
     return [
         PathPanel(
             world=source.world,

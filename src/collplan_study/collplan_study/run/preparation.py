@@ -47,7 +47,7 @@ def prepare(options: Options) -> Study:
 def _new(options: Options) -> Study:
     question = options.question()
     check_new(options.out)
-    sources = load_sources(question.worlds, question.start, question.goal, question.barn_scale)
+    sources = load_sources(question.worlds, question.start, question.goal)
     ablations = _ablations(question)
     grid = make_grid(question, sources, ablations)
     return Study(grid, sources, new_provenance(question, sources, ablations, len(grid)), None)

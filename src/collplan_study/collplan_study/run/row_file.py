@@ -1,22 +1,20 @@
-"""An append-only file of the trials done, which can be read again after a stop at any moment."""
+"""The trials of a study that were done, by their place in the grid."""
 
-import fcntl
 import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import Grid
+from collplan_study.run.json_lines import JsonLines
 from collplan_study.tables.trial_record import TrialRecord
 
 
 class RowFile:
-    """File with one line of JSON for each trial done, in the order they ended.
+    """File with one line for each trial done, in the order they ended; a trial whose line was cut off is not done.
 
-    It is a context manager that holds a lock: only one process at a time can open the file. An incomplete last line is
-    removed; its trial counts as not done.
+    It is a context manager that holds a lock: only one process at a time can open the file.
 
     Raises:
         StudyError: another process has the file open, or a line is not a trial of this grid.
@@ -27,12 +25,14 @@ class RowFile:
         self._path, self._grid = path, grid
         self._offsets: dict[int, int] = {}
         try:
-            self._file = path.open("a+b")
+            self._file = JsonLines(path)
         except OSError as error:
             raise StudyError(f"{path}: cannot be written: {error.strerror}") from None
         try:
-            self._lock()
-            self._read()
+            if not self._file.lock():
+                raise StudyError(f"{path}: another process is at work on this study")
+            for number, (offset, line) in enumerate(self._file.lines(), 1):
+                self._offsets[self._checked_index(number, line)] = offset
         except StudyError:
             self._file.close()
             raise
@@ -51,36 +51,11 @@ class RowFile:
 
     def __iter__(self) -> Iterator[TrialRecord]:
         """The records in the order of the grid."""
-        for _, offset in sorted(self._offsets.items()):
-            self._file.seek(offset)
-            yield json.loads(self._file.readline())
+        return (self._file.record(offset) for _, offset in sorted(self._offsets.items()))
 
     def append(self, records: Sequence[TrialRecord]) -> None:
         """Appends trials; they are on the disk when this returns."""
-        end = self._file.seek(0, os.SEEK_END)
-        lines = [json.dumps(record, allow_nan=False, separators=(",", ":")).encode() + b"\n" for record in records]
-        self._file.write(b"".join(lines))
-        self._file.flush()
-        os.fsync(self._file.fileno())
-        for record, line in zip(records, lines, strict=True):
-            self._offsets[record["index"]] = end
-            end += len(line)
-
-    def _lock(self) -> None:
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise StudyError(f"{self._path}: another process is at work on this study") from None
-
-    def _read(self) -> None:
-        self._file.seek(0)
-        offset = 0
-        for number, line in enumerate(self._file, 1):
-            if not line.endswith(b"\n"):
-                self._file.truncate(offset)
-                return
-            self._offsets[self._checked_index(number, line)] = offset
-            offset += len(line)
+        self._offsets |= zip((record["index"] for record in records), self._file.append(*records), strict=True)
 
     def _checked_index(self, number: int, line: bytes) -> int:
         try:

@@ -92,22 +92,13 @@ def read_sources(folder: Path, provenance: Mapping[str, Any]) -> tuple[Source, .
     Raises:
         WorldError: a world file cannot be read.
     """
-    return tuple(
-        Source(read_world(folder / each["file"]), each["family"], each["values"], each["optimal_length_m"])
-        for each in provenance["sources"]
-    )
+    return tuple(Source(read_world(folder / each["file"]), each["family"]) for each in provenance["sources"])
 
 
 def source_records(sources: Sequence[Source]) -> list[dict[str, Any]]:
     """The sources as JSON holds them; each world is in a file of its own."""
     return [
-        {
-            "world": source.world.name,
-            "family": source.family,
-            "file": _file(number),
-            "values": dict(source.values),
-            "optimal_length_m": source.optimal_length,
-        }
+        {"world": source.world.name, "family": source.family, "file": _file(number)}
         for number, source in enumerate(sources)
     ]
 

@@ -1,15 +1,14 @@
 """What checks of scans, poses and motion cost where nothing is wrong: trials of two states of the code, in pairs.
 
-    .venv/bin/python tools/clean_trials.py --out runs/clean.jsonl
-    PYTHONPATH=$(ls -d OLD/src/* | tr '\\n' ':') .venv/bin/python tools/clean_trials.py --out runs/clean_old.jsonl
-    .venv/bin/python tools/clean_trials.py --compare runs/clean_old.jsonl runs/clean.jsonl
+    .venv/bin/python studies/clean_trials.py --out runs/clean.jsonl
+    PYTHONPATH=$(ls -d OLD/src/* | tr '\\n' ':') .venv/bin/python studies/clean_trials.py --out runs/clean_old.jsonl
+    .venv/bin/python studies/clean_trials.py --compare runs/clean_old.jsonl runs/clean.jsonl
 
 300 trials over the nine pairs of a shipped arena and a printed strategy, and 24 serpentines with bounce. Rows are
 appended as they come, and one that is there is not run again. Prints a table for docs/reliability.md. Simulated.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,6 +21,7 @@ from collplan_core.parameters import Settings
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import load_world
 from collplan_study.analysis.statistics import MEAN, improvement
+from collplan_study.run.json_lines import JsonLines
 from omnipuck_sim.trial import run_trial
 
 PAIRS = [(world, strategy) for world in ("corridor", "l_corridor", "slalom") for strategy in PAPER_WEIGHTS]
@@ -39,8 +39,7 @@ def row_of(world: str, strategy: str, seed: int, values: dict[str, str]) -> dict
 
 def read(path: Path) -> dict[tuple[str, str, int], dict]:
     """The rows of a file, by world, strategy and seed."""
-    rows = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    return {(row["world"], row["strategy"], row["seed"]): row for row in rows}
+    return {(row["world"], row["strategy"], row["seed"]): row for row in JsonLines(path).records()}
 
 
 def table(old: dict, new: dict) -> str:
@@ -75,13 +74,11 @@ def main(args: Sequence[str] | None = None) -> int:
         return 0
     if not given.out:
         parser.error("expected --out or --compare")
-    there = read(given.out)
-    given.out.parent.mkdir(parents=True, exist_ok=True)
-    with given.out.open("a") as out:
-        for case in CASES:
-            if case not in there:
-                out.write(json.dumps(row_of(*case, dict(value.split("=", 1) for value in given.values))) + "\n")
-                out.flush()
+    there, out = read(given.out), JsonLines(given.out)
+    values = dict(value.split("=", 1) for value in given.values)
+    for case in CASES:
+        if case not in there:
+            out.append(row_of(*case, values))
     return 0
 
 

@@ -10,8 +10,8 @@ from collplan_study.analysis.comparisons import TIME
 from collplan_study.analysis.gains import mean_over_worlds
 from collplan_study.analysis.rows import ByTrial, Rows
 from collplan_study.analysis.statistics import Estimate
-from collplan_study.optimum.world_optimum import WorldOptimum
 from collplan_study.report.content import Table, number, with_interval
+from optimum.world_optimum import WorldOptimum
 
 
 @dataclass(frozen=True)

@@ -7,19 +7,23 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
-from collplan_core.command_line import examples
 from collplan_study.errors import StudyError
-from collplan_study.question.held_out import OPTIMUM_FAMILIES, OPTIMUM_STUDY_SEED, TRIALS, optimum_worlds
+from collplan_study.question.held_out import TRIALS
 from collplan_study.question.options import parse as parse_study
 from collplan_study.run.study_folder import RUNS
+
+FAMILIES = ("serpentine", "u", "baffles", "z", "l")
+"""Families compared with the optimum without contact: their worlds are one corridor with right-angled turns."""
+WORLDS, STUDY_SEED = "22000-22023", 64
+"""Seeds of their held-out worlds, and the seed of the study in them: `collplan_study.question.held_out`."""
 
 STUDY = (
     "--bounces",
     "--no-ablations",
     "--strategies=bounce,avoid",
-    f"--worlds={','.join(map(optimum_worlds, OPTIMUM_FAMILIES))}",
+    f"--worlds={','.join(f'{family}:{WORLDS}' for family in FAMILIES)}",
     f"--trials={TRIALS}",
-    f"--seed={OPTIMUM_STUDY_SEED}",
+    f"--seed={STUDY_SEED}",
 )
 """Options of the study, where the command line does not say otherwise."""
 DESCRIPTION = f"""\
@@ -29,13 +33,13 @@ Leaves runs/optimum.json, and optimum.csv in the study's folder. Options that ar
 
   study {shlex.join(STUDY)}
 
-Families: {", ".join(OPTIMUM_FAMILIES)}; worlds of others are left out. Needs CasADi. Every world has its trajectory:
+Families: {", ".join(FAMILIES)}; worlds of others are left out. Needs CasADi. Every world has its trajectory:
 exit code 0. One has none, or workers were lost: 1. Something asked for cannot be done: 2. Ctrl-C: 130.
 """
 EPILOG = """\
 examples:
-  optimum --worlds u:0-3 --trials 1 --seed 1     smaller, and for trying things
-  optimum --of runs/bounces                      the runs of a study that is there
+  make optimum ARGS="--worlds u:0-3 --trials 1 --seed 1"   smaller, and for trying things
+  make optimum ARGS="--of runs/bounces"                    the runs of a study that is there
 """
 
 
@@ -77,9 +81,9 @@ def parse(args: Sequence[str] | None = None) -> Options:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="optimum",
+        prog="make optimum",
         description=DESCRIPTION,
-        epilog=examples(EPILOG),
+        epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )

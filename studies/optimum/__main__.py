@@ -3,30 +3,27 @@
 import csv
 import json
 import os
-import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import BrokenExecutor
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from collplan_core.command_line import as_called
 from collplan_core.worlds import World, WorldError
 from collplan_study import main as study
 from collplan_study.errors import StudyError
-from collplan_study.optimum.best_trajectory import GUESSED_OFFSETS, check_installed
-from collplan_study.optimum.comparison import compare, record_of, table_of
-from collplan_study.optimum.disc import Disc, disc_of
-from collplan_study.optimum.options import Options, parse
-from collplan_study.optimum.world_optimum import WorldOptimum, world_optimum
 from collplan_study.question.grid import make_grid
-from collplan_study.question.held_out import OPTIMUM_FAMILIES
 from collplan_study.question.question import question_from
 from collplan_study.report.markdown import markdown_table
 from collplan_study.report.study_data import StudyData, read_study
 from collplan_study.run.pools import open_pool
 from collplan_study.run.progress import show_progress
 from collplan_study.run.study_folder import RUNS
+from optimum.best_trajectory import GUESSED_OFFSETS, check_installed
+from optimum.comparison import compare, record_of, table_of
+from optimum.disc import Disc, disc_of
+from optimum.options import FAMILIES, Options, parse
+from optimum.world_optimum import WorldOptimum, world_optimum
 
 RATIOS, OPTIMA = "optimum.json", "optimum.csv"
 INCOMPLETE, REFUSED, INTERRUPTED = 1, 2, 130
@@ -50,7 +47,7 @@ def _compare(options: Options) -> int:
         optima = _optima(worlds, _discs(data), options.jobs)
     except (BrokenExecutor, KeyboardInterrupt) as error:
         code = INTERRUPTED if isinstance(error, KeyboardInterrupt) else INCOMPLETE
-        again = shlex.join([as_called("optimum"), "--of", str(options.folder)])
+        again = f"make optimum ARGS='--of {options.folder}'"
         return _stopped(code, f"{str(error) or 'interrupted'}; go on with: {again}")
     strategies = data.provenance["question"]["strategies"]
     comparisons = compare(data.runs.where(ablation=""), strategies, optima)
@@ -79,16 +76,19 @@ def _worlds(data: StudyData) -> tuple[dict[str, list[World]], list[str]]:
     worlds: dict[str, list[World]] = {}
     for source in data.sources:
         worlds.setdefault(source.family, []).append(source.world)
-    compared = {family: each for family, each in worlds.items() if family in OPTIMUM_FAMILIES}
+    compared = {family: each for family, each in worlds.items() if family in FAMILIES}
     if not compared:
-        expected = f"expected worlds of {', '.join(OPTIMUM_FAMILIES)}"
+        expected = f"expected worlds of {', '.join(FAMILIES)}"
         raise StudyError(f"{data.folder}: has worlds of {', '.join(worlds)} alone, {expected}")
     return compared, [family for family in worlds if family not in compared]
 
 
 def _discs(data: StudyData) -> dict[str, Disc]:
     """The disc of each world by its name; the strategies of a study of bounces share their parameters."""
-    grid = make_grid(question_from(data.provenance["question"]), data.sources)
+    try:
+        grid = make_grid(question_from(data.provenance["question"]), data.sources)
+    except TypeError as error:
+        raise StudyError(f"{data.folder}: begun by another version ({error})") from None
     return {cell.source.world.name: disc_of(cell.settings) for cell in grid.cells}
 
 
@@ -124,3 +124,7 @@ def _trust(solved: Sequence[WorldOptimum]) -> str:
         f"Each best trajectory is a local optimum; in {len(differences)} of {len(solved)} worlds those from "
         f"{len(GUESSED_OFFSETS)} initial guesses end within {100.0 * max(differences):.3f} % of one another."
     )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

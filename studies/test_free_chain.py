@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_core.worlds.route import QUARTER_SEGMENTS, free_space
-from collplan_study.optimum.disc import Disc
-from collplan_study.optimum.free_chain import FreeChain, Region, free_chain
-from collplan_study.optimum.lower_bound import lower_bound, rest_to_free, rest_to_rest, turning_points
-from collplan_study.question.held_out import OPTIMUM_FAMILIES
+from optimum.disc import Disc
+from optimum.free_chain import FreeChain, Region, free_chain
+from optimum.lower_bound import lower_bound, rest_to_free, rest_to_rest, turning_points
+from optimum.options import FAMILIES
 
 SPEED, ACCELERATION = 1.2, 1.5
 DISC = Disc(0.09, SPEED, ACCELERATION, 0.1)
@@ -103,7 +103,7 @@ BLOCK = [0.0, 0.4, 1.6, 2.0]
 """In that room it leaves an l, 0.4 m wide."""
 
 
-@given(family=st.sampled_from(OPTIMUM_FAMILIES), seed=st.integers(0, 2**40), radius=st.floats(0.02, 0.12))
+@given(family=st.sampled_from(FAMILIES), seed=st.integers(0, 2**40), radius=st.floats(0.02, 0.12))
 def test_the_chain_is_the_free_space_and_each_box_is_on_the_way(family, seed, radius):
     world = load_world(f"{family}:{seed}")
     chain = free_chain(world, radius)

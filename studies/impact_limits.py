@@ -1,15 +1,15 @@
 """What a limit of the impact speed costs in time: paired trials of a time-to-goal strategy in development worlds.
 
-    .venv/bin/python tools/impact_limits.py --out runs/impact_limits.jsonl
+    .venv/bin/python studies/impact_limits.py --out runs/impact_limits.jsonl
 
 One trial a world and limit, with equal noise. Rows are appended as they come, and one that is there is not run again.
 Prints a table for docs/bounces.md. Simulated.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
 from collplan_study.analysis.statistics import MEAN, Estimate, improvement
+from collplan_study.run.json_lines import JsonLines
 from omnipuck_sim.trial import run_trial
 
 FAMILIES = ("serpentine", "u", "baffles", "random")
@@ -69,19 +70,12 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("--worlds", type=int, default=8, help="worlds of each family, seeds from 300 on (default 8)")
     parser.add_argument("--strategy", default="bounce", help="a time-to-goal strategy (default bounce)")
     given = parser.parse_args(args)
-    rows = [json.loads(line) for line in given.out.read_text().splitlines()] if given.out.exists() else []
-    there = {(row["world"], row["limit"], row["strategy"]) for row in rows}
-    given.out.parent.mkdir(parents=True, exist_ok=True)
-    with given.out.open("a") as out:
-        for seed in range(300, 300 + given.worlds):
-            for family in FAMILIES:
-                for limit in LIMITS:
-                    if (f"{family}:{seed}", limit, given.strategy) in there:
-                        continue
-                    rows.append(row_of(f"{family}:{seed}", limit, given.strategy))
-                    out.write(json.dumps(rows[-1]) + "\n")
-                    out.flush()
-    print(table(rows, given.strategy))
+    out = JsonLines(given.out)
+    there = {(row["world"], row["limit"], row["strategy"]) for row in out.records()}
+    for seed, family, limit in product(range(300, 300 + given.worlds), FAMILIES, LIMITS):
+        if (f"{family}:{seed}", limit, given.strategy) not in there:
+            out.append(row_of(f"{family}:{seed}", limit, given.strategy))
+    print(table(out.records(), given.strategy))
     return 0
 
 

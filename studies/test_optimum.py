@@ -3,22 +3,19 @@
 import csv
 import json
 import math
-import sys
 
 import pytest
 
 from collplan_study.analysis import statistics
-from collplan_study.optimum import best_trajectory
-from collplan_study.optimum import main as command
-from collplan_study.optimum.disc import Disc
-from collplan_study.optimum.main import main
-from collplan_study.optimum.options import STUDY, parse
-from collplan_study.optimum.world_optimum import WorldOptimum
 from collplan_study.question import held_out
 from collplan_study.question.bounces import DEFAULTS, KNOWN_MAP, SPREADS, VARIANTS
 from collplan_study.question.options import parse as parse_study
 from collplan_study.question.question import question_from
 from fake_studies import fake_study, reached
+from optimum import __main__ as command
+from optimum.__main__ import main
+from optimum.options import FAMILIES, STUDY, parse
+from optimum.world_optimum import WorldOptimum
 
 OPTIMUM = 3.0
 FACTORS = {"bounce": 0.9, "avoid": 1.2}
@@ -87,29 +84,6 @@ def test_a_world_without_a_trajectory_is_left_out_and_named(tmp_path, ratios, mo
     assert "u:3" in capsys.readouterr().err
 
 
-def test_the_disc_has_what_the_robot_of_the_study_has(tmp_path, monkeypatch):
-    discs = []
-    monkeypatch.setattr(command, "world_optimum", lambda world, disc: discs.append(disc) or made_up(world, disc))
-    values = ("robot.max_acceleration=2", "planner.goal_tolerance=0.12", "robot.radius=0.08")
-    folder = fake_study(tmp_path / "study", run, question("u:0", "l:0", values=values))
-    assert main(["--of", str(folder), "--jobs", "1"]) == 0
-    assert discs == 2 * [Disc(radius=0.08, max_speed=1.2, max_acceleration=2.0, goal_tolerance=0.12)]
-
-
-def test_the_study_is_run_first_and_what_stops_it_stops_all(tmp_path, ratios, monkeypatch):
-    def study(args):
-        fake_study(tmp_path / "study", run, parse_study(args).question())
-        return 0
-
-    monkeypatch.setattr(command.study, "main", study)
-    options = ["--worlds", "z:0-1", "--seed", "7", "--out", "study", "--jobs", "1"]
-    assert main(options) == 0
-    assert ratios()["z"]["avoid"] == {"ratio": pytest.approx(1.205), "low": None, "high": None, "worlds": 2}
-    monkeypatch.setattr(command.study, "main", lambda args: 130)
-    monkeypatch.setattr(command, "world_optimum", None)
-    assert main(options) == 130
-
-
 def test_what_cannot_be_compared_is_refused(tmp_path, capsys):
     pillars = fake_study(tmp_path / "pillars", run, question("pillars:0"))
     paper = fake_study(tmp_path / "paper", lambda task: reached(3.0), question_from({"worlds": ("corridor",)}))
@@ -124,19 +98,11 @@ def test_what_cannot_be_compared_is_refused(tmp_path, capsys):
         assert why in capsys.readouterr().err
 
 
-def test_without_casadi_nothing_is_run(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(command, "check_installed", best_trajectory.check_installed)
-    monkeypatch.setitem(sys.modules, "casadi", None)
-    assert main(["--out", str(tmp_path / "study")]) == 2
-    assert "CasADi" in capsys.readouterr().err
-    assert not (tmp_path / "study").exists()
-
-
 def test_its_own_worlds_and_noise_are_held_out_and_options_of_study_replace_its_own():
     asked = parse_study(STUDY).question()
     assert (asked.strategies, asked.trials, asked.ablations, asked.values) == (("bounce", "avoid"), 2, False, SPREADS)
     assert asked.seed not in (held_out.STUDY_SEED, 61)
-    for world, family in zip(asked.worlds, held_out.OPTIMUM_FAMILIES, strict=True):
+    for world, family in zip(asked.worlds, FAMILIES, strict=True):
         first, last = map(int, world.removeprefix(f"{family}:").split("-"))
         assert last - first == 23
         assert last < held_out.FIRST_SEED or first > held_out.LAST_SEED

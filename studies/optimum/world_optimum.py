@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass
 
 from collplan_core.worlds import World
-from collplan_study.optimum.best_trajectory import best_trajectories
-from collplan_study.optimum.disc import Disc
-from collplan_study.optimum.free_chain import free_chain
-from collplan_study.optimum.lower_bound import lower_bound
+from optimum.best_trajectory import best_trajectories
+from optimum.disc import Disc
+from optimum.free_chain import free_chain
+from optimum.lower_bound import lower_bound
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterable
 from itertools import pairwise
 
-from collplan_study.optimum.disc import Disc
-from collplan_study.optimum.free_chain import FreeChain
+from optimum.disc import Disc
+from optimum.free_chain import FreeChain
 
 
 def lower_bound(chain: FreeChain, disc: Disc) -> float:

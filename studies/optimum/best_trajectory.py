@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from collplan_study.errors import StudyError
-from collplan_study.optimum.disc import Disc
-from collplan_study.optimum.free_chain import FreeChain, Region
+from optimum.disc import Disc
+from optimum.free_chain import FreeChain, Region
 
 BOX_INTERVALS, PER_LENGTH = 14, 14 / 0.9
 """Intervals in a box, at least, and for each metre of its longer side."""

@@ -1,1 +1,0 @@
-"""Worlds and scores of the BARN benchmark."""
