@@ -20,14 +20,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.worlds import World, WorldError, save_world
-from collplan_study.analysis.comparisons import TIME
-from collplan_study.analysis.rows import Rows, sample_of
-from collplan_study.analysis.statistics import MEAN, level_of
+from collplan_study.analysis.cells import TIME
+from collplan_study.analysis.pairs import VALUE, distinct, mean_over_worlds
 from collplan_study.errors import StudyError
-from collplan_study.report.content import Table, with_interval
+from collplan_study.report.content import Section, with_interval
 from collplan_study.report.markdown import markdown_table
 from collplan_study.report.study_data import read_study
 from sdf import load_sdf
@@ -67,39 +67,40 @@ def optimal_lengths(folder: Path) -> dict[str, float]:
 
 def score(success: bool, time: float, optimal: float) -> float:
     """Score of one run, 0 to 0.5, by its duration and the world's optimal time [s]."""
-    return success * optimal / min(max(time, 2.0 * optimal), 8.0 * optimal)
+    # a run that raised has no time
+    return optimal / min(max(time, 2.0 * optimal), 8.0 * optimal) if success else 0.0
 
 
-def score_table(runs: Rows, optimal: Mapping[str, float]) -> Table:
+def score_table(runs: pl.DataFrame, optimal: Mapping[str, float]) -> Section:
     """A row for each strategy, over the worlds in `optimal`, which holds their optimal times [s]."""
     head = ("strategy", "runs", "arrive", "time / optimal", "score", "untouched", "score of untouched runs")
-    return Table("BARN's score", RULES, head, [_row(runs, each, optimal) for each in runs.distinct("strategy")])
+    times = pl.DataFrame({"world": list(optimal), "optimal": list(optimal.values())})
+    known = runs.join(times, on="world", maintain_order="left")
+    rows = [_row(strategy, known.filter(strategy=strategy)) for strategy in distinct(known, "strategy")]
+    return Section("BARN's score", RULES, head, rows)
 
 
-def _row(runs: Rows, strategy: str, optimal: Mapping[str, float]) -> tuple[str, ...]:
-    rows = [row for row in runs.where(strategy=strategy).dicts() if row["world"] in optimal]
-    arrived = [row for row in rows if row["outcome"] == REACHED]
-    untouched = [row for row in arrived if not row["impacts"]]
-    ratios = [row[TIME] / optimal[row["world"]] for row in arrived]
+def _row(strategy: str, runs: pl.DataFrame) -> tuple[str, ...]:
+    arrived = runs.filter(outcome=REACHED)
+    ratios = (arrived[TIME] / arrived["optimal"]).to_numpy()
     return (
         strategy,
-        str(len(rows)),
-        str(len(arrived)),
-        f"{np.mean(ratios):.2f}" if ratios else "none",
-        _mean_score(rows, arrived, optimal),
-        str(len(untouched)),
-        _mean_score(rows, untouched, optimal),
+        str(runs.height),
+        str(arrived.height),
+        f"{ratios.mean():.2f}" if len(ratios) else "none",
+        _mean_score(runs, touching_fails=False),
+        str(arrived.filter(impacts=0).height),
+        _mean_score(runs, touching_fails=True),
     )
 
 
-def _mean_score(rows: Sequence[dict], successes: Sequence[dict], optimal: Mapping[str, float]) -> str:
-    succeeded = {(row["world"], row["trial"]): row[TIME] for row in successes}
-    scores: dict[str, dict[int, float]] = {}
-    for world, trial in ((row["world"], row["trial"]) for row in rows):
-        time = succeeded.get((world, trial))
-        found = 0.0 if time is None else score(True, time, optimal[world])
-        scores.setdefault(world, {})[trial] = found
-    return with_interval(level_of(MEAN, sample_of(scores)), 3)
+def _mean_score(runs: pl.DataFrame, touching_fails: bool) -> str:
+    rows = runs.select("outcome", "impacts", TIME, "optimal").iter_rows()
+    scores = [
+        score(outcome == REACHED and not (touching_fails and impacts), time, optimal)
+        for outcome, impacts, time, optimal in rows
+    ]
+    return with_interval(mean_over_worlds(runs.with_columns(pl.Series(VALUE, scores))), 3)
 
 
 def _write_worlds(folder: Path, out: Path, scale: float) -> Iterator[str]:

@@ -6,18 +6,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import polars as pl
+
 from collplan_core.parameters import Simulation
 from collplan_core.worlds import WorldError
-from collplan_study.analysis.bounce_results import strategies_compared
-from collplan_study.analysis.comparisons import TIME
-from collplan_study.analysis.gains import mean_over_worlds, savings
-from collplan_study.analysis.groups import Group, groups_of
-from collplan_study.analysis.rows import ByTrial, Rows
-from collplan_study.analysis.statistics import MEAN, Estimate, level_of, paired
+from collplan_study.analysis.cells import TIME
+from collplan_study.analysis.pairs import VALUE, distinct, mean_over_worlds, paired, savings
+from collplan_study.analysis.statistics import Estimate
+from collplan_study.bounces.results import Group, groups_of, strategies_compared
+from collplan_study.bounces.tables import MAIN
 from collplan_study.errors import StudyError
 from collplan_study.question.bounces import KNOWN_MAP
-from collplan_study.report.bounce_tables import MAIN
-from collplan_study.report.content import Row, Table, with_interval
+from collplan_study.report.content import Row, Section, with_interval
 from collplan_study.report.markdown import markdown_table
 from collplan_study.report.study_data import StudyData, read_study
 
@@ -46,43 +46,44 @@ class EngineComparison:
     difference: Estimate
 
 
-def engine_comparisons(strategies: Sequence[str], first: Rows, second: Rows) -> Iterator[EngineComparison]:
+def engine_comparisons(
+    strategies: Sequence[str], first: pl.DataFrame, second: pl.DataFrame
+) -> Iterator[EngineComparison]:
     """The main comparison in every group of families, then each variant in those that no other group includes.
 
     Args:
         strategies: those of both studies.
         first, second: rows of the runs of the two studies.
     """
-    groups = list(groups_of(first.where(ablation="")))
-    changes = dict.fromkeys([*first.distinct("ablation"), *second.distinct("ablation")])
+    groups = list(groups_of(first.filter(ablation="")))
+    changes = dict.fromkeys([*distinct(first, "ablation"), *distinct(second, "ablation")])
     for ablation in (change for change in changes if change != KNOWN_MAP):
         for group in groups:
             if group.headline or not ablation:
-                saved = [_saved(group.rows(runs).where(ablation=ablation), strategies) for runs in (first, second)]
+                saved = [_saved(group.rows(runs).filter(ablation=ablation), strategies) for runs in (first, second)]
                 yield _paired_by_world(group, ablation, *saved)
 
 
-def _saved(runs: Rows, strategies: Sequence[str]) -> ByTrial:
+def _saved(runs: pl.DataFrame, strategies: Sequence[str]) -> pl.DataFrame:
     ours, against, _ = strategies_compared(strategies)
-    return savings(runs.where(strategy=ours), runs.where(strategy=against), TIME)
+    return savings(runs.filter(strategy=ours), runs.filter(strategy=against), TIME)
 
 
-def _paired_by_world(group: Group, ablation: str, first: ByTrial, second: ByTrial) -> EngineComparison:
-    if not (first and second):
-        found = first or second
+def _paired_by_world(group: Group, ablation: str, first: pl.DataFrame, second: pl.DataFrame) -> EngineComparison:
+    if first.is_empty() or second.is_empty():
         none = Estimate(None, note="not run in both")
-        saved = [mean_over_worlds(each) if each else none for each in (first, second)]
-        return EngineComparison(group, ablation, len(found), sum(map(len, found.values())), saved[0], saved[1], none)
-    one, other = paired(first, second)
-    differences = [theirs - ours for ours, theirs in zip(one, other, strict=True)]
+        found = second if first.is_empty() else first
+        saved = [none if each.is_empty() else mean_over_worlds(each) for each in (first, second)]
+        return EngineComparison(group, ablation, len(distinct(found, "world")), found.height, saved[0], saved[1], none)
+    both = paired(first, second)
     return EngineComparison(
         group=group,
         ablation=ablation,
-        worlds=len(one),
-        pairs=sum(map(len, one)),
-        first=level_of(MEAN, one),
-        second=level_of(MEAN, other),
-        difference=level_of(MEAN, differences),
+        worlds=len(distinct(both, "world")),
+        pairs=both.height,
+        first=mean_over_worlds(both, "ours"),
+        second=mean_over_worlds(both, "other"),
+        difference=mean_over_worlds(both.with_columns((pl.col("other") - pl.col("ours")).alias(VALUE))),
     )
 
 
@@ -121,7 +122,7 @@ def comparison(first: StudyData, second: StudyData) -> Iterator[str]:
         yield f"The studies were made by different code ({codes[0]} and {codes[1]}): a difference may be of the code."
         yield ""
     yield from markdown_table(
-        Table(
+        Section(
             f"Arrival time that {ours} saves against {against}, by {engines[0]} and by {engines[1]} [%]",
             "Mean over the worlds of 100 (1 - t / t_other) of equal worlds and seeds, in the pairs that both studies "
             "have; the difference is paired by world and seed; in brackets 95 % bootstrap intervals (BCa) over worlds.",

@@ -30,7 +30,7 @@ from collplan_ros.bringup.failures import GRAPH_LOST, NOT_REACHED
 from collplan_study.analysis.statistics import MEAN, Estimate, level_of, share_of
 from collplan_study.question.axes import parse_axes
 from collplan_study.question.bounces import SPREADS
-from collplan_study.report.content import Table, number, with_interval
+from collplan_study.report.content import Section, number, with_interval
 from collplan_study.report.markdown import markdown_table
 from collplan_study.run.json_lines import JsonLines
 from omnipuck_sim.trial import run_trial
@@ -117,10 +117,10 @@ def exit_code(command: Sequence[str], output: Path) -> int:
         raise
 
 
-def gain_table(rows: Sequence[dict[str, Any]]) -> Table:
+def gain_table(rows: Sequence[dict[str, Any]]) -> Section:
     """A row a family: arrivals, mean times and gains, over the worlds and seeds with which all four runs arrived."""
     times = (f"{strategy}, {kind} [s]" for kind, strategy in KINDS)
-    return Table(
+    return Section(
         "The gain in trials and through the graph",
         f"A gain is 100 (1 - {OURS} / {AGAINST}) of two arrival times, in the mean over the worlds; left is the gain "
         "in the graph over that in trials; 95 % intervals by resampling the worlds.",

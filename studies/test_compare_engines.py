@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+import polars as pl
 import pytest
 
-from collplan_study.analysis.rows import read_rows
 from collplan_study.question.bounces import DEFAULTS, KNOWN_MAP, VARIANTS, variants_of
 from collplan_study.question.question import question_from
 from collplan_study.question.sources import load_sources
@@ -42,7 +42,7 @@ def folders(tmp_path_factory, of_engines):
 
 
 def test_differences_are_paired_by_world_and_seed(folders):
-    found = list(engine_comparisons(RIGID.strategies, *(read_rows(folder / TABLE) for folder in folders)))
+    found = list(engine_comparisons(RIGID.strategies, *(pl.read_parquet(folder / TABLE) for folder in folders)))
     first = found[0]
     assert (first.group.name, first.ablation) == ("2 families together", "")
     assert (first.worlds, first.pairs) == (12, 24)

@@ -50,7 +50,7 @@ def _compare(options: Options) -> int:
         again = f"make optimum ARGS='--of {options.folder}'"
         return _stopped(code, f"{str(error) or 'interrupted'}; go on with: {again}")
     strategies = data.provenance["question"]["strategies"]
-    comparisons = compare(data.runs.where(ablation=""), strategies, optima)
+    comparisons = compare(data.runs.filter(ablation=""), strategies, optima)
     _write(options.folder, optima)
     RUNS.mkdir(exist_ok=True)
     (RUNS / RATIOS).write_text(json.dumps(record_of(comparisons), indent=2) + "\n", encoding="utf-8")

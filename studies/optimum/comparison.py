@@ -1,16 +1,16 @@
 """Strategies beside the optimum: the ratio of their arrival times to it, in each family of worlds."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import polars as pl
 
-from collplan_study.analysis.comparisons import TIME
-from collplan_study.analysis.gains import mean_over_worlds
-from collplan_study.analysis.rows import ByTrial, Rows
+from collplan_study.analysis.cells import TIME
+from collplan_study.analysis.pairs import VALUE, finite, mean_over_worlds
 from collplan_study.analysis.statistics import Estimate
-from collplan_study.report.content import Table, number, with_interval
+from collplan_study.report.content import Section, number, with_interval
 from optimum.world_optimum import WorldOptimum
 
 
@@ -47,7 +47,7 @@ class FamilyComparison:
 
 
 def compare(
-    runs: Rows, strategies: Sequence[str], families: Mapping[str, Sequence[WorldOptimum]]
+    runs: pl.DataFrame, strategies: Sequence[str], families: Mapping[str, Sequence[WorldOptimum]]
 ) -> list[FamilyComparison]:
     """The runs of each strategy beside the optima of each family; worlds without a best trajectory are left out.
 
@@ -61,22 +61,27 @@ def compare(
         FamilyComparison(
             family=family,
             time=float(np.mean([each.time for each in optima])),
-            bound=_ratio({each.world: {0: each.bound} for each in optima}, optima),
-            strategies={name: _ratio(runs.where(strategy=name).by_trial(TIME), optima) for name in strategies},
+            bound=_ratio(_column(optima, lambda each: each.bound), optima),
+            strategies={name: _ratio(runs.filter(strategy=name), optima) for name in strategies},
         )
         for family, optima in solved.items()
         if optima
     ]
 
 
-def _ratio(times: ByTrial, optima: Iterable[WorldOptimum]) -> Ratio:
-    ratios = {
-        each.world: {trial: time / each.time for trial, time in times[each.world].items()}
-        for each in optima
-        if each.world in times
-    }
-    faster = sum(float(np.mean(list(each.values()))) < 1.0 for each in ratios.values())
-    return Ratio(mean_over_worlds(ratios), len(ratios), faster)
+def _column(optima: Iterable[WorldOptimum], number: Callable[[WorldOptimum], float]) -> pl.DataFrame:
+    """A number of each world, as if it were the time of a run."""
+    rows = [(each.world, 0, number(each)) for each in optima]
+    return pl.DataFrame(rows, schema=["world", "trial", TIME], orient="row")
+
+
+def _ratio(runs: pl.DataFrame, optima: Sequence[WorldOptimum]) -> Ratio:
+    best = _column(optima, lambda each: each.time).select("world", best=TIME)
+    ratios = runs.join(best, on="world", maintain_order="left").with_columns(
+        (pl.col(TIME) / pl.col("best")).alias(VALUE)
+    )
+    means = finite(ratios, VALUE).group_by("world").agg(pl.col(VALUE).mean())
+    return Ratio(mean_over_worlds(ratios), means.height, means.filter(pl.col(VALUE) < 1.0).height)
 
 
 def record_of(comparisons: Iterable[FamilyComparison]) -> dict[str, dict[str, dict[str, Any]]]:
@@ -90,9 +95,9 @@ def record_of(comparisons: Iterable[FamilyComparison]) -> dict[str, dict[str, di
     }
 
 
-def table_of(comparisons: Sequence[FamilyComparison], strategies: Sequence[str]) -> Table:
+def table_of(comparisons: Sequence[FamilyComparison], strategies: Sequence[str]) -> Section:
     """The ratios as a table."""
-    return Table(
+    return Section(
         "Arrival time over that of the best trajectory without contact",
         "Mean over the worlds of the mean over their runs; in brackets 95 % bootstrap intervals (BCa) over the worlds; "
         "after them in how many worlds that mean is below 1. The trajectory: of a disc without noise or lag that knows "

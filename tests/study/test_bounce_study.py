@@ -8,14 +8,14 @@ from functools import partial
 from math import radians
 
 import numpy as np
+import polars as pl
 import pytest
 
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_core.worlds import load_world
 from collplan_study.analysis import statistics
-from collplan_study.analysis.bounce_results import bounce_results_of
-from collplan_study.analysis.rows import read_rows
+from collplan_study.bounces.results import bounce_results
 from collplan_study.errors import StudyError
 from collplan_study.main import main as study
 from collplan_study.question.bounces import DEFAULTS, KNOWN_MAP, VARIANTS, variants_of
@@ -24,7 +24,7 @@ from collplan_study.question.held_out import FAMILIES, FIRST_SEED, FURTHER_FAMIL
 from collplan_study.question.options import parse
 from collplan_study.question.question import question_from
 from collplan_study.question.sources import load_sources
-from collplan_study.report import pictures
+from collplan_study.report import figures
 from collplan_study.report.write_report import write_report
 from collplan_study.tables.table_files import IMPACTS, TABLE, write_tables
 from fake_studies import fake_study, impact, reached, timed_out
@@ -47,7 +47,7 @@ def sources():
 def quick(monkeypatch):
     """Fewer resamples; figures are made and not rendered, which takes the time."""
     monkeypatch.setattr(statistics, "RESAMPLES", 199)
-    monkeypatch.setattr(pictures, "save_figure", lambda figure, stem: "<svg/>")
+    monkeypatch.setattr(figures, "save_figure", lambda figure, stem: "<svg/>")
 
 
 def by_strategy(task):
@@ -72,14 +72,14 @@ def impacts(task):
 def found(tmp_path_factory, sources):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(statistics, "RESAMPLES", 199)
-        patch.setattr(pictures, "save_figure", lambda figure, stem: "<svg/>")
+        patch.setattr(figures, "save_figure", lambda figure, stem: "<svg/>")
         folder = fake_study(tmp_path_factory.mktemp("bounces") / "study", by_strategy, ASKED, sources, SOME, impacts)
         write_report(folder)
     return json.loads((folder / "table.json").read_text()), folder
 
 
 def results_in(folder):
-    return bounce_results_of(ASKED.strategies, read_rows(folder / TABLE), read_rows(folder / IMPACTS))
+    return bounce_results(ASKED.strategies, *(pl.read_parquet(folder / name) for name in (TABLE, IMPACTS)))
 
 
 def group(found, name):

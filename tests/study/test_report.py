@@ -9,11 +9,11 @@ import pytest
 
 from collplan_core.worlds import load_world
 from collplan_study.analysis import statistics
-from collplan_study.analysis.comparisons import OPPOSITE
+from collplan_study.paper.comparisons import OPPOSITE
 from collplan_study.question.ablations import ABLATIONS
 from collplan_study.question.question import Question
 from collplan_study.question.sources import Source
-from collplan_study.report import pictures
+from collplan_study.report import figures
 from collplan_study.report.write_report import write_report
 from fake_studies import failed, fake_study, reached, timed_out
 
@@ -25,7 +25,7 @@ FASTER = {"harness": 0.9, "high_risk": 1.0, "low_risk": 1.2}
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
     monkeypatch.setattr(statistics, "RESAMPLES", 499)
-    monkeypatch.setattr(pictures, "save_figure", lambda figure, stem: "<svg/>")
+    monkeypatch.setattr(figures, "save_figure", lambda figure, stem: "<svg/>")
 
 
 def by_strategy(task):

@@ -1,12 +1,14 @@
 """Intervals, standard deviations, improvements: worked by hand, and properties of the resampling."""
 
 import numpy as np
+import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom
 
-from collplan_study.analysis import comparisons, statistics
+from collplan_study.analysis import statistics
+from collplan_study.analysis.pairs import paired, samples
 from collplan_study.analysis.statistics import (
     MEAN,
     MEASURES,
@@ -14,10 +16,10 @@ from collplan_study.analysis.statistics import (
     Estimate,
     improvement,
     level_of,
-    paired,
     share,
     spread_over,
 )
+from collplan_study.paper import comparisons
 
 
 @pytest.fixture(autouse=True)
@@ -98,7 +100,10 @@ def test_wilson_by_hand():
 
 
 def test_pairs_are_what_both_have():
-    ours, other = paired({"a": {0: 1.0, 1: 2.0}, "b": {0: 3.0}}, {"a": {1: 5.0, 2: 6.0}, "c": {0: 7.0}})
+    schema = ["world", "trial", "value"]
+    ours = pl.DataFrame([("a", 0, 1.0), ("a", 1, 2.0), ("b", 0, 3.0), ("b", 1, None)], schema, orient="row")
+    other = pl.DataFrame([("a", 1, 5.0), ("a", 2, 6.0), ("c", 0, 7.0), ("b", 1, 8.0)], schema, orient="row")
+    ours, other = samples(paired(ours, other))
     assert [runs.tolist() for runs in ours] == [[2.0]]
     assert [runs.tolist() for runs in other] == [[5.0]]
 

@@ -26,7 +26,7 @@ ROSDEP_KEYS = {"yaml": "python3-yaml"}
 PIP_NAMES = {"mcap_ros2": "mcap_ros2_support", "mujoco": "mujoco_core", "serial": "pyserial"}
 PIP_NAMES |= {"yaml": "PyYAML"}
 WITHOUT_ROSDEP_KEY = {"casadi", "cobs", "distributed", "mcap", "mcap_ros2", "mujoco", "numba", "pyarrow", "pymunk"}
-WITHOUT_ROSDEP_KEY |= {"websockets"}
+WITHOUT_ROSDEP_KEY |= {"polars", "websockets"}
 OPTIONAL = {"tf2_ros"}
 
 

@@ -1,18 +1,21 @@
 """Summaries of the runs of one strategy at one T_map."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import polars as pl
 
 from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK, TIMEOUT
-from collplan_study.analysis.cases import Case
-from collplan_study.analysis.comparisons import PANELS, periods_of
-from collplan_study.analysis.rows import Rows
-from collplan_study.analysis.statistics import Estimate, level_of, share
+from collplan_study.analysis.pairs import VALUE, distinct, finite, sample
+from collplan_study.analysis.statistics import MEASURES, Estimate, level_of, share
+from collplan_study.tables.columns import SHARES
 from collplan_study.tables.trial_record import ERROR
 
+TIME, LENGTH = "arrival_time_s", "path_length_m"
+PANELS = tuple((column, measure) for column in (TIME, LENGTH) for measure in MEASURES)
+"""Column and statistic of each row of the paper's Table I, and of each panel of its figure over T_map."""
 OUTCOMES = (REACHED, TIMEOUT, STUCK, ABORTED, ERROR)
 MEANS = ("impacts", "deliberate_impacts", "unforeseen_impacts", "mean_speed", "candidates_mean", "plan_time_ms_p50")
 LARGEST = ("max_impact_speed", "plan_time_ms_p99")
@@ -23,8 +26,7 @@ class Cell:
     """Summary of the simulated runs of a strategy at a T_map.
 
     Attributes:
-        strategy: its name.
-        map_period: T_map [s].
+        strategy, map_period: its name, T_map [s].
         worlds, runs: their numbers.
         outcomes: number of runs by outcome.
         success: share of the runs that reached the goal [%].
@@ -45,34 +47,30 @@ class Cell:
     largest: dict[str, float | None]
     shares: dict[str, float | None]
 
-
-def cells_of(case: Case) -> Iterator[Cell]:
-    """Every cell of a case that has runs, ordered by strategy and T_map."""
-    for strategy in case.runs.distinct("strategy"):
-        for period in periods_of(case, strategy):
-            yield cell_of(strategy, period, case.runs)
+    @property
+    def name(self) -> str:
+        """Strategy and T_map as text."""
+        return f"{self.strategy}, {self.map_period:g} s"
 
 
-def cell_of(strategy: str, period: float, all_runs: Rows) -> Cell:
-    """The cell of a strategy at a T_map [s], from the runs of a case."""
-    runs = all_runs.where(strategy=strategy, map_period_s=period)
-    found = runs.columns["outcome"].tolist()
-    outcomes = {outcome: found.count(outcome) for outcome in OUTCOMES}
-    shares = [name for name in runs.columns if name.startswith("share_")]
+def cell_of(all_runs: pl.DataFrame, strategy: str, map_period_s: float) -> Cell:
+    """The cell of a strategy at a T_map [s], from runs that differ in nothing else."""
+    runs = all_runs.filter(strategy=strategy, map_period_s=map_period_s)
+    outcomes = {outcome: runs.filter(outcome=outcome).height for outcome in OUTCOMES}
     return Cell(
         strategy=strategy,
-        map_period=period,
-        worlds=len(runs.distinct("world")),
-        runs=len(runs),
+        map_period=map_period_s,
+        worlds=len(distinct(runs, "world")),
+        runs=runs.height,
         outcomes=outcomes,
-        success=share(outcomes[REACHED], len(runs)),
-        levels=tuple(level_of(measure, runs.sample(column)) for column, measure in PANELS),
+        success=share(outcomes[REACHED], runs.height),
+        levels=tuple(level_of(measure, sample(runs, column)) for column, measure in PANELS),
         means={name: _summary(runs, name, np.mean) for name in MEANS},
         largest={name: _summary(runs, name, np.max) for name in LARGEST},
-        shares={name.removeprefix("share_"): _summary(runs, name, np.mean) for name in shares},
+        shares={name.removeprefix("share_"): _summary(runs, name, np.mean) for name in SHARES},
     )
 
 
-def _summary(runs: Rows, name: str, function: Callable[..., Any]) -> float | None:
-    numbers = runs.numbers(name)
+def _summary(runs: pl.DataFrame, name: str, function: Callable[..., Any]) -> float | None:
+    numbers = finite(runs, name)[VALUE].to_numpy()
     return float(function(numbers)) if len(numbers) else None

@@ -16,6 +16,8 @@ FEWEST = 5
 """Smallest number of runs, or worlds, that an interval is made from; bootstrap intervals of fewer are too narrow."""
 SEED = 0
 """Seed of the resampling: equal runs give equal intervals."""
+INTERVAL = {"level": LEVEL, "method": "bootstrap, BCa", "resamples": RESAMPLES, "seed": SEED}
+"""How intervals are made, as table.json says it."""
 
 Sample = Sequence[np.ndarray]
 """Runs of each world, an array (n,) for each."""
@@ -96,16 +98,6 @@ def share(successes: int, runs: int) -> Estimate:
         return Estimate(None, note="no run")
     interval = binomtest(successes, runs).proportion_ci(LEVEL, method="wilson")
     return Estimate(100.0 * successes / runs, 100.0 * float(interval.low), 100.0 * float(interval.high))
-
-
-def paired(ours: dict[str, dict[int, float]], other: dict[str, dict[int, float]]) -> tuple[Sample, Sample]:
-    """Samples of the runs that both have, by world and trial, in the same order."""
-    shared = [(world, sorted(runs.keys() & other.get(world, {}).keys())) for world, runs in ours.items()]
-    worlds = [(world, trials) for world, trials in shared if trials]
-    return (
-        [np.array([ours[world][trial] for trial in trials]) for world, trials in worlds],
-        [np.array([other[world][trial] for trial in trials]) for world, trials in worlds],
-    )
 
 
 def spread_over(sample: Sample) -> str:

@@ -1,7 +1,8 @@
-"""Content of a report in any format: tables, pictures, and numbers as text."""
+"""Content of a report in any format: sections, tables, pictures, and numbers as text."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from collplan_study.analysis.statistics import Estimate
 
@@ -14,34 +15,55 @@ class Picture:
 
     Attributes:
         svg: the figure.
-        file: path of its files in the study's folder, without .png and .svg.
         words: description of it.
+        caption: the line below it.
     """
 
     svg: str
-    file: str
     words: str
+    caption: str
 
 
 @dataclass(frozen=True)
-class Table:
-    """A table under its title.
+class Section:
+    """A section of a report. What it has is shown in the order of these attributes.
 
     Attributes:
-        title: heading of the table.
-        note: how to read it; may be empty.
-        head: names of the columns; empty where there is nothing to tabulate.
-        rows: text of the cells.
+        title: its heading; empty where what is above goes on.
+        note: how to read it.
+        head, rows: names of the columns and text of the cells of its table.
         picture: figure of the same numbers, shown above the table.
+        bullets: a list of lines, above picture and table; commands: lines shown as typed there.
+        level: of the heading, from 1.
         text: whether all columns are text; else all but the first are numbers.
+        folded: whether the table is shown on demand, under its title.
     """
 
-    title: str
+    title: str = ""
     note: str = ""
     head: Row = ()
     rows: Sequence[Row] = ()
     picture: Picture | None = None
+    bullets: Sequence[str] = ()
+    commands: Sequence[str] = ()
+    level: int = 2
     text: bool = False
+    folded: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """The report of a study.
+
+    Attributes:
+        record: the results as table.json holds them.
+        sections: those of its page; figures are drawn and saved as they are taken.
+        document: text of tables.md; empty where there is none.
+    """
+
+    record: Mapping[str, Any]
+    sections: Iterator[Section]
+    document: str = ""
 
 
 def with_interval(estimate: Estimate, digits: int, unit: str = "") -> str:

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 
-from collplan_study.report.content import Table
+from collplan_study.report.content import Section
 
 
-def markdown_table(table: Table) -> Iterator[str]:
-    """Lines of a table under its title."""
-    yield from (f"### {table.title}", "", table.note, "")
-    yield from map(_row, (table.head, ["---"] * len(table.head), *table.rows))
+def markdown_table(section: Section) -> Iterator[str]:
+    """Lines of a section's table under its title."""
+    yield from (f"### {section.title}", "", section.note, "")
+    yield from map(_row, (section.head, ["---"] * len(section.head), *section.rows))
     yield ""
 
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from collplan_study.analysis.rows import Rows, read_rows
+import polars as pl
+
 from collplan_study.question.sources import Source
 from collplan_study.run.study_folder import read_provenance, read_sources
 from collplan_study.tables.table_files import IMPACTS, TABLE
@@ -25,8 +26,8 @@ class StudyData:
     folder: Path
     provenance: Mapping[str, Any]
     sources: tuple[Source, ...]
-    runs: Rows
-    impacts: Rows
+    runs: pl.DataFrame
+    impacts: pl.DataFrame
 
 
 def read_study(folder: Path) -> StudyData:
@@ -37,5 +38,5 @@ def read_study(folder: Path) -> StudyData:
         WorldError: one of its world files cannot be read.
     """
     provenance = read_provenance(folder)
-    sources = read_sources(folder, provenance)
-    return StudyData(folder, provenance, sources, read_rows(folder / TABLE), read_rows(folder / IMPACTS))
+    tables = (pl.read_parquet(folder / name) for name in (TABLE, IMPACTS))
+    return StudyData(folder, provenance, read_sources(folder, provenance), *tables)

@@ -60,6 +60,11 @@ def columns(axes: Sequence[str]) -> dict[str, type]:
     return {**LABELS, **{key: type(known[key].default) for key in axes}, **TRIAL, **MEASURES}
 
 
+def axes_of(names: Sequence[str]) -> Sequence[str]:
+    """Keys of the --set axes among the columns of a table."""
+    return names[len(LABELS) : names.index(next(iter(TRIAL)))]
+
+
 def blank() -> dict[str, Any]:
     """Measures of a trial that has none: every column None."""
     return dict.fromkeys(MEASURES)

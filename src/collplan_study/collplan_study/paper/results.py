@@ -1,24 +1,16 @@
 """Results of a study of the paper's question, as table.json holds them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from collplan_study.analysis.cases import Case, cases_of
-from collplan_study.analysis.cells import Cell, cell_of, cells_of
-from collplan_study.analysis.comparisons import (
-    TIME,
-    Comparison,
-    by_map_period,
-    compared,
-    main_cells,
-    main_period,
-    others_of,
-    reference_of,
-    table_one,
-)
-from collplan_study.analysis.rows import Rows
-from collplan_study.analysis.statistics import LEVEL, MEAN, RESAMPLES, SEED, Estimate, improvement, paired, spread_over
+import polars as pl
+
+from collplan_study.analysis.cells import TIME, Cell, cell_of
+from collplan_study.analysis.pairs import distinct, paired, sample, samples
+from collplan_study.analysis.statistics import INTERVAL, MEAN, Estimate, improvement, spread_over
+from collplan_study.paper.cases import Case, cases_of
+from collplan_study.paper.comparisons import Comparison, by_map_period, main_comparison, table_one
 from collplan_study.question.ablations import SHIPPED
 
 
@@ -27,12 +19,11 @@ class CaseResults:
     """Results of a case without ablation.
 
     Attributes:
-        name, family, point: name, family and point of the case.
+        name, family, point: of the case.
         worlds: their names.
         main_periods: T_map [s] of each strategy in Table I.
         spread: name of the units that the standard deviations of its Table I are taken over.
-        table_one: comparisons at the paper's T_map.
-        by_map_period: comparisons at every T_map.
+        table_one, by_map_period: comparisons at the paper's T_map, and at every one.
         cells: cells of every strategy and T_map.
     """
 
@@ -87,7 +78,7 @@ class PaperResults:
         return {
             "results": "simulated",
             "improvement": "100 (1 - ours / other) [%]",
-            "interval": {"level": LEVEL, "method": "bootstrap, BCa, paired", "resamples": RESAMPLES, "seed": SEED},
+            "interval": {**INTERVAL, "method": "bootstrap, BCa, paired"},
             "resampled": "the worlds where a case has several, else its runs, in pairs of equal world and seed",
             "not_arrived": "counted with the time limit",
             "comparisons": self.comparisons,
@@ -95,49 +86,41 @@ class PaperResults:
         }
 
 
-def paper_results_of(runs: Rows) -> PaperResults:
+def paper_results(runs: pl.DataFrame) -> PaperResults:
     """The results of a study from the rows of its runs."""
     cases = list(cases_of(runs))
     shipped = [case for case in cases if not case.ablation]
-    return PaperResults([_case_results(case) for case in shipped], list(_all_ablations(cases)))
+    ablations = _ablations(shipped, cases) if len(cases) > len(shipped) else ()
+    return PaperResults([_case_results(case) for case in shipped], list(ablations))
 
 
 def _case_results(case: Case) -> CaseResults:
-    mains = main_cells(case)
+    mains = case.main_cells
     return CaseResults(
         name=case.name,
         family=case.family,
         point=dict(case.point),
-        worlds=case.runs.distinct("world"),
+        worlds=distinct(case.runs, "world"),
         main_periods={cell["strategy"]: cell["map_period_s"] for cell in mains},
-        spread=spread_over(case.runs.where(**mains[0]).sample(TIME)),
+        spread=spread_over(sample(case.runs.filter(**mains[0]), TIME)),
         table_one=table_one(case),
         by_map_period=by_map_period(case),
-        cells=list(cells_of(case)),
+        cells=list(case.cells()),
     )
 
 
-def _all_ablations(cases: list[Case]) -> Iterator[AblationResults]:
-    if not any(case.ablation for case in cases):
-        return
-    for shipped in cases:
-        if not shipped.ablation:
-            for case in cases:
-                if (case.family, case.point) == (shipped.family, shipped.point):
-                    yield _ablation_results(case, shipped)
+def _ablations(shipped: list[Case], cases: list[Case]) -> Iterator[AblationResults]:
+    for before in shipped:
+        for case in (case for case in cases if (case.family, case.point) == (before.family, before.point)):
+            yield AblationResults(
+                case=before.name,
+                ablation=case.ablation or SHIPPED,
+                cells=[cell_of(case.runs, **labels) for labels in case.main_cells],
+                longer=[_longer(case, before, labels) for labels in case.main_cells],
+                gains=[main_comparison(case, other, TIME, MEAN) for other in case.others],
+            )
 
 
-def _ablation_results(case: Case, shipped: Case) -> AblationResults:
-    ours = reference_of(case)
-    gains = [
-        compared(case.runs, ours, other, main_period(case, ours), main_period(case, other), TIME, MEAN)
-        for other in others_of(case)
-    ]
-    cells = [cell_of(labels["strategy"], labels["map_period_s"], case.runs) for labels in main_cells(case)]
-    longer = [_longer(case, shipped, labels) for labels in main_cells(case)]
-    return AblationResults(shipped.name, case.ablation or SHIPPED, cells, longer, gains)
-
-
-def _longer(case: Case, shipped: Case, labels: dict[str, Any]) -> Estimate:
-    changed, before = (each.runs.where(**labels).by_trial(TIME) for each in (case, shipped))
-    return improvement(MEAN, *paired(changed, before)).negated()
+def _longer(case: Case, before: Case, labels: Mapping[str, Any]) -> Estimate:
+    pairs = paired(case.runs.filter(**labels), before.runs.filter(**labels), TIME)
+    return improvement(MEAN, *samples(pairs)).negated()

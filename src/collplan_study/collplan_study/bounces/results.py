@@ -4,19 +4,33 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from collplan_study.analysis.cells import Cell, cell_of
-from collplan_study.analysis.comparisons import TIME
-from collplan_study.analysis.gains import Gain, WorldGain, gain_of, gains_by_world, mean_over_worlds, savings
-from collplan_study.analysis.groups import Group, groups_of
-from collplan_study.analysis.rebound_errors import ReboundErrors, rebound_errors_of
-from collplan_study.analysis.rows import Rows
-from collplan_study.analysis.statistics import LEVEL, MEAN, RESAMPLES, SEED, Estimate, level_of, paired, share_of
+import polars as pl
+
+from collplan_study.analysis.cells import TIME, Cell, cell_of
+from collplan_study.analysis.pairs import distinct, mean_over_worlds, paired, samples, savings
+from collplan_study.analysis.statistics import INTERVAL, MEAN, Estimate, level_of, share_of
+from collplan_study.bounces.gains import Gain, WorldGain, gain_of, gains_by_world
+from collplan_study.bounces.rebounds import ReboundErrors, rebound_errors_of
 from collplan_study.question.bounces import KNOWN_MAP
+from collplan_study.question.held_out import FAMILIES
 
 OURS, AGAINST = "bounce", "avoid"
 """The strategy judged, and the one it is compared with in the variants and world by world.
 
 Where one was not run, the first of the strategies takes its place."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Families of worlds that are compared together; `headline` where no other group includes them."""
+
+    name: str
+    families: tuple[str, ...]
+    headline: bool
+
+    def rows(self, all_rows: pl.DataFrame) -> pl.DataFrame:
+        """The rows of the group's worlds."""
+        return all_rows.filter(pl.col("family").is_in(self.families))
 
 
 @dataclass(frozen=True)
@@ -39,14 +53,7 @@ class GroupResults:
 
 @dataclass(frozen=True)
 class VariantResults:
-    """Results of a variant of the main comparison in a group of families.
-
-    Attributes:
-        group: the families.
-        ablation: name of the variant; empty for the main comparison.
-        cells: cells of the two strategies compared.
-        gain: gain of one over the other.
-    """
+    """Cells and gain of the two strategies compared, in a group, in a variant; its name is empty for the main one."""
 
     group: Group
     ablation: str
@@ -84,6 +91,11 @@ class BounceResults:
     known_map: list[KnownMapResults]
 
     @property
+    def headlines(self) -> list[GroupResults]:
+        """The groups that no other one includes."""
+        return [each for each in self.groups if each.group.headline]
+
+    @property
     def comparisons(self) -> int:
         """Number of savings of time that have an interval of their own."""
         return sum(len(each.gains) for each in self.groups) + sum(1 for each in self.variants if each.ablation)
@@ -93,7 +105,7 @@ class BounceResults:
         return {
             "results": "simulated",
             "saved": "100 (1 - t / t_other) [%] of each pair of equal world and seed, mean over the worlds' means",
-            "interval": {"level": LEVEL, "method": "bootstrap, BCa", "resamples": RESAMPLES, "seed": SEED},
+            "interval": INTERVAL,
             "resampled": "the worlds",
             "not_arrived": "counted with the time limit",
             "comparisons": self.comparisons,
@@ -101,7 +113,7 @@ class BounceResults:
         }
 
 
-def bounce_results_of(strategies: Sequence[str], runs: Rows, impacts: Rows) -> BounceResults:
+def bounce_results(strategies: Sequence[str], runs: pl.DataFrame, impacts: pl.DataFrame) -> BounceResults:
     """The results of a study of bounces, complete or not.
 
     Args:
@@ -110,15 +122,24 @@ def bounce_results_of(strategies: Sequence[str], runs: Rows, impacts: Rows) -> B
         impacts: rows of their impacts.
     """
     ours, against, others = strategies_compared(strategies)
-    main_runs, main_impacts = runs.where(ablation=""), impacts.where(ablation="")
-    ablations, groups = runs.distinct("ablation"), list(groups_of(main_runs))
+    main_runs, main_impacts = runs.filter(ablation=""), impacts.filter(ablation="")
+    ablations, groups = distinct(runs, "ablation"), list(groups_of(main_runs))
     variants = [name for name in ablations if name != KNOWN_MAP] if len(ablations) > 1 else []
     return BounceResults(
         ours=ours,
         against=against,
-        groups=[_group_results(group, main_runs, main_impacts, ours, against, others) for group in groups],
-        variants=[_variant_results(group, name, runs, ours, against) for name in variants for group in groups],
-        known_map=[_known_map_results(group, runs, ours, against) for group in groups if KNOWN_MAP in ablations],
+        groups=[
+            _group_results(group, group.rows(main_runs), group.rows(main_impacts), (ours, against), others)
+            for group in groups
+        ],
+        variants=[
+            _variant_results(group, name, group.rows(runs).filter(ablation=name), (ours, against))
+            for name in variants
+            for group in groups
+        ],
+        known_map=[
+            _known_map_results(group, group.rows(runs), (ours, against)) for group in groups if KNOWN_MAP in ablations
+        ],
     )
 
 
@@ -129,49 +150,53 @@ def strategies_compared(strategies: Sequence[str]) -> tuple[str, str, list[str]]
     return ours, AGAINST if AGAINST in others else others[0], others
 
 
+def groups_of(runs: pl.DataFrame) -> Iterator[Group]:
+    """The families of held_out.FAMILIES pooled, where there are several, then each family of the runs."""
+    families = distinct(runs, "family")
+    together = tuple(family for family in families if family in FAMILIES)
+    pooled = len(together) > 1
+    if pooled:
+        yield Group(f"{len(together)} families together", together, headline=True)
+    for family in families:
+        yield Group(family, (family,), headline=not (pooled and family in together))
+
+
 def _group_results(
-    group: Group, all_runs: Rows, all_impacts: Rows, ours: str, against: str, others: Sequence[str]
+    group: Group, runs: pl.DataFrame, impacts: pl.DataFrame, both: tuple[str, str], others: Sequence[str]
 ) -> GroupResults:
-    runs, impacts = group.rows(all_runs), group.rows(all_impacts)
-    cells = list(_cells(runs))
+    cells = _cells(runs)
     return GroupResults(
         group=group,
         cells=cells,
         rebounds=[rebound_errors_of(cell.strategy, impacts) for cell in cells],
-        gains=[gain_of(runs, ours, other) for other in others],
-        worlds=gains_by_world(runs.where(strategy=ours), runs.where(strategy=against)),
+        gains=[gain_of(runs, both[0], other) for other in others],
+        worlds=gains_by_world(*(runs.filter(strategy=strategy) for strategy in both)),
     )
 
 
-def _cells(runs: Rows) -> Iterator[Cell]:
-    for strategy in runs.distinct("strategy"):
-        (period,) = runs.where(strategy=strategy).distinct("map_period_s")
-        yield cell_of(strategy, period, runs)
+def _cells(runs: pl.DataFrame) -> list[Cell]:
+    """The cell of every strategy, each at its one T_map."""
+    cells = runs.select("strategy", "map_period_s").unique(maintain_order=True)
+    return [cell_of(runs, **labels) for labels in cells.iter_rows(named=True)]
 
 
-def _variant_results(group: Group, ablation: str, all_runs: Rows, ours: str, against: str) -> VariantResults:
-    runs = group.rows(all_runs).where(ablation=ablation)
-    cells = [cell for cell in _cells(runs) if cell.strategy in (ours, against)]
-    return VariantResults(group, ablation, cells, gain_of(runs, ours, against))
+def _variant_results(group: Group, ablation: str, runs: pl.DataFrame, both: tuple[str, str]) -> VariantResults:
+    cells = [cell for cell in _cells(runs) if cell.strategy in both]
+    return VariantResults(group, ablation, cells, gain_of(runs, *both))
 
 
-def _known_map_results(group: Group, all_runs: Rows, ours: str, against: str) -> KnownMapResults:
-    runs = group.rows(all_runs)
-    seen, known = runs.where(ablation=""), runs.where(ablation=KNOWN_MAP)
-    gains = [savings(each.where(strategy=ours), each.where(strategy=against), TIME) for each in (seen, known)]
-    reached, ceiling = paired(*gains)
+def _known_map_results(group: Group, runs: pl.DataFrame, both: tuple[str, str]) -> KnownMapResults:
+    (ours, against), (ours_knowing, against_knowing) = (
+        [runs.filter(ablation=name, strategy=each) for each in both] for name in ("", KNOWN_MAP)
+    )
+    reached, ceiling = samples(paired(savings(ours, against, TIME), savings(ours_knowing, against_knowing, TIME)))
     whole = level_of(MEAN, ceiling)
     above_zero = whole.low is not None and whole.low > 0.0
+    knowing = (savings(ours_knowing, ours, TIME), savings(against_knowing, against, TIME))
     return KnownMapResults(
         group=group,
-        saved_by_knowing={
-            name: _saved(known.where(strategy=name), seen.where(strategy=name)) for name in (ours, against)
-        },
+        saved_by_knowing=dict(zip(both, map(mean_over_worlds, knowing), strict=True)),
         reached=level_of(MEAN, reached),
         ceiling=whole,
         share=share_of(reached, ceiling) if above_zero else Estimate(None, note="no ceiling that is surely above zero"),
     )
-
-
-def _saved(ours: Rows, other: Rows) -> Estimate:
-    return mean_over_worlds(savings(ours, other, TIME))

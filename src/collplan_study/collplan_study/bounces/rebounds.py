@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from collplan_study.analysis.rows import Rows
+import polars as pl
 
 
 @dataclass(frozen=True)
@@ -13,7 +12,7 @@ class ReboundErrors:
 
     Attributes:
         strategy: its name.
-        impacts: number of impacts; speed_into: their mean speed into the wall [m/s].
+        impacts, speed_into: number of impacts, their mean speed into the wall [m/s].
         foreseen: number of impacts that the last plan before them foresaw; the errors below are of these.
         direction_error, direction_error_p90: angle between foreseen and true velocity after the impact [deg], median
             and 90th percentile.
@@ -33,27 +32,27 @@ class ReboundErrors:
     deliberate_direction_error: float | None
 
 
-def rebound_errors_of(strategy: str, impacts: Rows) -> ReboundErrors:
+def rebound_errors_of(strategy: str, impacts: pl.DataFrame) -> ReboundErrors:
     """The rebound errors of a strategy, from the rows of all impacts."""
-    found = impacts.where(strategy=strategy)
-    compared = found.masked(np.isfinite(found.columns["direction_error_rad"]))
-    deliberate = compared.where(deliberate=True)
-    directions, speeds = _degrees(compared), compared.columns["measured_speed"] - compared.columns["foreseen_speed"]
+    found = impacts.filter(strategy=strategy)
+    compared = found.filter(pl.col("direction_error_rad").is_finite())
+    deliberate = compared.filter(deliberate=True)
+    directions, speeds = _degrees(compared), (compared["measured_speed"] - compared["foreseen_speed"]).to_numpy()
     return ReboundErrors(
         strategy=strategy,
-        impacts=len(found),
-        speed_into=float(found.columns["speed_into"].mean()) if len(found) else None,
-        foreseen=len(compared),
+        impacts=found.height,
+        speed_into=float(found["speed_into"].to_numpy().mean()) if found.height else None,
+        foreseen=compared.height,
         direction_error=_percentile(directions, 50),
         direction_error_p90=_percentile(directions, 90),
         speed_error=_percentile(speeds, 50),
-        deliberate=len(deliberate),
+        deliberate=deliberate.height,
         deliberate_direction_error=_percentile(_degrees(deliberate), 50),
     )
 
 
-def _degrees(impacts: Rows) -> np.ndarray:
-    return np.degrees(impacts.columns["direction_error_rad"])
+def _degrees(impacts: pl.DataFrame) -> np.ndarray:
+    return np.degrees(impacts["direction_error_rad"].to_numpy())
 
 
 def _percentile(numbers: np.ndarray, percent: float) -> float | None:

@@ -1,6 +1,6 @@
-"""Figures of a study of bounces: time saved world by world, and in each variant."""
+"""The pictures of a study of bounces: time saved world by world and in each variant, and overlaid paths."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,16 +8,51 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from collplan_study.analysis.bounce_results import GroupResults, VariantResults
 from collplan_study.analysis.statistics import Estimate
-from collplan_study.report.bounce_tables import MAIN
-from collplan_study.report.figures import STYLE, add_caption, new_figure
+from collplan_study.bounces.results import BounceResults, GroupResults, VariantResults
+from collplan_study.bounces.tables import MAIN
+from collplan_study.report.content import Picture
+from collplan_study.report.figures import STYLE, add_caption, new_figure, saved_picture
+from collplan_study.report.maps import Map, draw_maps, maps_of
+from collplan_study.report.study_data import StudyData
+from collplan_study.tables.columns import axes_of
 
+LEAST_DRAWN = 2
+"""Worlds of each headline group whose paths are drawn because least is saved there; the one where most is follows."""
 OURS_COLOUR, WORLD_COLOUR, ZERO = "#0072b2", "#6b7785", "#b03a00"
 WIDEST = 40.0
 """Larger savings and losses are drawn at this value [%]: a run that never arrives would dwarf all others."""
 NARROWEST, OF_A_GROUP, FULL_WIDTH = 4.4, 1.1, 7.6
 """Least width of the figure of worlds, what each group adds to it, and the width of the page [inch]."""
+CAPTION = "{1} ({0}.png, .svg)"
+
+
+def bounce_pictures(data: StudyData, results: BounceResults) -> Iterator[Picture]:
+    """Draws the pictures of a study and saves them."""
+    both = (results.ours, results.against)
+    against = " against ".join(both)
+    if any(each.worlds for each in results.groups):
+        drawn, words = draw_worlds(results.groups, *both), f"Time saved world by world, {against}"
+        yield saved_picture(data.folder, "by-world", drawn, words, CAPTION)
+    headlines = [each for each in results.variants if each.group.headline]
+    if headlines:
+        drawn, words = draw_variants(headlines, *both), f"Time saved under each change, {against}"
+        yield saved_picture(data.folder, "changes", drawn, words, CAPTION)
+    for each in (each for each in results.headlines if each.worlds):
+        worlds = [gain.world for gain in each.worlds]
+        extremes = dict.fromkeys([*worlds[:LEAST_DRAWN], worlds[-1]])
+        drawn = draw_maps([_maps(data, world, both) for world in extremes])
+        words = f"{each.group.name}: where least is saved, and last where most is; circles: deliberate impacts"
+        yield saved_picture(data.folder, f"paths-{each.group.name}", drawn, words, CAPTION)
+
+
+def _maps(data: StudyData, world: str, both: tuple[str, str]) -> list[Map]:
+    (source,) = (source for source in data.sources if source.world.name == world)
+    runs = data.runs.filter(world=world, ablation="")
+    labels = runs.select("family", "ablation", *axes_of(runs.columns)).row(0, named=True)
+    firsts = (runs.filter(strategy=name).row(0, named=True) for name in both)
+    cells = [{key: row[key] for key in ("strategy", "map_period_s")} for row in firsts]
+    return maps_of(data, source, labels, cells, deliberate=True)
 
 
 @rc_context(STYLE)

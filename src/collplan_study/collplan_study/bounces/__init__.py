@@ -1,0 +1,1 @@
+"""The question of bounces: do deliberate ones pay?"""

@@ -1,0 +1,1 @@
+"""The paper's question: does harnessing collisions pay?"""
