@@ -19,8 +19,8 @@ from collplan_core.calibration.wall_impacts import SLOWEST
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate_rows
 from collplan_core.worlds import World
-from collplan_ros.runs.recorded_run import RecordedRun
-from collplan_ros.runs.robot_fit import RobotFit, fit_robot
+from collplan_ros.fit.fitting import RobotFit, fit_robot
+from collplan_ros.run.recorded_run import RecordedRun
 from omnipuck_sim.bumping_drive import DrivenPose, bumping_drive
 from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator

@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from collplan_ros.runs.record_reading import RECORD
+from collplan_ros.run.record_reading import RECORD
 
 PATIENCE = 100.0
 SLOWLY = ("--max-speed", "0.3", "--no-pictures")

@@ -9,7 +9,7 @@ from collplan_core.parameters import Settings
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.worlds import load_world
-from collplan_ros.runs.run_log import DetectedImpactRecord, ImpactRecord, PoseRow, RunLog
+from collplan_ros.run.run_log import DetectedImpactRecord, ImpactRecord, PoseRow, RunLog
 from omnipuck_sim import trial
 from omnipuck_sim.robot.impact import Impact
 

@@ -8,8 +8,8 @@ import pytest
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world, save_world
-from collplan_ros.recording.reading import attachment, description
-from collplan_ros.recording.recording_file import RecordingFile
+from collplan_ros.run.reader import attachment, description
+from collplan_ros.run.writer import RecordingFile
 from omnipuck_sim.trial import run_trial
 
 PACKAGES = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study")

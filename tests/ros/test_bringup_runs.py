@@ -26,8 +26,8 @@ from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.robots import ROBOTS, RobotKind
 from collplan_ros.messages import qos
-from collplan_ros.recording.completion import complete
-from collplan_ros.runs.recorded_run import read_run
+from collplan_ros.run.completion import complete
+from collplan_ros.run.recorded_run import read_run
 from fake_robot import FakeRobot, hall
 
 LATCHED = {"goal_status": GoalStatus, "robot/state": DiagnosticStatus, "/diagnostics": DiagnosticArray}

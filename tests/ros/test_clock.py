@@ -13,8 +13,9 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from collplan_core.loop.poses_clock import PosesClock
-from collplan_ros.messages.conversions import seconds_from_stamp, stamp_from_seconds
+from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, NEWEST
+from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.periodic import call_each_period
 from collplan_ros.nodes.controller_node import ControllerNode

@@ -22,9 +22,9 @@ from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_deviations import Deviations
 from collplan_core.state import State
 from collplan_ros.messages import conversions as c
-from collplan_ros.messages.cmd_vel import command_to_message, command_type, twist_of
+from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.messages.reading import scan_from_message
+from collplan_ros.messages.reading import scan_from_message, twist_of
 
 CONFIG = Path(__file__).parents[2] / "src/collplan_ros/collplan_ros/config"
 FEW = settings(derandomize=True, deadline=None, max_examples=30)

@@ -17,10 +17,10 @@ from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
-from collplan_ros.recording.graph_topics import GraphTopics, PollingNode
-from collplan_ros.recording.reading import messages, raw_messages
-from collplan_ros.recording.recorded_topics import recorded_topics
-from collplan_ros.recording.recording_file import RECORDING, RecordingFile
+from collplan_ros.run.graph_topics import GraphTopics, PollingNode
+from collplan_ros.run.reader import messages, raw_messages
+from collplan_ros.run.topics import recorded_topics
+from collplan_ros.run.writer import RECORDING, RecordingFile
 
 TOPICS = recorded_topics(Settings())
 SENT = {

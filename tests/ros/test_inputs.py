@@ -10,8 +10,8 @@ from std_msgs.msg import String
 from terminal import INFO, WARN, Terminal
 
 from collplan_core.scan import ScanError
-from collplan_ros.messages.conversions import MessageError
 from collplan_ros.messages.qos import EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
+from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.inputs import Inputs
 

@@ -13,13 +13,9 @@ from std_msgs.msg import String
 
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseSample
-from collplan_ros.messages.conversions import (
-    impact_contact_from_message,
-    pose_to_message,
-    seconds_from_stamp,
-    state_from_odometry,
-)
+from collplan_ros.messages.conversions import pose_to_message, state_from_odometry
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
+from collplan_ros.messages.reading import impact_contact_from_message, seconds_from_stamp
 from collplan_ros.nodes.mocap_node import MocapNode
 from node_health import NodeHealth
 

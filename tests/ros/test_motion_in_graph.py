@@ -12,8 +12,9 @@ from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
 from collplan_core.worlds import save_world
-from collplan_ros.messages.conversions import seconds_from_stamp, state_from_odometry
+from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import LATCHED, NEWEST, POSE_SUBSCRIBED, SENSOR_DATA
+from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode

@@ -14,7 +14,6 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates
 from collplan_ros.markers.rollout_markers import inferred_lines
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
-from collplan_ros.messages.conversions import MessageError, seconds_from_stamp
 from collplan_ros.messages.planner_clouds import (
     FREE_SPACE,
     FRONTIERS,
@@ -27,6 +26,7 @@ from collplan_ros.messages.planner_clouds import (
     seen_layers,
     seen_to_message,
 )
+from collplan_ros.messages.reading import MessageError, seconds_from_stamp
 from fake_robot import planned
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=30)

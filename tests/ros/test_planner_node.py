@@ -18,11 +18,11 @@ from visualization_msgs.msg import MarkerArray
 from collplan_core.parameters import Settings
 from collplan_core.planners import PAPER, ROLLOUTS
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
-from collplan_ros.messages.conversions import goal_to_message, impact_to_message, seconds_from_stamp
+from collplan_ros.messages.conversions import goal_to_message, impact_to_message
 from collplan_ros.messages.planner_clouds import FREE_SPACE
-from collplan_ros.messages.plans import contacts_from_message, validity_from_message
+from collplan_ros.messages.plans import validity_from_message
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
-from collplan_ros.messages.reading import plan_from_path
+from collplan_ros.messages.reading import contacts_from_message, plan_from_path, seconds_from_stamp
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import BUDGET_SHARE, PlannerNode, deadlines
 from fake_robot import FakeRobot, hall

@@ -11,17 +11,11 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
-from collplan_ros.messages.conversions import (
-    MessageError,
-    header,
-    pose_to_message,
-    state_from_odometry,
-    state_to_odometry,
-)
+from collplan_ros.messages.conversions import header, pose_to_message, state_from_odometry, state_to_odometry
 from collplan_ros.messages.plans import plan_to_path
 from collplan_ros.messages.raw_reading import path_from_bytes, plan_from_bytes, state_from_bytes
 from collplan_ros.messages.raw_writing import plan_to_bytes
-from collplan_ros.messages.reading import timed_plan
+from collplan_ros.messages.reading import MessageError, timed_plan
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=50)
 

@@ -10,8 +10,8 @@ import yaml
 
 from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import EVERY_ONE, EVERY_UNRELIABLE
-from collplan_ros.recording.recorded_topics import SPARSE, recorded_topics
-from collplan_ros.recording.schemas import schema_text, type_name
+from collplan_ros.run.schemas import schema_text, type_name
+from collplan_ros.run.topics import SPARSE, recorded_topics
 
 SOURCES = Path(__file__).parents[2] / "src"
 TOPICS = recorded_topics(Settings())

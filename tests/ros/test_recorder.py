@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
+from collplan_ros.run.record_file import RecordFile
+from collplan_ros.run.record_reading import RECORD, Record, read_record
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, PointStamped, PoseStamped, Twist, Vector3
 from hypothesis import given, settings
@@ -23,14 +25,12 @@ from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
-from collplan_ros.runs.impact_log import impacts_of
-from collplan_ros.runs.record_file import RecordFile
-from collplan_ros.runs.record_reading import RECORD, Record, read_record
-from collplan_ros.runs.recorder import Recorder
-from collplan_ros.runs.run_log import RunLog
-from collplan_ros.runs.send_times import SendTimes
-from collplan_ros.runs.summary import summarize
-from collplan_ros.runs.trajectory_file import write_trajectory
+from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.recorder import Recorder
+from collplan_ros.run.run_log import RunLog
+from collplan_ros.run.send_times import SendTimes
+from collplan_ros.run.summary import summarize
+from collplan_ros.run.trajectory_file import write_trajectory
 
 STAMP, WALL_CLOCK = 50.0, 1.7e9
 FIRST_MOVE, ARRIVAL = 0.5, 2.0

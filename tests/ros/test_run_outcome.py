@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
+from collplan_ros.run.record_file import RecordFile
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -20,10 +21,9 @@ from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.outcome import outcome_of
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.messages.conversions import state_to_odometry
-from collplan_ros.runs.record_file import RecordFile
-from collplan_ros.runs.recorder import GoalReport, Recorder
-from collplan_ros.runs.run_log import PoseRow
-from collplan_ros.runs.send_times import SendTimes
+from collplan_ros.run.recorder import GoalReport, Recorder
+from collplan_ros.run.run_log import PoseRow
+from collplan_ros.run.send_times import SendTimes
 
 STAMP, SENT = 100.0, 1.7e9
 LIMITS = Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05)

@@ -10,7 +10,8 @@ from telemetry_example import TELEMETRY
 
 from collplan_core.parameters import Settings
 from collplan_core.state import State
-from collplan_ros.messages.conversions import impact_contact_from_message, state_to_odometry
+from collplan_ros.messages.conversions import state_to_odometry
+from collplan_ros.messages.reading import impact_contact_from_message
 from omnipuck_driver.sensed_impacts import SensedImpacts
 
 USED = Settings().with_values({"limits.pose_history": 0.5})

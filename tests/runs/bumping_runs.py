@@ -11,7 +11,7 @@ from collplan_ros.bringup.preparation import Preparation, write_used_parameters
 from collplan_ros.bringup.results import write_results
 from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.runs.run_log import ImpactRecord, PoseRow, RunLog, SentCommand
+from collplan_ros.run.run_log import ImpactRecord, PoseRow, RunLog, SentCommand
 from omnipuck_sim.bumping_drive import SPEEDS, bumping_drive
 
 ROOM = "bounds: [0, 0, 3.0, 0.9]\nwalled: true\nstart: [0.4, 0.4]\n"

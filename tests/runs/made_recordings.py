@@ -11,8 +11,8 @@ from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__PointStamped a
 from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__Header as Header
 from rosbags.typesys.stores.ros2_jazzy import std_msgs__msg__String as String
 
-from collplan_ros.recording.description import RUN
-from collplan_ros.recording.recording_file import RecordingFile
+from collplan_ros.run.description import RUN
+from collplan_ros.run.writer import RecordingFile
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 EPOCH = 1_700_000_000_000_000_000

@@ -5,15 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from collplan_ros.run.record_file import RecordFile
+from collplan_ros.run.record_reading import Told
 
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan
-from collplan_ros.runs.record_file import RecordFile
-from collplan_ros.runs.record_reading import Told
-from collplan_ros.runs.run_log import (
+from collplan_ros.run.run_log import (
     DetectedImpactRecord,
     ImpactRecord,
     PlanRow,

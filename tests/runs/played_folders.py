@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import yaml
+from collplan_ros.run.record_reading import RECORD, Told
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
-from collplan_ros.runs.record_reading import RECORD, Told
-from collplan_ros.runs.run_log import RunLog
+from collplan_ros.run.run_log import RunLog
 from made_runs import bouncing_run, write_record
 
 ROOM = {

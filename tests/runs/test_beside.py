@@ -1,7 +1,7 @@
 """The program beside: each run is whole on the page, and what cannot be put there is refused."""
 
-from collplan_ros.view.player import write_run_page
-from collplan_ros.view.player.beside import main
+from collplan_ros.run.page import write_run_page
+from collplan_ros.run.page.beside import main
 from played_folders import played_folder, recording_in, recordings_in
 
 WRITTEN, REFUSED = 0, 2

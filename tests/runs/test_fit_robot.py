@@ -9,8 +9,8 @@ import pytest
 from bumping_runs import bumping_run
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
-from collplan_ros.runs.fit_robot import main
-from collplan_ros.runs.impact_log import COLUMNS
+from collplan_ros.fit.fit_robot import main
+from collplan_ros.run.impacts import COLUMNS
 
 WRITTEN, REFUSED = 0, 2
 TRUTH = {

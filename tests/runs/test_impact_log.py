@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_core.plan import Contacts
-from collplan_ros.runs.impact_log import impacts_of, nearest_surface
-from collplan_ros.runs.run_log import ImpactRecord, RunLog
+from collplan_ros.run.impacts import impacts_of, nearest_surface
+from collplan_ros.run.run_log import ImpactRecord, RunLog
 from made_runs import EPOCH, HIT_AT, SPEED, WALL, WINDOW, bouncing_run, detected_only, room
 
 

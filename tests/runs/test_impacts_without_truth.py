@@ -6,7 +6,7 @@ from logged_trials import logged_trial, logged_trial_and_hits, pairs_of, without
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
-from collplan_ros.runs.impact_log import impacts_of
+from collplan_ros.run.impacts import impacts_of
 
 SETTINGS = Settings().with_values({"planner.strategy": "bounce"})
 WINDOW = SETTINGS.mocap.velocity_window

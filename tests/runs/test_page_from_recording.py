@@ -7,17 +7,17 @@ import pytest
 
 pytest.importorskip("rclpy")
 
+from collplan_ros.run.record_reading import RECORD
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.serialization import serialize_message
 
 from collplan_core.plan import Candidates
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
-from collplan_ros.recording.description import RUN
-from collplan_ros.recording.recording_file import RECORDING, RecordingFile
-from collplan_ros.recording.schemas import schema_text, type_name
-from collplan_ros.runs.record_reading import RECORD
-from collplan_ros.view.player import write_run_page
-from collplan_ros.view.player.run_frames import PERIOD
+from collplan_ros.run.description import RUN
+from collplan_ros.run.page import write_run_page
+from collplan_ros.run.page.run_frames import PERIOD
+from collplan_ros.run.schemas import schema_text, type_name
+from collplan_ros.run.writer import RECORDING, RecordingFile
 from made_runs import AHEAD, EPOCH
 from played_folders import newest, played_folder, recording_in
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from collplan_ros.run.record_reading import RECORD, read_record
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,17 +17,15 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
 from collplan_core.worlds.file import world_text
-from collplan_ros.recording.description import WORLD, YAML
-from collplan_ros.recording.recording_file import RECORDING, RecordingFile
-from collplan_ros.runs.impact_log import impacts_of
-from collplan_ros.runs.record_file import RecordError, RecordFile
-from collplan_ros.runs.record_reading import RECORD, read_record
-from collplan_ros.runs.recorded_run import read_run, settings_and_world
-from collplan_ros.runs.run_error import RunError
-from collplan_ros.runs.run_times import RunTimes, continued
-from collplan_ros.runs.send_times import SendTimes
-from collplan_ros.runs.whole_file import replacing
-from collplan_ros.view.player.played_run import read_played_run
+from collplan_ros.run.description import WORLD, YAML
+from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.page.played_run import read_played_run
+from collplan_ros.run.recorded_run import read_run, settings_and_world
+from collplan_ros.run.run_error import RecordError, RecordFile, RunError
+from collplan_ros.run.run_times import RunTimes, continued
+from collplan_ros.run.send_times import SendTimes
+from collplan_ros.run.whole_file import replacing
+from collplan_ros.run.writer import RECORDING, RecordingFile
 from made_runs import AHEAD, EPOCH, GOAL, WINDOW, bouncing_run, room, write_record
 
 HOUR = 3600.0

@@ -5,6 +5,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from collplan_ros.run.record_reading import RECORD
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
@@ -12,15 +13,14 @@ from rosbags.highlevel import AnyReader
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_core.worlds import save_world
-from collplan_ros.recording.completion import KILLED, complete, complete_newest
-from collplan_ros.recording.reading import attachment, raw_messages
-from collplan_ros.recording.recording_file import LIBRARY, RECORDING
 from collplan_ros.replay.main import main
-from collplan_ros.runs.folder_lock import FolderLock
-from collplan_ros.runs.record_reading import RECORD
-from collplan_ros.runs.recorded_run import read_run
-from collplan_ros.runs.result_files import SUMMARY
-from collplan_ros.runs.run_error import RunError
+from collplan_ros.run.completion import KILLED, complete, complete_newest
+from collplan_ros.run.folder_lock import FolderLock
+from collplan_ros.run.reader import attachment, raw_messages
+from collplan_ros.run.recorded_run import read_run
+from collplan_ros.run.result_files import SUMMARY
+from collplan_ros.run.run_error import RunError
+from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_recordings import TOPICS, MadeRecording, String, point
 from made_runs import bouncing_run, room, write_record
 

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
-from collplan_ros.recording.reading import attachment, description, messages, raw_messages
-from collplan_ros.recording.recording_file import RECORDING, RecordingFile
-from collplan_ros.runs.record_file import RecordError
-from collplan_ros.runs.run_error import RunError
+from collplan_ros.run.reader import attachment, description, messages, raw_messages
+from collplan_ros.run.run_error import RecordError, RunError
+from collplan_ros.run.writer import RECORDING, RecordingFile
 from made_recordings import EPOCH, POINT, TOPICS, MadeRecording, point, sent
 
 

@@ -8,8 +8,8 @@ import pytest
 from collplan_core.parameters import Settings
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.worlds import load_world
-from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.replay.main import main
+from collplan_ros.run.writer import RECORDING
 from made_recordings import MadeRecording, String
 from omnipuck_sim.trial import run_trial
 

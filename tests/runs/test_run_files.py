@@ -14,11 +14,11 @@ from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.results import draw_picture, write_results
 from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.runs.folder_lock import FolderLock
-from collplan_ros.runs.impact_log import impacts_of
-from collplan_ros.runs.run_log import PoseRow, RunLog, SentCommand, SentManeuver, SentReference
-from collplan_ros.runs.summary import summarize
-from collplan_ros.runs.trajectory_file import COLUMNS, write_trajectory
+from collplan_ros.run.folder_lock import FolderLock
+from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentManeuver, SentReference
+from collplan_ros.run.summary import summarize
+from collplan_ros.run.trajectory_file import COLUMNS, write_trajectory
 from made_runs import EPOCH, GOAL, HIT_AT, RADIUS, SPEED, WINDOW, bouncing_run, detected_only, room
 
 PREPARED = Preparation(ROBOTS["sim"], "local", Settings(), room(), GOAL, {})
@@ -54,13 +54,13 @@ def test_what_fails_costs_only_what_comes_after_it(tmp_path, monkeypatch):
     def fail(*_):
         raise ValueError("no font")
 
-    monkeypatch.setattr("collplan_ros.pictures.trajectory_png.draw_trajectory", fail)
+    monkeypatch.setattr("collplan_ros.run.picture.trajectory_png.draw_trajectory", fail)
     folder = RunFolder(tmp_path)
     results = write_results(folder, bouncing_run(), PREPARED, "reached", Options())
     assert "no font" in draw_picture(folder, results, PREPARED)
     left = ["impacts.csv", "log", "summary.json", "trajectory.csv"]
     assert sorted(entry.name for entry in folder.path.iterdir()) == left
-    monkeypatch.setattr("collplan_ros.runs.result_files.impacts_of", fail)
+    monkeypatch.setattr("collplan_ros.run.result_files.impacts_of", fail)
     folder = RunFolder(tmp_path)
     with pytest.raises(ValueError, match="font"):
         write_results(folder, bouncing_run(), PREPARED, "reached", Options())

@@ -6,16 +6,16 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from collplan_ros.run.record_reading import RECORD
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.replay.main import main
-from collplan_ros.runs.record_reading import RECORD
-from collplan_ros.runs.run_error import RunError
-from collplan_ros.runs.run_log import PoseRow, RunLog
-from collplan_ros.view.player import write_run_page
-from collplan_ros.view.player.run_frames import LATEST, Event, frames_of, thinned
+from collplan_ros.run.page import write_run_page
+from collplan_ros.run.page.run_frames import LATEST, Event, frames_of, thinned
+from collplan_ros.run.run_error import RunError
+from collplan_ros.run.run_log import PoseRow, RunLog
+from collplan_ros.run.writer import RECORDING
 from made_runs import EPOCH, HIT_AT, THOUGHT, WALL, bouncing_run
 from played_folders import newest, played_folder, poses_in, recording_in
 

@@ -12,8 +12,8 @@ from bringup_process import NODES, SLOWLY, Run, nodes_of, wait_for
 
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.warm_up import warm_up
-from collplan_ros.recording.reading import description, raw_messages
-from collplan_ros.recording.recording_file import RECORDING, RecordingFile
+from collplan_ros.run.reader import description, raw_messages
+from collplan_ros.run.writer import RECORDING, RecordingFile
 
 QUESTION = {"world", "strategy", "seed", "simulated", "repeat", "assumed"}
 FIGURES = {"reached", "outcome", "arrival_time_s", "path_length_m", "path_length_source", "impacts"}

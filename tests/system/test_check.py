@@ -52,7 +52,7 @@ from collplan_ros.bringup.open_loop import OpenLoop
 from collplan_ros.bringup.paced_commands import PacedCommands
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
-from collplan_ros.runs.run_log import PoseRow
+from collplan_ros.run.run_log import PoseRow
 
 
 @pytest.fixture

@@ -18,8 +18,8 @@ WITH_ROS_IN_SIM = {
     *(f"omnipuck_sim.node.{name}" for name in ("graph_pace", "mocap_room", "simulator_node")),
     "omnipuck_sim.emulator.firmware_emulator",
 }
-WITH_ROS_IN_RUNS = {"collplan_ros.runs.recorder"}
-WITH_ROS_IN_RUNS |= {f"collplan_ros.recording.{name}" for name in ("graph_topics", "recorded_topics")}
+WITH_ROS_IN_RUNS = {"collplan_ros.run.recorder"}
+WITH_ROS_IN_RUNS |= {f"collplan_ros.run.{name}" for name in ("graph_topics", "recorded_topics")}
 READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("runs", "pictures", "recording", "replay", "view"))
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"yaml": "python3-yaml"}

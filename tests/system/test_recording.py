@@ -5,6 +5,7 @@ import io
 
 import numpy as np
 import pytest
+from collplan_ros.run.record_reading import RECORD, read_record
 from rosbags.highlevel import AnyReader
 
 from collplan_core.parameters.file import read_parameters
@@ -14,10 +15,9 @@ from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.results import write_results
-from collplan_ros.recording.reading import attachment, description, messages, raw_messages
-from collplan_ros.recording.recorded_topics import recorded_topics
-from collplan_ros.recording.recording_file import RECORDING
-from collplan_ros.runs.record_reading import RECORD, read_record
+from collplan_ros.run.reader import attachment, description, messages, raw_messages
+from collplan_ros.run.topics import recorded_topics
+from collplan_ros.run.writer import RECORDING
 
 ALWAYS = {
     "/mocap/pose", "/mocap/odom", "/scan", "/goal_pose", "/goal_status", "/plan", "/planner/valid_until",

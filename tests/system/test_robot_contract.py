@@ -22,8 +22,8 @@ from serial_robot import HALL, let_move, twist
 from std_srvs.srv import Trigger
 
 from collplan_core.parameters import Settings
-from collplan_ros.messages.conversions import seconds_from_stamp
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED
+from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.turn import Turn

@@ -13,18 +13,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bringup_process import SLOWLY, Run, nodes_of, wait_for
+from collplan_ros.run.record_reading import RECORD, read_record
 
 from collplan_core.warm_up import warm_up
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.recording.completion import KILLED, complete
-from collplan_ros.recording.reading import raw_messages
-from collplan_ros.recording.recording_file import RECORDING
-from collplan_ros.runs.record_reading import RECORD, read_record
-from collplan_ros.runs.recorded_run import read_run
-from collplan_ros.runs.run_error import RunError
-from collplan_ros.runs.run_log import RunLog
+from collplan_ros.run.completion import KILLED, complete
+from collplan_ros.run.reader import raw_messages
+from collplan_ros.run.recorded_run import read_run
+from collplan_ros.run.run_error import RunError
+from collplan_ros.run.run_log import RunLog
+from collplan_ros.run.writer import RECORDING
 
 AT_REST = 0.03
 """[m/s]"""

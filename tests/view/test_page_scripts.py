@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from collplan_ros.view.player.one_file import SCRIPTS, one_script
+from collplan_ros.run.page.one_file import SCRIPTS, one_script
 
 NODE = shutil.which("node")
 pytestmark = pytest.mark.skipif(NODE is None, reason="no Node here")

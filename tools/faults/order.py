@@ -11,13 +11,13 @@ from pathlib import Path
 from random import Random
 
 from bringup_process import Run, nodes_of, wait_for
+from collplan_ros.run.record_reading import RECORD, read_record
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.messages.qos import EVENT
-from collplan_ros.runs.record_reading import RECORD, read_record
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph
 from faults.runs import in_folder, nothing

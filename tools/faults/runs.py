@@ -10,6 +10,7 @@ from pathlib import Path
 from random import Random
 
 from bringup_process import Run, nodes_of, wait_for
+from collplan_ros.run.record_reading import RECORD, read_record
 
 from collplan_core.evaluation.run_end import STUCK, TIMEOUT
 from collplan_core.parameters import Settings
@@ -17,10 +18,9 @@ from collplan_ros.bringup.failures import RECORD_LOST
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.recording.completion import complete
-from collplan_ros.recording.reading import raw_messages
-from collplan_ros.recording.recording_file import RECORDING
-from collplan_ros.runs.record_reading import RECORD, read_record
+from collplan_ros.run.completion import complete
+from collplan_ros.run.reader import raw_messages
+from collplan_ros.run.writer import RECORDING
 from faults.bench import Bench
 from faults.fault import Fault, Measured
 from faults.live_graph import ENDS, HALL
@@ -37,8 +37,8 @@ import resource, sys
 from pathlib import Path
 from threading import Timer
 from collplan_ros.bringup.main import main
-from collplan_ros.recording.recording_file import RECORDING
-from collplan_ros.runs.recorder import Recorder
+from collplan_ros.run.writer import RECORDING
+from collplan_ros.run.recorder import Recorder
 
 begin = Recorder.begin
 

@@ -82,7 +82,7 @@ def check(options: Options, progress: Progress) -> int:
     folder = RunFolder(options.out)
     write_used_parameters(folder.parameters, preparation.settings)
     try:
-        with Graph(preparation, folder, progress, commands=True) as graph:
+        with Graph(preparation, folder, progress, recording=False, commands=True) as graph:
             if options.scan == REAL and not options.world:
                 progress.say("without --world the place of the LIDAR is not looked for")
             lidar = LidarScans(graph, preparation) if options.scan == REAL and options.world else None

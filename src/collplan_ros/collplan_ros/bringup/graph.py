@@ -4,11 +4,10 @@ import math
 import os
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import partial
 from threading import Lock
-from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -35,13 +34,13 @@ from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import ERROR
 from collplan_ros.node_kit.events_executor import events_executor
 from collplan_ros.node_kit.node_names import full_name
-from collplan_ros.recording.description import describe_run
-from collplan_ros.recording.graph_topics import GraphTopics, PollingNode
-from collplan_ros.recording.recorded_topics import recorded_topics
-from collplan_ros.recording.recording_file import RecordingFile
-from collplan_ros.runs.record_file import RecordFile
-from collplan_ros.runs.recorder import Recorder
-from collplan_ros.runs.run_log import PoseRow
+from collplan_ros.run.description import describe_run
+from collplan_ros.run.graph_topics import GraphTopics, PollingNode
+from collplan_ros.run.recorder import Recorder
+from collplan_ros.run.run_log import PoseRow
+from collplan_ros.run.send_times import SendTimes
+from collplan_ros.run.topics import recorded_topics
+from collplan_ros.run.writer import RecordingFile
 
 NAME = "bringup"
 COMMANDER, PLANNER = "controller_node", "planner_node"
@@ -91,6 +90,10 @@ LONGEST_STEP = 0.1
 """What a step counts at most as time without poses [s]: one that takes longer was stalled by the machine."""
 
 
+def _nowhere(name: str, values: Mapping[str, str]) -> None:
+    """Marks no place, where nothing is recorded."""
+
+
 class Graph:
     """A context manager: entering starts every node, leaving stops them.
 
@@ -106,7 +109,7 @@ class Graph:
         preparation: Preparation,
         folder: RunFolder,
         progress: Progress,
-        recording: bool = False,
+        recording: bool = True,
         commands: bool = False,
     ) -> None:
         """Prepares the graph; no process is started before entering.
@@ -129,7 +132,6 @@ class Graph:
         self._robot_knows_planner = self._ready = False
         self.robot_waits = ""
         """Reason for which the robot stands, and how to release it; empty while it is free or has not reported yet."""
-        self._record = RecordFile(folder.record)
         self._is_recorded = recording
         self._recording: RecordingFile | None = None
         self._may_be_more = False
@@ -175,14 +177,13 @@ class Graph:
             Interrupted: a signal came.
             NodeDied: a node has ended.
             GraphError: another node commands the robot too.
-            RecordError: the record of the run cannot be written.
+            RecordError: the recording cannot be written.
         """
         self._stop_request.check()
         for process in list(self._processes):
             self._check(process)
         self._refuse_other_commanders()
         self._take_what_came()
-        self._record.flush_when_due()
         if self._recording is not None:
             self._recording.flush_when_due()
 
@@ -356,11 +357,13 @@ class Graph:
         self.local_clock = local_clock(self.node)
         self.local_time = partial(seconds, self.local_clock)
         """The local clock [s]; the simulation's where the graph goes by that."""
+        times = SendTimes()
         if self._is_recorded:
-            self._recording = self._begun_recording(stack)
+            self._recording = self._begun_recording(stack, times.ahead_at_first)
         known = recorded_topics(settings, real_scans=LIDAR not in self._preparation.programs)
-        topics = self._topics = GraphTopics(self.node, known, self._recording)
-        self.recorder = Recorder(topics, settings, self._record, namespace=self._preparation.namespace)
+        topics = self._topics = GraphTopics(self.node, known, times, self._recording)
+        mark = self._recording.describe if self._recording else _nowhere
+        self.recorder = Recorder(topics, settings, mark, times, self._preparation.namespace)
         self._cancel = self.node.create_client(Trigger, "cancel")
         self._goals = self.node.create_publisher(PoseStamped, "goal_pose", EVENT)
         topics.listen("robot/state", self._take_robot_state)
@@ -368,15 +371,17 @@ class Graph:
         self._executor.add_node(self.node)
         stack.callback(self._executor.shutdown)
 
-    def _begun_recording(self, stack: ExitStack) -> RecordingFile:
+    def _begun_recording(self, stack: ExitStack, clock_ahead: int) -> RecordingFile:
         preparation, folder = self._preparation, self._folder
         recording = RecordingFile(folder.recording)
         stack.callback(recording.finish)
         goal, simulated = preparation.goal.tolist(), preparation.robot.simulated
-        describe_run(recording, folder.parameters, preparation.world, goal, simulated, preparation.namespace)
+        describe_run(
+            recording, folder.parameters, preparation.world, goal, simulated, preparation.namespace, clock_ahead
+        )
         return recording
 
-    def _take_robot_state(self, message: DiagnosticStatus, _: dict[str, Any]) -> None:
+    def _take_robot_state(self, message: DiagnosticStatus, _: float) -> None:
         self.robot_waits = message.message
         # a goal is new to the robot, and lets it move, only after it has heard of the planner
         self._robot_knows_planner = ("knows_planner", "yes") in [(item.key, item.value) for item in message.values]
@@ -418,7 +423,6 @@ class Graph:
         self._take_until(lambda: self._speed <= REST_SPEED, REST_PATIENCE)
         self.recorder.finish()
         self._take_until(lambda: self.recorder.is_complete, WHOLE_PATIENCE)
-        self._record.flush()
         if self._recording is not None:
             self._recording.flush()
 

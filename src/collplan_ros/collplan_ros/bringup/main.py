@@ -35,11 +35,10 @@ from collplan_ros.bringup.results import draw_picture, make_page, write_results
 from collplan_ros.bringup.robots import VIEWER
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.signals import StopRequest
-from collplan_ros.recording.completion import complete_newest
-from collplan_ros.runs.record_file import RecordError
-from collplan_ros.runs.record_reading import read_record
-from collplan_ros.runs.run_log import RunLog
-from collplan_ros.runs.summary import counted_impacts
+from collplan_ros.run.completion import complete_newest
+from collplan_ros.run.recorded_run import read_run
+from collplan_ros.run.run_error import RecordError, RunError
+from collplan_ros.run.summary import counted_impacts
 
 MONITORED = (TIMEOUT, STUCK)
 """Outcomes that no node tells."""
@@ -90,7 +89,7 @@ class Bringup:
         self.preparation = prepare(options)
         self.folder = RunFolder(options.out)
         write_used_parameters(self.folder.parameters, self.preparation.settings)
-        self.graph = Graph(self.preparation, self.folder, self.progress, options.recording)
+        self.graph = Graph(self.preparation, self.folder, self.progress)
         self._why = ""
 
     def __enter__(self) -> "Bringup":
@@ -115,10 +114,6 @@ class Bringup:
             self.progress.say(str(lost))
             raise
 
-    def read_log(self, pictured: bool = True) -> RunLog:
-        """The log of what is on disk of the run; without plans and scans where it is not `pictured`."""
-        return read_record(self.folder.record, pictured).log
-
     def drive(self, goal: np.ndarray | None = None) -> str:
         """Gives the goal (2,) [m], the prepared one by default, and monitors the run.
 
@@ -127,7 +122,7 @@ class Bringup:
         """
         target = self.preparation.goal if goal is None else goal
         graph = self.graph
-        graph.recorder.begin(self.preparation.robot.simulated, target)
+        graph.recorder.begin(self.preparation.robot.simulated)
         graph.give_goal(target)
         monitor = RunMonitor(self.preparation.settings.trial, graph.pose.stamp)
         while (outcome := outcome_of(graph.recorder.goal, graph.pose, monitor)) is None or self._is_outdated(outcome):
@@ -226,15 +221,15 @@ def _whole_run(bringup: Bringup, options: Options) -> RunResult:
     say("writing the results ...")
     try:
         with StopRequest().listening():  # another Ctrl-C does not cost what is written now
-            log = bringup.read_log(options.pictures)
-            results = write_results(folder, log, preparation, outcome, options, message)
-    except (RecordError, OSError) as error:
-        say(f"{error}; what was recorded until then is in {folder.record}")
+            recorded = read_run(folder.path, options.pictures)
+            results = write_results(recorded, preparation, outcome, options, message)
+    except (RecordError, RunError, OSError) as error:
+        say(f"{error}; what was recorded until then is in {folder.recording}")
         return RunResult(outcome, RECORD_LOST, message or str(error), folder.path, {})
     result = RunResult(outcome, exit_code, message, folder.path, results.summary)
     if options.pictures:
         try:
-            for missing in filter(None, (draw_picture(folder, results, preparation), make_page(folder, results))):
+            for missing in filter(None, (draw_picture(recorded, results, preparation), make_page(recorded))):
                 say(missing)
         except KeyboardInterrupt:
             say(_conclusion(result))

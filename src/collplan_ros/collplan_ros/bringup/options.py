@@ -34,7 +34,6 @@ class Options:
         network: local or subnet; None is the robot's own, where it has one.
         max_speed: robot.max_speed [m/s].
         pictures: whether trajectory.png and run.html are made.
-        recording: whether every topic is recorded in run.mcap.
         scan: sim or real, whose scans the robot drives by: those of lidar_node, or of a LIDAR that somebody else runs.
         check: whether the robot and its motion capture are checked instead of a run.
         yes: whether the check may move the robot without asking.
@@ -56,7 +55,6 @@ class Options:
     network: str | None = None
     max_speed: float | None = None
     pictures: bool = True
-    recording: bool = True
     scan: str = SIM
     check: bool = False
     yes: bool = False
@@ -129,9 +127,9 @@ examples:
       before the first run of a robot
 
 Each run leaves a folder: run.html, which plays it in a browser, trajectory.png and .csv, impacts.csv, summary.json,
-parameters.yaml, the output of each node in log/, and record.jsonl and run.mcap, written while it goes on; run.mcap
-holds every topic. What a bringup that was killed has left of them the next one completes. The command line that
-repeats the run is said at its end, and in summary.json.
+parameters.yaml, the output of each node in log/, and run.mcap, which holds every topic and is written during the run.
+What a bringup that was killed has left the next one completes. The command line that repeats the run is printed at its
+end, and is in summary.json.
 ROS_DOMAIN_ID is left as it is set; several robots fit in a domain, each with a --namespace of its own.
 """
 
@@ -179,7 +177,6 @@ def _parser() -> argparse.ArgumentParser:
         help="of all nodes and topics, as robot1: one for each robot of a domain (default none)",
     )
     add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png and run.html")
-    add("--no-recording", dest="recording", action="store_false", help="leave out run.mcap")
     add(
         "--scan",
         choices=(SIM, REAL),

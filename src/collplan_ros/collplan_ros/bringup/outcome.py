@@ -6,8 +6,8 @@ from action_msgs.msg import GoalStatus
 from collplan_core.evaluation import run_end
 from collplan_core.evaluation.run_end import RunMonitor
 from collplan_ros.messages.goal_status import NUMBERS
-from collplan_ros.runs.recorder import GoalReport
-from collplan_ros.runs.run_log import PoseRow
+from collplan_ros.run.recorder import GoalReport
+from collplan_ros.run.run_log import PoseRow
 
 OUTCOMES = {NUMBERS[status]: outcome for status, outcome in run_end.OUTCOMES.items()}
 """Outcome of a run by the final status of its goal, one of GoalStatus.STATUS_*."""

@@ -7,17 +7,18 @@ import numpy as np
 from collplan_core.worlds import UNKNOWN, World
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.runs.result_files import Results, write_result_files
-from collplan_ros.runs.run_log import RunLog
-from collplan_ros.runs.whole_file import replacing
+from collplan_ros.run.description import PARAMETERS
+from collplan_ros.run.recorded_run import RecordedRun
+from collplan_ros.run.result_files import PICTURE, Results, write_result_files
+from collplan_ros.run.run_log import RunLog
+from collplan_ros.run.whole_file import replacing
 
 BESIDE = 0.8
 """Shown of an unknown world beside the robot's way [m]."""
 
 
 def write_results(
-    folder: RunFolder, log: RunLog, preparation: Preparation, outcome: str, options: Options, reason: str = ""
+    run: RecordedRun, preparation: Preparation, outcome: str, options: Options, reason: str = ""
 ) -> Results:
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
 
@@ -27,24 +28,21 @@ def write_results(
         RecordError: a file cannot be written.
     """
     settings, world, goal = preparation.settings, preparation.world, preparation.goal
-    said = {"reason": reason, "repeat": options.repeat(goal, folder.parameters)}
-    simulated = preparation.robot.simulated
-    return write_result_files(folder.path, log, world, goal, settings, outcome, simulated, said)
+    said = {"reason": reason, "repeat": options.repeat(goal, run.folder / PARAMETERS)}
+    return write_result_files(run.folder, run.log, world, goal, settings, outcome, said)
 
 
-def draw_picture(folder: RunFolder, results: Results, preparation: Preparation) -> str:
-    """Draws trajectory.png of a run with poses; returns why there is none, or ""."""
-    if not results.log.poses:
-        return ""
+def draw_picture(run: RecordedRun, results: Results, preparation: Preparation) -> str:
+    """Draws trajectory.png of a run; returns why there is none, or ""."""
     # imported late: slow to load
-    from collplan_ros.pictures.title import run_end, run_title
-    from collplan_ros.pictures.trajectory_png import draw_trajectory
+    from collplan_ros.run.picture.title import run_end, run_title
+    from collplan_ros.run.picture.trajectory_png import draw_trajectory
 
-    log, goal, settings = results.log, preparation.goal, preparation.settings
+    log, goal, settings = run.log, preparation.goal, preparation.settings
     world = _drawn(preparation.world, log, goal)
     title = run_title(world, settings, preparation.robot.simulated)
     try:
-        with replacing(folder.picture) as path:
+        with replacing(run.folder / PICTURE) as path:
             draw_trajectory(path, log, results.impacts, world, goal, settings, f"{title}\n{run_end(results.summary)}")
     except Exception as error:  # whatever a drawing library finds: the run is over, and its figures are written
         return f"trajectory.png not drawn: {type(error).__name__}: {error}"
@@ -60,15 +58,13 @@ def _drawn(world: World, log: RunLog, goal: np.ndarray) -> World:
     return replace(world, bounds=(*low, *high))
 
 
-def make_page(folder: RunFolder, results: Results) -> str:
-    """Writes run.html of a run with poses; returns why there is none, or ""."""
-    if not results.log.poses:
-        return ""
+def make_page(run: RecordedRun) -> str:
+    """Writes run.html of a run; returns why there is none, or ""."""
     # imported late: slow to load
-    from collplan_ros.view.player import write_run_page
+    from collplan_ros.run.page import write_run_page
 
     try:
-        write_run_page(folder.path)
+        write_run_page(run)
     except Exception as error:  # whatever it is: the run is over, and its figures are written
         return f"run.html not written: {type(error).__name__}: {error}"
     return ""

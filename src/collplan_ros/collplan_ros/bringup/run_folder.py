@@ -9,10 +9,10 @@ from itertools import count
 from pathlib import Path
 
 from collplan_ros.bringup.failures import StartError
-from collplan_ros.recording.recording_file import RECORDING
-from collplan_ros.runs.folder_lock import FolderLock
-from collplan_ros.runs.record_reading import RECORD
-from collplan_ros.runs.result_files import IMPACTS, SUMMARY, TRAJECTORY
+from collplan_ros.run.description import PARAMETERS
+from collplan_ros.run.folder_lock import FolderLock
+from collplan_ros.run.result_files import IMPACTS, PICTURE, SUMMARY, TRAJECTORY
+from collplan_ros.run.writer import RECORDING
 
 
 class RunFolder:
@@ -64,17 +64,12 @@ class RunFolder:
     @property
     def parameters(self) -> Path:
         """ROS parameter file of all parameters used."""
-        return self.path / "parameters.yaml"
+        return self.path / PARAMETERS
 
     @property
     def serial(self) -> Path:
         """Link to the pseudo-terminal of an emulated firmware while it runs."""
         return self.path / "serial"
-
-    @property
-    def record(self) -> Path:
-        """What came of the run, written while it goes on."""
-        return self.path / RECORD
 
     @property
     def recording(self) -> Path:
@@ -99,7 +94,7 @@ class RunFolder:
     @property
     def picture(self) -> Path:
         """Picture of world and path."""
-        return self.path / "trajectory.png"
+        return self.path / PICTURE
 
 
 @contextmanager

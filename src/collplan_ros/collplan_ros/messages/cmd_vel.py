@@ -17,8 +17,3 @@ def command_to_message(command: Command, stamp: float, settings: Settings) -> Tw
     if settings.controller.stamped_cmd_vel:
         return command_to_twist_stamped(command, stamp, settings.frames.base)
     return command_to_twist(command)
-
-
-def twist_of(message: Twist | TwistStamped) -> Twist:
-    """The twist in a message of cmd_vel."""
-    return message.twist if isinstance(message, TwistStamped) else message

@@ -1,7 +1,7 @@
 """Conversion between the project's records and ROS messages: stamps, poses, impacts, scans and commands.
 
-Scans and plans are read in `reading`. Plans are filled in `plans`, the controller's state in `controller_state`, the
-poses of a motion-capture system in `mocap_formats`.
+Messages are read in `reading` where their attributes suffice. Plans are filled in `plans`, the controller's state in
+`controller_state`, the poses of a motion-capture system in `mocap_formats`.
 
 Every field is cast to Python's own float, int or str: rclpy does not check fields by default, and then sends garbage
 for an int or a numpy scalar in a float field.
@@ -24,10 +24,14 @@ from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_deviations import EXACT, Deviations
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
-from collplan_ros.messages.reading import NANOSECONDS, MessageError, check_finite, check_frame, seconds_from_stamp
+from collplan_ros.messages.reading import (
+    NANOSECONDS,
+    check_finite,
+    check_frame,
+    seconds_from_stamp,
+    yaw_from_quaternion,
+)
 
-QUATERNION_TOLERANCE = 0.01
-"""Largest deviation of a quaternion's norm from 1 in the project's own messages."""
 UNMEASURED = 1e6
 """Variance of what an Odometry holds as 0 and nobody measured: height, roll and pitch, and their rates; in SI units."""
 
@@ -56,23 +60,6 @@ def header(stamp: float, frame: str) -> Header:
 def quaternion_from_yaw(yaw: float) -> Quaternion:
     """The quaternion of a rotation about z by `yaw` [rad]."""
     return Quaternion(x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2))
-
-
-def yaw_from_quaternion(quaternion: Quaternion) -> float:
-    """The yaw of a quaternion, in [-pi, pi] [rad].
-
-    Raises:
-        MessageError: not finite, or not a unit quaternion.
-    """
-    return yaw_of(*(float(v) for v in (quaternion.x, quaternion.y, quaternion.z, quaternion.w)))
-
-
-def yaw_of(x: float, y: float, z: float, w: float) -> float:
-    """The same for the four numbers of a quaternion."""
-    norm = math.sqrt(x * x + y * y + z * z + w * w)
-    if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
-        raise MessageError(f"orientation: got ({x:g}, {y:g}, {z:g}, {w:g}), expected a quaternion of length 1")
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 # ---- poses and states
@@ -154,36 +141,10 @@ def impact_to_message(stamp: float, change: np.ndarray, frame: str) -> Vector3St
     return Vector3Stamped(header=header(stamp, frame), vector=vector3(change))
 
 
-def impact_from_message(message: Vector3Stamped, frame: str) -> tuple[float, np.ndarray]:
-    """The stamp [s] and the change of velocity (2,) [m/s, `frame`] of an impact in a message.
-
-    Raises:
-        MessageError: another frame, or not finite.
-    """
-    check_frame("header.frame_id", message.header.frame_id, frame)
-    x, y = float(message.vector.x), float(message.vector.y)
-    check_finite("vector", x, y)
-    return seconds_from_stamp(message.header.stamp), np.array([x, y])
-
-
 def impact_contact_to_message(contact: ImpactContact, frame: str) -> PoseStamped:
     """Message of the place of an impact in `frame`: its time, the contact point, and the x axis along the normal."""
     x, y = contact.normal.tolist()
     return pose_to_message(PoseSample(contact.time, contact.point, math.atan2(y, x)), frame)
-
-
-def impact_contact_from_message(message: PoseStamped, frame: str) -> ImpactContact:
-    """The place of an impact in a message, in `frame`.
-
-    Raises:
-        MessageError: another frame, not finite, or not a unit quaternion.
-    """
-    check_frame("header.frame_id", message.header.frame_id, frame)
-    x, y = float(message.pose.position.x), float(message.pose.position.y)
-    check_finite("pose.position", x, y)
-    yaw = yaw_from_quaternion(message.pose.orientation)
-    normal = np.array([math.cos(yaw), math.sin(yaw)])
-    return ImpactContact(seconds_from_stamp(message.header.stamp), np.array([x, y]), normal)
 
 
 def vector3(xy: np.ndarray) -> Vector3:
@@ -225,14 +186,3 @@ def command_to_twist_stamped(command: Command, stamp: float, frame: str) -> Twis
 def asks_for_rest(twist: Twist) -> bool:
     """Whether a twist commands zero velocity and yaw rate."""
     return bool(twist.linear.x == twist.linear.y == twist.angular.z == 0.0)
-
-
-def velocity_from_twist(twist: Twist) -> tuple[np.ndarray, float]:
-    """The velocity (2,) [m/s, robot frame] and the yaw rate [rad/s] that a twist commands.
-
-    Raises:
-        MessageError: not finite.
-    """
-    x, y, yaw_rate = float(twist.linear.x), float(twist.linear.y), float(twist.angular.z)
-    check_finite("twist", x, y, yaw_rate)
-    return np.array([x, y]), yaw_rate

@@ -3,19 +3,12 @@
 import numpy as np
 from action_msgs.msg import GoalStatus
 
-from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
-from collplan_ros.messages.conversions import seconds_from_stamp, stamp_from_seconds
+from collplan_core.goal import NO_GOAL, Goal
+from collplan_ros.messages.conversions import stamp_from_seconds
+from collplan_ros.messages.reading import GOAL_STATUS, seconds_from_stamp
 
-NUMBERS = {
-    NO_GOAL: GoalStatus.STATUS_UNKNOWN,
-    ACCEPTED: GoalStatus.STATUS_ACCEPTED,
-    EXECUTING: GoalStatus.STATUS_EXECUTING,
-    SUCCEEDED: GoalStatus.STATUS_SUCCEEDED,
-    CANCELED: GoalStatus.STATUS_CANCELED,
-    ABORTED: GoalStatus.STATUS_ABORTED,
-}
+NUMBERS = {name: number for number, name in GOAL_STATUS.items()}
 """Status as GoalStatus has it, by that of a `Goal`."""
-NAMES = {number: name for name, number in NUMBERS.items()}
 
 
 def goal_to_status(goal: Goal) -> GoalStatus:
@@ -30,4 +23,4 @@ def goal_from_status(message: GoalStatus) -> Goal:
     """The goal that a message is about, with position NaN; a status that no goal here has counts as no goal."""
     identity = bytes(bytearray(message.goal_info.goal_id.uuid))
     stamp = seconds_from_stamp(message.goal_info.stamp)
-    return Goal(identity, stamp, np.full(2, np.nan), NAMES.get(int(message.status), NO_GOAL))
+    return Goal(identity, stamp, np.full(2, np.nan), GOAL_STATUS.get(int(message.status), NO_GOAL))

@@ -21,7 +21,7 @@ from collplan_core.parameters import Mocap
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.mocap_body import MeasuredPose
 from collplan_core.sensing.pose_filter import PoseError
-from collplan_ros.messages.conversions import seconds_from_stamp
+from collplan_ros.messages.reading import seconds_from_stamp
 
 ABSENT = "absent"
 

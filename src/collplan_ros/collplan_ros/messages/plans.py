@@ -4,7 +4,6 @@ All three have the plan's stamp in their headers, which is how they are told to 
 without the other two. `reading` reads the first.
 """
 
-import numpy as np
 from geometry_msgs.msg import Quaternion, Transform, Twist
 from nav_msgs.msg import Path
 from sensor_msgs.msg import TimeReference
@@ -20,7 +19,7 @@ from collplan_ros.messages.conversions import (
     stamp_from_seconds,
     vector3,
 )
-from collplan_ros.messages.reading import MessageError, check_finite, check_frame, seconds_from_stamp
+from collplan_ros.messages.reading import seconds_from_stamp
 
 # ---- when to be where
 
@@ -53,36 +52,6 @@ def contacts_to_message(contacts: Contacts, stamp: float, map_frame: str, base_f
         for time, point, velocity in rows
     ]
     return MultiDOFJointTrajectory(header=header(stamp, map_frame), joint_names=[str(base_frame)], points=points)
-
-
-def contacts_from_message(message: MultiDOFJointTrajectory, map_frame: str) -> tuple[float, Contacts]:
-    """The stamp [s] of a plan and the contacts that it foresees, possibly none.
-
-    Raises:
-        MessageError: another frame, not one transform and one velocity a point, not finite, or times that are negative
-            or fall.
-    """
-    check_frame("header.frame_id", message.header.frame_id, map_frame)
-    stamp = seconds_from_stamp(message.header.stamp)
-    rows = np.array([_contact(f"points[{number}]", point) for number, point in enumerate(message.points)])
-    times, points, velocities = np.split(rows.reshape(-1, 5), (1, 3), axis=1)
-    earliest = 0.0
-    for number, time in enumerate(times[:, 0].tolist()):
-        if time < earliest:
-            raise MessageError(f"points[{number}].time_from_start: got {time:g} s, expected {earliest:g} s or more")
-        earliest = time
-    return stamp, Contacts(stamp + times[:, 0], points, velocities)
-
-
-def _contact(field: str, point: MultiDOFJointTrajectoryPoint) -> list[float]:
-    """Time from the plan's stamp [s], point touched x, y [m] and velocity afterwards vx, vy [m/s]."""
-    for part, entries in (("transforms", point.transforms), ("velocities", point.velocities)):
-        if len(entries) != 1:
-            raise MessageError(f"{field}.{part}: got {len(entries)} entries, expected 1")
-    at, after = point.transforms[0].translation, point.velocities[0].linear
-    check_finite(f"{field}.transforms[0].translation", float(at.x), float(at.y))
-    check_finite(f"{field}.velocities[0].linear", float(after.x), float(after.y))
-    return [seconds_from_stamp(point.time_from_start), at.x, at.y, after.x, after.y]
 
 
 # ---- until when

@@ -13,7 +13,6 @@ import numpy as np
 from collplan_core.plan import Plan
 from collplan_core.plane import rotate
 from collplan_core.state import State
-from collplan_ros.messages.conversions import yaw_of
 from collplan_ros.messages.reading import (
     NANOSECONDS,
     MessageError,
@@ -21,6 +20,7 @@ from collplan_ros.messages.reading import (
     check_frame,
     check_points,
     timed_plan,
+    yaw_of,
 )
 
 LITTLE_ENDIAN = b"\x00\x01"

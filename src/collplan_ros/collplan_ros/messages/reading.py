@@ -1,4 +1,4 @@
-"""Scans and plans out of messages, by the attributes of these alone.
+"""Reads messages by their attributes alone.
 
 A message decoded from a recording will do as well as one of rclpy's, and no ROS is needed.
 """
@@ -8,12 +8,18 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED
 from collplan_core.parameters import ScanInput
-from collplan_core.plan import Plan, timed_path
+from collplan_core.plan import Contacts, Plan, timed_path
 from collplan_core.scan import Scan, ScanError
+from collplan_core.sensing.impact_contact import ImpactContact
 
 NANOSECONDS = 1_000_000_000
 SHIPPED = ScanInput()
+QUATERNION_TOLERANCE = 0.01
+"""Largest deviation of a quaternion's norm from 1 in the project's own messages."""
+GOAL_STATUS = {0: NO_GOAL, 1: ACCEPTED, 2: EXECUTING, 4: SUCCEEDED, 5: CANCELED, 6: ABORTED}
+"""Status of a goal by its number in action_msgs/GoalStatus."""
 ZERO = {"near": 0.0, "lost": math.nan, "free": math.inf}
 """What is made of a range of 0: one that is near stays, being below range_min."""
 
@@ -134,3 +140,92 @@ def check_points(positions: np.ndarray) -> None:
     """Raises PathError where one of a path's positions (n, 2) is not finite."""
     for number in np.flatnonzero(~np.isfinite(positions).all(axis=1)):
         raise PathError(f"poses[{number}]: got {positions[number].tolist()}, expected finite numbers")
+
+
+def yaw_from_quaternion(quaternion: Any) -> float:
+    """The yaw of a quaternion, in [-pi, pi] [rad].
+
+    Raises:
+        MessageError: not finite, or not a unit quaternion.
+    """
+    return yaw_of(*(float(v) for v in (quaternion.x, quaternion.y, quaternion.z, quaternion.w)))
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """The same for the four numbers of a quaternion."""
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
+        raise MessageError(f"orientation: got ({x:g}, {y:g}, {z:g}, {w:g}), expected a quaternion of length 1")
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def impact_from_message(message: Any, frame: str) -> tuple[float, np.ndarray]:
+    """The stamp [s] and the change of velocity (2,) [m/s, `frame`] of an impact in a message.
+
+    Raises:
+        MessageError: another frame, or not finite.
+    """
+    check_frame("header.frame_id", message.header.frame_id, frame)
+    x, y = float(message.vector.x), float(message.vector.y)
+    check_finite("vector", x, y)
+    return seconds_from_stamp(message.header.stamp), np.array([x, y])
+
+
+def impact_contact_from_message(message: Any, frame: str) -> ImpactContact:
+    """The place of an impact in a message, in `frame`.
+
+    Raises:
+        MessageError: another frame, not finite, or not a unit quaternion.
+    """
+    check_frame("header.frame_id", message.header.frame_id, frame)
+    x, y = float(message.pose.position.x), float(message.pose.position.y)
+    check_finite("pose.position", x, y)
+    yaw = yaw_from_quaternion(message.pose.orientation)
+    normal = np.array([math.cos(yaw), math.sin(yaw)])
+    return ImpactContact(seconds_from_stamp(message.header.stamp), np.array([x, y]), normal)
+
+
+def velocity_from_twist(twist: Any) -> tuple[np.ndarray, float]:
+    """The velocity (2,) [m/s, robot frame] and the yaw rate [rad/s] that a twist commands.
+
+    Raises:
+        MessageError: not finite.
+    """
+    x, y, yaw_rate = float(twist.linear.x), float(twist.linear.y), float(twist.angular.z)
+    check_finite("twist", x, y, yaw_rate)
+    return np.array([x, y]), yaw_rate
+
+
+def contacts_from_message(message: Any, map_frame: str) -> tuple[float, Contacts]:
+    """The stamp [s] of a plan and the contacts that it foresees, possibly none.
+
+    Raises:
+        MessageError: another frame, not one transform and one velocity a point, not finite, or times that are negative
+            or fall.
+    """
+    check_frame("header.frame_id", message.header.frame_id, map_frame)
+    stamp = seconds_from_stamp(message.header.stamp)
+    rows = np.array([_contact(f"points[{number}]", point) for number, point in enumerate(message.points)])
+    times, points, velocities = np.split(rows.reshape(-1, 5), (1, 3), axis=1)
+    earliest = 0.0
+    for number, time in enumerate(times[:, 0].tolist()):
+        if time < earliest:
+            raise MessageError(f"points[{number}].time_from_start: got {time:g} s, expected {earliest:g} s or more")
+        earliest = time
+    return stamp, Contacts(stamp + times[:, 0], points, velocities)
+
+
+def _contact(field: str, point: Any) -> list[float]:
+    """Time from the plan's stamp [s], point touched x, y [m] and velocity afterwards vx, vy [m/s]."""
+    for part, entries in (("transforms", point.transforms), ("velocities", point.velocities)):
+        if len(entries) != 1:
+            raise MessageError(f"{field}.{part}: got {len(entries)} entries, expected 1")
+    at, after = point.transforms[0].translation, point.velocities[0].linear
+    check_finite(f"{field}.transforms[0].translation", float(at.x), float(at.y))
+    check_finite(f"{field}.velocities[0].linear", float(after.x), float(after.y))
+    return [seconds_from_stamp(point.time_from_start), at.x, at.y, after.x, after.y]
+
+
+def twist_of(message: Any) -> Any:
+    """The twist in a message of cmd_vel: a Twist, or the one in a TwistStamped."""
+    return getattr(message, "twist", message)

@@ -9,7 +9,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from collplan_core.loop.refusals import Refusals
 from collplan_core.scan import ScanError
-from collplan_ros.messages.conversions import MessageError
+from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import steady_clock
 from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatch, Remark

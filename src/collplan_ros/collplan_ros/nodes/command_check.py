@@ -7,7 +7,7 @@ from geometry_msgs.msg import Twist
 
 from collplan_core.control.tracking import clip_command, saturate
 from collplan_core.parameters import Settings
-from collplan_ros.messages.conversions import MessageError, velocity_from_twist
+from collplan_ros.messages.reading import MessageError, velocity_from_twist
 
 REFUSED = "last command refused: not finite or too fast"
 """Health message of a robot whose last command was refused."""

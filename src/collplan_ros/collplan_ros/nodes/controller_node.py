@@ -25,8 +25,9 @@ from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.goal_status import goal_from_status
-from collplan_ros.messages.plans import contacts_from_message, validity_from_message
+from collplan_ros.messages.plans import validity_from_message
 from collplan_ros.messages.raw_reading import plan_from_bytes
+from collplan_ros.messages.reading import contacts_from_message
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds

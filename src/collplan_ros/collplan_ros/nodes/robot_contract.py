@@ -18,9 +18,11 @@ from std_srvs.srv import Trigger
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.smallest_delay import SmallestDelay
 from collplan_core.parameters import Settings
-from collplan_ros.messages.cmd_vel import command_type, twist_of
+from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.goal_status import goal_from_status
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST
+from collplan_ros.messages.reading import twist_of
+from collplan_ros.messages.robot_state import FREE, HELD, STOPPED
 from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.clock import SteadyTimes, Times, steady_clock
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
@@ -28,7 +30,7 @@ from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.stall import StallGuard
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
 from collplan_ros.nodes.commanders import Commanders
-from collplan_ros.nodes.robot_state import FREE, HELD, STOPPED, RobotState
+from collplan_ros.nodes.robot_state import RobotState
 
 STARTED = "just started"
 """Why a robot is held that nobody has let move yet."""

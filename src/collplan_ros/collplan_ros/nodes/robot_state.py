@@ -4,10 +4,9 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from collplan_ros.messages import qos
+from collplan_ros.messages.robot_state import FREE, HELD
 from collplan_ros.node_kit.clock import steady_clock
 
-FREE, HELD, STOPPED = "free", "held", "stopped"
-"""It follows commands; it waits for a person; its emergency stop is latched."""
 AGAIN = 1.0
 """Period at which the present state is said again [s]: after a restart a latched message can be seconds late."""
 

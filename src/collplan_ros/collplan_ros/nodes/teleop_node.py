@@ -19,8 +19,8 @@ from collplan_core.control.sender_age import SenderAge
 from collplan_core.control.stick import RELEASED_FOR, Grip, Stick, StickError, check_stick, velocity_of
 from collplan_core.parameters import Frames, Teleop
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
-from collplan_ros.messages.conversions import MessageError
 from collplan_ros.messages.qos import EVERY_UNRELIABLE, NEWEST
+from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
 from collplan_ros.node_kit.inputs import Inputs

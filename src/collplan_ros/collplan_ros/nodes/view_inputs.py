@@ -24,12 +24,11 @@ from collplan_core.state import State
 from collplan_ros.messages import qos
 from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED
 from collplan_ros.messages.cmd_vel import command_type
-from collplan_ros.messages.conversions import goal_from_message, impact_contact_from_message
+from collplan_ros.messages.conversions import goal_from_message
 from collplan_ros.messages.goal_status import goal_from_status
 from collplan_ros.messages.lockstep_report import lockstep_of
-from collplan_ros.messages.plans import contacts_from_message
 from collplan_ros.messages.raw_reading import path_from_bytes, state_from_bytes
-from collplan_ros.messages.reading import scan_from_message
+from collplan_ros.messages.reading import contacts_from_message, impact_contact_from_message, scan_from_message
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.node_kit.shown_topics import ShownTopics
 from collplan_ros.view import scene

@@ -14,13 +14,12 @@ from collplan_core.replay.other_strategy import plans_beside
 from collplan_core.replay.reading import Beginning
 from collplan_core.replay.values import JournalError
 from collplan_ros.bringup.progress import Progress
-from collplan_ros.recording.completion import complete
-from collplan_ros.recording.recording_file import RECORDING
 from collplan_ros.replay.recorded_journals import RecordedJournals, read_journals
 from collplan_ros.replay.report import INTERRUPTED, REFUSED, SAME, exit_code, said_of, table_of
-from collplan_ros.runs.record_file import RecordError
-from collplan_ros.runs.run_error import RunError
-from collplan_ros.view.player import write_run_page
+from collplan_ros.run.completion import complete
+from collplan_ros.run.page import write_run_page
+from collplan_ros.run.run_error import RecordError, RunError
+from collplan_ros.run.writer import RECORDING
 
 DESCRIPTION = """\
 Gives what planner and controller were given in a recorded run to them again, without ROS and without a robot, and

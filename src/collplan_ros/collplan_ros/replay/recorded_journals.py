@@ -13,8 +13,8 @@ from collplan_core.replay.reading import Beginning, Event, contents_of, events_o
 from collplan_core.replay.values import JournalError
 from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError, plan_from_path, scan_from_message
-from collplan_ros.recording.reading import messages
-from collplan_ros.recording.recording_file import RECORDING
+from collplan_ros.run.reader import messages
+from collplan_ros.run.writer import RECORDING
 
 TOPICS = {"planner/journal": PLANNER, "controller/journal": CONTROLLER}
 CONTENTS = ("scan", "plan")

@@ -1,0 +1,1 @@
+"""Fits the robot's drive and rebound to recorded runs."""

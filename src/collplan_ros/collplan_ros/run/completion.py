@@ -1,0 +1,164 @@
+"""Completes what a bringup that was killed has left: the end of its recording, and its results.
+
+Who writes a run has its folder locked, and its recording. What is locked is left alone, and so is a recording that
+holds nothing yet: it may be locked the moment after.
+"""
+
+import fcntl
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from mcap.records import Attachment, Channel, Chunk, Header, Message, Metadata, Schema
+from mcap.writer import Writer
+
+from collplan_ros.run.folder_lock import FolderLock
+from collplan_ros.run.reader import is_whole, records
+from collplan_ros.run.recorded_run import NANO, read_run
+from collplan_ros.run.result_files import SUMMARY, write_result_files
+from collplan_ros.run.run_error import RunError
+from collplan_ros.run.whole_file import replacing
+from collplan_ros.run.writer import LIBRARY, RECORDING
+
+KILLED, WHY_KILLED = "killed", "bringup ended before the run did"
+"""Outcome of a run whose bringup did not live to see another, and its reason."""
+
+
+class BeingWritten(RunError):
+    """Somebody else writes the run, or is about to."""
+
+
+def complete(folder: Path, say: Callable[[str], None] = lambda _: None) -> str:
+    """Completes the recording of a run whose bringup was killed, and its results; says what was done.
+
+    What it begins to do, which may take long, it tells `say`.
+
+    Of the recording every chunk is kept that was closed and can still be read. What is whole is not changed.
+
+    Raises:
+        BeingWritten: it is not left yet.
+        RunError: nothing of it can be completed.
+        RecordError: a file cannot be written.
+    """
+    if not folder.is_dir():
+        raise RunError(f"{folder}: not a folder, expected one that bringup left")
+    path = folder / RECORDING
+    if not path.exists():
+        raise RunError(f"{folder}: no {RECORDING}, expected a folder that bringup left")
+    with _left(folder):
+        say(f"completing {folder} ...")
+        with path.open("rb") as file:
+            done = [] if is_whole(file) else [f"{path}: had no end; {_rewritten(file, path)}"]
+        if not (folder / SUMMARY).exists():
+            try:
+                done.append(_results(folder))
+            except RunError as error:
+                if not done:
+                    raise
+                done.append(str(error))
+    return "; ".join(done) or f"{folder}: is whole"
+
+
+def complete_newest(parent: Path, say: Callable[[str], None] = lambda _: None) -> str:
+    """Completes the newest run below `parent` that was killed and can be; says so, or "" where there is none.
+
+    What it begins to do, which may take long, and what it cannot, it tells `say`.
+
+    Raises:
+        RecordError: a file cannot be written.
+    """
+    # `latest` is another name of one of the folders
+    folders = [path for path in parent.glob("*") if (path / RECORDING).exists() and not path.is_symlink()]
+    newest_first = sorted(folders, key=lambda folder: (folder / RECORDING).stat().st_mtime, reverse=True)
+    for folder in filter(_is_unfinished, newest_first):
+        try:
+            return complete(folder, say)
+        except BeingWritten:
+            continue
+        except RunError as error:
+            say(str(error))
+    return ""
+
+
+def _is_unfinished(folder: Path) -> bool:
+    """Whether the end of a recording is missing, or results of a run that can have some."""
+    with suppress(OSError), (folder / RECORDING).open("rb") as file:
+        return not is_whole(file)
+    return False
+
+
+@contextmanager
+def _left(folder: Path) -> Iterator[None]:
+    """Locks a folder and its recording.
+
+    Raises:
+        BeingWritten: somebody else has, or is about to.
+        RunError: it cannot be locked.
+    """
+    being_written = BeingWritten(f"{folder}: is being written, and left as it is")
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(closing(FolderLock(folder)))
+            file = stack.enter_context((folder / RECORDING).open("rb"))
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if file.seek(0, 2) == 0:
+                raise being_written
+        except BlockingIOError:
+            raise being_written from None
+        except OSError as error:
+            raise RunError(f"{error.filename or folder}: cannot be locked: {error.strerror or error}") from None
+        yield
+
+
+def _rewritten(file: BinaryIO, path: Path) -> str:
+    """Puts a file with an end and all that is left of `file` in its place; says what it holds.
+
+    Raises:
+        RunError: it is no recording.
+    """
+    found = records(file)
+    header = next(found, None)
+    if not isinstance(header, Header):
+        raise RunError(f"{path}: begins as no recording does, and is left as it is")
+    schemas, channels, times = {0: 0}, dict[int, int](), list[int]()
+    with replacing(path) as new, new.open("wb") as target:
+        writer = Writer(target)
+        writer.start(profile=header.profile, library=LIBRARY)
+        for record in found:
+            if isinstance(record, Schema):
+                schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+            elif isinstance(record, Channel) and record.schema_id in schemas:
+                about = record.topic, record.message_encoding, schemas[record.schema_id]
+                channels[record.id] = writer.register_channel(*about, record.metadata)
+            elif isinstance(record, Message) and record.channel_id in channels:
+                sent, number = record.publish_time, record.sequence
+                writer.add_message(channels[record.channel_id], record.log_time, record.data, sent, number)
+                times.append(record.log_time)
+            elif isinstance(record, Attachment):
+                made, kind = (record.create_time, record.log_time), (record.name, record.media_type)
+                writer.add_attachment(*made, *kind, record.data)
+            elif isinstance(record, Metadata):
+                writer.add_metadata(record.name, record.metadata)
+            elif isinstance(record, Chunk):
+                writer.flush()
+        writer.finish()
+    duration = (max(times) - times[0]) / NANO if times else 0.0
+    return f"completed, it holds {len(times)} messages of {duration:.1f} s"
+
+
+def _results(folder: Path) -> str:
+    """Makes the result files of a run from its recording; says so.
+
+    Raises:
+        RunError: they cannot be made.
+    """
+    try:
+        run = read_run(folder, pictured=False)
+    except RunError as error:
+        raise RunError(f"{folder / SUMMARY} cannot be made: {error}") from None
+    if not np.isfinite(run.log.goal).all():
+        raise RunError(f"{folder / SUMMARY} cannot be made: the run had not begun")
+    write_result_files(folder, run.log, run.world, run.log.goal, run.settings, KILLED, {"reason": WHY_KILLED})
+    return f"{folder / SUMMARY} and what goes with it are made from {RECORDING}"

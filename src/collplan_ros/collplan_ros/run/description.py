@@ -1,0 +1,68 @@
+"""What a recording says of its run beside the messages: parameters, world, robot, goal, and the code that made it."""
+
+import platform
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from collplan_core.jit import sources_digest
+from collplan_core.worlds import World, world_text
+from collplan_ros.run.writer import RecordingFile
+
+PARAMETERS, WORLD = "parameters.yaml", "world.yaml"
+"""Names of what is attached."""
+RUN, VERSION = "run", "version"
+"""Names of what describes the whole run: what was asked for, and the code."""
+BEGIN, GOAL, END = "begin", "goal", "end"
+"""Names of what marks a place between the messages: the run begins, a goal is given, the run ends."""
+CLOCK = "clock_ahead_ns"
+"""By how much the clock of a recording's times is ahead of that of `sent` [ns]."""
+YAML = "application/yaml"
+PACKAGES = ("collplan-core", "collplan-ros", "omnipuck-sim", "omnipuck-driver", "numpy", "scipy", "numba", "shapely")
+
+
+def describe_run(
+    recording: RecordingFile,
+    parameters: Path,
+    world: World,
+    goal: Sequence[float],
+    simulated: bool,
+    namespace: str,
+    clock_ahead: int,
+) -> None:
+    """Begins a recording with what was asked for.
+
+    Args:
+        recording: the file, to which nothing was written yet.
+        parameters: file of all parameters.
+        world: where the run is.
+        goal: x, y [m].
+        simulated: whether the robot is.
+        namespace: of the robot's nodes.
+        clock_ahead: by how much the clock of the messages' times is ahead of the steady clock [ns].
+
+    Raises:
+        OSError: the file of parameters cannot be read.
+        RecordError: the recording cannot be written.
+    """
+    recording.attach(PARAMETERS, YAML, parameters.read_text(encoding="utf-8"))
+    recording.attach(WORLD, YAML, world_text(world))
+    about = {"goal": " ".join(map(str, goal)), "simulated": str(simulated).lower(), "namespace": namespace}
+    about[CLOCK] = str(clock_ahead)
+    recording.describe(RUN, about)
+    recording.describe(VERSION, versions())
+    recording.flush()
+
+
+def versions() -> dict[str, str]:
+    """The code: versions of packages and Python, kind of the machine, and a hash over the sources of the algorithm."""
+    found = {name: _version(name) for name in PACKAGES}
+    known = {name: value for name, value in found.items() if value}
+    return {**known, "python": platform.python_version(), "machine": platform.machine(), "sources": sources_digest()}
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""

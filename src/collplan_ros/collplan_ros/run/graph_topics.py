@@ -1,0 +1,191 @@
+"""Every topic of a graph, each subscribed once: as bytes to the recording, as messages to who listens."""
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
+
+from collplan_ros.messages.qos import EVERY_ONE
+from collplan_ros.run.offered_qos import offered_qos
+from collplan_ros.run.schemas import schema_text, type_name
+from collplan_ros.run.send_times import SendTimes
+from collplan_ros.run.topics import RecordedTopic
+from collplan_ros.run.writer import RecordingFile
+
+Take = Callable[[Any, float], None]
+"""Takes a message and when it was sent [s, steady clock]: its sender's middleware says so, whatever delays it here."""
+NANO = 10**9
+AT_ONCE = 20
+"""Messages of a topic that are taken one after the other before it is the next one's turn."""
+
+
+class _NeverCalled(CallbackGroup):
+    """A group whose members no executor waits for."""
+
+    def can_execute(self, entity: object) -> bool:
+        return False
+
+    def beginning_execution(self, entity: object) -> bool:
+        return False
+
+    def ending_execution(self, entity: object) -> None:
+        pass
+
+
+class PollingNode(Node):
+    """A node whose executor does not see what is polled: EventsExecutor would call each, whatever its group."""
+
+    @property
+    def subscriptions(self) -> Iterator[Subscription]:
+        """Those that are not polled."""
+        return (each for each in super().subscriptions if not isinstance(each.callback_group, _NeverCalled))
+
+
+class GraphTopics:
+    """Takes what has come, whenever it is asked to.
+
+    An executor that waits for each message spends several times as much on waiting as on the message. One of rclpy's
+    leaves these subscriptions alone; for EventsExecutor they must be those of a PollingNode.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        topics: Mapping[str, RecordedTopic],
+        times: SendTimes,
+        recording: RecordingFile | None = None,
+    ) -> None:
+        """Subscribes through `node`: all `topics` where there is a recording, else those that are listened to."""
+        self._node = node
+        self._times = times
+        self._known = topics
+        self._recording = recording
+        self._group = _NeverCalled()
+        self._taken: dict[str, _Topic] = {}
+        if recording is not None:
+            for name in topics:
+                self._subscribe(name)
+
+    def listen(self, topic: str, take: Take, raw: bool = False) -> None:
+        """Has each message of a known topic, or its bytes where `raw`, handed to `take`; none that cannot be read."""
+        of = self._subscribe(topic)
+        (of.takers_of_bytes if raw else of.listeners).append(take)
+
+    def take(self) -> bool:
+        """Takes what has come; whether there may be more."""
+        more = False
+        for topic in self._taken.values():
+            more = topic.take() or more
+        return more
+
+    def take_all(self) -> None:
+        """Takes all that has come until now, when nobody sends any more."""
+        for _ in range(EVERY_ONE.depth // AT_ONCE):
+            if not self.take():
+                return
+
+    def _subscribe(self, name: str) -> "_Topic":
+        if name not in self._taken:
+            self._taken[name] = _Topic(self._node, self._known[name], self._times, self._recording, self._group)
+        return self._taken[name]
+
+
+class _Topic:
+    """One topic.
+
+    Attributes:
+        listeners: what each message is handed to.
+        takers_of_bytes: what its bytes are handed to.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        topic: RecordedTopic,
+        times: SendTimes,
+        recording: RecordingFile | None,
+        group: CallbackGroup,
+    ) -> None:
+        self.listeners: list[Take] = []
+        self.takers_of_bytes: list[Take] = []
+        self._node = node
+        self._topic = topic
+        self._times = times
+        self._recording = recording
+        self._group = group
+        self._name = node.resolve_topic_name(topic.name)
+        self._channel: int | None = None
+        self._due = time.monotonic()
+        self._subscription: Subscription | None = None
+        if not topic.period:
+            self._subscription = self._subscribed()
+
+    def take(self) -> bool:
+        """Takes what has come, at most AT_ONCE; whether there may be more."""
+        if self._subscription is None:
+            if time.monotonic() < self._due:
+                return False
+            self._subscription = self._subscribed()
+        sparse, handle, kind = bool(self._topic.period), self._subscription.handle, self._topic.kind
+        with handle:
+            for _ in range(1 if sparse else AT_ONCE):
+                taken = handle.take_message(kind, True)
+                if taken is None:
+                    return False
+                self._hand_on(*taken)
+        if sparse:
+            self._leave()
+        return not sparse
+
+    def _subscribed(self) -> Subscription:
+        return self._node.create_subscription(
+            self._topic.kind,
+            self._topic.name,
+            lambda _: None,  # nobody calls it
+            self._topic.qos,
+            callback_group=self._group,
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
+            raw=True,
+        )
+
+    def _leave(self) -> None:
+        """Listens no more until the next message is due."""
+        self._node.destroy_subscription(self._subscription)
+        self._subscription, self._due = None, time.monotonic() + self._topic.period
+
+    def _hand_on(self, data: bytes, info: dict[str, Any]) -> None:
+        # DDS says when it came, however late it is taken here
+        came = info["received_timestamp"] or time.time_ns()
+        stamp = info["source_timestamp"] or came
+        ns = round(NANO * self._times.steady(stamp / NANO))
+        if self._recording is not None:
+            if self._channel is None:
+                self._channel = self._made_channel(self._recording)
+            recorded = ns + self._times.ahead_at_first
+            number = info["publication_sequence_number"] or 0
+            self._recording.write(self._channel, data, recorded + came - stamp, recorded, number)
+        sent = ns / NANO
+        for take in self.takers_of_bytes:
+            take(data, sent)
+        if not self.listeners:
+            return
+        try:
+            message = deserialize_message(data, self._topic.kind)
+        except RuntimeError:  # it is none of this kind
+            return
+        for take in self.listeners:
+            take(message, sent)
+
+    def _made_channel(self, recording: RecordingFile) -> int:
+        kind = type_name(self._topic.kind)
+        publishers = self._node.get_publishers_info_by_topic(self._name)
+        about = {
+            "offered_qos_profiles": offered_qos(publishers),
+            "topic_type_hash": str(publishers[0].topic_type_hash) if publishers else "",
+        }
+        return recording.channel(self._name, kind, schema_text(kind), about)

@@ -1,0 +1,196 @@
+"""The impacts of a run: where on the obstacles they were, whether a plan foresaw them, and how well."""
+
+import csv
+import math
+from bisect import bisect_left
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from collplan_core.evaluation.impact_matching import (
+    Prediction,
+    deliberate_impacts,
+    foreseen_impacts,
+    foreseen_rebounds,
+)
+from collplan_core.plane import nearest_on_segment
+from collplan_core.worlds import World, world_segments
+from collplan_ros.run.run_log import ImpactRecord, PoseRow, RunLog
+
+VECTORS = ("x", "y", "normal_x", "normal_y", "before_vx", "before_vy", "after_vx", "after_vy")
+SETTLED = 1.1
+"""So long after an impact a velocity is fitted to poses after it alone, in velocity_windows."""
+TOUCH = 0.05
+"""A ring that gives way touches for no longer than this [s]."""
+COLUMNS = ("t", *VECTORS, "direction_error", "foreseen", "deliberate")
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """The impacts of a run, world frame, in order of time.
+
+    Of a simulated robot: contacts begun at more than 0.08 m/s into the wall, placed on the nearest surface of the
+    world; contacts within 50 ms of one on the same surface belong to it. Of a real robot: the impacts that were
+    detected in the poses or sensed by the ring, placed where they were measured.
+
+    Attributes:
+        times: (k,) when each impact was, also where it was found later [s].
+        points: (k, 2) on the obstacle [m].
+        normals: (k, 2) unit normals out of the obstacle.
+        before: (k, 2) velocity before each impact [m/s].
+        after: (k, 2) velocity after each impact [m/s].
+        direction_errors: (k,) angle in [0, pi] between the velocity after an impact and the one that the last plan
+            before it foresaw [rad]; NaN where that plan foresaw no such impact.
+        foreseen: (k,) whether a plan in force foresaw the impact.
+    """
+
+    times: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    direction_errors: np.ndarray
+    foreseen: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    @property
+    def deliberate(self) -> np.ndarray:
+        """(k,) whether each impact was foreseen, and faster into the wall than a graze."""
+        return deliberate_impacts(self.foreseen, self.speeds)
+
+    @property
+    def speeds(self) -> np.ndarray:
+        """(k,) speed of each impact into the obstacle [m/s]."""
+        return -(self.before * self.normals).sum(axis=1)
+
+
+def impacts_of(log: RunLog, world: World, velocity_window: float) -> Impacts:
+    """The impacts of a run.
+
+    Args:
+        log: the run.
+        world: the world that the robot was in; true impacts are placed on it.
+        velocity_window: mocap.velocity_window, over which velocities of measured poses are fitted [s].
+    """
+    rows = _true_rows(log, world) if log.truth else _measured_rows(log, velocity_window)
+    times, points, normals, before, after = rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7], rows[:, 7:9]
+    predictions = [Prediction(made, contacts) for made, contacts in sorted(log.contacts.items())]
+    errors = foreseen_rebounds(times, points, after, predictions)[:, 0]
+    return Impacts(times, points, normals, before, after, errors, foreseen_impacts(times, points, predictions))
+
+
+def _true_rows(log: RunLog, world: World) -> np.ndarray:
+    """(k, 9) time, point, normal, velocity before and velocity after of each true impact."""
+    rows = []
+    for impact in log.true_impacts:
+        position, before, after = _true_motion(impact, log)
+        point, normal = nearest_surface(world, position)
+        rows.append([impact.stamp, *point, *normal, *before, *after])
+    return np.array(rows).reshape(-1, 9)
+
+
+def _measured_rows(log: RunLog, velocity_window: float) -> np.ndarray:
+    """(k, 9) time, point, normal, velocity before and velocity after of each detected impact."""
+    detected = log.detected_impacts if log.poses else []
+    rows = [[*impact, *_measured_velocities(impact.stamp, log, velocity_window)] for impact in detected]
+    return np.array(rows).reshape(-1, 9)
+
+
+def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, velocity before and velocity after (2,) of a true impact, from the true poses before it.
+
+    Those after it do not serve: a ring that gives way still touches in them.
+    """
+    last = _last_pose_before(impact.stamp, log.truth)
+    earlier = _total_change(other for other in log.true_impacts if last.stamp < other.stamp < impact.stamp)
+    elapsed = impact.stamp - last.stamp
+    before = _velocity(last) + earlier + elapsed * _acceleration_until(last, log)
+    return _position(last) + before * elapsed, before, before + _change(impact)
+
+
+def _acceleration_until(last: PoseRow, log: RunLog) -> np.ndarray:
+    """(2,) by the wheels between a true pose and the one before it [m/s^2]; zero where the ring may have touched."""
+    one_before = _last_pose_before(last.stamp, log.truth)
+    if any(one_before.stamp - TOUCH < other.stamp <= last.stamp for other in log.true_impacts):
+        return np.zeros(2)
+    interval = last.stamp - one_before.stamp
+    return (_velocity(last) - _velocity(one_before)) / interval if interval > 0.0 else np.zeros(2)
+
+
+def _measured_velocities(impact: float, log: RunLog, velocity_window: float) -> list[float]:
+    """Velocity before and velocity after (4,) a detected impact at a stamp [s], as measured poses show them.
+
+    Before it: that of the last pose, as none fitted later is free of the impact. After it: that of the first pose that
+    is fitted to poses after it alone, or of the last one before the next impact, or of all, where that is earlier.
+    """
+    later = min((other.stamp for other in log.detected_impacts if other.stamp > impact), default=math.inf)
+    settled = min(_first_from(impact + SETTLED * velocity_window, log.poses), _first_from(later, log.poses) - 1)
+    last = _last_pose_before(impact, log.poses)
+    return [*_velocity(last), *_velocity(log.poses[max(settled, 0)])]
+
+
+def _change(impact: ImpactRecord) -> np.ndarray:
+    return np.array([impact.dvx, impact.dvy])
+
+
+def _total_change(impacts: Iterable[ImpactRecord]) -> np.ndarray:
+    return np.array([_change(impact) for impact in impacts]).reshape(-1, 2).sum(axis=0)
+
+
+def _position(row: PoseRow) -> np.ndarray:
+    return np.array([row.x, row.y])
+
+
+def _velocity(row: PoseRow) -> np.ndarray:
+    return np.array([row.vx, row.vy])
+
+
+def _last_pose_before(stamp: float, track: list[PoseRow]) -> PoseRow:
+    """The last pose before a stamp [s]: at the stamp of an impact it is over."""
+    return track[max(_first_from(stamp, track) - 1, 0)]
+
+
+def _first_from(stamp: float, track: list[PoseRow]) -> int:
+    """Where the first pose is that is not before a stamp [s]."""
+    return bisect_left(track, stamp, key=lambda row: row.stamp)
+
+
+def nearest_surface(world: World, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The point (2,) of the world's surfaces nearest to a free position (2,) [m], and the unit normal (2,) there.
+
+    Both are NaN in a world without surfaces.
+    """
+    on_segments = [nearest_on_segment(*segment, *position) for segment in world_segments(world)]
+    points = np.array(on_segments).reshape(-1, 2)
+    if len(world.circles):
+        outward = position - world.circles[:, :2]
+        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+        points = np.vstack([points, world.circles[:, :2] + outward * world.circles[:, 2:]])
+    if len(points) == 0:
+        return np.full(2, np.nan), np.full(2, np.nan)
+    away = position - points
+    distances = np.linalg.norm(away, axis=1)
+    nearest = int(distances.argmin())
+    return points[nearest], away[nearest] / distances[nearest]
+
+
+def write_impacts(path: Path, impacts: Impacts, begin: float) -> None:
+    """Writes impacts.csv; t counts from `begin` [s]."""
+    with path.open("w", newline="") as file:
+        write_impact_rows(file, impacts, begin)
+
+
+def write_impact_rows(file: TextIO, impacts: Impacts, begin: float) -> None:
+    """Writes one row per impact; t counts from `begin` [s], as in trajectory.csv."""
+    writer = csv.writer(file)
+    writer.writerow(COLUMNS)
+    for i in range(len(impacts)):
+        vectors = (impacts.points[i], impacts.normals[i], impacts.before[i], impacts.after[i])
+        numbers = [impacts.times[i] - begin, *np.concatenate(vectors), impacts.direction_errors[i]]
+        kinds = (impacts.foreseen[i], impacts.deliberate[i])
+        writer.writerow([*(f"{number:.6f}" for number in numbers), *(str(bool(kind)).lower() for kind in kinds)])

@@ -1,0 +1,254 @@
+"""Fills the log of a run from its messages: as they come, or as run.mcap holds them."""
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from collplan_core.goal import NO_GOAL, SUCCEEDED
+from collplan_core.parameters import Settings
+from collplan_core.state import State
+from collplan_ros.messages.lockstep_report import Lockstep, lockstep_of
+from collplan_ros.messages.raw_reading import plan_from_bytes, state_from_bytes
+from collplan_ros.messages.reading import (
+    GOAL_STATUS,
+    check_finite,
+    contacts_from_message,
+    impact_contact_from_message,
+    impact_from_message,
+    scan_from_message,
+    twist_of,
+    velocity_from_twist,
+)
+from collplan_ros.messages.status_values import values_of
+from collplan_ros.node_kit.node_names import is_in
+from collplan_ros.run.run_log import (
+    DetectedImpactRecord,
+    ImpactRecord,
+    PlanRow,
+    PoseRow,
+    RunLog,
+    SentCommand,
+    SentGoal,
+    SentManeuver,
+    SentReference,
+    SentStatus,
+)
+from collplan_ros.run.run_times import RunTimes, continued
+
+FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
+"""Figures of planner/costs that are logged."""
+RAW = ("mocap/odom", "ground_truth/odom", "plan")
+"""Topics whose messages are taken as bytes."""
+PICTURED = ("plan", "scan")
+"""Topics that nothing but the picture and the page need, and that most of a log would consist of."""
+ODD = (ArithmeticError, LookupError, TypeError, ValueError)
+"""What a message that nobody expects can raise while it is read."""
+
+
+class End(NamedTuple):
+    """End of a run: stamp of its last pose, and when that was sent [s]."""
+
+    stamp: float
+    sent: float
+
+
+OPEN, NEVER = End(math.inf, math.inf), End(-math.inf, -math.inf)
+"""Logging, and not logging."""
+
+
+class LogBuilder:
+    """Takes the messages of a run, from `begin` to `end`, in whatever order the topics come.
+
+    Attributes:
+        topics: the topics that it takes.
+        newest: newest pose, also while nothing is logged; None before the first.
+        lockstep: newest report of how simulated time keeps step with the graph; None without lockstep.
+        time_zero: time of the first command to move, by the newest pose then [s]; None before it.
+    """
+
+    def __init__(self, settings: Settings, namespace: str = "/", pictured: bool = True) -> None:
+        """Starts empty; without plans and scans where the log is not `pictured`."""
+        self.newest: PoseRow | None = None
+        self.lockstep: Lockstep | None = None
+        self.time_zero: float | None = None
+        self._log = RunLog(pace=settings.simulator.pace)
+        self._namespace = namespace
+        self._frames = settings.frames
+        self._scan_input = settings.scan
+        self._tolerance = settings.planner.goal_tolerance
+        self._run_times = RunTimes(settings.simulator.pace)
+        self._end = NEVER
+        self._ended: End | None = None
+        self._last: PoseRow | None = None
+        self._arrived: PoseRow | None = None
+        takers: dict[str, Callable[[Any, float], None]] = {
+            "mocap/odom": self._take_pose,
+            "ground_truth/odom": self._take_truth,
+            "ground_truth/impact": self._take_true_impact,
+            "impact/contact": self._take_detected_impact,
+            "scan": self._take_scan,
+            "plan": self._take_plan,
+            "planner/foreseen_impacts": self._take_contacts,
+            "planner/costs": self._take_costs,
+            "goal_status": self._take_goal_status,
+            "controller/reference": self._take_reference,
+            "maneuver": self._take_maneuver,
+            "cmd_vel": self._take_command,
+            "/diagnostics": self._take_diagnostics,
+        }
+        self._takers = {topic: take for topic, take in takers.items() if pictured or topic not in PICTURED}
+        self.topics = tuple(self._takers)
+
+    def drop(self) -> None:
+        """Drops what was logged until now, lest the memory of a graph that drives to goal after goal grow."""
+        self._log = RunLog(pace=self._log.pace)
+
+    def begin(self, simulated: bool) -> None:
+        """Logs what comes from now on."""
+        self._log.simulated = simulated
+        self._end = OPEN
+
+    def ask(self, goal: SentGoal) -> None:
+        """Notes that a goal is given; what was said of earlier goals no longer counts."""
+        self._log.goals.append(goal)
+        self._log.reached_sent = self._ended = self._arrived = None
+
+    def take(self, topic: str, message: Any, sent: float) -> None:
+        """Takes a message, or its bytes on a topic of RAW, that was sent at `sent` [s]; an invalid one is left out."""
+        with suppress(*ODD):
+            self._takers[topic](message, sent)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it has begun and has no end."""
+        return self._end == OPEN
+
+    @property
+    def n_impacts(self) -> int:
+        """Number of the true impacts of a simulated robot, else of the detected ones."""
+        return len(self._log.true_impacts if self._log.truth else self._log.detected_impacts)
+
+    @property
+    def last(self) -> End | None:
+        """The pose that arrived at a goal that was reached, or else the newest one logged; None without one."""
+        last = (self._arrived if self._log.reached_sent is not None else None) or self._last
+        return None if last is None else End(last.stamp, last.sent)
+
+    def end(self, end: End | None) -> None:
+        """Ends the run with a pose: what is of the time up to it and comes later is still logged."""
+        self._end, self._ended = end or NEVER, end
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the truth of a simulated robot has come up to the end."""
+        return not self._log.truth or self._log.truth[-1].stamp >= self._end.stamp
+
+    @property
+    def log(self) -> RunLog:
+        """What was logged, up to the end of the run where it has one."""
+        if self._ended is not None:
+            self._log.end_with(*self._ended)
+        return self._log
+
+    def _time(self, stamp: float) -> float:
+        """Time of the run [s] at a stamp of another message than a pose."""
+        return continued(stamp, self.newest.stamp if self.newest else stamp, self._run_times.corrections)
+
+    def _take_pose(self, raw: bytes, sent: float) -> None:
+        state = self._state(raw)
+        self.newest = pose = self._row(self._run_times.of_pose(state.stamp, sent), state, sent)
+        if sent > self._end.sent:
+            return
+        self._log.poses.append(pose)
+        self._last = pose
+        if self._arrived is None and self._log.goals and sent >= self._log.goals[-1].sent:
+            _, x, y = self._log.goals[-1]
+            self._arrived = pose if math.hypot(pose.x - x, pose.y - y) <= self._tolerance else None
+
+    def _take_truth(self, raw: bytes, sent: float) -> None:
+        state = self._state(raw)
+        if (time := self._time(state.stamp)) <= self._end.stamp or not self.is_complete:
+            self._log.truth.append(self._row(time, state, sent))
+
+    def _take_true_impact(self, message: Any, _: float) -> None:
+        stamp, change = impact_from_message(message, self._frames.map)
+        if (time := self._time(stamp)) <= self._end.stamp:
+            self._log.true_impacts.append(ImpactRecord(time, *change.tolist()))
+
+    def _take_detected_impact(self, message: Any, _: float) -> None:
+        contact = impact_contact_from_message(message, self._frames.map)
+        if (time := self._time(contact.time)) <= self._end.stamp:
+            place = *contact.point.tolist(), *contact.normal.tolist()
+            self._log.detected_impacts.append(DetectedImpactRecord(time, *place))
+
+    def _take_scan(self, message: Any, sent: float) -> None:
+        scan = scan_from_message(message, self._frames.base, self._scan_input)
+        if sent <= self._end.sent:
+            self._log.scans.append(replace(scan, stamp=self._time(scan.stamp)))
+
+    def _take_plan(self, raw: bytes, sent: float) -> None:
+        plan = plan_from_bytes(raw, self._frames.map)
+        if sent <= self._end.sent:
+            at = self._time(plan.stamp)
+            self._log.plans.append(PlanRow(at, at - plan.stamp + plan.times, plan.positions, sent))
+
+    def _take_contacts(self, message: Any, sent: float) -> None:
+        stamp, contacts = contacts_from_message(message, self._frames.map)
+        if sent <= self._end.sent:
+            at = self._time(stamp)
+            self._log.contacts[at] = replace(contacts, times=at - stamp + contacts.times)
+
+    def _take_costs(self, message: Any, sent: float) -> None:
+        for status in message.status:
+            figures = {item.key: float(item.value) for item in status.values if item.key in FIGURES}
+            check_finite("planner/costs", *figures.values())
+            if sent <= self._end.sent:
+                self._log.costs.append(figures)
+
+    def _take_goal_status(self, message: Any, sent: float) -> None:
+        if not self._log.goals or sent < self._log.goals[-1].sent or sent > self._end.sent:
+            return
+        status = GOAL_STATUS.get(int(message.status), NO_GOAL)
+        self._log.statuses.append(SentStatus(sent, status))
+        self._log.reached_sent = sent if status == SUCCEEDED else None
+
+    def _take_reference(self, message: Any, sent: float) -> None:
+        point = float(message.point.x), float(message.point.y)
+        check_finite("controller/reference", *point)
+        if sent <= self._end.sent:
+            self._log.sent_references.append(SentReference(sent, *point))
+
+    def _take_maneuver(self, message: Any, sent: float) -> None:
+        if sent <= self._end.sent:
+            # a text that is no Unicode could not be written to a file
+            self._log.sent_maneuvers.append(SentManeuver(sent, message.data.encode(errors="replace").decode()))
+
+    def _take_command(self, message: Any, sent: float) -> None:
+        (vx, vy), wz = velocity_from_twist(twist_of(message))
+        if sent > self._end.sent:
+            return
+        if (vx or vy or wz) and self.time_zero is None and self.newest is not None:
+            self.time_zero = self.newest.stamp + self._log.pace * (sent - self.newest.sent)
+        self._log.sent_commands.append(SentCommand(sent, float(vx), float(vy), wz))
+
+    def _take_diagnostics(self, message: Any, sent: float) -> None:
+        for status in message.status:
+            lockstep = lockstep_of(values_of(status)) if is_in(self._namespace, str(status.name)) else None
+            if lockstep is None:
+                continue
+            if (
+                lockstep.longest_wait > (self.lockstep.longest_wait if self.lockstep else 0.0)
+                and sent <= self._end.sent
+            ):
+                self._log.longest_wait = lockstep.longest_wait, lockstep.waited_for
+            self.lockstep = lockstep
+
+    def _state(self, raw: bytes) -> State:
+        return state_from_bytes(raw, self._frames.map, self._frames.base)
+
+    @staticmethod
+    def _row(time: float, state: State, sent: float) -> PoseRow:
+        (x, y), (vx, vy) = state.position.tolist(), state.velocity.tolist()
+        return PoseRow(time, x, y, state.yaw, vx, vy, sent)

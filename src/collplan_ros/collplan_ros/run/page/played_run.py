@@ -1,0 +1,85 @@
+"""What run.html is made from."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from collplan_core.evaluation.machine import pace_words
+from collplan_ros.run.impacts import Impacts, impacts_of
+from collplan_ros.run.picture.title import run_end, run_title
+from collplan_ros.run.recorded_run import RecordedRun, read_run
+from collplan_ros.run.run_error import RunError
+from collplan_ros.view import scene
+
+INCOMPLETE = "incomplete"
+SHOWN_WHOLE = 60.0
+"""A shorter run is shown with all its scans, maps and sets of candidates, as far as its page has room [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlayedRun:
+    """A run that can be played.
+
+    Attributes:
+        run: the run.
+        impacts: its impacts.
+        title: world, strategy and seed of the run, and whether it was simulated.
+        end: how it ended.
+        reason: why it ended so; empty where that says it all.
+        machine: the part `machine` of the whole run.
+    """
+
+    run: RecordedRun
+    impacts: Impacts
+    title: str
+    end: str
+    reason: str
+    machine: scene.Part
+
+    @property
+    def zero(self) -> float:
+        """Time of t = 0 in the files of the run and in its page [s, poses' clock]."""
+        return self.run.log.begin
+
+    @property
+    def one_in(self) -> int:
+        """Decimation factor of scans, maps and sets of candidates: all those of a long run fill the memory."""
+        return 1 + int(self.duration // SHOWN_WHOLE)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last pose [s]."""
+        poses = self.run.log.poses
+        return poses[-1].stamp - poses[0].stamp
+
+
+def read_played_run(folder: Path) -> PlayedRun:
+    """Reads the run in a folder of bringup, also one without results.
+
+    Raises:
+        RunError: a file is missing or has another form than bringup writes.
+    """
+    return played(read_run(folder))
+
+
+def played(run: RecordedRun) -> PlayedRun:
+    """A run that was read, and what its results say.
+
+    Raises:
+        RunError: summary.json has another form than bringup writes.
+    """
+    impacts = impacts_of(run.log, run.world, run.settings.mocap.velocity_window)
+    title = run_title(run.world, run.settings, run.log.simulated)
+    return PlayedRun(run, impacts, title, *_end(run.folder / "summary.json"))
+
+
+def _end(path: Path) -> tuple[str, str, scene.Part]:
+    """How the run ended, why, and the part `machine`, by its summary; without one bringup did not live to write it."""
+    try:
+        summary = json.loads(path.read_text())
+        machine = {"pace": pace_words(summary.get("real_time_factor")), "verdict": str(summary.get("machine", ""))}
+        return run_end(summary), str(summary.get("reason", "")), machine
+    except FileNotFoundError:
+        return INCOMPLETE, "", {"pace": "", "verdict": ""}
+    except (OSError, LookupError, TypeError, ValueError, AttributeError) as error:
+        raise RunError(f"{path}: expected JSON with the figures of a run: {error!r}") from None

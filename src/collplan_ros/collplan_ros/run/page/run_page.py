@@ -1,0 +1,106 @@
+"""Writes run.html of a run folder, and the page of several runs."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from collplan_core.parameters import Settings
+from collplan_core.strategies import TIME_TO_GOAL
+from collplan_ros.run.page.events import beginning, log_events, message_events
+from collplan_ros.run.page.one_file import one_file, packed
+from collplan_ros.run.page.played_run import PlayedRun, played, read_played_run
+from collplan_ros.run.page.run_frames import Frame, frames_of, thinned
+from collplan_ros.run.recorded_run import RecordedRun
+from collplan_ros.run.run_error import RunError
+from collplan_ros.run.whole_file import replacing
+from collplan_ros.view import scene
+
+PAGE = "run.html"
+LARGEST_SHORT, SHORT = 2_000_000, 10.0
+"""Largest file of a run of up to so long [bytes], [s]; of a longer one it is larger in proportion."""
+LARGEST = 10_000_000
+"""Largest file of any run [bytes]."""
+COARSEST = 4096
+"""Of the heavy parts of a run no fewer than every so many-th are kept."""
+
+
+def write_run_page(run: Path | RecordedRun) -> Path:
+    """Writes the page of a run, or of the run in a folder, into its folder; returns its path.
+
+    Raises:
+        RunError: the run cannot be read.
+        RecordError: the file cannot be written.
+    """
+    shown = read_played_run(run) if isinstance(run, Path) else played(run)
+    path = shown.run.folder / PAGE
+    write_page(path, [shown])
+    return path
+
+
+def write_page(path: Path, runs: Sequence[PlayedRun]) -> None:
+    """Writes the page of runs, which it plays beside each other on one clock.
+
+    Raises:
+        RunError: a number in a run cannot be drawn.
+        RecordError: the file cannot be written.
+    """
+    title = "; ".join(f"{run.title}: {run.end}" for run in runs)
+    text = one_file(title, [_recording(run, len(one_file(title, []).encode())) for run in runs])
+    with replacing(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _recording(run: PlayedRun, page: int) -> str:
+    """A run as a page holds it, with fewer scans, maps and candidates where the file would be too large.
+
+    `page` is the size of a page without a run [bytes].
+    """
+    try:
+        frames, notes = _frames(run)
+    except scene.SceneError as error:
+        raise RunError(f"{run.run.folder}: {error}") from None
+    largest, factor = largest_file(run.duration), 1
+    text = _packed(run, frames, [*notes, *_fewer(run.one_in, largest)])
+    while (size := page + len(text)) > largest and factor < COARSEST:
+        factor *= 2 ** max(1, int(math.log2(size / largest)))
+        text = _packed(run, thinned(frames, factor), [*notes, *_fewer(factor * run.one_in, largest)])
+    return text
+
+
+def _frames(run: PlayedRun) -> tuple[list[Frame], list[str]]:
+    """All frames of a run, and a note on what was not recorded of it."""
+    events = [*log_events(run), *message_events(run)]
+    frames = frames_of(run.run.log.poses, events, beginning(run), run.zero)
+    return frames, _missing(frames, run.run.settings)
+
+
+def largest_file(duration: float) -> int:
+    """Size that the page of a run of this duration [s] must not exceed [bytes]."""
+    return int(min(max(1.0, duration / SHORT) * LARGEST_SHORT, LARGEST))
+
+
+def _fewer(one_in: int, largest: int) -> list[str]:
+    """A note on what is not shown; none where all is."""
+    bound = f"{1e-6 * largest:g} MB"
+    words = f"one in {one_in} scans, maps and sets of candidates: all are too many for a file of {bound}"
+    return [words] if one_in > 1 else []
+
+
+def _packed(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> str:
+    return packed({"title": run.title, "end": run.end, "reason": run.reason, "notes": notes, "frames": frames})
+
+
+def _missing(frames: Sequence[Frame], settings: Settings) -> list[str]:
+    """A note that names what was not recorded of the run; none where nothing is missing."""
+    compared = any(frame.get("rollouts") or frame.get("candidates", {}).get("at") for frame in frames)
+    remembers = settings.planner.strategy in TIME_TO_GOAL
+    known = {
+        "free space, frontiers and predicted boundaries": any("free" in frame for frame in frames),
+        "what the planner compared": compared,
+        "boundaries that it remembered": not remembers or any(frame.get("remembered") for frame in frames),
+        "cost terms": any(frame.get("costs", {}).get("terms") for frame in frames),
+        "reasons of the controller": any(frame.get("doing", {}).get("activity") for frame in frames),
+        "health of the nodes": any(frame.get("nodes") for frame in frames),
+    }
+    missing = [words for words, is_known in known.items() if not is_known]
+    return [f"not recorded: {', '.join(missing)}"] if missing else []

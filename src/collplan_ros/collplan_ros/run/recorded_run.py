@@ -1,0 +1,111 @@
+"""A run read from its folder: its parameters, its world and its log, also of one whose bringup was killed."""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.records import Metadata
+
+import collplan_core.planners  # noqa: F401  (registers what a run may have been planned by)
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import read_parameters
+from collplan_core.parameters.spec import ParameterError
+from collplan_core.worlds import World, WorldError, load_world
+from collplan_core.worlds.file import parse_text
+from collplan_ros.run.description import BEGIN, CLOCK, END, GOAL, PARAMETERS, RUN, WORLD
+from collplan_ros.run.log_builder import RAW, End, LogBuilder
+from collplan_ros.run.reader import attachment, description, entries
+from collplan_ros.run.run_error import RunError
+from collplan_ros.run.run_log import RunLog, SentGoal
+from collplan_ros.run.writer import RECORDING
+
+NANO = 10**9
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedRun:
+    """A run read from its folder.
+
+    Attributes:
+        folder: the run folder.
+        settings: the parameters used.
+        world: the world that the robot was in.
+        log: what was recorded, with at least one pose.
+        clock_ahead: by how much the clock of the recording is ahead of that of `sent` in the log [ns].
+        namespace: of the robot's nodes.
+        has_results: whether bringup, or who completed the run, has written its results.
+    """
+
+    folder: Path
+    settings: Settings
+    world: World
+    log: RunLog
+    clock_ahead: int
+    namespace: str
+    has_results: bool
+
+    @property
+    def recording(self) -> Path:
+        """The file that holds all that was recorded."""
+        return self.folder / RECORDING
+
+    @property
+    def note(self) -> str:
+        """A sentence for the user where bringup ended before the run did; "" where it did not."""
+        if self.has_results:
+            return ""
+        end = f"{self.log.poses[-1].stamp - self.log.begin:.2f} s"
+        return f"{self.folder}: incomplete, bringup ended before the run did; {RECORDING} holds it up to {end}"
+
+
+def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
+    """Reads the run in a folder of bringup; without plans and scans where it is not `pictured`.
+
+    Raises:
+        RunError: a file is missing or has another form than bringup writes, or the run has no poses.
+    """
+    if not folder.is_dir():
+        raise RunError(f"{folder}: not a folder, expected one that bringup left")
+    settings, path = _settings(folder / PARAMETERS), folder / RECORDING
+    about = description(path, RUN)
+    namespace, clock_ahead = about.get("namespace", "/"), int(about.get(CLOCK, "0"))
+    builder = LogBuilder(settings, namespace, pictured)
+    for entry in entries(path, builder.topics):
+        if isinstance(entry, Metadata):
+            _take_mark(builder, entry)
+            continue
+        with suppress(Exception):  # whatever a decoder makes of a message that is none: it is left out
+            message = entry.data if entry.topic in RAW else entry.decoded
+            builder.take(entry.topic, message, (entry.sent - clock_ahead) / NANO)
+    if not builder.log.poses:
+        raise RunError(f"{path}: no poses, expected those of a run")
+    has_results = (folder / "summary.json").exists()
+    return RecordedRun(folder, settings, _world(path, settings), builder.log, clock_ahead, namespace, has_results)
+
+
+def _take_mark(builder: LogBuilder, mark: Metadata) -> None:
+    values = mark.metadata
+    if mark.name == BEGIN:
+        builder.begin(values["simulated"] == "true")
+    elif mark.name == GOAL:
+        builder.ask(SentGoal(*(float(values[key]) for key in SentGoal._fields)))
+    elif mark.name == END:
+        builder.end(End(*(float(values[key]) for key in End._fields)))
+
+
+def _settings(path: Path) -> Settings:
+    try:
+        return Settings().with_values(read_parameters(path))
+    except ParameterError as error:  # names the file
+        raise RunError(str(error)) from None
+
+
+def _world(path: Path, settings: Settings) -> World:
+    """The world in the recording, whatever has become of its file since."""
+    try:
+        try:
+            return parse_text(attachment(path, WORLD), f"{path}: {WORLD}", settings.simulator.world)
+        except RunError:  # none is attached
+            return load_world(settings.simulator.world)
+    except (WorldError, OSError) as error:
+        raise RunError(f"{path}: simulator.world: {error}") from None
