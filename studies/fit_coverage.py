@@ -8,7 +8,6 @@ import argparse
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 from time import process_time
 
 import numpy as np
@@ -20,7 +19,7 @@ from collplan_core.parameters import Settings
 from collplan_core.plane import rotate_rows
 from collplan_core.worlds import World
 from collplan_ros.fit.fitting import RobotFit, fit_robot
-from collplan_ros.run.recorded_run import RecordedRun
+from collplan_ros.fit.recorded_path import FittedRun
 from omnipuck_sim.bumping_drive import DrivenPose, bumping_drive
 from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
@@ -68,12 +67,12 @@ def driven_runs(true: Settings, setup: int) -> list[list[DrivenPose]]:
     return [list(bumping_drive(ROOM, true, 1000 * setup + i, DURATION)) for i in range(RUNS)]
 
 
-def recorded(rows: Sequence[DrivenPose], true: Settings, believed: Settings, name: str) -> RecordedRun:
+def recorded(rows: Sequence[DrivenPose], true: Settings, believed: Settings, name: str) -> FittedRun:
     """A run as bringup records it."""
     yaws = np.array([row.measured.yaw for row in rows])
     times, points = (np.array([getattr(row.measured, name) for row in rows]) for name in ("stamp", "position"))
     path = RecordedPath(times, points, rotate_rows(np.array([row.command for row in rows]), yaws))
-    return RecordedRun(Path(name), True, believed, ROOM, path, np.unwrap(yaws))
+    return FittedRun(name, True, believed, ROOM, path, np.unwrap(yaws))
 
 
 def true_restitution(impacts: Sequence[Impact], true: Settings) -> float:

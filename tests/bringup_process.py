@@ -6,7 +6,8 @@ import sys
 import time
 from pathlib import Path
 
-from collplan_ros.run.record_reading import RECORD
+from collplan_ros.run.reader import raw_messages
+from collplan_ros.run.writer import RECORDING
 
 PATIENCE = 100.0
 SLOWLY = ("--max-speed", "0.3", "--no-pictures")
@@ -64,8 +65,8 @@ class Run:
 
     def has_recorded(self) -> bool:
         """Whether a pose of the run is on disk."""
-        record = self.out / "latest" / RECORD
-        return record.exists() and '["pose"' in record.read_text()
+        recording = self.out / "latest" / RECORDING
+        return recording.exists() and bool(recording.stat().st_size) and any(raw_messages(recording, ["cmd_vel"]))
 
     def end(self) -> int:
         return self.process.wait(PATIENCE)

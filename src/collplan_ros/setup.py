@@ -44,7 +44,6 @@ setup(
             "view_node = collplan_ros.executables:view_node",
             "bringup = collplan_ros.executables:bringup",
             "fit_robot = collplan_ros.executables:fit_robot",
-            "fit_rebound = collplan_ros.executables:fit_rebound",
             "replay = collplan_ros.executables:replay",
             "beside = collplan_ros.executables:beside",
         ],

@@ -2,14 +2,11 @@
 
 import tempfile
 from collections import defaultdict
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from collplan_ros.run.record_file import RecordFile
-from collplan_ros.run.record_reading import RECORD, Record, read_record
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, PointStamped, PoseStamped, Twist, Vector3
 from hypothesis import given, settings
@@ -26,6 +23,8 @@ from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.log_builder import RAW, LogBuilder
+from collplan_ros.run.recorded_run import take_mark
 from collplan_ros.run.recorder import Recorder
 from collplan_ros.run.run_log import RunLog
 from collplan_ros.run.send_times import SendTimes
@@ -40,49 +39,33 @@ WORLD = World("empty", (), np.zeros((0, 3)), (-1.0, -1.0, 5.0, 1.0), False, None
 
 
 class Recording:
-    """A recorder that listens to no graph: it is handed messages and when they were sent [s after WALL_CLOCK]."""
+    """A recorder that listens to no graph: it is handed messages and when they were sent [s], and so is a log."""
 
-    def __init__(
-        self,
-        wall: Callable[[], float] = lambda: WALL_CLOCK,
-        namespace: str = "/",
-        steady: Callable[[], float] | None = None,
-    ) -> None:
-        self.listened = {}
-        self._folder = tempfile.TemporaryDirectory()
-        self._path = Path(self._folder.name) / RECORD
-        self._file = RecordFile(self._path)
+    def __init__(self, namespace: str = "/") -> None:
+        self.listened = defaultdict(list)
+        self._builder = LogBuilder(Settings(), namespace)
         # by the steady clock the recorder begins at 0
-        times = SendTimes(wall, steady or (lambda: wall() - WALL_CLOCK))
-        self.recorder = Recorder(self, Settings(), self._file, times, namespace)
-        self.recorder.begin(True, GOAL)
+        times = SendTimes(lambda: WALL_CLOCK, lambda: 0.0)
+        self.recorder = Recorder(self, Settings(), self._mark, times, namespace)
+        self.recorder.begin(True)
+
+    def _mark(self, name, values) -> None:
+        take_mark(self._builder, name, values)
 
     def listen(self, topic, take, raw=False) -> None:
-        self.listened[topic] = (lambda message, info: take(serialize_message(message), info)) if raw else take
+        self.listened[topic].append((take, raw))
 
     def take(self, topic: str, sent: float, message: object) -> None:
-        self.listened[topic](message, {"source_timestamp": round((WALL_CLOCK + sent) * 1e9)})
-
-    @property
-    def record(self) -> Record:
-        self._file.flush()
-        return read_record(self._path)
+        data = serialize_message(message) if topic in RAW else message
+        for take, raw in self.listened[topic]:
+            assert raw == (topic in RAW)
+            take(data, sent)
+        if topic in self._builder.topics:
+            self._builder.take(topic, data, sent)
 
     @property
     def log(self) -> RunLog:
-        return self.record.log
-
-
-def test_each_setting_of_the_wall_clock_is_recorded_also_one_from_before_the_run():
-    clock = {"steady": 0.0, "ahead": WALL_CLOCK}
-    recording = Recording(lambda: clock["steady"] + clock["ahead"], steady=lambda: clock["steady"])
-    for steady, ahead in ((1.0, 0.0), (2.0, -100.0), (3.0, -100.0), (4.0, 3600.0)):
-        clock.update(steady=steady, ahead=WALL_CLOCK + ahead)
-        recording.take("maneuver", steady + ahead, String(data="free_space"))
-        if steady == 2.0:
-            recording.recorder.begin(True, GOAL)
-    known = [(since, ahead - WALL_CLOCK) for since, ahead in recording.record.wall_clock]
-    assert known == [(0.0, 0.0), (2.0, -100.0), (4.0, 3600.0)]
+        return self._builder.log
 
 
 def sent_messages(end: float = ARRIVAL) -> dict[str, list[tuple[float, object]]]:
@@ -258,7 +241,7 @@ def test_the_longest_wait_of_simulated_time_is_that_within_the_run():
 
     recording.recorder.finish()
     report(0.1, "0.5")
-    recording.recorder.begin(True, GOAL)
+    recording.recorder.begin(True)
     report(0.5, "0.5")
     assert recording.log.longest_wait is None
     report(1.0, "0.7")

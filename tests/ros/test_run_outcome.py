@@ -5,7 +5,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from collplan_ros.run.record_file import RecordFile
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -92,7 +91,7 @@ class FedGraph(graph.Graph):
         self.taken_by: dict[str, Callable] = {}
         self._fed, self._reports, self._time = iter(enumerate(poses)), reports, 0.0
         times = SendTimes(lambda: self._time, lambda: self._time)
-        self.recorder = Recorder(self, bringup.preparation.settings, RecordFile(bringup.folder.record), times)
+        self.recorder = Recorder(self, bringup.preparation.settings, times=times)
 
     def listen(self, topic, take, raw=False) -> None:
         self.taken_by[topic] = (lambda message, info: take(serialize_message(message), info)) if raw else take

@@ -11,7 +11,9 @@ from collplan_ros.bringup.preparation import Preparation, write_used_parameters
 from collplan_ros.bringup.results import write_results
 from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_log import ImpactRecord, PoseRow, RunLog, SentCommand
+from made_runs import write_recording
 from omnipuck_sim.bumping_drive import SPEEDS, bumping_drive
 
 ROOM = "bounds: [0, 0, 3.0, 0.9]\nwalled: true\nstart: [0.4, 0.4]\n"
@@ -28,8 +30,10 @@ def bumping_run(parent: Path, duration: float, seed: int = 0, speeds=SPEEDS, **v
     folder = RunFolder(parent)
     write_used_parameters(folder.parameters, settings)
     room = load_world(world)
-    prepared = Preparation(ROBOTS["sim"], "local", settings, room, np.array([2.0, 0.5]), {})
-    write_results(folder, _driven(settings, duration, seed, speeds), prepared, "timeout", Options(pictures=False))
+    goal = np.array([2.0, 0.5])
+    prepared = Preparation(ROBOTS["sim"], "local", settings, room, goal, {})
+    write_recording(folder.path, _driven(settings, duration, seed, speeds), goal, world=room)
+    write_results(read_run(folder.path, pictured=False), prepared, "timeout", Options(pictures=False))
     return folder.path
 
 

@@ -1,18 +1,25 @@
 """Logs of runs made by hand, and what a recorder would have written of them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from collplan_ros.run.record_file import RecordFile
-from collplan_ros.run.record_reading import Told
+from geometry_msgs.msg import Twist, Vector3
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
 
 from collplan_core.parameters import Settings
-from collplan_core.plan import Contacts
+from collplan_core.plan import Contacts, timed_path
 from collplan_core.state import State
 from collplan_core.worlds import World
+from collplan_core.worlds.file import world_text
 from collplan_core.worlds.raycast import simulate_scan
+from collplan_ros.messages.conversions import impact_to_message, scan_to_message, state_to_odometry
+from collplan_ros.messages.plans import contacts_to_message, plan_to_path
+from collplan_ros.run.description import BEGIN, CLOCK, RUN, WORLD, YAML
+from collplan_ros.run.description import GOAL as GOAL_GIVEN
 from collplan_ros.run.run_log import (
     DetectedImpactRecord,
     ImpactRecord,
@@ -22,7 +29,11 @@ from collplan_ros.run.run_log import (
     SentCommand,
     SentManeuver,
 )
+from collplan_ros.run.schemas import schema_text, type_name
+from collplan_ros.run.writer import RECORDING, RecordingFile
 
+Said = tuple[float, str, Any]
+"""When a message was sent [s], its topic and the message."""
 EPOCH = 1.7e9
 AHEAD = EPOCH - 77.0
 """Of the poses' clock before the clock of sending [s]."""
@@ -71,25 +82,48 @@ def detected_only(log: RunLog) -> RunLog:
     return replace(log, truth=[], true_impacts=[], detected_impacts=[hit])
 
 
-def write_record(path: Path, log: RunLog, goal: np.ndarray = GOAL, told: Sequence[Told] = ()) -> None:
-    """Writes what a recorder would have written of this run, without its end."""
-    file = RecordFile(path)
-    file.write("run", {"simulated": True, "goal": goal.tolist(), "wall_clock_ahead": AHEAD})
-    rows = [(row.sent, "pose", row) for row in log.poses] + [(row.sent, "truth", row) for row in log.truth]
-    rows += [(row.sent, "command", row) for row in log.sent_commands]
-    rows += [(row.sent, "maneuver", row) for row in log.sent_maneuvers]
-    rows += [(row.sent, row.kind, (row.sent, *row.entries)) for row in told]
-    rows += [(i.stamp - AHEAD, "true_impact", (i.stamp - AHEAD, *i)) for i in log.true_impacts]
+def write_recording(
+    folder: Path,
+    log: RunLog,
+    goal: np.ndarray = GOAL,
+    said: Sequence[Said] = (),
+    world: World | None = None,
+    namespace: str = "",
+    finished: bool = True,
+) -> None:
+    """Writes the run.mcap that bringup would have written of this run; the run itself has no end in it."""
+    file = RecordingFile(folder / RECORDING)
+    if world is not None:
+        file.attach(WORLD, YAML, world_text(world))
+    file.describe(RUN, {"simulated": "true", "namespace": namespace or "/", CLOCK: str(round(1e9 * AHEAD))})
+    file.describe(BEGIN, {"simulated": "true"})
+    file.describe(GOAL_GIVEN, {"sent": "0.0", "x": repr(float(goal[0])), "y": repr(float(goal[1]))})
+    for number, (sent, topic, message) in enumerate(sorted([*_said(log), *said], key=lambda row: row[0]), 1):
+        kind = type_name(type(message))
+        channel = file.channel(topic if topic.startswith("/") else f"{namespace}/{topic}", kind, schema_text(kind), {})
+        at = round(1e9 * sent) + round(1e9 * AHEAD)
+        file.write(channel, serialize_message(message), at, at, number)
+    file.finish() if finished else file.flush()
+
+
+def _said(log: RunLog) -> Iterator[Said]:
+    """When each message of a run was sent, its topic and the message."""
+    frames = Settings().frames
+    for topic, rows in (("mocap/odom", log.poses), ("ground_truth/odom", log.truth)):
+        for row in rows:
+            yield row.sent, topic, state_to_odometry(row.state, frames.map, frames.base)
+    for row in log.sent_commands:
+        turn = Vector3(x=0.0, y=0.0, z=row.wz)
+        yield row.sent, "cmd_vel", Twist(linear=Vector3(x=row.vx, y=row.vy, z=0.0), angular=turn)
+    for row in log.sent_maneuvers:
+        yield row.sent, "maneuver", String(data=row.name)
+    for hit in log.true_impacts:
+        yield hit.stamp - AHEAD, "ground_truth/impact", impact_to_message(hit.stamp, np.array(hit[1:]), frames.map)
     for stamp, each in log.contacts.items():
-        vectors = each.points.tolist(), each.velocities_after.tolist()
-        rows.append((stamp - AHEAD, "contacts", (stamp - AHEAD, stamp, each.times.tolist(), *vectors)))
+        message = contacts_to_message(each, stamp, frames.map, frames.base)
+        yield stamp - AHEAD, "planner/foreseen_impacts", message
     for plan in log.plans:
-        sent = plan.stamp - AHEAD + THOUGHT
-        rows.append((sent, "plan", (sent, plan.stamp, plan.times.tolist(), plan.positions.tolist())))
+        path = timed_path(plan.stamp, plan.times, plan.positions, np.zeros_like(plan.positions))
+        yield plan.stamp - AHEAD + THOUGHT, "plan", plan_to_path(path, frames.map)
     for scan in log.scans:
-        sent = scan.stamp - AHEAD
-        limits = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, scan.time_increment
-        rows.append((sent, "scan", (sent, scan.stamp, *limits, scan.ranges.tolist())))
-    for _, kind, entries in sorted(rows, key=lambda row: row[0]):
-        file.write(kind, *entries)
-    file.flush()
+        yield scan.stamp - AHEAD, "scan", scan_to_message(scan, frames.base)

@@ -10,24 +10,36 @@ from typing import Any
 
 import numpy as np
 import yaml
-from collplan_ros.run.record_reading import RECORD, Told
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
 from collplan_ros.run.run_log import RunLog
-from made_runs import bouncing_run, write_record
+from made_runs import Said, bouncing_run, write_recording
 
 ROOM = {
     "bounds": [-2.0, -1.5, 2.5, 1.5],
     "polygons": [[[1, -1], [2, -1], [2, 1], [1, 1]]],
     "circles": [{"center": [-1.0, 0.5], "radius": 0.2}],
 }
-TOLD = (
-    Told(77.02, "goal", ("accepted",)),
-    Told(77.2, "costs", ({"planning_time_ms": 3.25, "candidates": 80.0, "hardest_contact": 0.4},)),
-    Told(77.3, "goal", ("executing",)),
-    Told(77.4, "robot", ("held", "its node has started")),
-    Told(78.99, "goal", ("succeeded",)),
+
+
+def status(name: str, level: bytes, message: str, **values: str) -> DiagnosticStatus:
+    """A node's status with these values."""
+    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
+    return DiagnosticStatus(name=name, level=level, message=message, values=pairs)
+
+
+COSTS = status(
+    "planner", b"\0", "", planning_time_ms="3.25", candidates="80", hardest_contact="0.4", strategy="harness"
+)
+SAID: tuple[Said, ...] = (
+    (77.02, "goal_status", GoalStatus(status=GoalStatus.STATUS_ACCEPTED)),
+    (77.2, "planner/costs", DiagnosticArray(status=[COSTS])),
+    (77.3, "goal_status", GoalStatus(status=GoalStatus.STATUS_EXECUTING)),
+    (77.4, "robot/state", status("/simulator_node", b"\1", "its node has started", state="held")),
+    (78.99, "goal_status", GoalStatus(status=GoalStatus.STATUS_SUCCEEDED)),
 )
 
 
@@ -36,8 +48,9 @@ def played_folder(
     log: RunLog | None = None,
     name: str = "room",
     strategy: str = "harness",
-    told: Sequence[Told] = TOLD,
+    said: Sequence[Said] = SAID,
     run: str = "run",
+    namespace: str = "",
 ) -> Path:
     """The folder of a run that bringup has finished, in a world of this name."""
     folder = parent / run
@@ -46,7 +59,7 @@ def played_folder(
     world.write_text(yaml.safe_dump({"name": name, **ROOM}))
     values = {"lidar.world": str(world), "simulator.world": str(world), "planner.strategy": strategy}
     write_parameters(Settings().with_values(values), folder / "parameters.yaml")
-    write_record(folder / RECORD, log or bouncing_run(), told=told)
+    write_recording(folder, log or bouncing_run(), said=said, namespace=namespace)
     summary = {"arrival_time_s": 1.84, "outcome": "reached", "path_length_m": 0.72, "impacts": 1}
     (folder / "summary.json").write_text(json.dumps(summary))
     return folder

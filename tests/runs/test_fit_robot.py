@@ -1,7 +1,5 @@
 """fit_robot on run folders of a simulated robot whose drive and rebounds are not those that the planner believes."""
 
-import csv
-import json
 import shutil
 
 import pytest
@@ -11,6 +9,7 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_ros.fit.fit_robot import main
 from collplan_ros.run.impacts import COLUMNS
+from collplan_ros.run.writer import RECORDING
 
 WRITTEN, REFUSED = 0, 2
 TRUTH = {
@@ -102,52 +101,21 @@ def test_too_little_driving_is_refused_and_so_is_creeping_along_walls(short, tmp
         assert "away from" in refused(capsys, run, out=tmp_path / "o.yaml")
 
 
-def rewritten(file, change):
-    """trajectory.csv with its rows (dicts) changed in place."""
-    rows = list(csv.DictReader(file.open()))
-    change(rows)
-    with file.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
-
-
-def test_runs_of_two_radii_or_two_kinds_are_refused(short, spoiled, tmp_path, capsys):
+def test_runs_of_two_radii_are_refused(short, spoiled, tmp_path, capsys):
     out = tmp_path / "o.yaml"
     write_values({"robot.radius": 0.08}, tmp_path / "lab.yaml")
     said = refused(capsys, short, out=out, options=["--params", str(tmp_path / "lab.yaml")])
     assert "0.08 m" in said
     changed(spoiled, **{"robot.radius": 0.08})
     assert "one robot" in refused(capsys, spoiled, short, out=out)
-    (spoiled / "summary.json").write_text(json.dumps({"simulated": False}))
-    assert "one kind" in refused(capsys, spoiled, short, out=out)
-
-
-def in_row(line, **values):
-    return lambda run: rewritten(run / "trajectory.csv", lambda rows: rows[line - 2].update(values))
-
-
-def with_text(name, text):
-    return lambda run: (run / name).write_text(text)
-
-
-def without(name):
-    return lambda run: (run / name).unlink()
 
 
 SPOILED = [
     (shutil.rmtree, "run: not a folder"),
-    (without("trajectory.csv"), "trajectory.csv: cannot be read"),
-    (with_text("summary.json", "{"), "summary.json: expected JSON"),
-    (with_text("summary.json", '{"simulated": "yes"}'), "summary.json: simulated: got 'yes'"),
-    (lambda run: (run / "trajectory.csv").write_bytes(b"\xff\xfe"), "trajectory.csv: cannot be read"),
-    (with_text("trajectory.csv", ""), "trajectory.csv: no column t, x, y, yaw, cmd_vx, cmd_vy"),
-    (with_text("trajectory.csv", "t,x,y,yaw,cmd_vx,cmd_vy\n"), "trajectory.csv: no poses"),
-    (with_text("trajectory.csv", "t,x,y,yaw,cmd_vx\n"), "trajectory.csv: no column cmd_vy"),
-    (in_row(9, x="somewhere"), "trajectory.csv, line 9, x: got 'somewhere'"),
-    (in_row(9, cmd_vx="inf"), "trajectory.csv, line 9, cmd_vx: got 'inf'"),
-    (in_row(9, t="-3"), "trajectory.csv, line 9, t: got -3"),
-    (lambda run: changed(run, **{"simulator.world": "nowhere"}), "parameters.yaml: simulator.world"),
+    (lambda run: (run / RECORDING).unlink(), f"{RECORDING}: cannot be read"),
+    (lambda run: (run / RECORDING).write_text("{"), f"{RECORDING}: expected a recording"),
+    (lambda run: (run / "parameters.yaml").unlink(), "parameters.yaml"),
+    (lambda run: changed(run, **{"simulator.world": "nowhere", "frames.map": "other"}), "no poses"),
 ]
 
 

@@ -1,25 +1,17 @@
 """run.html of a run with run.mcap: what was thought and said is in it, at the time when it came."""
 
-import json
-
 import numpy as np
 import pytest
 
 pytest.importorskip("rclpy")
 
-from collplan_ros.run.record_reading import RECORD
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.serialization import serialize_message
+from diagnostic_msgs.msg import DiagnosticArray
 
 from collplan_core.plan import Candidates
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
-from collplan_ros.run.description import RUN
 from collplan_ros.run.page import write_run_page
-from collplan_ros.run.page.run_frames import PERIOD
-from collplan_ros.run.schemas import schema_text, type_name
-from collplan_ros.run.writer import RECORDING, RecordingFile
-from made_runs import AHEAD, EPOCH
-from played_folders import newest, played_folder, recording_in
+from made_runs import EPOCH
+from played_folders import newest, played_folder, recording_in, status
 
 ZERO = 0.15
 SQUARE = np.array([[0.0, 0.0], [0.5, 0.0], [0.5, 0.4], [0.0, 0.4]])
@@ -30,11 +22,6 @@ LAYERS = {
     "remembered": SQUARE[2:],
     "inferred": SQUARE[::3],
 }
-
-
-def status(name, level, message, **values):
-    pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
-    return DiagnosticStatus(name=name, level=level, message=message, values=pairs)
 
 
 def sent_in_a_run():
@@ -56,20 +43,10 @@ def sent_in_a_run():
     yield "/diagnostics", 1.0, DiagnosticArray(status=[status("/robot2/mocap_node", b"\2", "another robot's")])
 
 
-def played(parent, step=0.0, when=0.0):
-    """What the page is given of a run in which the wall clock was set by `step` [s] `when` of the run [s]."""
-    folder = played_folder(parent, strategy="bounce")
-    with (folder / RECORD).open("a") as record:
-        record.write(json.dumps(["wall_clock", 77.0 + when, AHEAD + step]) + "\n")
-    file = RecordingFile(folder / RECORDING)
-    file.describe(RUN, {"goal": "0.0 0.1", "simulated": "true", "namespace": "/robot1"})
-    for number, (topic, time, message) in enumerate(sorted(sent_in_a_run(), key=lambda row: row[1]), 1):
-        kind = type_name(type(message))
-        name = topic if topic.startswith("/") else f"/robot1/{topic}"
-        channel = file.channel(name, kind, schema_text(kind), {})
-        came = round(1e9 * (77.0 + time + AHEAD + (step if time >= when else 0.0)))
-        file.write(channel, serialize_message(message), came, came, number)
-    file.finish()
+def played(parent):
+    """What the page is given of a run in the namespace robot1."""
+    said = [(77.0 + time, topic, message) for topic, time, message in sent_in_a_run()]
+    folder = played_folder(parent, strategy="bounce", said=said, namespace="/robot1")
     return recording_in(write_run_page(folder).read_text())
 
 
@@ -112,11 +89,3 @@ def test_what_nodes_said_is_shown(recording):
     assert (mocap["name"], mocap["level"], mocap["message"]) == ("/robot1/mocap_node", 1, "<b>late</b>")
     assert mocap["values"] == {"poses": "12"}
     assert (planner["name"], planner["silent"]) == ("/robot1/planner_node", False)
-
-
-def test_a_wall_clock_that_is_set_in_the_run_changes_nothing(recording, tmp_path):
-    stepped = played(tmp_path, -3600.0, when=0.45)
-    for part in ("free", "candidates", "rollouts", "costs", "doing", "hold"):
-        before, after = ([(f["t"], f[part]) for f in each["frames"] if part in f] for each in (recording, stepped))
-        assert [value for _, value in after] == [value for _, value in before]
-        assert [t for t, _ in after] == pytest.approx([t for t, _ in before], abs=1.1 * PERIOD)

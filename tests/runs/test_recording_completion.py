@@ -2,10 +2,10 @@
 
 import json
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from collplan_ros.run.record_reading import RECORD
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
@@ -22,7 +22,7 @@ from collplan_ros.run.result_files import SUMMARY
 from collplan_ros.run.run_error import RunError
 from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_recordings import TOPICS, MadeRecording, String, point
-from made_runs import bouncing_run, room, write_record
+from made_runs import bouncing_run, room, write_recording
 
 CHUNKS, IN_CHUNK = 6, 5
 HEADER = 8 + 9 + len("....ros2....") + len(LIBRARY)
@@ -138,8 +138,7 @@ def killed_run(folder: Path) -> Path:
     save_world(room(), folder / "room.yaml")
     worlds = {key: str(folder / "room.yaml") for key in ("lidar.world", "simulator.world")}
     write_parameters(Settings().with_values(worlds), folder / "parameters.yaml")
-    write_record(folder / RECORD, bouncing_run())
-    (folder / RECORDING).write_bytes(WHOLE)
+    write_recording(folder, bouncing_run(), finished=False)
     return folder
 
 
@@ -147,27 +146,27 @@ def test_the_files_of_a_killed_run_are_made_from_its_record(tmp_path):
     folder = killed_run(tmp_path / "killed")
     before = read_run(folder)
     assert "incomplete" in before.note
+    assert "1.84 s" in before.note
     said = complete(folder)
-    assert "30 messages" in said
+    assert "messages of" in said
     assert f"{folder / SUMMARY}" in said
     after = read_run(folder)
-    assert (after.note, after.path.points.tolist()) == ("", before.path.points.tolist())
+    assert (after.note, after.log) == ("", replace(after.log, poses=before.log.poses, truth=before.log.truth))
     summary = json.loads((folder / SUMMARY).read_text())
     assert (summary["outcome"], summary["reached"], summary["simulated"]) == (KILLED, False, True)
     assert (folder / "impacts.csv").read_text().count("\n") == 2
     assert complete(folder).endswith("is whole")
 
 
-def test_a_run_that_is_still_written_is_left_alone_also_without_a_recording(tmp_path):
+def test_a_run_that_is_still_written_is_left_alone(tmp_path):
     folder = killed_run(tmp_path / "run")
-    (folder / RECORDING).unlink()
     lock = FolderLock(folder)
     with pytest.raises(RunError, match=BEING_WRITTEN):
         complete(folder)
     said: list[str] = []
     assert (complete_newest(tmp_path, said.append), said) == ("", [])
     lock.close()
-    assert "record.jsonl" in complete_newest(tmp_path)
+    assert RECORDING in complete_newest(tmp_path)
     assert complete_newest(tmp_path) == ""
 
 
@@ -175,6 +174,6 @@ def test_replay_finishes_a_run_named_by_its_recording_or_says_why_not(tmp_path, 
     folder = killed_run(tmp_path / "run")
     assert main(["--finish", str(folder / RECORDING)]) == 0
     assert "completed" in capsys.readouterr().out
-    for path, words in ((tmp_path / "gone" / RECORDING, "not a folder"), (tmp_path, f"neither {RECORDING}")):
+    for path, words in ((tmp_path / "gone" / RECORDING, "not a folder"), (tmp_path, f"no {RECORDING}")):
         assert main(["--finish", str(path)]) == 2
         assert words in capsys.readouterr().err

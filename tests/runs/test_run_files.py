@@ -16,10 +16,17 @@ from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.run.folder_lock import FolderLock
 from collplan_ros.run.impacts import impacts_of
+from collplan_ros.run.recorded_run import RecordedRun
 from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 from collplan_ros.run.summary import summarize
 from collplan_ros.run.trajectory_file import COLUMNS, write_trajectory
 from made_runs import EPOCH, GOAL, HIT_AT, RADIUS, SPEED, WINDOW, bouncing_run, detected_only, room
+
+
+def run_in(folder: RunFolder, log: RunLog) -> RecordedRun:
+    log.simulated = True
+    return RecordedRun(folder.path, Settings(), room(), log, 0, "/", has_results=False)
+
 
 PREPARED = Preparation(ROBOTS["sim"], "local", Settings(), room(), GOAL, {})
 
@@ -29,8 +36,8 @@ def test_all_files_are_written(tmp_path):
     folder.become_latest()
     log = bouncing_run()
     log.longest_wait = 0.34, "planner_node"
-    results = write_results(folder, log, PREPARED, "reached", Options(), "a reason")
-    assert draw_picture(folder, results, PREPARED) == ""
+    results = write_results(run_in(folder, log), PREPARED, "reached", Options(), "a reason")
+    assert draw_picture(run_in(folder, log), results, PREPARED) == ""
     latest = tmp_path / "runs" / "latest"
     summary = json.loads((latest / "summary.json").read_text())
     assert (summary["simulated"], summary["reason"]) == (True, "a reason")
@@ -56,20 +63,20 @@ def test_what_fails_costs_only_what_comes_after_it(tmp_path, monkeypatch):
 
     monkeypatch.setattr("collplan_ros.run.picture.trajectory_png.draw_trajectory", fail)
     folder = RunFolder(tmp_path)
-    results = write_results(folder, bouncing_run(), PREPARED, "reached", Options())
-    assert "no font" in draw_picture(folder, results, PREPARED)
+    results = write_results(run_in(folder, bouncing_run()), PREPARED, "reached", Options())
+    assert "no font" in draw_picture(run_in(folder, bouncing_run()), results, PREPARED)
     left = ["impacts.csv", "log", "summary.json", "trajectory.csv"]
     assert sorted(entry.name for entry in folder.path.iterdir()) == left
     monkeypatch.setattr("collplan_ros.run.result_files.impacts_of", fail)
     folder = RunFolder(tmp_path)
     with pytest.raises(ValueError, match="font"):
-        write_results(folder, bouncing_run(), PREPARED, "reached", Options())
+        write_results(run_in(folder, bouncing_run()), PREPARED, "reached", Options())
     assert len(folder.trajectory.read_text().splitlines()) == 201
 
 
 def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
     folder = RunFolder(tmp_path)
-    summary = write_results(folder, RunLog(), PREPARED, "graph_lost", Options(pictures=False)).summary
+    summary = write_results(run_in(folder, RunLog()), PREPARED, "graph_lost", Options(pictures=False)).summary
     assert summary["reached"] is False
     assert summary["plan_time_ms"] == {"p50": None, "p99": None, "n": 0}
     assert json.loads(folder.summary.read_text())["impacts"] == 0

@@ -19,7 +19,7 @@ QUESTION = {"world", "strategy", "seed", "simulated", "repeat", "assumed"}
 FIGURES = {"reached", "outcome", "arrival_time_s", "path_length_m", "path_length_source", "impacts"}
 KEYS = QUESTION | FIGURES | {"plan_time_ms", "control_period_ms", "candidates", "maneuvers"}
 FILES = {"summary.json", "trajectory.csv", "impacts.csv", "trajectory.png", "run.html", "parameters.yaml"}
-FILES |= {"record.jsonl", "run.mcap", "log"}
+FILES |= {"run.mcap", "log"}
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -19,8 +19,8 @@ WITH_ROS_IN_SIM = {
     "omnipuck_sim.emulator.firmware_emulator",
 }
 WITH_ROS_IN_RUNS = {"collplan_ros.run.recorder"}
-WITH_ROS_IN_RUNS |= {f"collplan_ros.run.{name}" for name in ("graph_topics", "recorded_topics")}
-READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("runs", "pictures", "recording", "replay", "view"))
+WITH_ROS_IN_RUNS |= {f"collplan_ros.run.{name}" for name in ("graph_topics", "topics")}
+READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("run", "fit", "replay", "view"))
 PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"yaml": "python3-yaml"}
 PIP_NAMES = {"mcap_ros2": "mcap_ros2_support", "mujoco": "mujoco_core", "serial": "pyserial"}

@@ -5,7 +5,6 @@ import io
 
 import numpy as np
 import pytest
-from collplan_ros.run.record_reading import RECORD, read_record
 from rosbags.highlevel import AnyReader
 
 from collplan_core.parameters.file import read_parameters
@@ -16,6 +15,7 @@ from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.results import write_results
 from collplan_ros.run.reader import attachment, description, messages, raw_messages
+from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.topics import recorded_topics
 from collplan_ros.run.writer import RECORDING
 
@@ -39,8 +39,9 @@ def ran(tmp_path_factory):
         names = {name for name, _ in bringup.graph.node.get_topic_names_and_types()}
         bringup.come_to_rest()
     folder = bringup.folder.path
-    write_results(bringup.folder, bringup.read_log(), bringup.preparation, outcome, options)
-    return folder, names, bringup.preparation, read_record(folder / RECORD).log
+    run = read_run(folder)
+    write_results(run, bringup.preparation, outcome, options)
+    return folder, names, bringup.preparation, run.log
 
 
 def test_every_topic_of_the_graph_is_in_it_and_both_libraries_decode_it_whole(ran):

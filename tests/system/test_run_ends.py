@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bringup_process import SLOWLY, Run, nodes_of, wait_for
-from collplan_ros.run.record_reading import RECORD, read_record
 
 from collplan_core.warm_up import warm_up
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.run.completion import KILLED, complete
-from collplan_ros.run.reader import raw_messages
+from collplan_ros.run.description import END
+from collplan_ros.run.reader import description, raw_messages
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RunError
 from collplan_ros.run.run_log import RunLog
@@ -54,8 +54,8 @@ def test_a_run_that_is_over_is_canceled_and_recorded_until_the_robot_rests(tmp_p
     said = io.StringIO()
     result = run(options, Progress(said))
     assert (result.outcome, result.exit_code) == ("timeout", 1), said.getvalue()
-    record = read_record(result.folder / RECORD)
-    assert '\n["end",' in (result.folder / RECORD).read_text()
+    record = read_run(result.folder)
+    assert description(result.folder / RECORDING, END)
     assert stands_at_last(record.log)
     rows = list(csv.DictReader((result.folder / "trajectory.csv").open()))
     assert np.hypot(float(rows[-1]["vx"]), float(rows[-1]["vy"])) < AT_REST
@@ -95,14 +95,11 @@ def test_the_run_of_a_killed_bringup_is_read_and_completed_and_no_node_outlives_
         run.process.kill()
         run.end()
     left = read_run(folder)
-    log = read_record(folder / RECORD, pictured=False).log
-    assert len(left.path.times) == len(log.poses)
     assert "incomplete" in left.note
     wait_for(lambda: not nodes_of(run.out), patience=5.0)
     assert "summary.json" in complete(folder)
     assert run.summary()["outcome"] == KILLED
-    assert len(read_run(folder).path.times) == len(log.poses)
-    # the two files are flushed at different moments, so a kill takes more of one than of the other
+    assert read_run(folder).log.poses == left.log.poses
     assert list(raw_messages(folder / RECORDING, ["mocap/odom"]))
     assert complete(folder) == f"{folder}: is whole"
 

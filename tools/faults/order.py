@@ -11,13 +11,13 @@ from pathlib import Path
 from random import Random
 
 from bringup_process import Run, nodes_of, wait_for
-from collplan_ros.run.record_reading import RECORD, read_record
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.messages.qos import EVENT
+from collplan_ros.run.recorded_run import read_run
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph
 from faults.runs import in_folder, nothing
@@ -71,7 +71,7 @@ def signalled(folder: Path, chance: Random) -> Measured:
             run.process.send_signal(number)
         code = run.end()
     said = run.text + "".join(log.read_text() for log in (run.out / "latest" / "log").iterdir())
-    commands = read_record(run.out / "latest" / RECORD).log.sent_commands
+    commands = read_run(run.out / "latest").log.sent_commands
     wrong = {
         f"exit code {code} after signal {number}": code != (128 + number if ended is None else 0),
         "a traceback": "Traceback" in said,
@@ -83,9 +83,7 @@ def signalled(folder: Path, chance: Random) -> Measured:
 
 def between_goals(folder: Path) -> Measured:
     """Half an hour to and fro on busy cores: bringup's memory, and stops by the planner's heartbeat."""
-    options = Options(
-        world="l_corridor", strategy="bounce", out=folder / "runs", pictures=False, recording=False, real_time=True
-    )
+    options = Options(world="l_corridor", strategy="bounce", out=folder / "runs", pictures=False, real_time=True)
     sizes: list[int] = []
     stops: list[str] = []
     with ExitStack() as stack:

@@ -10,7 +10,6 @@ from pathlib import Path
 from random import Random
 
 from bringup_process import Run, nodes_of, wait_for
-from collplan_ros.run.record_reading import RECORD, read_record
 
 from collplan_core.evaluation.run_end import STUCK, TIMEOUT
 from collplan_core.parameters import Settings
@@ -19,8 +18,7 @@ from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.run.completion import complete
-from collplan_ros.run.reader import raw_messages
-from collplan_ros.run.writer import RECORDING
+from collplan_ros.run.recorded_run import read_run
 from faults.bench import Bench
 from faults.fault import Fault, Measured
 from faults.live_graph import ENDS, HALL
@@ -67,9 +65,7 @@ class RunEnds(Bench):
         folder = Path(self._temporary.name)
         (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
         self._bringup = Bringup(
-            Options(
-                world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False, recording=False, real_time=True
-            ),
+            Options(world=str(folder / "hall.yaml"), out=folder / "runs", pictures=False, real_time=True),
             Progress(io.StringIO()),
         )
 
@@ -126,23 +122,22 @@ def in_folder(measured: Callable[[Path, Random], Measured]) -> Callable[[Bench, 
 
 
 def killed(folder: Path, chance: Random) -> Measured:
-    """How much of a run that was killed is not on disk: time from its newest pose there to the kill, in either file."""
+    """How much of a run that was killed is not on disk: time from its newest pose there to the kill."""
     with Run(folder / "runs", "--no-pictures", "--world", "serpentine:0") as run:
         wait_for(run.moving)
         # a run that is killed within its first second may leave nothing
         wait_for(run.has_recorded)
         time.sleep(chance.uniform(0.0, 2.0))
         run.process.kill()
-        at, at_ns = time.monotonic(), time.time_ns()
+        at = time.monotonic()
         run.end()
     begun = time.monotonic()
     while nodes_of(run.out) and time.monotonic() < begun + ORPHANS:
         time.sleep(0.02)
     left = (run.out / "latest").resolve()
-    poses = read_record(left / RECORD, pictured=False).log.poses
+    poses = read_run(left, pictured=False).log.poses
     complete(left)
-    recorded = max(message.sent for message in raw_messages(left / RECORDING, ["mocap/odom"]))
-    lost = max(at - poses[-1].sent, 1e-9 * (at_ns - recorded))
+    lost = at - poses[-1].sent
     orphans = nodes_of(run.out)
     return Measured(lost, f"nodes outlive it: {', '.join(orphans)}" if orphans else "")
 
@@ -151,7 +146,7 @@ def disk_full(folder: Path, chance: Random) -> Measured:
     """Whether a run on a full disk ends with its own exit code and a sentence, and leaves its rows."""
     with Run(folder / "runs", "--no-pictures", code=FULL) as run:
         code = run.end()
-    rows = len(read_record(run.out / "latest" / RECORD).log.poses)
+    rows = len(read_run(run.out / "latest", pictured=False).log.poses)
     wrong = {
         f"exit code {code}": code != RECORD_LOST,
         "no sentence": "cannot be written: File too large" not in run.text,

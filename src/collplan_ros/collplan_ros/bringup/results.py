@@ -33,7 +33,9 @@ def write_results(
 
 
 def draw_picture(run: RecordedRun, results: Results, preparation: Preparation) -> str:
-    """Draws trajectory.png of a run; returns why there is none, or ""."""
+    """Draws trajectory.png of a run with poses; returns why there is none, or ""."""
+    if not run.log.poses:
+        return ""
     # imported late: slow to load
     from collplan_ros.run.picture.title import run_end, run_title
     from collplan_ros.run.picture.trajectory_png import draw_trajectory
@@ -59,7 +61,9 @@ def _drawn(world: World, log: RunLog, goal: np.ndarray) -> World:
 
 
 def make_page(run: RecordedRun) -> str:
-    """Writes run.html of a run; returns why there is none, or ""."""
+    """Writes run.html of a run with poses; returns why there is none, or ""."""
+    if not run.log.poses:
+        return ""
     # imported late: slow to load
     from collplan_ros.run.page import write_run_page
 

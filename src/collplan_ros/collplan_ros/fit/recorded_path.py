@@ -37,8 +37,9 @@ def fitted_run(run: RecordedRun) -> FittedRun:
     """Poses and commands of a recorded run.
 
     Raises:
-        RunError: the stamps of its poses do not rise.
+        RunError: there are none, or their stamps do not rise.
     """
+    run.check_poses()
     log = run.log
     poses = np.array([pose[:4] for pose in log.poses])
     falls = np.flatnonzero(np.diff(poses[:, 0]) <= 0.0)

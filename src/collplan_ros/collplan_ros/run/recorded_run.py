@@ -1,5 +1,6 @@
 """A run read from its folder: its parameters, its world and its log, also of one whose bringup was killed."""
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +31,7 @@ class RecordedRun:
         folder: the run folder.
         settings: the parameters used.
         world: the world that the robot was in.
-        log: what was recorded, with at least one pose.
+        log: what was recorded.
         clock_ahead: by how much the clock of the recording is ahead of that of `sent` in the log [ns].
         namespace: of the robot's nodes.
         has_results: whether bringup, or who completed the run, has written its results.
@@ -49,6 +50,11 @@ class RecordedRun:
         """The file that holds all that was recorded."""
         return self.folder / RECORDING
 
+    def check_poses(self) -> None:
+        """Raises RunError where there is no pose."""
+        if not self.log.poses:
+            raise RunError(f"{self.recording}: no poses, expected those of a run")
+
     @property
     def note(self) -> str:
         """A sentence for the user where bringup ended before the run did; "" where it did not."""
@@ -62,7 +68,7 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
     """Reads the run in a folder of bringup; without plans and scans where it is not `pictured`.
 
     Raises:
-        RunError: a file is missing or has another form than bringup writes, or the run has no poses.
+        RunError: a file is missing or has another form than bringup writes.
     """
     if not folder.is_dir():
         raise RunError(f"{folder}: not a folder, expected one that bringup left")
@@ -72,24 +78,22 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
     builder = LogBuilder(settings, namespace, pictured)
     for entry in entries(path, builder.topics):
         if isinstance(entry, Metadata):
-            _take_mark(builder, entry)
+            take_mark(builder, entry.name, entry.metadata)
             continue
         with suppress(Exception):  # whatever a decoder makes of a message that is none: it is left out
             message = entry.data if entry.topic in RAW else entry.decoded
             builder.take(entry.topic, message, (entry.sent - clock_ahead) / NANO)
-    if not builder.log.poses:
-        raise RunError(f"{path}: no poses, expected those of a run")
     has_results = (folder / "summary.json").exists()
     return RecordedRun(folder, settings, _world(path, settings), builder.log, clock_ahead, namespace, has_results)
 
 
-def _take_mark(builder: LogBuilder, mark: Metadata) -> None:
-    values = mark.metadata
-    if mark.name == BEGIN:
+def take_mark(builder: LogBuilder, name: str, values: Mapping[str, str]) -> None:
+    """Gives a builder what stands between the messages: begin, goals and end of the run."""
+    if name == BEGIN:
         builder.begin(values["simulated"] == "true")
-    elif mark.name == GOAL:
+    elif name == GOAL:
         builder.ask(SentGoal(*(float(values[key]) for key in SentGoal._fields)))
-    elif mark.name == END:
+    elif name == END:
         builder.end(End(*(float(values[key]) for key in End._fields)))
 
 

@@ -66,8 +66,9 @@ def played(run: RecordedRun) -> PlayedRun:
     """A run that was read, and what its results say.
 
     Raises:
-        RunError: summary.json has another form than bringup writes.
+        RunError: it has no poses, or summary.json has another form than bringup writes.
     """
+    run.check_poses()
     impacts = impacts_of(run.log, run.world, run.settings.mocap.velocity_window)
     title = run_title(run.world, run.settings, run.log.simulated)
     return PlayedRun(run, impacts, title, *_end(run.folder / "summary.json"))
