@@ -1,5 +1,6 @@
 """The outcome of a run by the planner's word and the poses, however late and in whatever order they come."""
 
+from collections import defaultdict
 from collections.abc import Callable
 
 import numpy as np
@@ -88,13 +89,17 @@ class FedGraph(graph.Graph):
 
     def __init__(self, bringup: Bringup, poses: list[tuple[State, float]], reports: dict[int, int]) -> None:
         super().__init__(bringup.preparation, bringup.folder, bringup.progress)
-        self.taken_by: dict[str, Callable] = {}
+        self.taken_by: dict[str, list[Callable]] = defaultdict(list)
         self._fed, self._reports, self._time = iter(enumerate(poses)), reports, 0.0
         times = SendTimes(lambda: self._time, lambda: self._time)
         self.recorder = Recorder(self, bringup.preparation.settings, times=times)
 
     def listen(self, topic, take, raw=False) -> None:
-        self.taken_by[topic] = (lambda message, info: take(serialize_message(message), info)) if raw else take
+        self.taken_by[topic].append((lambda message, sent: take(serialize_message(message), sent)) if raw else take)
+
+    def _take(self, topic, message, sent) -> None:
+        for take in self.taken_by[topic]:
+            take(message, sent)
 
     def last_message(self, node: str) -> str:
         return "as usual"
@@ -108,16 +113,16 @@ class FedGraph(graph.Graph):
 
     def step(self) -> None:
         number, (state, late) = next(self._fed)
-        sent = {"source_timestamp": round(1e9 * (state.stamp - STAMP))}
+        sent = state.stamp - STAMP
         self._time = state.stamp - STAMP + late
         if number in self._reports:
-            self.taken_by["goal_status"](GoalStatus(status=self._reports[number]), sent)
+            self._take("goal_status", GoalStatus(status=self._reports[number]), sent)
         frames = Settings().frames
-        self.taken_by["mocap/odom"](state_to_odometry(state, frames.map, frames.base), sent)
+        self._take("mocap/odom", state_to_odometry(state, frames.map, frames.base), sent)
 
     def hears(self, topic: str, message: str, **values: str) -> None:
         pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
-        self.taken_by[topic](DiagnosticStatus(message=message, values=pairs), {"source_timestamp": 0})
+        self._take(topic, DiagnosticStatus(message=message, values=pairs), 0.0)
 
 
 def fed(tmp_path, positions: list[float], lateness: list[float], reports: dict[int, int]) -> Bringup:

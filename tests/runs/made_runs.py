@@ -103,7 +103,11 @@ def write_recording(
         channel = file.channel(topic if topic.startswith("/") else f"{namespace}/{topic}", kind, schema_text(kind), {})
         at = round(1e9 * sent) + round(1e9 * AHEAD)
         file.write(channel, serialize_message(message), at, at, number)
-    file.finish() if finished else file.flush()
+    file.flush()
+    left = (folder / RECORDING).read_bytes()
+    file.finish()
+    if not finished:
+        (folder / RECORDING).write_bytes(left)
 
 
 def _said(log: RunLog) -> Iterator[Said]:

@@ -102,7 +102,7 @@ def test_what_is_no_whole_recording_is_named_and_no_file_is_written_over(tmp_pat
         list(messages(path, ["plan"]))
     for content in (b"", b"\x89MCAP0\r\n", b"t,x,y\n" * 20):
         path.write_bytes(content)
-        with pytest.raises(RunError, match=r"run.mcap: has no end"):
+        with pytest.raises(RunError, match=r"run.mcap: expected a recording"):
             list(messages(path, ["plan"]))
     with pytest.raises(RecordError, match=r"run.mcap: cannot be written: File exists"):
         RecordingFile(path)
@@ -110,7 +110,6 @@ def test_what_is_no_whole_recording_is_named_and_no_file_is_written_over(tmp_pat
     path.unlink()
     made = written(path)
     made.file.flush()
-    with pytest.raises(RunError, match="has no end"):
-        list(messages(path, ["controller/reference"]))
+    assert len(list(messages(path, ["controller/reference"]))) == 3
     made.file.finish()
     assert len(list(messages(path, ["controller/reference"]))) == 3

@@ -108,7 +108,7 @@ class LogBuilder:
     def begin(self, simulated: bool) -> None:
         """Logs what comes from now on."""
         self._log.simulated = simulated
-        self._end = OPEN
+        self._end, self._ended = OPEN, None
 
     def ask(self, goal: SentGoal) -> None:
         """Notes that a goal is given; what was said of earlier goals no longer counts."""
@@ -131,14 +131,14 @@ class LogBuilder:
         return len(self._log.true_impacts if self._log.truth else self._log.detected_impacts)
 
     @property
-    def last(self) -> End | None:
-        """The pose that arrived at a goal that was reached, or else the newest one logged; None without one."""
+    def last(self) -> End:
+        """The pose that arrived at a goal that was reached, or else the newest one logged; NEVER without one."""
         last = (self._arrived if self._log.reached_sent is not None else None) or self._last
-        return None if last is None else End(last.stamp, last.sent)
+        return NEVER if last is None else End(last.stamp, last.sent)
 
-    def end(self, end: End | None) -> None:
+    def end(self, end: End) -> None:
         """Ends the run with a pose: what is of the time up to it and comes later is still logged."""
-        self._end, self._ended = end or NEVER, end
+        self._end = self._ended = end
 
     @property
     def is_complete(self) -> bool:

@@ -56,7 +56,7 @@ def entries(path: Path, topics: Sequence[str]) -> Iterator[Metadata | Message]:
     Raises:
         RunError: the file is missing, or is no recording.
     """
-    namespace, schemas = "/", dict[int, Schema]()
+    namespace, schemas = "", dict[int, Schema]()
     channels: dict[int, tuple[str, str, Callable[[bytes], Any]]] = {}
     factory = DecoderFactory()
     for record in _records_of(path):

@@ -142,8 +142,7 @@ class Recorder:
         if not self.recording:
             return
         end = self._builder.last
-        if end is not None:
-            self._mark(END, {key: repr(value) for key, value in end._asdict().items()})
+        self._mark(END, {key: repr(value) for key, value in end._asdict().items()})
         self._builder.end(end)
 
     @property
