@@ -19,9 +19,10 @@ from collplan_core.goal import Goal
 from collplan_core.parameters import Limits
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages.conversions import stamp_from_seconds
-from collplan_ros.messages.goal_status import NAMES, goal_to_status
+from collplan_ros.messages.goal_status import goal_to_status
 from collplan_ros.messages.plans import contacts_to_message, plan_to_path, validity_to_message
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED, NEWEST
+from collplan_ros.messages.reading import GOAL_STATUS
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.heartbeat import PERIOD
 from fake_robot import FakeRobot, hall
@@ -60,7 +61,7 @@ class Bench:
         ros.probe.create_timer(0.05, lambda: self.plans_on and self._plans.publish(self.path()))
 
     def give_goal(self, status=GoalStatus.STATUS_EXECUTING):
-        goal = Goal(uuid.uuid4().bytes, self.robot.stamp, np.full(2, math.nan), NAMES[status])
+        goal = Goal(uuid.uuid4().bytes, self.robot.stamp, np.full(2, math.nan), GOAL_STATUS[status])
         self._statuses.publish(goal_to_status(goal))
 
     def path(self) -> Path:

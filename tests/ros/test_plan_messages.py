@@ -12,7 +12,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages import conversions as c
 from collplan_ros.messages import plans as m
-from collplan_ros.messages.reading import PathError, plan_from_path
+from collplan_ros.messages.reading import MessageError, PathError, contacts_from_message, plan_from_path
 
 FEW = settings(derandomize=True, deadline=None, max_examples=40)
 numbers = st.floats(-1e3, 1e3)
@@ -86,7 +86,7 @@ def test_contacts(stamp, after, data):
     rows = st.tuples(numbers, numbers, numbers, numbers)
     table = np.array(data.draw(st.lists(rows, min_size=len(after), max_size=len(after)))).reshape(-1, 4)
     contacts = Contacts(stamp + np.array(after), table[:, :2], table[:, 2:])
-    back_stamp, back = m.contacts_from_message(sent(m.contacts_to_message(contacts, stamp, "map", "puck")), "map")
+    back_stamp, back = contacts_from_message(sent(m.contacts_to_message(contacts, stamp, "map", "puck")), "map")
     assert back_stamp == c.seconds_from_stamp(c.stamp_from_seconds(stamp))
     # Unix time in seconds has steps of 0.24 us
     np.testing.assert_allclose(back.times, contacts.times, atol=1e-6, rtol=0.0)
@@ -111,7 +111,7 @@ def test_a_contact_in_its_message():
     assert first.time_from_start == Duration(sec=0, nanosec=250_000_000)
     # two may come at once, in a corner
     message.points[1].time_from_start = first.time_from_start
-    assert m.contacts_from_message(message, "map")[1].times.tolist() == [5.25, 5.25]
+    assert contacts_from_message(message, "map")[1].times.tolist() == [5.25, 5.25]
 
 
 BAD_CONTACTS = (
@@ -129,8 +129,8 @@ def test_contacts_that_are_refused():
     for change, words in BAD_CONTACTS:
         message = contacts_message()
         change(message)
-        with pytest.raises(c.MessageError, match=words):
-            m.contacts_from_message(message, "map")
+        with pytest.raises(MessageError, match=words):
+            contacts_from_message(message, "map")
 
 
 # ---- until when

@@ -86,7 +86,7 @@ class Loops:
             self.controller.take_scan(scan, local)
             self.planner.take_scan(scan, local)
         elif kind == "impact":
-            self.pass_on(self.planner.take_impact(*conversions.impact_from_message(message, MAP), local), local)
+            self.pass_on(self.planner.take_impact(*reading.impact_from_message(message, MAP), local), local)
         elif kind == "goal_pose":
             position = conversions.goal_from_message(message, MAP)
             self.pass_on(self.planner.take_goal(bytes(16), position, local), local)

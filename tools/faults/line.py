@@ -3,7 +3,7 @@
 from dataclasses import replace
 from itertools import count
 
-from collplan_ros.nodes.robot_state import FREE, HELD, STOPPED
+from collplan_ros.messages.robot_state import FREE, HELD, STOPPED
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph
 from faults.stands import WAIT, no_motion_since, wheels_stop, why_followed_again

@@ -25,8 +25,8 @@ from collplan_ros.bringup.preparation import prepare, write_used_parameters
 from collplan_ros.bringup.processes import NodeProcess, find_executable
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.messages.robot_state import FREE
 from collplan_ros.node_kit.diagnostics import ERROR
-from collplan_ros.nodes.robot_state import FREE
 from faults.bench import Bench, BenchError
 from faults.streams import AT_REST, Streams
 

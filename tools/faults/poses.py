@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from itertools import pairwise
 
-from collplan_ros.nodes.robot_state import FREE
+from collplan_ros.messages.robot_state import FREE
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph
 from faults.stands import WAIT, commanded_to_stand

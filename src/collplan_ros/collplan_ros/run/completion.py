@@ -14,8 +14,9 @@ import numpy as np
 from mcap.records import Attachment, Channel, Chunk, Header, Message, Metadata, Schema
 from mcap.writer import Writer
 
+from collplan_ros.run.description import BEGIN
 from collplan_ros.run.folder_lock import FolderLock
-from collplan_ros.run.reader import is_whole, records
+from collplan_ros.run.reader import description, is_whole, records
 from collplan_ros.run.recorded_run import NANO, read_run
 from collplan_ros.run.result_files import SUMMARY, write_result_files
 from collplan_ros.run.run_error import RunError
@@ -83,9 +84,10 @@ def complete_newest(parent: Path, say: Callable[[str], None] = lambda _: None) -
 
 
 def _is_unfinished(folder: Path) -> bool:
-    """Whether the end of a recording is missing, or results of a run that can have some."""
-    with suppress(OSError), (folder / RECORDING).open("rb") as file:
-        return not is_whole(file)
+    """Whether the end of a recording is missing, or the results of a run that had begun."""
+    path = folder / RECORDING
+    with suppress(OSError, RunError), path.open("rb") as file:
+        return not is_whole(file) or (not (folder / SUMMARY).exists() and bool(description(path, BEGIN)))
     return False
 
 
