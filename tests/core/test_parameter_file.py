@@ -82,6 +82,7 @@ def in_every_node(text: str) -> str:
 
 BAD = {
     "a key that is gone": (in_every_node("time_to_goal.speed_limit: 1.3"), ["no longer", "limits.impact_speed"]),
+    "no effect": (in_every_node("qos_overrides./plan.publisher.depth: 9"), ["publisher.depth: has no"]),
     "unknown key": (in_every_node("planner.map_periods: 0.3"), ["planner.map_periods", "planner.map_period"]),
     "wrong type": (in_every_node("robot.max_speed: fast"), ["robot.max_speed", "'fast'", "0.05", "5"]),
     "no value": (in_every_node("planner.strategy:"), ["planner.strategy", "None"]),

@@ -42,6 +42,7 @@ def test_overrides_are_read_and_those_of_other_nodes_are_ignored(ros):
 BAD_OVERRIDES = (
     ("robot.max_sped", 1.0, "robot.max_speed"),
     ("max_speed", 1.0, "unknown parameter"),
+    ("qos_overrides./plan.publisher.depth", 9, "has no effect"),
     ("robot.max_speed", "fast", "expected a number"),
     ("robot.max_speed", 99.0, r"99\.0.*\[0\.05, 5\]"),
     ("robot.max_speed", float("nan"), "nan"),

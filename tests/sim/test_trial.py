@@ -7,7 +7,7 @@ import pytest
 
 from collplan_core.command import MANEUVERS
 from collplan_core.evaluation.run_end import REACHED, STUCK, TIMEOUT
-from collplan_core.parameters import Settings
+from collplan_core.parameters import ParameterError, Settings
 from collplan_core.planners import map_period_of
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import WorldError, load_world
@@ -119,3 +119,8 @@ def test_without_start_or_goal_there_is_no_run():
         run_trial(make_world(start=np.zeros(2)), SETTINGS, 0)
     with pytest.raises(WorldError, match="start"):
         run_trial(make_world(), SETTINGS, 0, goal=np.ones(2))
+
+
+def test_a_planner_that_can_hold_no_map_is_given_none():
+    with pytest.raises(ParameterError, match="known_map.*harness.*bounce"):
+        run_trial(load_world("corridor"), settings_of("harness").with_values({"trial.known_map": True}), 0)

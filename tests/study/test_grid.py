@@ -153,6 +153,7 @@ WRONG = [
     ({"values": ("planner.gap_weight=1,,2",)}, ParameterError, "got ''"),
     ({"values": ("planner.n_speeds=2.5",)}, ParameterError, "got '2.5'"),
     ({"values": ("planner.frontiers=none",)}, ParameterError, "all, printed"),
+    ({"values": ("trial.known_map=true",)}, ParameterError, "known_map: got True .*harness, expected .*bounce"),
     ({"values": ("planner.gap_weight",)}, StudyError, "KEY=VALUE"),
     ({"values": ("planner.gap_weight=1,1.0",)}, StudyError, "once"),
     ({"values": ("planner.gap_weight=1", "planner.gap_weight=2")}, StudyError, "twice"),

@@ -10,14 +10,16 @@ from collplan_core.deadline import Deadline, never
 from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.plan_cycle import plan_cycle as plan_spline
 from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERIOD
-from collplan_core.parameters import LocalMapping, Settings
+from collplan_core.parameters import LocalMapping, ParameterError, Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
 from collplan_core.strategies import NAMES, PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
+from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import MAP_PERIOD as ROLLOUT_MAP_PERIOD
 from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory
 from collplan_core.time_to_goal_planner.plan_cycle import plan_cycle as plan_rollout
+from collplan_core.worlds import World
 
 
 class PlanFunction(Protocol):
@@ -52,6 +54,7 @@ class Planner:
         boundaries: memory -> what the planner remembers of boundaries, for display; None where it remembers none.
         half_side: half the side of the local map that it plans in [m].
         without_plan: memory -> what is left of it where the robot was led aside and the plan in force is no more.
+        known_map: world, settings -> a first memory that holds the whole world; None where it can hold none.
     """
 
     plan: PlanFunction
@@ -62,6 +65,7 @@ class Planner:
     boundaries: Callable[[Any], RememberedBoundaries | None]
     half_side: Callable[[Settings], float] = lambda settings: settings.local_map.half_side
     without_plan: Callable[[Any], Any] = lambda memory: None
+    known_map: Callable[[World, Settings], Any] | None = None
 
 
 PAPER = Planner(
@@ -81,6 +85,7 @@ ROLLOUTS = Planner(
     boundaries=lambda memory: memory.remembered,
     half_side=lambda settings: settings.time_to_goal.half_side,
     without_plan=PlannerMemory.without_plan,
+    known_map=given_map,
 )
 
 PLANNERS: dict[str, Planner] = {
@@ -115,3 +120,25 @@ def map_period_of(settings: Settings) -> float:
 def local_mapping_of(settings: Settings) -> LocalMapping:
     """Local-map parameters for the planner of the chosen strategy."""
     return replace(settings.local_map, half_side=planner_for(settings.planner.strategy).half_side(settings))
+
+
+def first_memory(settings: Settings, world: World | None) -> Any:
+    """What a planner's memory of each goal begins with: None, or the whole world where `trial.known_map` asks for it.
+
+    Args:
+        settings: they choose the planner.
+        world: the world that it may know; None for a node, which is never given one.
+
+    Raises:
+        ParameterError: `trial.known_map` is true for a node, or for a planner that cannot hold a map.
+    """
+    if not settings.trial.known_map:
+        return None
+    if world is None:
+        raise ParameterError("trial.known_map: got True, expected False: planner_node is never given a map")
+    known_map = planner_for(settings.planner.strategy).known_map
+    if known_map is None:
+        able = ", ".join(name for name, planner in PLANNERS.items() if planner.known_map)
+        strategy = settings.planner.strategy
+        raise ParameterError(f"trial.known_map: got True with planner.strategy {strategy}, expected one of {able}")
+    return known_map(world, settings)

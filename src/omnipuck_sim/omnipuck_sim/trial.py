@@ -18,14 +18,13 @@ from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
-from collplan_core.planners import map_period_of
+from collplan_core.planners import first_memory, map_period_of
 from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.sweeps import Sweeps, sweeps_of
 from collplan_core.state import State
-from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.worlds import World, WorldError
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial_journal import TrialJournals, trial_journals
@@ -50,7 +49,7 @@ class _Nodes:
         self.simulator = Simulator(solid, settings, seed)
         self.record = TrialRecord(world.name, settings, seed)
         self._filter_memory = pose_filter.FRESH
-        known_map = given_map(world, settings) if settings.trial.known_map else None
+        known_map = first_memory(settings, world)
         self._planner = PlannerLoop(settings, journals.planner.counted(_deadline), known_map)
         self._controller = ControllerLoop(settings)
         self._monitor = RunMonitor(settings.trial, self.simulator.time)
@@ -171,6 +170,7 @@ def run_trial(
 
     Raises:
         WorldError: the world has no start or no goal, or the start is inside an obstacle.
+        ParameterError: `trial.known_map` is true for a planner that cannot hold a map.
         OSError: the journal cannot be written.
     """
     goal = world.goal if goal is None else goal

@@ -17,8 +17,8 @@ import yaml
 from collplan_core.parameters import Settings, all_specs, unknown_key
 from collplan_core.parameters.spec import ParameterError
 
-ROS_KEYS = ("use_sim_time", "start_type_description_service", "qos_overrides.")
-"""Beginnings of the keys that every ROS node declares itself."""
+ROS_KEYS = ("use_sim_time", "start_type_description_service")
+"""Keys that every ROS node declares itself."""
 
 NODES = (
     "mocap_node",
@@ -96,7 +96,7 @@ def write_values(values: Mapping[str, Any], path: str | Path, comment: str = "")
 
 def is_ros_key(key: str) -> bool:
     """Whether ROS itself declares a parameter of this name in every node."""
-    return key.startswith(ROS_KEYS)
+    return key in ROS_KEYS
 
 
 def _loaded(path: str | Path) -> Any:

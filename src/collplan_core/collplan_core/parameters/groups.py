@@ -520,5 +520,7 @@ def unknown_key(key: str) -> ParameterError:
 
     if key in GONE:
         return ParameterError(f"{key}: no longer a parameter, {GONE[key]}")
+    if key.startswith("qos_overrides."):
+        return ParameterError(f"{key}: has no effect, expected no such key: the quality of service of topics is fixed")
     near = get_close_matches(key, all_specs(), n=3, cutoff=0.8)
     return ParameterError(f"{key}: unknown parameter" + (f", did you mean {' or '.join(near)}?" if near else ""))

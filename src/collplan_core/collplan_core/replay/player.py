@@ -8,12 +8,12 @@ from collplan_core.deadline import Deadline, after_looks, never
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
+from collplan_core.planners import first_memory
 from collplan_core.replay.contents import Contents
 from collplan_core.replay.journal import PLANNER
 from collplan_core.replay.reading import Beginning, Call
 from collplan_core.replay.values import JournalError, Reference
 from collplan_core.state import State
-from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.worlds.file import parse_text
 
 CALLED = {
@@ -76,7 +76,7 @@ class Player:
         self.loop: PlannerLoop | ControllerLoop
         if of == PLANNER:
             text = beginning.known_map
-            known_map = None if text is None else given_map(parse_text(text, "known_map", ""), settings)
+            known_map = first_memory(settings, None if text is None else parse_text(text, "known_map", ""))
             self.loop = PlannerLoop(settings, self._deadline, known_map, self._why_forbidden)
         else:
             self.loop = ControllerLoop(settings, self._why_forbidden)

@@ -9,6 +9,7 @@ import numpy as np
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import read_parameters, write_parameters
 from collplan_core.parameters.spec import ParameterError
+from collplan_core.planners import first_memory
 from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.options import Options
@@ -117,8 +118,7 @@ def _settings(options: Options, robot: RobotKind, given: Mapping[str, object]) -
         if key in values and Path(str(values[key])).is_file():
             values[key] = str(Path(str(values[key])).resolve())
     settings = Settings().with_values(values)
-    if settings.trial.known_map:
-        raise ParameterError("trial.known_map: got True, expected False: planner_node is never given a map")
+    first_memory(settings, None)
     if robot.simulated and settings.simulator.noise * settings.simulator.mocap_noise == 0.0:
         # without noise the poses of a robot at rest repeat exactly
         settings = settings.with_values({"mocap.accept_frozen": values.get("mocap.accept_frozen", True)})

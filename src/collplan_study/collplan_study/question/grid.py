@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from collplan_core.parameters import Settings
-from collplan_core.planners import map_period_of
+from collplan_core.planners import first_memory, map_period_of
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import World, WorldError, check_route
 from collplan_study.errors import StudyError
@@ -162,6 +162,7 @@ def _cell_spec(
 ) -> CellSpec:
     """A cell: axes, strategy and engine of `point`, and over them the ablation's changes."""
     settings = Settings().with_values({**point, **changes})
+    first_memory(settings, source.world)  # refused before the first trial
     known = settings.values()
     labels = {
         "world": source.world.name,
