@@ -122,5 +122,5 @@ def test_without_start_or_goal_there_is_no_run():
 
 
 def test_a_planner_that_can_hold_no_map_is_given_none():
-    with pytest.raises(ParameterError, match="known_map.*harness.*bounce"):
+    with pytest.raises(ParameterError, match=r"known_map.*harness.*bounce"):
         run_trial(load_world("corridor"), settings_of("harness").with_values({"trial.known_map": True}), 0)
