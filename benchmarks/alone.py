@@ -36,6 +36,14 @@ def alone(states: list[Logged], rounds: int) -> dict[str, Any]:
     return figures
 
 
+def trials_per_second(world: World, rounds: int) -> dict[str, float]:
+    """Whole runs a second, one after the other, by strategy; in the median."""
+    return {
+        strategy: round(1.0 / statistics.median(trial_round(world, seed, strategy)[0] for seed in range(rounds)), 2)
+        for strategy in ("harness", "bounce")
+    }
+
+
 def realtime_factor(world: World, rounds: int) -> dict[str, float | int]:
     """Simulated time of a run over its wall time."""
     factors = []

@@ -61,8 +61,9 @@ def trajectory_round(states: list[Logged]) -> list[float]:
     return time_each(trajectory, states)
 
 
-def trial_round(world: World, seed: int) -> tuple[float, TrialResult]:
+def trial_round(world: World, seed: int, strategy: str = SHIPPED.planner.strategy) -> tuple[float, TrialResult]:
     """Wall time of a whole run [s], and the run."""
+    settings = SHIPPED.with_values({"planner.strategy": strategy})
     begun = perf_counter()
-    result = run_trial(world, SHIPPED, seed)
+    result = run_trial(world, settings, seed)
     return perf_counter() - begun, result

@@ -23,7 +23,7 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner import initial_plans
 from collplan_core.time_to_goal_planner import plan_cycle as cycle
-from collplan_core.time_to_goal_planner.coarse_search import CoarsePlans
+from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS, CoarsePlans
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
 
@@ -112,7 +112,8 @@ def rollouts(calls: list[Call], rounds: int) -> dict[str, Any]:
         compiled.rounds.append(time_each(lambda work: cycle.coarse_plans(*work.arguments), works))
         peers.rounds.append(time_each(_vectorised, works))
     return {
-        "plan": plans.summary(), "coarse": compiled.summary(), "vectorised": peers.summary(),
+        "plan_to_goal": plans.summary(), "steps_per_second": _steps_per_second(works),
+        "coarse": compiled.summary(), "vectorised": peers.summary(),
         "stages": shares(STAGES, _plan, calls), "counts": _counts(works),
         "plan_vs_vectorised": ratio(plans, peers), "coarse_vs_vectorised": ratio(compiled, peers),
         "same_ends": _same_ends(works),
@@ -161,6 +162,28 @@ def _counts(works: list[Work]) -> dict[str, float]:
         "rollouts_vectorised": float(np.median([work.coarse.costs.size for work in works])),
         "proposals": float(np.median([work.proposals for work in works])),
     }
+
+
+def _steps_per_second(works: list[Work]) -> int:
+    """Steps of the dynamics a second, where no rollout is given up or arrives: only then is their number known."""
+    far = [work for work in works if not _arrives(work)]
+    taken = sum(time_each(lambda work: cycle.coarse_plans(*work.arguments), far)) / 1e6
+    return round(sum(_steps(work) for work in far) / taken)
+
+
+def _arrives(work: Work) -> bool:
+    goal, made = work.arguments[0].constants.goal, np.isfinite(work.coarse.costs)
+    x, y = work.coarse.ends[made][:, :2].T
+    return bool((np.hypot(x - goal.x, y - goal.y) <= goal.tolerance).any())
+
+
+def _steps(work: Work) -> int:
+    """Steps of whole coarse plans: each first velocity to its last switch, and each second one from each switch on."""
+    n, n_steps = len(work.arguments[2]), work.arguments[3]
+    switches = np.minimum(SWITCH_STEPS, n_steps)
+    second = np.full(len(switches), n - 1)
+    second[-1] = n
+    return int(n * (switches[-1] + (second * (n_steps - switches)).sum()))
 
 
 def _same_ends(works: list[Work]) -> dict[str, float | int]:

@@ -64,7 +64,7 @@ class Run:
         return "free_space" in self.text or "boundary_following" in self.text
 
     def has_recorded(self) -> bool:
-        """Whether a pose of the run is on disk."""
+        """Whether a command of the run is on disk."""
         recording = self.out / "latest" / RECORDING
         return recording.exists() and bool(recording.stat().st_size) and any(raw_messages(recording, ["cmd_vel"]))
 

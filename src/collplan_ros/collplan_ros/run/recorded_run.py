@@ -60,8 +60,9 @@ class RecordedRun:
         """A sentence for the user where bringup ended before the run did; "" where it did not."""
         if self.has_results:
             return ""
-        end = f"{self.log.poses[-1].stamp - self.log.begin:.2f} s"
-        return f"{self.folder}: incomplete, bringup ended before the run did; {RECORDING} holds it up to {end}"
+        poses = self.log.poses
+        held = f"holds it up to {poses[-1].stamp - self.log.begin:.2f} s" if poses else "holds no pose"
+        return f"{self.folder}: incomplete, bringup ended before the run did; {RECORDING} {held}"
 
 
 def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
