@@ -34,16 +34,16 @@ def turn(angle):
 class Drive:
     """A robot that takes on commands by the believed law, `delay` late, with another mass or turned ones."""
 
-    def __init__(self, delay=0.0, mass=1.0, matrix=NO_TURN, seed=0, touching=lambda now: False, stalls=()):
+    def __init__(self, delay=0.0, mass=1.0, matrix=NO_TURN, seed=0, touching=lambda now: False, stalls=(), push=0.0):
         self.record, self.verdicts = MotionRecord(), []
         self.delay, self.mass, self.matrix, self.touching, self.stalls = delay, mass, matrix, touching, stalls
-        self.random = np.random.default_rng(seed)
+        self.random, self.push = np.random.default_rng(seed), push
         self.commands, self.position, self.velocity, self.way = [(-1e9, np.zeros(2))], np.zeros(2), np.zeros(2), 0.0
         self.earlier = [np.zeros(2)] * round(0.5 * SETTINGS.mocap.velocity_window / STEP)
 
     def run(self, wanted, until, begin=0.0):
         """Commands `wanted(time)` from `begin` on, while poses come with noise as shipped."""
-        robot, busy = SETTINGS.robot, -1.0
+        robot, busy, pushed = SETTINGS.robot, -1.0, np.zeros(2)
         for k in range(round(begin / STEP), round(until / STEP)):
             now = k * STEP
             if k % round(CONTROL / STEP) == 0 and now >= busy:
@@ -53,6 +53,7 @@ class Drive:
                 busy = now + next((0.2 for stall in self.stalls if abs(stall - now) < 1e-6), 0.0)
                 self.commands.append((busy, command))
                 self.record = commanded(self.record, command, now)
+                pushed = self.push * self.random.standard_normal(2)
             if k % 2 == 0:
                 # as a slope over a window, so half of it old
                 velocity = self.earlier[0] + self.random.normal(0.0, 0.04, 2)
@@ -63,7 +64,7 @@ class Drive:
             largest = robot.max_acceleration / self.mass
             pull *= min(1.0, largest / max(np.hypot(*pull), 1e-12))
             self.earlier = [*self.earlier[1:], self.velocity]
-            self.velocity = self.velocity + STEP * pull
+            self.velocity = self.velocity + STEP * (pull + pushed)
             self.position = self.position + STEP * self.velocity
             self.way += STEP * float(np.hypot(*self.velocity))
         return self
@@ -110,6 +111,12 @@ def test_commands_that_the_controller_itself_sent_late_are_not_called_late():
     for seed in range(12):
         drive = Drive(0.03, seed=seed, stalls=[1.0, 1.2, 1.4, 3.0, 3.2, 3.4])
         assert drive.run(lambda now: (1.0 - 2.0 * (int(now / 0.4) % 2), 0.3), 5.0).kinds == {OK}, seed
+
+
+def test_wheels_that_are_weak_or_strong_for_a_while_are_not_called_late():
+    """An error of the acceleration that changes once a period; 12 of 160 simulated trials were held for it."""
+    late = [seed for seed in range(20) if LATE in Drive(0.01, seed=seed, push=1.0).run(turning, 6.0).kinds]
+    assert late == []
 
 
 def by_a_wall(now):
