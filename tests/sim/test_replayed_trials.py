@@ -11,7 +11,7 @@ from collplan_core.parameters import Settings
 from collplan_core.replay.comparison import Comparison, Difference, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.other_strategy import plans_beside
-from collplan_core.replay.reading import Call, contents_of, events_of, rows_of
+from collplan_core.replay.reading import Call, events_of, rows_of
 from collplan_core.strategies import PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.worlds import load_world
 from omnipuck_sim.trial import run_trial
@@ -41,7 +41,7 @@ def lines(tmp_path_factory):
 
 def compared(lines, of: str) -> Comparison:
     rows = rows_of(lines, "trial.jsonl")
-    (found,) = compare(of, events_of(rows, of), contents_of(rows))
+    (found,) = compare(of, events_of(rows, of))
     return found
 
 
@@ -91,7 +91,7 @@ def test_the_journal_changes_nothing(tmp_path):
 
 def test_another_strategy_plans_at_the_same_moments(lines):
     rows = rows_of(lines, "")
-    found = plans_beside(events_of(rows, PLANNER), contents_of(rows), "avoid").moments
+    found = plans_beside(events_of(rows, PLANNER), "avoid").moments
     both = [(moment.own, moment.other) for moment in found if moment.own and moment.other]
     assert len(both) > 0.8 * len(found) > 8
     assert any(own != other for own, other in both)

@@ -1,6 +1,7 @@
 """The journals of the nodes, replayed on inputs of a trial one by one. Those of a graph: test_graph_reaches_goals."""
 
 from array import array
+from pathlib import Path
 
 from called_nodes import ask
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -11,12 +12,12 @@ from std_msgs.msg import Empty, String
 
 from collplan_core.replay.comparison import Comparison, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER
-from collplan_core.replay.reading import Call
+from collplan_core.replay.reading import Call, rows_of
 from collplan_core.worlds import load_world
 from collplan_ros.messages import qos
 from collplan_ros.messages.conversions import goal_to_message
 from collplan_ros.nodes.planner_node import PlannerNode
-from collplan_ros.replay.recorded_journals import TOPICS, RecordedJournals, journals_from_recording
+from collplan_ros.replay.recorded_journals import TOPICS, RecordedJournals
 from test_one_loop import Nodes, recorded
 
 
@@ -30,15 +31,14 @@ class Recording:
         self.messages.append((topic, message))
 
     def journals(self) -> RecordedJournals:
-        def read(path, topics):
-            return ((topic, 0, message) for topic, message in self.messages if topic in topics)
-
-        return journals_from_recording("run.mcap", read)
+        return RecordedJournals(
+            Path(), rows_of((message.data for topic, message in self.messages if topic in TOPICS), "")
+        )
 
     def compared(self) -> list[Comparison]:
         """The comparisons of planner and controller."""
         journals = self.journals()
-        return [next(compare(of, journals.events(of), journals.contents)) for of in (PLANNER, CONTROLLER)]
+        return [next(compare(of, journals.events(of))) for of in (PLANNER, CONTROLLER)]
 
     def called(self, of) -> set[str]:
         """What the loop was asked."""
@@ -61,11 +61,6 @@ class JournalledNodes(Nodes):
     def hear(self, name, message):
         self.recording.hear(name, message)
         super().hear(name, message)
-
-    def take(self, kind, message, local):
-        if kind == "scan":
-            self.recording.hear(kind, message)
-        super().take(kind, message, local)
 
 
 def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):

@@ -1,4 +1,4 @@
-"""The journals of a trial's planner and controller in one file, with all that they refer to."""
+"""The journals of a trial's planner and controller in one file."""
 
 import json
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from collplan_core.parameters import Settings
-from collplan_core.replay.journal import CONTROLLER, PLANNER, Journal, each_once
+from collplan_core.replay.journal import CONTROLLER, PLANNER, Journal
 from collplan_core.worlds import World, world_text
 
 
@@ -38,8 +38,7 @@ def trial_journals(path: Path | None, world: World, settings: Settings, seed: in
         def send(line: str) -> None:
             file.write(line + "\n")
 
-        carries = each_once()
-        journals = TrialJournals(Journal(PLANNER, send, carries), Journal(CONTROLLER, send, carries))
+        journals = TrialJournals(Journal(PLANNER, send), Journal(CONTROLLER, send))
         send(json.dumps({"trial": {"simulated": True, "world": world.name, "seed": seed}}))
         journals.planner.begin(settings, world_text(world) if settings.trial.known_map else None)
         journals.controller.begin(settings)

@@ -5,10 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from collplan_core.loop.decisions import Cycle
-from collplan_core.plan import Plan
-from collplan_core.replay.contents import Altered, Contents, Missing
-from collplan_core.replay.outcome import PATH, is_command, is_plan, outcome_of
+from collplan_core.replay.outcome import is_command, is_plan, outcome_of
 from collplan_core.replay.player import Player
 from collplan_core.replay.reading import Beginning, Call, Event, Gap
 
@@ -67,7 +64,7 @@ class Comparison:
     beginning: Beginning | None = None
 
 
-def compare(of: str, events: Iterable[Event], contents: Contents) -> Iterator[Comparison]:
+def compare(of: str, events: Iterable[Event]) -> Iterator[Comparison]:
     """Plays the journal of one loop; a comparison for each time that the loop was started.
 
     Raises:
@@ -79,7 +76,7 @@ def compare(of: str, events: Iterable[Event], contents: Contents) -> Iterator[Co
         if isinstance(event, Beginning):
             if done is not None:
                 yield done
-            done, player = Comparison(beginning=event), Player(of, event, contents)
+            done, player = Comparison(beginning=event), Player(of, event)
             continue
         done = done or Comparison()
         if done.end is not None:
@@ -87,25 +84,16 @@ def compare(of: str, events: Iterable[Event], contents: Contents) -> Iterator[Co
         if isinstance(event, Gap) or player is None:
             done = replace(done, end=Interruption(None if player is None else player.stamp, str(event)))
         else:
-            done = _compared(done, player, event, contents)
+            done = _compared(done, player, event)
     if done is not None:
         yield done
 
 
-def _compared(done: Comparison, player: Player, call: Call, contents: Contents) -> Comparison:
-    before = player.stamp
-    try:
-        came = player.play(call)
-    except Missing as error:
-        return replace(done, end=Interruption(before, str(error)))
-    except Altered as error:
-        hashes = f"hash {error.taken.hash}", f"hash {error.found.hash}"
-        return replace(done, end=Difference(before, str(error.taken), *hashes))
-    outcome = outcome_of(came)
+def _compared(done: Comparison, player: Player, call: Call) -> Comparison:
+    outcome = outcome_of(player.play(call))
     apart = first_apart(call.came, outcome, call.name)
     if apart is not None:
-        difference = Difference(player.stamp, *apart)
-        return replace(done, end=_closer(difference, came, contents))
+        return replace(done, end=Difference(player.stamp, *apart))
     return replace(
         done, calls=done.calls + 1, plans=done.plans + is_plan(outcome), commands=done.commands + is_command(outcome)
     )
@@ -122,23 +110,6 @@ def first_apart(recorded: Any, replayed: Any, where: str) -> tuple[str, Any, Any
     else:
         return where, recorded, replayed
     return next(apart for place, a, b in pairs if (apart := first_apart(a, b, place)))
-
-
-def _closer(difference: Difference, came: Any, contents: Contents) -> Difference:
-    """The first sample of a path that differs, where only its hash is told and the path itself was recorded."""
-    plans = [each.plan for each in came if isinstance(each, Cycle)] if isinstance(came, list) else []
-    recorded = contents.plan_at(plans[0].stamp) if plans and difference.where.endswith(f".{PATH}") else None
-    return difference if recorded is None else _first_sample(difference, recorded, plans[0])
-
-
-def _first_sample(difference: Difference, recorded: Plan, replayed: Plan) -> Difference:
-    if len(recorded.times) != len(replayed.times):
-        return difference
-    for k, (then, now) in enumerate(zip(recorded.positions.tolist(), replayed.positions.tolist(), strict=True)):
-        if then != now:
-            where = f"{difference.where.removesuffix(PATH)}positions[{k}]"
-            return replace(difference, where=where, recorded=then, replayed=now)
-    return difference
 
 
 def _shown(value: Any) -> str:

@@ -7,49 +7,15 @@ from typing import Any, ParamSpec, TypeVar
 
 from collplan_core.deadline import CountedDeadline, Deadline
 from collplan_core.parameters import Settings
-from collplan_core.plan import Plan
-from collplan_core.replay.contents import content_of, reference_to
 from collplan_core.replay.origin import origin
 from collplan_core.replay.outcome import outcome_of
-from collplan_core.replay.values import SCAN, Reference, encode
-from collplan_core.scan import Scan
+from collplan_core.replay.values import encode
 
 PLANNER, CONTROLLER = "planner", "controller"
-FORMAT = 1
+FORMAT = 2
 
 P = ParamSpec("P")
 R = TypeVar("R")
-Carries = Callable[[Reference], bool]
-"""Whether a line also holds what a scan or a plan in it holds: where nobody else records that."""
-
-
-def nothing(reference: Reference) -> bool:
-    """Scans and plans are recorded elsewhere."""
-    return False
-
-
-def first_scans(count: int) -> Carries:
-    """The first scans: whoever records may not yet have found the LIDAR when they come."""
-    left = count
-
-    def carries(reference: Reference) -> bool:
-        nonlocal left
-        left -= reference.kind == SCAN
-        return reference.kind == SCAN and left >= 0
-
-    return carries
-
-
-def each_once() -> Carries:
-    """Everything, the first time that it is referred to."""
-    told: set[Reference] = set()
-
-    def carries(reference: Reference) -> bool:
-        is_new = reference not in told
-        told.add(reference)
-        return is_new
-
-    return carries
 
 
 @dataclass
@@ -70,16 +36,14 @@ class Journal:
     often it looked at its deadline before that came, the one thing that a clock decides.
     """
 
-    def __init__(self, of: str, send: Callable[[str], None] | None = None, carries: Carries = nothing) -> None:
+    def __init__(self, of: str, send: Callable[[str], None] | None = None) -> None:
         """Hands each line to `send`; without it nothing is kept, and nothing costs time.
 
         Args:
             of: whose it is, PLANNER or CONTROLLER.
-            carries: what of scans and plans is written out.
         """
         self._of = of
         self._send = send
-        self._carries = carries
         self._number = 0
         self._calls: list[_Call] = []
         self._current: _Call | None = None
@@ -130,29 +94,20 @@ class Journal:
         """Sends a line with all calls since the last one; without any none."""
         calls, self._calls = self._calls, []
         if calls:
-            contents: list[dict[str, Any]] = []
-            entries = [self._entry(call, contents) for call in calls]
-            self._write({"calls": entries, "contents": contents} if contents else {"calls": entries})
-
-    def _entry(self, call: _Call, contents: list[dict[str, Any]]) -> dict[str, Any]:
-        entry = {"call": call.name, "given": [self._given(value, contents) for value in call.given]}
-        if any(call.forbidden):
-            entry["forbidden"] = call.forbidden
-        looks = [deadline.looks if deadline.came else None for deadline in call.deadlines]
-        if any(count is not None for count in looks):
-            entry["looks"] = looks
-        came = outcome_of(call.came)
-        return entry if came is None else {**entry, "came": came}
-
-    def _given(self, value: Any, contents: list[dict[str, Any]]) -> Any:
-        if not isinstance(value, Scan | Plan):
-            return encode(value)
-        reference = reference_to(value)
-        if self._carries(reference):
-            contents.append(content_of(value))
-        return encode(reference)
+            self._write({"calls": [_entry(call) for call in calls]})
 
     def _write(self, line: Mapping[str, Any]) -> None:
         if self._send is not None:
             self._send(json.dumps({"number": self._number, "of": self._of, **line}, separators=(",", ":")))
             self._number += 1
+
+
+def _entry(call: _Call) -> dict[str, Any]:
+    entry = {"call": call.name, "given": encode(call.given)}
+    if any(call.forbidden):
+        entry["forbidden"] = call.forbidden
+    looks = [deadline.looks if deadline.came else None for deadline in call.deadlines]
+    if any(count is not None for count in looks):
+        entry["looks"] = looks
+    came = outcome_of(call.came)
+    return entry if came is None else {**entry, "came": came}

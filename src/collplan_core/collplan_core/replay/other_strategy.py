@@ -9,7 +9,6 @@ from collplan_core.evaluation.path_length import path_length
 from collplan_core.loop.decisions import Cycle, Notice
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.plan import Plan
-from collplan_core.replay.contents import Altered, Contents, Missing
 from collplan_core.replay.journal import PLANNER
 from collplan_core.replay.player import Player
 from collplan_core.replay.reading import Beginning, Call, Event, Gap
@@ -64,7 +63,7 @@ class PlansBeside:
     end: str = ""
 
 
-def plans_beside(events: Iterable[Event], contents: Contents, strategy: str) -> PlansBeside:
+def plans_beside(events: Iterable[Event], strategy: str) -> PlansBeside:
     """Plays the journal of the planner twice, once with another strategy, up to the first gap.
 
     The other one remembers what it would, but for a time-to-goal plan in force: the robot did not follow that. It
@@ -79,14 +78,11 @@ def plans_beside(events: Iterable[Event], contents: Contents, strategy: str) -> 
     for event in events:
         if isinstance(event, Beginning):
             changed = {STRATEGY: strategy}
-            players = Player(PLANNER, event, contents), Player(PLANNER, event, contents, changed)
+            players = Player(PLANNER, event), Player(PLANNER, event, changed)
         elif isinstance(event, Gap) or players is None:
             return PlansBeside(tuple(found), str(event))
         else:
-            try:
-                moment = _moment(*players, event, strategy)
-            except (Missing, Altered) as error:
-                return PlansBeside(tuple(found), str(error))
+            moment = _moment(*players, event, strategy)
             found += [] if moment is None else [moment]
     return PlansBeside(tuple(found))
 

@@ -5,6 +5,7 @@ Large arrays stand there by hash, what a person would look at first by value.
 
 import math
 from collections.abc import Callable
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,10 @@ from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.goal import Goal
 from collplan_core.loop.decisions import Cycle, Notice
 from collplan_core.plan import Contacts
-from collplan_core.replay.contents import hash_of
+from collplan_core.replay.values import little_endian
 
-PATH = "path"
-"""Key of the hash over when to be where, and how fast."""
+HASH_SIZE = 8
+"""[bytes]"""
 
 
 def outcome_of(value: Any) -> Any:
@@ -44,6 +45,14 @@ def is_plan(outcome: Any) -> bool:
 def is_command(outcome: Any) -> bool:
     """Whether it is a command."""
     return isinstance(outcome, dict) and "command" in outcome
+
+
+def _hash(*arrays: np.ndarray) -> str:
+    """BLAKE2b over arrays as little-endian float64, in hexadecimal digits."""
+    digest = blake2b(digest_size=HASH_SIZE)
+    for array in arrays:
+        digest.update(little_endian(array))
+    return digest.hexdigest()
 
 
 def _number(value: float) -> float | str:
@@ -86,19 +95,18 @@ def _cycle(cycle: Cycle) -> dict[str, Any]:
             "before_pruning": int(plan.n_before_pruning),
             "contacts": _contacts(plan.contacts),
             "impact": None if cycle.impact is None else _impact(cycle.impact),
-            PATH: hash_of([], [plan.times, plan.positions, plan.velocities]),
+            "path": _hash(plan.times, plan.positions, plan.velocities),
         }
     }
 
 
 def _contacts(contacts: Contacts) -> dict[str, Any]:
-    parts = [contacts.times, contacts.points, contacts.velocities_after, contacts.speeds]
-    return {"times": _numbers(contacts.times), "all": hash_of([], parts)}
+    every = _hash(contacts.times, contacts.points, contacts.velocities_after, contacts.speeds)
+    return {"times": _numbers(contacts.times), "all": every}
 
 
 def _impact(impact: MeasuredImpact) -> dict[str, Any]:
-    parts = [impact.point, impact.foreseen, impact.measured]
-    return {"stamp": _number(impact.stamp), "all": hash_of([], parts)}
+    return {"stamp": _number(impact.stamp), "all": _hash(impact.point, impact.foreseen, impact.measured)}
 
 
 _DESCRIBED: dict[type, Callable[[Any], dict[str, Any]]] = {

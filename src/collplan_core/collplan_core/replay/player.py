@@ -9,10 +9,9 @@ from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
 from collplan_core.planners import first_memory
-from collplan_core.replay.contents import Contents
 from collplan_core.replay.journal import PLANNER
 from collplan_core.replay.reading import Beginning, Call
-from collplan_core.replay.values import JournalError, Reference
+from collplan_core.replay.values import JournalError
 from collplan_core.state import State
 from collplan_core.worlds.file import parse_text
 
@@ -56,19 +55,15 @@ class Player:
         stamp: stamp of the newest pose given to it [s]; None before the first.
     """
 
-    def __init__(
-        self, of: str, beginning: Beginning, contents: Contents, changed: Mapping[str, object] | None = None
-    ) -> None:
+    def __init__(self, of: str, beginning: Beginning, changed: Mapping[str, object] | None = None) -> None:
         """Makes the loop anew.
 
         Args:
             of: PLANNER or CONTROLLER.
             beginning: what it is made with.
-            contents: where scans and plans are found.
             changed: parameters that are not as they were, and stay so.
         """
         self.stamp: float | None = None
-        self._contents = contents
         self._changed = dict(changed or {})
         self._forbidden: deque[str] = deque()
         self._looks: deque[int | None] = deque()
@@ -85,7 +80,6 @@ class Player:
         """What the loop returns at a call, or the error that it raises.
 
         Raises:
-            Missing, Altered: a scan or a plan that it was given is not there as it was.
             JournalError: the loop has no such input.
         """
         known = CALLED[type(self.loop)]
@@ -101,8 +95,6 @@ class Player:
             return error
 
     def _given(self, value: Any) -> Any:
-        if isinstance(value, Reference):
-            return self._contents.find(value)
         return value.with_values(self._changed) if isinstance(value, Settings) else value
 
     def _why_forbidden(self) -> str:

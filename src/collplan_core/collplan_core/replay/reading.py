@@ -7,7 +7,6 @@ from typing import Any
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
-from collplan_core.replay.contents import Contents, value_of
 from collplan_core.replay.journal import FORMAT
 from collplan_core.replay.values import JournalError, decode
 
@@ -33,7 +32,7 @@ class Call:
 
     Attributes:
         name: of the method.
-        given: what it was given; references in the place of scans and plans.
+        given: what it was given.
         forbidden: what was answered when it asked why it is forbidden to act; nothing always, where empty.
         looks: how often it looked at each deadline before that came; None where it did not come.
         came: the outcome, as JSON.
@@ -116,16 +115,3 @@ def _events(row: Mapping[str, Any]) -> Iterator[Event]:
     for each in row["calls"]:
         looks, forbidden = tuple(each.get("looks", ())), tuple(each.get("forbidden", ()))
         yield Call(each["call"], tuple(decode(each["given"])), forbidden, looks, each.get("came"))
-
-
-def contents_of(rows: Iterable[Mapping[str, Any]]) -> Contents:
-    """The scans and plans that the lines themselves hold.
-
-    Raises:
-        JournalError: one is neither.
-    """
-    contents = Contents()
-    for row in rows:
-        for content in row.get("contents", ()):
-            contents.add(value_of(content))
-    return contents

@@ -11,46 +11,29 @@ with one key:
 | `state` | stamp, and base64 of x, y, vx, vy, yaw as such |
 | `goal` | identity, stamp, position, status |
 | `settings` | every parameter by its key |
-| `scan`, `plan` | stamp and hash: what it holds stands elsewhere |
+| `scan` | numbers, and the array of ranges |
+| `plan` | stamp, and the arrays of times, positions and velocities: what follows a plan reads no more |
 """
 
 import math
 import struct
 from base64 import b64decode, b64encode
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from collplan_core.goal import Goal
 from collplan_core.parameters import Settings
+from collplan_core.plan import Plan, timed_path
+from collplan_core.scan import Scan
 from collplan_core.state import State
 
-SCAN, PLAN = "scan", "plan"
 _MOTION = struct.Struct("<5d")
 
 
 class JournalError(ValueError):
     """A journal that cannot be read; the message says what was found and what was expected."""
-
-
-@dataclass(frozen=True)
-class Reference:
-    """What stands for a scan or a plan.
-
-    Attributes:
-        kind: SCAN or PLAN.
-        stamp: its stamp [s].
-        hash: of all that it holds.
-    """
-
-    kind: str
-    stamp: float
-    hash: str
-
-    def __str__(self) -> str:
-        return f"{self.kind} of stamp {self.stamp:.6f}"
 
 
 def encode(value: Any) -> Any:
@@ -75,8 +58,11 @@ def _tagged(value: Any) -> dict[str, Any]:
         return {"state": [value.stamp, b64encode(motion).decode()]}
     if isinstance(value, np.ndarray):
         return {"array": [list(value.shape), b64encode(little_endian(value)).decode()]}
-    if isinstance(value, Reference):
-        return {value.kind: [value.stamp, value.hash]}
+    if isinstance(value, Scan):
+        beams = [value.stamp, value.angle_min, value.angle_increment, value.range_min, value.range_max]
+        return {"scan": encode([*beams, value.ranges, value.time_increment])}
+    if isinstance(value, Plan):
+        return {"plan": encode([value.stamp, value.times, value.positions, value.velocities])}
     if isinstance(value, Goal):
         return {"goal": encode([value.id, value.stamp, value.position, value.status])}
     if isinstance(value, bytes):
@@ -111,7 +97,7 @@ def decode(value: Any) -> Any:
         raise JournalError(f"got {value!s:.80}, expected an object with one key, one of {', '.join(_DECODERS)}")
     try:
         return _DECODERS[tag](held)
-    except (TypeError, struct.error) as error:
+    except (TypeError, ValueError, struct.error) as error:
         raise JournalError(f"{tag}: got {held!s:.80} ({error})") from None
 
 
@@ -133,6 +119,6 @@ _DECODERS: dict[str, Callable[[Any], Any]] = {
     "state": _state,
     "goal": lambda held: Goal(*decode(held)),
     "settings": lambda held: Settings().with_values({key: decode(each) for key, each in held.items()}),
-    SCAN: lambda held: Reference(SCAN, *held),
-    PLAN: lambda held: Reference(PLAN, *held),
+    "scan": lambda held: Scan(*decode(held)),
+    "plan": lambda held: timed_path(*decode(held)),
 }

@@ -77,7 +77,7 @@ def _parser() -> argparse.ArgumentParser:
 def _say_comparison(journals: RecordedJournals, say: Callable[[str], None]) -> int:
     found: list[Comparison] = []
     for of in (PLANNER, CONTROLLER):
-        comparisons = list(compare(of, journals.events(of), journals.contents))
+        comparisons = list(compare(of, journals.events(of)))
         if not comparisons:
             say(f"{of}: no journal")
         for comparison in comparisons:
@@ -91,7 +91,7 @@ def _say_plans(journals: RecordedJournals, strategy: str, say: Callable[[str], N
     beginning = next((event for event in events if isinstance(event, Beginning)), None)
     if beginning is None:
         raise JournalError(f"{journals.source}: no beginning of the planner's journal, expected one")
-    found = plans_beside(events, journals.contents, strategy)
+    found = plans_beside(events, strategy)
     say("\n".join(table_of(found.moments, beginning.settings.planner.strategy, strategy)))
     if found.end:
         say(f"ends at a gap: {found.end}")
