@@ -18,12 +18,13 @@ from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from collplan_ros.bringup import graph, laps, preparation
+from collplan_ros.bringup import complaints, driving, preparation
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.main import Bringup, main, run
 from collplan_ros.bringup.network import PROFILE, RANGE
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.bringup.robots import ROBOTS, RobotKind
 from collplan_ros.messages import qos
 from collplan_ros.run.completion import complete
@@ -75,7 +76,7 @@ class Played:
     def fall_silent_on_the_way_back(self):
         self.succeed()
         if self.goals == 2:
-            graph.INPUT_PATIENCE, self.robot.poses_on = 0.5, False
+            complaints.INPUT_PATIENCE, self.robot.poses_on = 0.5, False
 
     def be_interrupted_on_the_way_back(self):
         self.succeed() if self.goals == 1 else os.kill(os.getpid(), signal.SIGINT)
@@ -90,8 +91,8 @@ def options(tmp_path, monkeypatch):
     monkeypatch.setattr(preparation, "NODES", ())
     monkeypatch.setattr(preparation, "find_executable", lambda name: str(tmp_path / "node"))
     monkeypatch.setitem(ROBOTS, "fake", RobotKind(("fake_robot",), True, "local"))
-    monkeypatch.setattr(laps, "PAUSE", 0.0)
-    monkeypatch.setattr(graph, "INPUT_PATIENCE", graph.INPUT_PATIENCE)
+    monkeypatch.setattr(driving, "PAUSE", 0.0)
+    monkeypatch.setattr(complaints, "INPUT_PATIENCE", complaints.INPUT_PATIENCE)
     return Options(robot="fake", out=tmp_path / "runs", params=tmp_path / "set.yaml", pictures=False)
 
 
@@ -110,7 +111,7 @@ def played(ros):
 def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(played, options):
     bringup = Bringup(options, Progress(io.StringIO()))
     with closing(bringup.folder), bringup:
-        bringup.graph.wait_until_ready()
+        wait_until_ready(bringup.graph)
         for outcome, meet, words, asked, deaf in (
             ("reached", played.succeed, "", 0, 1),
             ("aborted", lambda: played.end(GoalStatus.STATUS_ABORTED), "no way", 0, 1),
@@ -123,7 +124,7 @@ def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(pla
             assert words in bringup.reason(outcome), outcome
             bringup.come_to_rest()
             # whom nobody hears does not wait: to leave the graph stops the robot
-            assert bringup.graph.at_rest == (deaf < 1000), outcome
+            assert bringup.graph.listener.at_rest == (deaf < 1000), outcome
             assert (min(played.asked, 2), played.asked < 10) == (asked, True), outcome
         played.teleop.create_publisher(Twist, "/cmd_vel", 1)
         with pytest.raises(GraphError, match="by /far/teleop beside controller_node"):
@@ -159,7 +160,7 @@ def test_a_kept_emergency_stop_waits_for_a_person_and_nothing_drives_off_by_its_
 
 def test_without_poses_it_is_said_where_they_were_expected(played, options):
     """Beside another robot's nodes of the same names."""
-    graph.INPUT_PATIENCE = 0.5
+    complaints.INPUT_PATIENCE = 0.5
     before = {key: os.environ[key] for key in ("ROS_DOMAIN_ID", RANGE, PROFILE)}
     result = run(replace(options, network="subnet", namespace="/robot1"))
     assert (result.outcome, result.exit_code) == ("graph_lost", 3)

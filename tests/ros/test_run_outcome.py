@@ -2,19 +2,22 @@
 
 from collections import defaultdict
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.serialization import serialize_message
 
+from collplan_core.command import FREE_SPACE
 from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, STUCK, TIMEOUT, RunMonitor
 from collplan_core.parameters import Settings, Trial
 from collplan_core.state import State
 from collplan_ros.bringup import graph
+from collplan_ros.bringup.complaints import Complaints
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
@@ -51,7 +54,7 @@ def test_the_planners_word_is_the_outcome_however_far_the_poses_are_behind(wait,
     for row in poses:
         due = sum(report.sent <= row.sent for report in reports) - 1
         known = max(known, due, random.choice([known, known, known, due + 1 if due + 1 < len(reports) else due]))
-        taken.append(outcome_of(reports[known], row, monitor))
+        taken.append(outcome_of(reports[known], row, FREE_SPACE, monitor))
         if taken[-1]:
             break
     assert set(taken[:-1]) <= {None}
@@ -63,7 +66,7 @@ def outcomes(reports: list[tuple[int, float]], rows: list[PoseRow]) -> list[str 
     """At each pose, with the newest report that was sent before it."""
     monitor, given_reports = RunMonitor(LIMITS, STAMP), [GoalReport(status, SENT + sent) for status, sent in reports]
     newest = (max((r for r in given_reports if r.sent <= row.sent), key=lambda r: r.sent) for row in rows)
-    return [outcome_of(report, row, monitor) for report, row in zip(newest, rows, strict=True)]
+    return [outcome_of(report, row, FREE_SPACE, monitor) for report, row in zip(newest, rows, strict=True)]
 
 
 def test_time_counts_from_the_first_plan_until_it_is_stuck_or_takes_too_long():
@@ -80,8 +83,8 @@ def test_a_goal_known_to_have_ended_is_neither_timed_out_nor_stuck_before_the_po
     arrived = GoalReport(GoalStatus.STATUS_SUCCEEDED, SENT + 50.0)
     monitor = RunMonitor(LIMITS, STAMP)
     monitor.executing(STAMP)
-    assert {outcome_of(arrived, pose(t, 0.0), monitor) for t in (0.0, 10.0, 40.0, 49.99)} == {None}
-    assert outcome_of(arrived, pose(50.0, 0.0), monitor) == REACHED
+    assert {outcome_of(arrived, pose(t, 0.0), FREE_SPACE, monitor) for t in (0.0, 10.0, 40.0, 49.99)} == {None}
+    assert outcome_of(arrived, pose(50.0, 0.0), FREE_SPACE, monitor) == REACHED
 
 
 class FedGraph(graph.Graph):
@@ -93,6 +96,10 @@ class FedGraph(graph.Graph):
         self._fed, self._reports, self._time = iter(enumerate(poses)), reports, 0.0
         times = SendTimes(lambda: self._time, lambda: self._time)
         self.recorder = Recorder(self, bringup.preparation.settings, times=times)
+        self.complaints = Complaints(bringup.preparation, self.recorder, SimpleNamespace(resolve_topic_name=str))
+        self.listener = SimpleNamespace(silence=0.0)
+        said = DiagnosticStatus(name="/planner_node", message="as usual")
+        self._take("/diagnostics", DiagnosticArray(status=[said]), 0.0)
 
     def listen(self, topic, take, raw=False) -> None:
         self.taken_by[topic].append((lambda message, sent: take(serialize_message(message), sent)) if raw else take)
@@ -100,11 +107,6 @@ class FedGraph(graph.Graph):
     def _take(self, topic, message, sent) -> None:
         for take in self.taken_by[topic]:
             take(message, sent)
-
-    def last_message(self, node: str) -> str:
-        return "as usual"
-
-    frozen = ""
 
     def give_goal(self, goal) -> None:
         self.recorder.ask(goal)

@@ -6,8 +6,7 @@ import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
-from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.preparation import Preparation, write_used_parameters
+from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.bringup.results import write_results
 from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
@@ -27,13 +26,12 @@ def bumping_run(parent: Path, duration: float, seed: int = 0, speeds=SPEEDS, **v
     given = {key.replace("__", "."): value for key, value in values.items()}
     world = str(parent / "room.yaml")
     settings = Settings().with_values({"lidar.world": world, "simulator.world": world, **given})
-    folder = RunFolder(parent)
-    write_used_parameters(folder.parameters, settings)
+    folder = RunFolder(parent, settings)
     room = load_world(world)
     goal = np.array([2.0, 0.5])
     prepared = Preparation(ROBOTS["sim"], "local", settings, room, goal, {})
     write_recording(folder.path, _driven(settings, duration, seed, speeds), goal, world=room)
-    write_results(read_run(folder.path, pictured=False), prepared, "timeout", Options(pictures=False))
+    write_results(read_run(folder.path, pictured=False), prepared, "timeout")
     return folder.path
 
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from collplan_core.evaluation.run_end import CANCELED, REACHED, STUCK, TIMEOUT
-from collplan_ros.bringup import laps
-from collplan_ros.bringup.laps import EMERGENCY_STOP, drive_laps
+from collplan_ros.bringup import driving
+from collplan_ros.bringup.driving import EMERGENCY_STOP, Bringup
 from collplan_ros.bringup.options import Options, parse
+from collplan_ros.bringup.results import repeating
 
 
 def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):
@@ -21,7 +22,7 @@ def test_the_line_that_repeats_a_run_gives_what_was_asked_for(monkeypatch):
     ):
         asked = {"goal": goal, "network": network, "namespace": namespace, "scan": scan, "max_speed": 0.9}
         first = Options(robot="serial:/dev/my robot", **asked)
-        program, *arguments = shlex.split(first.repeat(np.array(goal), params))
+        program, *arguments = shlex.split(repeating(first.asked(simulated=False), params, np.array(goal)))
         again = parse(arguments)
         assert (program, again.robot, again.goal, again.network) == (".venv/bin/bringup", first.robot, goal, network)
         assert (again.max_speed, again.namespace, again.params) == (0.9, namespace, params)
@@ -83,12 +84,12 @@ class FakeDriver:
 
 
 def test_it_goes_to_and_fro_and_waits_for_the_goal_of_a_person_who_has_stopped_it(monkeypatch):
-    monkeypatch.setattr(laps, "PAUSE", 0.0)
+    monkeypatch.setattr(driving, "PAUSE", 0.0)
     there, back = (2.0, 0.0), (0.0, 0.0)
     for outcome in (REACHED, TIMEOUT, STUCK, CANCELED, EMERGENCY_STOP):
         driver, said = FakeDriver(outcome, REACHED), []
         with pytest.raises(Over):
-            drive_laps(driver, ENDS, said.append)
+            Bringup.drive_laps(driver, ENDS, said.append)
         is_stopped = outcome in (CANCELED, EMERGENCY_STOP)
         assert driver.did == [there, "rest", *(["a goal"] if is_stopped else []), back, "rest"], outcome
         assert len(said) == (outcome != REACHED)

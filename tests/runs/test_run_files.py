@@ -9,14 +9,14 @@ from PIL import Image
 
 from collplan_core.parameters import Settings
 from collplan_ros.bringup.failures import StartError
-from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.preparation import Preparation
-from collplan_ros.bringup.results import draw_picture, write_results
+from collplan_ros.bringup.results import make_pictures, write_results
 from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.run.folder_lock import FolderLock
 from collplan_ros.run.impacts import impacts_of
 from collplan_ros.run.recorded_run import RecordedRun
+from collplan_ros.run.result_files import PICTURE, SUMMARY, TRAJECTORY
 from collplan_ros.run.run_log import PoseRow, RunLog, SentCommand, SentManeuver, SentReference
 from collplan_ros.run.summary import summarize
 from collplan_ros.run.trajectory_file import COLUMNS, write_trajectory
@@ -32,12 +32,12 @@ PREPARED = Preparation(ROBOTS["sim"], "local", Settings(), room(), GOAL, {})
 
 
 def test_all_files_are_written(tmp_path):
-    folder = RunFolder(tmp_path / "runs")
+    folder = RunFolder(tmp_path / "runs", Settings())
     folder.become_latest()
     log = bouncing_run()
     log.longest_wait = 0.34, "planner_node"
-    results = write_results(run_in(folder, log), PREPARED, "reached", Options(), "a reason")
-    assert draw_picture(run_in(folder, log), results, PREPARED) == ""
+    results = write_results(run_in(folder, log), PREPARED, "reached", "a reason")
+    assert not any(PICTURE in why for why in make_pictures(run_in(folder, log), results, PREPARED))
     latest = tmp_path / "runs" / "latest"
     summary = json.loads((latest / "summary.json").read_text())
     assert (summary["simulated"], summary["reason"]) == (True, "a reason")
@@ -62,24 +62,24 @@ def test_what_fails_costs_only_what_comes_after_it(tmp_path, monkeypatch):
         raise ValueError("no font")
 
     monkeypatch.setattr("collplan_ros.run.picture.trajectory_png.draw_trajectory", fail)
-    folder = RunFolder(tmp_path)
-    results = write_results(run_in(folder, bouncing_run()), PREPARED, "reached", Options())
-    assert "no font" in draw_picture(run_in(folder, bouncing_run()), results, PREPARED)
-    left = ["impacts.csv", "log", "summary.json", "trajectory.csv"]
+    folder = RunFolder(tmp_path, Settings())
+    results = write_results(run_in(folder, bouncing_run()), PREPARED, "reached")
+    assert "no font" in make_pictures(run_in(folder, bouncing_run()), results, PREPARED)[0]
+    left = ["impacts.csv", "log", "parameters.yaml", "summary.json", "trajectory.csv"]
     assert sorted(entry.name for entry in folder.path.iterdir()) == left
     monkeypatch.setattr("collplan_ros.run.result_files.impacts_of", fail)
-    folder = RunFolder(tmp_path)
+    folder = RunFolder(tmp_path, Settings())
     with pytest.raises(ValueError, match="font"):
-        write_results(run_in(folder, bouncing_run()), PREPARED, "reached", Options())
-    assert len(folder.trajectory.read_text().splitlines()) == 201
+        write_results(run_in(folder, bouncing_run()), PREPARED, "reached")
+    assert len((folder.path / TRAJECTORY).read_text().splitlines()) == 201
 
 
 def test_a_run_of_which_nothing_is_known_still_has_its_files(tmp_path):
-    folder = RunFolder(tmp_path)
-    summary = write_results(run_in(folder, RunLog()), PREPARED, "graph_lost", Options(pictures=False)).summary
+    folder = RunFolder(tmp_path, Settings())
+    summary = write_results(run_in(folder, RunLog()), PREPARED, "graph_lost").summary
     assert summary["reached"] is False
     assert summary["plan_time_ms"] == {"p50": None, "p99": None, "n": 0}
-    assert json.loads(folder.summary.read_text())["impacts"] == 0
+    assert json.loads((folder.path / SUMMARY).read_text())["impacts"] == 0
 
 
 def test_the_summary_of_a_run_worked_by_hand_with_and_without_its_truth():
@@ -132,7 +132,7 @@ def test_what_was_sent_between_two_poses_is_between_their_stamps_at_any_pace_of_
 
 
 def test_runs_of_the_same_second_have_folders_of_their_own_each_locked_until_its_run_is_over(tmp_path):
-    folders = [RunFolder(tmp_path) for _ in range(3)]
+    folders = [RunFolder(tmp_path, Settings()) for _ in range(3)]
     for folder in folders:
         folder.become_latest()
     assert (tmp_path / "latest").resolve() == folders[-1].path
@@ -148,7 +148,7 @@ def test_runs_of_the_same_second_have_folders_of_their_own_each_locked_until_its
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(StartError, match=r"file/runs: cannot be written: Not a directory"):
-        RunFolder(tmp_path / "file" / "runs")
+        RunFolder(tmp_path / "file" / "runs", Settings())
     (tmp_path / "latest" / "in_the_way").mkdir(parents=True)
     with pytest.raises(StartError, match="latest: cannot be written"):
-        RunFolder(tmp_path).become_latest()
+        RunFolder(tmp_path, Settings()).become_latest()

@@ -11,7 +11,7 @@ import pytest
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
-from collplan_ros.bringup import graph, preparation
+from collplan_ros.bringup import preparation, readiness
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.main import run
 from collplan_ros.bringup.options import Options
@@ -55,7 +55,7 @@ def test_a_ring_that_senses_replaces_detection(tmp_path):
 
 def test_a_serial_robot_that_is_not_there_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(preparation, "NODES", ())
-    monkeypatch.setattr(graph, "LINK_PATIENCE", 0.5)
+    monkeypatch.setattr(readiness, "LINK_PATIENCE", 0.5)
     said = {"world": "corridor", "goal": (1.0, 0.3), "network": "local"}
     said_ = io.StringIO()
     result = run(Options(robot="serial:/dev/no_such_robot@57600", out=tmp_path / "runs", **said), Progress(said_))

@@ -18,7 +18,7 @@ from collplan_ros.bringup.failures import NodeDied
 from collplan_ros.bringup.main import main, run
 from collplan_ros.bringup.network import RANGE, environment_set
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.processes import NodeProcess, stop, stop_all
+from collplan_ros.bringup.processes import Processes
 
 WORLD = "bounds: [0, 0, 2, 1]\nwalled: true\npolygons:\n  - [[0.8, 0], [1.0, 0], [1.0, 1], [0.8, 1]]\n"
 
@@ -153,16 +153,17 @@ def test_a_node_that_ignores_sigterm_is_killed_the_first_one_goes_first_and_a_de
     )
     polite = "import signal, sys, time; signal.signal(signal.SIGTERM, lambda *_: sys.exit(print(time.time())));"
     polite += "print('up', flush=True); time.sleep(60)"
-    started = {}
+    nodes = Processes(tmp_path)
     for name, code in (("device", polite), ("other", polite), ("stubborn", stubborn), ("controller", polite)):
-        started[name] = NodeProcess(name, [sys.executable, "-c", code], tmp_path / name)
+        nodes.start(name, [sys.executable, "-c", code])
     deadline = time.monotonic() + 10.0
-    while not all((tmp_path / name).read_text() for name in started):
+    while not all((tmp_path / f"{name}.log").read_text() for name in nodes.pids):
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    stop([started["controller"]])
-    assert stop_all(list(started.values()), ("device",)) == ["stubborn"]
-    ended = {name: float((tmp_path / name).read_text().split()[1]) for name in ("other", "controller", "device")}
+    nodes.stop(["controller"])
+    assert nodes.stop_all(("device",)) == ["stubborn"]
+    orderly = ("other", "controller", "device")
+    ended = {name: float((tmp_path / f"{name}.log").read_text().split()[1]) for name in orderly}
     assert sorted(ended, key=ended.__getitem__) == ["controller", "other", "device"]
     with pytest.raises(NodeDied, match=r"^stubborn was killed by SIGKILL$"):
-        started["stubborn"].check()
+        nodes.check([].append, dict.fromkeys(orderly, ""))

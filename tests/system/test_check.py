@@ -51,6 +51,7 @@ from collplan_ros.bringup.main import main
 from collplan_ros.bringup.open_loop import OpenLoop
 from collplan_ros.bringup.paced_commands import PacedCommands
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.robots import ROBOTS
 from collplan_ros.messages.conversions import scan_to_message, state_to_odometry
 from collplan_ros.run.run_log import PoseRow
 
@@ -114,11 +115,11 @@ def test_it_asks_before_it_moves(monkeypatch, answer, goes):
             os.write(writing, answer.encode())
             os.close(writing)
 
-    waiting, preparation = SimpleNamespace(step=step), SimpleNamespace(settings=Settings(), programs={})
+    waiting = SimpleNamespace(step=step, preparation=SimpleNamespace(settings=Settings()), progress=Progress())
     with os.fdopen(reading) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         with nullcontext() if goes else pytest.raises(check.Declined):
-            check.Check(waiting, preparation, Progress(), yes=False).ask("move")
+            check.Check(waiting, yes=False).ask("move")
     assert len(steps) == 3
 
 
@@ -137,7 +138,9 @@ class Runaway:
         )
         self.pose, self.commanded = PoseRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), []
         self.local_clock = Clock(clock_type=ClockType.STEADY_TIME)
-        self.late_commands, self.robot_waits = 0, ""
+        self.recorder = SimpleNamespace(robot_waits="", status=lambda name: DiagnosticStatus())
+        self.preparation = SimpleNamespace(settings=PATIENT, robot=ROBOTS["sim"])
+        self.listener = self
         self._time, self._stall = 0.0, stall
 
     def local_time(self):
@@ -171,7 +174,7 @@ PATIENT = Settings().with_values({"limits.pose_age": 0.5, "limits.command_age": 
 def test_a_motion_ends_where_it_leads_too_far(limit):
     """Zero follows, as after any motion, and a robot that is far by then may still be commanded zero."""
     graph = Runaway()
-    loop = OpenLoop(graph, PATIENT)
+    loop = OpenLoop(graph)
     with loop.commanding():
         loop.rest()
         poses = loop.drive((0.1, 0.0), 0.0, 0.5, lambda pose: pose.position[0] <= limit)
@@ -185,7 +188,7 @@ def test_a_motion_ends_where_it_leads_too_far(limit):
 
 def test_a_motion_in_which_no_poses_are_taken_ends_and_does_not_count():
     graph = Runaway(stall=1.0)
-    loop = OpenLoop(graph, PATIENT)
+    loop = OpenLoop(graph)
     with loop.commanding():
         assert loop.drive((0.1, 0.0), 0.0, 3.0, lambda pose: True) == []
     assert graph.commanded[-1] == 0.0
@@ -209,11 +212,11 @@ class Stopwatch:
     def now(self):
         return self.time
 
-    def go_on(self):
-        """By `run_until`."""
-
     def commanded(self, time):
         self.allowed = time + 0.055
+
+    def paced(self):
+        return PacedCommands(self.sent.append, 0.05, self.now, commanded=self.commanded)
 
     def run_until(self, end, condition=lambda: True):
         """Goes on by 10 ms at a time, as far as the next command is not due, and waits there for a condition."""
@@ -231,7 +234,7 @@ class Stopwatch:
 def test_a_motion_ends_by_itself(allowed, ended):
     """Whatever the thread that began it does meanwhile."""
     watch = Stopwatch()
-    with PacedCommands(watch.sent.append, 0.05, watch) as commands:
+    with watch.paced() as commands:
         wait_for(lambda: watch.sent)
         watch.run_until(0.02)
         motion = commands.begin(replace(stopped("check"), yaw_rate=1.0), 0.3, allowed)
@@ -246,7 +249,7 @@ def test_a_motion_ends_by_itself(allowed, ended):
 def test_an_exception_ends_a_motion_at_once():
     """As Ctrl-C does."""
     watch = Stopwatch()
-    with suppress(KeyboardInterrupt), PacedCommands(watch.sent.append, 0.05, watch) as commands:
+    with suppress(KeyboardInterrupt), watch.paced() as commands:
         motion = commands.begin(replace(stopped("check"), yaw_rate=1.0), 9.0, 9.0)
         watch.time = 0.34
         raise KeyboardInterrupt
@@ -317,7 +320,7 @@ def test_verdicts_of_streams_and_nodes():
     ):
         assert [finding.verdict for finding in stream_findings(quality, Settings())] == verdicts
     levels = {"/a": DiagnosticStatus.OK, "/b": DiagnosticStatus.WARN, "/c": DiagnosticStatus.ERROR}
-    statuses = {name: DiagnosticStatus(level=level, name=name, message="so") for name, level in levels.items()}
+    statuses = [DiagnosticStatus(level=level, name=name, message="so") for name, level in levels.items()]
     assert [f.verdict for f in node_findings(statuses)] == [GOOD, DOUBTFUL, WRONG]
 
 
@@ -392,13 +395,14 @@ def test_without_scans_the_robot_is_not_moved_and_a_lidar_that_is_not_found_cost
     monkeypatch.setattr(check, "OpenLoop", lambda *_: loop)
     monkeypatch.setattr(check.Check, "_nodes", lambda self: [])
     monkeypatch.setattr(check.Check, "_stream", lambda self: [])
-    monkeypatch.setattr(check.Check, "_motions", lambda self: moved.append(1) or BodyOffset(0.01, 0.0, 0.0))
-    running = SimpleNamespace(pids={}, wait_until_poses_come=lambda: None)
+    monkeypatch.setattr(check.Check, "_offset", lambda self: moved.append(1) or BodyOffset(0.01, 0.0, 0.0))
+    monkeypatch.setattr(check, "wait_until_poses_come", lambda graph: None)
     preparation = SimpleNamespace(settings=Settings(), programs={})
+    running = SimpleNamespace(preparation=preparation, progress=Progress())
 
     def checked(coming, found):
         lidar = SimpleNamespace(coming=lambda *_: Finding(coming, ""), find=lambda *_: (Finding(found, ""), {}))
-        return check.Check(running, preparation, Progress(), True, lidar).run()
+        return check.Check(running, True, lidar).run()
 
     assert checked(WRONG, GOOD) == ({}, False)
     assert not moved
@@ -409,8 +413,10 @@ def test_without_scans_the_robot_is_not_moved_and_a_lidar_that_is_not_found_cost
 
 
 def test_what_is_found_beside_something_wrong_is_written_and_the_exit_code_says_so(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(check, "_prepared", lambda options: SimpleNamespace(settings=Settings(), programs={}))
-    monkeypatch.setattr(check, "Graph", lambda *_, **__: nullcontext(SimpleNamespace()))
+    prepared = SimpleNamespace(settings=Settings(), programs={})
+    monkeypatch.setattr(check, "_prepared", lambda options, given: prepared)
+    graph = SimpleNamespace(preparation=prepared, progress=Progress())
+    monkeypatch.setattr(check, "Graph", lambda *_: nullcontext(graph))
     monkeypatch.setattr(check.Check, "run", lambda self: ({"mocap.body_offset_x": 0.01}, False))
     assert main(["--check", "--yes", "--out", str(tmp_path / "runs")]) == 1
     assert read_parameters(tmp_path / "runs" / "latest" / "checked.yaml") == {"mocap.body_offset_x": 0.01}

@@ -13,6 +13,7 @@ from collplan_core.worlds.file import parse_text
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.bringup.results import write_results
 from collplan_ros.run.reader import attachment, description, messages, raw_messages
 from collplan_ros.run.recorded_run import read_run
@@ -34,13 +35,13 @@ def ran(tmp_path_factory):
     warm_up()
     options = Options(seed=3, out=tmp_path_factory.mktemp("runs"), pictures=False)
     with Bringup(options, Progress(io.StringIO())) as bringup:
-        bringup.graph.wait_until_ready()
+        wait_until_ready(bringup.graph)
         outcome = bringup.drive()  # whatever it is: a busy machine may not get there
-        names = {name for name, _ in bringup.graph.node.get_topic_names_and_types()}
+        names = {name for name, _ in bringup.graph.listener.node.get_topic_names_and_types()}
         bringup.come_to_rest()
     folder = bringup.folder.path
     run = read_run(folder)
-    write_results(run, bringup.preparation, outcome, options)
+    write_results(run, bringup.preparation, outcome)
     return folder, names, bringup.preparation, run.log
 
 

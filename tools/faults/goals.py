@@ -56,7 +56,7 @@ def left(graph: LiveGraph, begun: float) -> Measured:
 
 
 def carried_back(graph: LiveGraph) -> None:
-    graph.call("reset")
+    graph.trigger("reset")
     graph.until(lambda: graph.streams.poses and abs(graph.streams.poses[-1].x) < 0.2, WAIT)
     graph.pause(0.3)
 

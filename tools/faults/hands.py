@@ -51,7 +51,7 @@ class Joystick:
         Raises:
             BenchError: nobody listens.
         """
-        self._publisher = graph.node.create_publisher(Joy, "joy", NEWEST)
+        self._publisher = graph.listener.node.create_publisher(Joy, "joy", NEWEST)
         self._message = Joy(axes=[0.0] * 6, buttons=[0] * 11)
         if not graph.until(lambda: self._publisher.get_subscription_count() > 0, ANSWER):
             raise BenchError("teleop_node does not listen to joy")
@@ -74,7 +74,7 @@ class Joystick:
     def unplug(self, graph: LiveGraph) -> None:
         """Sends no more."""
         graph.repeat(PERIOD, None)
-        graph.node.destroy_publisher(self._publisher)
+        graph.listener.node.destroy_publisher(self._publisher)
 
 
 joystick = Joystick()

@@ -84,7 +84,7 @@ def estop_kept(graph: LiveGraph, begun: float) -> Measured:
 
 
 def stopped_and_driver_killed(graph: LiveGraph) -> float:
-    graph.call("estop")
+    graph.trigger("estop")
     return graph.kill("driver_node")
 
 
@@ -120,7 +120,7 @@ def firmware_restarts(graph: LiveGraph) -> float:
 
 
 def stopped_and_firmware_restarts(graph: LiveGraph) -> float:
-    graph.call("estop")
+    graph.trigger("estop")
     graph.rest()
     return firmware_restarts(graph)
 
@@ -134,7 +134,7 @@ def kept(graph: LiveGraph, begun: float) -> Measured:
 
 
 def clear(graph: LiveGraph) -> None:
-    graph.until(lambda: graph.call("clear_estop"), WAIT)
+    graph.until(lambda: graph.trigger("clear_estop"), WAIT)
 
 
 def button(graph: LiveGraph) -> float:
@@ -157,7 +157,7 @@ def motor_fault(graph: LiveGraph) -> float:
 def refused(graph: LiveGraph, begun: float) -> Measured:
     """It stands, and nobody can let it move as long as the motor has failed."""
     measured = wheels_stop(HELD)(graph, begun)
-    if graph.call("resume"):
+    if graph.trigger("resume"):
         return replace(measured, missed="resume is not refused")
     return measured
 

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from action_msgs.msg import GoalStatus
@@ -21,9 +20,9 @@ from std_srvs.srv import Trigger
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.preparation import prepare, write_used_parameters
-from collplan_ros.bringup.processes import NodeProcess, find_executable
+from collplan_ros.bringup.preparation import find_executable, prepare
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.robot_state import FREE
 from collplan_ros.node_kit.diagnostics import ERROR
@@ -50,7 +49,7 @@ PATIENCE = 20.0
 AGAIN = 0.8
 """Time after which a goal is given once more where the robot does not drive [s]."""
 ANSWER = 3.0
-"""Longest wait for an answer [s]."""
+"""Longest wait for somebody who listens [s]."""
 START = 30.0
 """Longest wait for a node that has been started again [s]."""
 
@@ -78,36 +77,32 @@ class LiveGraph(Graph, Bench):
         preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file, real_time=True))
         programs = {**preparation.programs, TELEOP: find_executable(TELEOP)}
         preparation = replace(preparation, programs=programs)
-        run_folder = RunFolder(folder / "runs")
-        write_used_parameters(run_folder.parameters, preparation.settings)
+        run_folder = RunFolder(folder / "runs", preparation.settings)
         super().__init__(preparation, run_folder, Progress(io.StringIO()))
-        self._clients: dict[str, Any] = {}
         self._repeated: Callable[[], object] | None = None
         self._period = self._due = 0.0
 
     def __enter__(self) -> "LiveGraph":
         super().__enter__()
         try:
-            self.streams = Streams(self.node)
-            self.wait_until_ready()
+            self.streams = Streams(self.listener.node)
+            wait_until_ready(self)
         except BaseException:
             self.__exit__()
             raise
         return self
 
     def __exit__(self, *exception: object) -> None:
-        for process in self._processes:
-            self._signal(process, signal.SIGCONT)
+        for node in self.processes.pids:
+            self.thaw(node)
         super().__exit__(*exception)
         self._temporary.cleanup()
 
-    def step(self) -> None:
-        """As bringup's, but no node has to live and others may command."""
-        self._stop_request.check()
+    def _check_nodes(self) -> None:
+        """Repeats what is to be: no node has to live, and others may command."""
         if self._repeated is not None and self.now() >= self._due:
             self._due = self.now() + self._period
             self._repeated()
-        self._take_what_came()
 
     def repeat(self, period: float, act: Callable[[], object] | None) -> None:
         """Calls `act` every `period` [s] from now on, while stepping; None ends it."""
@@ -199,38 +194,21 @@ class LiveGraph(Graph, Bench):
 
     # ---- what is done to it
 
-    def call(self, service: str) -> bool:
-        """Whether a service of type Trigger says yes.
-
-        Raises:
-            BenchError: it does not answer.
-        """
-        client = self._client(Trigger, service)
-        answer = client.call_async(Trigger.Request())
-        if not self.until(answer.done, ANSWER):
-            raise BenchError(f"no answer from {service}")
-        return bool(answer.result().success)
+    def trigger(self, service: str) -> bool:
+        """Whether a service of type Trigger says yes."""
+        return bool(self.call(Trigger, service, Trigger.Request()).success)
 
     def let(self, node: str, **values: object) -> None:
         """Sets parameters of a node; their group is told from the name by two underscores: emulator__unplugged.
 
         Raises:
-            BenchError: they are refused, or there is no answer.
+            BenchError: they are refused.
         """
-        client = self._client(SetParameters, f"{node}/set_parameters")
         given = [Parameter(k.replace("__", "."), value=v).to_parameter_msg() for k, v in values.items()]
-        answer = client.call_async(SetParameters.Request(parameters=given))
-        if not self.until(answer.done, ANSWER):
-            raise BenchError(f"no answer from {node} to {values}")
-        refused = [result.reason for result in answer.result().results if not result.successful]
+        answer = self.call(SetParameters, f"{node}/set_parameters", SetParameters.Request(parameters=given))
+        refused = [result.reason for result in answer.results if not result.successful]
         if refused:
             raise BenchError(f"{node}: {refused}")
-
-    def _client(self, kind: type, name: str) -> Any:
-        client = self._clients.setdefault(name, self.node.create_client(kind, name))
-        if not self.until(client.service_is_ready, ANSWER):
-            raise BenchError(f"no service {name}")
-        return client
 
     def freeze(self, node: str) -> float:
         """Stops a node's process; returns when [s, steady clock]."""
@@ -250,25 +228,15 @@ class LiveGraph(Graph, Bench):
         Raises:
             BenchError: it does not report.
         """
-        index = next(k for k, process in enumerate(self._processes) if process.name == node)
-        self._processes[index].kill()
+        self.processes.kill(node)
         begun = self.now()
-        command = [self._preparation.programs[node], "--ros-args", *self._ros_arguments(node)]
-        self._processes[index] = NodeProcess(node, command, self._folder.logs / f"{node}-{begun:.0f}.log")
+        self.processes.start(node, self.preparation.command(node, self._folder))
         if not self.until(lambda: self.streams.health[node][0] > begun, START):
-            raise BenchError(f"{node} did not start again: {self._processes[index].last_lines()}")
+            raise BenchError(f"{node} did not start again: {self.processes.last_lines(node)}")
         return self.streams.health[node][0]
 
-    def runs(self, node: str) -> bool:
-        """Whether a node's process has not ended."""
-        return next(process for process in self._processes if process.name == node).running
-
     def _signalled(self, node: str, number: int) -> float:
-        process = next(process for process in self._processes if process.name == node)
         begun = self.now()
-        self._signal(process, number)
+        if self.processes.runs(node):
+            os.kill(self.processes.pids[node], number)
         return begun
-
-    def _signal(self, process: NodeProcess, number: int) -> None:
-        if process.running:
-            os.kill(process.pid, number)

@@ -2,7 +2,7 @@
 
 from itertools import accumulate
 
-from collplan_ros.bringup.graph import COMMANDER
+from collplan_ros.bringup.robots import COMMANDER
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph
 from faults.stands import CREEP, WAIT, commanded_to_stand, no_motion_since

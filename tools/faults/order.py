@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.run.recorded_run import read_run
 from faults.fault import Fault, Measured
@@ -36,7 +37,7 @@ GROWTH = 1.05
 def any_node(graph: LiveGraph) -> str:
     """Kills or freezes a node; which one."""
     chance = graph.chance
-    node = chance.choice(list(graph.pids))
+    node = chance.choice(list(graph.processes.pids))
     if chance.random() < 0.5:
         graph.freeze(node)
         graph.pause(chance.uniform(0.1, 2.0))
@@ -49,9 +50,9 @@ def any_node(graph: LiveGraph) -> str:
 
 def streams_back(graph: LiveGraph, node: str) -> Measured:
     begun = graph.now()
-    if not graph.runs(node):
+    if not graph.processes.runs(node):
         graph.restart(node)
-    streams, robot = graph.streams, next(iter(graph.pids))
+    streams, robot = graph.streams, next(iter(graph.processes.pids))
     fresh = graph.until(lambda: streams.oldest(graph.now()) < FRESH and graph.healthy(robot), 3.0 * BACK)
     return Measured(graph.now() - begun if fresh else None)
 
@@ -90,9 +91,9 @@ def between_goals(folder: Path) -> Measured:
         for _ in range(os.cpu_count() or 1):
             stack.callback(subprocess.Popen(BUSY).kill)
         bringup = stack.enter_context(Bringup(options, Progress(io.StringIO())))
-        listen = bringup.graph.node.create_subscription
+        listen = bringup.graph.listener.node.create_subscription
         listen(DiagnosticStatus, "controller/state", lambda message: stops.append(message.message), EVENT)
-        bringup.graph.wait_until_ready()
+        wait_until_ready(bringup.graph)
         there, back = bringup.preparation.goal, bringup.preparation.world.start
         end = time.monotonic() + 60.0 * float(os.environ.get("COLLPLAN_MEMORY_MINUTES", "30"))
         while time.monotonic() < end:

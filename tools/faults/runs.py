@@ -17,6 +17,7 @@ from collplan_ros.bringup.failures import RECORD_LOST
 from collplan_ros.bringup.main import Bringup
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.readiness import wait_until_ready
 from collplan_ros.run.completion import complete
 from collplan_ros.run.recorded_run import read_run
 from faults.bench import Bench
@@ -71,8 +72,8 @@ class RunEnds(Bench):
 
     def __enter__(self) -> "RunEnds":
         self._bringup.__enter__()
-        self._bringup.graph.wait_until_ready()
-        self.streams = Streams(self._bringup.graph.node)
+        wait_until_ready(self._bringup.graph)
+        self.streams = Streams(self._bringup.graph.listener.node)
         return self
 
     def __exit__(self, *exception: object) -> None:

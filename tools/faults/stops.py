@@ -29,14 +29,14 @@ _numbers = count()
 
 def estop(graph: LiveGraph) -> float:
     begun = graph.now()
-    graph.call("estop")
+    graph.trigger("estop")
     return begun
 
 
 def cleared(graph: LiveGraph) -> float:
-    graph.call("estop")
+    graph.trigger("estop")
     graph.rest()
-    graph.call("clear_estop")
+    graph.trigger("clear_estop")
     return graph.now()
 
 
@@ -58,7 +58,7 @@ class SecondPublisher:
         self._node: Node | None = None
 
     def begin(self, graph: LiveGraph) -> float:
-        self._node = node = Node(f"second_{next(_numbers)}", context=graph.node.context)
+        self._node = node = Node(f"second_{next(_numbers)}", context=graph.listener.node.context)
         begun = graph.now()
         self._publisher = node.create_publisher(Twist, self._topic, NEWEST)
         message = Twist()
@@ -84,7 +84,7 @@ class SecondPublisher:
 
 
 def clear(graph: LiveGraph) -> None:
-    graph.call("clear_estop")
+    graph.trigger("clear_estop")
 
 
 def both(robot: str) -> list[Fault]:

@@ -6,12 +6,12 @@ slowly, in open loop, and asks before it does.
 
 import select
 import sys
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from math import degrees
 
 import numpy as np
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from collplan_core.calibration.body_motions import (
     CAREFUL_ROUNDS,
@@ -42,16 +42,16 @@ from collplan_ros.bringup.check_findings import (
     stream_findings,
     turn_finding,
 )
-from collplan_ros.bringup.failures import FOUND_WRONG, GRAPH_LOST, GraphError, Interrupted, StartError
+from collplan_ros.bringup.failures import FOUND_WRONG, GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.open_loop import InterruptedTooOften, OpenLoop
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.preparation import Preparation, prepare, write_used_parameters
+from collplan_ros.bringup.preparation import Preparation, prepare
 from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.readiness import refuse_kept_stop, wait_until_poses_come
 from collplan_ros.bringup.robots import REAL
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.messages.qos import EVERY_ONE
 
 NOT_NEEDED = ("lidar_node", "planner_node", "controller_node")
 REPORT_PATIENCE = 10.0
@@ -69,6 +69,12 @@ FLOOR = "floor"
 class Declined(RuntimeError):
     """The user did not agree to a motion of the robot."""
 
+    exit_code = FOUND_WRONG
+
+
+class FoundWrong(RuntimeError):
+    """Something is wrong that has been said."""
+
 
 def check(options: Options, progress: Progress) -> int:
     """Runs the whole check; returns an exit code, 0 where nothing is wrong.
@@ -78,44 +84,35 @@ def check(options: Options, progress: Progress) -> int:
     """
     if not options.yes and not (sys.stdin and sys.stdin.isatty()):
         raise StartError("--check: asks before it moves the robot, so it needs a terminal, or --yes")
-    preparation = _prepared(options)
-    folder = RunFolder(options.out)
-    write_used_parameters(folder.parameters, preparation.settings)
+    given = _given(options)
+    preparation = _prepared(options, given)
+    folder = RunFolder(options.out, preparation.settings)
     try:
-        with Graph(preparation, folder, progress, recording=False, commands=True) as graph:
+        with Graph(preparation, folder, progress) as graph:
             if options.scan == REAL and not options.world:
                 progress.say("without --world the place of the LIDAR is not looked for")
-            lidar = LidarScans(graph, preparation) if options.scan == REAL and options.world else None
-            found, passed = Check(graph, preparation, progress, options.yes, lidar).run()
+            lidar = LidarScans(graph.listener, preparation) if options.scan == REAL and options.world else None
+            found, passed = Check(graph, options.yes, lidar).run()
     except StartError:
         folder.discard()
         raise
-    except Declined:
-        progress.say("not moved; the rest was not checked")
-        return FOUND_WRONG
-    except Interrupted as error:
+    except (Declined, Interrupted, GraphError) as error:
         progress.say(str(error))
-        return 128 + error.number
-    except GraphError as error:
-        progress.say(str(error))
-        return GRAPH_LOST
+        return error.exit_code
     if not found:
         progress.say("no offset written, see docs/first_run.md")
         return FOUND_WRONG
     path = folder.path / "checked.yaml"
-    write_values({**_given(options), **found}, path)
+    write_values({**given, **found}, path)
     folder.become_latest()
-    if not passed:
-        progress.say(f"the body's offset is in {path}, the place of the LIDAR is not")
-        return FOUND_WRONG
-    progress.say(f"drive with --params {path}")
-    return 0
+    progress.say(f"drive with --params {path}" if passed else f"{path} holds the body's offset, not the LIDAR's place")
+    return 0 if passed else FOUND_WRONG
 
 
-def _prepared(options: Options) -> Preparation:
-    preparation = prepare(replace(options, world=_world(options)))
-    settings, world = preparation.settings, preparation.world
-    room = MOST_DISTANCE + settings.robot.radius
+def _prepared(options: Options, given: dict[str, object]) -> Preparation:
+    world_is_said = options.world is not None or "simulator.world" in given
+    preparation = prepare(options if world_is_said else replace(options, world=FLOOR))
+    world, room = preparation.world, MOST_DISTANCE + preparation.settings.robot.radius
     if preparation.robot.simulated and world.start is not None and not has_room(world, world.start, room):
         raise StartError(
             f"--check: world {world.name} has less than {MOST_DISTANCE:g} m free around the robot at its start; "
@@ -123,13 +120,6 @@ def _prepared(options: Options) -> Preparation:
         )
     programs = {name: path for name, path in preparation.programs.items() if name not in NOT_NEEDED}
     return replace(preparation, programs=programs)
-
-
-def _world(options: Options) -> str | None:
-    """The world's name, where the command line or the parameter file does not say another."""
-    if options.world is not None or (options.params and "simulator.world" in _given(options)):
-        return options.world
-    return FLOOR
 
 
 def _given(options: Options) -> dict[str, object]:
@@ -144,52 +134,46 @@ def _given(options: Options) -> dict[str, object]:
         raise StartError(str(error)) from None
 
 
-def _offset_values(offset: BodyOffset) -> dict[str, object]:
-    return {f"mocap.body_offset_{key}": round(getattr(offset, key), 5) for key in ("x", "y", "yaw")}
-
-
 class Check:
     """One check of a robot and mocap_node that run already."""
 
-    def __init__(
-        self, graph: Graph, preparation: Preparation, progress: Progress, yes: bool, lidar: LidarScans | None = None
-    ) -> None:
+    def __init__(self, graph: Graph, yes: bool, lidar: LidarScans | None = None) -> None:
+        """`yes`, where nobody is asked; `lidar`, where the place of the LIDAR is looked for."""
         self._graph = graph
         self._lidar = lidar
-        self._settings = preparation.settings
-        self._names = [graph.full_name(name) for name in preparation.programs]
-        self._progress = progress
+        self._settings = graph.preparation.settings
+        self._lag = self._settings.robot.velocity_lag
+        self._say = graph.progress.say
         self._yes = yes
-        self._statuses: dict[str, DiagnosticStatus] = {}
 
     def run(self) -> tuple[dict[str, object], bool]:
         """The parameters found, by key, none where the body's offset is not; and whether nothing is wrong."""
-        self._progress.say(f"checking {', '.join(self._graph.pids)}")
-        self._graph.wait_until_poses_come()
-        self._loop = OpenLoop(self._graph, self._settings)
-        if not self._passes([*self._nodes(), *self._stream(), *self._scans()]):
-            return {}, False
-        self._loop.refuse_other_publishers()
-        offset = self._motions()
-        if offset is None:
-            return {}, False
-        found = _offset_values(offset)
-        if self._lidar is None:
-            return found, True
-        finding, mount = self._lidar.find(self._loop.poses, offset)
-        return {**found, **mount}, self._passes([finding])
+        self._say(f"checking {', '.join(self._graph.preparation.programs)}")
+        wait_until_poses_come(self._graph)
+        self._loop = OpenLoop(self._graph)
+        found: dict[str, object] = {}
+        try:
+            self._judge([*self._nodes(), *self._stream(), *self._scans()])
+            self._loop.refuse_other_publishers()
+            offset = self._offset()
+            found = {f"mocap.body_offset_{key}": round(getattr(offset, key), 5) for key in ("x", "y", "yaw")}
+            if self._lidar is not None:
+                finding, mount = self._lidar.find(self._loop.poses, offset)
+                found |= mount
+                self._judge([finding])
+        except FoundWrong:
+            return found, False
+        return found, True
 
     def _nodes(self) -> list[Finding]:
-        self._graph.node.create_subscription(DiagnosticArray, "/diagnostics", self._take_statuses, EVERY_ONE)
+        recorder, begun = self._graph.recorder, time.monotonic()
+        names = [self._graph.preparation.full_name(name) for name in self._graph.preparation.programs]
 
         def silent() -> list[str]:
-            return [name for name in self._names if name not in self._statuses]
+            return [name for name in names if recorder.reported_at.get(name, 0.0) < begun]
 
         self._graph.wait(lambda: not silent(), REPORT_PATIENCE, lambda: f"no diagnostics of {', '.join(silent())}")
-        return node_findings(self._statuses)
-
-    def _take_statuses(self, message: DiagnosticArray) -> None:
-        self._statuses.update({s.name: s for s in message.status if s.name in self._names})
+        return node_findings([recorder.reported[name] for name in names])
 
     def _stream(self) -> list[Finding]:
         poses = self._loop.rest(WATCHING_TIME)
@@ -200,53 +184,48 @@ class Check:
     def _scans(self) -> list[Finding]:
         return [] if self._lidar is None else [self._lidar.coming(self._loop.poses, self._loop.received)]
 
-    def _motions(self) -> BodyOffset | None:
-        slow, lag = careful(self._settings.robot), self._settings.robot.velocity_lag
+    def _offset(self) -> BodyOffset:
+        """The body's offset, from motions of the robot.
+
+        Raises:
+            FoundWrong: something is wrong, or the offset stays uncertain.
+        """
+        slow = careful(self._settings.robot)
         across = f"{200 * slow.reach:g} cm at {slow.speed:g} m/s"
         self.ask(
             f"drive {across}, forward, back, left and right, and turn in place at {slow.yaw_rate:g} rad/s, a minute"
         )
-        self._graph.refuse_kept_stop()
+        refuse_kept_stop(self._graph)
         try:
             with self._loop.resumed():
-                motions = drive_each_way(self._loop, slow, lag)
-                axes = axes_finding(estimate(motions, lag).axes)
+                motions = drive_each_way(self._loop, slow, self._lag)
+                axes = axes_finding(estimate(motions, self._lag).axes)
                 if axes.verdict == WRONG:
-                    self._passes([axes])
-                    return None
+                    self._judge([axes])
                 while len(motions.turns) < CAREFUL_ROUNDS:
-                    motions = one_more_round(self._loop, motions, slow, lag)
-            known = estimate(motions, lag)
-            if not known.is_certain and not _is_wrong(self._found(known)):
+                    motions = one_more_round(self._loop, motions, slow, self._lag)
+            known = estimate(motions, self._lag)
+            if not known.is_certain and not _is_wrong(_found(known)):
                 motions = self._go_on(motions)
         except InterruptedTooOften:
-            self._passes([interruption_finding(self._loop.interruptions)])
-            return None
+            self._judge([self._interruptions])
         except GraphError:
             # what was lost may have been lost for the same reason
             if self._loop.interruptions.are_many:
-                self._passes([interruption_finding(self._loop.interruptions)])
+                self._print([self._interruptions])
             raise
         except Strayed as error:
             why = "wheels that slip or are set wrongly, a tilted floor, or wrong poses"
-            self._passes([interruption_finding(self._loop.interruptions), Finding(WRONG, f"{error}: {why}")])
-            return None
-        return self._judged(motions, lag)
-
-    def _judged(self, motions: Motions, lag: float) -> BodyOffset | None:
-        known, interruptions = estimate(motions, lag), self._loop.interruptions
-        if not self._passes([interruption_finding(interruptions), *self._found(known)]):
-            return None
+            self._judge([self._interruptions, Finding(WRONG, f"{error}: {why}")])
+        known = estimate(motions, self._lag)
+        self._judge([self._interruptions, *_found(known)])
         if not known.is_certain:  # a heading off by degrees turns every command
-            missing = time_missing(motions, quick(self._settings.robot), lag)
-            less = "a machine that is less busy" if interruptions.are_many else "a floor with a better grip"
-            self._progress.say(f"  that would take {missing:.0f} s more: {less} needs less")
-            return None
+            missing = time_missing(motions, quick(self._settings.robot), self._lag)
+            busy = self._loop.interruptions.are_many
+            less = "a machine that is less busy" if busy else "a floor with a better grip"
+            self._say(f"  that would take {missing:.0f} s more: {less} needs less")
+            raise FoundWrong
         return known.offset
-
-    def _found(self, known: Estimate) -> list[Finding]:
-        turns = [turn_finding(known.turns)] if known.turns else []
-        return [*turns, axes_finding(known.axes), drift_finding(known.axes, known.offset), offset_finding(known)]
 
     def _go_on(self, motions: Motions) -> Motions:
         """Quicker motions until the offset is certain, for MOST_TIME at most.
@@ -254,9 +233,9 @@ class Check:
         Raises:
             Strayed: the robot is too far from where it began.
         """
-        pace, lag = quick(self._settings.robot), self._settings.robot.velocity_lag
+        pace, lag = quick(self._settings.robot), self._lag
         missing = min(time_missing(motions, pace, lag), MOST_TIME)
-        self._progress.say(f"  so far {_certainty(estimate(motions, lag))}")
+        self._say(f"  so far {_certainty(estimate(motions, lag))}")
         self.ask(
             f"go on for about {missing:.0f} s, up to {100 * pace.reach:g} cm to each side at up to {pace.limit:g} m/s, "
             f"turning at {pace.yaw_rate:g} rad/s"
@@ -266,21 +245,30 @@ class Check:
             while not (known := estimate(motions, lag)).is_certain and self._graph.pose.stamp - begun < MOST_TIME:
                 if self._graph.pose.stamp - told >= TELLING_PERIOD:
                     told = self._graph.pose.stamp
-                    missing = time_missing(motions, pace, lag)
-                    self._progress.say(f"  {_certainty(known)}, about {missing:.0f} s more{self._share_interrupted}")
+                    found = self._loop.interruptions
+                    share = f"; {found.interrupted} of {found.motions} motions were interrupted"
+                    said = f"  {_certainty(known)}, about {time_missing(motions, pace, lag):.0f} s more"
+                    self._say(said + (share if found.interrupted else ""))
                 motions = one_more_round(self._loop, motions, pace, lag)
         return motions
 
     @property
-    def _share_interrupted(self) -> str:
-        found = self._loop.interruptions
-        return f"; {found.interrupted} of {found.motions} motions were interrupted" if found.interrupted else ""
+    def _interruptions(self) -> Finding:
+        return interruption_finding(self._loop.interruptions)
 
-    def _passes(self, findings: Sequence[Finding]) -> bool:
-        """Prints the findings; whether none of them is wrong."""
+    def _print(self, findings: Sequence[Finding]) -> None:
         for finding in findings:
-            self._progress.say(f"  {finding.verdict:<8}  {finding.text}")
-        return not _is_wrong(findings)
+            self._say(f"  {finding.verdict:<8}  {finding.text}")
+
+    def _judge(self, findings: Sequence[Finding]) -> None:
+        """Prints findings.
+
+        Raises:
+            FoundWrong: one of them is wrong.
+        """
+        self._print(findings)
+        if _is_wrong(findings):
+            raise FoundWrong
 
     def ask(self, motion: str) -> None:
         """Asks the user for consent to a motion, and waits for the answer.
@@ -289,15 +277,20 @@ class Check:
             Declined: the answer is not yes.
         """
         if self._yes:
-            self._progress.say(f"the robot is going to {motion}")
+            self._say(f"the robot is going to {motion}")
             return
         room = f"{100 * MOST_DISTANCE:g} cm"
-        self._progress.say(f"The robot is going to {motion}. Clear {room} around it. y and Enter to go, Enter to end:")
+        self._say(f"The robot is going to {motion}. Clear {room} around it. y and Enter to go, Enter to end:")
         # waits without blocking, so that Ctrl-C is noticed and messages are taken
         while not select.select([sys.stdin], [], [], 0.0)[0]:
             self._graph.step()
         if sys.stdin.readline().strip().lower() not in ("y", "yes"):
-            raise Declined
+            raise Declined("not moved; the rest was not checked")
+
+
+def _found(known: Estimate) -> list[Finding]:
+    turns = [turn_finding(known.turns)] if known.turns else []
+    return [*turns, axes_finding(known.axes), drift_finding(known.axes, known.offset), offset_finding(known)]
 
 
 def _is_wrong(findings: Sequence[Finding]) -> bool:

@@ -1,6 +1,6 @@
 """Verdicts of `bringup --check` on its measurements."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, degrees, sin
 
@@ -46,10 +46,10 @@ class Finding:
     text: str
 
 
-def node_findings(statuses: Mapping[str, DiagnosticStatus]) -> list[Finding]:
+def node_findings(statuses: Sequence[DiagnosticStatus]) -> list[Finding]:
     """One finding per node, from its own diagnostics."""
     verdicts = {OK: GOOD, WARN: DOUBTFUL}
-    return [Finding(verdicts.get(s.level, WRONG), f"{name}: {s.message}") for name, s in sorted(statuses.items())]
+    return [Finding(verdicts.get(s.level, WRONG), f"{s.name}: {s.message}") for s in statuses]
 
 
 def stream_findings(quality: StreamQuality, settings: Settings) -> list[Finding]:

@@ -14,16 +14,23 @@ class StartError(RuntimeError):
 class GraphError(RuntimeError):
     """The graph did not come up, or a part of it was lost."""
 
+    outcome, exit_code = "graph_lost", GRAPH_LOST
+
 
 class NodeDied(GraphError):
     """A node's process ended by itself; the message holds its name and how it ended."""
 
+    outcome = "node_died"
+
 
 class Interrupted(RuntimeError):
     """A signal asked bringup to stop."""
+
+    outcome = "interrupted"
 
     def __init__(self, number: int) -> None:
         """Keeps the signal's `number`."""
         by = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
         super().__init__(f"stopped by {by}")
         self.number = number
+        self.exit_code = 128 + number

@@ -29,15 +29,10 @@ class Interruptions:
 
     def after(self, is_interrupted: bool, between_commands: float, between_poses: float) -> "Interruptions":
         """These after one more motion, with its figures [s]."""
-        more = replace(self, motions=self.motions + 1)
         if not is_interrupted:
-            return more
-        return replace(
-            more,
-            interrupted=self.interrupted + 1,
-            between_commands=max(self.between_commands, between_commands),
-            between_poses=max(self.between_poses, between_poses),
-        )
+            return replace(self, motions=self.motions + 1)
+        longest = max(self.between_commands, between_commands), max(self.between_poses, between_poses)
+        return Interruptions(self.motions + 1, self.interrupted + 1, *longest, self.refused)
 
     @property
     def are_hopeless(self) -> bool:

@@ -14,7 +14,7 @@ from collplan_core.sensing.mocap_body import without_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.scan_filters import used_scan
 from collplan_ros.bringup.check_findings import GOOD, WRONG, Finding, lidar_finding, scans_finding
-from collplan_ros.bringup.graph import Graph
+from collplan_ros.bringup.listener import Listener
 from collplan_ros.bringup.preparation import Preparation
 from collplan_ros.messages.qos import SENSOR_DATA
 from collplan_ros.messages.reading import scan_from_message
@@ -23,16 +23,16 @@ from collplan_ros.messages.reading import scan_from_message
 class LidarScans:
     """Listens to scans of any frame, and finds where their sensor is on the robot."""
 
-    def __init__(self, graph: Graph, preparation: Preparation) -> None:
-        """Listens through the graph's node; `preparation` has the world and how scans are read."""
-        self._now = graph.local_time
+    def __init__(self, listener: Listener, preparation: Preparation) -> None:
+        """Listens through bringup's node; `preparation` has the world and how scans are read."""
+        self._now = listener.local_time
         self._settings = preparation.settings
         self._world = preparation.world
         self._frame = ""
         self._refused = ""
         self._scans: list[Scan] = []
         self._received: list[float] = []
-        graph.node.create_subscription(LaserScan, "scan", self._take, SENSOR_DATA)
+        listener.node.create_subscription(LaserScan, "scan", self._take, SENSOR_DATA)
 
     def _take(self, message: LaserScan) -> None:
         # which way round its angles count is to be found

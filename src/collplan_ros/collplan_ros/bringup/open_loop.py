@@ -11,18 +11,19 @@ from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger
 
 from collplan_core.command import FREE_SPACE, Command
-from collplan_core.parameters import Settings
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
-from collplan_ros.bringup.commanders import TOPIC, other_commanders
 from collplan_ros.bringup.failures import GraphError
-from collplan_ros.bringup.graph import NAME, Graph
+from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.interruptions import Interruptions, is_interrupted
+from collplan_ros.bringup.listener import NAME
+from collplan_ros.bringup.other_nodes import COMMANDS, other_commanders
 from collplan_ros.bringup.paced_commands import Motion, PacedCommands
 from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
+from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.turn import Turn
 
 HALTING_TIME = 0.6
@@ -30,9 +31,11 @@ HALTING_TIME = 0.6
 GREETING_TIME = 0.1
 """Time for which the robot is commanded zero first: of its first command it cannot tell the age [s]."""
 PATIENCE = 3.0
-"""Longest wait for the robot's answer [s]."""
+"""Longest wait for the end of a motion beyond its time [s]."""
 RESTING_TIME = 0.25
 """Time over which poses are averaged to one [s]."""
+LATE_COMMANDS = ("late", "expired")
+"""Figures of a robot's report: commands too old when they came, and those that became so before the next one came."""
 COMPARED = 300
 """Newest poses of which the one that came fastest tells by how much their clock is behind the local one."""
 
@@ -50,31 +53,22 @@ class OpenLoop:
         interruptions: of the motions driven so far.
     """
 
-    def __init__(self, graph: Graph, settings: Settings) -> None:
-        """Subscribes and publishes through the graph's node."""
+    def __init__(self, graph: Graph) -> None:
+        """Subscribes and publishes through bringup's node."""
         self.poses: list[PoseSample] = []
         self.received: list[float] = []
         self.interruptions = Interruptions()
         self._graph = graph
-        self._settings = settings
-        self._turn = Turn(graph.node, graph.local_clock, lambda: 1.0 / settings.controller.rate)
+        self._listener = listener = graph.listener
+        self._settings = settings = graph.preparation.settings
+        self.now = listener.local_time
+        """The local clock [s]."""
+        self._turn = Turn(listener.node, listener.local_clock, lambda: 1.0 / settings.controller.rate)
         self._shifts: deque[float] = deque(maxlen=COMPARED)
-        self._publisher = graph.node.create_publisher(command_type(settings), TOPIC, NEWEST)
+        self._publisher = listener.node.create_publisher(command_type(settings), COMMANDS, NEWEST)
         self._late_before = 0
         self._is_near: Callable[[PoseSample], bool] | None = None
-        graph.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE)
-
-    def now(self) -> float:
-        """The local clock [s]."""
-        return self._graph.local_time()
-
-    def go_on(self) -> None:
-        """Takes what lets the local clock go on, unless a step is doing that."""
-        self._graph.spin_meanwhile()
-
-    def commanded(self, time: float) -> None:
-        """Lets a simulation go on until the next command is due after the one of this time [s]."""
-        self._turn.over(time)
+        listener.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE)
 
     def refuse_other_publishers(self) -> None:
         """Checks that no other node commands the robot.
@@ -82,7 +76,7 @@ class OpenLoop:
         Raises:
             GraphError: another node publishes commands.
         """
-        others = other_commanders(self._graph.node, NAME)
+        others = other_commanders(self._listener.node, NAME)
         if others:
             raise GraphError(f"{self._publisher.topic_name} is published by {in_words(others)} too; end all but {NAME}")
 
@@ -93,12 +87,9 @@ class OpenLoop:
         Raises:
             GraphError: it refuses to.
         """
-        client = self._graph.node.create_client(Trigger, "resume")
-        self._graph.wait(client.service_is_ready, PATIENCE, lambda: "resume: no such service of the robot")
-        answer = client.call_async(Trigger.Request())
-        self._graph.wait(answer.done, PATIENCE, lambda: "resume: no answer of the robot")
-        if not answer.result().success:
-            raise GraphError(f"the robot must not move: {answer.result().message}")
+        answer = self._graph.call(Trigger, "resume", Trigger.Request())
+        if not answer.success:
+            raise GraphError(f"the robot must not move: {answer.message}")
         with self.commanding():
             yield
 
@@ -106,9 +97,12 @@ class OpenLoop:
     def commanding(self) -> Iterator[None]:
         """Commands zero, and the motions that are driven, until left."""
         self._pass(0.0)
-        self._late_before = self._graph.late_commands - self.interruptions.refused
+        self._late_before = self._late_commands - self.interruptions.refused
         try:
-            with PacedCommands(self._publish, 1.0 / self._settings.controller.rate, self) as self._commands:
+            period, turn = 1.0 / self._settings.controller.rate, self._turn
+            # a simulation goes on until the next command is due
+            paced = PacedCommands(self._publish, period, self.now, self._listener.spin_meanwhile, turn.over)
+            with paced as self._commands:
                 self._pass(GREETING_TIME)
                 yield
         finally:
@@ -139,8 +133,8 @@ class OpenLoop:
         self._is_near = None
         self._commands.stop()
         self._pass(HALTING_TIME)
-        if self._graph.robot_waits:
-            raise GraphError(f"the robot does not move any more: {self._graph.robot_waits}")
+        if self._graph.recorder.robot_waits:
+            raise GraphError(f"the robot does not move any more: {self._graph.recorder.robot_waits}")
         return self._driven(motion, count)
 
     def rest(self, duration: float = RESTING_TIME) -> list[PoseSample]:
@@ -157,7 +151,7 @@ class OpenLoop:
         between_receipts = float(np.diff(self.received[max(count - 1, 0) :]).max())
         interrupted = motion.has_lapsed or is_interrupted(motion.gap, between_stamps, self._settings.limits)
         so_far = self.interruptions.after(interrupted, motion.gap, max(between_stamps, between_receipts))
-        self.interruptions = replace(so_far, refused=self._graph.late_commands - self._late_before)
+        self.interruptions = replace(so_far, refused=self._late_commands - self._late_before)
         if self.interruptions.are_hopeless:
             raise InterruptedTooOften
         return [] if interrupted else poses
@@ -166,6 +160,12 @@ class OpenLoop:
         """The poses measured between two local times [s], of those after the first `count`."""
         shift = self._shift
         return [pose for pose in self.poses[count:] if begun <= pose.stamp + shift <= ended]
+
+    @property
+    def _late_commands(self) -> int:
+        """Commands so far that were too old when the robot was to follow them, by its newest report."""
+        values = values_of(self._graph.recorder.status(self._graph.preparation.robot.nodes[0]))
+        return sum(int(values.get(key, 0)) for key in LATE_COMMANDS)
 
     @property
     def _shift(self) -> float:

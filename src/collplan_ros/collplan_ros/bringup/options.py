@@ -1,14 +1,12 @@
 """Command line of bringup."""
 
 import argparse
-import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-
-from collplan_core.command_line import as_called, examples
+from collplan_core.command_line import examples
 from collplan_core.parameters import Settings, all_specs
 from collplan_core.planners import PLANNERS
 from collplan_ros.bringup.failures import StartError
@@ -16,52 +14,96 @@ from collplan_ros.bringup.network import RANGES
 from collplan_ros.bringup.robots import EXPECTED, FIRST_SPEED, LOCKSTEP, REAL, SIM, robot_kind
 from collplan_ros.node_kit.node_names import namespace_from
 
+DEFAULTS = Settings()
+
+
+def _robot(spec: str) -> str:
+    try:
+        robot_kind(spec)
+    except StartError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return spec
+
+
+def _namespace(text: str) -> str:
+    try:
+        return namespace_from(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _option(default: Any, about: str, **given: Any) -> Any:
+    """An option as argparse takes it; one that is True or False by default is a flag for the contrary."""
+    if isinstance(default, bool):
+        given["action"] = "store_false" if default else "store_true"
+    return field(default=default, metadata={"help": about, **given})
+
 
 @dataclass(frozen=True)
 class Options:
-    """Options of one run. None leaves a value to the parameter file, or else to the parameter's default.
+    """Options of one run, as `bringup --help` explains them.
 
-    Attributes:
-        robot: sim, emulator, serial:PATH or serial:PATH@BAUD.
-        world: NAME, FILE or FAMILY:SEED.
-        strategy: name of a strategy.
-        goal: x, y [m]; None is the world's own.
-        engine: simulator.engine, which computes the contacts.
-        seed: seed of every random number of the simulator and its LIDAR.
-        params: ROS parameter file.
-        out: parent of the run folder.
-        timeout: longest run [s].
-        network: local or subnet; None is the robot's own, where it has one.
-        max_speed: robot.max_speed [m/s].
-        pictures: whether trajectory.png and run.html are made.
-        scan: sim or real, whose scans the robot drives by: those of lidar_node, or of a LIDAR that somebody else runs.
-        check: whether the robot and its motion capture are checked instead of a run.
-        yes: whether the check may move the robot without asking.
-        view: whether view_node shows the run in a browser.
-        again: whether the robot drives there and back until it is interrupted.
-        namespace: of all nodes, with its leading slash.
-        real_time: whether a simulation does not wait for its graph.
+    None leaves a value to the parameter file, or else to the parameter's default.
     """
 
-    robot: str = "sim"
-    world: str | None = None
-    strategy: str | None = None
-    goal: tuple[float, float] | None = None
-    engine: str | None = None
-    seed: int | None = None
-    params: Path | None = None
-    out: Path = Path("runs")
-    timeout: float | None = None
-    network: str | None = None
-    max_speed: float | None = None
-    pictures: bool = True
-    scan: str = SIM
-    check: bool = False
-    yes: bool = False
-    view: bool = False
-    again: bool = False
-    namespace: str = "/"
-    real_time: bool = False
+    robot: str = _option("sim", f"{EXPECTED} (default sim, the simulated one)", type=_robot)
+    world: str | None = _option(
+        None, f"world: NAME, FILE or FAMILY:SEED (default {DEFAULTS.simulator.world})", metavar="W"
+    )
+    strategy: str | None = _option(
+        None, f"{' | '.join(PLANNERS)} (default {DEFAULTS.planner.strategy})", metavar="NAME"
+    )
+    goal: tuple[float, float] | None = _option(
+        None, "where to go [m] (default the world's own goal)", nargs="+", metavar=("X", "Y")
+    )
+    engine: str | None = _option(
+        None,
+        f"simulator.engine: {' | '.join(all_specs()['simulator.engine'].choices)} "
+        f"(default {DEFAULTS.simulator.engine})",
+        metavar="NAME",
+    )
+    seed: int | None = _option(
+        None, f"seed of the simulated noise (default {DEFAULTS.simulator.seed})", type=int, metavar="N"
+    )
+    params: Path | None = _option(  # noqa: RUF009 (a field)
+        None, "ROS parameter file; the options above and below outrank it", type=Path, metavar="FILE"
+    )
+    out: Path = _option(  # noqa: RUF009
+        Path("runs"), "where run folders go (default runs)", type=Path, metavar="DIR"
+    )
+    timeout: float | None = _option(
+        None, f"longest run [s] (default {DEFAULTS.trial.timeout:g})", type=float, metavar="S"
+    )
+    network: str | None = _option(
+        None,
+        "who may take part: this machine or the subnet (default local; to be said for serial)",
+        choices=sorted(RANGES),
+    )
+    max_speed: float | None = _option(
+        None,
+        f"robot.max_speed (default {DEFAULTS.robot.max_speed:g} m/s; for serial {FIRST_SPEED:g} or less)",
+        type=float,
+        metavar="V",
+    )
+    namespace: str = _option(
+        "/",
+        "of all nodes and topics, as robot1: one for each robot of a domain (default none)",
+        type=_namespace,
+        metavar="NAME",
+    )
+    pictures: bool = _option(True, "leave out trajectory.png and run.html")
+    scan: str = _option(
+        SIM,
+        "whose scans: of lidar_node, which casts rays in the world, or of a real LIDAR (default sim)",
+        choices=(SIM, REAL),
+    )
+    real_time: bool = _option(
+        False, "do not let the simulation wait for nodes that are late (simulator.lockstep: false)"
+    )
+    check: bool = _option(False, "check link, motion capture, axes and LIDAR instead, and find offsets")
+    yes: bool = _option(False, "with --check: move the robot without asking")
+    view: bool = _option(False, "show the run in a browser, at the address that is said (view.port)")
+    again: bool = _option(False, "drive there and back again and again until Ctrl-C; simulated robots only")
 
     def values(self) -> dict[str, object]:
         """The parameters that these options set, by key."""
@@ -78,23 +120,18 @@ class Options:
         }
         return {key: value for key, value in chosen.items() if value is not None}
 
-    def repeat(self, goal: np.ndarray, parameters: Path) -> str:
-        """The command line that repeats the run; it gives goal (2,) [m] and robot, which no parameter file holds."""
-        # argparse takes -1e-05 for an option
-        x, y = (np.format_float_positional(value, trim="0") for value in goal)
-        network = ["--network", self.network] if self.network else []
-        # a robot that is not simulated wants it said
-        world = ["--world", self.world] if self.world else []
-        said = [] if robot_kind(self.robot).simulated else [*world, *self._speed]
-        namespace = [] if self.namespace == "/" else ["--namespace", self.namespace]
-        scan = [] if self.scan == SIM else ["--scan", self.scan]
-        where = [*network, *namespace, *scan]
-        given = ["--robot", self.robot, *where, *said, "--params", str(parameters), "--goal", x, y]
-        return shlex.join([as_called("bringup"), *given])
-
-    @property
-    def _speed(self) -> list[str]:
-        return [] if self.max_speed is None else ["--max-speed", f"{self.max_speed:g}"]
+    def asked(self, simulated: bool) -> list[str]:
+        """What a command line that repeats the run says beside parameters and goal: no parameter file holds it."""
+        # a robot that is not simulated wants world and speed said
+        speed = None if self.max_speed is None else f"{self.max_speed:g}"
+        said = {"--world": self.world, "--max-speed": speed} if not simulated else {}
+        where = {
+            "--network": self.network,
+            "--namespace": None if self.namespace == "/" else self.namespace,
+            "--scan": None if self.scan == SIM else self.scan,
+        }
+        given = {"--robot": self.robot, **where, **said}
+        return [word for option, value in given.items() if value is not None for word in (option, value)]
 
 
 DESCRIPTION = """\
@@ -135,7 +172,6 @@ ROS_DOMAIN_ID is left as it is set; several robots fit in a domain, each with a 
 
 
 def _parser() -> argparse.ArgumentParser:
-    defaults = Settings()
     parser = argparse.ArgumentParser(
         prog="bringup",
         usage="%(prog)s [options], which --help lists",
@@ -143,71 +179,11 @@ def _parser() -> argparse.ArgumentParser:
         epilog=examples(EPILOG),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add = parser.add_argument
-    add("--robot", default="sim", type=_robot, help=f"{EXPECTED} (default sim, the simulated one)")
-    add("--world", metavar="W", help=f"world: NAME, FILE or FAMILY:SEED (default {defaults.simulator.world})")
-    add("--strategy", metavar="NAME", help=f"{' | '.join(PLANNERS)} (default {defaults.planner.strategy})")
-    add("--goal", nargs="+", metavar=("X", "Y"), help="where to go [m] (default the world's own goal)")
-    add(
-        "--engine",
-        metavar="NAME",
-        help=f"simulator.engine: {' | '.join(all_specs()['simulator.engine'].choices)} "
-        f"(default {defaults.simulator.engine})",
-    )
-    add("--seed", type=int, metavar="N", help=f"seed of the simulated noise (default {defaults.simulator.seed})")
-    add("--params", type=Path, metavar="FILE", help="ROS parameter file; the options above and below outrank it")
-    add("--out", type=Path, default=Path("runs"), metavar="DIR", help="where run folders go (default runs)")
-    add("--timeout", type=float, metavar="S", help=f"longest run [s] (default {defaults.trial.timeout:g})")
-    add(
-        "--network",
-        choices=sorted(RANGES),
-        help="who may take part: this machine or the subnet (default local; to be said for serial)",
-    )
-    add(
-        "--max-speed",
-        type=float,
-        metavar="V",
-        help=f"robot.max_speed (default {defaults.robot.max_speed:g} m/s; for serial {FIRST_SPEED:g} or less)",
-    )
-    add(
-        "--namespace",
-        default="/",
-        type=_namespace,
-        metavar="NAME",
-        help="of all nodes and topics, as robot1: one for each robot of a domain (default none)",
-    )
-    add("--no-pictures", dest="pictures", action="store_false", help="leave out trajectory.png and run.html")
-    add(
-        "--scan",
-        choices=(SIM, REAL),
-        default=SIM,
-        help="whose scans: of lidar_node, which casts rays in the world, or of a real LIDAR (default sim)",
-    )
-    add(
-        "--real-time",
-        action="store_true",
-        help="do not let the simulation wait for nodes that are late (simulator.lockstep: false)",
-    )
-    add("--check", action="store_true", help="check link, motion capture, axes and LIDAR instead, and find offsets")
-    add("--yes", action="store_true", help="with --check: move the robot without asking")
-    add("--view", action="store_true", help="show the run in a browser, at the address that is said (view.port)")
-    add("--again", action="store_true", help="drive there and back again and again until Ctrl-C; simulated robots only")
+    for option in fields(Options):
+        name = option.name.replace("_", "-")
+        flag = f"--no-{name}" if option.default is True else f"--{name}"
+        parser.add_argument(flag, dest=option.name, default=option.default, **option.metadata)
     return parser
-
-
-def _robot(spec: str) -> str:
-    try:
-        robot_kind(spec)
-    except StartError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-    return spec
-
-
-def _namespace(text: str) -> str:
-    try:
-        return namespace_from(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _point(words: Sequence[str]) -> tuple[float, float]:

@@ -13,13 +13,14 @@ OUTCOMES = {NUMBERS[status]: outcome for status, outcome in run_end.OUTCOMES.ite
 """Outcome of a run by the final status of its goal, one of GoalStatus.STATUS_*."""
 
 
-def outcome_of(goal: GoalReport | None, pose: PoseRow, monitor: RunMonitor) -> str | None:
-    """Outcome of a run at its newest pose, None while it goes on.
+def outcome_of(goal: GoalReport | None, pose: PoseRow, maneuver: str, monitor: RunMonitor) -> str | None:
+    """Outcome of a run at its newest pose and maneuver, None while it goes on.
 
     The planner's word for the end of the goal outranks the monitor, however old the pose. A report of the goal is used
     only once the poses sent before it were taken: time counts from the first of those after the first plan, and the
     time of arrival is read from them.
     """
+    monitor.commanded(maneuver)
     final = goal is not None and goal.status in OUTCOMES
     if goal is not None and goal.sent <= pose.sent:
         if final:

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from threading import Event, Lock, Thread
-from typing import Protocol
 
 from collplan_core.command import Command, stopped
 
@@ -41,31 +40,32 @@ class Motion:
         return self.allowed < self.until and self.allowed <= self.ended < inf
 
 
-class Pace(Protocol):
-    """The clock by which commands are sent; it may be a simulation's, which goes on by messages and waits for them."""
-
-    def now(self) -> float:
-        """The time [s]."""
-
-    def go_on(self) -> None:
-        """Takes the messages by which it goes on."""
-
-    def commanded(self, time: float) -> None:
-        """Says that the command of this time [s] has been sent."""
-
-
 class PacedCommands:
     """A context manager: publishes each period the command of the motion under way, zero between motions, and at last.
 
     A motion ends by itself, also while the thread that began it is stuck: it then is not allowed any longer.
     """
 
-    def __init__(self, publish: Callable[[Command], None], period: float, pace: Pace) -> None:
-        """Calls `publish` each `period` [s] from either thread, never from both at once."""
-        self._publish = publish
-        self._pace = pace
+    def __init__(
+        self,
+        publish: Callable[[Command], None],
+        period: float,
+        now: Callable[[], float],
+        go_on: Callable[[], None] = lambda: None,
+        commanded: Callable[[float], None] = lambda time: None,
+    ) -> None:
+        """Calls from either thread, never from both at once.
+
+        Args:
+            publish: sends a command.
+            period: between two commands [s].
+            now: the clock [s]; it may be a simulation's, which goes on by messages and waits for commands.
+            go_on: takes the messages by which the clock goes on.
+            commanded: called when the command of a time [s] has been sent.
+        """
+        self._publish, self._now, self._go_on, self._commanded = publish, now, go_on, commanded
         self._period = period
-        self._due = pace.now()
+        self._due = now()
         self._motion: Motion | None = None
         self._lock = Lock()
         self._leaving = Event()
@@ -83,7 +83,7 @@ class PacedCommands:
     def begin(self, command: Command, duration: float, allowed: float) -> Motion:
         """Commands a motion for `duration` [s], but not beyond the time `allowed` [s]."""
         with self._lock:
-            now = self._pace.now()
+            now = self._now()
             self._motion = motion = Motion(command, now, now + duration, allowed, now)
             self._send(command)
         return motion
@@ -102,14 +102,14 @@ class PacedCommands:
     def _run(self) -> None:
         while not self._leaving.wait(LOOK):
             try:
-                self._pace.go_on()
+                self._go_on()
                 self._look()
             except RuntimeError:  # rcl's own errors: the node or its context has ended before
                 return
 
     def _look(self) -> None:
         with self._lock:
-            now, motion = self._pace.now() + EARLY, self._motion
+            now, motion = self._now() + EARLY, self._motion
             if motion is not None and now >= min(motion.until, motion.allowed):
                 self._end()
             elif now >= self._due:
@@ -123,10 +123,10 @@ class PacedCommands:
 
     def _send(self, command: Command) -> float:
         """Publishes a command; returns when it began to."""
-        before = self._pace.now()
+        before = self._now()
         self._publish(command)
-        after = self._pace.now()
-        self._pace.commanded(before)
+        after = self._now()
+        self._commanded(before)
         if self._motion is not None:
             # a thread held up on the way may have published at either end
             self._motion.gap = max(self._motion.gap, after - self._motion.sent)

@@ -1,25 +1,34 @@
 """Checks of a run before any node starts."""
 
-from collections.abc import Mapping
+import os
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from collplan_core.parameters import Settings
-from collplan_core.parameters.file import read_parameters, write_parameters
+from collplan_core.parameters.file import read_parameters
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import first_memory
 from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
 from collplan_ros.bringup.failures import StartError
+from collplan_ros.bringup.network import described
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.processes import find_executable
 from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, LOCKSTEP, NODES, SIM, VIEWER, RobotKind, robot_kind
+from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.words import in_words
+from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.view.listening import listening_socket
 
 CHECK_SPEED = 3.0
 """Simulated seconds a second in a check of a simulated robot in lockstep."""
+REMAPPED = ["-r", "/clock:=clock"]
+"""Keeps a simulation's clock in its own namespace: ROS has one for all robots of a domain, /clock."""
+SERIAL_ENDS = {"firmware_emulator": "emulator.link", "driver_node": "driver.port"}
+"""Parameters that name the pseudo-terminal in the place of a serial device, by node."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +43,9 @@ class Preparation:
         goal: (2,) [m].
         programs: path of each node's executable, by node name.
         namespace: of all nodes, with its leading slash.
+        asked: what of the command line no parameter file holds, but for the goal.
         speed: how fast a robot that is not simulated drives, and what says so, in words; empty for others.
+        checks: whether the robot is checked instead: nothing is recorded, and bringup's own node commands it.
     """
 
     robot: RobotKind
@@ -43,13 +54,36 @@ class Preparation:
     world: World
     goal: np.ndarray
     programs: dict[str, str]
+    asked: Sequence[str] = ()
     namespace: str = "/"
     speed: str = ""
+    checks: bool = False
 
     @property
     def ends(self) -> list[np.ndarray]:
         """Goal and start (2,) [m], where a simulated robot may be driven to and fro."""
         return [end for end in (self.goal, self.world.start) if end is not None]
+
+    @property
+    def where(self) -> str:
+        """Domain, extent and namespace of the graph, in words."""
+        return described(self.network, self.namespace)
+
+    @property
+    def simulated_time(self) -> list[str]:
+        """Arguments by which a node follows the simulation's clock, where there is one."""
+        return ["-p", "use_sim_time:=true"] if self.settings.simulator.publishes_clock else []
+
+    def full_name(self, node: str) -> str:
+        """Full name of a node of this graph."""
+        return full_name(self.namespace, node)
+
+    def command(self, name: str, folder: RunFolder) -> list[str]:
+        """The command line of a node, whose parameters are in a run folder."""
+        ours = ["--params-file", str(folder.parameters), "-r", f"__ns:={self.namespace}", *REMAPPED]
+        link = self.robot.emulated and name in SERIAL_ENDS
+        serial = ["-p", f"{SERIAL_ENDS[name]}:={folder.serial}"] if link else []
+        return [self.programs[name], "--ros-args", *ours, *self.simulated_time, *serial]
 
 
 def prepare(options: Options) -> Preparation:
@@ -60,53 +94,65 @@ def prepare(options: Options) -> Preparation:
             reached, a program that is not installed, or something that a robot which is not simulated needs.
     """
     robot = robot_kind(options.robot)
-    _refuse_unsaid(options, robot)
-    if options.again and not robot.simulated:
-        raise StartError(f"--again: got --robot {options.robot}, expected a simulated one: it sets out again by itself")
+    asked, chosen = options.asked(robot.simulated), options.values()
     try:
         given = read_parameters(options.params) if options.params else {}
-        settings, speed = _slow(_settings(options, robot, given), options, robot, given)
+        _refuse_unsaid(options, robot)
+        settings, speed = _slow(_settings(options, robot, given, chosen), options, robot, given)
         world = load_world(settings.simulator.world)
         goal = _checked_goal(options, world, settings, robot)
+        nodes = [name for name in NODES if name != LIDAR or options.scan == SIM]
+        found = {name: find_executable(name) for name in (*robot.nodes, *nodes, *[VIEWER] * options.view)}
         if options.view:
             listening_socket(settings.view.port).close()
     except (ParameterError, WorldError, OSError) as error:
         raise StartError(str(error)) from None
-    onlookers = (VIEWER,) if options.view else ()
-    nodes = [name for name in NODES if name != LIDAR or options.scan == SIM]
-    found = {name: find_executable(name) for name in (*robot.nodes, *nodes, *onlookers)}
     network = options.network or robot.network or "local"
-    return Preparation(robot, network, settings, world, goal, found, options.namespace, speed)
+    return Preparation(robot, network, settings, world, goal, found, asked, options.namespace, speed, options.check)
 
 
-def write_used_parameters(path: Path, settings: Settings) -> None:
-    """Writes every parameter of a run as a ROS parameter file for all nodes.
+def find_executable(name: str) -> str:
+    """Path of a node's executable: beside this Python, in the sourced ROS workspaces, or on the PATH.
 
     Raises:
-        StartError: it cannot be written.
+        StartError: it is in none of these.
     """
-    try:
-        write_parameters(settings, path)
-    except OSError as error:
-        raise StartError(f"{path}: cannot be written: {error.strerror or error}") from None
+    folders = [Path(sys.executable).parent]
+    for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
+        folders += sorted(Path(prefix, "lib").glob("*/"))
+    for folder in folders:
+        if os.access(folder / name, os.X_OK) and (folder / name).is_file():
+            return str(folder / name)
+    found = shutil.which(name)
+    if found is None:
+        places = f"beside {sys.executable}, in AMENT_PREFIX_PATH or on PATH"
+        raise StartError(f"{name}: no such program {places}; is its package installed?")
+    return found
 
 
 def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
     """Refuses to guess where a robot that is not simulated is, where it goes, and who may command it."""
-    needed: dict[str, object] = {"--network": options.network}
-    if not options.check:
-        world = {"--world": options.world} if options.scan == SIM else {}
-        needed = {**world, "--goal": options.goal, **needed}
+    if robot.simulated:
+        return
+    if options.again:
+        raise StartError(f"--again: got --robot {options.robot}, expected a simulated one: it sets out again by itself")
+    needed: dict[str, object] = {"--world": options.world, "--goal": options.goal, "--network": options.network}
+    if options.check or options.scan != SIM:
+        del needed["--world"]
+    if options.check:
+        del needed["--goal"]
     missing = [option for option, value in needed.items() if value is None]
-    if missing and not robot.simulated:
+    if missing:
         raise StartError(
             f"--robot {options.robot} is not simulated, so {in_words(list(needed))} must be said; "
             f"missing: {in_words(missing)}"
         )
 
 
-def _settings(options: Options, robot: RobotKind, given: Mapping[str, object]) -> Settings:
-    values = {**robot.unless_given, **given, **robot.values, **options.values()}
+def _settings(
+    options: Options, robot: RobotKind, given: Mapping[str, object], chosen: Mapping[str, object]
+) -> Settings:
+    values = {**robot.unless_given, **given, **robot.values, **chosen}
     if options.check and values.get(LOCKSTEP):
         # its motions are the same, and nobody watches
         values = {"simulator.speed_factor": CHECK_SPEED, **values}

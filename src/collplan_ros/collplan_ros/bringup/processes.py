@@ -1,59 +1,42 @@
-"""Processes of nodes: found by name, started such that they cannot outlive bringup, stopped in order."""
+"""Processes of nodes, started such that they cannot outlive bringup, and stopped in order."""
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from collplan_ros.bringup import die_with_parent
-from collplan_ros.bringup.failures import NodeDied, StartError
+from collplan_ros.bringup.failures import NodeDied
 
 PATIENCE = 5.0
 """Time after SIGTERM at which a node that still runs is killed [s]."""
 POLL_PERIOD = 0.01
+SHOWN = 10
+"""Lines of a node's output that are printed when it has ended."""
 # alone and without site-packages: what those do at a start would be done twice
 _DIES_WITH = (sys.executable, "-I", "-S", die_with_parent.__file__)
 
 
-def find_executable(name: str) -> str:
-    """Path of a node's executable: beside this Python, in the sourced ROS workspaces, or on the PATH.
+class Processes:
+    """The processes of nodes, by name; the output of each is a file in a folder.
 
-    Raises:
-        StartError: it is in none of these.
-    """
-    folders = [Path(sys.executable).parent]
-    for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
-        folders += sorted(Path(prefix, "lib").glob("*/"))
-    for folder in folders:
-        if os.access(folder / name, os.X_OK) and (folder / name).is_file():
-            return str(folder / name)
-    found = shutil.which(name)
-    if found is None:
-        raise StartError(
-            f"{name}: no such program beside {sys.executable}, in AMENT_PREFIX_PATH or on PATH; "
-            "is its package installed?"
-        )
-    return found
-
-
-class NodeProcess:
-    """Process of one node, with its output in a file.
-
-    The kernel kills it when the thread that started it ends, whatever the reason. It runs in a session of its own:
+    The kernel kills one when the thread that started it ends, whatever the reason. Each runs in a session of its own:
     Ctrl-C in a terminal reaches only bringup, which then stops the nodes in order.
     """
 
-    def __init__(self, name: str, command: Sequence[str], log: Path) -> None:
-        """Starts `command` with its output written to the file `log`."""
-        self.name = name
-        self._log = log
-        with log.open("wb") as output:
-            self._process = subprocess.Popen(
+    def __init__(self, logs: Path) -> None:
+        """`logs` is the folder of the output."""
+        self._logs = logs
+        self._started: dict[str, subprocess.Popen[bytes]] = {}
+
+    def start(self, name: str, command: Sequence[str]) -> None:
+        """Starts the process of a node, in the place of one that has ended."""
+        with self._log(name).open("ab") as output:
+            self._started[name] = subprocess.Popen(
                 [*_DIES_WITH, str(os.getpid()), *command],
                 stdin=subprocess.DEVNULL,
                 stdout=output,
@@ -63,64 +46,67 @@ class NodeProcess:
             )
 
     @property
-    def pid(self) -> int:
-        """Process id."""
-        return self._process.pid
+    def pids(self) -> dict[str, int]:
+        """Process id of each node by name."""
+        return {name: process.pid for name, process in self._started.items()}
 
-    @property
-    def running(self) -> bool:
-        """Whether the process has not ended yet."""
-        return self._process.poll() is None
+    def runs(self, name: str) -> bool:
+        """Whether a node's process has not ended yet."""
+        return self._started[name].poll() is None
 
-    def check(self) -> None:
-        """Checks that the process still runs.
+    def check(self, say: Callable[[str], None], dispensable: Mapping[str, str]) -> None:
+        """Checks that all still run, and says the last lines of one that does not.
+
+        Args:
+            say: prints a message.
+            dispensable: what a run goes on without where a node has ended, by the node.
 
         Raises:
-            NodeDied: it has ended.
+            NodeDied: another one has ended.
         """
-        code = self._process.poll()
-        if code is not None:
-            raise NodeDied(f"{self.name} {_how_it_ended(code)}")
+        for name, process in list(self._started.items()):
+            code = process.poll()
+            if code is None:
+                continue
+            say(self.last_lines(name))
+            ended = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+            if name not in dispensable:
+                raise NodeDied(f"{name} {ended}")
+            del self._started[name]
+            say(f"{name} {ended}\nthe run goes on without {dispensable[name]}")
 
-    def last_lines(self, count: int = 10) -> str:
-        """The last lines of the process's output, as a message."""
-        lines = self._log.read_text(errors="replace").splitlines()[-count:]
-        return f"last lines of {self.name}:\n" + "\n".join(f"  {line}" for line in lines or ["(none)"])
+    def stop(self, names: Collection[str]) -> None:
+        """Asks nodes to stop, and waits until they have, at most PATIENCE."""
+        asked = [process for name, process in self._started.items() if name in names]
+        for process in asked:
+            process.terminate()
+        deadline = time.monotonic() + PATIENCE
+        while any(process.poll() is None for process in asked) and time.monotonic() < deadline:
+            time.sleep(POLL_PERIOD)
 
-    def ask_to_stop(self) -> None:
-        """Sends SIGTERM if the process still runs."""
-        if self.running:
-            self._process.terminate()
+    def stop_all(self, last: Collection[str] = ()) -> list[str]:
+        """Stops the nodes at once, but those called `last` after the others.
 
-    def kill(self) -> None:
-        """Sends SIGKILL to the process and its children, and reaps it."""
+        Returns:
+            The names of those that had to be killed.
+        """
+        self.stop(self._started.keys() - set(last))
+        self.stop(self._started)
+        stubborn = [name for name in self._started if self.runs(name)]
+        for name in self._started:
+            self.kill(name)
+        return stubborn
+
+    def kill(self, name: str) -> None:
+        """Kills a node's process with its children, and reaps it."""
         with suppress(ProcessLookupError):
-            os.killpg(self.pid, signal.SIGKILL)
-        self._process.wait()
+            os.killpg(self._started[name].pid, signal.SIGKILL)
+        self._started[name].wait()
 
+    def last_lines(self, name: str) -> str:
+        """The last lines of a node's output, as a message."""
+        lines = self._log(name).read_text(errors="replace").splitlines()[-SHOWN:]
+        return f"last lines of {name}:\n" + "\n".join(f"  {line}" for line in lines or ["(none)"])
 
-def _how_it_ended(code: int) -> str:
-    return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
-
-
-def stop_all(processes: Sequence[NodeProcess], last: Collection[str] = ()) -> list[str]:
-    """Stops the nodes at once, but those called `last` after the others.
-
-    Returns:
-        The names of those that had to be killed.
-    """
-    stop([process for process in processes if process.name not in last])
-    stop(processes)
-    stubborn = [process.name for process in processes if process.running]
-    for process in processes:
-        process.kill()
-    return stubborn
-
-
-def stop(processes: Sequence[NodeProcess]) -> None:
-    """Asks processes to stop, and waits until they have, at most PATIENCE."""
-    for process in processes:
-        process.ask_to_stop()
-    deadline = time.monotonic() + PATIENCE
-    while any(process.running for process in processes) and time.monotonic() < deadline:
-        time.sleep(POLL_PERIOD)
+    def _log(self, name: str) -> Path:
+        return self._logs / f"{name}.log"

@@ -46,12 +46,14 @@ ROBOTS = {
 EXPECTED = f"{', '.join(ROBOTS)}, {SERIAL}:PATH or {SERIAL}:PATH@BAUD"
 FIRST_SPEED = 0.3
 """Highest robot.max_speed of a robot that is not simulated, unless --max-speed is given [m/s]."""
-NODES = ("mocap_node", "lidar_node", "planner_node", "controller_node")
+COMMANDER, PLANNER = "controller_node", "planner_node"
+"""The only node that commands the robot, and the one that takes goals."""
+LIDAR = "lidar_node"
+"""The node of SIM alone."""
+NODES = ("mocap_node", LIDAR, PLANNER, COMMANDER)
 """Nodes that run beside every robot; each executable is named like its node."""
 SIM, REAL = "sim", "real"
 """Whose scans the robot drives by: those of lidar_node, or of a LIDAR whose driver somebody else runs."""
-LIDAR = "lidar_node"
-"""The node of SIM alone."""
 VIEWER = "view_node"
 """The node of the live page, where it is asked for: a run goes on without it."""
 

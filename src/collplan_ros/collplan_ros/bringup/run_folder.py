@@ -8,31 +8,48 @@ from datetime import datetime
 from itertools import count
 from pathlib import Path
 
+from collplan_core.parameters import Settings
+from collplan_core.parameters.file import write_parameters
 from collplan_ros.bringup.failures import StartError
 from collplan_ros.run.description import PARAMETERS
 from collplan_ros.run.folder_lock import FolderLock
-from collplan_ros.run.result_files import IMPACTS, PICTURE, SUMMARY, TRAJECTORY
 from collplan_ros.run.writer import RECORDING
 
 
 class RunFolder:
-    """The folder `parent/<time>/` of one run and the paths of the files in it; locked, so that nobody completes it.
+    """The folder `parent/<time>/` of one run; locked until `close()`, so that nobody completes it.
+
+    Attributes:
+        path: the folder.
+        logs: folder of the nodes' output.
+        parameters: ROS parameter file of all parameters used.
+        recording: every topic of the run as it was sent, written while it goes on.
+        serial: link to the pseudo-terminal of an emulated firmware while it runs.
 
     Raises:
         StartError: on construction, when it cannot be written.
     """
 
-    def __init__(self, parent: Path) -> None:
-        """Makes the folder."""
+    def __init__(self, parent: Path, settings: Settings) -> None:
+        """Makes the folder, and writes the parameters of a run into it."""
         if parent.is_file():
             raise StartError(f"run folder {parent}: is a file, expected a folder")
         with _writing(parent):
             self.path = _new_folder(parent)
+            self.logs = self.path / "log"
             self.logs.mkdir()
+            self.parameters, self.recording = self.path / PARAMETERS, self.path / RECORDING
+            self.serial = self.path / "serial"
+            write_parameters(settings, self.parameters)
         self._lock: FolderLock | None = None
         # where a file system knows no locks, nobody can lock it to complete it either
         with suppress(OSError):
             self._lock = FolderLock(self.path)
+
+    def close(self) -> None:
+        """Unlocks it, once its files are written or have failed to be."""
+        if self._lock is not None:
+            self._lock.close()
 
     def become_latest(self) -> None:
         """Makes the link `latest`, beside the folder, point to it; for folders that get results.
@@ -47,54 +64,9 @@ class RunFolder:
             fresh.symlink_to(self.path.name)
             os.replace(fresh, self.path.parent / "latest")
 
-    def close(self) -> None:
-        """Unlocks it, once its files are written or have failed to be."""
-        if self._lock is not None:
-            self._lock.close()
-
     def discard(self) -> None:
         """Removes the folder, for a run that did not start."""
         shutil.rmtree(self.path)
-
-    @property
-    def logs(self) -> Path:
-        """Folder of the nodes' output."""
-        return self.path / "log"
-
-    @property
-    def parameters(self) -> Path:
-        """ROS parameter file of all parameters used."""
-        return self.path / PARAMETERS
-
-    @property
-    def serial(self) -> Path:
-        """Link to the pseudo-terminal of an emulated firmware while it runs."""
-        return self.path / "serial"
-
-    @property
-    def recording(self) -> Path:
-        """Every topic of the run as it was sent, written while it goes on."""
-        return self.path / RECORDING
-
-    @property
-    def trajectory(self) -> Path:
-        """CSV file with one row per pose."""
-        return self.path / TRAJECTORY
-
-    @property
-    def impacts(self) -> Path:
-        """CSV file with one row per impact."""
-        return self.path / IMPACTS
-
-    @property
-    def summary(self) -> Path:
-        """JSON file with the figures of the run."""
-        return self.path / SUMMARY
-
-    @property
-    def picture(self) -> Path:
-        """Picture of world and path."""
-        return self.path / PICTURE
 
 
 @contextmanager
@@ -110,9 +82,7 @@ def _new_folder(parent: Path) -> Path:
     stem = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
     for number in count(1):
         path = parent / (stem if number == 1 else f"{stem}_{number}")
-        try:
+        with suppress(FileExistsError):
             path.mkdir()
-        except FileExistsError:
-            continue
-        return path.resolve()
+            return path.resolve()
     raise AssertionError("unreachable")

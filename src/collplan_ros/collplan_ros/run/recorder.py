@@ -21,7 +21,7 @@ from collplan_ros.messages.lockstep_report import Lockstep
 from collplan_ros.messages.reading import scan_from_message, twist_of, velocity_from_twist
 from collplan_ros.messages.robot_state import HELD, STOPPED
 from collplan_ros.messages.status_values import values_of
-from collplan_ros.node_kit.node_names import is_in
+from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL
 from collplan_ros.run.log_builder import ODD, RAW, LogBuilder
 from collplan_ros.run.run_log import PoseRow, SentGoal
@@ -52,6 +52,8 @@ class Recorder:
         reported: newest diagnostics, by the node's full name.
         reported_at: when these were sent [s, steady clock].
         goal: newest report of the goal given last; None before the first.
+        robot: values of the newest report of the robot, by key.
+        robot_waits: why the robot stands, and what releases it, in words; empty while it is free or has not reported.
         emergency_stop: why the robot's emergency stop is latched, in words; empty while it is not.
         held: why the robot is held, in words; empty while it is not.
         standing: why the controller commands the robot to stand, in words; empty while it moves it.
@@ -77,7 +79,8 @@ class Recorder:
         self.reported: dict[str, DiagnosticStatus] = {}
         self.reported_at: dict[str, float] = {}
         self.goal: GoalReport | None = None
-        self.emergency_stop = self.held = self.standing = ""
+        self.robot: dict[str, str] = {}
+        self.robot_waits = self.emergency_stop = self.held = self.standing = ""
         self.scan_came = False
         self.scan_refused = ""
         self.lateness = 0.0
@@ -117,6 +120,10 @@ class Recorder:
     def age(self) -> float:
         """Time since the newest pose was sent [s]; infinite before the first."""
         return math.inf if self.newest is None else self._times.now() - self.newest.sent
+
+    def status(self, node: str) -> DiagnosticStatus:
+        """Newest diagnostics of a node of this namespace, by its name; empty before the first."""
+        return self.reported.get(full_name(self._namespace, node), DiagnosticStatus())
 
     def silent(self, longest: float) -> dict[str, float]:
         """Time since the newest diagnostics of each node [s], by full name, where it is over `longest` [s]."""
@@ -175,8 +182,8 @@ class Recorder:
                 self.reported[status.name], self.reported_at[status.name] = status, sent
 
     def _take_robot_state(self, message: DiagnosticStatus, _: float) -> None:
-        values = values_of(message)
-        state = values.get("state", "")
+        values = self.robot = values_of(message)
+        self.robot_waits, state = message.message, values.get("state", "")
         why = message.message or f"emergency stop of {message.name}"
         self.emergency_stop = why if state == STOPPED else ""
         self.held = values.get("reason", message.message) if state == HELD else ""

@@ -1,0 +1,87 @@
+"""What a graph lacks, in sentences for its user."""
+
+from rclpy.node import Node
+
+from collplan_core.parameters import Mocap
+from collplan_ros.bringup.preparation import Preparation
+from collplan_ros.bringup.robots import PLANNER
+from collplan_ros.bringup.words import in_words
+from collplan_ros.run.recorder import Recorder
+
+INPUT_PATIENCE = 3.0
+"""Longest wait for poses, scans and the answer to a goal, once every node is ready [s]."""
+LONGEST_SILENCE = 2.5
+"""Time without diagnostics after which a node counts as frozen [s]: each node sends them once a second."""
+
+
+class Complaints:
+    """Sentences from what the nodes of a graph have said, as a recorder knows it."""
+
+    def __init__(self, preparation: Preparation, recorder: Recorder, node: Node) -> None:
+        """`node` resolves names."""
+        self._preparation = preparation
+        self._recorder = recorder
+        self.name = node.resolve_topic_name
+        """The full name of a topic or service."""
+
+    @property
+    def frozen(self) -> str:
+        """The nodes that report no more although their processes run, to be added to a sentence; empty without any.
+
+        Where all report: the one that simulated time waited for until it went on without it.
+        """
+        silent = self._recorder.silent(LONGEST_SILENCE)
+        names = {name: self._preparation.full_name(name) for name in self._preparation.programs}
+        found = [f"{name} for {silent[full]:.1f} s" for name, full in names.items() if full in silent]
+        if found:
+            return f"; frozen: nothing on /diagnostics from {in_words(found)}"
+        lockstep = self._recorder.lockstep
+        if lockstep is None or lockstep.longest_wait <= self._preparation.settings.simulator.patience:
+            return ""
+        return f"; {lockstep.waited_for} did not run: simulated time waited {lockstep.longest_wait:.2f} s for it"
+
+    @property
+    def silent_nodes(self) -> list[str]:
+        """Names of the nodes that have not reported yet."""
+        reported = self._recorder.reported
+        return [name for name in self._preparation.programs if self._preparation.full_name(name) not in reported]
+
+    def unready(self, patience: float) -> str:
+        """Nodes that have not reported for so long [s]."""
+        silent = in_words(self.silent_nodes)
+        return f"{silent} not ready within {patience:g} s: nothing on /diagnostics; {self._preparation.where}"
+
+    def no_pose(self) -> str:
+        """Poses do not come."""
+        mocap = self._preparation.settings.mocap
+        source = f"{self.name(mocap.topic)} ({mocap.reliability.replace('_', ' ')})"
+        said = self._recorder.status("mocap_node").message
+        reason = f"; mocap_node: {said}" if said else ""
+        if self._preparation.robot.simulated and mocap.topic != Mocap().topic:
+            reason += f"; a simulated robot sends its poses on {self.name(Mocap().topic)}, in no receiver's form"
+        return f"{self.missing('mocap/odom', 'reliable')}, made from {source}{reason}"
+
+    def no_scan(self) -> str:
+        """Scans do not come, or cannot be used."""
+        if self._recorder.scan_refused:
+            return f"scans come on {self.name('scan')} and are refused: {self._recorder.scan_refused}"
+        said = self._recorder.status(PLANNER).message
+        return self.missing("scan", "best effort") + (f"; {PLANNER}: {said}" if said else "")
+
+    def too_slow(self) -> str:
+        """Poses come late."""
+        return f"poses come {self._recorder.lateness:.1f} s late: this machine is too slow for the graph"
+
+    def no_planner(self) -> str:
+        """A goal is not answered."""
+        goal, status = self.name("goal_pose"), self.name("goal_status")
+        said = f"no answer on {status} to the goal on {goal} (reliable) for {INPUT_PATIENCE:g} s"
+        return f"{said}; {self._preparation.where}"
+
+    def missing(self, topic: str, reliability: str) -> str:
+        """Nothing comes on a topic."""
+        return f"nothing on {self.name(topic)} ({reliability}) for {INPUT_PATIENCE:g} s; {self._preparation.where}"
+
+    def not_alone(self, who: str) -> str:
+        """Nodes of the names of this graph's are in its domain."""
+        return f"{who} in {self._preparation.where}; end it, or set another ROS_DOMAIN_ID"

@@ -1,0 +1,184 @@
+"""One run on the graph: starts it, gives goals, monitors how they end, and says why."""
+
+import time
+from collections.abc import Callable
+from itertools import cycle
+
+import numpy as np
+from action_msgs.msg import GoalStatus
+
+from collplan_core.evaluation.machine import pace_words
+from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, STUCK, TIMEOUT, RunMonitor
+from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
+from collplan_ros.bringup.graph import LATE, Graph
+from collplan_ros.bringup.listener import REST_PATIENCE
+from collplan_ros.bringup.options import Options
+from collplan_ros.bringup.outcome import OUTCOMES, outcome_of
+from collplan_ros.bringup.preparation import prepare
+from collplan_ros.bringup.progress import Progress
+from collplan_ros.bringup.robots import COMMANDER, PLANNER
+from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.run.run_error import RecordError
+
+EMERGENCY_STOP = "emergency_stop"
+"""Outcome of a run in which the robot's emergency stop was latched."""
+BY_A_PERSON = (CANCELED, EMERGENCY_STOP)
+"""Outcomes after which the robot stands until a person gives a goal."""
+PAUSE = 1.0
+"""Rest at each end of a lap [s]."""
+MONITORED = (TIMEOUT, STUCK)
+"""Outcomes that no node tells."""
+BROKEN_OFF = (GraphError, Interrupted, RecordError)
+"""What ends a run before its outcome."""
+CANCEL_PERIOD = 0.1
+"""Period at which the planner is asked to end the goal, until it has [s]: it may not be discovered yet."""
+CANCEL_PATIENCE = 0.3
+"""Longest wait for the end of a goal that was canceled [s]."""
+ACTIVE = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
+"""Status of a goal that the robot is on the way to."""
+
+
+class Bringup:
+    """One run, a context manager: entering starts the graph, leaving stops it.
+
+    Most scripts need only `run()`; this class is for those that act during the run. Use it in a thread that lives as
+    long as the graph: the nodes are killed when the thread that started them ends.
+
+    Raises:
+        StartError: what is asked for cannot be done; nothing was started.
+        NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
+    """
+
+    def __init__(self, options: Options, progress: Progress | None = None) -> None:
+        """Checks everything and makes the run folder."""
+        self.progress = progress or Progress()
+        self.preparation = prepare(options)
+        self.folder = RunFolder(options.out, self.preparation.settings)
+        self.graph = Graph(self.preparation, self.folder, self.progress)
+        self._why = ""
+
+    def __enter__(self) -> "Bringup":
+        try:
+            self.graph.__enter__()
+            self.folder.become_latest()
+        except StartError:
+            self.graph.__exit__()
+            self.folder.discard()
+            raise
+        except BROKEN_OFF as error:
+            self.progress.say(str(error))
+            raise
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if isinstance(error, BROKEN_OFF):  # at once: to stop the nodes takes some seconds
+            self.progress.say(str(error))
+        try:
+            self.graph.__exit__(kind, error, trace)
+        except RecordError as lost:  # the last lines do not fit on the disk
+            self.progress.say(str(lost))
+            raise
+
+    def drive_laps(self, ends: list[np.ndarray], say: Callable[[str], None]) -> None:
+        """Drives from end (2,) [m] to end until an exception ends it: a signal, or what has gone wrong.
+
+        A person may give goals in between. Where one cancels, or stops the robot, it stands until one gives a goal.
+        """
+        for target in cycle(ends):
+            outcome = self.drive(target)
+            self.come_to_rest()
+            if outcome in BY_A_PERSON:
+                say(f"{outcome.replace('_', ' ')}: the robot stands until you give it a goal")
+                self.wait(lambda: self.goal_is_active)
+                self.wait(lambda: not self.goal_is_active)
+            elif outcome != REACHED:
+                say(self.reason(outcome))
+            end = time.monotonic() + PAUSE
+            self.wait(lambda: time.monotonic() > end)  # noqa: B023 (called in this lap)
+
+    def drive(self, goal: np.ndarray | None = None) -> str:
+        """Gives the goal (2,) [m], the prepared one by default, and monitors the run.
+
+        Returns:
+            The outcome: reached, aborted or canceled as the planner says, else timeout, stuck or emergency_stop.
+        """
+        target = self.preparation.goal if goal is None else goal
+        graph = self.graph
+        graph.recorder.begin(self.preparation.robot.simulated)
+        graph.give_goal(target)
+        monitor = RunMonitor(self.preparation.settings.trial, graph.pose.stamp)
+        recorder = graph.recorder
+        while True:
+            outcome = outcome_of(recorder.goal, graph.pose, recorder.maneuver, monitor)
+            if outcome in MONITORED and recorder.lateness > LATE:
+                graph.catch_up()  # poses came too late to say so
+                continue
+            if outcome is not None:
+                break
+            if recorder.emergency_stop:
+                self.progress.say(self.reason(EMERGENCY_STOP))
+                return EMERGENCY_STOP
+            self._show_progress(target)
+            graph.step()
+        # now: what ends the goal makes the controller stand for that reason
+        self._why = f"{outcome}: {self._why_not_there(monitor.reason)}"
+        return outcome
+
+    def _show_progress(self, target: np.ndarray) -> None:
+        pose, recorder = self.graph.pose, self.graph.recorder
+        begin = recorder.time_zero
+        # a pose of a while ago is not where the robot is now
+        if begin is not None and pose.stamp >= begin and recorder.age <= LATE:
+            distance = float(np.hypot(pose.x - target[0], pose.y - target[1]))
+            factor = recorder.lockstep.factor if recorder.lockstep else None
+            self.progress.show(pose.stamp - begin, distance, recorder.maneuver, recorder.n_impacts, pace_words(factor))
+
+    def come_to_rest(self) -> None:
+        """Cancels a goal that has not ended, and waits until it has and the robot rests, at most REST_PATIENCE.
+
+        A goal that has not ended within CANCEL_PATIENCE is not waited for: leave the graph then, which stops the robot.
+        """
+        graph, begun = self.graph, time.monotonic()
+        due = begun
+        while (now := time.monotonic()) < begun + REST_PATIENCE:
+            if self._goal_has_ended and graph.listener.at_rest:
+                return
+            if not self._goal_has_ended:
+                if now > begun + CANCEL_PATIENCE:
+                    return
+                if now >= due:
+                    graph.goals.cancel()
+                    due = now + CANCEL_PERIOD
+            graph.step()
+
+    def wait(self, condition: Callable[[], bool]) -> None:
+        """Lets the graph run until a condition holds."""
+        while not condition():
+            self.graph.step()
+
+    @property
+    def goal_is_active(self) -> bool:
+        """Whether the robot is on the way to a goal, whoever gave it."""
+        goal = self.graph.recorder.goal
+        return goal is not None and goal.status in ACTIVE
+
+    @property
+    def _goal_has_ended(self) -> bool:
+        goal = self.graph.recorder.goal
+        return goal is None or goal.status in OUTCOMES
+
+    def reason(self, outcome: str) -> str:
+        """Why the goal was not reached, in words, for the outcome of `drive`; the planner's word may come after it."""
+        if outcome == ABORTED:
+            return self.graph.recorder.status(PLANNER).message + self.graph.complaints.frozen
+        if outcome == EMERGENCY_STOP:
+            return self.graph.recorder.emergency_stop
+        return self._why if outcome in MONITORED else ""
+
+    def _why_not_there(self, monitored: str) -> str:
+        """Why the robot is not at the goal, in words: a hold says it all, a controller that stands more than a plan."""
+        recorder, frozen = self.graph.recorder, self.graph.complaints.frozen
+        if recorder.held:
+            return f"the robot is held: {recorder.held}{frozen}"
+        planner = f"{PLANNER}: {recorder.status(PLANNER).message}"
+        return f"{monitored}{frozen}; {f'{COMMANDER}: {recorder.standing}' if recorder.standing else planner}"

@@ -1,0 +1,146 @@
+"""bringup's own node: takes what the other nodes send, for the recording and for who watches the run."""
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from functools import partial
+from threading import Lock
+
+from rclpy.context import Context
+
+from collplan_ros.bringup.preparation import REMAPPED, Preparation
+from collplan_ros.bringup.robots import LIDAR
+from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.node_kit.clock import local_clock, seconds
+from collplan_ros.node_kit.events_executor import events_executor
+from collplan_ros.run.description import describe_run
+from collplan_ros.run.graph_topics import GraphTopics, PollingNode
+from collplan_ros.run.recorder import Recorder
+from collplan_ros.run.send_times import SendTimes
+from collplan_ros.run.topics import recorded_topics
+from collplan_ros.run.writer import RecordingFile
+
+NAME = "bringup"
+TAKING_PERIOD = 0.01
+"""Period at which what has come is taken [s]: to wait for each message costs a multiple of it."""
+AT_ONCE = 4
+"""Messages of the node's own subscriptions that are taken between two looks at its clock."""
+LONGEST_STEP = 0.1
+"""What a step counts at most as time without poses [s]: one that takes longer was stalled by the machine."""
+REST_SPEED = 0.03
+"""Speed below which the robot counts as at rest [m/s]."""
+ZERO_PATIENCE = 0.3
+"""Longest wait for the zero of a controller that was stopped: without one the robot stands by itself by then [s]."""
+REST_PATIENCE = 5.0
+"""Longest wait for the robot to stop after a run [s]."""
+WHOLE_PATIENCE = 10.0
+"""Longest wait for what is still under way of a run's record [s]."""
+SILENCE = 1.0
+"""Time without poses after which none is waited for while the graph is stopped [s]."""
+
+
+def _nowhere(name: str, values: Mapping[str, str]) -> None:
+    """Marks no place, where nothing is recorded."""
+
+
+class Listener:
+    """Listens from its construction until `close()`; a check is not recorded, and its node has the graph's clock.
+
+    Attributes:
+        node: bringup's own.
+        local_clock: the clock of ages; the simulation's in a check of a simulated robot.
+        local_time: the time of that clock [s].
+        recorder: the newest of what the nodes say.
+        silence: time without poses while messages were taken [s].
+
+    Raises:
+        RecordError: the recording cannot be written; also from methods.
+    """
+
+    def __init__(self, preparation: Preparation, folder: RunFolder) -> None:
+        """Makes the node, and the recording in `folder`."""
+        self.silence = 0.0
+        self._may_be_more = False
+        self._spinning = Lock()
+        settings, context = preparation.settings, Context()
+        with ExitStack() as stack:
+            context.init()
+            stack.callback(context.try_shutdown)
+            clock = preparation.simulated_time if preparation.checks else []
+            self.node = PollingNode(
+                NAME, context=context, namespace=preparation.namespace, cli_args=["--ros-args", *REMAPPED, *clock]
+            )
+            stack.callback(self.node.destroy_node)
+            self.local_clock = local_clock(self.node)
+            self.local_time = partial(seconds, self.local_clock)
+            times = SendTimes()
+            self._recording = None if preparation.checks else RecordingFile(folder.recording)
+            if self._recording is not None:
+                stack.callback(self._recording.finish)
+                goal, simulated = preparation.goal.tolist(), preparation.robot.simulated
+                about = preparation.world, goal, simulated, preparation.namespace
+                describe_run(self._recording, folder.parameters, *about, times.ahead_at_first)
+            known = recorded_topics(settings, real_scans=LIDAR not in preparation.programs)
+            self._topics = GraphTopics(self.node, known, times, self._recording)
+            mark = self._recording.describe if self._recording else _nowhere
+            self.recorder = Recorder(self._topics, settings, mark, times, preparation.namespace)
+            self._executor = events_executor(context)
+            self._executor.add_node(self.node)
+            stack.callback(self._executor.shutdown)
+            self.close = stack.pop_all().close
+
+    def take(self) -> None:
+        """Takes what comes in TAKING_PERIOD, or at once what has come where that is much."""
+        newest, begun = self.recorder.newest, time.monotonic()
+        with self._spinning:
+            self._executor.spin_once(timeout_sec=0.0)
+            while not self._may_be_more and (left := begun + TAKING_PERIOD - time.monotonic()) > 0.0:
+                self._executor.spin_once(timeout_sec=left)
+        self._may_be_more = self._topics.take()
+        waited = min(time.monotonic() - begun, LONGEST_STEP)
+        self.silence = 0.0 if self.recorder.newest is not newest else self.silence + waited
+        if self._recording is not None:
+            self._recording.flush_when_due()
+
+    def take_all(self) -> None:
+        """Takes all that has come until now, when nobody sends any more."""
+        self._topics.take_all()
+
+    def spin_meanwhile(self) -> None:
+        """Lets the node's clock and its own subscriptions go on while the thread that takes does something else."""
+        if self._spinning.acquire(blocking=False):
+            try:
+                for _ in range(AT_ONCE):
+                    self._executor.spin_once(timeout_sec=0.0)
+            finally:
+                self._spinning.release()
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the robot is commanded to rest and does, by a pose sent after the command."""
+        newest = self.recorder.newest
+        return newest is not None and newest.sent > self.recorder.stands_since and self._speed <= REST_SPEED
+
+    def record_to_the_end(self) -> None:
+        """Takes what comes until the robot rests and its record is whole, while poses come."""
+        if not self.recorder.recording:
+            return
+        self.silence = 0.0
+        # a controller that has died sends no zero, but the robot stands by itself
+        self._take_until(lambda: self.at_rest, ZERO_PATIENCE)
+        self._take_until(lambda: self._speed <= REST_SPEED, REST_PATIENCE)
+        self.recorder.finish()
+        self._take_until(lambda: self.recorder.is_complete, WHOLE_PATIENCE)
+        if self._recording is not None:
+            self._recording.flush()
+
+    @property
+    def _speed(self) -> float:
+        pose = self.recorder.newest
+        return math.inf if pose is None else math.hypot(pose.vx, pose.vy)
+
+    def _take_until(self, condition: Callable[[], bool], patience: float) -> None:
+        deadline = time.monotonic() + patience
+        while not condition() and self.silence < SILENCE and time.monotonic() < deadline:
+            self.take()
