@@ -1,5 +1,6 @@
 """Command line of bringup."""
 
+# ruff: noqa: RUF009 (a field of a dataclass is made by a call)
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
@@ -32,11 +33,11 @@ def _namespace(text: str) -> str:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def _option(default: Any, about: str, **given: Any) -> Any:
-    """An option as argparse takes it; one that is True or False by default is a flag for the contrary."""
+def _option(flag: str, default: Any, about: str, **given: Any) -> Any:
+    """An option as argparse takes it; one that is True or False by default says the contrary."""
     if isinstance(default, bool):
         given["action"] = "store_false" if default else "store_true"
-    return field(default=default, metadata={"help": about, **given})
+    return field(default=default, metadata={"flag": flag, "help": about, **given})
 
 
 @dataclass(frozen=True)
@@ -46,64 +47,67 @@ class Options:
     None leaves a value to the parameter file, or else to the parameter's default.
     """
 
-    robot: str = _option("sim", f"{EXPECTED} (default sim, the simulated one)", type=_robot)
+    robot: str = _option("--robot", "sim", f"{EXPECTED} (default sim, the simulated one)", type=_robot)
     world: str | None = _option(
-        None, f"world: NAME, FILE or FAMILY:SEED (default {DEFAULTS.simulator.world})", metavar="W"
+        "--world", None, f"world: NAME, FILE or FAMILY:SEED (default {DEFAULTS.simulator.world})", metavar="W"
     )
     strategy: str | None = _option(
-        None, f"{' | '.join(PLANNERS)} (default {DEFAULTS.planner.strategy})", metavar="NAME"
+        "--strategy", None, f"{' | '.join(PLANNERS)} (default {DEFAULTS.planner.strategy})", metavar="NAME"
     )
     goal: tuple[float, float] | None = _option(
-        None, "where to go [m] (default the world's own goal)", nargs="+", metavar=("X", "Y")
+        "--goal", None, "where to go [m] (default the world's own goal)", nargs="+", metavar=("X", "Y")
     )
     engine: str | None = _option(
+        "--engine",
         None,
         f"simulator.engine: {' | '.join(all_specs()['simulator.engine'].choices)} "
         f"(default {DEFAULTS.simulator.engine})",
         metavar="NAME",
     )
     seed: int | None = _option(
-        None, f"seed of the simulated noise (default {DEFAULTS.simulator.seed})", type=int, metavar="N"
+        "--seed", None, f"seed of the simulated noise (default {DEFAULTS.simulator.seed})", type=int, metavar="N"
     )
-    params: Path | None = _option(  # noqa: RUF009 (a field)
-        None, "ROS parameter file; the options above and below outrank it", type=Path, metavar="FILE"
+    params: Path | None = _option(
+        "--params", None, "ROS parameter file; the options above and below outrank it", type=Path, metavar="FILE"
     )
-    out: Path = _option(  # noqa: RUF009
-        Path("runs"), "where run folders go (default runs)", type=Path, metavar="DIR"
-    )
+    out: Path = _option("--out", Path("runs"), "where run folders go (default runs)", type=Path, metavar="DIR")
     timeout: float | None = _option(
-        None, f"longest run [s] (default {DEFAULTS.trial.timeout:g})", type=float, metavar="S"
+        "--timeout", None, f"longest run [s] (default {DEFAULTS.trial.timeout:g})", type=float, metavar="S"
     )
     network: str | None = _option(
+        "--network",
         None,
         "who may take part: this machine or the subnet (default local; to be said for serial)",
         choices=sorted(RANGES),
     )
     max_speed: float | None = _option(
+        "--max-speed",
         None,
         f"robot.max_speed (default {DEFAULTS.robot.max_speed:g} m/s; for serial {FIRST_SPEED:g} or less)",
         type=float,
         metavar="V",
     )
     namespace: str = _option(
+        "--namespace",
         "/",
         "of all nodes and topics, as robot1: one for each robot of a domain (default none)",
         type=_namespace,
         metavar="NAME",
     )
-    pictures: bool = _option(True, "leave out trajectory.png and run.html")
+    pictures: bool = _option("--no-pictures", True, "leave out trajectory.png and run.html")
     scan: str = _option(
+        "--scan",
         SIM,
         "whose scans: of lidar_node, which casts rays in the world, or of a real LIDAR (default sim)",
         choices=(SIM, REAL),
     )
     real_time: bool = _option(
-        False, "do not let the simulation wait for nodes that are late (simulator.lockstep: false)"
+        "--real-time", False, "do not let the simulation wait for nodes that are late (simulator.lockstep: false)"
     )
-    check: bool = _option(False, "check link, motion capture, axes and LIDAR instead, and find offsets")
-    yes: bool = _option(False, "with --check: move the robot without asking")
-    view: bool = _option(False, "show the run in a browser, at the address that is said (view.port)")
-    again: bool = _option(False, "drive there and back again and again until Ctrl-C; simulated robots only")
+    check: bool = _option("--check", False, "check link, motion capture, axes and LIDAR instead, and find offsets")
+    yes: bool = _option("--yes", False, "with --check: move the robot without asking")
+    view: bool = _option("--view", False, "show the run in a browser, at the address that is said (view.port)")
+    again: bool = _option("--again", False, "drive there and back again and again until Ctrl-C; simulated robots only")
 
     def values(self) -> dict[str, object]:
         """The parameters that these options set, by key."""
@@ -180,9 +184,8 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     for option in fields(Options):
-        name = option.name.replace("_", "-")
-        flag = f"--no-{name}" if option.default is True else f"--{name}"
-        parser.add_argument(flag, dest=option.name, default=option.default, **option.metadata)
+        flag, *given = option.metadata.items()
+        parser.add_argument(flag[1], dest=option.name, default=option.default, **dict(given))
     return parser
 
 
