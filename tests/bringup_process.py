@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from collplan_ros.run.reader import raw_messages
+from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.writer import RECORDING
 
 PATIENCE = 100.0
@@ -64,9 +64,11 @@ class Run:
         return "free_space" in self.text or "boundary_following" in self.text
 
     def has_recorded(self) -> bool:
-        """Whether a command of the run is on disk."""
+        """Whether a pose of the run is on disk."""
         recording = self.out / "latest" / RECORDING
-        return recording.exists() and bool(recording.stat().st_size) and any(raw_messages(recording, ["cmd_vel"]))
+        if not recording.exists() or not recording.stat().st_size:
+            return False
+        return bool(read_run(recording.parent, pictured=False).log.poses)
 
     def end(self) -> int:
         return self.process.wait(PATIENCE)
