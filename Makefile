@@ -23,7 +23,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce optimum animation pictures test test-oldest soak faults faults-long bench lint format dist ws
+.PHONY: help setup run demo study study-bounce optimum graph-gain animation pictures test test-oldest soak faults faults-long bench lint format dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -74,6 +74,9 @@ faults-long: $(COMPILED)  ## as often as each fault needs, hours; ARGS="--minute
 bench: export OPENBLAS_NUM_THREADS = 1
 bench: $(COMPILED)  ## speed, side by side with other planners and simulators
 	$(PYTHON) benchmarks/run.py $(ARGS)
+
+graph-gain: $(COMPILED)  ## what of a bounce's gain is left through the graph; ARGS="--real-time", "--worlds 2 --seeds 1"
+	@$(PYTHON) studies/graph_gain.py $(ARGS)
 
 lint: $(READY)  ## style and types
 	@failed=0; for check in "ruff check" "ruff format --check" mypy; do \

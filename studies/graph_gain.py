@@ -1,22 +1,24 @@
-"""What is left of the gain of a bounce through the graph: runs in processes in real time beside trials without ROS.
+"""What is left of the gain of a bounce through the graph: runs in processes beside trials without ROS.
 
-    .venv/bin/python studies/graph_gain.py --out runs/graph_gain.jsonl             # on a machine that does nothing else
-    .venv/bin/python studies/graph_gain.py --out runs/graph_gain.jsonl --worlds 0  # the table of what is there
+    make graph-gain                        # 12 worlds of each family, 2 runs each, in lockstep
+    make graph-gain ARGS="--real-time"     # the same in real time, on a machine that does nothing else
+    make graph-gain ARGS="--worlds 2 --seeds 1"
 
-A trial and a run of bringup for each development world, seed and strategy, with equal parameters: the spread of the
-rebound is that of the study of bounces. Rows are appended as they come, and one that is there is not run again; to run
-one again, delete its line. Ctrl-C ends the graph in order, and the next call goes on. The folder of a run is deleted
-once its figures are in its row, but for one that did not arrive. Prints a table for docs/results.md. Simulated.
+A trial and a run of bringup for each world, seed and strategy, with equal parameters: the spread of the rebound is that
+of the study of bounces. Rows are appended as they come, and one that is there is not run again; to run it again, delete
+its line. Ctrl-C ends the graph in order, and the next call goes on. The folder of a run is deleted once its figures are
+in its row, but for one that did not arrive. Writes graph_gain.json beside the rows, and prints two tables. Simulated.
 """
 
 import argparse
 import json
+import math
 import shutil
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,8 +27,11 @@ import numpy as np
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_values
+from collplan_core.replay.journal import CONTROLLER, PLANNER
+from collplan_core.replay.reading import Call, Event
 from collplan_core.worlds import load_world
 from collplan_ros.bringup.failures import GRAPH_LOST, NOT_REACHED
+from collplan_ros.replay.recorded_journals import read_journals
 from collplan_study.analysis.statistics import MEAN, Estimate, level_of, share_of
 from collplan_study.question.axes import parse_axes
 from collplan_study.question.bounces import SPREADS
@@ -40,8 +45,17 @@ STRATEGIES = OURS, AGAINST = ("bounce", "avoid")
 TRIAL, GRAPH = "trial", "graph"
 KINDS = tuple(product((TRIAL, GRAPH), STRATEGIES))
 """The four runs of a world and a seed, which are compared with one another."""
-FIRST_WORLD = 300
-"""Seed of the first world of each family; these worlds may be tuned on."""
+FIRST_WORLD = 8100
+"""Seed of the first world of each family; nothing was tuned on these."""
+STAGES = (
+    "stamp of a pose, until planner_node takes it",
+    "until it begins the plan",
+    "until controller_node takes the plan",
+    "until the control period begins whose command follows it",
+)
+"""What each begins with, the one before ends with."""
+MISSED = 1.5
+"""A control period longer than so many of its own was missed."""
 VALUES = {key: value for key, (value,) in parse_axes(SPREADS).items()}
 """Parameters that are not as shipped, the strategy aside."""
 ENDED = (0, NOT_REACHED, GRAPH_LOST)
@@ -49,12 +63,13 @@ ENDED = (0, NOT_REACHED, GRAPH_LOST)
 
 
 class Case(NamedTuple):
-    """A run: where, with which seed of the noise, how, and whether it is a TRIAL or goes through the GRAPH."""
+    """A run: where, with which seed of the noise, how, whether it is a TRIAL or through the GRAPH, and its pace."""
 
     world: str
     seed: int
     strategy: str
     kind: str
+    lockstep: bool
 
     def __str__(self) -> str:
         return f"{self.world} {self.strategy} seed {self.seed}, {self.kind}"
@@ -65,11 +80,11 @@ def case_of(row: dict[str, Any]) -> Case:
     return Case(*(row[key] for key in Case._fields))
 
 
-def cases(worlds: int, seeds: int) -> Iterator[Case]:
+def cases(worlds: int, seeds: int, lockstep: bool) -> Iterator[Case]:
     """All runs with so many worlds of each family and so many seeds; those compared follow one another."""
     for first, family, seed in product(range(FIRST_WORLD, FIRST_WORLD + worlds), FAMILIES, range(seeds)):
         for kind, strategy in KINDS:
-            yield Case(f"{family}:{first}", seed, strategy, kind)
+            yield Case(f"{family}:{first}", seed, strategy, kind, lockstep)
 
 
 def row_of(case: Case, folders: Path) -> dict[str, Any]:
@@ -86,20 +101,60 @@ def trial(case: Case) -> dict[str, Any]:
 
 
 def through_graph(case: Case, folder: Path) -> dict[str, Any]:
-    """The run in processes, in real time."""
+    """The run in processes."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     parameters, said, summary = folder / "spread.yaml", folder / "bringup.txt", folder / "latest" / "summary.json"
     write_values(VALUES, parameters)
     given = ["--world", case.world, "--seed", str(case.seed), "--strategy", case.strategy, "--params", str(parameters)]
     program = [sys.executable, "-m", "collplan_ros.bringup.main", "--no-pictures", "--out", str(folder)]
-    code = exit_code([*program, *given], said)
+    code = exit_code([*program, *given, *([] if case.lockstep else ["--real-time"])], said)
     if code not in ENDED or not summary.exists():
         raise SystemExit(f"{case}: bringup ended with {code}: {said.read_text(errors='replace')[-2000:]}")
     found = json.loads(summary.read_text())
+    journals = read_journals(folder / "latest")
+    stages, missed = delays(journals.events(PLANNER), journals.events(CONTROLLER))
     if found["outcome"] == REACHED:
         shutil.rmtree(folder)
-    return {"outcome": found["outcome"], "time": found["arrival_time_s"]}
+    timed = {"stages_ms": (1e3 * stages).round(2).tolist(), "missed_ticks": missed}
+    return {"outcome": found["outcome"], "time": found["arrival_time_s"], **timed}
+
+
+def delays(planner: Sequence[Event], controller: Sequence[Event]) -> tuple[np.ndarray, int]:
+    """What each of STAGES took of each plan that a command followed (n, 4) [s], and how many control periods were missed.
+
+    A node's clock counts from another moment than stamps do. How much is between them is taken from the pose that was
+    quickest, so that its own way is left out.
+    """
+    planned, begun, zero = _planned(planner)
+    rows, ticks, taken, here = [], list[float](), dict[float, float](), math.inf
+    for call in (event for event in controller if isinstance(event, Call)):
+        if call.name == "take_pose":
+            here = min(here, call.given[1] - call.given[0].stamp)
+        elif call.name == "take_plan":
+            taken[call.given[0].stamp] = call.given[-1]
+        elif call.name == "tick":
+            ticks.append(call.given[0])
+            rows += [(stamp, at, call.given[0]) for stamp, at in taken.items()]
+            taken.clear()
+    found = [
+        (planned[stamp] - stamp - zero, begun[stamp] - planned[stamp], at - here - begun[stamp] + zero, tick - at)
+        for stamp, at, tick in rows
+        if stamp in planned and stamp in begun
+    ]
+    longest = MISSED / Settings().controller.rate
+    return np.array(found).reshape(-1, len(STAGES)), sum(after - before > longest for before, after in pairwise(ticks))
+
+
+def _planned(planner: Sequence[Event]) -> tuple[dict[float, float], dict[float, float], float]:
+    """When planner_node took each pose, when it began each plan, by stamp, and its clock where stamps are 0 [s]."""
+    taken, begun = dict[float, float](), dict[float, float]()
+    for call in (event for event in planner if isinstance(event, Call)):
+        if call.name == "take_pose":
+            taken[call.given[0].stamp] = call.given[1]
+        for plan in (each["plan"] for each in call.came or () if isinstance(each, dict) and "plan" in each):
+            begun[plan["stamp"]] = call.given[-1]
+    return taken, begun, min((at - stamp for stamp, at in taken.items()), default=math.inf)
 
 
 def exit_code(command: Sequence[str], output: Path) -> int:
@@ -135,25 +190,78 @@ def _cells(rows: Sequence[dict[str, Any]]) -> list[str]:
     times = _times(rows)
     # over the worlds, as gains are
     means = np.mean([each.mean(axis=0) for each in times], axis=0).tolist() if times else [None] * len(KINDS)
-    in_trials, in_graph = ([100.0 * (1.0 - each[:, k] / each[:, k + 1]) for each in times] for k in (0, 2))
-    whole = level_of(MEAN, in_trials)
-    above_zero = whole.low is not None and whole.low > 0.0
-    left = share_of(in_graph, in_trials) if above_zero else Estimate(None, note="no gain that is surely above zero")
+    in_trials, in_graph, left = gains(rows)
     return [
         ", ".join(f"{sum(each)} of {len(each)}" for each in by_kind),
         f"{sum(map(len, times))} in {len(times)} worlds",
         *(number(mean, 2) for mean in means),
-        *(with_interval(each, 1) for each in (whole, level_of(MEAN, in_graph))),
+        *(with_interval(each, 1) for each in (in_trials, in_graph)),
         with_interval(left, 0),
     ]
+
+
+def gains(rows: Sequence[dict[str, Any]]) -> tuple[Estimate, Estimate, Estimate]:
+    """The gain in trials and in the graph, and the share of the first that is the second [%]."""
+    in_trials, in_graph = ([100.0 * (1.0 - each[:, k] / each[:, k + 1]) for each in _times(rows)] for k in (0, 2))
+    whole = level_of(MEAN, in_trials)
+    above_zero = whole.low is not None and whole.low > 0.0
+    left = share_of(in_graph, in_trials) if above_zero else Estimate(None, note="no gain that is surely above zero")
+    return whole, level_of(MEAN, in_graph), left
+
+
+def stage_table(rows: Sequence[dict[str, Any]]) -> Section:
+    """Where each millisecond goes from the stamp of a pose to the command of a plan from it."""
+    found = {strategy: _stages(rows, strategy) for strategy in STRATEGIES}
+    columns = [np.column_stack([each, each.sum(axis=1)]).T for each in found.values()]
+    names = (*STAGES, "in all")
+    return Section(
+        "From a pose to a command",
+        "Of each plan that a command followed; the quickest pose is taken to come at once.",
+        ("", *(f"{strategy}, {part} [ms]" for strategy in STRATEGIES for part in ("median", "p99"))),
+        [
+            (name, *(number(each, 1) for column in columns for each in _middle_and_end(column[k])))
+            for k, name in enumerate(names)
+        ],
+    )
+
+
+def _stages(rows: Sequence[dict[str, Any]], strategy: str) -> np.ndarray:
+    found = [row["stages_ms"] for row in rows if row["kind"] == GRAPH and row["strategy"] == strategy]
+    return np.array([stage for each in found for stage in each]).reshape(-1, len(STAGES))
+
+
+def _middle_and_end(values: np.ndarray) -> tuple[float | None, float | None]:
+    """Median and 99th percentile; None without a value."""
+    return (float(np.median(values)), float(np.quantile(values, 0.99))) if len(values) else (None, None)
+
+
+def results(rows: Sequence[dict[str, Any]], lockstep: bool) -> dict[str, Any]:
+    """What graph_gain.json holds: gains and share [%], delays [ms]."""
+    in_trials, in_graph, left = gains(rows)
+    graph = [row for row in rows if row["kind"] == GRAPH]
+    delay = {
+        s: dict(zip(("median", "p99"), _middle_and_end(_stages(rows, s).sum(axis=1)), strict=True)) for s in STRATEGIES
+    }
+    return {
+        "gain_trials": in_trials.value,
+        "gain_graph": in_graph.value,
+        "share": None if left.value is None else left.value / 100.0,
+        "share_low": None if left.low is None else left.low / 100.0,
+        "share_high": None if left.high is None else left.high / 100.0,
+        "pose_to_command_ms": delay,
+        "missed_ticks": sum(row["missed_ticks"] for row in graph),
+        "runs": len(graph),
+        "reached": sum(row["outcome"] == REACHED for row in graph),
+        "lockstep": lockstep,
+    }
 
 
 def _times(rows: Sequence[dict[str, Any]]) -> list[np.ndarray]:
     """(n, 4) arrival times [s] in each world, in the order of KINDS, with the n seeds with which all four arrived."""
     reached = {case_of(row): row["time"] for row in rows if row["outcome"] == REACHED}
     found: dict[str, list[list[float]]] = {}
-    for world, seed in dict.fromkeys((row["world"], row["seed"]) for row in rows):
-        four = [Case(world, seed, strategy, kind) for kind, strategy in KINDS]
+    for world, seed, lockstep in dict.fromkeys((row["world"], row["seed"], row["lockstep"]) for row in rows):
+        four = [Case(world, seed, strategy, kind, lockstep) for kind, strategy in KINDS]
         if all(case in reached for case in four):
             found.setdefault(world, []).append([reached[case] for case in four])
     return [np.array(each) for each in found.values()]
@@ -162,24 +270,31 @@ def _times(rows: Sequence[dict[str, Any]]) -> list[np.ndarray]:
 def main(args: Sequence[str] | None = None) -> int:
     """Runs what is not there yet, and prints the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True, help="rows, one run a line")
-    parser.add_argument("--worlds", type=int, default=12, help="worlds of each family, seeds from 300 on (default 12)")
-    parser.add_argument("--seeds", type=int, default=3, help="seeds of the noise in each world (default 3)")
+    parser.add_argument("--out", type=Path, default=Path("runs/graph_gain.jsonl"), help="rows, one run a line")
+    parser.add_argument("--worlds", type=int, default=12, help="worlds of each family (default 12)")
+    parser.add_argument("--seeds", type=int, default=2, help="seeds of the noise in each world (default 2)")
+    parser.add_argument("--real-time", action="store_true", help="simulated time does not wait for nodes that are late")
     given = parser.parse_args(args)
-    out = JsonLines(given.out)
+    out, lockstep = JsonLines(given.out), not given.real_time
     there = {case_of(row) for row in out.records()}
     folders = given.out.with_name(f"{given.out.stem}_runs")
+    wanted = list(cases(given.worlds, given.seeds, lockstep))
     try:
-        for case in (case for case in cases(given.worlds, given.seeds) if case not in there):
-            row = row_of(case, folders)
-            out.append(row)
-            print(f"{case}: {row['outcome']}", file=sys.stderr, flush=True)
+        for number_of, case in enumerate(wanted, start=1):
+            if case not in there:
+                row = row_of(case, folders)
+                out.append(row)
+                print(f"{number_of} of {len(wanted)}: {case}: {row['outcome']}", file=sys.stderr, flush=True)
     except KeyboardInterrupt:
         print("interrupted: the next call goes on", file=sys.stderr)
         return 130
-    rows = out.records()
-    print("\n".join(markdown_table(gain_table(rows))))
+    rows = [row for row in out.records() if case_of(row) in set(wanted)]
+    found = given.out.with_suffix(".json")
+    found.write_text(json.dumps(results(rows, lockstep), indent=2) + "\n")
+    for table in (gain_table(rows), stage_table(rows)):
+        print("\n".join((*markdown_table(table), "")))
     print("\n".join(f"{case_of(row)}: {row['outcome']}" for row in rows if row["outcome"] != REACHED))
+    print(f"written to {found}")
     return 0
 
 
