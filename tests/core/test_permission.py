@@ -7,9 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from collplan_core.ages import SILENCE, STEP, SenderAge, SmallestDelay
 from collplan_core.control.permission import is_blocked, is_relocated, plan_lifetime, why_refuse_plan, why_stale
-from collplan_core.control.sender_age import SILENCE, SenderAge
-from collplan_core.control.smallest_delay import STEP, SmallestDelay
 from collplan_core.parameters import Limits, LocalMapping, Mocap, Robot
 from collplan_core.plan import Plan, timed_path
 from collplan_core.scan import Scan

@@ -12,7 +12,7 @@ from rclpy.clock import ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from collplan_core.loop.poses_clock import PosesClock
+from collplan_core.ages import PosesClock
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, NEWEST
 from collplan_ros.messages.reading import seconds_from_stamp

@@ -16,10 +16,10 @@ from std_msgs.msg import Empty, String
 from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
+from collplan_core.set_clocks import SendTimes
 from collplan_ros.messages import qos
 from collplan_ros.run.graph_topics import GraphTopics, PollingNode
 from collplan_ros.run.reader import messages, raw_messages
-from collplan_ros.run.send_times import SendTimes
 from collplan_ros.run.topics import recorded_topics
 from collplan_ros.run.writer import RECORDING, RecordingFile
 

@@ -19,6 +19,7 @@ from std_msgs.msg import String
 
 from collplan_core.parameters import Settings
 from collplan_core.sensing.impact_contact import ImpactContact
+from collplan_core.set_clocks import SendTimes
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
@@ -27,7 +28,6 @@ from collplan_ros.run.log_builder import RAW, LogBuilder
 from collplan_ros.run.recorded_run import take_mark
 from collplan_ros.run.recorder import Recorder
 from collplan_ros.run.run_log import RunLog
-from collplan_ros.run.send_times import SendTimes
 from collplan_ros.run.summary import summarize
 from collplan_ros.run.trajectory_file import write_trajectory
 

@@ -15,6 +15,7 @@ from rclpy.serialization import serialize_message
 from collplan_core.command import FREE_SPACE
 from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, STUCK, TIMEOUT, RunMonitor
 from collplan_core.parameters import Settings, Trial
+from collplan_core.set_clocks import SendTimes
 from collplan_core.state import State
 from collplan_ros.bringup import graph
 from collplan_ros.bringup.complaints import Complaints
@@ -26,7 +27,6 @@ from collplan_ros.bringup.progress import Progress
 from collplan_ros.messages.conversions import state_to_odometry
 from collplan_ros.run.recorder import GoalReport, Recorder
 from collplan_ros.run.run_log import PoseRow
-from collplan_ros.run.send_times import SendTimes
 
 STAMP, SENT = 100.0, 1.7e9
 LIMITS = Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05)

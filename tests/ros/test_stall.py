@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from std_msgs.msg import String
 
+from collplan_core.ages import StallGuard
 from collplan_ros.messages.qos import EVENT, LATCHED
 from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.stall import StallGuard
 
 STALL = 0.3
 """Longer than what a guard lets pass [s]."""

@@ -13,14 +13,13 @@ from hypothesis import strategies as st
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.file import write_parameters
+from collplan_core.set_clocks import RunTimes, SendTimes, continued
 from collplan_core.worlds import save_world
 from collplan_ros.run.impacts import impacts_of
 from collplan_ros.run.page.played_run import read_played_run
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RecordError, RunError
 from collplan_ros.run.run_log import RunLog
-from collplan_ros.run.run_times import RunTimes, continued
-from collplan_ros.run.send_times import SendTimes
 from collplan_ros.run.whole_file import replacing
 from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_runs import EPOCH, GOAL, WINDOW, bouncing_run, room, write_recording

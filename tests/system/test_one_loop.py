@@ -4,6 +4,7 @@ import pytest
 from called_nodes import give, tick
 from rclpy.serialization import deserialize_message
 
+from collplan_core.ages import StallGuard
 from collplan_core.deadline import never
 from collplan_core.goal import Goal
 from collplan_core.loop.controller_loop import ControllerLoop
@@ -14,7 +15,6 @@ from collplan_core.planners import map_period_of
 from collplan_core.worlds import load_world
 from collplan_ros.messages import conversions, plans, reading
 from collplan_ros.messages.goal_status import goal_from_status, goal_to_status
-from collplan_ros.node_kit.stall import StallGuard
 from collplan_ros.nodes import controller_node, planner_node
 from collplan_ros.nodes.controller_node import ControllerNode
 from omnipuck_sim import trial

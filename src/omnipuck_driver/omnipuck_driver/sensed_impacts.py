@@ -6,7 +6,7 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.node import Node
 
-from collplan_core.loop.poses_clock import PosesClock
+from collplan_core.ages import PosesClock
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from collplan_core.sensing.impact_contact import impact_contact

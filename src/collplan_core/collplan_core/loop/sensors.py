@@ -3,8 +3,8 @@
 import math
 from collections import deque
 
+from collplan_core.ages import PosesClock
 from collplan_core.control.permission import is_relocated, why_stale
-from collplan_core.loop.poses_clock import PosesClock
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.scan_trust import ScanTrust
 from collplan_core.parameters import Limits, Settings

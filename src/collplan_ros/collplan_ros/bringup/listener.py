@@ -9,6 +9,7 @@ from threading import Lock
 
 from rclpy.context import Context
 
+from collplan_core.set_clocks import SendTimes
 from collplan_ros.bringup.preparation import REMAPPED, Preparation
 from collplan_ros.bringup.robots import LIDAR
 from collplan_ros.bringup.run_folder import RunFolder
@@ -17,7 +18,6 @@ from collplan_ros.node_kit.events_executor import events_executor
 from collplan_ros.run.description import describe_run
 from collplan_ros.run.graph_topics import GraphTopics, PollingNode
 from collplan_ros.run.recorder import Recorder
-from collplan_ros.run.send_times import SendTimes
 from collplan_ros.run.topics import recorded_topics
 from collplan_ros.run.writer import RecordingFile
 

@@ -1,6 +1,5 @@
 """Open-loop driving of a robot, without planner and controller, and recording of its measured poses."""
 
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -10,6 +9,7 @@ import numpy as np
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Trigger
 
+from collplan_core.ages import SmallestDelay
 from collplan_core.command import FREE_SPACE, Command
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
@@ -36,8 +36,6 @@ RESTING_TIME = 0.25
 """Time over which poses are averaged to one [s]."""
 LATE_COMMANDS = ("late", "expired")
 """Figures of a robot's report: commands too old when they came, and those that became so before the next one came."""
-COMPARED = 300
-"""Newest poses of which the one that came fastest tells by how much their clock is behind the local one."""
 
 
 class InterruptedTooOften(RuntimeError):
@@ -64,7 +62,7 @@ class OpenLoop:
         self.now = listener.local_time
         """The local clock [s]."""
         self._turn = Turn(listener.node, listener.local_clock, lambda: 1.0 / settings.controller.rate)
-        self._shifts: deque[float] = deque(maxlen=COMPARED)
+        self._delay = SmallestDelay()
         self._publisher = listener.node.create_publisher(command_type(settings), COMMANDS, NEWEST)
         self._late_before = 0
         self._is_near: Callable[[PoseSample], bool] | None = None
@@ -169,8 +167,8 @@ class OpenLoop:
 
     @property
     def _shift(self) -> float:
-        """What a pose's stamp lacks to the local time, if the fastest of the newest ones took none to get here [s]."""
-        return min(self._shifts, default=-inf)
+        """What a pose's stamp lacks to the local time, if the fastest one took none to get here [s]."""
+        return self._delay.least
 
     @property
     def _newest(self) -> float:
@@ -202,7 +200,7 @@ class OpenLoop:
         robot = PoseSample(state.stamp, state.position, state.yaw)
         self.poses.append(with_offset(robot, mocap.body_offset_x, mocap.body_offset_y, mocap.body_offset_yaw))
         self.received.append(self.now())
-        self._shifts.append(self.received[-1] - state.stamp)
+        self._delay, _ = self._delay.measured(state.stamp, self.received[-1])
         self._watch(self.poses[-1])
 
     def _watch(self, pose: PoseSample) -> None:

@@ -6,8 +6,8 @@ from time import monotonic
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
+from collplan_core.ages import StallGuard
 from collplan_ros.node_kit.clock import local_clock, seconds, steady_clock
-from collplan_ros.node_kit.stall import StallGuard
 
 TICK_PERIOD = 0.05
 """Period of the steady timer [s]."""

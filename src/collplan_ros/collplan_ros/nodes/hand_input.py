@@ -7,7 +7,7 @@ import numpy as np
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.node import Node
 
-from collplan_core.control.sender_age import SenderAge
+from collplan_core.ages import SenderAge
 from collplan_core.parameters import Settings
 from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.conversions import asks_for_rest

@@ -7,7 +7,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
-from collplan_core.loop.poses_clock import PosesClock
+from collplan_core.ages import PosesClock
 from collplan_core.parameters import Frames, Lidar, Limits, Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing import spinning_lidar

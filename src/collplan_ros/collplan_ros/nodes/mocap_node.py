@@ -8,7 +8,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from collplan_core.loop.poses_clock import PosesClock
+from collplan_core.ages import PosesClock
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.impact_detection import DetectedImpact

@@ -15,8 +15,8 @@ from rclpy.node import Node
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
+from collplan_core.ages import SmallestDelay, StallGuard
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
-from collplan_core.control.smallest_delay import SmallestDelay
 from collplan_core.parameters import Settings
 from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.goal_status import goal_from_status
@@ -27,7 +27,6 @@ from collplan_ros.node_kit import input_watch
 from collplan_ros.node_kit.clock import SteadyTimes, Times, steady_clock
 from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
 from collplan_ros.node_kit.inputs import Inputs
-from collplan_ros.node_kit.stall import StallGuard
 from collplan_ros.nodes.command_check import REFUSED, CommandCheck
 from collplan_ros.nodes.commanders import Commanders
 from collplan_ros.nodes.robot_state import RobotState

@@ -14,8 +14,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import Joy
 from std_srvs.srv import Trigger
 
+from collplan_core.ages import SenderAge
 from collplan_core.command import HAND, Command, stopped
-from collplan_core.control.sender_age import SenderAge
 from collplan_core.control.stick import RELEASED_FOR, Grip, Stick, StickError, check_stick, velocity_of
 from collplan_core.parameters import Frames, Teleop
 from collplan_ros.messages.cmd_vel import command_to_message, command_type

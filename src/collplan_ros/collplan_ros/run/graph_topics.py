@@ -10,10 +10,10 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
+from collplan_core.set_clocks import SendTimes
 from collplan_ros.messages.qos import EVERY_ONE
 from collplan_ros.run.offered_qos import offered_qos
 from collplan_ros.run.schemas import schema_text, type_name
-from collplan_ros.run.send_times import SendTimes
 from collplan_ros.run.topics import RecordedTopic
 from collplan_ros.run.writer import RecordingFile
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from collplan_core.goal import NO_GOAL, SUCCEEDED
 from collplan_core.parameters import Settings
+from collplan_core.set_clocks import RunTimes, continued
 from collplan_core.state import State
 from collplan_ros.messages.lockstep_report import Lockstep, lockstep_of
 from collplan_ros.messages.raw_reading import plan_from_bytes, state_from_bytes
@@ -35,7 +36,6 @@ from collplan_ros.run.run_log import (
     SentReference,
     SentStatus,
 )
-from collplan_ros.run.run_times import RunTimes, continued
 
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
 """Figures of planner/costs that are logged."""

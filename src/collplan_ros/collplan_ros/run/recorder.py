@@ -17,6 +17,7 @@ from collplan_core.command import STOPPED as STANDS
 from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
 from collplan_core.sensing.scan_filters import used_scan
+from collplan_core.set_clocks import SendTimes
 from collplan_ros.messages.lockstep_report import Lockstep
 from collplan_ros.messages.reading import scan_from_message, twist_of, velocity_from_twist
 from collplan_ros.messages.robot_state import HELD, STOPPED
@@ -25,7 +26,6 @@ from collplan_ros.node_kit.node_names import full_name, is_in
 from collplan_ros.run.description import BEGIN, END, GOAL
 from collplan_ros.run.log_builder import ODD, RAW, LogBuilder
 from collplan_ros.run.run_log import PoseRow, SentGoal
-from collplan_ros.run.send_times import SendTimes
 
 
 class Listening(Protocol):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.control.smallest_delay import STEP, SmallestDelay
+from collplan_core.ages import STEP, SmallestDelay
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from omnipuck_driver.codec import Decoder, Encoder

@@ -13,11 +13,11 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from collplan_core.parameters import Settings, Simulation
+from collplan_core.set_clocks import ClockOffset
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import impact_to_message, pose_to_message, stamp_from_seconds, state_to_odometry
 from collplan_ros.messages.qos import EVENT, NEWEST, POSE_PUBLISHED
 from collplan_ros.node_kit.clock import seconds, steady_clock
-from collplan_ros.node_kit.clock_offset import ClockOffset
 from collplan_ros.node_kit.node_parameters import on_change
 from collplan_ros.node_kit.periodic import call_in
 from omnipuck_sim.node.pacing import Pacing

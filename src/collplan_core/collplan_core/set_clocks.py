@@ -1,0 +1,117 @@
+"""Times by clocks that may be set while a run goes on."""
+
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+
+STEP = 0.01
+"""Change between the two clocks beyond which one was set [s]."""
+PROMPT = 0.001
+"""Longest time for reading both clocks; what took longer compares them wrongly [s]."""
+TRIES = 100
+"""Readings of both clocks at first, until one is prompt."""
+KEPT = 8
+"""Settings of the wall clock that are remembered: messages from before a step are still under way."""
+POSES_STEP = 3.0
+"""Difference between stamps and steady clock beyond which the stamps' clock was set [s]; a robot whose poses stay away
+for so long has ended its run."""
+MOST = 100
+"""Steps remembered."""
+
+
+class ClockOffset:
+    """Compares two clocks, and keeps to the last good comparison where this process was held up between two readings.
+
+    Attributes:
+        ahead: by how much the settable clock is ahead of the steady one [s].
+    """
+
+    def __init__(self, settable: Callable[[], float], steady: Callable[[], float]) -> None:
+        """`settable` and `steady` are the two clocks [s]."""
+        self._settable = settable
+        self._steady = steady
+        self.ahead, took = self._read()
+        for _ in range(TRIES):
+            if took <= PROMPT:
+                break
+            self.ahead, took = self._read()
+
+    def compare(self) -> bool:
+        """Reads both clocks; whether one was set since."""
+        ahead, took = self._read()
+        was_set = took <= PROMPT and abs(ahead - self.ahead) > STEP
+        if was_set:
+            self.ahead = ahead
+        return was_set
+
+    def _read(self) -> tuple[float, float]:
+        before, settable, after = self._steady(), self._settable(), self._steady()
+        return settable - after, after - before
+
+
+class SendTimes:
+    """Puts times of sending onto the steady clock, whatever steps the wall clock takes meanwhile.
+
+    Attributes:
+        ahead_at_first: by how much the wall clock was ahead of the steady clock at first [ns].
+    """
+
+    def __init__(self, wall: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic) -> None:
+        """`wall` and `steady` are the two clocks [s]."""
+        self._clock = steady
+        self._offset = ClockOffset(wall, steady)
+        self._settings = deque([self.ahead], maxlen=KEPT)
+        self.ahead_at_first = round(1e9 * self.ahead)
+
+    @property
+    def ahead(self) -> float:
+        """By how much the wall clock is ahead of the steady clock now [s]."""
+        return self._offset.ahead
+
+    def now(self) -> float:
+        """The present time [s, steady clock]."""
+        return self._clock()
+
+    def steady(self, sent: float) -> float:
+        """When what was sent at `sent` [s, wall clock] was sent [s, steady clock].
+
+        Of the settings that the wall clock has had, that one counts by which the message was on its way shortest, as
+        none comes before it was sent.
+        """
+        if self._offset.compare():
+            self._settings.append(self.ahead)
+        now = self._clock()
+        ages = [now - (sent - ahead) for ahead in self._settings]
+        possible = [age for age in ages if age >= -STEP]
+        return now - (min(possible) if possible else max(ages))
+
+
+class RunTimes:
+    """Continues the time of a run over steps of the clock that stamps its poses.
+
+    Attributes:
+        corrections: what was added to stamps so far [s]; the last one holds now.
+    """
+
+    def __init__(self, pace: float = 1.0) -> None:
+        """`pace` is how many seconds of stamps pass in one of the steady clock; 0 where that varies."""
+        self.corrections = [0.0]
+        self._pace = pace
+        self._last: tuple[float, float] | None = None
+
+    def of_pose(self, stamp: float, sent: float) -> float:
+        """Time [s] of the next pose, from its stamp [s] and when it was sent [s, steady clock]."""
+        time = stamp + self.corrections[-1]
+        if self._last is not None:
+            last, last_sent = self._last
+            expected = last + self._pace * max(0.0, sent - last_sent)
+            if time < last or (self._pace and abs(time - expected) > self._pace * POSES_STEP):
+                self.corrections = [*self.corrections[-MOST:], expected - stamp]
+                time = expected
+        self._last = time, sent
+        return time
+
+
+def continued(stamp: float, near: float, corrections: Sequence[float]) -> float:
+    """Time [s] of a stamp [s] of another message, by that correction which puts it nearest to the time `near` [s]."""
+    return min((stamp + correction for correction in corrections), key=lambda time: abs(time - near))
