@@ -12,7 +12,6 @@ from sensor_msgs.msg import PointCloud2
 
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates
-from collplan_ros.markers.rollout_markers import inferred_lines
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
 from collplan_ros.messages.planner_clouds import (
     FREE_SPACE,
@@ -23,6 +22,7 @@ from collplan_ros.messages.planner_clouds import (
     PREDICTED,
     REMEMBERED,
     compared_to_message,
+    inferred_lines,
     seen_layers,
     seen_to_message,
 )

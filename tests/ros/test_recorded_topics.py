@@ -63,3 +63,11 @@ def test_the_layouts_of_foxglove_and_rviz_show_topics_that_are_recorded():
     shown |= {f"/{each['Topic']['Value']}" for each in [*manager["Displays"], *manager["Tools"]] if "Topic" in each}
     assert len(shown) > 10
     assert shown - {name if name.startswith("/") else f"/{name}" for name in TOPICS} == set()
+
+
+def test_the_picture_of_the_nodes_names_those_that_are_there_and_their_topics():
+    picture = (SOURCES.parent / "docs" / "pictures" / "node_graph.svg").read_text()
+    words = {word for word in re.findall(r">([^<>]+)</text>", picture) if re.fullmatch(r"[a-z]+[a-z_/]*[a-z]", word)}
+    nodes = {path.stem for path in SOURCES.glob("*/*/**/*_node.py") if path.parent.name != "node_kit"}
+    assert nodes - words == set()
+    assert words - nodes - {"or", "firmware_emulator"} - TOPICS.keys() == set()

@@ -33,9 +33,8 @@ from collplan_ros.markers.shapes import (
     marker,
 )
 from collplan_ros.messages.conversions import header
+from collplan_ros.messages.planner_clouds import ARROW_LENGTH
 
-ARROW_LENGTH = 0.15
-"""Drawn length of a predicted boundary [m]."""
 BARB = 0.04
 """Drawn length of an arrow's barb [m]."""
 VELOCITY_SCALE = 0.1

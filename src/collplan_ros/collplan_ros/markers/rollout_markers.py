@@ -10,6 +10,7 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_ros.markers.shapes import LINE_WIDTH, color, lines_of_one_color
+from collplan_ros.messages.planner_clouds import inferred_lines
 
 ROLLOUT = color(0.2, 0.5, 0.9, 0.5)
 REMEMBERED = color(0.25, 0.25, 0.3)
@@ -35,11 +36,3 @@ def _boundaries(head: Header, remembered: RememberedBoundaries | None, settings:
     solid = np.zeros((0, 2)) if remembered is None else inferred_lines(remembered, settings)
     # each line as wide as its piece is long
     yield lines_of_one_color(head, "inferred", solid, INFERRED, settings.remembered.spacing)
-
-
-def inferred_lines(remembered: RememberedBoundaries, settings: Settings) -> np.ndarray:
-    """(2n, 2) ends of a line into the inferred solid behind each piece; boundaries are those of the robot's centre."""
-    here = remembered.solid_behind & ~remembered.seen_free_behind
-    middles = remembered.pieces[here].reshape(-1, 2, 2).mean(axis=1)
-    depth = max(settings.remembered.inferred_depth - 2.0 * settings.robot.radius, 0.0)
-    return np.stack([middles, middles - depth * remembered.normals[here]], axis=1).reshape(-1, 2)

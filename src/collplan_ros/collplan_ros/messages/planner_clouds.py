@@ -14,8 +14,6 @@ from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_ros.markers.plan_markers import ARROW_LENGTH
-from collplan_ros.markers.rollout_markers import inferred_lines
 from collplan_ros.messages.cloud_reading import (
     FREE_SPACE,
     FRONTIERS,
@@ -30,6 +28,8 @@ from collplan_ros.messages.cloud_reading import (
 from collplan_ros.messages.conversions import header
 
 SEEN = np.dtype({"names": ["x", "y", "layer"], "formats": ["<f4", "<f4", "u1"], "offsets": [0, 4, 8], "itemsize": 12})
+ARROW_LENGTH = 0.15
+"""Drawn length of a predicted boundary [m]."""
 MOST_COMPARED = 500
 """Only so many of the cheapest candidates are told."""
 _NUMBERS = {kind: number for number, kind in KINDS.items()}
@@ -63,6 +63,14 @@ def seen_layers(
         REMEMBERED: remembered.pieces.reshape(-1, 2),
         INFERRED: inferred_lines(remembered, settings),
     }
+
+
+def inferred_lines(remembered: RememberedBoundaries, settings: Settings) -> np.ndarray:
+    """(2n, 2) ends of a line into the inferred solid behind each piece; boundaries are those of the robot's centre."""
+    here = remembered.solid_behind & ~remembered.seen_free_behind
+    middles = remembered.pieces[here].reshape(-1, 2, 2).mean(axis=1)
+    depth = max(settings.remembered.inferred_depth - 2.0 * settings.robot.radius, 0.0)
+    return np.stack([middles, middles - depth * remembered.normals[here]], axis=1).reshape(-1, 2)
 
 
 # ---- planner/compared

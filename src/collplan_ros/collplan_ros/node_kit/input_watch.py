@@ -13,7 +13,7 @@ AWAITED = "awaited"
 EVENT = "event"
 """An input that comes when something happens: never missed, never waited for."""
 
-COMES, REFUSED, WAITED_FOR = "comes", "refused", "waited for"
+COMES = "comes"
 NOBODY = "0 publishers"
 """What is seen of an input that nobody publishes."""
 PATIENCE = 2
@@ -34,7 +34,7 @@ class Remark:
 
 
 class InputWatch:
-    """One input, checked at a steady rate: each check finds something to say where something has changed.
+    """One input, checked at a steady rate: each check says what is true of it and was not at the check before.
 
     Args:
         name: name of the topic.
@@ -43,81 +43,58 @@ class InputWatch:
 
     Attributes:
         n_taken, n_refused: messages so far.
+        reason: why the newest refused message was.
+        is_waited_for: whether it was said to be.
     """
 
     def __init__(self, name: str, need: str, publishers: Callable[[], str]) -> None:
         self.name = name
         self.need = need
-        self.n_taken = 0
-        self.n_refused = 0
+        self.n_taken = self.n_refused = 0
+        self.reason = ""
+        self.is_waited_for = False
         self._publishers = publishers
-        self._checked = (0, 0)
-        self._reason = ""
+        self._is_missed = need in (STREAM, STATE)
+        self._checked = 0, 0
         self._quiet = 0
-        self._state = ""
-        self._told = ""
-
-    def took(self) -> None:
-        """Notes a message that was taken."""
-        self.n_taken += 1
+        self._true: dict[str, Remark] = {}
 
     def refused(self, reason: str) -> None:
         """Notes a message that was refused for this reason."""
         self.n_refused += 1
-        self._reason = reason
+        self.reason = reason
 
     @property
     def is_there(self) -> bool:
         """Whether it came when last checked, or is not missed when it does not come."""
-        return self._state == COMES or not self._is_missed
-
-    def wait(self) -> None:
-        """Notes that it was said to be waited for."""
-        self._state = WAITED_FOR
+        return COMES in self._true or not self._is_missed
 
     def check(self) -> list[Remark]:
         """What has changed since the last check and needs a word."""
+        before, self._true = self._true, self._what_is_true()
+        return [remark for fact, remark in self._true.items() if fact not in before and remark.text]
+
+    def _what_is_true(self) -> dict[str, Remark]:
+        """What there is to say now, by what makes it another thing to say; without text where it needs no word."""
         before, self._checked = self._checked, (self.n_taken, self.n_refused)
         taken, refused = (now - then for now, then in zip(self._checked, before, strict=True))
-        if not taken and not refused and not self._stays():
+        stays = not refused and self.need == STATE and self.n_taken > 0 and self._publishers() != NOBODY
+        if not (taken or refused or stays):
             return self._without_messages()
         self._quiet = 0
-        if not refused:
-            self._told = ""
-            return self._comes()
-        if taken:
-            return [*self._comes(), *self._refusal()]
-        if self._state != REFUSED:
-            self._state, self._told = REFUSED, ""
-        return self._refusal()
+        true = {}
+        if taken or stays:
+            true[COMES] = Remark(self.name if self._is_missed or self.is_waited_for else "", comes=True)
+            self.is_waited_for = False
+        if refused:
+            kind = re.sub(r"\d+", "#", self.reason)  # other numbers in it do not make it another reason
+            # that nothing else comes is another thing, too
+            true[f"{bool(taken)} {kind}"] = Remark(f"{self.name} refused: {self.reason}")
+        return true
 
-    @property
-    def _is_missed(self) -> bool:
-        return self.need in (STREAM, STATE)
-
-    def _stays(self) -> bool:
-        """Whether it is there without coming again."""
-        return self.need == STATE and self.n_taken > 0 and self._publishers() != NOBODY
-
-    def _comes(self) -> list[Remark]:
-        before, self._state = self._state, COMES
-        needs_word = self._is_missed or before == WAITED_FOR
-        return [Remark(self.name, comes=True)] if needs_word and before != COMES else []
-
-    def _refusal(self) -> list[Remark]:
-        kind = re.sub(r"\d+", "#", self._reason)  # other numbers in it do not make it another reason
-        if kind == self._told:
-            return []
-        self._told = kind
-        return [Remark(f"{self.name} refused: {self._reason}")]
-
-    def _without_messages(self) -> list[Remark]:
+    def _without_messages(self) -> dict[str, Remark]:
         self._quiet += 1
         if self._quiet < PATIENCE:
-            return []
-        self._told = ""
+            return self._true
         missing = f"no {self.name}: {self._publishers()}" if self._is_missed else ""
-        if not missing or self._state == missing:
-            return []
-        self._state = missing
-        return [Remark(missing)]
+        return {missing: Remark(missing)}

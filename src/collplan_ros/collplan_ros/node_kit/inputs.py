@@ -111,7 +111,7 @@ class Inputs:
                 self.refused(topic, str(error))
                 return
             if is_ours and watch.n_refused == before:
-                watch.took()
+                watch.n_taken += 1
             self._others[topic] = not is_ours
 
         subscription = self._node.create_subscription(message_type, topic, with_info(take), qos, raw=raw)
@@ -159,7 +159,7 @@ class Inputs:
         self._said_waiting = True
         awaited = [watch for watch in watches if watch.need == AWAITED and not watch.n_taken]
         for watch in awaited:
-            watch.wait()
+            watch.is_waited_for = True
         return f"waits for {', '.join(watch.name for watch in awaited)}" if awaited else ""
 
     def _shown(self, topic: str) -> str:

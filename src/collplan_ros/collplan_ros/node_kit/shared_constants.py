@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
-from hashlib import sha256
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.node import Node
@@ -29,11 +28,6 @@ def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:
     values = settings.values()
     keys = [spec.key for spec in specs_of(groups) if spec.key.startswith(GROUPS) and not spec.live]
     return {key: repr(values[key]) for key in sorted(keys)}
-
-
-def hash_of(constants: Mapping[str, str]) -> str:
-    """SHA-256 of the constants as sorted lines "key: value", in hexadecimal digits."""
-    return sha256("".join(f"{key}: {constants[key]}\n" for key in sorted(constants)).encode()).hexdigest()
 
 
 def disagreement(ours: Mapping[str, str], others: Mapping[str, Mapping[str, str]]) -> str:
@@ -79,7 +73,6 @@ class SharedConstants:
         self._node = node
         self._name = node.get_fully_qualified_name()
         self._ours = constants_of(settings, *groups)
-        self._hash = hash_of(self._ours)
         self._others: dict[str, Mapping[str, str]] = {}
         self._absences: Counter[str] = Counter()
         self._logged = ""
@@ -88,7 +81,7 @@ class SharedConstants:
         # steady even where the node follows /clock: a clock that stands still must not hide who has ended
         node.create_timer(CHECK_PERIOD, self._check, clock=steady_clock())
         values = [KeyValue(key=key, value=value) for key, value in self._ours.items()]
-        self._publisher.publish(DiagnosticStatus(name=self._name, message=self._hash, values=values))
+        self._publisher.publish(DiagnosticStatus(name=self._name, values=values))
 
     def judged(self, health: Health) -> Health:
         """A node's health, a warning where it is OK but constants disagree."""
@@ -99,19 +92,18 @@ class SharedConstants:
     def _take(self, message: DiagnosticStatus) -> None:
         if message.name == self._name:
             return
-        # an equal hash saves looking at each value
-        agrees = message.message == self._hash
-        self._others[message.name] = {} if agrees else values_of(message)
-        self._compare()
-
-    def _compare(self) -> None:
+        self._others[message.name] = values_of(message)
         self.disagreement = disagreement(self._ours, self._others)
 
     def _check(self) -> None:
         if self.disagreement:  # whether nodes that agree are still there makes no difference
             self._drop_ended()
-            self._compare()
-        self._log_change()
+            self.disagreement = disagreement(self._ours, self._others)
+        before, self._logged = self._logged, self.disagreement
+        if before and not self.disagreement:
+            self._node.get_logger().info("nodes agree again")
+        elif self.disagreement != before:
+            self._node.get_logger().error(f"nodes disagree: {self.disagreement}; these must be the same in all")
 
     def _drop_ended(self) -> None:
         running = listed_publishers(self._node, self._publisher.topic_name)
@@ -119,12 +111,3 @@ class SharedConstants:
             return  # one that is not yet discovered whole may be any of them
         self._absences = Counter({name: self._absences[name] + 1 for name in self._others if name not in running})
         self._others = {name: theirs for name, theirs in self._others.items() if self._absences[name] < PATIENCE}
-
-    def _log_change(self) -> None:
-        before, self._logged = self._logged, self.disagreement
-        if self.disagreement == before:
-            return
-        if self.disagreement:
-            self._node.get_logger().error(f"nodes disagree: {self.disagreement}; these must be the same in all")
-        else:
-            self._node.get_logger().info("nodes agree again")
