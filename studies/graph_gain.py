@@ -121,7 +121,7 @@ def through_graph(case: Case, folder: Path) -> dict[str, Any]:
 
 
 def delays(planner: Sequence[Event], controller: Sequence[Event]) -> tuple[np.ndarray, int]:
-    """What each of STAGES took of each plan that a command followed (n, 4) [s], and how many control periods were missed.
+    """What each of STAGES took of each plan that a command followed (n, 4) [s], and the control periods missed.
 
     A node's clock counts from another moment than stamps do. How much is between them is taken from the pose that was
     quickest, so that its own way is left out.
