@@ -1,6 +1,7 @@
 """Measurements without a peer: times of the stages, pruned beside unpruned, pace of a run."""
 
 import statistics
+from functools import partial
 from typing import Any
 
 from logged import Logged
@@ -14,16 +15,18 @@ def alone(states: list[Logged], rounds: int) -> dict[str, Any]:
     """Times of scan, walls of a noisy one, map, cycle and trajectory in interleaved rounds, and ratios of these."""
     # with the goal in free space there is nothing to choose or prune: such cycles would lower the times
     states = [state for state in states if state.chooses]
-    timed = {
-        name: Timed() for name in ("scan", "wall_lines", "local_map", "cycle_pruned", "cycle_unpruned", "trajectory")
+    measures = {
+        "scan": scan_round,
+        "wall_lines": lines_round,
+        "local_map": map_round,
+        "cycle_pruned": cycle_round,
+        "cycle_unpruned": partial(cycle_round, pruned=False),
+        "trajectory": trajectory_round,
     }
+    timed = {name: Timed() for name in measures}
     for _ in range(rounds):
-        timed["scan"].rounds.append(scan_round(states))
-        timed["wall_lines"].rounds.append(lines_round(states))
-        timed["local_map"].rounds.append(map_round(states))
-        timed["cycle_pruned"].rounds.append(cycle_round(states))
-        timed["cycle_unpruned"].rounds.append(cycle_round(states, pruned=False))
-        timed["trajectory"].rounds.append(trajectory_round(states))
+        for name, measure in measures.items():
+            timed[name].rounds.append(measure(states))
     figures: dict[str, Any] = {name: each.summary() for name, each in timed.items()}
     figures["ratios"] = {
         "cycle_pruned_vs_unpruned": ratio(timed["cycle_pruned"], timed["cycle_unpruned"])["ratio"],

@@ -21,19 +21,9 @@ def irsim_scene(world: dict[str, Any], radius: float, max_speed: float, step_tim
     """Configuration of ir-sim for a world, with an omnidirectional disc that has a LIDAR without noise."""
     x0, y0, x1, y1 = world["bounds"]
     corners = [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
-    obstacles = [{"shape": {"name": "polygon", "vertices": p}, "state": [0, 0, 0]} for p in world["polygons"]]
-    walls = [
-        {"shape": {"name": "linestring", "vertices": [corners[i - 1], corners[i]]}, "state": [0, 0, 0]}
-        for i in range(4)
-    ]
-    lidar = {
-        "name": "lidar2d",
-        "range_min": RANGE_MIN,
-        "range_max": RANGE_MAX,
-        "angle_range": 2 * math.pi,
-        "number": BEAMS,
-        "noise": False,
-    }
+    shapes = [{"name": "polygon", "vertices": polygon} for polygon in world["polygons"]]
+    shapes += [{"name": "linestring", "vertices": [corners[i - 1], corners[i]]} for i in range(4)]
+    lidar = {"name": "lidar2d", "number": BEAMS, "angle_range": 2 * math.pi, "noise": False}
     robot = {
         "kinematics": {"name": "omni"},
         "shape": {"name": "circle", "radius": radius},
@@ -41,16 +31,11 @@ def irsim_scene(world: dict[str, Any], radius: float, max_speed: float, step_tim
         "goal": [*world["goal"], 0],
         "vel_max": [max_speed] * 2,
         "vel_min": [-max_speed] * 2,
-        "sensors": [lidar],
+        "sensors": [{**lidar, "range_min": RANGE_MIN, "range_max": RANGE_MAX}],
     }
-    arena = {
-        "width": x1 - x0,
-        "height": y1 - y0,
-        "offset": [x0, y0],
-        "step_time": step_time,
-        "collision_mode": "contact",
-    }
-    return {"world": arena, "robot": [robot], "obstacle": [*obstacles, *walls]}
+    arena = {"width": x1 - x0, "height": y1 - y0, "offset": [x0, y0], "step_time": step_time}
+    obstacles = [{"shape": shape, "state": [0, 0, 0]} for shape in shapes]
+    return {"world": {**arena, "collision_mode": "contact"}, "robot": [robot], "obstacle": obstacles}
 
 
 def make_scene(step_time: float) -> Any:

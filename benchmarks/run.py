@@ -10,8 +10,7 @@ from agreement import agreement
 from alone import alone, realtime_factor, trials_per_second
 from logged import Logged, logged_states
 from machine import load, machine
-from peer import Peer
-from peer_environment import STEPS, PeerError, install
+from peer import STEPS, Peer, PeerError, install
 from report import print_report, verdicts
 from rollouts import FAMILIES, logged_calls, rollouts
 from serial_line import driver_cpu, protocol

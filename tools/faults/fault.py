@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+Act = Callable[[Any], Any]
+"""Takes the bench; returns when the fault was done [s, steady clock], or whatever `measure` needs."""
 NOTHING: Callable[[Any], None] = lambda bench: None  # noqa: E731
 
 
@@ -41,7 +43,7 @@ class Fault:
         name: what is done, and what is measured where that is not the time until the robot is commanded to stand.
         robot: name of the bench.
         limit: longest time allowed [s]; None where nothing is timed.
-        act: takes the bench; returns when the fault was done [s, steady clock], or whatever `measure` needs.
+        act: does it.
         measure: takes the bench and what `act` returned.
         undo: takes the bench.
         long: cases of `make faults-long`.
@@ -51,7 +53,7 @@ class Fault:
     name: str
     robot: str
     limit: float | None
-    act: Callable[[Any], Any]
+    act: Act
     measure: Callable[[Any, Any], Measured]
     undo: Callable[[Any], None] = NOTHING
     long: int = 100

@@ -12,7 +12,7 @@ from collplan_core.control.stick import RELEASED_FOR
 from collplan_core.parameters import Settings
 from collplan_ros.messages.qos import NEWEST
 from faults.bench import BenchError
-from faults.fault import Fault, Measured
+from faults.fault import Act, Fault, Measured
 from faults.live_graph import ANSWER, TELEOP, LiveGraph
 from faults.stands import WAIT, Measure, commanded_to_stand
 from faults.stops import COMMANDER, SecondPublisher
@@ -37,6 +37,9 @@ STANDS = 0.6
 SETTINGS = Settings()
 STEP = SETTINGS.robot.max_acceleration / SETTINGS.controller.rate + 1e-6
 """Largest change of the velocity from one command by hand to the next, unless to rest [m/s]."""
+
+
+Undo = Callable[[LiveGraph], None]
 
 
 class Joystick:
@@ -105,14 +108,12 @@ def fall_silent(graph: LiveGraph) -> float:
     return begun
 
 
-def freeze(graph: LiveGraph) -> float:
-    drive(graph)
-    return graph.freeze(TELEOP)
+def drive_and(act: str) -> Act:
+    def acting(graph: LiveGraph) -> float:
+        drive(graph)
+        return getattr(graph, act)(TELEOP)
 
-
-def kill(graph: LiveGraph) -> float:
-    drive(graph)
-    return graph.kill(TELEOP)
+    return acting
 
 
 def press(graph: LiveGraph) -> float:
@@ -162,18 +163,12 @@ def has_been_given_back(graph: LiveGraph, begun: float) -> Measured:
     return Measured(None if moves is None else moves - begun, missed, stalled)
 
 
-def restart(graph: LiveGraph) -> None:
-    joystick.unplug(graph)
-    graph.restart(TELEOP)
+def unplug_and(act: str) -> Undo:
+    def undo(graph: LiveGraph) -> None:
+        joystick.unplug(graph)
+        getattr(graph, act)(TELEOP)
 
-
-def thaw(graph: LiveGraph) -> None:
-    joystick.unplug(graph)
-    graph.thaw(TELEOP)
-
-
-Act = Callable[[LiveGraph], float]
-Undo = Callable[[LiveGraph], None]
+    return undo
 
 
 def hand(name: str, limit: float, act: Act, measure: Measure, undo: Undo = joystick.unplug) -> Fault:
@@ -185,8 +180,8 @@ second = SecondPublisher("hand/cmd_vel")
 FAULTS = [
     hand("dead-man button released", RELEASED, release, stands),
     hand("joystick silent while a hand drives", SILENT, fall_silent, stands),
-    hand("teleop_node frozen while a hand drives", SILENT, freeze, stands, thaw),
-    hand("teleop_node killed while a hand drives", SILENT, kill, stands, restart),
+    hand("teleop_node frozen while a hand drives", SILENT, drive_and("freeze"), stands, unplug_and("thaw")),
+    hand("teleop_node killed while a hand drives", SILENT, drive_and("kill"), stands, unplug_and("restart")),
     Fault("second publisher on hand/cmd_vel", "simulator", COMMANDER, second.begin, stands, second.end, long=50),
     hand("a hand takes over: time until its first command, without a jump", TAKEN, press, has_taken_over),
     hand("a hand gives back: time from resume until the planner drives", BACK, give_back, has_been_given_back),

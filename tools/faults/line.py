@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 from itertools import count
+from operator import methodcaller
 
 from collplan_ros.messages.robot_state import FREE, HELD, STOPPED
-from faults.fault import Fault, Measured
+from faults.fault import NOTHING, Act, Fault, Measured
 from faults.live_graph import LiveGraph
 from faults.stands import WAIT, no_motion_since, wheels_stop, why_followed_again
 from faults.streams import why_lost
@@ -43,13 +44,15 @@ def then_still(graph: LiveGraph, measured: Measured, state: str = HELD) -> Measu
     return replace(measured, missed=measured.missed or wrong)
 
 
-# ---- the line
+def let(**values: object) -> Act:
+    """Sets parameters of the emulator; returns when it began to [s, steady clock]."""
 
+    def act(graph: LiveGraph) -> float:
+        begun = graph.now()
+        graph.let(EMULATOR, **values)
+        return begun
 
-def unplugged(graph: LiveGraph) -> float:
-    begun = graph.now()
-    graph.let(EMULATOR, emulator__unplugged=True)
-    return begun
+    return act
 
 
 def plugged_in(graph: LiveGraph) -> None:
@@ -61,13 +64,6 @@ def link_lost(graph: LiveGraph, begun: float) -> Measured:
     measured = oldest_followed(graph, begun)
     plugged_in(graph)
     return then_still(graph, measured)
-
-
-# ---- the driver
-
-
-def driver_killed(graph: LiveGraph) -> float:
-    return graph.kill("driver_node")
 
 
 def driver_again(graph: LiveGraph, begun: float) -> Measured:
@@ -110,13 +106,8 @@ def thaw_both(graph: LiveGraph) -> None:
     graph.thaw("controller_node")
 
 
-# ---- the firmware
-
-
 def firmware_restarts(graph: LiveGraph) -> float:
-    begun = graph.now()
-    graph.let(EMULATOR, emulator__restarts=next(_restarts))
-    return begun
+    return let(emulator__restarts=next(_restarts))(graph)
 
 
 def stopped_and_firmware_restarts(graph: LiveGraph) -> float:
@@ -137,39 +128,15 @@ def clear(graph: LiveGraph) -> None:
     graph.until(lambda: graph.trigger("clear_estop"), WAIT)
 
 
-def button(graph: LiveGraph) -> float:
-    begun = graph.now()
-    graph.let(EMULATOR, emulator__estop_pressed=True)
-    return begun
-
-
 def released(graph: LiveGraph) -> None:
     graph.let(EMULATOR, emulator__estop_pressed=False)
     clear(graph)
 
 
-def motor_fault(graph: LiveGraph) -> float:
-    begun = graph.now()
-    graph.let(EMULATOR, emulator__motor_fault=True)
-    return begun
-
-
 def refused(graph: LiveGraph, begun: float) -> Measured:
     """It stands, and nobody can let it move as long as the motor has failed."""
     measured = wheels_stop(HELD)(graph, begun)
-    if graph.trigger("resume"):
-        return replace(measured, missed="resume is not refused")
-    return measured
-
-
-def motor_well(graph: LiveGraph) -> None:
-    graph.let(EMULATOR, emulator__motor_fault=False)
-    graph.pause(0.1)
-
-
-def battery_low(graph: LiveGraph) -> float:
-    graph.let(EMULATOR, emulator__battery=6.2)
-    return graph.now()
+    return replace(measured, missed="resume is not refused") if graph.trigger("resume") else measured
 
 
 def next_refused(graph: LiveGraph, begun: float) -> Measured:
@@ -182,34 +149,33 @@ def next_refused(graph: LiveGraph, begun: float) -> Measured:
     return wheels_stop(HELD)(graph, begun)
 
 
-def charged(graph: LiveGraph) -> None:
-    graph.let(EMULATOR, emulator__battery=7.6)
+def well_again(graph: LiveGraph) -> None:
+    graph.let(EMULATOR, emulator__motor_fault=False, emulator__battery=7.6)
     graph.pause(0.1)
 
 
-def row(name: str, limit: float | None, act, measure, undo=lambda graph: None, long: int = 100) -> Fault:
+def row(name: str, limit: float | None, act: Act, measure, undo=NOTHING, long: int = 100) -> Fault:
     return Fault(name, "serial", limit, act, measure, undo, long)
 
 
 AGED = "age of the last command followed"
+COMMANDER, DRIVER = "controller_node", "driver_node"
 FAULTS = [
-    row(f"cable pulled and back: {AGED}, then no motion", AGE, unplugged, link_lost, plugged_in),
-    row(f"controller_node frozen: {AGED}", AGE, lambda g: g.freeze("controller_node"), oldest_followed, thaw_both, 200),
+    row(f"cable pulled and back: {AGED}, then no motion", AGE, let(emulator__unplugged=True), link_lost, plugged_in),
+    row(f"{COMMANDER} frozen: {AGED}", AGE, methodcaller("freeze", COMMANDER), oldest_followed, thaw_both, 200),
     row(
-        f"controller_node killed: {AGED}",
+        f"{COMMANDER} killed: {AGED}",
         AGE,
-        lambda g: g.kill("controller_node"),
+        methodcaller("kill", COMMANDER),
         oldest_followed,
-        lambda g: g.restart("controller_node"),
+        methodcaller("restart", COMMANDER),
     ),
-    row(f"driver_node and its commander frozen, it runs again: {AGED}", AGE, freeze_both, old_command, thaw_both, 200),
-    row(f"driver_node killed and started: {AGED}, then no motion", AGE, driver_killed, driver_again),
-    row(
-        "driver_node killed and started in an emergency stop: kept", None, stopped_and_driver_killed, estop_kept, clear
-    ),
+    row(f"{DRIVER} and its commander frozen, it runs again: {AGED}", AGE, freeze_both, old_command, thaw_both, 200),
+    row(f"{DRIVER} killed and started: {AGED}, then no motion", AGE, methodcaller("kill", DRIVER), driver_again),
+    row(f"{DRIVER} killed and started in an emergency stop: kept", None, stopped_and_driver_killed, estop_kept, clear),
     row("firmware restarts, then no motion", FIRMWARE, firmware_restarts, held),
     row("firmware restarts in an emergency stop: kept", None, stopped_and_firmware_restarts, kept, clear),
-    row("button on the robot", FIRMWARE, button, wheels_stop(STOPPED), released),
-    row("motor fault", FIRMWARE, motor_fault, refused, motor_well),
-    row("battery low: the next goal is refused", 0.5, battery_low, next_refused, charged),
+    row("button on the robot", FIRMWARE, let(emulator__estop_pressed=True), wheels_stop(STOPPED), released),
+    row("motor fault", FIRMWARE, let(emulator__motor_fault=True), refused, well_again),
+    row("battery low: the next goal is refused", 0.5, let(emulator__battery=6.2), next_refused, well_again),
 ]

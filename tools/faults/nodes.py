@@ -1,6 +1,7 @@
 """Nodes that are frozen or killed."""
 
 from itertools import accumulate
+from operator import methodcaller
 
 from collplan_ros.bringup.robots import COMMANDER
 from faults.fault import Fault, Measured
@@ -26,23 +27,18 @@ WATCHED = 1.5
 """Time watched after that [s]."""
 
 
-def frozen(node: str, limit: float, hold: float = 0.6) -> Fault:
-    return Fault(
-        f"{node} frozen",
-        "simulator",
-        limit,
-        lambda graph: graph.freeze(node),
-        commanded_to_stand(hold),
-        lambda graph: graph.thaw(node),
-    )
-
-
-def killed(node: str, limit: float, hold: float = 0.6) -> Fault:
-    def undo(graph: LiveGraph) -> None:
-        graph.restart(node)
-
-    act = lambda graph: graph.kill(node)  # noqa: E731
-    return Fault(f"{node} killed", "simulator", limit, act, commanded_to_stand(hold), undo)
+def frozen_and_killed(node: str, limit: float) -> list[Fault]:
+    return [
+        Fault(
+            f"{node} {done}",
+            "simulator",
+            limit,
+            methodcaller(act, node),
+            commanded_to_stand(0.6),
+            methodcaller(undo, node),
+        )
+        for done, act, undo in (("frozen", "freeze", "thaw"), ("killed", "kill", "restart"))
+    ]
 
 
 def freeze_with_a_queue(graph: LiveGraph) -> float:
@@ -95,12 +91,9 @@ def still_held(graph: LiveGraph, back: float) -> Measured:
 
 
 FAULTS = [
-    frozen("planner_node", HEARTBEAT),
-    killed("planner_node", HEARTBEAT),
-    frozen("mocap_node", SILENCE),
-    killed("mocap_node", SILENCE),
-    frozen("lidar_node", SCAN_SILENCE),
-    killed("lidar_node", SCAN_SILENCE),
+    *frozen_and_killed("planner_node", HEARTBEAT),
+    *frozen_and_killed("mocap_node", SILENCE),
+    *frozen_and_killed("lidar_node", SCAN_SILENCE),
     Fault(
         "simulator_node and its commander frozen, it runs again: time until it slows",
         "simulator",

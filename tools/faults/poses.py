@@ -6,7 +6,7 @@ from itertools import pairwise
 from collplan_ros.messages.robot_state import FREE
 from faults.fault import Fault, Measured
 from faults.live_graph import LiveGraph
-from faults.stands import WAIT, commanded_to_stand
+from faults.stands import WAIT, Measure, commanded_to_stand
 from faults.streams import why_stalled
 
 REFUSED = 0.15
@@ -67,37 +67,18 @@ def stood(graph: LiveGraph, begun: float) -> float:
     return sum(after.sent - row.sent for row, after in pairwise(rows) if not row.moves)
 
 
-def refused(fault: str, name: str) -> Fault:
-    return Fault(name, "simulator", REFUSED, lie(fault), commanded_to_stand(HOLD, first_refused), truth_again)
+def row(name: str, fault: str, limit: float, measure: Measure) -> Fault:
+    return Fault(f"mocap: {name}", "simulator", limit, lie(fault), measure, truth_again)
 
 
+refused, late = commanded_to_stand(HOLD, first_refused), commanded_to_stand(HOLD, first_late)
+ON = "longest time commanded to stand, then it drives on"
 FAULTS = [
-    refused("yaw_90", "mocap: heading flips by 90 degrees"),
-    refused("yaw_180", "mocap: heading flips by 180 degrees"),
-    refused("tilt", "mocap: robot tipped by 30 degrees"),
-    refused("lift", "mocap: robot lifted by 0.2 m"),
-    Fault(
-        "mocap: poses 0.2 s late, from the first late one on",
-        "simulator",
-        LATE,
-        lie("late"),
-        commanded_to_stand(HOLD, first_late),
-        truth_again,
-    ),
-    Fault(
-        "mocap: clock set ahead by 1 h and back: longest time commanded to stand, then it drives on",
-        "simulator",
-        DRIVES_ON,
-        lie("hour_ahead"),
-        drives_on,
-        truth_again,
-    ),
-    Fault(
-        "mocap: clock set back by 1 h and ahead: longest time commanded to stand, then it drives on",
-        "simulator",
-        DRIVES_ON,
-        lie("hour_back"),
-        drives_on,
-        truth_again,
-    ),
+    row("heading flips by 90 degrees", "yaw_90", REFUSED, refused),
+    row("heading flips by 180 degrees", "yaw_180", REFUSED, refused),
+    row("robot tipped by 30 degrees", "tilt", REFUSED, refused),
+    row("robot lifted by 0.2 m", "lift", REFUSED, refused),
+    row("poses 0.2 s late, from the first late one on", "late", LATE, late),
+    row(f"clock set ahead by 1 h and back: {ON}", "hour_ahead", DRIVES_ON, drives_on),
+    row(f"clock set back by 1 h and ahead: {ON}", "hour_back", DRIVES_ON, drives_on),
 ]

@@ -39,8 +39,6 @@ STYLE: dict[str, Any] = {
     "font.size": 9.0,
     "legend.fontsize": 8.5,
     "legend.frameon": False,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "collplan",
     "text.color": TEXT,
     "xtick.color": FAINT,
     "ytick.color": FAINT,
@@ -59,9 +57,6 @@ def new_figure(height: float, layout: str = "constrained") -> Figure:
 def save(figure: Figure, path: Path, dpi: int = DPI) -> None:
     """Writes a picture; on one machine equal pictures are equal files."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    if path.suffix == ".svg":
-        figure.savefig(path, metadata={"Date": None, "Creator": None})
-        return
     drawn = BytesIO()
     figure.savefig(drawn, format="png", dpi=dpi)
     # a palette takes half the room

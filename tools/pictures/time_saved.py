@@ -1,5 +1,6 @@
 """time_saved.png: time that `bounce` saves against the other strategies, by family of worlds, from docs/results.md."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.container import ErrorbarContainer
 
 from drawing import CHOICE, DPI, FAINT, OBSTACLE, TEXT, new_figure, save
-from results_tables import Estimate, estimate, read_table
 
 RESULTS = Path(__file__).resolve().parents[2] / "docs" / "results.md"
 HEADING = "Deliberate bounces"
@@ -17,17 +17,22 @@ MARKS = {"tolerate": "s", "avoid": "o", "stop_guarantee": "D"}
 APART = 0.22
 """Between the strategies of one family [rows]."""
 
-Saved = dict[str, list[Estimate]]
+ESTIMATE = re.compile(r"(-?\d+(?:\.\d+)?) \[(-?\d+(?:\.\d+)?), (-?\d+(?:\.\d+)?)\]")
+"""A value and its interval, as in 5.5 [4.5, 6.5]."""
 
 
-def time_saved(text: str) -> Saved:
-    """Time saved in each family, against each of the other strategies in turn [%], from the text of docs/results.md.
+def time_saved(text: str) -> dict[str, list[tuple[float, ...]]]:
+    """Time saved in each family against each of the other strategies in turn, value and interval [%].
 
     Raises:
-        TableError: the table is not there, or a cell holds no interval.
+        ValueError: `text`, that of docs/results.md, has no such table.
     """
-    rows = read_table(text, HEADING, ("worlds", *(f"against `{name}`" for name in OTHERS)))
-    return {worlds: [estimate(cell) for cell in cells] for worlds, cells in rows.items()}
+    section = text.partition(f"\n## {HEADING}\n")[2].partition("\n## ")[0]
+    table = section.partition(" | ".join(f"against `{name}`" for name in OTHERS))[2].partition("\n\n")[0]
+    rows = {line.split("|")[1].strip(): ESTIMATE.findall(line) for line in table.splitlines()[2:]}
+    if not rows or any(len(found) != len(OTHERS) for found in rows.values()):
+        raise ValueError(f"section {HEADING!r}: expected a table of the time saved against {', '.join(OTHERS)}")
+    return {worlds: [tuple(map(float, each)) for each in found] for worlds, found in rows.items()}
 
 
 def draw(path: Path, dpi: int = DPI, results: Path = RESULTS) -> dict[str, ErrorbarContainer]:
@@ -45,7 +50,7 @@ def draw(path: Path, dpi: int = DPI, results: Path = RESULTS) -> dict[str, Error
     return drawn
 
 
-def _draw_column(axes: Axes, places: np.ndarray, column: list[Estimate], name: str) -> ErrorbarContainer:
+def _draw_column(axes: Axes, places: np.ndarray, column: list[tuple[float, ...]], name: str) -> ErrorbarContainer:
     values, low, high = np.array(column).T
     return axes.errorbar(
         values,
