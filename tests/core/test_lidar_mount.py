@@ -14,8 +14,7 @@ from collplan_core.calibration.lidar_fit import fit_mount
 from collplan_core.control.permission import is_blocked
 from collplan_core.local_map import build_local_map
 from collplan_core.local_map.free_space import UNSEEN_SURFACE
-from collplan_core.loop.refusals import Refusals
-from collplan_core.loop.sensors import Sensors
+from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Lidar, LocalMapping, ScanInput, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.beam_poses import placed_among
@@ -100,7 +99,7 @@ def bounced(stamp: float) -> State:
 
 def test_the_sweep_is_undone_across_an_impact():
     mount = {"offset_x": 0.05, "offset_y": -0.03, "offset_yaw": 0.5}
-    sweeps, sensors = Sweeps(ROOM, NEVER_WRONG, Lidar(**mount), 0), Sensors(0.5, Refusals())
+    sweeps, sensors = Sweeps(ROOM, NEVER_WRONG, Lidar(**mount), 0), SensedScans(0.5)
     values = Settings().with_values({f"scan.{key}": value for key, value in mount.items()})
     judged = []
     for step in range(61):

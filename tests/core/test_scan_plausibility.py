@@ -14,6 +14,7 @@ from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.scan_trust import PAUSE, ScanTrust
+from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import ScanInput, Settings
 from collplan_core.scan import Scan
@@ -199,7 +200,7 @@ class Drive:
 
     def __init__(self) -> None:
         self.refusals = Refusals()
-        self.sensors = Sensors(0.5, self.refusals)
+        self.sensors = Sensors(SensedScans(0.5), self.refusals)
         self.stamp = 1.0
 
     def see(self, n: int = 1, blind: bool = False, leap: float = 0.0) -> None:
@@ -227,12 +228,12 @@ def driven() -> Drive:
 
 
 def test_a_single_scan_is_left_out_and_two_running_stop_the_robot_with_the_reason(driven):
-    before = driven.sensors.newest_placed()[0].stamp
+    before = driven.sensors.sensed.newest_placed()[0].stamp
     driven.see(blind=True)
     assert (driven.reason, driven.refusals["scan"]) == ("", 1)
-    assert driven.sensors.newest_placed()[0].stamp == before
+    assert driven.sensors.sensed.newest_placed()[0].stamp == before
     driven.see()
-    assert driven.sensors.newest_placed()[0].stamp > before
+    assert driven.sensors.sensed.newest_placed()[0].stamp > before
     driven.see(2, blind=True)
     assert MISSING in driven.reason
 
@@ -290,9 +291,9 @@ def test_a_late_scan_is_refused_and_does_not_keep_the_last_one_fresh(driven):
 def test_a_scan_waits_for_its_pose(driven):
     ahead = at(driven.stamp + 0.02, 0.6 * (driven.stamp - 0.98))
     driven.sensors.take_scan(scan_at(ahead), driven.stamp, SETTINGS)
-    assert driven.sensors.newest_placed()[0].stamp == driven.stamp
+    assert driven.sensors.sensed.newest_placed()[0].stamp == driven.stamp
     driven.sensors.take_pose(ahead, driven.stamp + 0.02, SETTINGS)
-    assert driven.sensors.newest_placed()[0].stamp == ahead.stamp
+    assert driven.sensors.sensed.newest_placed()[0].stamp == ahead.stamp
 
 
 def test_each_stop_within_a_while_lasts_twice_as_long_as_the_one_before():

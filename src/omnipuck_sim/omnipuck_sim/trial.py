@@ -17,6 +17,7 @@ from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.decisions import Cycle, Decision
 from collplan_core.loop.planner_loop import PlannerLoop
+from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.parameters import Settings
 from collplan_core.planners import first_memory, map_period_of
 from collplan_core.scan import Scan
@@ -50,8 +51,9 @@ class _Nodes:
         self.record = TrialRecord(world.name, settings, seed)
         self._filter_memory = pose_filter.FRESH
         known_map = first_memory(settings, world)
-        self._planner = PlannerLoop(settings, journals.planner.counted(_deadline), known_map)
-        self._controller = ControllerLoop(settings)
+        sensed = SensedScans(settings.limits.pose_history)
+        self._planner = PlannerLoop(settings, journals.planner.counted(_deadline), known_map, sensed=sensed)
+        self._controller = ControllerLoop(settings, sensed=sensed)
         self._monitor = RunMonitor(settings.trial, self.simulator.time)
         self._state: State | None = None
         self._measured: deque[PoseSample] = deque()

@@ -26,6 +26,7 @@ from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts, Plan
@@ -62,15 +63,26 @@ class ControllerLoop:
             where it drives as it asks, or has not the robot.
     """
 
-    def __init__(self, settings: Settings, why_forbidden: Callable[[], str] = lambda: "") -> None:
-        """Starts at rest; `why_forbidden` gives a reason from elsewhere to stand still, empty where there is none."""
+    def __init__(
+        self,
+        settings: Settings,
+        why_forbidden: Callable[[], str] = lambda: "",
+        sensed: SensedScans | None = None,
+    ) -> None:
+        """Starts at rest.
+
+        Args:
+            settings: everything that control needs.
+            why_forbidden: a reason from elsewhere to stand still; empty where there is none.
+            sensed: that of a planner which is given the same poses and scans; one of its own by default.
+        """
         self.goal: Goal | None = None
         self.refusals = Refusals()
         self.motion = MotionWatch()
         self.hand_trouble = ""
         self._settings = settings
         self._why_forbidden = why_forbidden
-        self._sensors = Sensors(settings.limits.pose_history, self.refusals)
+        self._sensors = Sensors(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._waiting: Plan | None = None
         self._followed: FollowedPlan | None = None
         self._valid_until: deque[tuple[float, float]] = deque(maxlen=KEPT)
@@ -134,7 +146,7 @@ class ControllerLoop:
     def take_scan(self, scan: Scan, local: float) -> None:
         """A scan."""
         self._sensors.take_scan(scan, local, self._settings)
-        self.motion.take_scan(self._sensors.newest_placed(), self._settings)
+        self.motion.take_scan(self._sensors.sensed.newest_placed(), self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
         """A pose or a scan (`kind` "pose" or "scan") that cannot be used, or from CARRIED on a pose that can.
@@ -222,9 +234,9 @@ class ControllerLoop:
         """Starts to follow the waiting plan once its pose and a scan have come: topics have no common order."""
         plan = self._waiting
         # no pose is kept for a plan made before a break in the poses
-        if plan is None or self._sensors.pose_at(plan.stamp) is None:
+        if plan is None or self._sensors.sensed.pose_at(plan.stamp) is None:
             return
-        placed = self._sensors.newest_placed(until=plan.stamp)
+        placed = self._sensors.sensed.newest_placed(until=plan.stamp)
         if placed is not None:
             local_map = build_local_map(*placed, self._settings.robot, self._settings.local_map)
             self._waiting, self._followed = None, FollowedPlan(plan, local_map)

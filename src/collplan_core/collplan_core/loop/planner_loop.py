@@ -26,6 +26,7 @@ from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, 
 from collplan_core.loop.impact_alarm import ImpactAlarm, why_not_now
 from collplan_core.loop.recovery import Recovery
 from collplan_core.loop.refusals import Refusals
+from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
@@ -70,6 +71,7 @@ class PlannerLoop:
         make_deadline: Callable[[Settings], Deadline],
         known_map: Any = None,
         why_forbidden: Callable[[], str] = lambda: "",
+        sensed: SensedScans | None = None,
     ) -> None:
         """Starts without a goal.
 
@@ -78,6 +80,7 @@ class PlannerLoop:
             make_deadline: gives the deadline of a cycle at its start.
             known_map: what each goal's memory begins with.
             why_forbidden: a reason from elsewhere to make no plan, asked in each cycle; empty where there is none.
+            sensed: that of a controller which is given the same poses and scans; one of its own by default.
         """
         self.goal = CurrentGoal()
         self.refusals = Refusals()
@@ -88,7 +91,7 @@ class PlannerLoop:
         self._make_deadline = make_deadline
         self._why_forbidden = why_forbidden
         self._known_map = self._memory = known_map
-        self._sensors = Sensors(settings.limits.pose_history, self.refusals)
+        self._sensors = Sensors(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._alarm = ImpactAlarm()
         self._rebounds = ReboundTracker()
         self._recovery = Recovery()
@@ -265,7 +268,7 @@ class PlannerLoop:
         except ScanError as error:
             self._report_no_plan("no_plan", str(error), local)
             return
-        initial, newest = self._initial_state(), self._sensors.scan_stamp or 0.0
+        initial, newest = self._initial_state(), self._sensors.sensed.scan_stamp or 0.0
         old = self._why_too_old(initial)
         if old:
             self._report_no_plan("stale", old, local)
@@ -277,7 +280,7 @@ class PlannerLoop:
     def _update_local_map(self) -> None:
         """Makes the local map of the newest scan whose pose is known, once per scan."""
         settings = self._settings
-        placed = self._sensors.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
+        placed = self._sensors.sensed.newest_placed(-math.inf if self._placed is None else self._placed.scan.stamp)
         if placed is not None:
             scan, state = placed
             shown = with_felt(scan, state, self._recovery.felt, settings.robot.radius)

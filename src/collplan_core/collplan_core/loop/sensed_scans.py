@@ -1,0 +1,121 @@
+"""Scans placed among the poses and judged, once for every loop that is given the same poses and scans."""
+
+import math
+from collections import deque
+
+from collplan_core.control.permission import is_relocated
+from collplan_core.parameters import Settings
+from collplan_core.scan import Scan
+from collplan_core.sensing.beam_poses import beam_poses, placed
+from collplan_core.sensing.pose_history import PoseHistory
+from collplan_core.sensing.scan_filters import masked_beams, used_scan
+from collplan_core.sensing.scan_plausibility import ScanMemory, judge_scan
+from collplan_core.sensing.wall_lines import on_wall_lines
+from collplan_core.state import State
+
+Judged = list[tuple[str, float]]
+"""Of each scan judged, why it is not to be believed, "" where it is, and when it was received [s, local clock]."""
+
+
+class SensedScans:
+    """The recent poses and scans. A pose that does not join the one before clears both.
+
+    A scan is used once the poses of all its beams are known, and then only if it can be true after those before it,
+    across a gap or leap of the poses too: a robot that was carried off finds the walls where they were. The newest pose
+    or scan given again at the same time, by another loop, changes nothing and returns the same.
+    """
+
+    def __init__(self, span: float) -> None:
+        """Keeps poses and scans for `span` [s] by their stamps."""
+        self._span = span
+        self._poses = PoseHistory(span)
+        self._unplaced: list[tuple[Scan, float]] = []
+        self._scans: deque[Scan] = deque()
+        self._memory = ScanMemory()
+        self._state: State | None = None
+        self._given: tuple[object, float] = (None, math.nan)
+        self._joins = True
+        self._judged: Judged = []
+
+    def take_pose(self, state: State, local: float, settings: Settings) -> tuple[bool, Judged]:
+        """Adds a pose received at `local` [s, local clock].
+
+        Returns:
+            whether it joins the one before, as the first does, and the scans that can be judged by now.
+        """
+        if not self._is_given(state, local):
+            before, margin = self._state, settings.mocap.leap_margin
+            self._joins = before is None or not is_relocated(before, state, settings.robot, settings.limits, margin)
+            if not self._joins:
+                self._poses.clear()
+                self._scans.clear()
+                self._unplaced = []
+            self._poses.add(state)
+            self._state, self._given = state, (state, local)
+            self._place_scans(settings)
+        return self._joins, self._judged
+
+    def take_scan(self, scan: Scan, local: float, settings: Settings) -> Judged:
+        """Adds a scan received at `local` [s, local clock]; returns the scans that can be judged by now.
+
+        Raises:
+            ScanError: nothing is left of it.
+        """
+        if not self._is_given(scan, local):
+            used, self._given = used_scan(scan, settings.scan), (scan, local)
+            waiting = [each for each in self._unplaced if scan.stamp - self._span <= each[0].stamp < scan.stamp]
+            self._unplaced = [*waiting, (used, local)]
+            self._place_scans(settings)
+        return self._judged
+
+    def _is_given(self, new: State | Scan, local: float) -> bool:
+        return new is self._given[0] and local == self._given[1]
+
+    def forget(self) -> None:
+        """Believes the next scan, whatever it shows."""
+        self._memory = ScanMemory()
+
+    def _place_scans(self, settings: Settings) -> None:
+        """Judges the scans whose poses have become known."""
+        unplaced, self._unplaced, self._judged = self._unplaced, [], []
+        for scan, local in unplaced:
+            beams, state = beam_poses(scan, self._poses, settings.scan), self._poses.at(scan.stamp)
+            if beams is None or state is None:
+                self._unplaced.append((scan, local))
+                continue
+            masked = masked_beams(scan, settings.scan)
+            reason, self._memory = judge_scan(self._memory, scan, masked, beams, state.velocity, settings.limits)
+            self._judged.append((reason, local))
+            if not reason:
+                self._keep(placed(scan, beams, state, settings.scan))
+
+    def _keep(self, scan: Scan) -> None:
+        if self._scans and scan.stamp <= self._scans[-1].stamp:
+            self._scans.clear()
+        self._scans.append(on_wall_lines(scan))
+        while self._scans[0].stamp < scan.stamp - self._span:
+            self._scans.popleft()
+
+    @property
+    def unplaced_received(self) -> float:
+        """When the newest scan was received whose poses are not known yet [s, local clock]; -inf without one."""
+        return max((at for _, at in self._unplaced), default=-math.inf)
+
+    @property
+    def scan_stamp(self) -> float | None:
+        """Stamp of the newest scan that was not refused [s]; None before the first."""
+        if self._unplaced:
+            return self._unplaced[-1][0].stamp
+        return self._scans[-1].stamp if self._scans else None
+
+    def newest_placed(self, after: float = -math.inf, until: float = math.inf) -> tuple[Scan, State] | None:
+        """The newest scan whose poses are known, and the pose at its stamp, which is in (after, until] [s]."""
+        for scan in reversed(self._scans):
+            state = self._poses.at(scan.stamp) if after < scan.stamp <= until else None
+            if state is not None:
+                return scan, state
+        return None
+
+    def pose_at(self, stamp: float) -> State | None:
+        """The pose at this stamp [s]; None where it is not known, as before a relocation."""
+        return self._poses.at(stamp)
