@@ -13,35 +13,15 @@ from math import degrees
 
 import numpy as np
 
-from collplan_core.calibration.body_motions import (
-    CAREFUL_ROUNDS,
-    MOST_DISTANCE,
-    Estimate,
-    Motions,
-    Strayed,
-    careful,
-    drive_each_way,
-    estimate,
-    one_more_round,
-    quick,
-    time_missing,
-)
+from collplan_core.calibration import body_motions
+from collplan_core.calibration.body_motions import MOST_DISTANCE, Estimate, Motions, estimate
 from collplan_core.calibration.mocap_offset import BodyOffset
 from collplan_core.calibration.stream_quality import stream_quality
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import has_room
-from collplan_ros.bringup.check_findings import (
-    WRONG,
-    Finding,
-    axes_finding,
-    drift_finding,
-    interruption_finding,
-    node_findings,
-    offset_finding,
-    stream_findings,
-    turn_finding,
-)
+from collplan_ros.bringup import check_findings as findings
+from collplan_ros.bringup.check_findings import WRONG, Finding
 from collplan_ros.bringup.failures import FOUND_WRONG, GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.lidar_scans import LidarScans
@@ -173,13 +153,13 @@ class Check:
             return [name for name in names if recorder.reported_at.get(name, 0.0) < begun]
 
         self._graph.wait(lambda: not silent(), REPORT_PATIENCE, lambda: f"no diagnostics of {', '.join(silent())}")
-        return node_findings([recorder.reported[name] for name in names])
+        return findings.node_findings([recorder.reported[name] for name in names])
 
     def _stream(self) -> list[Finding]:
         poses = self._loop.rest(WATCHING_TIME)
         received = np.array(self._loop.received[-len(poses) :])
         stamps, positions = np.array([p.stamp for p in poses]), np.array([p.position for p in poses])
-        return stream_findings(stream_quality(stamps, received, positions), self._settings)
+        return findings.stream_findings(stream_quality(stamps, received, positions), self._settings)
 
     def _scans(self) -> list[Finding]:
         return [] if self._lidar is None else [self._lidar.coming(self._loop.poses, self._loop.received)]
@@ -190,7 +170,7 @@ class Check:
         Raises:
             FoundWrong: something is wrong, or the offset stays uncertain.
         """
-        slow = careful(self._settings.robot)
+        slow = body_motions.careful(self._settings.robot)
         across = f"{200 * slow.reach:g} cm at {slow.speed:g} m/s"
         self.ask(
             f"drive {across}, forward, back, left and right, and turn in place at {slow.yaw_rate:g} rad/s, a minute"
@@ -198,12 +178,12 @@ class Check:
         refuse_kept_stop(self._graph)
         try:
             with self._loop.resumed():
-                motions = drive_each_way(self._loop, slow, self._lag)
-                axes = axes_finding(estimate(motions, self._lag).axes)
+                motions = body_motions.drive_each_way(self._loop, slow, self._lag)
+                axes = findings.axes_finding(estimate(motions, self._lag).axes)
                 if axes.verdict == WRONG:
                     self._judge([axes])
-                while len(motions.turns) < CAREFUL_ROUNDS:
-                    motions = one_more_round(self._loop, motions, slow, self._lag)
+                while len(motions.turns) < body_motions.CAREFUL_ROUNDS:
+                    motions = body_motions.one_more_round(self._loop, motions, slow, self._lag)
             known = estimate(motions, self._lag)
             if not known.is_certain and not _is_wrong(_found(known)):
                 motions = self._go_on(motions)
@@ -214,13 +194,13 @@ class Check:
             if self._loop.interruptions.are_many:
                 self._print([self._interruptions])
             raise
-        except Strayed as error:
+        except body_motions.Strayed as error:
             why = "wheels that slip or are set wrongly, a tilted floor, or wrong poses"
             self._judge([self._interruptions, Finding(WRONG, f"{error}: {why}")])
         known = estimate(motions, self._lag)
         self._judge([self._interruptions, *_found(known)])
         if not known.is_certain:  # a heading off by degrees turns every command
-            missing = time_missing(motions, quick(self._settings.robot), self._lag)
+            missing = body_motions.time_missing(motions, body_motions.quick(self._settings.robot), self._lag)
             busy = self._loop.interruptions.are_many
             less = "a machine that is less busy" if busy else "a floor with a better grip"
             self._say(f"  that would take {missing:.0f} s more: {less} needs less")
@@ -233,8 +213,8 @@ class Check:
         Raises:
             Strayed: the robot is too far from where it began.
         """
-        pace, lag = quick(self._settings.robot), self._lag
-        missing = min(time_missing(motions, pace, lag), MOST_TIME)
+        pace, lag = body_motions.quick(self._settings.robot), self._lag
+        missing = min(body_motions.time_missing(motions, pace, lag), MOST_TIME)
         self._say(f"  so far {_certainty(estimate(motions, lag))}")
         self.ask(
             f"go on for about {missing:.0f} s, up to {100 * pace.reach:g} cm to each side at up to {pace.limit:g} m/s, "
@@ -247,27 +227,27 @@ class Check:
                     told = self._graph.pose.stamp
                     found = self._loop.interruptions
                     share = f"; {found.interrupted} of {found.motions} motions were interrupted"
-                    said = f"  {_certainty(known)}, about {time_missing(motions, pace, lag):.0f} s more"
+                    said = f"  {_certainty(known)}, about {body_motions.time_missing(motions, pace, lag):.0f} s more"
                     self._say(said + (share if found.interrupted else ""))
-                motions = one_more_round(self._loop, motions, pace, lag)
+                motions = body_motions.one_more_round(self._loop, motions, pace, lag)
         return motions
 
     @property
     def _interruptions(self) -> Finding:
-        return interruption_finding(self._loop.interruptions)
+        return findings.interruption_finding(self._loop.interruptions)
 
-    def _print(self, findings: Sequence[Finding]) -> None:
-        for finding in findings:
+    def _print(self, found: Sequence[Finding]) -> None:
+        for finding in found:
             self._say(f"  {finding.verdict:<8}  {finding.text}")
 
-    def _judge(self, findings: Sequence[Finding]) -> None:
+    def _judge(self, found: Sequence[Finding]) -> None:
         """Prints findings.
 
         Raises:
             FoundWrong: one of them is wrong.
         """
-        self._print(findings)
-        if _is_wrong(findings):
+        self._print(found)
+        if _is_wrong(found):
             raise FoundWrong
 
     def ask(self, motion: str) -> None:
@@ -289,12 +269,17 @@ class Check:
 
 
 def _found(known: Estimate) -> list[Finding]:
-    turns = [turn_finding(known.turns)] if known.turns else []
-    return [*turns, axes_finding(known.axes), drift_finding(known.axes, known.offset), offset_finding(known)]
+    turns = [findings.turn_finding(known.turns)] if known.turns else []
+    return [
+        *turns,
+        findings.axes_finding(known.axes),
+        findings.drift_finding(known.axes, known.offset),
+        findings.offset_finding(known),
+    ]
 
 
-def _is_wrong(findings: Sequence[Finding]) -> bool:
-    return any(finding.verdict == WRONG for finding in findings)
+def _is_wrong(found: Sequence[Finding]) -> bool:
+    return any(finding.verdict == WRONG for finding in found)
 
 
 def _certainty(known: Estimate) -> str:

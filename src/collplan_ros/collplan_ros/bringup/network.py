@@ -38,9 +38,3 @@ def environment_set(values: Mapping[str, str]) -> Iterator[None]:
                 os.environ.pop(key, None)
             else:
                 os.environ[key] = value
-
-
-def described(network: str, namespace: str = "/") -> str:
-    """Domain and extent of the graph, and its namespace where it has one, in words."""
-    within = "" if namespace == "/" else f", namespace {namespace}"
-    return f"domain {os.environ.get('ROS_DOMAIN_ID') or '0'}, network {network}{within}"

@@ -15,7 +15,6 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.planners import first_memory
 from collplan_core.worlds import UNKNOWN, World, WorldError, check_route, load_world
 from collplan_ros.bringup.failures import StartError
-from collplan_ros.bringup.network import described
 from collplan_ros.bringup.options import Options
 from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, LOCKSTEP, NODES, SIM, VIEWER, RobotKind, robot_kind
 from collplan_ros.bringup.run_folder import RunFolder
@@ -67,7 +66,8 @@ class Preparation:
     @property
     def where(self) -> str:
         """Domain, extent and namespace of the graph, in words."""
-        return described(self.network, self.namespace)
+        within = "" if self.namespace == "/" else f", namespace {self.namespace}"
+        return f"domain {os.environ.get('ROS_DOMAIN_ID') or '0'}, network {self.network}{within}"
 
     @property
     def simulated_time(self) -> list[str]:
@@ -120,10 +120,7 @@ def find_executable(name: str) -> str:
     folders = [Path(sys.executable).parent]
     for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
         folders += sorted(Path(prefix, "lib").glob("*/"))
-    for folder in folders:
-        if os.access(folder / name, os.X_OK) and (folder / name).is_file():
-            return str(folder / name)
-    found = shutil.which(name)
+    found = shutil.which(name, path=os.pathsep.join([*map(str, folders), os.environ.get("PATH", os.defpath)]))
     if found is None:
         places = f"beside {sys.executable}, in AMENT_PREFIX_PATH or on PATH"
         raise StartError(f"{name}: no such program {places}; is its package installed?")
