@@ -9,8 +9,9 @@ from visualization_msgs.msg import Marker
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
-from collplan_ros.markers.plan_markers import ARROW_LENGTH, REBOUND_SCALE, plan_markers
+from collplan_ros.markers.plan_markers import REBOUND_SCALE, plan_markers
 from collplan_ros.markers.shapes import ARROW_ENDS
+from collplan_ros.messages.planner_clouds import ARROW_LENGTH
 from fake_robot import GOAL, planned
 
 SETTINGS = Settings()

@@ -5,7 +5,7 @@ by cost, the choice, the plan, its foreseen contacts and rebounds, and the last 
 rollouts and memory.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from geometry_msgs.msg import Vector3
@@ -17,7 +17,6 @@ from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
-from collplan_ros.markers.rollout_markers import rollout_markers
 from collplan_ros.markers.scene_markers import scene_markers
 from collplan_ros.markers.shapes import (
     ARROW_ENDS,
@@ -32,8 +31,9 @@ from collplan_ros.markers.shapes import (
     lines_of_one_color,
     marker,
 )
+from collplan_ros.messages import cloud_reading as clouds
 from collplan_ros.messages.conversions import header
-from collplan_ros.messages.planner_clouds import ARROW_LENGTH
+from collplan_ros.messages.planner_clouds import cheapest, seen_layers
 
 BARB = 0.04
 """Drawn length of an arrow's barb [m]."""
@@ -41,8 +41,6 @@ VELOCITY_SCALE = 0.1
 """Drawn length of a candidate's velocity, per speed [s]."""
 REBOUND_SCALE = 0.25
 """Drawn length of a velocity after a contact or impact, per speed [s]."""
-MOST_CANDIDATES = 500
-"""Only so many of the cheapest candidates are drawn: each takes time."""
 
 FREE_SPACE = color(0.4, 0.7, 1.0, 0.15)
 BORDER = color(0.2, 0.45, 0.8, 0.8)
@@ -52,6 +50,9 @@ CHOICE = color(0.85, 0.1, 0.6)
 PLAN = color(0.1, 0.1, 0.1)
 FORESEEN = color(0.95, 0.65, 0.0)
 MEASURED = color(0.85, 0.1, 0.2)
+ROLLOUT = color(0.2, 0.5, 0.9, 0.5)
+REMEMBERED = color(0.25, 0.25, 0.3)
+INFERRED = color(0.25, 0.25, 0.3, 0.25)
 
 
 def plan_markers(
@@ -74,18 +75,13 @@ def plan_markers(
     """
     head = header(plan.stamp, settings.frames.map)
     markers = [
-        _free_space(head, local_map),
-        line_strip(
-            head, "border", np.vstack([local_map.border_points, local_map.border_points[:1]]), BORDER, LINE_WIDTH / 2
-        ),
-        lines_of_one_color(head, "frontiers", local_map.segments.reshape(-1, 2), FRONTIER),
-        _predicted(head, local_map),
+        *_layers(head, local_map, remembered, settings),
         *_candidates(head, plan.candidates),
         *_choice(head, plan, settings.robot.radius),
         line_strip(head, "plan", plan.positions, PLAN, LINE_WIDTH),
         *_contacts(head, plan.contacts),
         _rebound(head, impact),
-        *rollout_markers(head, plan, remembered, settings),
+        lines_of_one_color(head, "rollouts", _strips_as_lines(plan.candidates.paths), ROLLOUT, LINE_WIDTH / 4),
         *scene_markers(head, local_map, plan, goal, settings),
     ]
     return MarkerArray(markers=markers)
@@ -97,22 +93,33 @@ def cost_colors(costs: np.ndarray) -> list[ColorRGBA]:
     return [color(min(1.0, 2 * s), min(1.0, 2 - 2 * s), 0.0, 0.9) for s in share.tolist()]
 
 
-def _free_space(head: Header, local_map: LocalMap) -> Marker:
-    """F as a fan of triangles: the centre and two neighbouring ends each."""
-    corners = fan(local_map.position, local_map.border_points)
-    return marker(head, "free_space", Marker.TRIANGLE_LIST, Vector3(x=1.0, y=1.0, z=1.0), corners, FREE_SPACE)
+def _layers(
+    head: Header, local_map: LocalMap, remembered: RememberedBoundaries | None, settings: Settings
+) -> Iterable[Marker]:
+    """What planner/seen tells; empty ones, which clear the old, of what is not remembered."""
+    layers = seen_layers(local_map, remembered, settings)
+    border, nothing = layers[clouds.FREE_SPACE], np.zeros((0, 2))
+    # a fan of triangles: the centre and two neighbouring ends each
+    corners, whole = fan(local_map.position, border), Vector3(x=1.0, y=1.0, z=1.0)
+    yield marker(head, "free_space", Marker.TRIANGLE_LIST, whole, corners, FREE_SPACE)
+    yield line_strip(head, "border", np.vstack([border, border[:1]]), BORDER, LINE_WIDTH / 2)
+    yield lines_of_one_color(head, "frontiers", layers[clouds.FRONTIERS], FRONTIER)
+    arrows = arrow_lines(layers[clouds.PREDICTED][::2], layers[clouds.PREDICTED][1::2], BARB)
+    yield lines_of_one_color(head, "predicted", arrows, PREDICTED)
+    yield lines_of_one_color(head, "remembered", layers.get(clouds.REMEMBERED, nothing), REMEMBERED)
+    # each line as wide as its piece is long
+    solid = layers.get(clouds.INFERRED, nothing)
+    yield lines_of_one_color(head, "inferred", solid, INFERRED, settings.remembered.spacing)
 
 
-def _predicted(head: Header, local_map: LocalMap) -> Marker:
-    """The predicted boundaries E, as arrows into unseen space."""
-    origins, tangents = local_map.predicted[:, :2], local_map.predicted[:, 2:]
-    arrows = arrow_lines(origins, origins + ARROW_LENGTH * tangents, BARB)
-    return lines_of_one_color(head, "predicted", arrows, PREDICTED)
+def _strips_as_lines(strips: Sequence[np.ndarray]) -> np.ndarray:
+    """(2n, 2) ends of all line segments of the strips, each a polyline (k, 2)."""
+    return np.concatenate([np.zeros((0, 2)), *(np.repeat(strip, 2, axis=0)[1:-1] for strip in strips)])
 
 
 def _candidates(head: Header, candidates: Candidates) -> Iterable[Marker]:
     """Each candidate's velocity as a line from its position, the cheapest last and so on top; those at rest as dots."""
-    order = np.argsort(candidates.costs, kind="stable")[:MOST_CANDIDATES][::-1]
+    order = cheapest(candidates)[::-1]
     positions, velocities = candidates.positions[order], candidates.velocities[order]
     colors = cost_colors(candidates.costs[order])
     lines = np.stack([positions, positions + VELOCITY_SCALE * velocities], axis=1).reshape(-1, 2)

@@ -31,7 +31,7 @@ SEEN = np.dtype({"names": ["x", "y", "layer"], "formats": ["<f4", "<f4", "u1"], 
 ARROW_LENGTH = 0.15
 """Drawn length of a predicted boundary [m]."""
 MOST_COMPARED = 500
-"""Only so many of the cheapest candidates are told."""
+"""Only so many of the cheapest candidates are told and drawn: each takes time."""
 _NUMBERS = {kind: number for number, kind in KINDS.items()}
 
 
@@ -83,15 +83,20 @@ def compared_to_message(candidates: Candidates, stamp: float, frame: str) -> Poi
     """
     if candidates.paths:
         return _cloud(_rollout_table(candidates), stamp, frame)
-    cheapest = np.argsort(candidates.costs, kind="stable")[:MOST_COMPARED]
+    told = cheapest(candidates)
     terms = {TOTAL: candidates.costs, **candidates.terms}
-    table = _empty_table(len(cheapest), tuple(terms))
-    table["x"], table["y"] = candidates.positions[cheapest].T
-    table["vx"], table["vy"] = candidates.velocities[cheapest].T
-    table["line"] = np.arange(len(cheapest))
+    table = _empty_table(len(told), tuple(terms))
+    table["x"], table["y"] = candidates.positions[told].T
+    table["vx"], table["vy"] = candidates.velocities[told].T
+    table["line"] = np.arange(len(told))
     for name, values in terms.items():
-        table[name] = values[cheapest]
+        table[name] = values[told]
     return _cloud(table, stamp, frame)
+
+
+def cheapest(candidates: Candidates) -> np.ndarray:
+    """Indices of the MOST_COMPARED cheapest candidates, the cheapest first."""
+    return np.argsort(candidates.costs, kind="stable")[:MOST_COMPARED]
 
 
 def _rollout_table(candidates: Candidates) -> np.ndarray:
