@@ -6,6 +6,7 @@ import numpy as np
 
 from collplan_core.parameters import Settings, Simulation
 from collplan_core.worlds import World
+from omnipuck_sim.robot.drive import SPIN, VX, VY, Aim
 from omnipuck_sim.robot.engine import make_engine
 from omnipuck_sim.robot.inertia import true_inertia
 from omnipuck_sim.robot.physics import Simulator
@@ -60,10 +61,10 @@ def hit(velocity, settings: Settings = QUIET, spin: float = 0.0) -> tuple[np.nda
     speed, step = float(np.hypot(*velocity)), 1.0 / settings.simulator.physics_rate
     before = np.array([0.5 - RADIUS, 0.0]) - 0.02 * np.asarray(velocity) / speed
     disc.place(tuple(before.tolist()), tuple(np.asarray(velocity).tolist()), 0.0)
-    disc.body.angular_velocity = spin
+    disc.motion[SPIN] = spin
     for k in range(round((0.03 / speed + 2.0 * settings.simulator.contact_time) / step)):
-        disc.step((k + 1) * step, (0.0, 0.0), 0.0)
-    return np.array(disc.body.velocity), float(disc.body.angular_velocity)
+        disc.advance(k, 1, Aim(0.0, 0.0, 0.0, 0.0, 0.0, False))
+    return disc.motion[[VX, VY]], float(disc.motion[SPIN])
 
 
 def rigid_disc(velocity, spin, normal, simulation=QUIET.simulator) -> tuple[np.ndarray, float]:

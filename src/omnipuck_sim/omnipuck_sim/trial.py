@@ -61,12 +61,16 @@ class _Nodes:
         self._instant = InstantLidar(world, settings.lidar, seed)
         self._pass_on(self._to_planner(self._planner.take_goal, b"the only goal...", goal, self.simulator.time))
 
-    def step(self) -> None:
+    def step(self, steps: int) -> None:
         """Time passes, and with it the sweep of a sensor that has one, from where the robot truly is."""
-        self.simulator.step()
-        scan = None if self._sweeps is None else self._sweeps.take_pose(self.simulator.state)
-        if scan is not None:
-            self._take_scan(scan)
+        if self._sweeps is None:
+            self.simulator.step(steps)
+            return
+        for _ in range(steps):
+            self.simulator.step()
+            scan = self._sweeps.take_pose(self.simulator.state)
+            if scan is not None:
+                self._take_scan(scan)
 
     def measure(self) -> None:
         self._measured.append(self.simulator.measured_pose())
@@ -212,7 +216,6 @@ def _run(nodes: _Nodes) -> str:
         if controller.due(step):
             nodes.controller()
         wake = min(timer.next for timer in timers)
-        for _ in range(wake - step):
-            nodes.step()
+        nodes.step(wake - step)
         record.impacts += simulator.take_impacts()
         step = wake

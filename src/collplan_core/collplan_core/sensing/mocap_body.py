@@ -56,8 +56,8 @@ def _z_up(vector: tuple[float, ...]) -> tuple[float, float, float]:
 
 def with_offset(robot: PoseSample, x: float, y: float, yaw: float) -> PoseSample:
     """The pose of a body that sits at x, y [m], turned by `yaw` [rad], on a robot with this pose."""
-    position = robot.position + np.array(rotate(x, y, robot.yaw))
-    return replace(robot, position=position, yaw=_wrapped(robot.yaw + yaw))
+    position = robot.position + rotate(x, y, robot.yaw)
+    return PoseSample(robot.stamp, position, _wrapped(robot.yaw + yaw), robot.height, robot.tilt)
 
 
 def without_offset(body: PoseSample, x: float, y: float, yaw: float) -> PoseSample:

@@ -1,10 +1,16 @@
-"""The robot's body among obstacles: a dynamic pymunk body with mass, inertia, restitution and friction, stepped."""
+"""The robot's body among obstacles: a dynamic pymunk body with mass, inertia, restitution and friction, stepped.
+
+Where nothing is near it flies free, without pymunk.
+"""
+
+from collections.abc import Iterable
 
 import numpy as np
 import pymunk
 
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
+from omnipuck_sim.robot.drive import AT_REST, VX, VY, Aim, drive_law, flown, outline_of, push
 from omnipuck_sim.robot.hit_law import HitLaw
 from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
 from omnipuck_sim.robot.inertia import true_inertia
@@ -19,46 +25,64 @@ BODY, WALL = 1, 2
 
 
 class Disc:
-    """One rigid disc in a space of its own; time passes only in `step`.
+    """One rigid disc in a space of its own; time passes only in `advance`.
 
     Restitution may fall with the speed into the wall, and differ from hit to hit and from wall to wall; what does the
     rebound is pymunk's solver.
 
     Attributes:
-        body: the pymunk body; position, velocity, angle and angular velocity are read and set there.
+        motion: (8,) of the drive; may be set.
     """
 
     def __init__(self, world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> None:
         """`random` draws the spread of each hit and of each wall."""
         self._simulation = simulation
         self._radius = robot.radius
-        self._step = 1.0 / simulation.physics_rate
+        self._drive = drive_law(robot, simulation)
+        self.motion = np.zeros(8)
+        self._moved, self._is_free = True, False
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
-        self.body = pymunk.Body(*true_inertia(robot, simulation))
+        self._body = pymunk.Body(*true_inertia(robot, simulation))
         self._add_ring()
-        self._surface_of = self._add_walls(world)
+        pieces = list(outlines(world))
+        self._outline = outline_of(pieces, robot.radius)
+        self._surface_of = self._add_walls(pieces)
         self._law = HitLaw(simulation, self._surface_of.values(), random)
         self._last_impact: dict[int, float] = {}
         self._begun: list[tuple[int, Vector, Vector, Vector]] = []
         self._impacts: list[Impact] = []
         self._space.on_collision(BODY, WALL, begin=self._begin, pre_solve=self._choose_hit)
+        # compiled before time passes
+        flown(self.motion, self._drive, AT_REST, self._outline, 0)
+        push(self._drive, self.motion, AT_REST)
 
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
         """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
-        self.body.position, self.body.velocity = position, velocity
-        self.body.angle, self.body.angular_velocity = yaw, 0.0
-        self._space.reindex_shapes_for_body(self.body)
+        self.motion[:] = *position, *velocity, yaw, 0.0, *velocity
+        self._moved, self._is_free = True, False
         self._last_impact.clear()
 
-    def step(self, time: float, force: Vector, torque: float) -> None:
-        """One physics step that ends at `time` [s], under a force [N, world frame] and a torque [N m]."""
-        self.body.force = force
-        if torque:
-            self.body.torque = torque
-        self._space.step(self._step)
+    def advance(self, step: int, most: int, aim: Aim) -> int:
+        """Moves on by physics step number `step` and maybe those after it, `most` in all; returns by how many."""
+        # the step after a touch is pymunk's too, which then knows that it is over
+        made = flown(self.motion, self._drive, aim, self._outline, most) if self._is_free else 0
+        if made:
+            self._moved = True
+            return made
+        body = self._body
+        if self._moved:
+            x, y, vx, vy, body.angle, body.angular_velocity = self.motion[:6].tolist()
+            body.position, body.velocity = (x, y), (vx, vy)
+            self._moved = False
+        force_x, force_y, body.torque = push(self._drive, self.motion, aim)
+        body.force = force_x, force_y
+        self._is_free = True
+        self._space.step(1.0 / self._drive.rate)
+        self.motion[:6] = *body.position, *body.velocity, body.angle, body.angular_velocity
         if self._begun:
-            self._record(time)
+            self._record((step + 1) / self._drive.rate)
+        return 1
 
     def take_impacts(self) -> list[Impact]:
         """The impacts since the last call, in order."""
@@ -66,16 +90,16 @@ class Disc:
         return taken
 
     def _add_ring(self) -> None:
-        ring = pymunk.Circle(self.body, self._radius)
+        ring = pymunk.Circle(self._body, self._radius)
         # pymunk multiplies what two shapes have: the walls' are 1
         ring.elasticity, ring.friction = self._simulation.restitution, self._simulation.friction
         ring.collision_type = BODY
-        self._space.add(self.body, ring)
+        self._space.add(self._body, ring)
 
-    def _add_walls(self, world: World) -> dict[pymunk.Shape, int]:
+    def _add_walls(self, pieces: Iterable[Edge | Pole]) -> dict[pymunk.Shape, int]:
         """The surface that each shape belongs to."""
         surface_of: dict[pymunk.Shape, int] = {}
-        for piece in outlines(world):
+        for piece in pieces:
             shape = _shape(piece, self._space.static_body)
             shape.elasticity, shape.friction, shape.collision_type = 1.0, 1.0, WALL
             self._space.add(shape)
@@ -85,19 +109,20 @@ class Disc:
     def _begin(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
         normal = arbiter.contact_point_set.normal
         point = arbiter.contact_point_set.points[0].point_b
-        velocity = self.body.velocity
+        velocity = self._body.velocity
         surface = self._surface_of[arbiter.shapes[1]]
         self._begun.append((surface, (point.x, point.y), (-normal.x, -normal.y), (velocity.x, velocity.y)))
 
     def _choose_hit(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        self._is_free = False
         if not arbiter.is_first_contact:
             return
-        into = self.body.velocity.dot(arbiter.contact_point_set.normal)
+        into = self._body.velocity.dot(arbiter.contact_point_set.normal)
         surface = self._surface_of[arbiter.shapes[1]]
         arbiter.restitution, arbiter.friction = self._law.of(surface, into, self._law.drawn())
 
     def _record(self, time: float) -> None:
-        after = np.array(self.body.velocity)
+        after = self.motion[[VX, VY]]
         for surface, point, normal, before in self._begun:
             into = -(before[0] * normal[0] + before[1] * normal[1])
             if into <= IMPACT_SPEED or time - self._last_impact.get(surface, -np.inf) <= SAME_CONTACT:

@@ -9,48 +9,27 @@ from collplan_core.parameters import Robot, Simulation
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import World
 from omnipuck_sim.robot.disc import Disc
+from omnipuck_sim.robot.drive import Aim
 from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.vector import Vector
 
 MUJOCO = "mujoco"
 
 
-class Body(Protocol):
-    """The rigid body of a disc."""
-
-    @property
-    def position(self) -> Vector:
-        """Its centre [m]."""
-
-    @property
-    def velocity(self) -> Vector:
-        """[m/s]."""
-
-    @property
-    def angle(self) -> float:
-        """[rad]."""
-
-    @property
-    def angular_velocity(self) -> float:
-        """Its yaw rate [rad/s]."""
-
-    @property
-    def moment(self) -> float:
-        """Its moment of inertia [kg m^2]."""
-
-
 class Engine(Protocol):
-    """One disc among obstacles; time passes only in `step`."""
+    """One disc among obstacles, driven by its wheels; time passes only in `advance`.
 
-    @property
-    def body(self) -> Body:
-        """Where the disc is, how it moves, and what it weighs."""
+    Attributes:
+        motion: (8,) of the drive; may be set.
+    """
+
+    motion: np.ndarray
 
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
         """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
 
-    def step(self, time: float, force: Vector, torque: float) -> None:
-        """One physics step that ends at `time` [s], under a force [N, world frame] and a torque [N m]."""
+    def advance(self, step: int, most: int, aim: Aim) -> int:
+        """Moves on by physics step number `step` and maybe those after it, `most` in all; returns by how many."""
 
     def take_impacts(self) -> list[Impact]:
         """The impacts since the last call, in order."""

@@ -10,6 +10,7 @@ import numpy as np
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
 from omnipuck_sim.robot.compliant_ring import spring_and_damper
+from omnipuck_sim.robot.drive import AT_REST, SPIN, VX, VY, YAW, Aim, X, Y, drive_law, push
 from omnipuck_sim.robot.hit_law import HitLaw
 from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
 from omnipuck_sim.robot.inertia import true_inertia
@@ -32,36 +33,8 @@ SAME_CONTACT = 0.05
 LONGEST_CONTACT = 3.0
 """An impact of which the body does not come off ends after so many contact times."""
 RING = "ring"
-
-
-class MujocoBody:
-    """The disc as MuJoCo's state has it: centre [m], velocity [m/s], angle [rad], yaw rate [rad/s]."""
-
-    def __init__(self, data: mujoco.MjData, mass: float, moment: float) -> None:
-        self._data = data
-        self.mass, self.moment = mass, moment
-
-    @property
-    def position(self) -> Vector:
-        x, y, _ = self._data.qpos.tolist()
-        return x, y
-
-    @property
-    def velocity(self) -> Vector:
-        x, y, _ = self._data.qvel.tolist()
-        return x, y
-
-    @property
-    def angle(self) -> float:
-        return float(self._data.qpos[2])
-
-    @property
-    def angular_velocity(self) -> float:
-        return float(self._data.qvel[2])
-
-    @angular_velocity.setter
-    def angular_velocity(self, spin: float) -> None:
-        self._data.qvel[2] = spin
+PLACE, CHANGE = [X, Y, YAW], [VX, VY, SPIN]
+"""Where a motion has what MuJoCo's joints have."""
 
 
 @dataclass(eq=False)
@@ -81,13 +54,13 @@ class _Touch:
 
 
 class MujocoDisc:
-    """One disc with a compliant ring in a model of its own; time passes only in `step`.
+    """One disc with a compliant ring in a model of its own; time passes only in `advance`.
 
     A hit lasts simulator.contact_time. Contact and friction are MuJoCo's; spring and damper are set for each hit, so
     that the restitution may fall with the speed into the wall, and differ from hit to hit and from wall to wall.
 
     Attributes:
-        body: position, velocity, angle and angular velocity are read there.
+        motion: (8,) of the drive; may be set.
     """
 
     def __init__(self, world: World, robot: Robot, simulation: Simulation, random: np.random.Generator) -> None:
@@ -96,11 +69,12 @@ class MujocoDisc:
         step = 1.0 / simulation.physics_rate
         self._substeps = ceil(step / LONGEST_STEP - 1e-9)
         self._substep = step / self._substeps
-        mass, moment = true_inertia(robot, simulation)
+        self._drive = drive_law(robot, simulation)
+        self.motion = np.zeros(8)
+        push(self._drive, self.motion, AT_REST)  # compiled before time passes
         pieces = list(outlines(world))
         self._model = _model(pieces, robot, simulation, self._substep)
         self._data = mujoco.MjData(self._model)
-        self.body = MujocoBody(self._data, mass, moment)
         self._ring = self._model.geom(RING).id
         self._surfaces = [piece.surface for piece in pieces]
         self._law = HitLaw(simulation, self._surfaces, random)
@@ -112,22 +86,24 @@ class MujocoDisc:
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
         """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
         mujoco.mj_resetData(self._model, self._data)
-        self._data.qpos[:] = *position, yaw
-        self._data.qvel[:] = *velocity, 0.0
+        self.motion[:] = *position, *velocity, yaw, 0.0, *velocity
         self._draws.clear()
         self._touching.clear()
         self._ended.clear()
         self._impacts = [touch for touch in self._impacts if touch.after is not None]
 
-    def step(self, time: float, force: Vector, torque: float) -> None:
-        """One physics step that ends at `time` [s], under a force [N, world frame] and a torque [N m]."""
-        data = self._data
-        data.qfrc_applied[:] = *force, torque
+    def advance(self, step: int, most: int, aim: Aim) -> int:
+        """Moves on by physics step number `step`; returns 1."""
+        data, time = self._data, (step + 1) / self._drive.rate
+        data.qpos[:], data.qvel[:] = self.motion[PLACE], self.motion[CHANGE]
+        data.qfrc_applied[:] = push(self._drive, self.motion, aim)
         for left in reversed(range(self._substeps)):
-            before = self.body.velocity
+            before = data.qvel[:2].copy()
             mujoco.mj_step(self._model, data)
             if data.ncon or self._touching:
                 self._follow_contacts(time - left * self._substep, before)
+        self.motion[PLACE], self.motion[CHANGE] = data.qpos, data.qvel
+        return 1
 
     def take_impacts(self) -> list[Impact]:
         """The impacts since the last call, in order of their begin; one is told when it has ended."""
@@ -136,7 +112,7 @@ class MujocoDisc:
             taken.append(self._impacts.pop(0).impact())
         return taken
 
-    def _follow_contacts(self, time: float, before: Vector) -> None:
+    def _follow_contacts(self, time: float, before: np.ndarray) -> None:
         """What came near, began and ended in the substep up to `time`, which was entered with the velocity `before`."""
         found = self._data.contact
         listed, touched = set(), set()
@@ -152,7 +128,7 @@ class MujocoDisc:
             touched.add(surface)
             if surface not in self._touching:
                 at = point[:2] - 0.5 * distance * normal
-                self._begin(_Touch(surface, time, at, normal, np.array(before)))
+                self._begin(_Touch(surface, time, at, normal, before))
         for piece in self._draws.keys() - listed:
             del self._draws[piece]
         for surface in self._touching.keys() - touched:
@@ -178,7 +154,7 @@ class MujocoDisc:
 
     def _end(self, touch: _Touch, time: float) -> None:
         if touch.after is None:
-            touch.after = np.array(self.body.velocity)
+            touch.after = self._data.qvel[:2].copy()
         if any(touch is impact for impact in self._impacts):
             self._ended[touch.surface] = time
 

@@ -1,5 +1,7 @@
 """Every random number of a run, each kind from a stream of its own: strategies meet the same noise."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from collplan_core.parameters import Simulation
@@ -14,7 +16,9 @@ class Noise:
 
     def __init__(self, settings: Simulation, seed: int) -> None:
         streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(6)]
-        self._actuation, bias, self._mocap, self._start, self.rebound, self._yaw = streams
+        *normal, self.rebound, yaw = streams
+        self._actuation, bias, self._mocap, self._start = map(_pairs, normal)
+        self._yaw = _pairs(yaw, 1)
         self._settings = settings
         self._bias = _pair(bias, settings.noise * settings.actuation_bias)
 
@@ -29,13 +33,19 @@ class Noise:
 
     def mocap_yaw(self) -> float:
         """Error of one measured yaw [rad]."""
-        return float(self._settings.noise * self._settings.mocap_yaw_noise * self._yaw.standard_normal())
+        return float(self._settings.noise * self._settings.mocap_yaw_noise * next(self._yaw)[0])
 
     def start(self) -> Vector:
         """Error of the start [m]."""
         return _pair(self._start, self._settings.noise * self._settings.start_noise)
 
 
-def _pair(random: np.random.Generator, deviation: float) -> Vector:
-    x, y = (deviation * random.standard_normal(2)).tolist()
-    return x, y
+def _pairs(random: np.random.Generator, n: int = 2) -> Iterator[list[float]]:
+    """Lists of n numbers drawn from the standard normal distribution, many in one call of numpy."""
+    while True:
+        yield from random.standard_normal((64, n)).tolist()
+
+
+def _pair(draws: Iterator[list[float]], deviation: float) -> Vector:
+    x, y = next(draws)
+    return deviation * x, deviation * y

@@ -1,17 +1,16 @@
 """The simulated Omnipuck: a disc among obstacles that a physics engine steps, pushed by wheels that lag."""
 
-from math import isfinite, pi, remainder
+from math import ceil, isfinite, pi, remainder
 
 import numpy as np
 import shapely
 
 from collplan_core.parameters import Settings
-from collplan_core.plane import rotate
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
-from omnipuck_sim.robot.drive import Drive
+from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y
 from omnipuck_sim.robot.engine import make_engine
 from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.noise import ACTUATION_RATE, Noise
@@ -47,8 +46,6 @@ class Simulator:
         markers = settings.simulator
         self._marker_offset = markers.marker_offset_x, markers.marker_offset_y, markers.marker_offset_yaw
         self._disc = make_engine(world, settings.robot, settings.simulator, self._noise.rebound)
-        self._drive = Drive(settings.robot, settings.simulator)
-        self._moment = self._disc.body.moment
         self._command_life = settings.limits.command_age + 1.0 / settings.controller.rate
         self._steps = 0
         self._draws = 0
@@ -66,9 +63,12 @@ class Simulator:
     @property
     def state(self) -> State:
         """The true state now, world frame."""
-        body = self._disc.body
-        (x, y), (vx, vy) = body.position, body.velocity
-        return State(self.time, np.array((x, y)), np.array((vx, vy)), remainder(body.angle, 2 * pi))
+        motion = self._disc.motion
+        return State(self.time, motion[[X, Y]], motion[[VX, VY]], self._yaw)
+
+    @property
+    def _yaw(self) -> float:
+        return remainder(self._disc.motion[YAW], 2 * pi)
 
     @property
     def is_driven(self) -> bool:
@@ -78,7 +78,7 @@ class Simulator:
     @property
     def spin(self) -> float:
         """The true yaw rate [rad/s]."""
-        return float(self._disc.body.angular_velocity)
+        return float(self._disc.motion[SPIN])
 
     def reset(self) -> None:
         """Back to the start, at rest, without a command. Time and noise go on."""
@@ -94,7 +94,6 @@ class Simulator:
         self._check_free((x, y))
         vx, vy = (0.0, 0.0) if velocity is None else np.asarray(velocity, dtype=float).tolist()
         self._disc.place((x, y), (vx, vy), yaw)
-        self._drive.place((vx, vy))
         self._halt()
 
     def command(self, velocity_body: np.ndarray, yaw_rate: float, age: float = 0.0) -> None:
@@ -113,17 +112,19 @@ class Simulator:
         self._yaw_rate = float(yaw_rate)
         self._expires = self.time + self._command_life - age
 
-    def step(self) -> None:
-        """One physics step, 1 / simulator.physics_rate."""
-        # half a step of tolerance in both: sums of decimal times must not decide
-        if self._steps > self._expires * self._rate - 0.5:
-            self._halt()
-        if self._steps >= self._draws * self._steps_a_draw - 0.5:
-            self._error = self._noise.actuation()
-            self._draws += 1
-        force, torque = self._push() if self.drive else ((0.0, 0.0), 0.0)
-        self._steps += 1
-        self._disc.step(self.time, force, torque)
+    def step(self, steps: int = 1) -> None:
+        """So many physics steps, of 1 / simulator.physics_rate each."""
+        end = self._steps + steps
+        while self._steps < end:
+            # half a step of tolerance in both: sums of decimal times must not decide
+            if self._steps > self._expires * self._rate - 0.5:
+                self._halt()
+            if self._steps >= self._draws * self._steps_a_draw - 0.5:
+                self._error = self._noise.actuation()
+                self._draws += 1
+            until = min(end, self._draws * self._steps_a_draw - 0.5, self._expires * self._rate - 0.5)
+            aim = Aim(*self._command, self._yaw_rate, *self._error, self.drive)
+            self._steps += self._disc.advance(self._steps, max(ceil(until) - self._steps, 1), aim)
 
     def take_impacts(self) -> list[Impact]:
         """The impacts since the last call, in order."""
@@ -131,9 +132,7 @@ class Simulator:
 
     def measured_pose(self) -> PoseSample:
         """The pose that the motion capture measures now: that of the body of markers on the robot, with noise."""
-        (x, y), (error_x, error_y) = self._disc.body.position, self._noise.mocap()
-        yaw = remainder(self._disc.body.angle, 2 * pi)
-        robot = PoseSample(self.time, np.array((x + error_x, y + error_y)), yaw)
+        robot = PoseSample(self.time, self._disc.motion[[X, Y]] + self._noise.mocap(), self._yaw)
         body = with_offset(robot, *self._marker_offset)
         return PoseSample(body.stamp, body.position, remainder(body.yaw + self._noise.mocap_yaw(), 2 * pi))
 
@@ -141,18 +140,6 @@ class Simulator:
         self._command = (0.0, 0.0)
         self._yaw_rate = 0.0
         self._expires = float("inf")
-
-    def _push(self) -> tuple[Vector, float]:
-        """Force [N, world frame] and torque [N m] of the wheels in the next step."""
-        body = self._disc.body
-        (vx, vy), spin = body.velocity, body.angular_velocity
-        torque = self._moment * self._drive.spin_change(spin, self._yaw_rate) * self._rate
-        wanted_x, wanted_y = self._command
-        # without noise where the command is zero
-        if wanted_x or wanted_y:
-            wanted_x, wanted_y = rotate(wanted_x, wanted_y, body.angle)
-            wanted_x, wanted_y = wanted_x + self._error[0], wanted_y + self._error[1]
-        return self._drive.force((vx, vy), (wanted_x, wanted_y)), torque
 
     def _drawn_start(self, world: World, start: np.ndarray | None) -> Vector:
         chosen = world.start if start is None else start
