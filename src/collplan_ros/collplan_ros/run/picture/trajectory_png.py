@@ -1,5 +1,6 @@
 """trajectory.png: picture of the world and the robot's path through it."""
 
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,12 +20,10 @@ from collplan_ros.run.picture.palette import (
     WALL,
     speed_colors,
 )
-from collplan_ros.run.picture.title import wrapped
 from collplan_ros.run.run_log import PlanRow, RunLog
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection
 
 PLAN_PERIOD = 0.6
@@ -36,8 +35,8 @@ SHADES = 64
 """Number of colours that speeds are shown in."""
 WIDTH, AROUND, TITLE_LINE = 7.0, 1.4, 0.2
 """Width of the picture; height of what is around the arena, and of each line of the title [inch]."""
-TITLE_SIZE, TITLE_WIDTH = 10, 0.95
-"""Font size of the title [points], and how much of the picture's width it takes at most."""
+TITLE_SIZE, TITLE_WIDTH = 10, 80
+"""Font size of the title [points], and characters of a line of it."""
 
 
 def draw_trajectory(
@@ -58,8 +57,11 @@ def draw_trajectory(
 
     x0, y0, x1, y1 = world.bounds
     figure = Figure(figsize=(WIDTH, WIDTH), layout="constrained")
-    lines = _write_title(FigureCanvasAgg(figure), title)
-    figure.set_figheight(0.76 * WIDTH * (y1 - y0) / (x1 - x0) + AROUND + TITLE_LINE * lines)
+    FigureCanvasAgg(figure)
+    lines = [part for line in title.splitlines() for part in textwrap.wrap(line, TITLE_WIDTH)]
+    # of the figure, which is wider than the axes; a world's name may hold what matplotlib takes for formulas
+    figure.suptitle("\n".join(lines), fontsize=TITLE_SIZE, parse_math=False)
+    figure.set_figheight(0.76 * WIDTH * (y1 - y0) / (x1 - x0) + AROUND + TITLE_LINE * len(lines))
     axes = figure.add_subplot()
     _draw_world(axes, world)
     _draw_plans(axes, log.plans)
@@ -159,20 +161,3 @@ def _label(axes: "Axes", world: World) -> None:
     axes.set(
         aspect="equal", xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin), xlabel="x [m]", ylabel="y [m]"
     )
-
-
-def _write_title(canvas: "FigureCanvasAgg", title: str) -> int:
-    """Writes the title and returns the number of its lines."""
-    from matplotlib.font_manager import FontProperties
-
-    figure, renderer = canvas.figure, canvas.get_renderer()
-    font = FontProperties(size=TITLE_SIZE)
-
-    def fits(text: str) -> bool:
-        width, _, _ = renderer.get_text_width_height_descent(text, font, ismath=False)
-        return bool(width <= TITLE_WIDTH * figure.bbox.width)
-
-    # of the figure, which is wider than the axes; a world's name may hold what matplotlib takes for formulas
-    text = wrapped(title, fits)
-    figure.suptitle(text, fontsize=TITLE_SIZE, parse_math=False)
-    return len(text.splitlines())
