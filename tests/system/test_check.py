@@ -391,7 +391,7 @@ def test_scans_by_another_clock_are_said():
 
 def test_without_scans_the_robot_is_not_moved_and_a_lidar_that_is_not_found_costs_no_offset(monkeypatch):
     moved = []
-    loop = SimpleNamespace(poses=[], received=[], refuse_other_publishers=lambda: None)
+    loop = SimpleNamespace(poses=[], received=[])
     monkeypatch.setattr(check, "OpenLoop", lambda *_: loop)
     monkeypatch.setattr(check.Check, "_nodes", lambda self: [])
     monkeypatch.setattr(check.Check, "_stream", lambda self: [])

@@ -134,7 +134,7 @@ class Check:
         found: dict[str, object] = {}
         try:
             self._judge([*self._nodes(), *self._stream(), *self._scans()])
-            self._loop.refuse_other_publishers()
+            self._graph.is_ready = True  # from now on nobody else may command
             offset = self._offset()
             found = {f"mocap.body_offset_{key}": round(getattr(offset, key), 5) for key in ("x", "y", "yaw")}
             if self._lidar is not None:

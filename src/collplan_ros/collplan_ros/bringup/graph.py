@@ -159,10 +159,11 @@ class Graph:
         if not self.is_ready or time.monotonic() < self._commanders_due:
             return
         self._commanders_due = time.monotonic() + COMMANDERS_PERIOD
-        others = other_commanders(self.listener.node, COMMANDER)
+        ours = NAME if self.preparation.checks else COMMANDER
+        others = other_commanders(self.listener.node, ours)
         if others:
             topic = self.complaints.name(COMMANDS)
-            raise GraphError(f"{topic} is published by {in_words(others)} beside {COMMANDER}; end all but {COMMANDER}")
+            raise GraphError(f"{topic} is published by {in_words(others)} beside {ours}; end all but {ours}")
 
     def _refuse_running_nodes(self) -> None:
         alone = Counter({**dict.fromkeys(self.preparation.programs, 0), NAME: 1})

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from threading import Lock
@@ -38,10 +38,6 @@ WHOLE_PATIENCE = 10.0
 """Longest wait for what is still under way of a run's record [s]."""
 SILENCE = 1.0
 """Time without poses after which none is waited for while the graph is stopped [s]."""
-
-
-def _nowhere(name: str, values: Mapping[str, str]) -> None:
-    """Marks no place, where nothing is recorded."""
 
 
 class Listener:
@@ -83,7 +79,7 @@ class Listener:
                 describe_run(self._recording, folder.parameters, *about, times.ahead_at_first)
             known = recorded_topics(settings, real_scans=LIDAR not in preparation.programs)
             self._topics = GraphTopics(self.node, known, times, self._recording)
-            mark = self._recording.describe if self._recording else _nowhere
+            mark = self._recording.describe if self._recording else lambda name, values: None
             self.recorder = Recorder(self._topics, settings, mark, times, preparation.namespace)
             self._executor = events_executor(context)
             self._executor.add_node(self.node)

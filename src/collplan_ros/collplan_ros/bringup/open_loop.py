@@ -16,10 +16,8 @@ from collplan_core.sensing.pose_filter import PoseSample
 from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.interruptions import Interruptions, is_interrupted
-from collplan_ros.bringup.listener import NAME
-from collplan_ros.bringup.other_nodes import COMMANDS, other_commanders
+from collplan_ros.bringup.other_nodes import COMMANDS
 from collplan_ros.bringup.paced_commands import Motion, PacedCommands
-from collplan_ros.bringup.words import in_words
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
@@ -67,16 +65,6 @@ class OpenLoop:
         self._late_before = 0
         self._is_near: Callable[[PoseSample], bool] | None = None
         listener.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE)
-
-    def refuse_other_publishers(self) -> None:
-        """Checks that no other node commands the robot.
-
-        Raises:
-            GraphError: another node publishes commands.
-        """
-        others = other_commanders(self._listener.node, NAME)
-        if others:
-            raise GraphError(f"{self._publisher.topic_name} is published by {in_words(others)} too; end all but {NAME}")
 
     @contextmanager
     def resumed(self) -> Iterator[None]:

@@ -2,8 +2,9 @@
 
 # ruff: noqa: RUF009 (a field of a dataclass is made by a call)
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,19 +19,13 @@ from collplan_ros.node_kit.node_names import namespace_from
 DEFAULTS = Settings()
 
 
-def _robot(spec: str) -> str:
+def _checked(read: Callable[[str], object], text: str) -> str:
+    """The text, once `read` has taken it; what it raises becomes argparse's own error."""
     try:
-        robot_kind(spec)
-    except StartError as error:
+        read(text)
+    except (StartError, ValueError) as error:
         raise argparse.ArgumentTypeError(str(error)) from None
-    return spec
-
-
-def _namespace(text: str) -> str:
-    try:
-        return namespace_from(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
 
 
 def _option(flag: str, default: Any, about: str, **given: Any) -> Any:
@@ -47,7 +42,9 @@ class Options:
     None leaves a value to the parameter file, or else to the parameter's default.
     """
 
-    robot: str = _option("--robot", "sim", f"{EXPECTED} (default sim, the simulated one)", type=_robot)
+    robot: str = _option(
+        "--robot", "sim", f"{EXPECTED} (default sim, the simulated one)", type=partial(_checked, robot_kind)
+    )
     world: str | None = _option(
         "--world", None, f"world: NAME, FILE or FAMILY:SEED (default {DEFAULTS.simulator.world})", metavar="W"
     )
@@ -91,7 +88,7 @@ class Options:
         "--namespace",
         "/",
         "of all nodes and topics, as robot1: one for each robot of a domain (default none)",
-        type=_namespace,
+        type=partial(_checked, namespace_from),
         metavar="NAME",
     )
     pictures: bool = _option("--no-pictures", True, "leave out trajectory.png and run.html")
@@ -198,7 +195,7 @@ def parse(args: Sequence[str] | None = None) -> Options:
     """The options on a command line without the program's name; sys.argv's when None."""
     parser = _parser()
     given = vars(parser.parse_args(args))
-    goal = given.pop("goal")
+    goal, given["namespace"] = given.pop("goal"), namespace_from(given["namespace"])
     try:
         return Options(goal=None if goal is None else _point(goal), **given)
     except ValueError:
