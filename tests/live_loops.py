@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from copy import deepcopy
+from dataclasses import replace
 from functools import cache
 
 from live_parameters import others
-from recorded_courses import Course, answers, made, recorded
+from recorded_courses import Call, Course, answers, made, recorded
 
 from collplan_core.parameters.spec import ParameterError, Spec
+from collplan_core.plan import Plan
 
 LONGEST = 5.0
 """Longest trial [s]."""
@@ -64,6 +66,12 @@ def crossing(world: str) -> Course:
     return mixed(world).under(**weights, **{"planner.position_pruning": False, "local_map.half_side": 1.0})
 
 
+def not_told(call: Call) -> Call:
+    """The call, with a plan that does not say until when it holds."""
+    plan = call.given[0]
+    return call._replace(given=(replace(plan, valid_until=None), *call.given[1:])) if isinstance(plan, Plan) else call
+
+
 PLANNER_SCENES: dict[str, Scene] = {
     "clutter": lambda: (mixed("random:3"), 1.0, 2.0),
     "fast": lambda: (fast("corridor"), 1.0, 2.0),
@@ -75,7 +83,7 @@ PLANNER_SCENES: dict[str, Scene] = {
     "time to goal": lambda: (recorded("corridor", 1.2, SEED, **{"planner.strategy": "bounce"}), 0.9, 0.5),
 }
 CONTROLLER_SCENES: dict[str, Scene] = {
-    "not told until when": lambda: (mixed("corridor").without("take_valid_until"), 0.8, 1.0),
+    "not told until when": lambda: (mixed("corridor").changed(not_told), 0.8, 1.0),
     "poses fail": lambda: (mixed("corridor").without("take_pose", 1.2, 1.3), 1.0, 0.5),
     "leap": lambda: (mixed("corridor").with_leap(1.2, 0.06), 1.0, 0.5),
     "integral": lambda: (

@@ -9,7 +9,7 @@ from collplan_core.parameters import Settings
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.worlds import load_world
-from collplan_ros.run.run_log import DetectedImpactRecord, ImpactRecord, PoseRow, RunLog
+from collplan_ros.run.run_log import DetectedImpactRecord, ImpactRecord, PlanRow, PoseRow, RunLog
 from omnipuck_sim import trial
 from omnipuck_sim.robot.impact import Impact
 
@@ -34,7 +34,7 @@ def logged_trial_and_hits(world: str, settings: Settings, seed: int) -> tuple[tu
     class LoggedRecord(trial.TrialRecord):
         def planned(self, plan):
             super().planned(plan)
-            log.contacts[plan.stamp] = plan.contacts
+            log.plans[plan.stamp] = PlanRow(plan.stamp, plan.times, plan.positions, plan.contacts)
 
         def moved(self, truth):
             super().moved(truth)

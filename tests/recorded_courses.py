@@ -20,10 +20,10 @@ from omnipuck_sim import trial
 
 INPUTS = {
     PlannerLoop: ("take_pose", "take_command", "take_scan", "take_impact", "take_goal", "cycle"),
-    ControllerLoop: ("take_pose", "take_scan", "take_goal", "take_valid_until", "take_plan", "tick"),
+    ControllerLoop: ("take_pose", "take_scan", "take_goal", "take_plan", "tick"),
 }
 """What a trial gives to each loop, and asks of it."""
-UNTIMED = ("take_goal", "take_valid_until")
+UNTIMED = ("take_goal",)
 """Inputs of the controller that do not say when they come."""
 
 
@@ -144,7 +144,7 @@ def _put_out(answer: Any) -> object:
     if isinstance(answer, Cycle):
         plan = answer.plan
         path = plan.stamp, plan.times, plan.positions, plan.velocities, plan.contacts
-        return _comparable((*path, answer.valid_until, answer.impact))
+        return _comparable((*path, plan.valid_until, answer.impact))
     if isinstance(answer, Notice):
         return answer.level
     if isinstance(answer, Command):

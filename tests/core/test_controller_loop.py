@@ -13,7 +13,6 @@ from collplan_core.control.interlock import REMEDY, Interlock
 from collplan_core.control.motion_monitor import LATE, OK, REVERSED, SLIP, STUCK, MotionVerdict
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
 from collplan_core.loop.controller_loop import ELSEWHERE, LONGEST_RESUMED, LONGEST_START, ControllerLoop
-from collplan_core.plan import Contacts
 from collplan_core.sensing.pose_filter import CARRIED
 from loop_scenes import IDENTITY, SETTINGS, at, scan_at, see, see_until, straight_plan
 
@@ -32,9 +31,7 @@ def driving(until: float | None = None, why_forbidden=lambda: "") -> ControllerL
     loop = ControllerLoop(SETTINGS, why_forbidden)
     loop.take_goal(goal())
     see(loop, 1.0)
-    if until is not None:
-        loop.take_valid_until(1.0, until)
-    assert loop.take_plan(straight_plan(1.0), 1.0) == ""
+    assert loop.take_plan(replace(straight_plan(1.0), valid_until=until), 1.0) == ""
     command = loop.tick(1.0)
     assert (command.maneuver, command.reason) == (FREE_SPACE, "")
     np.testing.assert_allclose(command.velocity, (0.5, 0.0), atol=0.01)
@@ -83,14 +80,12 @@ def test_without_such_a_time_the_parameter_counts():
         see(loop, 1.0 + age)
         assert (loop.tick(1.0 + age).maneuver == FREE_SPACE) == follows
     assert "0.61 s old" in loop.tick(1.0 + age).reason
-    loop = driving()
-    loop.take_valid_until(0.9, 5.0)
-    loop.take_valid_until(1.0, 1.05)
-    see(loop, 1.1)
-    assert "plan 0.10 s old" in loop.tick(1.1).reason  # it counts for the plan of its stamp, whichever comes first
-    loop = driving()
-    loop.take_valid_until(1.0, 0.5)
-    assert "plan 0.00 s old" in loop.tick(1.0).reason  # before the plan begins
+    for until, words in ((1.0, "plan 0.10 s old"), (0.5, "plan 0.10 s old")):  # also before the plan begins
+        loop = driving()
+        assert loop.take_plan(replace(straight_plan(1.0), valid_until=until), 1.0) == ""  # more of the same plan
+        see(loop, 1.1)
+        assert words in loop.tick(1.1).reason
+        assert loop.refusals["plan"] == 0
 
 
 def test_old_poses_and_scans_stop_it_and_refused_scans_are_named():
@@ -144,15 +139,6 @@ def test_a_new_goal_refuses_the_plans_of_before():
     see(loop, 1.02)
     assert loop.take_plan(straight_plan(1.02), 1.02) == ""
     assert loop.tick(1.02).maneuver == FREE_SPACE
-
-
-def test_contacts_are_those_of_the_plan_in_force():
-    loop = driving()
-    contacts = Contacts(np.array([1.5]), np.array([[0.3, 0.0]]), np.array([[-0.3, 0.0]]))
-    loop.take_contacts(0.9, contacts)
-    assert len(loop.contacts.times) == 0
-    loop.take_contacts(1.0, contacts)
-    assert loop.contacts is contacts
 
 
 def without(loop: ControllerLoop, missing: str, begin: float, duration: float) -> str:

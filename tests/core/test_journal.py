@@ -41,7 +41,6 @@ def written() -> list[str]:
             if isinstance(decision, Goal):
                 to_controller(controller.take_goal, decision)
         for cycle in cycles(decisions):
-            to_controller(controller.take_valid_until, cycle.plan.stamp, cycle.valid_until)
             to_controller(controller.take_plan, cycle.plan, now[0])
 
     for k in range(1, 60):

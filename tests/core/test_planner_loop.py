@@ -39,7 +39,7 @@ def test_a_plan_begins_at_the_newest_pose_and_says_how_long_it_holds():
     decisions = loop.cycle(1.02)
     (cycle,) = cycles(decisions)
     assert cycle.plan.stamp == 1.01
-    assert cycle.valid_until == pytest.approx(1.02 + plan_lifetime(PERIOD))
+    assert cycle.plan.valid_until == pytest.approx(1.02 + plan_lifetime(PERIOD))
     np.testing.assert_allclose(cycle.plan.positions[[0, -1]], [[0.0, 0.0], AHEAD])
     assert statuses(decisions) == [EXECUTING]
     assert (loop.n_plans, loop.trouble) == (1, "")

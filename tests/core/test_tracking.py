@@ -130,18 +130,18 @@ def test_by_hand_each_activity_with_its_reason():
         (stopped("too dark"), None, none, 1.0, STOPPED, "too dark"),
     ]
     for given_, plan_, foreseen, now, name, words in table:
-        activity = describe(given_, plan_, foreseen, now)
+        activity = describe(given_, plan_ and replace(plan_, contacts=foreseen), now)
         assert (activity.name, words in activity.reason) == (name, True), activity
 
 
 def test_an_age_that_grows_is_no_news():
     young, old, other = (
-        describe(stopped(f"{what} s old"), None, Contacts.none(), 0.0) for what in ("pose 0.1", "pose 12.3", "scan 0.7")
+        describe(stopped(f"{what} s old"), None, 0.0) for what in ("pose 0.1", "pose 12.3", "scan 0.7")
     )
     assert young.differs(None)
     assert not old.differs(young)
     assert old.differs(other)
     assert old.differs(Activity(TRACK, old.reason))
-    following, flowing = (describe(command(each), plan(), Contacts.none(), 1.0) for each in MANEUVERS_AT_A_WALL)
+    following, flowing = (describe(command(each), plan(), 1.0) for each in MANEUVERS_AT_A_WALL)
     assert following.name == flowing.name == MANEUVER
     assert following.differs(flowing)

@@ -2,6 +2,7 @@
 
 import math
 import uuid
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PointStamped, Twist
 from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import TimeReference
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Empty, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
@@ -20,8 +21,9 @@ from collplan_core.parameters import Limits
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.goal_status import goal_to_status
-from collplan_ros.messages.plans import contacts_to_message, plan_to_path, validity_to_message
+from collplan_ros.messages.plan_trajectory import plan_to_trajectory
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, EVENT, LATCHED, NEWEST
+from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.messages.reading import GOAL_STATUS
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.heartbeat import PERIOD
@@ -65,7 +67,7 @@ class Bench:
         self._statuses.publish(goal_to_status(goal))
 
     def path(self) -> Path:
-        return plan_to_path(straight_plan(self.robot.stamp, self.robot.position), "map")
+        return deserialize_message(plan_to_path(straight_plan(self.robot.stamp, self.robot.position), "map"), Path)
 
     def publish(self, message_type, topic, message, qos=EVENT):
         """Once the node listens; the publisher."""
@@ -118,15 +120,16 @@ def test_follows_a_plan_in_the_robot_frame_from_rest_until_the_goal_ends(ros, be
     assert bench.health.says("no active goal", DiagnosticStatus.OK)
 
 
-def test_contacts_and_the_time_that_a_plan_holds_come_beside_it(ros, bench):
+def test_a_trajectory_is_followed_before_the_path_of_its_stamp_which_may_be_lost(ros, bench):
     bench.drive()
     bench.plans_on = False
     stamp = bench.robot.stamp
     foreseen = Contacts(np.array([stamp + 0.1]), np.array([[0.3, 0.2]]), np.array([[-0.2, 0.0]]))
-    contacts = contacts_to_message(foreseen, stamp, "map", "base_link")
-    bench.publish(MultiDOFJointTrajectory, "planner/foreseen_impacts", contacts)
-    bench.publish(TimeReference, "planner/valid_until", validity_to_message(stamp, stamp + 60.0, "/planner_node"))
-    bench.publish(Path, "plan", plan_to_path(straight_plan(stamp, bench.robot.position, 60.0), "map"), NEWEST)
+    plan = replace(straight_plan(stamp, bench.robot.position, 60.0), contacts=foreseen, valid_until=stamp + 60.0)
+    trajectory = plan_to_trajectory(plan, plan.velocities, "map")
+    bench.publish(MultiDOFJointTrajectory, "planner/trajectory", trajectory)
+    ros.spin(0.1)
+    bench.publish(Path, "plan", plan_to_path(plan, "map"), NEWEST)
     ros.spin(1.5)  # more than limits.plan_age
     assert ros.wait_until(bench.moves), bench.states
     assert any("bounces" in state.message for state in bench.states)

@@ -6,6 +6,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from straight_planner import STRAIGHT
@@ -15,7 +16,7 @@ from collplan_core.state import State
 from collplan_core.worlds import load_world, save_world
 from collplan_ros.messages.conversions import goal_to_message, state_from_odometry
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED, SENSOR_DATA
-from collplan_ros.messages.reading import plan_from_path
+from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
@@ -99,5 +100,5 @@ def test_a_third_planner_drives_through_the_graph(ros, tmp_path, monkeypatch):
     graph.send_goal(hall().goal)
     assert ros.wait_until(lambda: graph.status == GoalStatus.STATUS_SUCCEEDED, clock=lambda: graph.state.stamp)
     assert {m.data for m in graph.maneuvers} <= {"free_space", "stopped"}
-    ends = [plan_from_path(plan, "map").positions[-1] for plan in graph.plans]
+    ends = [plan_from_path(serialize_message(plan), "map").positions[-1] for plan in graph.plans]
     np.testing.assert_allclose(ends, np.tile(hall().goal, (len(ends), 1)), atol=1e-6)

@@ -1,55 +1,51 @@
-"""Plans and what goes with them to messages and back; what those may not hold."""
+"""A plan as the two messages that it leaves in, and back; what those may not hold."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Duration
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message, serialize_message
+from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-from collplan_core.plan import Candidates, Contacts, Plan
+from collplan_core.control.feed_forward import commands_along
+from collplan_core.parameters import Robot
+from collplan_core.plan import Contacts, Plan, timed_path
+from collplan_core.velocity_law import velocity_law
 from collplan_ros.messages import conversions as c
-from collplan_ros.messages import plans as m
-from collplan_ros.messages.reading import MessageError, PathError, contacts_from_message, plan_from_path
+from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
+from collplan_ros.messages.raw_reading import plan_from_path
+from collplan_ros.messages.raw_writing import plan_to_path
+from collplan_ros.messages.reading import MessageError
 
 FEW = settings(derandomize=True, deadline=None, max_examples=40)
 numbers = st.floats(-1e3, 1e3)
 points = st.tuples(numbers, numbers).map(np.array)
+FRAMES = st.text(st.characters(min_codepoint=1, max_codepoint=0x24F), min_size=1, max_size=12)
 
 
-def sent(message):
-    """The message after serialisation, as a listener receives it."""
-    return deserialize_message(serialize_message(message), type(message))
-
-
-# ---- when to be where
-
-
-def plan_along(positions, begin=0.0, period=0.1):
+def plan_along(positions, begin=0.0, period=0.1, **more) -> Plan:
     positions = np.asarray(positions, dtype=float)
-    times = begin + period * np.arange(len(positions))
-    nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    velocities = np.zeros_like(positions)
-    return Plan(begin, times, positions, velocities, Contacts.none(), np.zeros(2), np.zeros(2), {}, nothing, 0)
+    return timed_path(begin, begin + period * np.arange(len(positions)), positions, 0.5 * positions, **more)
 
 
-@given(st.floats(0.0, 2e9), st.lists(points, min_size=2, max_size=20), st.floats(0.001, 1.0))
-@FEW
-def test_plan(begin, positions, period):
-    plan = plan_along(positions, begin, period)
-    back = plan_from_path(sent(m.plan_to_path(plan, "map")), "map")
-    assert back.stamp == pytest.approx(plan.stamp, abs=1e-9)
-    np.testing.assert_allclose(back.times, plan.times, atol=1e-9, rtol=0.0)
-    np.testing.assert_array_equal(back.positions, plan.positions)
+SHORT = plan_along([(0.0, 0.0), (0.1, 0.0), (0.2, 0.1)], 5.0)
+BOUNCES = replace(
+    SHORT,
+    contacts=Contacts(np.array([5.05, 5.25]), np.array([[1.0, 0.5], [1.5, 0.0]]), np.array([[0.3, -0.4], [0.0, 0.2]])),
+    valid_until=5.15,
+)
 
 
-def test_velocities_of_a_plan_are_exact_on_a_parabola():
+def test_velocities_of_a_path_are_exact_on_a_parabola():
     t = 0.05 * np.arange(20)
     plan = plan_along(np.column_stack([0.3 * t**2, 1.0 - t]), period=0.05)
-    back = plan_from_path(m.plan_to_path(plan, "map"), "map")
+    back = plan_from_path(plan_to_path(plan, "map"), "map")
     np.testing.assert_allclose(back.velocities, np.column_stack([0.6 * t, np.full(20, -1.0)]), atol=1e-9)
+    assert back.valid_until is None
 
 
 def stamp_of(index, stamp):
@@ -65,81 +61,88 @@ BAD_PATHS = (
     (stamp_of(1, 4.0), r"poses\[1\].*later"),
     (lambda p: setattr(p.header, "frame_id", "odom"), "frame_id"),
 )
-
-
-def test_paths_that_are_refused():
-    for change, words in BAD_PATHS:
-        message = m.plan_to_path(plan_along([(0.0, 0.0), (0.1, 0.0), (0.2, 0.1)], 5.0), "map")
-        change(message)
-        with pytest.raises(PathError, match=words):
-            plan_from_path(message, "map")
-
-
-# ---- foreseen contacts
-
-delays = st.lists(st.floats(0.0, 20.0), max_size=6).map(sorted)
-
-
-@given(st.floats(0.0, 2e9), delays, st.data())
-@FEW
-def test_contacts(stamp, after, data):
-    rows = st.tuples(numbers, numbers, numbers, numbers)
-    table = np.array(data.draw(st.lists(rows, min_size=len(after), max_size=len(after)))).reshape(-1, 4)
-    contacts = Contacts(stamp + np.array(after), table[:, :2], table[:, 2:])
-    back_stamp, back = contacts_from_message(sent(m.contacts_to_message(contacts, stamp, "map", "puck")), "map")
-    assert back_stamp == c.seconds_from_stamp(c.stamp_from_seconds(stamp))
-    # Unix time in seconds has steps of 0.24 us
-    np.testing.assert_allclose(back.times, contacts.times, atol=1e-6, rtol=0.0)
-    np.testing.assert_array_equal(back.points, contacts.points)
-    np.testing.assert_array_equal(back.velocities_after, contacts.velocities_after)
-
-
-def contacts_message():
-    """Two contacts, 0.25 s and 0.75 s after a plan of 5.0 s."""
-    touched, after = np.array([[1.0, 0.5], [1.5, 0.0]]), np.array([[0.3, -0.4], [0.0, 0.2]])
-    return m.contacts_to_message(Contacts(np.array([5.25, 5.75]), touched, after), 5.0, "map", "base_link")
-
-
-def test_a_contact_in_its_message():
-    message = contacts_message()
-    assert message.header == c.header(5.0, "map")
-    assert message.joint_names == ["base_link"]
-    first = message.points[0]
-    assert (first.transforms[0].translation.x, first.transforms[0].translation.y) == (1.0, 0.5)
-    assert first.transforms[0].rotation.w == 1.0
-    assert (first.velocities[0].linear.x, first.velocities[0].linear.y) == (0.3, -0.4)
-    assert first.time_from_start == Duration(sec=0, nanosec=250_000_000)
-    # two may come at once, in a corner
-    message.points[1].time_from_start = first.time_from_start
-    assert contacts_from_message(message, "map")[1].times.tolist() == [5.25, 5.25]
-
-
-BAD_CONTACTS = (
-    (lambda t: setattr(t.header, "frame_id", "odom"), "frame 'odom'"),
-    (lambda t: t.points[1].transforms.clear(), r"points\[1\]\.transforms: got 0"),
-    (lambda t: t.points[0].velocities.append(t.points[0].velocities[0]), r"points\[0\]\.velocities: got 2"),
-    (lambda t: setattr(t.points[0].transforms[0].translation, "x", math.nan), r"points\[0\]\.transforms.*finite"),
-    (lambda t: setattr(t.points[1].velocities[0].linear, "y", math.inf), r"points\[1\]\.velocities.*finite"),
-    (lambda t: setattr(t.points[0], "time_from_start", Duration(sec=-1)), r"points\[0\].*got -1 s"),
-    (lambda t: setattr(t.points[1], "time_from_start", Duration()), r"points\[1\].*got 0 s"),
+BAD_TRAJECTORIES = (
+    (lambda t: setattr(t.header, "frame_id", "odom"), "frame_id"),
+    (lambda t: setattr(t, "joint_names", ["robot", "command"]), "joint_names: got robot, command"),
+    (lambda t: t.points.clear(), "points: got 0"),
+    (lambda t: t.points.__delitem__(slice(1, None)), "got 0, expected at least 2"),
+    (lambda t: t.points[1].transforms.pop(), "points: "),
+    (lambda t: t.points[0].velocities.pop(), "points: "),
+    (lambda t: t.points[0].accelerations.append(t.points[0].velocities[0]), "points: "),
+    (lambda t: setattr(t.points[0].transforms[0].translation, "x", math.nan), "finite"),
+    (lambda t: setattr(t.points[1].velocities[2].linear, "y", math.inf), "finite"),
+    (lambda t: setattr(t.points[2], "time_from_start", c.duration_from_seconds(-1.0)), "later"),
 )
 
 
-def test_contacts_that_are_refused():
-    for change, words in BAD_CONTACTS:
-        message = contacts_message()
+@pytest.mark.parametrize(
+    ("kind", "write", "read", "table"),
+    [
+        (Path, plan_to_path, plan_from_path, BAD_PATHS),
+        (
+            MultiDOFJointTrajectory,
+            lambda plan, frame: plan_to_trajectory(plan, plan.velocities, frame),
+            plan_from_trajectory,
+            BAD_TRAJECTORIES,
+        ),
+    ],
+)
+def test_what_is_refused(kind, write, read, table):
+    for change, words in table:
+        message = deserialize_message(write(BOUNCES, "map"), kind)
         change(message)
         with pytest.raises(MessageError, match=words):
-            contacts_from_message(message, "map")
+            read(serialize_message(message), "map")
 
 
-# ---- until when
+def test_each_point_of_a_trajectory_and_the_last_one_is_how_long_it_holds():
+    message = deserialize_message(plan_to_trajectory(BOUNCES, 10.0 + SHORT.positions, "map"), MultiDOFJointTrajectory)
+    assert message.header == c.header(5.0, "map")
+    assert message.joint_names == ["robot", "command", "contact"]
+    expected = (  # after the stamp, robot, its velocity, command, touched, velocity afterwards
+        (0.0, (0.0, 0.0), (0.0, 0.0), (10.0, 10.0), None, (0.0, 0.0)),
+        (0.05, (0.05, 0.0), (0.025, 0.0), (10.0, 10.0), (1.0, 0.5), (0.3, -0.4)),
+        (0.1, (0.1, 0.0), (0.05, 0.0), (10.1, 10.0), None, (0.0, 0.0)),
+        (0.2, (0.2, 0.1), (0.1, 0.05), (10.2, 10.1), None, (0.0, 0.0)),
+        (0.25, (0.2, 0.1), (0.1, 0.05), (10.2, 10.1), (1.5, 0.0), (0.0, 0.2)),
+        (0.15, (0.15, 0.05), (0.075, 0.025), (10.1, 10.0), None, (0.0, 0.0)),
+    )
+    assert len(message.points) == len(expected)
+    for point, (after, robot, velocity, command, touched, afterwards) in zip(message.points, expected, strict=True):
+        assert point.time_from_start == c.duration_from_seconds(after)
+        places = [(each.translation.x, each.translation.y) for each in point.transforms]
+        assert places[0] == places[1] == pytest.approx(robot)
+        assert math.isnan(places[2][0]) if touched is None else places[2] == touched
+        speeds = [(each.linear.x, each.linear.y) for each in point.velocities]
+        assert speeds == [pytest.approx(velocity), command, afterwards]
+        assert [each.rotation.w for each in point.transforms] == [1.0, 1.0, 1.0]
 
 
-@given(st.integers(0, 10**9), st.integers(0, 10**9))
 @FEW
-def test_validity(stamp, more):
-    """Whole microseconds."""
-    message = sent(m.validity_to_message(1e-6 * stamp, 1e-6 * (stamp + more), "/puck/planner_node"))
-    assert message.source == "/puck/planner_node"
-    assert m.validity_from_message(message) == pytest.approx((1e-6 * stamp, 1e-6 * (stamp + more)), abs=1e-9)
+@given(FRAMES, st.floats(0.0, 2e9), st.lists(points, min_size=2, max_size=9), st.data())
+def test_a_plan_comes_back_from_its_trajectory_as_from_its_path_and_more(frame, begin, positions, data):
+    rows = np.array(data.draw(st.lists(st.tuples(*5 * [numbers]), max_size=4))).reshape(-1, 5)
+    contacts = Contacts(begin + np.sort(np.abs(rows[:, 0])), rows[:, 1:3], rows[:, 3:])
+    plan = plan_along(positions, begin, contacts=contacts, valid_until=begin + data.draw(st.floats(-1.0, 5.0)))
+    raw = plan_to_trajectory(plan, plan.velocities, frame)
+    # the names shift everything behind them, so that each alignment comes up
+    assert len(raw) == len(serialize_message(deserialize_message(raw, MultiDOFJointTrajectory)))
+    told, path = plan_from_trajectory(raw, frame), plan_from_path(plan_to_path(plan, frame), frame)
+    for name in ("stamp", "times", "positions"):
+        np.testing.assert_array_equal(getattr(told, name), getattr(path, name))
+    np.testing.assert_array_equal(told.velocities, plan.velocities)
+    for name in ("points", "velocities_after"):
+        np.testing.assert_array_equal(getattr(told.contacts, name), getattr(contacts, name))
+    # Unix time in seconds has steps of 0.24 us
+    np.testing.assert_allclose(told.contacts.times, contacts.times, atol=1e-6, rtol=0.0)
+    assert told.valid_until == pytest.approx(plan.valid_until, abs=1e-6)
+
+
+def test_commands_lead_the_velocity_of_the_path_and_end_at_zero():
+    t = 0.05 * np.arange(21)
+    robot = Robot(velocity_lag=0.1)
+    path = np.column_stack([0.3 * t**2, 0.2 * t])
+    commands = commands_along(t, path, velocity_law(robot), robot.max_speed)
+    assert (commands[1:-1, 0] > 0.6 * t[1:-1]).all()
+    np.testing.assert_allclose(commands[:-1, 1], 0.2)
+    assert commands[-1].tolist() == [0.0, 0.0]

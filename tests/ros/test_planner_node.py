@@ -9,7 +9,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import PointCloud2, TimeReference
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import MultiDOFJointTrajectory
@@ -19,10 +20,11 @@ from collplan_core.parameters import Settings
 from collplan_core.planners import PAPER, ROLLOUTS
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
 from collplan_ros.messages.conversions import goal_to_message, impact_to_message
+from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.planner_clouds import FREE_SPACE
-from collplan_ros.messages.plans import validity_from_message
 from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
-from collplan_ros.messages.reading import contacts_from_message, plan_from_path, seconds_from_stamp
+from collplan_ros.messages.raw_reading import plan_from_path
+from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.planner_node import BUDGET_SHARE, PlannerNode, deadlines
 from fake_robot import FakeRobot, hall
@@ -93,27 +95,25 @@ def values_of(message) -> dict[str, str]:
 
 
 def test_a_goal_becomes_plans_with_what_belongs_to_them_until_the_robot_arrives(ros, bench):
-    contacts = ros.listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", EVENT)
-    valid_until = ros.listen(TimeReference, "planner/valid_until", EVENT)
+    trajectories = ros.listen(MultiDOFJointTrajectory, "planner/trajectory", EVENT)
     # whatever was active before it began
     assert [status.status for status in bench.statuses] == [GoalStatus.STATUS_UNKNOWN]
     accepted = bench.send_goal()
     assert accepted.status == GoalStatus.STATUS_ACCEPTED
     message = bench.wait_for_plan()
-    plan = plan_from_path(message, "map")
+    plan = plan_from_path(serialize_message(message), "map")
     executing = bench.wait_for(GoalStatus.STATUS_EXECUTING)
     assert (identity(executing), executing.goal_info.stamp) == (identity(accepted), accepted.goal_info.stamp)
     assert 100.0 < seconds_from_stamp(accepted.goal_info.stamp) < plan.stamp <= bench.robot.stamp
     assert plan.times[0] == pytest.approx(plan.stamp, abs=2e-9)
     np.testing.assert_allclose(plan.positions[0], bench.robot.position, atol=1e-9)
     assert plan.positions[-1, 0] > 0.3
-    assert ros.wait_until(lambda: bench.costs and contacts and valid_until)
-    assert contacts[0].header == message.header
-    stamp, foreseen = contacts_from_message(contacts[0], "map")
-    assert all(foreseen.times >= stamp)
-    assert (valid_until[0].header.stamp, valid_until[0].source) == (message.header.stamp, "/planner_node")
-    made, until = validity_from_message(valid_until[0])
-    assert made < until < made + 1.0
+    assert ros.wait_until(lambda: bench.costs and trajectories)
+    assert trajectories[0].header == message.header
+    told = plan_from_trajectory(serialize_message(trajectories[0]), "map")
+    np.testing.assert_array_equal(told.times, plan.times)
+    np.testing.assert_array_equal(told.positions, plan.positions)
+    assert told.stamp < told.valid_until < told.stamp + 1.0
     assert bench.costs[0].header.stamp == message.header.stamp
     values = values_of(bench.costs[0])
     assert float(values["planning_time_ms"]) > 0.0
@@ -142,7 +142,7 @@ def test_a_goal_is_replaced_refused_and_canceled(ros, bench):
     bench.wait_for_plan()
     second = bench.send_goal(np.array([0.0, 0.8]))
     assert identity(second) != identity(first)
-    plan = plan_from_path(bench.wait_for_plan(seconds_from_stamp(second.goal_info.stamp)), "map")
+    plan = plan_from_path(serialize_message(bench.wait_for_plan(seconds_from_stamp(second.goal_info.stamp))), "map")
     assert plan.positions[-1, 1] > 0.3
     for goal, frame, reason in (([math.nan, 0.0], "map", "finite"), (AHEAD, "odom", "'odom'")):
         assert bench.send_goal(np.array(goal), frame).status == GoalStatus.STATUS_ABORTED

@@ -19,13 +19,13 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from websockets.sync.client import connect
 
 from collplan_core.parameters import Planning, Robot, Simulation
-from collplan_core.plan import Candidates, Contacts
+from collplan_core.plan import Candidates, Contacts, timed_path
 from collplan_core.sensing.impact_contact import ImpactContact
-from collplan_core.sensing.pose_filter import PoseSample
-from collplan_ros.messages.conversions import goal_to_message, header, impact_contact_to_message, pose_to_message
+from collplan_ros.messages.conversions import goal_to_message, header, impact_contact_to_message
+from collplan_ros.messages.plan_trajectory import plan_to_trajectory
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_to_message
-from collplan_ros.messages.plans import contacts_to_message
 from collplan_ros.messages.qos import DIAGNOSTICS_PUBLISHED, EVENT, LATCHED, NEWEST, SENSOR_DATA
+from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health, status_message
 from collplan_ros.node_kit.node_parameters import declare
 from collplan_ros.nodes import view_node
@@ -112,12 +112,12 @@ def state_message(name, **values):
 
 def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
     contacts = Contacts(np.array([12.5]), np.array([[0.3, 0.4]]), np.array([[-0.5, 0.25]]))
-    foreseen = ros.publisher(MultiDOFJointTrajectory, "planner/foreseen_impacts", EVENT)
-    plans = ros.publisher(Path, "plan", NEWEST)
-    foreseen.publish(contacts_to_message(contacts, 12.0, "map", "base_link"))
+    way = np.array([[0.0, 0.2], [0.1, 0.2], [0.2, 0.2]])
+    plan = timed_path(12.0, 12.0 + np.arange(3.0), way, 0.0 * way, contacts=contacts)
+    trajectories = ros.publisher(MultiDOFJointTrajectory, "planner/trajectory", EVENT)
+    trajectories.publish(plan_to_trajectory(plan, plan.velocities, "map"))
     ros.spin(0.3)
-    poses = [pose_to_message(PoseSample(12.0 + k, np.array([0.1 * k, 0.2]), 0.0), "map") for k in range(3)]
-    plans.publish(Path(header=header(12.0, "map"), poses=poses))
+    ros.publisher(Path, "plan", NEWEST).publish(plan_to_path(plan, "map"))
     nothing = np.zeros((0, 2))
     rollout = Candidates(nothing, nothing, np.zeros(0), (np.eye(2), 2 * np.eye(2)), (3.5, 1.25))
     bench.latched(PointCloud2, "planner/compared", compared_to_message(rollout, 12.0, "map"))
@@ -263,7 +263,7 @@ def test_messages_that_nobody_expects_end_nothing(ros, bench):
     ros.publisher(PointCloud2, "planner/seen", LATCHED).publish(PointCloud2())
     ros.publisher(PointCloud2, "planner/compared", LATCHED).publish(PointCloud2(header=header(1.0, "map"), width=7))
     ros.publisher(DiagnosticArray, "planner/costs", EVENT).publish(DiagnosticArray(status=[DiagnosticStatus()]))
-    ros.publisher(MultiDOFJointTrajectory, "planner/foreseen_impacts", EVENT).publish(MultiDOFJointTrajectory())
+    ros.publisher(MultiDOFJointTrajectory, "planner/trajectory", EVENT).publish(MultiDOFJointTrajectory())
     ros.publisher(PoseStamped, "impact/contact", EVENT).publish(PoseStamped())
     ros.publisher(PoseStamped, "goal_pose", EVENT).publish(PoseStamped())
     ros.publisher(DiagnosticArray, "/diagnostics", DIAGNOSTICS_PUBLISHED).publish(

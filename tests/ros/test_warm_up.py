@@ -39,7 +39,8 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.warm_up import warm_up
     from collplan_core.worlds import load_world
     from collplan_core.worlds.raycast import simulate_scan
-    from collplan_ros.messages import conversions, plans, reading
+    from collplan_ros.messages import conversions, reading
+    from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
     from fake_robot import LIDAR, hall
     from omnipuck_sim.trial import run_trial
 
@@ -70,7 +71,7 @@ def compiled_beyond_warm_up() -> list[str]:
         for goal in ([2.0, 0.0], [2.0, 0.0], [0.2, 0.1]):
             planner = planner_for(strategy)
             plan, memory = planner.plan(memory, local_map, state, np.array(goal), chosen)
-            plan = reading.plan_from_path(plans.plan_to_path(plan, "map"), "map")
+            plan = plan_from_trajectory(plan_to_trajectory(plan, plan.velocities, "map"), "map")
             command, _ = follow(ControllerMemory(), plan, local_map, state, 1.1, chosen)
             watch.commanded(command, 1.1)
     nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Twist, Vector3
-from rclpy.serialization import serialize_message
+from nav_msgs.msg import Path as PathMessage
+from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import String
+from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts, timed_path
@@ -17,7 +19,8 @@ from collplan_core.worlds import World
 from collplan_core.worlds.file import world_text
 from collplan_core.worlds.raycast import simulate_scan
 from collplan_ros.messages.conversions import impact_to_message, scan_to_message, state_to_odometry
-from collplan_ros.messages.plans import contacts_to_message, plan_to_path
+from collplan_ros.messages.plan_trajectory import plan_to_trajectory
+from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.run.description import BEGIN, CLOCK, RUN, WORLD, YAML
 from collplan_ros.run.description import GOAL as GOAL_GIVEN
 from collplan_ros.run.run_log import (
@@ -68,9 +71,9 @@ def bouncing_run() -> RunLog:
                 simulate_scan(room(), State(row.stamp, np.array([row.x, row.y]), np.zeros(2), 0.0), Settings().lidar)
             )
         if k % 20 == 0:
-            log.plans.append(PlanRow(EPOCH + t, EPOCH + t + np.array([0.0, 1.0]), np.array([[x, 0.1], [x + 0.5, 0.1]])))
             touch = Contacts(np.array([EPOCH + HIT_AT + 0.02]), np.array([[WALL, 0.12]]), np.array([[-0.6, 0.8]]))
-            log.contacts[EPOCH + t] = touch if t < HIT_AT else Contacts.none()
+            times, path = EPOCH + t + np.array([0.0, 1.0]), np.array([[x, 0.1], [x + 0.5, 0.1]])
+            log.plans[EPOCH + t] = PlanRow(EPOCH + t, times, path, touch if t < HIT_AT else Contacts.none())
             log.costs.append({"planning_time_ms": 1.0 + k, "candidates": 10.0, "candidates_before_pruning": 30.0})
     log.true_impacts.append(ImpactRecord(EPOCH + HIT_AT - 0.003, -1.5 * SPEED, 0.0))
     return log
@@ -123,11 +126,11 @@ def _said(log: RunLog) -> Iterator[Said]:
         yield row.sent, "maneuver", String(data=row.name)
     for hit in log.true_impacts:
         yield hit.stamp - AHEAD, "ground_truth/impact", impact_to_message(hit.stamp, np.array(hit[1:]), frames.map)
-    for stamp, each in log.contacts.items():
-        message = contacts_to_message(each, stamp, frames.map, frames.base)
-        yield stamp - AHEAD, "planner/foreseen_impacts", message
-    for plan in log.plans:
-        path = timed_path(plan.stamp, plan.times, plan.positions, np.zeros_like(plan.positions))
-        yield plan.stamp - AHEAD + THOUGHT, "plan", plan_to_path(path, frames.map)
+    for row in log.plans.values():
+        still = np.zeros_like(row.positions)
+        plan = timed_path(row.stamp, row.times, row.positions, still, contacts=row.contacts)
+        trajectory = deserialize_message(plan_to_trajectory(plan, still, frames.map), MultiDOFJointTrajectory)
+        yield plan.stamp - AHEAD + THOUGHT, "planner/trajectory", trajectory
+        yield plan.stamp - AHEAD + THOUGHT, "plan", deserialize_message(plan_to_path(plan, frames.map), PathMessage)
     for scan in log.scans:
         yield scan.stamp - AHEAD, "scan", scan_to_message(scan, frames.base)

@@ -1,5 +1,7 @@
 """Impacts of a run: placed on the world, with velocities, foreseen and deliberate."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -26,7 +28,7 @@ def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
     log.true_impacts = [ImpactRecord(EPOCH + HIT_AT - 0.003, -0.25, 0.0)]
     assert impacts_of(log, room(), WINDOW).deliberate.tolist() == [False]
     log = bouncing_run()
-    log.contacts = {stamp: Contacts.none() for stamp in log.contacts}
+    log.plans = {stamp: replace(plan, contacts=Contacts.none()) for stamp, plan in log.plans.items()}
     impacts = impacts_of(log, room(), WINDOW)
     assert impacts.deliberate.tolist() == [False]
     assert np.isnan(impacts.direction_errors).all()
@@ -49,12 +51,11 @@ def test_a_detected_impact_has_the_velocities_of_the_poses_around_and_its_own_pl
 
 def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
     log = bouncing_run()
-    touch = log.contacts[EPOCH]
-    log.contacts = {EPOCH + 0.01 * k + 0.003: touch for k in range(95)}
-    log.plans = []
+    touch = log.plans[EPOCH]
+    log.plans = {EPOCH + 0.01 * k + 0.003: touch for k in range(95)}
     assert impacts_of(log, room(), WINDOW).foreseen.tolist() == [True]
     # the last one before the hit no longer expects it
-    log.contacts[EPOCH + 0.98] = Contacts.none()
+    log.plans[EPOCH + 0.98] = replace(touch, contacts=Contacts.none())
     assert impacts_of(log, room(), WINDOW).foreseen.tolist() == [False]
 
 

@@ -86,7 +86,7 @@ def test_every_pose_is_in_it_and_times_are_those_of_the_other_files(frames):
 def test_every_plan_is_shown_from_when_it_was_sent(frames):
     shown = [frame for frame in frames if frame.get("plan")]
     stamps = [frame["plan"]["stamp"] for frame in shown]
-    assert stamps == pytest.approx([plan.stamp - EPOCH - ZERO for plan in bouncing_run().plans], abs=2e-3)
+    assert stamps == pytest.approx([stamp - EPOCH - ZERO for stamp in bouncing_run().plans], abs=2e-3)
     assert [frame["t"] - frame["plan"]["stamp"] for frame in shown] == pytest.approx([THOUGHT] * len(shown), abs=0.011)
     first = shown[0]["plan"]
     assert first["times"] == [0, 1000]

@@ -95,7 +95,7 @@ def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
     planner_called, controller_called = nodes.recording.called(PLANNER), nodes.recording.called(CONTROLLER)
     assert planner_called >= {"change_settings", "refuse", "refuse_goal", "take_goal", "cancel", "forget_scans"}
     assert "take_hand" in planner_called
-    assert controller_called >= {"change_settings", "refuse", "resume", "take_valid_until", "take_plan"}
+    assert controller_called >= {"change_settings", "refuse", "resume", "take_plan"}
     assert controller_called >= {"take_robot_state", "take_hand"}
 
 

@@ -1,7 +1,9 @@
 """Trial and graph decide alike: the inputs of a trial, fed to the nodes as messages, give equal plans and commands."""
 
+import numpy as np
 import pytest
 from called_nodes import give, tick
+from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message
 
 from collplan_core.ages import StallGuard
@@ -13,14 +15,16 @@ from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
 from collplan_core.planners import map_period_of
 from collplan_core.worlds import load_world
-from collplan_ros.messages import conversions, plans, reading
+from collplan_ros.messages import conversions, reading
 from collplan_ros.messages.goal_status import goal_from_status, goal_to_status
+from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
+from collplan_ros.messages.raw_reading import plan_from_path
+from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.nodes import controller_node, planner_node
 from collplan_ros.nodes.controller_node import ControllerNode
 from omnipuck_sim import trial
 
 MAP, BASE = "map", "base_link"
-NAME = "/planner_node"
 RUNS = (("corridor", "harness"), ("random:7", "low_risk"), ("u:17", "bounce"))
 
 
@@ -103,11 +107,13 @@ class Loops:
                 self.statuses.append(decision.status)
                 self.controller.take_goal(goal_from_status(goal_to_status(decision)))
             elif isinstance(decision, Cycle):
-                path = plans.plan_to_path(decision.plan, MAP)
-                validity = plans.validity_to_message(decision.plan.stamp, decision.valid_until, NAME)
-                self.plans.append(path)
-                self.controller.take_valid_until(*plans.validity_from_message(validity))
-                self.controller.take_plan(reading.plan_from_path(path, MAP), local)
+                path, whole = plan_to_path(decision.plan, MAP), decision.plan
+                self.plans.append(deserialize_message(path, Path))
+                told = plan_from_trajectory(plan_to_trajectory(whole, np.zeros_like(whole.positions), MAP), MAP)
+                alone = plan_from_path(path, MAP)
+                assert (told.stamp, told.times.tolist()) == (alone.stamp, alone.times.tolist())
+                assert told.positions.tolist() == alone.positions.tolist()
+                self.controller.take_plan(told, local)
 
 
 class Nodes:
@@ -141,7 +147,7 @@ class Nodes:
             self.statuses.append(goal_from_status(message).status)
         elif name == "cmd_vel":
             self.commands.append(message)
-        if name in ("plan", "planner/valid_until", "planner/foreseen_impacts", "goal_status", "cmd_vel"):
+        if name in ("plan", "planner/trajectory", "goal_status", "cmd_vel"):
             self.give(name, message)
 
     def take(self, kind, message, local):

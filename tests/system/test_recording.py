@@ -21,8 +21,8 @@ from collplan_ros.run.topics import recorded_topics
 from collplan_ros.run.writer import RECORDING
 
 ALWAYS = {
-    "/mocap/pose", "/mocap/odom", "/scan", "/goal_pose", "/goal_status", "/plan", "/planner/valid_until",
-    "/planner/foreseen_impacts", "/planner/heartbeat", "/planner/markers", "/planner/costs", "/cmd_vel", "/maneuver",
+    "/mocap/pose", "/mocap/odom", "/scan", "/goal_pose", "/goal_status", "/plan", "/planner/trajectory",
+    "/planner/heartbeat", "/planner/markers", "/planner/costs", "/cmd_vel", "/maneuver",
     "/controller/state", "/controller/reference", "/robot/state", "/ground_truth/odom", "/diagnostics",
     "/shared_constants", "/parameter_events", "/rosout",
 }  # fmt: skip

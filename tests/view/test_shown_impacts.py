@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from collplan_core.plan import Contacts
+from collplan_core.plan import Contacts, timed_path
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_ros.view.impacts import MOST, Impacts
@@ -27,7 +27,7 @@ def hit_with(speed: float, *plans: tuple[float, Contacts]):
     """The impact of a robot at this speed, after plans that were made at these times."""
     impacts = coming(speed)
     for made, contacts in plans:
-        impacts.planned(made, contacts)
+        impacts.planned(timed_path(made, made + np.array([0.0, 1.0]), *np.zeros((2, 2, 2)), contacts=contacts))
     impacts.happened(ImpactContact(1.0, POINT, NORMAL))
     (impact,) = impacts.part
     return impact

@@ -13,6 +13,7 @@ import pytest
 from damaged_frames import damaged
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 
 from collplan_core.command import Command
@@ -23,7 +24,8 @@ from collplan_core.sensing.mocap_body import robot_pose
 from collplan_core.sensing.pose_filter import FRESH, PoseError, filter_pose
 from collplan_core.worlds import load_world
 from collplan_ros.messages.mocap_formats import FORMATS
-from collplan_ros.messages.reading import MessageError, plan_from_path, scan_from_message
+from collplan_ros.messages.raw_reading import plan_from_path
+from collplan_ros.messages.reading import MessageError, scan_from_message
 from faults.fault import Fault, Measured
 from faults.trials import STRATEGY, seed_of, world
 from omnipuck_driver.codec import Decoder, Encoder
@@ -142,7 +144,7 @@ def put_scan(nodes: trial._Nodes, drawn: Nonsense, true: Scan) -> None:
 def put_path(nodes: trial._Nodes, drawn: Nonsense, true: Scan) -> None:
     with suppress(MessageError):
         message = path(drawn, true.stamp, *nodes.simulator.state.position.tolist())
-        nodes._controller.take_plan(plan_from_path(message, "map"), nodes.simulator.time)
+        nodes._controller.take_plan(plan_from_path(serialize_message(message), "map"), nodes.simulator.time)
 
 
 def in_trial(put: Callable[[trial._Nodes, Nonsense, Scan], None], seed: int) -> int:

@@ -69,6 +69,7 @@ class Plan:
         terms: cost terms of the choice by name (position, risk, collision_risk, gap_risk, velocity, total, ...).
         candidates: all that were compared.
         n_before_pruning: how many there were before pruning.
+        valid_until: until when it may be followed [s]; None where nobody says so.
     """
 
     stamp: float
@@ -81,13 +82,22 @@ class Plan:
     terms: Mapping[str, float]
     candidates: Candidates
     n_before_pruning: int
+    valid_until: float | None = None
 
 
-def timed_path(stamp: float, times: np.ndarray, positions: np.ndarray, velocities: np.ndarray) -> Plan:
-    """A plan of which no more is known than when to be where, and how fast there."""
+def timed_path(
+    stamp: float,
+    times: np.ndarray,
+    positions: np.ndarray,
+    velocities: np.ndarray,
+    valid_until: float | None = None,
+    contacts: Contacts | None = None,
+) -> Plan:
+    """A plan of which it is not known how it was chosen; its arguments are those of Plan."""
     nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-    none = Contacts.none()
-    return Plan(stamp, times, positions, velocities, none, positions[-1], velocities[-1], {}, nothing, 0)
+    touched = Contacts.none() if contacts is None else contacts
+    aim, aim_velocity = positions[-1], velocities[-1]
+    return Plan(stamp, times, positions, velocities, touched, aim, aim_velocity, {}, nothing, 0, valid_until)
 
 
 class NoPlan(RuntimeError):

@@ -130,7 +130,6 @@ class _Nodes:
                 if decision.status == EXECUTING:
                     self._monitor.executing(self.simulator.time)
             elif isinstance(decision, Cycle):
-                self._to_controller(self._controller.take_valid_until, decision.plan.stamp, decision.valid_until)
                 self._to_controller(self._controller.take_plan, decision.plan, self.simulator.time)
                 self.record.planned(decision.plan)
 

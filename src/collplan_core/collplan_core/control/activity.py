@@ -43,12 +43,11 @@ class Activity:
         return self.name, re.sub(r"-?\d+(\.\d+)?", "", self.reason)
 
 
-def describe(command: Command, plan: Plan | None, contacts: Contacts, now: float) -> Activity:
+def describe(command: Command, plan: Plan | None, now: float) -> Activity:
     """What the controller does by this command.
 
     Args:
         plan: the plan in force; None without one.
-        contacts: what the plan in force foresees.
         now: time on the poses' clock [s].
     """
     if command.maneuver == STOPPED:
@@ -57,7 +56,7 @@ def describe(command: Command, plan: Plan | None, contacts: Contacts, now: float
         return Activity(HAND, "is driven by hand")
     if command.maneuver in MANEUVER_REASONS:
         return Activity(MANEUVER, MANEUVER_REASONS[command.maneuver])
-    touched = _touched_now(contacts, now)
+    touched = None if plan is None else _touched_now(plan.contacts, now)
     if touched is not None:
         return Activity(BOUNCE, f"bounces off the boundary at {touched[0]:.2f}, {touched[1]:.2f}")
     at_end = plan is not None and now > plan.times[-1]

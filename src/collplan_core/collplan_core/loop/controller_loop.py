@@ -8,7 +8,6 @@ plan is followed once the pose it begins at and a scan of then or before have co
 such scan.
 """
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -29,7 +28,7 @@ from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.loop.sensors import Sensors
 from collplan_core.parameters import Settings
-from collplan_core.plan import Contacts, Plan
+from collplan_core.plan import Plan
 from collplan_core.scan import Scan
 from collplan_core.sensing.pose_filter import CARRIED
 from collplan_core.state import State
@@ -40,8 +39,6 @@ LONGEST_RESUMED = 3.0
 """The same after a person let the robot go on [s]: inputs are to be there then, and a plan soon."""
 ELSEWHERE = "the robot was carried or turned, or another body is taken for it"
 """Why it is held where poses leapt, and agree with one another elsewhere; or so after a turn that nothing explains."""
-KEPT = 10
-"""Companion messages kept: topics have no common order, a plan may come before or after what is said of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +82,6 @@ class ControllerLoop:
         self._sensors = Sensors(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._waiting: Plan | None = None
         self._followed: FollowedPlan | None = None
-        self._valid_until: deque[tuple[float, float]] = deque(maxlen=KEPT)
-        self._contacts: deque[tuple[float, Contacts]] = deque(maxlen=KEPT)
         self._memory = ControllerMemory()
         self._hand: Hand | None = None
         self._given_back: Hand | None = None
@@ -122,13 +117,6 @@ class ControllerLoop:
     def plan(self) -> Plan | None:
         """The plan being followed."""
         return None if self._followed is None else self._followed.plan
-
-    @property
-    def contacts(self) -> Contacts:
-        """What the plan being followed foresees of contacts, as far as that has come."""
-        plan = self.plan
-        known = (contacts for stamp, contacts in self._contacts if plan is not None and stamp == plan.stamp)
-        return next(known, Contacts.none())
 
     def now(self, local: float) -> float | None:
         """The time on the poses' clock [s]; None before the first pose."""
@@ -210,21 +198,13 @@ class ControllerLoop:
         self.forget_scans()
         self._patience, self._fault_since, self._lost_since = patience, None, None
 
-    def take_valid_until(self, stamp: float, until: float) -> None:
-        """Until when the plan with this stamp may be followed [s, poses' clock]."""
-        self._valid_until.append((stamp, until))
-
-    def take_contacts(self, stamp: float, contacts: Contacts) -> None:
-        """The contacts that the plan with this stamp [s] foresees."""
-        self._contacts.append((stamp, contacts))
-
     def take_plan(self, plan: Plan, local: float) -> str:
-        """A plan; returns why it is refused, or "" where it will be followed."""
+        """A plan, or more of the same; returns why it is refused, or "" where it will be followed."""
         goal_stamp = self.goal.stamp if self.goal is not None and self.goal.active else None
         reason = why_refuse_plan(plan, goal_stamp, self._sensors.now(local), self._settings.limits.pose_age)
         if reason:
             return reason
-        if self._waiting is not None:
+        if self._waiting is not None and self._waiting.stamp != plan.stamp:
             self.refusals.add("plan", f"no pose or no scan came for its stamp {self._waiting.stamp:.3f}")
         self._waiting = plan
         self._adopt()
@@ -337,9 +317,8 @@ class ControllerLoop:
         plan, now = self.plan, self._sensors.now(local)
         if plan is None or now is None:
             return "no plan yet"
-        told = (until for stamp, until in self._valid_until if stamp == plan.stamp)
-        until = next(told, plan.stamp + self._settings.limits.plan_age)
-        return why_stale("plan", now - plan.stamp, until - plan.stamp)
+        age = self._settings.limits.plan_age if plan.valid_until is None else plan.valid_until - plan.stamp
+        return why_stale("plan", now - plan.stamp, age)
 
 
 def _since(since: float | None, reason: str, local: float) -> float | None:

@@ -16,15 +16,13 @@ class Cycle:
     """A planning cycle that ended with a plan.
 
     Attributes:
-        plan: the plan chosen.
-        valid_until: until when it may be followed [s, poses' clock].
+        plan: the plan chosen, which says until when it may be followed.
         local_map: local map that it was made in.
         boundaries: what the planner remembers of boundaries; None where it remembers none.
         impact: impact measured since the previous cycle; None where there was none.
     """
 
     plan: Plan
-    valid_until: float
     local_map: LocalMap
     boundaries: RememberedBoundaries | None
     impact: MeasuredImpact | None

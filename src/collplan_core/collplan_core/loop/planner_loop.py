@@ -11,7 +11,7 @@ start over, memory is dropped and the goal gets a new stamp, which refuses every
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -348,7 +348,8 @@ class PlannerLoop:
     def _decide_on(self, plan: Plan, valid_until: float, local_map: LocalMap) -> None:
         boundaries = None if self._memory is None else self._planner.boundaries(self._memory)
         self._announce(self.goal.planned())
-        self._decisions.append(Cycle(plan, valid_until, local_map, boundaries, self._impact))
+        held = replace(plan, valid_until=valid_until)
+        self._decisions.append(Cycle(held, local_map, boundaries, self._impact))
         if self._reported:
             self._decisions.append(Notice(INFO, "plans again"))
         self._rebounds.planned(plan)

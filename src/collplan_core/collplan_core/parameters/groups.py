@@ -188,7 +188,7 @@ class Limits(Parameters):
     group = "limits"
     pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=0.5, live=True)
     scan_age: float = parameter(0.25, "Oldest scan acted on, since its receipt; one that comes later than this after its stamp is refused", unit="s", low=0.02, high=0.6, live=True)
-    plan_age: float = parameter(0.6, "Oldest plan followed where planner/valid_until does not say until when it holds", unit="s", low=0.05, high=2.0, live=True)
+    plan_age: float = parameter(0.6, "Oldest plan followed where no planner/trajectory says until when it holds", unit="s", low=0.05, high=2.0, live=True)
     command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=0.5)
     motion_delay: float = parameter(0.1, "Longest delay from a command to the motion measured, beyond which the robot stops", unit="s", low=0.05, high=0.4)
     missing_beams: float = parameter(0.15, "Largest share of beams in which a scan may miss walls that scans before it showed", low=0.05, high=0.45)

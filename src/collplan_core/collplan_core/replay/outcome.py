@@ -15,7 +15,7 @@ from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.goal import Goal
 from collplan_core.loop.decisions import Cycle, Notice
 from collplan_core.plan import Contacts
-from collplan_core.replay.values import little_endian
+from collplan_core.replay.values import encode, little_endian
 
 HASH_SIZE = 8
 """[bytes]"""
@@ -85,7 +85,7 @@ def _cycle(cycle: Cycle) -> dict[str, Any]:
     return {
         "plan": {
             "stamp": _number(plan.stamp),
-            "valid_until": _number(cycle.valid_until),
+            "valid_until": encode(plan.valid_until),
             "ends": _number(plan.times[-1]),
             "aim": _numbers(plan.aim),
             "aim_velocity": _numbers(plan.aim_velocity),

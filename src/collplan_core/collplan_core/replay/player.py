@@ -39,7 +39,6 @@ CALLED = {
         "resume",
         "take_robot_state",
         "take_hand",
-        "take_valid_until",
         "take_plan",
         "tick",
     ),

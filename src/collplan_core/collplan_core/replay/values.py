@@ -12,7 +12,7 @@ with one key:
 | `goal` | identity, stamp, position, status |
 | `settings` | every parameter by its key |
 | `scan` | numbers, and the array of ranges |
-| `plan` | stamp, and the arrays of times, positions and velocities: what follows a plan reads no more |
+| `plan` | stamp, the arrays of times, positions and velocities, until when it holds: what follows it reads no more |
 """
 
 import math
@@ -62,7 +62,7 @@ def _tagged(value: Any) -> dict[str, Any]:
         beams = [value.stamp, value.angle_min, value.angle_increment, value.range_min, value.range_max]
         return {"scan": encode([*beams, value.ranges, value.time_increment])}
     if isinstance(value, Plan):
-        return {"plan": encode([value.stamp, value.times, value.positions, value.velocities])}
+        return {"plan": encode([value.stamp, value.times, value.positions, value.velocities, value.valid_until])}
     if isinstance(value, Goal):
         return {"goal": encode([value.id, value.stamp, value.position, value.status])}
     if isinstance(value, bytes):

@@ -10,7 +10,7 @@ from struct import Struct, error
 
 import numpy as np
 
-from collplan_core.plan import Plan
+from collplan_core.plan import Plan, timed_path
 from collplan_core.plane import rotate
 from collplan_core.state import State
 from collplan_ros.messages.reading import (
@@ -18,15 +18,13 @@ from collplan_ros.messages.reading import (
     MessageError,
     check_finite,
     check_frame,
-    check_points,
-    timed_plan,
     yaw_of,
 )
 
 LITTLE_ENDIAN = b"\x00\x01"
-_HEADER = 4
+START = 4
 _COUNT = Struct("<I")
-_STAMP = Struct("<iI")
+STAMP = Struct("<iI")
 _STAMP_AND_LENGTH = Struct("<iII")
 _POINT = Struct("<dd")
 _POSE = Struct("<7d")
@@ -34,39 +32,46 @@ _TWIST = Struct("<6d")
 _COVARIANCE = 36 * 8
 
 
-def plan_from_bytes(raw: bytes, frame: str) -> Plan:
-    """The plan in a serialized nav_msgs/Path, as `reading.plan_from_path` reads it.
+def plan_from_path(raw: bytes, frame: str) -> Plan:
+    """The plan in a serialized nav_msgs/Path: times and positions as sent, velocities differentiated from them.
 
     Raises:
         MessageError: another frame, fewer than 2 poses, not finite, times that do not rise, or bytes that are no path.
     """
-    return timed_plan(*path_from_bytes(raw, frame))
-
-
-def path_from_bytes(raw: bytes, frame: str) -> tuple[float, np.ndarray, np.ndarray]:
-    """Stamp [s], times (n,) [s] and positions (n, 2) [m] of a serialized nav_msgs/Path.
-
-    Raises:
-        MessageError: another frame, not finite, or bytes that are no path.
-    """
     try:
-        stamp, at = _header(raw, frame)
-        (count,) = _COUNT.unpack_from(raw, at := _aligned(at, 4))
+        stamp, at = read_header(raw, frame)
+        (count,) = _COUNT.unpack_from(raw, at := aligned(at, 4))
         at += 4
         if count > len(raw):
             raise MessageError(f"poses: got {count} in {len(raw)} bytes")
         rows = np.empty((count, 3))
         for k in range(count):
-            sec, nanosec, length = _STAMP_AND_LENGTH.unpack_from(raw, at := _aligned(at, 4))
-            at = _aligned(at + 12 + length, 8)
+            sec, nanosec, length = _STAMP_AND_LENGTH.unpack_from(raw, at := aligned(at, 4))
+            at = aligned(at + 12 + length, 8)
             rows[k, 0] = sec + nanosec / NANOSECONDS
             rows[k, 1:] = _POINT.unpack_from(raw, at)
             at += _POSE.size
     except error as cut:
         raise MessageError(f"path: got {len(raw)} bytes, {cut}") from None
-    check_points(rows[:, 1:])
-    # contiguous, as the planner makes them: compiled code would be compiled again for others
-    return stamp, np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1:])
+    times, positions = check_path(rows[:, 0], rows[:, 1:])
+    velocities = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
+    return timed_path(stamp, times, positions, velocities)
+
+
+def check_path(times: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A path's times (n,) [s] and positions (n, 2) [m], contiguous, as the code that takes them is compiled for.
+
+    Raises:
+        MessageError: n under 2, not finite, or times that do not rise.
+    """
+    for number in np.flatnonzero(~np.isfinite(positions).all(axis=1)):
+        raise MessageError(f"poses[{number}]: got {positions[number].tolist()}, expected finite numbers")
+    if len(times) < 2:
+        raise MessageError(f"poses: got {len(times)}, expected at least 2")
+    for number in np.flatnonzero(np.diff(times) <= 0.0):
+        after = f"got time {times[number + 1]} after {times[number]}"
+        raise MessageError(f"poses[{number + 1}]: {after}, expected a later one")
+    return np.ascontiguousarray(times), np.ascontiguousarray(positions)
 
 
 def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
@@ -76,10 +81,10 @@ def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
         MessageError: other frames, not finite, not a unit quaternion, or bytes that are no odometry.
     """
     try:
-        stamp, at = _header(raw, map_frame)
-        child, at = _text(raw, at)
+        stamp, at = read_header(raw, map_frame)
+        child, at = read_text(raw, at)
         check_frame("child_frame_id", child, base_frame)
-        x, y, _, qx, qy, qz, qw = _POSE.unpack_from(raw, at := _aligned(at, 8))
+        x, y, _, qx, qy, qz, qw = _POSE.unpack_from(raw, at := aligned(at, 8))
         vx, vy, *_ = _TWIST.unpack_from(raw, at + _POSE.size + _COVARIANCE)
     except error as cut:
         raise MessageError(f"odometry: got {len(raw)} bytes, {cut}") from None
@@ -89,21 +94,22 @@ def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
     return State(stamp, np.array([x, y]), np.array(rotate(vx, vy, yaw)), yaw)
 
 
-def _header(raw: bytes, frame: str) -> tuple[float, int]:
+def read_header(raw: bytes, frame: str) -> tuple[float, int]:
     """The stamp [s] of a std_msgs/Header at the beginning, and where it ends; its frame is checked."""
     if raw[:2] != LITTLE_ENDIAN:
         raise MessageError(f"encoding: got {raw[:2].hex()}, expected {LITTLE_ENDIAN.hex()}, CDR in little endian")
-    sec, nanosec = _STAMP.unpack_from(raw, _HEADER)
-    got, at = _text(raw, _HEADER + _STAMP.size)
+    sec, nanosec = STAMP.unpack_from(raw, START)
+    got, at = read_text(raw, START + STAMP.size)
     check_frame("header.frame_id", got, frame)
     return sec + nanosec / NANOSECONDS, at
 
 
-def _text(raw: bytes, at: int) -> tuple[str, int]:
+def read_text(raw: bytes, at: int) -> tuple[str, int]:
     """The string at a place, and where it ends."""
-    (length,) = _COUNT.unpack_from(raw, at := _aligned(at, 4))
+    (length,) = _COUNT.unpack_from(raw, at := aligned(at, 4))
     return raw[at + 4 : at + 3 + length].decode(errors="replace"), at + 4 + length
 
 
-def _aligned(at: int, size: int) -> int:
-    return at + (_HEADER - at) % size
+def aligned(at: int, size: int) -> int:
+    """The next place from `at` on for a value of this size [bytes]."""
+    return at + (START - at) % size

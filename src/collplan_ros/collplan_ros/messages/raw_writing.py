@@ -7,31 +7,39 @@ from collplan_core.plan import Plan
 from collplan_ros.messages.raw_reading import LITTLE_ENDIAN
 from collplan_ros.messages.reading import NANOSECONDS
 
-_HEADER = LITTLE_ENDIAN + bytes(2)
+ENCODING = LITTLE_ENDIAN + bytes(2)
 _COUNT = Struct("<I")
 _STAMP_AND_LENGTH = Struct("<iII")
 _POSE = Struct("<7d")
 
 
-def plan_to_bytes(plan: Plan, frame: str) -> bytes:
-    """The same as `plans.plan_to_path`, serialized."""
-    raw, name = bytearray(_HEADER), frame.encode() + b"\0"
-    _add_header(raw, plan.stamp, name)
-    _align(raw, 4)
+def plan_to_path(plan: Plan, frame: str) -> bytes:
+    """A serialized nav_msgs/Path: its stamp is the plan's, the stamp of each pose the time to be there."""
+    raw, name = bytearray(ENCODING), frame.encode() + b"\0"
+    add_header(raw, plan.stamp, name)
+    align(raw, 4)
     raw += _COUNT.pack(len(plan.times))
     for time, (x, y) in zip(plan.times.tolist(), plan.positions.tolist(), strict=True):
-        _add_header(raw, time, name)
-        _align(raw, 8)
+        add_header(raw, time, name)
+        align(raw, 8)
         raw += _POSE.pack(x, y, 0.0, 0.0, 0.0, 0.0, 1.0)
     return bytes(raw)
 
 
-def _add_header(raw: bytearray, stamp: float, name: bytes) -> None:
-    _align(raw, 4)
+def add_header(raw: bytearray, stamp: float, name: bytes) -> None:
+    """Adds a std_msgs/Header: a stamp [s] and the name of a frame, with the zero at its end."""
+    align(raw, 4)
     whole = math.floor(stamp)
     more, nanoseconds = divmod(round((stamp - whole) * NANOSECONDS), NANOSECONDS)
     raw += _STAMP_AND_LENGTH.pack(whole + more, nanoseconds, len(name)) + name
 
 
-def _align(raw: bytearray, size: int) -> None:
-    raw += bytes((len(_HEADER) - len(raw)) % size)
+def add_text(raw: bytearray, text: bytes) -> None:
+    """Adds a string, with the zero at its end."""
+    align(raw, 4)
+    raw += _COUNT.pack(len(text)) + text
+
+
+def align(raw: bytearray, size: int) -> None:
+    """Fills up to where a value of this size may begin [bytes]."""
+    raw += bytes((len(ENCODING) - len(raw)) % size)

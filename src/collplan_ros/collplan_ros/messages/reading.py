@@ -10,7 +10,6 @@ import numpy as np
 
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED
 from collplan_core.parameters import ScanInput
-from collplan_core.plan import Contacts, Plan, timed_path
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.impact_contact import ImpactContact
 
@@ -26,10 +25,6 @@ ZERO = {"near": 0.0, "lost": math.nan, "free": math.inf}
 
 class MessageError(ValueError):
     """A message that cannot be used; the text names the field, the value and what was expected."""
-
-
-class PathError(MessageError):
-    """A path that holds no usable plan."""
 
 
 def seconds_from_stamp(stamp: Any) -> float:
@@ -107,41 +102,6 @@ def _time_increment(message: Any, step: float) -> float:
     return turn * abs(step) / math.tau if between == 0.0 and turn > 0.0 else between
 
 
-def plan_from_path(path: Any, frame: str) -> Plan:
-    """The plan in a Path: times and positions as sent, velocities differentiated from them, without contacts.
-
-    Raises:
-        PathError: another frame, fewer than 2 poses, not finite, or times that do not rise.
-    """
-    if path.header.frame_id != frame:
-        raise PathError(f"header.frame_id: got {path.header.frame_id!r}, expected {frame!r}")
-    times = np.array([seconds_from_stamp(pose.header.stamp) for pose in path.poses])
-    points = [(float(pose.pose.position.x), float(pose.pose.position.y)) for pose in path.poses]
-    return timed_plan(seconds_from_stamp(path.header.stamp), times, np.array(points).reshape(-1, 2))
-
-
-def timed_plan(stamp: float, times: np.ndarray, positions: np.ndarray) -> Plan:
-    """The plan of this stamp [s] that is at positions (n, 2) [m] at times (n,) [s].
-
-    Raises:
-        PathError: n under 2, not finite, or times that do not rise.
-    """
-    check_points(positions)
-    if len(times) < 2:
-        raise PathError(f"poses: got {len(times)}, expected at least 2")
-    for number in np.flatnonzero(np.diff(times) <= 0.0):
-        after = f"got time {times[number + 1]} after {times[number]}"
-        raise PathError(f"poses[{number + 1}]: {after}, expected a later one")
-    velocities = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
-    return timed_path(stamp, times, positions, velocities)
-
-
-def check_points(positions: np.ndarray) -> None:
-    """Raises PathError where one of a path's positions (n, 2) is not finite."""
-    for number in np.flatnonzero(~np.isfinite(positions).all(axis=1)):
-        raise PathError(f"poses[{number}]: got {positions[number].tolist()}, expected finite numbers")
-
-
 def yaw_from_quaternion(quaternion: Any) -> float:
     """The yaw of a quaternion, in [-pi, pi] [rad].
 
@@ -194,36 +154,6 @@ def velocity_from_twist(twist: Any) -> tuple[np.ndarray, float]:
     x, y, yaw_rate = float(twist.linear.x), float(twist.linear.y), float(twist.angular.z)
     check_finite("twist", x, y, yaw_rate)
     return np.array([x, y]), yaw_rate
-
-
-def contacts_from_message(message: Any, map_frame: str) -> tuple[float, Contacts]:
-    """The stamp [s] of a plan and the contacts that it foresees, possibly none.
-
-    Raises:
-        MessageError: another frame, not one transform and one velocity a point, not finite, or times that are negative
-            or fall.
-    """
-    check_frame("header.frame_id", message.header.frame_id, map_frame)
-    stamp = seconds_from_stamp(message.header.stamp)
-    rows = np.array([_contact(f"points[{number}]", point) for number, point in enumerate(message.points)])
-    times, points, velocities = np.split(rows.reshape(-1, 5), (1, 3), axis=1)
-    earliest = 0.0
-    for number, time in enumerate(times[:, 0].tolist()):
-        if time < earliest:
-            raise MessageError(f"points[{number}].time_from_start: got {time:g} s, expected {earliest:g} s or more")
-        earliest = time
-    return stamp, Contacts(stamp + times[:, 0], points, velocities)
-
-
-def _contact(field: str, point: Any) -> list[float]:
-    """Time from the plan's stamp [s], point touched x, y [m] and velocity afterwards vx, vy [m/s]."""
-    for part, entries in (("transforms", point.transforms), ("velocities", point.velocities)):
-        if len(entries) != 1:
-            raise MessageError(f"{field}.{part}: got {len(entries)} entries, expected 1")
-    at, after = point.transforms[0].translation, point.velocities[0].linear
-    check_finite(f"{field}.transforms[0].translation", float(at.x), float(at.y))
-    check_finite(f"{field}.velocities[0].linear", float(after.x), float(after.y))
-    return [seconds_from_stamp(point.time_from_start), at.x, at.y, after.x, after.y]
 
 
 def twist_of(message: Any) -> Any:

@@ -12,22 +12,21 @@ from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Path
 from rclpy.node import Node
-from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Empty, String
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.command import HAND, stopped
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Control, Frames, Limits, LocalMapping, Robot, ScanInput, Settings
+from collplan_core.plan import Plan
 from collplan_core.replay.journal import CONTROLLER
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.goal_status import goal_from_status
-from collplan_ros.messages.plans import validity_from_message
-from collplan_ros.messages.raw_reading import plan_from_bytes
-from collplan_ros.messages.reading import contacts_from_message
+from collplan_ros.messages.plan_trajectory import plan_from_trajectory
+from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
@@ -68,6 +67,7 @@ class ControllerNode(Node):
         self._journal.begin(self._settings)
         self._loop = ControllerLoop(self._settings, self._journal.asked(self._why_forbidden))
         self._period = ControlPeriod()
+        self._told: float | None = None
         warm_up()
         self._outputs = ControllerOutputs(self, self._settings)
         self._make_inputs()
@@ -81,9 +81,8 @@ class ControllerNode(Node):
         self._heartbeat = HeartbeatWatch(listen, self._settings.limits.heartbeat_age, self._local_clock)
         listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
         listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT, late_counts=True)
-        listen.listen(Path, "plan", self._on_plan, qos.NEWEST, AWAITED, raw=True)
-        listen.listen(TimeReference, "planner/valid_until", self._on_valid_until, qos.EVENT, EVENT)
-        listen.listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._on_contacts, qos.EVENT, EVENT)
+        listen.listen(MultiDOFJointTrajectory, "planner/trajectory", self._on_trajectory, qos.EVENT, EVENT, raw=True)
+        listen.listen(Path, "plan", self._on_path, qos.NEWEST, AWAITED, raw=True)
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
         listen.listen(DiagnosticStatus, "robot/state", self._on_robot_state, qos.LATCHED, EVENT)
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
@@ -130,18 +129,20 @@ class ControllerNode(Node):
     def _on_hand(self, velocity: np.ndarray, yaw_rate: float, age: float, trouble: str) -> None:
         self._journal.call(self._loop.take_hand, velocity, yaw_rate, self._local() - age, trouble)
 
-    def _on_plan(self, raw: bytes) -> None:
-        plan = plan_from_bytes(raw, self._settings.frames.map)
+    def _on_trajectory(self, raw: bytes) -> None:
+        plan = plan_from_trajectory(raw, self._settings.frames.map)
+        self._told = plan.stamp
+        self._take_plan(plan)
+
+    def _on_path(self, raw: bytes) -> None:
+        plan = plan_from_path(raw, self._settings.frames.map)
+        if plan.stamp != self._told:
+            self._take_plan(plan)
+
+    def _take_plan(self, plan: Plan) -> None:
         reason = self._journal.call(self._loop.take_plan, plan, self._local())
         if reason:
             self._inputs.refused("plan", reason)
-
-    def _on_valid_until(self, message: TimeReference) -> None:
-        self._journal.call(self._loop.take_valid_until, *validity_from_message(message))
-
-    def _on_contacts(self, message: MultiDOFJointTrajectory) -> None:
-        # not in the journal: nothing is decided by it
-        self._loop.take_contacts(*contacts_from_message(message, self._settings.frames.map))
 
     # ---- control
 

@@ -66,7 +66,7 @@ class ControllerOutputs:
 
     def _say(self, loop: ControllerLoop, now: float) -> None:
         plan, is_to_move = loop.plan, loop.goal_active or bool(loop.hand_trouble)
-        activity = describe(self.command, plan, loop.contacts, now)
+        activity = describe(self.command, plan, now)
         if self.command.maneuver == HAND and loop.hand_trouble:
             activity = replace(activity, reason=f"{activity.reason}, slowly: {loop.hand_trouble}")
         if not self._state.publish(activity, self.command.maneuver, None if plan is None else plan.stamp, is_to_move):

@@ -6,18 +6,20 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
 from rclpy.node import Node
-from sensor_msgs.msg import PointCloud2, TimeReference
+from sensor_msgs.msg import PointCloud2
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
+from collplan_core.control.feed_forward import commands_along
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.loop.decisions import Cycle
 from collplan_core.parameters import Settings
+from collplan_core.velocity_law import velocity_law
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
+from collplan_ros.messages.plan_trajectory import plan_to_trajectory
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_layers, seen_to_message
-from collplan_ros.messages.plans import contacts_to_message, validity_to_message
-from collplan_ros.messages.raw_writing import plan_to_bytes
+from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.nodes.cost_report import costs_message
 
 MARKERS_PERIOD = 0.2
@@ -33,8 +35,7 @@ class PlanOutputs:
         """Publishes through `node`."""
         self._name = node.get_fully_qualified_name()
         self._plan = node.create_publisher(Path, "plan", qos.NEWEST_PUBLISHED)
-        self._valid_until = node.create_publisher(TimeReference, "planner/valid_until", qos.EVENT)
-        self._contacts = node.create_publisher(MultiDOFJointTrajectory, "planner/foreseen_impacts", qos.EVENT)
+        self._trajectory = node.create_publisher(MultiDOFJointTrajectory, "planner/trajectory", qos.EVENT)
         self._costs = node.create_publisher(DiagnosticArray, "planner/costs", qos.EVENT)
         self._markers = node.create_publisher(MarkerArray, "planner/markers", qos.LATCHED)
         self._markers_sent = -math.inf
@@ -46,12 +47,12 @@ class PlanOutputs:
     def publish(self, cycle: Cycle, goal: np.ndarray, planning_time: float, local: float, settings: Settings) -> None:
         """Publishes a cycle for a goal (2,) [m] that took `planning_time` [s] and ended at `local` [s, local clock].
 
-        What goes with the plan is sent before it, to be known when it comes, and all else after it: the robot waits.
+        The trajectory is sent first, as whoever has it needs no path, and all else after the plan: the robot waits.
         """
-        plan, frames = cycle.plan, settings.frames
-        self._valid_until.publish(validity_to_message(plan.stamp, cycle.valid_until, self._name))
-        self._contacts.publish(contacts_to_message(plan.contacts, plan.stamp, frames.map, frames.base))
-        self._plan.publish(plan_to_bytes(plan, frames.map))
+        plan, frame, robot = cycle.plan, settings.frames.map, settings.robot
+        commands = commands_along(plan.times, plan.positions, velocity_law(robot), robot.max_speed)
+        self._trajectory.publish(plan_to_trajectory(plan, commands, frame))
+        self._plan.publish(plan_to_path(plan, frame))
         strategy = settings.planner.strategy
         self._costs.publish(costs_message(self._name, plan, planning_time, strategy, cycle.impact))
         self._impact = cycle.impact or self._impact

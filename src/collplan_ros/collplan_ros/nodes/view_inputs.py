@@ -18,7 +18,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.goal import NO_GOAL
 from collplan_core.parameters import Settings
-from collplan_core.plan import Contacts
+from collplan_core.plan import Plan
 from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.state import State
 from collplan_ros.messages import qos
@@ -27,8 +27,9 @@ from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.conversions import goal_from_message
 from collplan_ros.messages.goal_status import goal_from_status
 from collplan_ros.messages.lockstep_report import lockstep_of
-from collplan_ros.messages.raw_reading import path_from_bytes, state_from_bytes
-from collplan_ros.messages.reading import contacts_from_message, impact_contact_from_message, scan_from_message
+from collplan_ros.messages.plan_trajectory import plan_from_trajectory
+from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
+from collplan_ros.messages.reading import impact_contact_from_message, scan_from_message
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.node_kit.shown_topics import ShownTopics
 from collplan_ros.view import scene
@@ -102,7 +103,7 @@ class ViewInputs:
         self._states: deque[State] = deque()
         self._fresh: list[State] = []
         self._robot: scene.Part = None
-        self._contacts: dict[float, Contacts] = {}
+        self._told: float | None = None
         self._commanded = math.nan
         self._periods: list[float] = []
         self.recent = RecentTiming()
@@ -137,8 +138,8 @@ class ViewInputs:
         self._reset()
         listen(Odometry, "mocap/odom", self._take_pose, POSES, raw=True)
         listen(LaserScan, "scan", self._take_scan, NEWEST)
-        listen(MultiDOFJointTrajectory, "planner/foreseen_impacts", self._take_contacts, qos.EVENT)
-        listen(Path, "plan", self._take_plan, NEWEST, raw=True)
+        listen(MultiDOFJointTrajectory, "planner/trajectory", self._take_trajectory, qos.EVENT, raw=True)
+        listen(Path, "plan", self._take_path, NEWEST, raw=True)
         listen(PointCloud2, "planner/seen", self._take_seen, qos.LATCHED)
         listen(PointCloud2, "planner/compared", self._take_compared, qos.LATCHED)
         listen(DiagnosticArray, "planner/costs", self._take_costs, NEWEST)
@@ -219,14 +220,19 @@ class ViewInputs:
 
     # ---- plans
 
-    def _take_contacts(self, message: MultiDOFJointTrajectory, _: Values) -> None:
-        stamp, contacts = contacts_from_message(message, self._frames.map)
-        self._contacts = dict([*self._contacts.items(), (stamp, contacts)][-qos.EVENT.depth :])
-        self._impacts.planned(stamp, contacts)
+    def _take_trajectory(self, raw: bytes, _: Values) -> None:
+        plan = plan_from_trajectory(raw, self._frames.map)
+        self._told = plan.stamp
+        self._impacts.planned(plan)
+        self._put_plan(plan)
 
-    def _take_plan(self, raw: bytes, _: Values) -> None:
-        stamp, times, positions = path_from_bytes(raw, self._frames.map)
-        self._changes.put("plan", scene.plan(stamp, times, positions, self._contacts.get(stamp)))
+    def _take_path(self, raw: bytes, _: Values) -> None:
+        plan = plan_from_path(raw, self._frames.map)
+        if plan.stamp != self._told:
+            self._put_plan(plan)
+
+    def _put_plan(self, plan: Plan) -> None:
+        self._changes.put("plan", scene.plan(plan.stamp, plan.times, plan.positions, plan.contacts))
 
     def _take_seen(self, message: PointCloud2, _: Values) -> None:
         shown = LAYERS if self._seen % MEMORY_EVERY == 0 else LAYERS[: LAYERS.index(REMEMBERED)]

@@ -79,7 +79,7 @@ def impacts_of(log: RunLog, world: World, velocity_window: float) -> Impacts:
     """
     rows = _true_rows(log, world) if log.truth else _measured_rows(log, velocity_window)
     times, points, normals, before, after = rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7], rows[:, 7:9]
-    predictions = [Prediction(made, contacts) for made, contacts in sorted(log.contacts.items())]
+    predictions = [Prediction(made, plan.contacts) for made, plan in sorted(log.plans.items())]
     errors = foreseen_rebounds(times, points, after, predictions)[:, 0]
     return Impacts(times, points, normals, before, after, errors, foreseen_impacts(times, points, predictions))
 

@@ -9,13 +9,14 @@ from typing import Any, NamedTuple
 from collplan_core.goal import NO_GOAL, SUCCEEDED
 from collplan_core.parameters import Settings
 from collplan_core.set_clocks import RunTimes, continued
+from collplan_core.plan import Plan
 from collplan_core.state import State
 from collplan_ros.messages.lockstep_report import Lockstep, lockstep_of
-from collplan_ros.messages.raw_reading import plan_from_bytes, state_from_bytes
+from collplan_ros.messages.plan_trajectory import plan_from_trajectory
+from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import (
     GOAL_STATUS,
     check_finite,
-    contacts_from_message,
     impact_contact_from_message,
     impact_from_message,
     scan_from_message,
@@ -39,10 +40,10 @@ from collplan_ros.run.run_log import (
 
 FIGURES = ("planning_time_ms", "candidates", "candidates_before_pruning", "hardest_contact")
 """Figures of planner/costs that are logged."""
-RAW = ("mocap/odom", "ground_truth/odom", "plan")
+RAW = ("mocap/odom", "ground_truth/odom", "plan", "planner/trajectory")
 """Topics whose messages are taken as bytes."""
 PICTURED = ("plan", "scan")
-"""Topics that nothing but the picture and the page need, and that most of a log would consist of."""
+"""Topics that nothing but the picture and the page need; scans would be most of a log."""
 ODD = (ArithmeticError, LookupError, TypeError, ValueError)
 """What a message that nobody expects can raise while it is read."""
 
@@ -69,7 +70,7 @@ class LogBuilder:
     """
 
     def __init__(self, settings: Settings, namespace: str = "/", pictured: bool = True) -> None:
-        """Starts empty; without plans and scans where the log is not `pictured`."""
+        """Starts empty; without scans and paths of plans where the log is not `pictured`."""
         self.newest: PoseRow | None = None
         self.lockstep: Lockstep | None = None
         self.time_zero: float | None = None
@@ -89,8 +90,8 @@ class LogBuilder:
             "ground_truth/impact": self._take_true_impact,
             "impact/contact": self._take_detected_impact,
             "scan": self._take_scan,
-            "plan": self._take_plan,
-            "planner/foreseen_impacts": self._take_contacts,
+            "plan": self._take_path,
+            "planner/trajectory": self._take_trajectory,
             "planner/costs": self._take_costs,
             "goal_status": self._take_goal_status,
             "controller/reference": self._take_reference,
@@ -188,17 +189,21 @@ class LogBuilder:
         if sent <= self._end.sent:
             self._log.scans.append(replace(scan, stamp=self._time(scan.stamp)))
 
-    def _take_plan(self, raw: bytes, sent: float) -> None:
-        plan = plan_from_bytes(raw, self._frames.map)
+    def _take_path(self, raw: bytes, sent: float) -> None:
+        row = self._plan_row(plan_from_path(raw, self._frames.map), sent)
         if sent <= self._end.sent:
-            at = self._time(plan.stamp)
-            self._log.plans.append(PlanRow(at, at - plan.stamp + plan.times, plan.positions, sent))
+            self._log.plans.setdefault(row.stamp, row)
 
-    def _take_contacts(self, message: Any, sent: float) -> None:
-        stamp, contacts = contacts_from_message(message, self._frames.map)
+    def _take_trajectory(self, raw: bytes, sent: float) -> None:
+        row = self._plan_row(plan_from_trajectory(raw, self._frames.map), sent)
         if sent <= self._end.sent:
-            at = self._time(stamp)
-            self._log.contacts[at] = replace(contacts, times=at - stamp + contacts.times)
+            self._log.plans[row.stamp] = row
+
+    def _plan_row(self, plan: Plan, sent: float) -> PlanRow:
+        at = self._time(plan.stamp)
+        later = at - plan.stamp
+        contacts = replace(plan.contacts, times=later + plan.contacts.times)
+        return PlanRow(at, later + plan.times, plan.positions, contacts, sent)
 
     def _take_costs(self, message: Any, sent: float) -> None:
         for status in message.status:

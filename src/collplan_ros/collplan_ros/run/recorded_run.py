@@ -66,7 +66,7 @@ class RecordedRun:
 
 
 def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
-    """Reads the run in a folder of bringup; without plans and scans where it is not `pictured`.
+    """Reads the run in a folder of bringup; without scans and paths of plans where it is not `pictured`.
 
     Raises:
         RunError: a file is missing or has another form than bringup writes.

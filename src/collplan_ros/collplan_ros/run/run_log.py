@@ -113,7 +113,7 @@ class DetectedImpactRecord(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlanRow:
-    """A plan: stamp of the scan or pose it was made from [s], times (n,) [s] and positions (n, 2) [m].
+    """A plan: stamp of the scan or pose it was made from [s], times (n,) [s], positions (n, 2) [m], foreseen contacts.
 
     `sent` is NaN where it is not needed.
     """
@@ -121,6 +121,7 @@ class PlanRow:
     stamp: float
     times: np.ndarray
     positions: np.ndarray
+    contacts: Contacts = field(default_factory=Contacts.none)
     sent: float = math.nan
 
 
@@ -135,8 +136,7 @@ class RunLog:
         sent_commands: commands of the controller.
         sent_maneuvers: maneuvers begun.
         sent_references: points tracked.
-        plans: plans received.
-        contacts: contacts that each plan foresaw, by its stamp [s].
+        plans: plans received, by their stamps [s].
         scans: scans received.
         true_impacts: true impacts, of a simulated robot only.
         detected_impacts: impacts as published on the topic impact/contact, each with its own time.
@@ -154,8 +154,7 @@ class RunLog:
     sent_commands: list[SentCommand] = field(default_factory=list)
     sent_maneuvers: list[SentManeuver] = field(default_factory=list)
     sent_references: list[SentReference] = field(default_factory=list)
-    plans: list[PlanRow] = field(default_factory=list)
-    contacts: dict[float, Contacts] = field(default_factory=dict)
+    plans: dict[float, PlanRow] = field(default_factory=dict)
     scans: list[Scan] = field(default_factory=list)
     true_impacts: list[ImpactRecord] = field(default_factory=list)
     detected_impacts: list[DetectedImpactRecord] = field(default_factory=list)
@@ -225,10 +224,10 @@ class RunLog:
         """Removes everything after a pose of this stamp [s] that was sent then [s]; figures of planning cycles stay."""
         for rows in (self.poses, self.sent_commands, self.sent_maneuvers, self.sent_references):
             del rows[bisect_right(rows, sent, key=lambda row: row.sent) :]
-        for stamped in (self.truth, self.plans, self.scans, self.true_impacts, self.detected_impacts):
+        for stamped in (self.truth, self.scans, self.true_impacts, self.detected_impacts):
             del stamped[bisect_right(stamped, stamp, key=lambda record: record.stamp) :]
-        for made in [made for made in self.contacts if made > stamp]:
-            del self.contacts[made]
+        for made in [made for made in self.plans if made > stamp]:
+            del self.plans[made]
 
     def reference_at(self, sent: float) -> SentReference | None:
         """The point tracked at that time; None while the robot is stopped, or before the first."""

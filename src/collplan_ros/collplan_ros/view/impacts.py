@@ -5,7 +5,7 @@ from collections import deque
 import numpy as np
 
 from collplan_core.evaluation.impact_matching import Prediction, deliberate_impacts, foreseen_impacts
-from collplan_core.plan import Contacts
+from collplan_core.plan import Plan
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
 from collplan_ros.view import scene
@@ -33,10 +33,10 @@ class Impacts:
         self._predictions: deque[Prediction] = deque()
         self._states: deque[State] = deque()
 
-    def planned(self, made: float, contacts: Contacts) -> None:
-        """Takes the contacts that a plan of this stamp [s] foresees."""
-        self._predictions.append(Prediction(made, contacts))
-        while self._predictions[0].made < made - KEPT:
+    def planned(self, plan: Plan) -> None:
+        """Takes a plan."""
+        self._predictions.append(Prediction(plan.stamp, plan.contacts))
+        while self._predictions[0].made < plan.stamp - KEPT:
             self._predictions.popleft()
 
     def moved(self, state: State) -> None:

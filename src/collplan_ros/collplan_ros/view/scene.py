@@ -162,16 +162,15 @@ def rollouts(paths: Sequence[np.ndarray], costs: Sequence[float]) -> Part:
     return [{"cost": priced[k], "path": milli(paths[k])} for k in order]
 
 
-def plan(stamp: float, times: np.ndarray, positions: np.ndarray, contacts: Contacts | None) -> Part:
+def plan(stamp: float, times: np.ndarray, positions: np.ndarray, contacts: Contacts) -> Part:
     """The part `plan`.
 
     Args:
         stamp: when it begins [s].
         times: (n,) [s], positions: (n, 2) [m].
-        contacts: those it foresees; None where they are not known.
+        contacts: those it foresees.
     """
-    touched = Contacts.none() if contacts is None else contacts
-    rows = np.column_stack([touched.points, touched.velocities_after, touched.times - stamp])
+    rows = np.column_stack([contacts.points, contacts.velocities_after, contacts.times - stamp])
     return {"stamp": _seconds(stamp), "times": milli(times - stamp), "path": milli(positions), "contacts": milli(rows)}
 
 

@@ -1,5 +1,6 @@
 """trajectory.png: picture of the world and the robot's path through it."""
 
+from collections.abc import Iterable
 import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -64,7 +65,7 @@ def draw_trajectory(
     figure.set_figheight(0.76 * WIDTH * (y1 - y0) / (x1 - x0) + AROUND + TITLE_LINE * len(lines))
     axes = figure.add_subplot()
     _draw_world(axes, world)
-    _draw_plans(axes, log.plans)
+    _draw_plans(axes, log.plans.values())
     _draw_ends(axes, log, goal, settings)
     speeds = _draw_path(axes, log, settings.robot.max_speed)
     if speeds is not None:
@@ -88,7 +89,7 @@ def _draw_world(axes: "Axes", world: World) -> None:
     axes.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, edgecolor=WALL, linewidth=width, linestyle=style))
 
 
-def _draw_plans(axes: "Axes", plans: list[PlanRow]) -> None:
+def _draw_plans(axes: "Axes", plans: Iterable[PlanRow]) -> None:
     last = -np.inf
     for plan in plans:
         if plan.stamp - last >= PLAN_PERIOD:
