@@ -121,10 +121,10 @@ def _behind_joints(raw: bytes, at: int) -> int:
 def _points(raw: bytes, at: int) -> np.ndarray:
     """The points that begin at a place, one at least."""
     (count,) = _COUNT.unpack_from(raw, at := aligned(at, 4))
-    (first,) = _COUNT.unpack_from(raw, at + 4)
-    begin = aligned(at + 8, 8)
+    begin = aligned(at + 2 * _COUNT.size, 8)
     if count < 1 or len(raw) < begin + count * _POINT.itemsize - _COUNT.size:
         raise MessageError(f"points: got {count} in {len(raw)} bytes, expected three transforms and velocities in each")
+    (first,) = _COUNT.unpack_from(raw, at + _COUNT.size)
     rows = np.frombuffer(raw + _COUNT.pack(len(JOINTS)), _POINT, count, begin)
     if first != len(JOINTS) or not ((rows["n_velocities"] == len(JOINTS)) & (rows["n_accelerations"] == 0)).all():
         raise MessageError("points: expected three transforms, three velocities and no acceleration in each")

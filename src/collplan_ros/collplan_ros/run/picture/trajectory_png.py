@@ -1,7 +1,7 @@
 """trajectory.png: picture of the world and the robot's path through it."""
 
-from collections.abc import Iterable
 import textwrap
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
