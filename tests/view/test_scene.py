@@ -110,7 +110,6 @@ def test_a_plan_keeps_its_times_and_contacts(steps, contacts):
     told = np.array(part["contacts"]).reshape(-1, 5)
     np.testing.assert_allclose(told[:, :4] / 1000.0, rows, atol=HALF + 1e-9)
     assert (told[:, 4] == 250).all()
-    assert scene.plan(stamp, times, positions, None)["contacts"] == []
 
 
 @QUICK
