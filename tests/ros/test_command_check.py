@@ -54,11 +54,18 @@ def test_a_stop_is_followed_at_once():
 
 
 def test_commands_without_end_do_not_outrun_the_cap():
-    check = CommandCheck(Settings())
+    check = CommandCheck(Settings().with_values({"cap.acceleration": 10.0}))
     for n in range(100):
         velocity, _ = check.followed(twist(1.2, 0.0), 1.0 + 1e-4 * n)
     first = 0.5  # after silence: one period of the controller
-    assert velocity[0] <= first + Settings().cap.acceleration * 1e-2
+    assert velocity[0] <= first + 10.0 * 1e-2
+
+
+def test_as_shipped_a_rebound_reverses_the_command_within_a_control_period():
+    check = CommandCheck(Settings())
+    for n, vx in enumerate((1.2, -1.2)):
+        velocity, _ = check.followed(twist(vx, 0.0), 1.0 + 0.05 * n)
+    assert velocity.tolist() == [-1.2, 0.0]
 
 
 def test_a_live_limit_is_used_from_the_next_command_on():

@@ -178,7 +178,7 @@ class Cap(Parameters):
 
     group = "cap"
     speed: float = parameter(1.2, "Largest speed that the robot's end lets through; robot.max_speed may not be above it", unit="m/s", low=0.05, high=5.0)
-    acceleration: float = parameter(10.0, "Largest change of the velocity let through, a stop aside (assumed: above what wheels on a floor make)", unit="m/s^2", low=0.5, high=50.0)
+    acceleration: float = parameter(50.0, "Largest change of the commanded velocity let through, a stop aside; a rebound reverses the command within a control period, which takes 2 max_speed * controller.rate", unit="m/s^2", low=0.5, high=50.0)
 
 
 @dataclass(frozen=True)
