@@ -6,10 +6,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from collplan_core.local_map import build_local_map
+from collplan_core.paper_planner.costs.model import weights_of
 from collplan_core.paper_planner.plan_cycle import plan_cycle
 from collplan_core.parameters import Settings, Weights
 from collplan_core.plan import NoPlan
-from collplan_core.strategies import PAPER_WEIGHTS, weights_of
+from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import World
 from scenes import (
     ROBOT,

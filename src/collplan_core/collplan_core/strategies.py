@@ -3,11 +3,7 @@
 The parameters take the choices of `planner.strategy` from here, so that nothing of theirs is imported.
 """
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collplan_core.parameters import Settings, Weights
+from dataclasses import dataclass
 
 PAPER_WEIGHTS: dict[str, dict[str, float]] = {
     "harness": {"position": 100.0, "risk": 0.1, "velocity": 4.0},
@@ -45,13 +41,3 @@ TIME_TO_GOAL: dict[str, ContactTerms] = {
 
 NAMES = [*PAPER_WEIGHTS, "custom", *TIME_TO_GOAL]
 """The choices of `planner.strategy`; `planners.py: register` adds to them."""
-
-
-def weights_of(settings: "Settings") -> "Weights":
-    """The weights of the chosen strategy; `custom` takes the weights group as it stands."""
-    return replace(settings.weights, **PAPER_WEIGHTS.get(settings.planner.strategy, {}))
-
-
-def contact_terms(settings: "Settings") -> ContactTerms:
-    """What contacts do and cost under the chosen strategy, a time-to-goal one."""
-    return TIME_TO_GOAL[settings.planner.strategy]

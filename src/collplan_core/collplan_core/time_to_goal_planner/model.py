@@ -6,7 +6,7 @@ import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.reflection import Ring, believed_ring
-from collplan_core.strategies import BY_SPEED, FREE, REFLECTS, contact_terms
+from collplan_core.strategies import BY_SPEED, FREE, REFLECTS, TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import ClearanceField, Grid
 from collplan_core.time_to_goal_planner.shortest_paths.record import PathLookup, ShortestPaths
 from collplan_core.velocity_law import VelocityLaw, velocity_law
@@ -101,14 +101,14 @@ class Problem(NamedTuple):
 
 def robot_model(settings: Settings) -> RobotModel:
     """The robot as the chosen strategy takes it to be."""
-    ring, reflects = believed_ring(settings), contact_terms(settings).contact_law == REFLECTS
+    ring, reflects = believed_ring(settings), TIME_TO_GOAL[settings.planner.strategy].contact_law == REFLECTS
     wheels = velocity_law(settings.robot, STEP)
     return RobotModel(settings.robot.max_speed, wheels, ring if reflects else ring._replace(restitution=0.0))
 
 
 def contact_costs(settings: Settings) -> ContactCosts:
     """What contacts cost under the chosen strategy."""
-    p, tolerance = settings.time_to_goal, contact_terms(settings).contact_tolerance
+    p, tolerance = settings.time_to_goal, TIME_TO_GOAL[settings.planner.strategy].contact_tolerance
     if tolerance == BY_SPEED:
         observed, inferred, margin = (0.0, p.hit_cost), (0.0, p.inferred_cost), p.tolerant_distance
     elif tolerance == FREE:
@@ -127,5 +127,5 @@ def problem_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, se
     x, y = (float(value) for value in paths.goal)
     goal = Goal(x, y, tolerance, paths.longest_within(tolerance), graze_cost)
     constants = Constants(field.grid, goal, robot_model(settings), contact_costs(settings))
-    stop_test = contact_terms(settings).stop_test
+    stop_test = TIME_TO_GOAL[settings.planner.strategy].stop_test
     return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test)

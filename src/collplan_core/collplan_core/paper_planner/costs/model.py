@@ -1,10 +1,11 @@
 """The scalars of the objective, made once a cycle. Paper: eq. (1) to (3), Alg. 2."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
-from collplan_core.parameters import Settings
+from collplan_core.parameters import Settings, Weights
 from collplan_core.reflection import Ring, believed_ring
-from collplan_core.strategies import weights_of
+from collplan_core.strategies import PAPER_WEIGHTS
 
 
 class CostModel(NamedTuple):
@@ -27,6 +28,11 @@ class CostModel(NamedTuple):
     ring: Ring
     rebound_horizon: float
     rebound_penalty: float
+
+
+def weights_of(settings: Settings) -> Weights:
+    """The weights of the chosen strategy; `custom` takes the weights group as it stands."""
+    return replace(settings.weights, **PAPER_WEIGHTS.get(settings.planner.strategy, {}))
 
 
 def cost_model(settings: Settings) -> CostModel:
