@@ -24,20 +24,10 @@ CHECK_PERIOD = 1.0
 class Inputs:
     """The subscriptions of a node. It logs when they come, when they are missing or refused, and why.
 
-    Make it first, subscribe through `listen`, and call `ready` at the end of the constructor:
-
-        self._inputs = Inputs(self)
-        self._inputs.listen(Odometry, "mocap/odom", self._on_pose, qos.POSE_SUBSCRIBED, kind="pose")
-        self._inputs.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
-        self._inputs.listen(Path, "plan", self._on_plan, qos.NEWEST, EVENT)
-        self._inputs.listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
-        ...
-        self._inputs.ready("strategy harness, a plan every 0.2 s")
-
-    It says then, a line for each change and at most about one a second:
+    Make it first, subscribe through `listen`, and call `ready` at the end of the constructor. It says then, a line for
+    each change and at most about one a second:
 
         ready: listens to mocap/odom, goal_status, plan, goal_pose; strategy harness, a plan every 0.2 s
-        no mocap/odom: 0 publishers
         no mocap/odom: 1 publisher, but its QoS does not fit: best effort publisher and reliable subscription
         mocap/odom refused: header.frame_id: got 'odom', expected 'map'
         mocap/odom, goal_status come; waits for goal_pose
