@@ -116,7 +116,7 @@ def recorded(world: str, longest: float, seed: int, **values: object) -> Course:
     course, clock = Course(Settings().with_values(values)), [0.0]
 
     def recording(kind: type) -> Callable[..., _Recorded]:
-        return lambda *given: _Recorded(kind(*given), course.calls[kind], clock)
+        return lambda *given, **named: _Recorded(kind(*given, **named), course.calls[kind], clock)
 
     with pytest.MonkeyPatch.context() as patched:
         for kind in INPUTS:

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from collplan_core.evaluation.impact_matching import (
     UNMATCHED,
     Prediction,
-    foreseen_impacts,
     foreseen_rebounds,
+    judge_impacts,
     match_contacts,
 )
 from collplan_core.loop.impact_alarm import ImpactAlarm
@@ -36,7 +36,7 @@ def made(predictions) -> list[Prediction]:
 
 def foreseen(impacts, *predictions) -> list[bool]:
     table = np.array(impacts, dtype=float)
-    return foreseen_impacts(table[:, 0], table[:, 1:3], made(predictions)).tolist()
+    return judge_impacts(table[:, 0], table[:, 1:3], np.zeros(len(table)), made(predictions)).foreseen.tolist()
 
 
 def compared(impacts, *predictions) -> np.ndarray:

@@ -17,7 +17,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
-from collplan_core.planners import PAPER, ROLLOUTS
+from collplan_core.planners import BUDGET_SHARE, PAPER, ROLLOUTS, deadlines
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
 from collplan_ros.messages.conversions import goal_to_message, impact_to_message
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory
@@ -26,7 +26,7 @@ from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, DIAGNOSTICS_SUBSCRIBE
 from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.nodes.controller_node import ControllerNode
-from collplan_ros.nodes.planner_node import BUDGET_SHARE, PlannerNode, deadlines
+from collplan_ros.nodes.planner_node import PlannerNode
 from fake_robot import FakeRobot, hall
 from node_health import NodeHealth
 

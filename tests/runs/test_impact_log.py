@@ -19,18 +19,18 @@ def test_an_impact_is_placed_on_the_world():
     assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
     assert impacts.before[0] == pytest.approx([SPEED, 0.0])
     assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
-    assert impacts.foreseen.tolist() == impacts.deliberate.tolist() == [True]
+    assert impacts.verdicts.foreseen.tolist() == impacts.verdicts.deliberate.tolist() == [True]
 
 
 def test_a_graze_is_not_deliberate_nor_is_what_no_plan_foresaw():
     log = bouncing_run()
     log.truth = [row._replace(vx=0.15 if row.vx > 0.0 else -0.1) for row in log.truth]
     log.true_impacts = [ImpactRecord(EPOCH + HIT_AT - 0.003, -0.25, 0.0)]
-    assert impacts_of(log, room(), WINDOW).deliberate.tolist() == [False]
+    assert impacts_of(log, room(), WINDOW).verdicts.deliberate.tolist() == [False]
     log = bouncing_run()
     log.plans = {stamp: replace(plan, contacts=Contacts.none()) for stamp, plan in log.plans.items()}
     impacts = impacts_of(log, room(), WINDOW)
-    assert impacts.deliberate.tolist() == [False]
+    assert impacts.verdicts.deliberate.tolist() == [False]
     assert np.isnan(impacts.direction_errors).all()
 
 
@@ -45,7 +45,7 @@ def test_a_detected_impact_has_the_velocities_of_the_poses_around_and_its_own_pl
     assert impacts.normals[0] == pytest.approx([-1.0, 0.0])
     assert impacts.before[0] == pytest.approx([SPEED, 0.0])
     assert impacts.after[0] == pytest.approx([-0.5 * SPEED, 0.0])
-    assert impacts.deliberate.tolist() == [True]
+    assert impacts.verdicts.deliberate.tolist() == [True]
     assert len(impacts_of(RunLog(detected_impacts=log.detected_impacts), room(), WINDOW)) == 0
 
 
@@ -53,10 +53,10 @@ def test_plans_without_a_scan_of_their_stamp_and_many_a_second():
     log = bouncing_run()
     touch = log.plans[EPOCH]
     log.plans = {EPOCH + 0.01 * k + 0.003: touch for k in range(95)}
-    assert impacts_of(log, room(), WINDOW).foreseen.tolist() == [True]
+    assert impacts_of(log, room(), WINDOW).verdicts.foreseen.tolist() == [True]
     # the last one before the hit no longer expects it
     log.plans[EPOCH + 0.98] = replace(touch, contacts=Contacts.none())
-    assert impacts_of(log, room(), WINDOW).foreseen.tolist() == [False]
+    assert impacts_of(log, room(), WINDOW).verdicts.foreseen.tolist() == [False]
 
 
 def test_two_impacts_between_two_samples_are_kept_apart():
@@ -68,7 +68,7 @@ def test_two_impacts_between_two_samples_are_kept_apart():
     impacts = impacts_of(log, room(), WINDOW)
     assert impacts.before[:, 0] == pytest.approx([SPEED, 0.0], abs=1e-9)
     assert impacts.after[:, 0] == pytest.approx([0.0, -0.5 * SPEED], abs=1e-9)
-    assert impacts.foreseen.sum() == 1
+    assert impacts.verdicts.foreseen.sum() == 1
 
 
 def test_a_true_impact_at_the_stamp_of_a_pose_is_over_in_that_pose():
@@ -77,7 +77,7 @@ def test_a_true_impact_at_the_stamp_of_a_pose_is_over_in_that_pose():
     log.true_impacts = [ImpactRecord(log.truth[100].stamp, -1.5 * SPEED, 0.0)]
     impacts = impacts_of(log, room(), WINDOW)
     assert (impacts.before[0, 0], impacts.after[0, 0]) == pytest.approx((SPEED, -0.5 * SPEED))
-    assert impacts.deliberate.tolist() == [True]
+    assert impacts.verdicts.deliberate.tolist() == [True]
 
 
 @given(st.floats(-1.99, 2.49), st.floats(-1.49, 1.49))

@@ -50,7 +50,7 @@ def test_time_velocities_and_what_was_deliberate_are_right_without_the_truth(hit
             vectors = ((getattr(found, name)[i], getattr(true, name)[j]) for name in ("before", "after", "points"))
             angle = np.degrees(np.arccos(np.clip(found.normals[i] @ true.normals[j], -1.0, 1.0)))
             off.append([abs(found.times[i] - true.times[j]), *(np.hypot(*(a - b)) for a, b in vectors), angle])
-            told.append((bool(found.deliberate[i]), bool(true.deliberate[j])))
+            told.append((bool(found.verdicts.deliberate[i]), bool(true.verdicts.deliberate[j])))
         seed += 1
     assert false <= 0.01 * hits
     assert missed <= 0.05 * fast

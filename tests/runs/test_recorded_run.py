@@ -63,7 +63,7 @@ def test_a_killed_run_is_read_and_said_to_be_incomplete_and_its_folder_is_left_a
     played, impacts = read_played_run(killed), impacts_of(log, room(), WINDOW)
     assert played.end == "incomplete"
     np.testing.assert_allclose(played.impacts.times, impacts.times, atol=1e-6)
-    assert played.impacts.deliberate.tolist() == impacts.deliberate.tolist()
+    assert played.impacts.verdicts.deliberate.tolist() == impacts.verdicts.deliberate.tolist()
     assert {path: path.stat().st_mtime_ns for path in killed.iterdir()} == before
 
 

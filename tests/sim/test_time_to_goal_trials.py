@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import shapely
 
-from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
@@ -72,18 +71,14 @@ def test_every_strategy_gets_round_a_turn_and_measures_its_rebounds(strategy):
         assert np.isnan(came) or came == pytest.approx(np.hypot(*impact.velocity_after))
 
 
-def deliberate(result: TrialResult) -> np.ndarray:
-    return result.foreseen & (speeds_into(result) > DELIBERATE_SPEED)
-
-
 def test_bounce_hits_on_purpose_and_foresees_its_rebound_and_avoid_does_not():
     results = [trial("bounce", "u:3"), trial("bounce")]
     assert {result.outcome for result in results} == {REACHED}
-    assert sum(np.sum(deliberate(result)) for result in results) >= 1
-    off = np.concatenate([result.rebounds[deliberate(result), 0] for result in results])
+    assert sum(np.sum(result.deliberate) for result in results) >= 1
+    off = np.concatenate([result.rebounds[result.deliberate, 0] for result in results])
     assert np.median(off) < np.radians(15.0)
     assert trial("avoid").arrival_time > trial("bounce").arrival_time
-    assert not deliberate(trial("avoid")).any()
+    assert not trial("avoid").deliberate.any()
 
 
 def test_a_given_map_is_kept_clear_of_from_the_first_plan_on():

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from collplan_core.deadline import Deadline, never
+from collplan_core.deadline import Deadline, after, never
 from collplan_core.local_map.record import LocalMap
 from collplan_core.paper_planner.plan_cycle import plan_cycle as plan_spline
 from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERIOD
@@ -20,6 +20,9 @@ from collplan_core.time_to_goal_planner.model import MAP_PERIOD as ROLLOUT_MAP_P
 from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory
 from collplan_core.time_to_goal_planner.plan_cycle import plan_cycle as plan_rollout
 from collplan_core.worlds import World
+
+BUDGET_SHARE = 0.5
+"""Time budget of refinement where time_to_goal.time_budget is 0, as a share of map_period: plans must not be late."""
 
 
 class PlanFunction(Protocol):
@@ -115,6 +118,11 @@ def planner_for(strategy: str) -> Planner:
 def map_period_of(settings: Settings) -> float:
     """T_map [s]: the parameter, or where that is 0 the planner's own."""
     return settings.planner.map_period or planner_for(settings.planner.strategy).map_period
+
+
+def deadlines(clock: Callable[[], float]) -> Callable[[Settings], Deadline]:
+    """Gives until when a plan that is begun now may be worked on, by `clock` [s]."""
+    return lambda settings: after(settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings), clock)
 
 
 def local_mapping_of(settings: Settings) -> LocalMapping:

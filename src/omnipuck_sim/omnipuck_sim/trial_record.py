@@ -1,12 +1,13 @@
 """The record of a trial, and how it comes together."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from collplan_core.command import Command
-from collplan_core.evaluation.impact_matching import Prediction, foreseen_impacts, foreseen_rebounds
+from collplan_core.evaluation.impact_matching import Prediction, foreseen_rebounds, judge_impacts
 from collplan_core.evaluation.path_length import path_length
 from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import Settings
@@ -23,7 +24,8 @@ class TrialResult:
         outcome: reached, timeout, stuck, or aborted where the planner gave the goal up.
         arrival_time: from the first non-zero command to the first pose within goal_tolerance, else the limit [s].
         path_length: length of the true path from the first non-zero command to the end [m].
-        impacts: all k impacts of the run; foreseen: (k,) whether a plan in force foresaw each.
+        impacts: all k impacts of the run.
+        foreseen, deliberate: (k,) whether a plan in force foresaw each, and whether it was deliberate too.
         rebounds: (k, 3) for each impact that the last plan before it foresaw, else NaN: angle between the foreseen
             direction of its rebound and the true one [rad], the speed foreseen and the true one [m/s].
         plan_times: (n,) wall time of each cycle from scan to plan [s].
@@ -41,6 +43,7 @@ class TrialResult:
     path_length: float
     impacts: tuple[Impact, ...]
     foreseen: np.ndarray
+    deliberate: np.ndarray
     rebounds: np.ndarray
     plan_times: np.ndarray
     candidates: np.ndarray
@@ -48,6 +51,11 @@ class TrialResult:
     maneuvers: dict[str, int]
     trajectory: np.ndarray
     plans: tuple[np.ndarray, ...]
+
+
+def speeds_into(impacts: Sequence[Impact]) -> np.ndarray:
+    """Speed into the wall (k,) of each impact [m/s]."""
+    return np.array([-(impact.velocity_before @ impact.normal) for impact in impacts])
 
 
 class TrialRecord:
@@ -93,6 +101,7 @@ class TrialRecord:
         points = np.array([impact.point for impact in self.impacts]).reshape(-1, 2)
         after = np.array([impact.velocity_after for impact in self.impacts]).reshape(-1, 2)
         predictions = [Prediction(plan.stamp, plan.contacts) for plan in self._plans]
+        verdicts = judge_impacts(times, points, speeds_into(self.impacts), predictions)
         elapsed = float(trajectory[-1, 0]) if len(trajectory) else 0.0
         return TrialResult(
             world=self._world,
@@ -102,7 +111,8 @@ class TrialRecord:
             arrival_time=elapsed if outcome == REACHED else self._settings.trial.timeout,
             path_length=path_length(trajectory[:, 1:3]) if len(trajectory) else 0.0,
             impacts=tuple(self.impacts),
-            foreseen=foreseen_impacts(times, points, predictions),
+            foreseen=verdicts.foreseen,
+            deliberate=verdicts.deliberate,
             rebounds=foreseen_rebounds(times, points, after, predictions),
             plan_times=np.array(self._plan_times),
             candidates=np.array([len(plan.candidates.costs) for plan in self._plans], dtype=int),

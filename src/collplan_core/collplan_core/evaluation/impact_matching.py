@@ -1,8 +1,10 @@
 """Matching of a run's impacts with the contacts that its plans foresaw."""
 
 import math
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +21,7 @@ AT_ONCE = 0.01
 DELIBERATE_SPEED = 0.2
 """A foreseen impact faster than this into the wall is deliberate [m/s]."""
 UNMATCHED = -1
+KINDS = DELIBERATE, FORESEEN, OTHER = "deliberate", "foreseen", "other"
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,18 +32,48 @@ class Prediction:
     contacts: Contacts
 
 
-def foreseen_impacts(times: np.ndarray, points: np.ndarray, predictions: Sequence[Prediction]) -> np.ndarray:
-    """(k,) whether each impact, at times (k,) and points (k, 2), was foreseen.
+class Verdicts(NamedTuple):
+    """What plans made of k impacts.
 
-    An impact is foreseen when a plan made at least NOTICE before it has a contact within TIME_TOLERANCE and
-    DISTANCE_TOLERANCE, and every plan made since, up to AT_ONCE before the impact, has one too. Within a plan one
-    contact stands for one impact. `predictions` holds every plan of the run, also those that foresee nothing, in order
-    of `made`.
+    Attributes:
+        foreseen: (k,) whether a plan in force foresaw each: a plan made at least NOTICE before it has a contact within
+            TIME_TOLERANCE and DISTANCE_TOLERANCE, and every plan made since, up to AT_ONCE before it, has one too.
+            Within a plan one contact stands for one impact.
+        deliberate: (k,) whether each was foreseen, and faster into the wall than a graze: DELIBERATE_SPEED.
+    """
+
+    foreseen: np.ndarray
+    deliberate: np.ndarray
+
+    def kind(self, k: int) -> str:
+        """One of KINDS: that of an impact."""
+        return DELIBERATE if self.deliberate[k] else FORESEEN if self.foreseen[k] else OTHER
+
+
+def judge_impacts(
+    times: np.ndarray, points: np.ndarray, speeds_into: np.ndarray, predictions: Sequence[Prediction]
+) -> Verdicts:
+    """Which impacts were foreseen, and which deliberate.
+
+    Args:
+        times: (k,) when they were [s].
+        points: (k, 2) where on the obstacles [m].
+        speeds_into: (k,) speed into the wall before each [m/s].
+        predictions: of every plan of the run, also of those that foresee nothing, in order of `made`.
     """
     made = np.array([p.made for p in predictions])
     matched = np.array([match_contacts(times, points, p.contacts) != UNMATCHED for p in predictions], dtype=bool)
     matched = matched.reshape(len(predictions), len(times))
-    return np.array([_announced(t, made, matched[:, i]) for i, t in enumerate(times)], dtype=bool)
+    foreseen = np.array([_announced(t, made, matched[:, i]) for i, t in enumerate(times)], dtype=bool)
+    return Verdicts(foreseen, foreseen & (speeds_into > DELIBERATE_SPEED))
+
+
+def last_before(stamp: float, track: Sequence[Any]) -> Any:
+    """The last pose before a stamp [s] of a track in order, or the first: an impact is over in the pose of its stamp.
+
+    Its velocity is the one before an impact: none that is fitted later is free of it.
+    """
+    return track[max(bisect_left(track, stamp, key=lambda pose: pose.stamp) - 1, 0)]
 
 
 def foreseen_rebounds(
@@ -59,25 +92,18 @@ def foreseen_rebounds(
     made = np.array([p.made for p in predictions])
     for i, time in enumerate(times):
         k = int(np.searchsorted(made, time)) - 1
-        if k < 0:
-            continue
-        contacts = predictions[k].contacts
-        match = match_contacts(times[i : i + 1], points[i : i + 1], contacts)[0]
-        if match != UNMATCHED:
-            foreseen, came = contacts.velocities_after[match], velocities_after[i]
+        foreseen = None if k < 0 else foreseen_rebound(time, points[i], predictions[k].contacts)
+        if foreseen is not None:
+            came = velocities_after[i]
             turn = math.atan2(foreseen[0] * came[1] - foreseen[1] * came[0], float(foreseen @ came))
             result[i] = abs(turn), np.hypot(*foreseen), np.hypot(*came)
     return result
 
 
-def deliberate_impacts(foreseen: np.ndarray, speeds_into: np.ndarray) -> np.ndarray:
-    """(k,) whether each impact was deliberate: a plan foresaw it, and it was faster into the wall than a graze.
-
-    Args:
-        foreseen: (k,) whether a plan in force foresaw it.
-        speeds_into: (k,) speed into the wall before it [m/s]; a graze has at most DELIBERATE_SPEED.
-    """
-    return foreseen & (speeds_into > DELIBERATE_SPEED)
+def foreseen_rebound(time: float, point: np.ndarray, contacts: Contacts) -> np.ndarray | None:
+    """Velocity (2,) [m/s] after an impact at a time [s] and point (2,) [m], by one plan; None where it foresaw none."""
+    match = match_contacts(np.array([time]), point[None], contacts)[0]
+    return None if match == UNMATCHED else contacts.velocities_after[match]
 
 
 def _announced(time: float, made: np.ndarray, matched: np.ndarray) -> bool:

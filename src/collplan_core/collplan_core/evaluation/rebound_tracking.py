@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from collplan_core.evaluation.impact_matching import UNMATCHED, Prediction, match_contacts
+from collplan_core.evaluation.impact_matching import Prediction, foreseen_rebound
 from collplan_core.plan import Plan
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.state import State
@@ -71,8 +71,7 @@ class ReboundTracker:
         self._impact = None
 
     def _foreseen(self, stamp: float, point: np.ndarray) -> np.ndarray:
-        for prediction in reversed(self._predictions):
-            match = match_contacts(np.array([stamp]), point[None], prediction.contacts)[0]
-            if match != UNMATCHED and prediction.made >= stamp - KEPT:
-                return prediction.contacts.velocities_after[match]
-        return np.full(2, math.nan)
+        # it was found late: plans made since then no longer expect it
+        lately = (each.contacts for each in reversed(self._predictions) if each.made >= stamp - KEPT)
+        foreseen = (foreseen_rebound(stamp, point, contacts) for contacts in lately)
+        return next((velocity for velocity in foreseen if velocity is not None), np.full(2, math.nan))

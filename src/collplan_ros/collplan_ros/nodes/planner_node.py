@@ -7,18 +7,15 @@ nothing and says why; the controller stops the robot when plans fail to come. Al
 import uuid
 from collections.abc import Callable, Sequence
 from time import perf_counter, thread_time
-from typing import Any, ParamSpec
+from typing import Any
 
-from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from rclpy.clock import ROSClock
 from rclpy.node import Node
 from std_msgs.msg import Empty, String
 from std_srvs.srv import Trigger
 
-from collplan_core.deadline import Deadline, after
-from collplan_core.goal import Goal
-from collplan_core.loop.decisions import INFO, WARNING, Cycle, Decision, Notice
+from collplan_core.loop.decisions import ERROR, Cycle, Decision, Notice
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import (
     Frames,
@@ -33,7 +30,7 @@ from collplan_core.parameters import (
     TimeToGoal,
     Weights,
 )
-from collplan_core.planners import map_period_of
+from collplan_core.planners import deadlines, map_period_of
 from collplan_core.replay.journal import PLANNER
 from collplan_core.scan import Scan
 from collplan_core.state import State
@@ -41,21 +38,20 @@ from collplan_core.warm_up import warm_up
 from collplan_ros.messages import qos
 from collplan_ros.messages.cmd_vel import command_type
 from collplan_ros.messages.conversions import goal_from_message
-from collplan_ros.messages.goal_status import goal_to_status
 from collplan_ros.messages.reading import MessageError, impact_from_message, twist_of, velocity_from_twist
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
-from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from collplan_ros.node_kit.diagnostics import Diagnostics, Health
 from collplan_ros.node_kit.input_watch import AWAITED, EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.periodic import call_each_period
-from collplan_ros.node_kit.run_node import publish_acknowledged, run_node
+from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.heartbeat import Heartbeat
 from collplan_ros.nodes.journal_output import journal_to
-from collplan_ros.nodes.plan_outputs import PlanOutputs
+from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
 GROUPS = (
@@ -75,14 +71,6 @@ GROUPS = (
 )
 USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
 LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
-P = ParamSpec("P")
-BUDGET_SHARE = 0.5
-"""Time budget of refinement where time_to_goal.time_budget is 0, as a share of map_period: plans must not be late."""
-
-
-def deadlines(clock: Callable[[], float]) -> Callable[[Settings], Deadline]:
-    """Gives until when a plan that is begun now may be worked on, by `clock` [s]."""
-    return lambda settings: after(settings.time_to_goal.time_budget or BUDGET_SHARE * map_period_of(settings), clock)
 
 
 class PlannerNode(Node):
@@ -103,18 +91,19 @@ class PlannerNode(Node):
         self._loop = PlannerLoop(self._settings, journal.counted(deadline), why_forbidden=why_forbidden)
         self._planning_time = 0.0
         warm_up()
-        self._outputs = PlanOutputs(self)
-        self._status = self.create_publisher(GoalStatus, "goal_status", qos.LATCHED)
-        # a planner that ran earlier may have left a goal active
-        self._status.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
+        self._outputs = PlannerOutputs(self)
         backlog = Backlog(self)
-        self._inputs = Inputs(self, self._loop.refusals, backlog)
-        listen_to_sensors(self._inputs, self._refuse, self._on_pose, self._on_scan, self._settings)
-        self._inputs.listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
-        self._inputs.listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
-        self._inputs.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
-        self._inputs.listen(command_type(self._settings), "cmd_vel", self._on_command, qos.NEWEST, EVENT)
-        self._inputs.listen(command_type(self._settings), "hand/cmd_vel", self._on_hand, qos.NEWEST, EVENT)
+        loop = self._loop
+        inputs = self._inputs = Inputs(self, loop.refusals, backlog)
+        listen_to_sensors(
+            inputs, lambda *why: journal.call(loop.refuse, *why), self._on_pose, self._on_scan, self._settings
+        )
+        listen, command = inputs.listen, command_type(self._settings)
+        listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
+        listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
+        listen(Empty, "robot/resumed", lambda _: journal.call(loop.forget_scans), qos.EVENT, EVENT)
+        listen(command, "cmd_vel", self._on_command, qos.NEWEST, EVENT)
+        listen(command, "hand/cmd_vel", lambda _: journal.call(loop.take_hand), qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._timer = call_each_period(self, map_period_of(self._settings), self._on_timer, self._local_clock)
         on_change(self, self._take_settings, *GROUPS)
@@ -139,110 +128,65 @@ class PlannerNode(Node):
     # ---- inputs
 
     def _on_pose(self, state: State) -> None:
-        self._act_at_once(self._timed(self._loop.take_pose, state, self._local()))
+        if self._decide(self._loop.take_pose, state, self._local()):
+            self._timer.reset()  # after an impact: the next plan is due a map_period later
         self._turn.over()
 
     def _on_scan(self, scan: Scan) -> None:
         self._journal.call(self._loop.take_scan, scan, self._local())
-
-    def _refuse(self, kind: str, reason: str) -> None:
-        self._journal.call(self._loop.refuse, kind, reason)
-
-    def _on_resumed(self, _: Empty) -> None:
-        self._journal.call(self._loop.forget_scans)
 
     def _on_goal(self, message: PoseStamped) -> None:
         identity = uuid.uuid4().bytes
         try:
             position = goal_from_message(message, self._settings.frames.map)
         except MessageError as error:
-            self._act(self._journal.call(self._loop.refuse_goal, identity, str(error)))
-            return
-        self._act(self._journal.call(self._loop.take_goal, identity, position, self._local()))
+            self._decide(self._loop.refuse_goal, identity, str(error))
+        else:
+            self._decide(self._loop.take_goal, identity, position, self._local())
 
     def _on_impact(self, message: Vector3Stamped) -> None:
         stamp, change = impact_from_message(message, self._settings.frames.map)
-        self._act_at_once(self._timed(self._loop.take_impact, stamp, change, self._local()))
+        if self._decide(self._loop.take_impact, stamp, change, self._local()):
+            self._timer.reset()
 
     def _on_command(self, message: Twist | TwistStamped) -> None:
         velocity, _ = velocity_from_twist(twist_of(message))
         self._journal.call(self._loop.take_command, velocity, self._local())
 
-    def _on_hand(self, _: Twist | TwistStamped) -> None:
-        self._journal.call(self._loop.take_hand)
-
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
         response.message = "goal canceled" if self._loop.goal.active else "no goal was active"
-        self._act(self._journal.call(self._loop.cancel))
+        self._decide(self._loop.cancel)
         return response
 
     def _on_timer(self) -> None:
-        self._act(self._timed(self._loop.cycle, self._local()))
+        self._decide(self._loop.cycle, self._local())
         self._turn.over()
         # last of all: the robot waits for the plan
         self._journal.end_cycle()
 
-    # ---- what was decided
+    # ---- what is decided
 
-    def _timed(self, decide: Callable[P, list[Decision]], *given: P.args, **named: P.kwargs) -> list[Decision]:
+    def _decide(self, decide: Callable[..., list[Decision]], *given: Any) -> bool:
+        """Acts on what the loop decides; whether that is a plan."""
         begun = perf_counter()
-        decisions = self._journal.call(decide, *given, **named)
-        if any(isinstance(decision, Cycle) for decision in decisions):
+        decisions = self._journal.call(decide, *given)
+        planned = any(isinstance(decision, Cycle) for decision in decisions)
+        if planned:
             self._planning_time = perf_counter() - begun
-        return decisions
-
-    def _act_at_once(self, decisions: list[Decision]) -> None:
-        """Acts on decisions that may hold a plan made after an impact: the next one is due a map_period later."""
-        if any(isinstance(decision, Cycle) for decision in decisions):
-            self._timer.reset()
-        self._act(decisions)
-
-    def _act(self, decisions: list[Decision]) -> None:
-        for decision in decisions:
-            if isinstance(decision, Goal):
-                self._status.publish(goal_to_status(decision))
-            elif isinstance(decision, Cycle):
-                goal = self._loop.goal.position
-                self._outputs.publish(decision, goal, self._planning_time, self._local(), self._settings)
-            else:
-                self._say(decision)
-
-    def _say(self, notice: Notice) -> None:
-        log = self.get_logger()
-        if notice.level == INFO:
-            log.info(notice.text)
-        elif notice.level == WARNING:
-            log.warning(notice.text)
-        else:
-            log.error(notice.text)
+        self._outputs.take(decisions, self._loop, self._planning_time, self._local(), self._settings)
+        if any(isinstance(decision, Notice) and decision.level == ERROR for decision in decisions):
             self._diagnostics.publish()
+        return planned
 
     # ---- diagnostics
 
     def _health(self) -> Health:
-        loop, active = self._loop, self._loop.goal.active
-        values: dict[str, object] = {
-            "goal": loop.goal.status,
-            "strategy": self._settings.planner.strategy,
-            "plans": loop.n_plans,
-            "planning_time_ms": 1e3 * self._planning_time,
-            "impacts": loop.n_impacts,
-            "plans_above_impact_speed": loop.n_hard_plans,
-            **loop.refusals.values,
-        }
-        stale = loop.why_stale(self._local())
-        if stale:
-            return Health(ERROR if active else WARN, stale, values)
-        if loop.trouble:
-            return Health(WARN, loop.trouble, values)
-        return Health(OK, "planning" if active else "no active goal", values)
+        return health_of(self._loop, self._settings.planner.strategy, self._planning_time, self._local())
 
     def stop(self) -> None:
         """Cancels the goal and waits until listeners have received that."""
-        for decision in self._journal.call(self._loop.cancel):
-            if isinstance(decision, Goal):
-                publish_acknowledged(self._status, goal_to_status(decision))
+        self._outputs.take_last(self._journal.call(self._loop.cancel))
         self._turn.end()
         self._journal.end_cycle()
 

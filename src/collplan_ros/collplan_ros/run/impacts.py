@@ -12,9 +12,10 @@ import numpy as np
 
 from collplan_core.evaluation.impact_matching import (
     Prediction,
-    deliberate_impacts,
-    foreseen_impacts,
+    Verdicts,
     foreseen_rebounds,
+    judge_impacts,
+    last_before,
 )
 from collplan_core.plane import nearest_on_segment
 from collplan_core.worlds import World, world_segments
@@ -44,7 +45,8 @@ class Impacts:
         after: (k, 2) velocity after each impact [m/s].
         direction_errors: (k,) angle in [0, pi] between the velocity after an impact and the one that the last plan
             before it foresaw [rad]; NaN where that plan foresaw no such impact.
-        foreseen: (k,) whether a plan in force foresaw the impact.
+        speeds: (k,) speed of each impact into the obstacle [m/s].
+        verdicts: which were foreseen, and which deliberate.
     """
 
     times: np.ndarray
@@ -53,20 +55,11 @@ class Impacts:
     before: np.ndarray
     after: np.ndarray
     direction_errors: np.ndarray
-    foreseen: np.ndarray
+    speeds: np.ndarray
+    verdicts: Verdicts
 
     def __len__(self) -> int:
         return len(self.times)
-
-    @property
-    def deliberate(self) -> np.ndarray:
-        """(k,) whether each impact was foreseen, and faster into the wall than a graze."""
-        return deliberate_impacts(self.foreseen, self.speeds)
-
-    @property
-    def speeds(self) -> np.ndarray:
-        """(k,) speed of each impact into the obstacle [m/s]."""
-        return -(self.before * self.normals).sum(axis=1)
 
 
 def impacts_of(log: RunLog, world: World, velocity_window: float) -> Impacts:
@@ -81,7 +74,9 @@ def impacts_of(log: RunLog, world: World, velocity_window: float) -> Impacts:
     times, points, normals, before, after = rows[:, 0], rows[:, 1:3], rows[:, 3:5], rows[:, 5:7], rows[:, 7:9]
     predictions = [Prediction(made, plan.contacts) for made, plan in sorted(log.plans.items())]
     errors = foreseen_rebounds(times, points, after, predictions)[:, 0]
-    return Impacts(times, points, normals, before, after, errors, foreseen_impacts(times, points, predictions))
+    speeds = -(before * normals).sum(axis=1)
+    verdicts = judge_impacts(times, points, speeds, predictions)
+    return Impacts(times, points, normals, before, after, errors, speeds, verdicts)
 
 
 def _true_rows(log: RunLog, world: World) -> np.ndarray:
@@ -106,7 +101,7 @@ def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndar
 
     Those after it do not serve: a ring that gives way still touches in them.
     """
-    last = _last_pose_before(impact.stamp, log.truth)
+    last = last_before(impact.stamp, log.truth)
     earlier = _total_change(other for other in log.true_impacts if last.stamp < other.stamp < impact.stamp)
     elapsed = impact.stamp - last.stamp
     before = _velocity(last) + earlier + elapsed * _acceleration_until(last, log)
@@ -115,7 +110,7 @@ def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndar
 
 def _acceleration_until(last: PoseRow, log: RunLog) -> np.ndarray:
     """(2,) by the wheels between a true pose and the one before it [m/s^2]; zero where the ring may have touched."""
-    one_before = _last_pose_before(last.stamp, log.truth)
+    one_before = last_before(last.stamp, log.truth)
     if any(one_before.stamp - TOUCH < other.stamp <= last.stamp for other in log.true_impacts):
         return np.zeros(2)
     interval = last.stamp - one_before.stamp
@@ -130,7 +125,7 @@ def _measured_velocities(impact: float, log: RunLog, velocity_window: float) -> 
     """
     later = min((other.stamp for other in log.detected_impacts if other.stamp > impact), default=math.inf)
     settled = min(_first_from(impact + SETTLED * velocity_window, log.poses), _first_from(later, log.poses) - 1)
-    last = _last_pose_before(impact, log.poses)
+    last = last_before(impact, log.poses)
     return [*_velocity(last), *_velocity(log.poses[max(settled, 0)])]
 
 
@@ -148,11 +143,6 @@ def _position(row: PoseRow) -> np.ndarray:
 
 def _velocity(row: PoseRow) -> np.ndarray:
     return np.array([row.vx, row.vy])
-
-
-def _last_pose_before(stamp: float, track: list[PoseRow]) -> PoseRow:
-    """The last pose before a stamp [s]: at the stamp of an impact it is over."""
-    return track[max(_first_from(stamp, track) - 1, 0)]
 
 
 def _first_from(stamp: float, track: list[PoseRow]) -> int:
@@ -192,5 +182,5 @@ def write_impact_rows(file: TextIO, impacts: Impacts, begin: float) -> None:
     for i in range(len(impacts)):
         vectors = (impacts.points[i], impacts.normals[i], impacts.before[i], impacts.after[i])
         numbers = [impacts.times[i] - begin, *np.concatenate(vectors), impacts.direction_errors[i]]
-        kinds = (impacts.foreseen[i], impacts.deliberate[i])
+        kinds = (impacts.verdicts.foreseen[i], impacts.verdicts.deliberate[i])
         writer.writerow([*(f"{number:.6f}" for number in numbers), *(str(bool(kind)).lower() for kind in kinds)])

@@ -4,7 +4,7 @@ from collections import deque
 
 import numpy as np
 
-from collplan_core.evaluation.impact_matching import Prediction, deliberate_impacts, foreseen_impacts
+from collplan_core.evaluation.impact_matching import KINDS, Prediction, judge_impacts, last_before
 from collplan_core.plan import Plan
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
@@ -12,11 +12,8 @@ from collplan_ros.view import scene
 
 KEPT = 1.5
 """Time for which plans and poses are kept [s]; an impact is found 0.02 to 0.08 s after it."""
-SETTLED = 0.06
-"""Time before an impact at which no pose has anything of it in its velocity [s]."""
 MOST = 200
 """Impacts that are kept."""
-KINDS = DELIBERATE, FORESEEN, OTHER = "deliberate", "foreseen", "other"
 
 
 class Impacts:
@@ -48,14 +45,13 @@ class Impacts:
     def happened(self, contact: ImpactContact) -> None:
         """Takes an impact."""
         speed = self._speed_into(contact)
-        foreseen = foreseen_impacts(np.array([contact.time]), contact.point[None], list(self._predictions))
-        deliberate = deliberate_impacts(foreseen, np.array([speed]))[0]
-        kind = DELIBERATE if deliberate else FORESEEN if foreseen[0] else OTHER
+        one = np.array([contact.time]), contact.point[None], np.array([speed])
+        kind = judge_impacts(*one, self._predictions).kind(0)
         # made anew: what was sent before stays as it was
         self.counts = {**self.counts, kind: self.counts[kind] + 1}
         self.part = [*self.part, scene.impact(contact, kind, speed)][-MOST:]
 
     def _speed_into(self, contact: ImpactContact) -> float:
-        """Speed into the wall before an impact [m/s], by the last pose that has nothing of it; 0 without one."""
-        before = [state for state in self._states if state.stamp <= contact.time - SETTLED]
-        return max(0.0, -float(before[-1].velocity @ contact.normal)) if before else 0.0
+        """Speed into the wall before an impact [m/s]; 0 without a pose."""
+        before = last_before(contact.time, self._states) if self._states else None
+        return 0.0 if before is None else max(0.0, -float(before.velocity @ contact.normal))

@@ -6,9 +6,8 @@ from typing import Any, TypedDict
 import numpy as np
 
 from collplan_core.command import MANEUVERS
-from collplan_core.evaluation.impact_matching import deliberate_impacts
 from collplan_study.tables.columns import REBOUND, blank
-from omnipuck_sim.trial_record import TrialResult
+from omnipuck_sim.trial_record import TrialResult, speeds_into
 
 ERROR = "error"
 PATH_RATE = 20.0
@@ -71,7 +70,7 @@ def sampled_path(trajectory: np.ndarray) -> Path:
 def impact_rows(result: TrialResult) -> list[dict[str, Any]]:
     """The columns of each impact of a trial, in their order; None where there is nothing to compare."""
     points = [impact.point.tolist() for impact in result.impacts]
-    flags = zip(_normal_speeds(result).tolist(), result.foreseen.tolist(), _deliberate(result).tolist(), strict=True)
+    flags = zip(speeds_into(result.impacts).tolist(), result.foreseen.tolist(), result.deliberate.tolist(), strict=True)
     return [
         {"x": x, "y": y, "speed_into": speed, "foreseen": foreseen, "deliberate": deliberate, **_rebound(rebound)}
         for (x, y), (speed, foreseen, deliberate), rebound in zip(points, flags, result.rebounds.tolist(), strict=True)
@@ -82,22 +81,12 @@ def _rebound(numbers: list[float]) -> dict[str, float | None]:
     return {name: value if isfinite(value) else None for name, value in zip(REBOUND, numbers, strict=True)}
 
 
-def _normal_speeds(result: TrialResult) -> np.ndarray:
-    """Speed into the wall (k,) of each impact [m/s]."""
-    return np.array([-(impact.velocity_before @ impact.normal) for impact in result.impacts])
-
-
-def _deliberate(result: TrialResult) -> np.ndarray:
-    """Whether each impact (k,) was foreseen and fast."""
-    return deliberate_impacts(result.foreseen, _normal_speeds(result))
-
-
 def _impact_measures(result: TrialResult) -> dict[str, Any]:
     return {
         "impacts": len(result.impacts),
-        "deliberate_impacts": int(_deliberate(result).sum()),
+        "deliberate_impacts": int(result.deliberate.sum()),
         "unforeseen_impacts": int((~result.foreseen).sum()),
-        "max_impact_speed": float(_normal_speeds(result).max(initial=0.0)),
+        "max_impact_speed": float(speeds_into(result.impacts).max(initial=0.0)),
     }
 
 

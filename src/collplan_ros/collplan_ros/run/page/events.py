@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.evaluation.impact_matching import KINDS
 from collplan_core.goal import ACTIVE, NO_GOAL
 from collplan_core.scan import ScanError
 from collplan_core.sensing.beam_poses import placed_among
@@ -21,7 +22,7 @@ from collplan_ros.run.reader import raw_messages
 from collplan_ros.run.recorded_run import NANO
 from collplan_ros.run.run_log import PoseRow, RunLog, SentGoal, SentStatus, states_around
 from collplan_ros.view import scene
-from collplan_ros.view.impacts import DELIBERATE, FORESEEN, KINDS, MOST, OTHER
+from collplan_ros.view.impacts import MOST
 from collplan_ros.view.message_parts import (
     Parts,
     compared_parts,
@@ -125,8 +126,6 @@ def _impacts(played: PlayedRun) -> Iterator[Event]:
 
 def _impact(played: PlayedRun, k: int) -> scene.Part:
     impacts, time = played.impacts, float(played.impacts.times[k])
-    foreseen = FORESEEN if impacts.foreseen[k] else OTHER
-    kind = DELIBERATE if impacts.deliberate[k] else foreseen
     place, normal, speed = impacts.points[k], impacts.normals[k], float(impacts.speeds[k])
     known = bool(np.isfinite([*place, *normal, speed]).all())
     # in a world without surfaces only the robot's own place is known
@@ -134,7 +133,7 @@ def _impact(played: PlayedRun, k: int) -> scene.Part:
         "t": scene.time_of(time - played.zero),
         "at": scene.milli(place if known else state_at(played.run.log.poses, time).position),
         "normal": scene.milli(normal) if known else [0, 0],
-        "kind": kind,
+        "kind": impacts.verdicts.kind(k),
         "speed": scene.milli([speed])[0] if known else None,
     }
 

@@ -138,9 +138,9 @@ def _draw_path(axes: "Axes", log: RunLog, top_speed: float) -> "LineCollection |
 
 def _draw_impacts(axes: "Axes", impacts: Impacts) -> None:
     for chosen, marker, color, label in (
-        (impacts.deliberate, "D", DELIBERATE, "impact, deliberate"),
-        (impacts.foreseen & ~impacts.deliberate, "o", FORESEEN, "impact, foreseen"),
-        (~impacts.foreseen & ~impacts.deliberate, "X", OTHER, "impact, other"),
+        (impacts.verdicts.deliberate, "D", DELIBERATE, "impact, deliberate"),
+        (impacts.verdicts.foreseen & ~impacts.verdicts.deliberate, "o", FORESEEN, "impact, foreseen"),
+        (~impacts.verdicts.foreseen & ~impacts.verdicts.deliberate, "X", OTHER, "impact, other"),
     ):
         if chosen.any():
             points = impacts.points[chosen]

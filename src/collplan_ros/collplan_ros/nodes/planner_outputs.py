@@ -1,8 +1,10 @@
-"""What planner_node publishes about each plan."""
+"""What planner_node publishes and says of what its loop decides."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
 from rclpy.node import Node
@@ -12,14 +14,19 @@ from visualization_msgs.msg import MarkerArray
 
 from collplan_core.control.feed_forward import commands_along
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact
-from collplan_core.loop.decisions import Cycle
+from collplan_core.goal import Goal
+from collplan_core.loop.decisions import INFO, WARNING, Cycle, Decision, Notice
+from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
 from collplan_core.velocity_law import velocity_law
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
+from collplan_ros.messages.goal_status import goal_to_status
 from collplan_ros.messages.plan_trajectory import plan_to_trajectory
 from collplan_ros.messages.planner_clouds import compared_to_message, seen_layers, seen_to_message
 from collplan_ros.messages.raw_writing import plan_to_path
+from collplan_ros.node_kit.diagnostics import ERROR, OK, WARN, Health
+from collplan_ros.node_kit.run_node import publish_acknowledged
 from collplan_ros.nodes.cost_report import costs_message
 
 MARKERS_PERIOD = 0.2
@@ -28,12 +35,16 @@ CLOUDS_PERIOD = 0.1
 """Shortest time between two sets of point clouds [s]."""
 
 
-class PlanOutputs:
-    """Publishes of each cycle plan, what goes with it, planner/costs; if subscribed planner/markers, seen, compared."""
+class PlannerOutputs:
+    """Publishes goal_status and the topics of a plan; of those for display only what is subscribed."""
 
     def __init__(self, node: Node) -> None:
         """Publishes through `node`."""
         self._name = node.get_fully_qualified_name()
+        self._log = node.get_logger()
+        self._status = node.create_publisher(GoalStatus, "goal_status", qos.LATCHED)
+        # a planner that ran earlier may have left a goal active
+        self._status.publish(GoalStatus(status=GoalStatus.STATUS_UNKNOWN))
         self._plan = node.create_publisher(Path, "plan", qos.NEWEST_PUBLISHED)
         self._trajectory = node.create_publisher(MultiDOFJointTrajectory, "planner/trajectory", qos.EVENT)
         self._costs = node.create_publisher(DiagnosticArray, "planner/costs", qos.EVENT)
@@ -44,11 +55,35 @@ class PlanOutputs:
         self._clouds_sent = -math.inf
         self._impact: MeasuredImpact | None = None
 
-    def publish(self, cycle: Cycle, goal: np.ndarray, planning_time: float, local: float, settings: Settings) -> None:
-        """Publishes a cycle for a goal (2,) [m] that took `planning_time` [s] and ended at `local` [s, local clock].
+    def take(
+        self, decisions: Sequence[Decision], loop: PlannerLoop, planning_time: float, local: float, settings: Settings
+    ) -> None:
+        """Publishes and says what a loop has decided at `local` [s, local clock]; a plan took `planning_time` [s]."""
+        for decision in decisions:
+            if isinstance(decision, Goal):
+                self._status.publish(goal_to_status(decision))
+            elif isinstance(decision, Cycle):
+                self._publish(decision, loop.goal.position, planning_time, local, settings)
+            else:
+                self._say(decision)
 
-        The trajectory is sent first, as whoever has it needs no path, and all else after the plan: the robot waits.
-        """
+    def take_last(self, decisions: Sequence[Decision]) -> None:
+        """Publishes what became of the goal, and waits until listeners have received that."""
+        for decision in decisions:
+            if isinstance(decision, Goal):
+                publish_acknowledged(self._status, goal_to_status(decision))
+
+    def _say(self, notice: Notice) -> None:
+        # a call for each: rclpy lets no place in the code change its level
+        if notice.level == INFO:
+            self._log.info(notice.text)
+        elif notice.level == WARNING:
+            self._log.warning(notice.text)
+        else:
+            self._log.error(notice.text)
+
+    def _publish(self, cycle: Cycle, goal: np.ndarray, planning_time: float, local: float, settings: Settings) -> None:
+        # the trajectory first, as whoever has it needs no path, and all else after the plan: the robot waits
         plan, frame, robot = cycle.plan, settings.frames.map, settings.robot
         commands = commands_along(plan.times, plan.positions, velocity_law(robot), robot.max_speed)
         self._trajectory.publish(plan_to_trajectory(plan, commands, frame))
@@ -69,3 +104,23 @@ class PlanOutputs:
         stamp, frame = cycle.plan.stamp, settings.frames.map
         self._seen.publish(seen_to_message(seen_layers(cycle.local_map, cycle.boundaries, settings), stamp, frame))
         self._compared.publish(compared_to_message(cycle.plan.candidates, stamp, frame))
+
+
+def health_of(loop: PlannerLoop, strategy: str, planning_time: float, local: float) -> Health:
+    """The health of the node around a loop at `local` [s, local clock]; its newest plan took `planning_time` [s]."""
+    active = loop.goal.active
+    values: dict[str, object] = {
+        "goal": loop.goal.status,
+        "strategy": strategy,
+        "plans": loop.n_plans,
+        "planning_time_ms": 1e3 * planning_time,
+        "impacts": loop.n_impacts,
+        "plans_above_impact_speed": loop.n_hard_plans,
+        **loop.refusals.values,
+    }
+    stale = loop.why_stale(local)
+    if stale:
+        return Health(ERROR if active else WARN, stale, values)
+    if loop.trouble:
+        return Health(WARN, loop.trouble, values)
+    return Health(OK, "planning" if active else "no active goal", values)
