@@ -88,12 +88,11 @@ class PlannerNode(Node):
         why_forbidden = journal.asked(lambda: self._constants.disagreement)
         # a simulation that waits for the plan does so while other programs have the processor, too
         deadline = deadlines(thread_time if isinstance(self._local_clock, ROSClock) else perf_counter)
-        self._loop = PlannerLoop(self._settings, journal.counted(deadline), why_forbidden=why_forbidden)
+        loop = self._loop = PlannerLoop(self._settings, journal.counted(deadline), why_forbidden=why_forbidden)
         self._planning_time = 0.0
         warm_up()
         self._outputs = PlannerOutputs(self)
         backlog = Backlog(self)
-        loop = self._loop
         inputs = self._inputs = Inputs(self, loop.refusals, backlog)
         listen_to_sensors(
             inputs, lambda *why: journal.call(loop.refuse, *why), self._on_pose, self._on_scan, self._settings
