@@ -14,6 +14,7 @@ from collplan_core.control.references import boundary_reference
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.loop import motion_watch
+from collplan_core.loop.under_way import motion_under_way
 from collplan_core.paper_planner.foreseen_contacts import foreseen_contacts
 from collplan_core.parameters import Settings
 from collplan_core.planners import planner_for
@@ -40,6 +41,7 @@ def warm_up() -> None:
     scan_plausibility.warm_up(scan, state, settings.limits)
     wall_lines.warm_up(scan)
     local_map = build_local_map(scan, state, settings.robot, settings.local_map)
+    motion_under_way(state, np.zeros((1, 3)), 0.01, 0.01, local_map, settings)
     for strategy in ("high_risk", "harness"):
         chosen, planner = settings.with_values({"planner.strategy": strategy}), planner_for(strategy)
         plan, memory = planner.plan(None, local_map, state, world.goal, chosen)

@@ -103,6 +103,8 @@ class _Nodes:
         command = self._to_controller(self._controller.tick, self.simulator.time)
         self.simulator.command(command.velocity, command.yaw_rate)
         self._to_planner(self._planner.take_command, command.velocity, self.simulator.time)
+        if self.settings.robot.motion_delay_estimated:
+            self._to_planner(self._planner.take_motion_delay, self._controller.motion.verdict.delay)
         self.record.commanded(command, self.simulator.time)
         self._journals.controller.end_cycle()
 

@@ -61,8 +61,8 @@ def follow(
 
     Args:
         local_map: the local map of the newest scan that was there when the plan was made.
-        state: the newest pose and velocity.
-        now: time on the poses' clock [s].
+        state: the newest pose and velocity, or where the robot will be when the command acts.
+        now: the same time on the poses' clock [s].
     """
     params, robot = settings.controller, settings.robot
     period = 1.0 / params.rate

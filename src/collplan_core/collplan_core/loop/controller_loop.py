@@ -20,6 +20,7 @@ from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.memory import ControllerMemory
 from collplan_core.control.motion_monitor import STOPPING
 from collplan_core.control.permission import why_outside, why_refuse_plan, why_stale
+from collplan_core.control.recent_rows import with_row
 from collplan_core.control.tracking import clip_command
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.local_map import LocalMap, build_local_map
@@ -27,8 +28,10 @@ from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.loop.sensors import Sensors
+from collplan_core.loop.under_way import KEPT_COMMANDS, delay_in_use, motion_under_way
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
+from collplan_core.plane import rotate
 from collplan_core.scan import Scan
 from collplan_core.sensing.pose_filter import CARRIED
 from collplan_core.state import State
@@ -83,6 +86,7 @@ class ControllerLoop:
         self._waiting: Plan | None = None
         self._followed: FollowedPlan | None = None
         self._memory = ControllerMemory()
+        self._commands = np.zeros((0, 3))
         self._hand: Hand | None = None
         self._given_back: Hand | None = None
         self._robot_stands = ""
@@ -129,6 +133,7 @@ class ControllerLoop:
         joins = self._sensors.take_pose(state, local, self._settings)
         self.motion.take_pose(state, local, joins, self._settings)
         if not joins:
+            self._commands = np.zeros((0, 3))
             self._forget_plans()
 
     def take_scan(self, scan: Scan, local: float) -> None:
@@ -241,8 +246,16 @@ class ControllerLoop:
             self.hand_trouble = ""
             command = self._planned_command(local)
         self.motion.commanded(command, local)
+        self._keep(command, local)
         self._sent = command
         return command
+
+    def _keep(self, command: Command, local: float) -> None:
+        """Keeps what was commanded when, which acts later."""
+        state, now = self._sensors.state, self._sensors.now(local)
+        if state is not None and now is not None:
+            x, y = rotate(*command.velocity.tolist(), state.yaw)
+            self._commands = with_row(self._commands, np.array([now, x, y]), KEPT_COMMANDS, 1)
 
     def _hands_command(self, hand: Hand, local: float) -> Command:
         limits, state = self._settings.limits, self._sensors.state
@@ -268,6 +281,11 @@ class ControllerLoop:
             self._memory = ControllerMemory(heading=self._memory.heading)
             return stopped(reason)
         settings = self._settings
+        delay = delay_in_use(settings.robot, self.motion.verdict.delay)
+        if delay > 0.0:
+            ahead = now + delay - state.stamp
+            state = motion_under_way(state, self._commands, delay, ahead, followed.local_map, settings).end
+            now = state.stamp
         command, self._memory = follow(self._memory, followed.plan, followed.local_map, state, now, settings)
         clipped = clip_command(command.velocity, command.yaw_rate, settings.robot, settings.limits)
         if clipped is None:

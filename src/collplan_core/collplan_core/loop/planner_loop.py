@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from collplan_core.control.permission import is_blocked, plan_lifetime, why_outside, why_refuse_goal
+from collplan_core.control.recent_rows import with_row
 from collplan_core.deadline import Deadline
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
 from collplan_core.goal import ABORTED, CANCELED, SUCCEEDED, Goal
@@ -28,6 +29,7 @@ from collplan_core.loop.recovery import Recovery
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.loop.sensors import Sensors
+from collplan_core.loop.under_way import KEPT_COMMANDS, delay_in_use, motion_under_way
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
 from collplan_core.plane import rotate
@@ -97,6 +99,8 @@ class PlannerLoop:
         self._recovery = Recovery()
         self._impact: MeasuredImpact | None = None
         self._placed: PlacedScan | None = None
+        self._commands = np.zeros((0, 3))
+        self._estimated_delay = math.nan
         self._planned_until = 0.0
         self._reported, self._noticed = "", -math.inf
         self._decisions: list[Decision] = []
@@ -132,7 +136,13 @@ class PlannerLoop:
         state, now = self._sensors.state, self._sensors.now(local)
         if state is not None and now is not None:
             x, y = (float(value) for value in velocity)
-            self._recovery.commanded(np.array(rotate(x, y, state.yaw)), now)
+            commanded = np.array(rotate(x, y, state.yaw))
+            self._recovery.commanded(commanded, now)
+            self._commands = with_row(self._commands, np.array([now, *commanded]), KEPT_COMMANDS, 1)
+
+    def take_motion_delay(self, delay: float) -> None:
+        """The delay from a command to the motion measured, as estimated [s]."""
+        self._estimated_delay = delay
 
     def take_hand(self) -> None:
         """A person's command, which the robot follows instead of the plan."""
@@ -205,6 +215,7 @@ class PlannerLoop:
     def _forget_before(self, stamp: float) -> None:
         """Drops memory and plans from before a break in the poses at `stamp` [s]; an active goal is kept."""
         self._memory, self._placed, self._planned_until = self._known_map, None, stamp
+        self._commands = np.zeros((0, 3))
         self._alarm.forget()
         self._rebounds.forget()
         self._recovery.forget()
@@ -313,8 +324,11 @@ class PlannerLoop:
             self._end_goal(ABORTED)
             self._refuse_goal(reason)
             return
+        delay, shown = delay_in_use(settings.robot, self._estimated_delay), placed.local_map
+        before = motion_under_way(initial, self._commands, delay, delay, shown, settings) if delay > 0.0 else None
+        begin = initial if before is None else before.end
         try:
-            plan, self._memory = self._planner.plan(self._memory, placed.local_map, initial, goal, settings, deadline)
+            plan, self._memory = self._planner.plan(self._memory, shown, begin, goal, settings, deadline)
         except NoPlan as error:
             self._memory = error.memory or self._memory
             if len(self._recovery.felt):
@@ -324,7 +338,7 @@ class PlannerLoop:
             if self._planner.gives_up_closed_off_goal and self.goal.is_closed_off(local):
                 self._give_up(str(error))
             return
-        self._decide_on(plan, valid_until, placed.local_map)
+        self._decide_on(plan if before is None else before.before(plan), valid_until, shown)
 
     def _recover(self, stuck: str, state: State) -> None:
         """Backs out of a place where the robot is stuck, or gives the goal up where it was stuck too often."""

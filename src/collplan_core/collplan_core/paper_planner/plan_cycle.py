@@ -60,7 +60,7 @@ def plan_cycle(
 
     Args:
         memory: what the previous cycle left, None at the start and after a new goal.
-        state: the robot at the scan's stamp.
+        state: where the plan begins: at the scan's stamp, or later.
         goal: (2,) p_goal [m].
         deadline: not needed: a cycle takes less than a millisecond.
 
@@ -75,9 +75,9 @@ def plan_cycle(
     goal_is_free = inside(local_map.border, *(goal - local_map.position))
     choice = _goal_itself(goal) if goal_is_free else _best(memory, travelled, local_map, state, goal, settings)
     times, positions, velocities = make_trajectory(state, choice.aim, choice.aim_velocity, settings)
-    times = local_map.stamp + times
+    times = state.stamp + times
     plan = Plan(
-        stamp=local_map.stamp,
+        stamp=state.stamp,
         times=times,
         positions=positions,
         velocities=velocities,

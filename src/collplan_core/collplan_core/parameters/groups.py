@@ -26,6 +26,8 @@ class Robot(Parameters):
     max_yaw_rate: float = parameter(3.0, "Largest yaw rate the robot takes (assumed)", unit="rad/s", low=0.1, high=20.0)
     max_acceleration: float = parameter(1.5, "Largest acceleration the wheels can make (assumed)", unit="m/s^2", low=0.1, high=20.0)
     velocity_lag: float = parameter(0.1, "Time constant of the velocity loop (assumed)", unit="s", low=0.0, high=1.0)
+    motion_delay: float = parameter(0.0, "Delay from the stamp of a pose to the wheels that act on it: motion capture, transport and firmware, velocity_lag apart", unit="s", low=0.0, high=0.3)
+    motion_delay_estimated: bool = parameter(False, "Whether the estimate on controller/motion_delay, to 0.025 s, replaces motion_delay once it is known")
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ CALLED = {
         "change_settings",
         "take_pose",
         "take_command",
+        "take_motion_delay",
         "take_scan",
         "refuse",
         "forget_scans",

@@ -1,0 +1,112 @@
+"""The motion that is under way when a plan is made: what was commanded before acts until the plan's first command does.
+
+A command sent at t, on the poses' clock, moves the wheels at t plus the delay from a pose's stamp to the wheels: that
+of motion capture, transport and firmware, the lag of the velocity law apart.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from collplan_core.jit import njit
+from collplan_core.local_map.contact_point import find_contact
+from collplan_core.local_map.record import LocalMap
+from collplan_core.parameters import Robot, Settings
+from collplan_core.plan import Contacts, Plan
+from collplan_core.reflection import believed_ring, rebound
+from collplan_core.state import State
+from collplan_core.velocity_law import VelocityLaw, velocity_after_step, velocity_law
+
+STEP = 0.005
+"""Spacing of the samples, and of the delays that are told apart [s]."""
+KEPT_COMMANDS = 0.5
+"""Commands are kept for so long: longer than any delay until they act [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnderWay:
+    """What a robot does before a plan acts, world frame.
+
+    Attributes:
+        times: (n,) STEP apart from the stamp of the pose on [s]; positions, velocities: (n, 2) then [m], [m/s].
+        contacts: those on the way.
+        yaw: of the pose [rad].
+    """
+
+    times: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    contacts: Contacts
+    yaw: float
+
+    @property
+    def end(self) -> State:
+        """Where the robot will be when the plan acts."""
+        return State(float(self.times[-1]), self.positions[-1].copy(), self.velocities[-1].copy(), self.yaw)
+
+    def before(self, plan: Plan) -> Plan:
+        """A plan made from the end, with this motion before it; its stamp is that of the pose."""
+        own, known = self.contacts, plan.contacts
+        parts = ("times", "points", "velocities_after", "speeds")
+        return replace(
+            plan,
+            stamp=float(self.times[0]),
+            times=np.concatenate([self.times[:-1], plan.times]),
+            positions=np.concatenate([self.positions[:-1], plan.positions]),
+            velocities=np.concatenate([self.velocities[:-1], plan.velocities]),
+            contacts=Contacts(*(np.concatenate([getattr(own, part), getattr(known, part)]) for part in parts)),
+        )
+
+
+def delay_in_use(robot: Robot, estimated: float) -> float:
+    """The delay from a pose's stamp to the wheels [s]: the parameter, or the estimate once known and asked for."""
+    return estimated if robot.motion_delay_estimated and math.isfinite(estimated) else robot.motion_delay
+
+
+def motion_under_way(
+    state: State, commands: np.ndarray, delay: float, ahead: float, local_map: LocalMap, settings: Settings
+) -> UnderWay:
+    """The motion from a pose on for a time `ahead` [s], by the velocity law, with rebounds from the boundaries seen.
+
+    Args:
+        commands: (n, 3) when each was sent [s, poses' clock], and its velocity [m/s, world frame]; rest before these.
+        delay: until each acts [s].
+    """
+    n = round(ahead / STEP)
+    times = state.stamp + STEP * np.arange(n + 1)
+    newest = np.searchsorted(commands[:, 0], times[:-1] - delay + 1e-6, side="right")
+    wanted = np.vstack([np.zeros((1, 2)), commands[:, 1:]])[newest]
+    wheels, ring = velocity_law(settings.robot, STEP), believed_ring(settings)
+    motion, first, found = np.hstack([state.position, state.velocity]), 0, []
+    rows = _rolled(wheels, motion, wanted)
+    while (contact := find_contact(rows[first:, :2], local_map)) is not None:
+        i = first + contact.index
+        into = rows[i - 1, 2:] + contact.share * (rows[i, 2:] - rows[i - 1, 2:])
+        if into @ contact.normal >= 0.0:
+            # noise has put the pose beyond a boundary that the robot leaves
+            break
+        after = rebound(into, contact.normal, ring)
+        point = contact.point - settings.robot.radius * contact.normal
+        found.append((times[i - 1] + contact.share * STEP, point, after, -float(into @ contact.normal)))
+        rows[i] = np.hstack([contact.point + (1.0 - contact.share) * STEP * after, after])
+        rows[i:] = _rolled(wheels, rows[i], wanted[i:])
+        first = i
+        if not local_map.contains(rows[i, :2])[0]:
+            break
+    columns = [np.array(each) for each in zip(*found, strict=True)] if found else []
+    contacts = Contacts(*columns) if found else Contacts.none()
+    return UnderWay(times, rows[:, :2].copy(), rows[:, 2:].copy(), contacts, state.yaw)
+
+
+@njit
+def _rolled(wheels: VelocityLaw, motion: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Positions and velocities (n + 1, 4) from a motion (4,) on under commands (n, 2), one a step of the law."""
+    rows = np.empty((len(wanted) + 1, 4))
+    rows[0] = motion
+    for k in range(len(wanted)):
+        x, y, vx, vy = rows[k]
+        wx, wy = velocity_after_step(wheels, vx, vy, wanted[k, 0], wanted[k, 1])
+        rows[k + 1, 0], rows[k + 1, 1] = x + 0.5 * (vx + wx) * wheels.step, y + 0.5 * (vy + wy) * wheels.step
+        rows[k + 1, 2], rows[k + 1, 3] = wx, wy
+    return rows
