@@ -28,6 +28,14 @@ def _is_same_pose(beams: np.ndarray, i: int, k: int) -> bool:
 
 
 @njit
+def _within_turn(angle: float) -> float:
+    """The angle in [0, 2 pi) [rad]; where it is off by one turn, as almost always, in less time than by a division."""
+    if 0.0 <= angle < 2.0 * math.pi:
+        return angle
+    return angle + 2.0 * math.pi if -2.0 * math.pi < angle < 0.0 else angle % (2.0 * math.pi)
+
+
+@njit
 def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: float, guess: int) -> float:
     """How many beams after the first one the direction of a point lies, a fraction between two; 0 to 2 pi / step.
 
@@ -40,7 +48,7 @@ def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: flo
     n, k, place = len(beams), guess, 0.0
     for _ in range(TRIES):
         bearing = math.atan2(y - beams[k, 1], x - beams[k, 0]) - beams[k, 2] - first
-        turned = bearing % (2.0 * math.pi) if step > 0.0 else -bearing % (2.0 * math.pi)
+        turned = _within_turn(bearing if step > 0.0 else -bearing)
         place = turned / abs(step)
         nearest = int(round(place))
         if nearest >= n:  # between the last beam and the first, or where no beam goes

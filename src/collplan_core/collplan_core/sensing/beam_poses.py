@@ -22,7 +22,7 @@ def beam_poses(scan: Scan, poses: PoseHistory, mount: ScanInput) -> np.ndarray |
     if state is None:
         return None
     if scan.time_increment == 0.0:
-        robot: np.ndarray | None = np.tile((*state.position.tolist(), state.yaw), (len(scan.ranges), 1))
+        robot: np.ndarray | None = np.full((len(scan.ranges), 3), (*state.position.tolist(), state.yaw))
     else:
         robot = poses.at_each(_instants(scan))
     return None if robot is None else poses_of_sensor(robot, mount.offset)

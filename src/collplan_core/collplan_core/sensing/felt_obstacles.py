@@ -16,6 +16,8 @@ def with_felt(scan: Scan, state: State, centers: np.ndarray, radius: float) -> S
         centers: (n, 2) of the discs, world frame [m].
         radius: of the discs [m]; one that the robot is inside of is left out.
     """
+    if len(centers) == 0:
+        return scan
     ranges = np.array(scan.ranges, dtype=float)
     origins, bearings = scan.beams(state)
     ahead, aside = np.cos(bearings), np.sin(bearings)

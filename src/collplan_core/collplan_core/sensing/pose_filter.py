@@ -22,9 +22,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from collplan_core.parameters import Mocap, Settings
-from collplan_core.sensing.impact_detection import IMPACT_REACH, DetectedImpact, detected_impact
+from collplan_core.sensing.impact_detection import IMPACT_REACH, DetectedImpact, FittedImpact, detected_impact
 from collplan_core.sensing.pose_deviations import EXACT, Deviations, deviations_of
-from collplan_core.sensing.pose_track import track_law, with_pose, with_pose_judged
+from collplan_core.sensing.pose_track import FittedMotion, track_law, with_pose, with_pose_judged
 from collplan_core.sensing.six_degrees import YAW, tilt_of, turns, why_off_floor
 from collplan_core.state import State
 
@@ -209,10 +209,10 @@ def _accepted(
         track = Track(begun=sample.stamp)
     x, y = sample.position.tolist()
     law = track_law(settings.robot, settings.mocap)
-    times, poses, fit, motion = with_pose_judged(
-        track.times, track.poses, track.begun, sample.stamp, x, y, sample.yaw, law
+    times, poses, fit, slope = with_pose_judged(
+        track.times, track.poses, track.begun, sample.stamp, x, y, sample.yaw, law.fields
     )
-    impact = detected_impact(fit)
+    impact, motion = detected_impact(FittedImpact(*fit)), FittedMotion(*slope)
     told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact
     track = Track(times, poses, track.begun, received, sample)
     taken = FilterMemory(track, impact=impact or memory.impact, floor=memory.floor, heard=received)

@@ -14,7 +14,6 @@ from collplan_core.parameters import Mocap, Robot
 from collplan_core.sensing.impact_detection import (
     IMPACT_SPAN,
     NO_IMPACT,
-    FittedImpact,
     ImpactLaw,
     find_impact,
     impact_law,
@@ -39,6 +38,11 @@ class TrackLaw(NamedTuple):
     slack: float
     finds_impacts: bool
     impacts: ImpactLaw
+
+    @property
+    def fields(self) -> tuple:
+        """All of it as plain tuples."""
+        return (*self[:-1], tuple(self.impacts))
 
 
 def track_law(robot: Robot, mocap: Mocap) -> TrackLaw:
@@ -88,20 +92,24 @@ def with_pose(
 
 @njit
 def with_pose_judged(
-    times: np.ndarray, poses: np.ndarray, begun: float, stamp: float, x: float, y: float, yaw: float, law: TrackLaw
-) -> tuple[np.ndarray, np.ndarray, FittedImpact, FittedMotion]:
+    times: np.ndarray, poses: np.ndarray, begun: float, stamp: float, x: float, y: float, yaw: float, law_fields: tuple
+) -> tuple[np.ndarray, np.ndarray, tuple, tuple]:
     """A track with one more pose, and what it shows then.
 
+    What goes in and out are plain tuples, which cost a fifth of named ones to hand over.
+
     Returns:
-        times (n,) [s] and poses (n, 3), after an impact from its centre on; the impact, or NO_IMPACT; the motion, or
-        NO_MOTION.
+        times (n,) [s] and poses (n, 3), after an impact from its centre on; the fields of the impact, or of NO_IMPACT;
+        those of the motion, or of NO_MOTION.
 
     Args:
         times, poses: the track so far.
         begun: stamp of its first pose, also where that is no longer kept [s].
         stamp, x, y, yaw: the pose [s, m, rad].
-        law: what is kept, and what for.
+        law_fields: of a TrackLaw, and in it of an ImpactLaw.
     """
+    kept, velocity_window, slack, finds_impacts, impact_fields = law_fields
+    law = TrackLaw(kept, velocity_window, slack, finds_impacts, ImpactLaw(*impact_fields))
     times, poses = with_pose(times, poses, stamp, x, y, yaw, law)
     impact = find_impact(times, poses, law.impacts) if law.finds_impacts else NO_IMPACT
     if impact.score > 0.0:
@@ -111,7 +119,9 @@ def with_pose_judged(
         poses[first, 2] += share * (poses[first + 1, 2] - poses[first, 2])
         times[first], poses[first, 0], poses[first, 1] = impact.time, impact.x, impact.y
         times, poses = times[first:], poses[first:]
-    return times, poses, impact, _motion(times, poses, begun, law)
+    motion = _motion(times, poses, begun, law)
+    found = impact.score, impact.first_after, impact.time, impact.x, impact.y, impact.change_x, impact.change_y
+    return times, poses, found, (motion.vx, motion.vy, motion.yaw_rate, motion.delay, motion.spread)
 
 
 @njit

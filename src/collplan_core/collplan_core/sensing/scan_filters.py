@@ -24,6 +24,8 @@ def used_scan(scan: Scan, taken: ScanInput) -> Scan:
 
 def masked_beams(scan: Scan, taken: ScanInput) -> np.ndarray:
     """(n,) whether each beam of a scan, of which `used_scan` left what is used, is masked."""
+    if not taken.masked_angles:
+        return np.zeros(len(scan.ranges), bool)
     return is_masked(-scan.angles if taken.mirrored else scan.angles, taken.masked_angles)
 
 

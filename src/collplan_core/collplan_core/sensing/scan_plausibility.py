@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collplan_core.jit import njit
 from collplan_core.parameters import Limits
 from collplan_core.scan import Scan
 from collplan_core.sensing.seen_walls import seen_walls, wall_of_each_beam
@@ -89,10 +90,20 @@ def _with_walls(memory: ScanMemory, stamp: float, now: np.ndarray) -> ScanMemory
 
 
 def _lost(scan: Scan, masked: np.ndarray, limits: Limits) -> str:
-    share = float(np.isnan(scan.ranges[~masked]).mean())
+    share = _lost_share(scan.ranges, masked)
     if share <= limits.lost_beams:
         return ""
     return f"{share:.0%} of the beams are lost, limit {limits.lost_beams:.0%}"
+
+
+@njit
+def _lost_share(ranges: np.ndarray, masked: np.ndarray) -> float:
+    lost, used = 0, 0
+    for k in range(len(ranges)):
+        if not masked[k]:
+            used += 1
+            lost += math.isnan(ranges[k])
+    return lost / used if used > 0 else math.nan
 
 
 def _frozen(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> str:

@@ -46,7 +46,7 @@ class Disc:
         self._body = pymunk.Body(*true_inertia(robot, simulation))
         self._add_ring()
         pieces = list(outlines(world))
-        self._outline = outline_of(pieces, robot.radius)
+        self._constants = tuple(self._drive), tuple(outline_of(pieces, robot.radius))
         self._surface_of = self._add_walls(pieces)
         self._law = HitLaw(simulation, self._surface_of.values(), random)
         self._last_impact: dict[int, float] = {}
@@ -54,7 +54,7 @@ class Disc:
         self._impacts: list[Impact] = []
         self._space.on_collision(BODY, WALL, begin=self._begin, pre_solve=self._choose_hit)
         # compiled before time passes
-        flown(self.motion, self._drive, AT_REST, self._outline, 0)
+        self._fly(0, AT_REST)
         push(self._drive, self.motion, AT_REST)
 
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
@@ -66,7 +66,7 @@ class Disc:
     def advance(self, step: int, most: int, aim: Aim) -> int:
         """Moves on by physics step number `step` and maybe those after it, `most` in all; returns by how many."""
         # the step after a touch is pymunk's too, which then knows that it is over
-        made = flown(self.motion, self._drive, aim, self._outline, most) if self._is_free else 0
+        made = self._fly(most, aim) if self._is_free else 0
         if made:
             self._moved = True
             return made
@@ -83,6 +83,10 @@ class Disc:
         if self._begun:
             self._record((step + 1) / self._drive.rate)
         return 1
+
+    def _fly(self, most: int, aim: Aim) -> int:
+        law, outline = self._constants
+        return int(flown(self.motion, law, tuple(aim), outline, most))
 
     def take_impacts(self) -> list[Impact]:
         """The impacts since the last call, in order."""
