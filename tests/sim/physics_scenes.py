@@ -63,7 +63,7 @@ def hit(velocity, settings: Settings = QUIET, spin: float = 0.0) -> tuple[np.nda
     disc.place(tuple(before.tolist()), tuple(np.asarray(velocity).tolist()), 0.0)
     disc.motion[SPIN] = spin
     for k in range(round((0.03 / speed + 2.0 * settings.simulator.contact_time) / step)):
-        disc.advance(k, 1, Aim(0.0, 0.0, 0.0, 0.0, 0.0, False))
+        disc.advance(k, 1, Aim(drives=False))
     return disc.motion[[VX, VY]], float(disc.motion[SPIN])
 
 

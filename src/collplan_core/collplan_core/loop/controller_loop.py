@@ -64,17 +64,11 @@ class ControllerLoop:
     """
 
     def __init__(
-        self,
-        settings: Settings,
-        why_forbidden: Callable[[], str] = lambda: "",
-        sensed: SensedScans | None = None,
+        self, settings: Settings, why_forbidden: Callable[[], str] = lambda: "", sensed: SensedScans | None = None
     ) -> None:
-        """Starts at rest.
+        """Starts at rest; `why_forbidden` gives a reason from elsewhere to stand still, empty where there is none.
 
-        Args:
-            settings: everything that control needs.
-            why_forbidden: a reason from elsewhere to stand still; empty where there is none.
-            sensed: that of a planner which is given the same poses and scans; one of its own by default.
+        `sensed` is that of a planner which is given the same poses and scans; one of its own by default.
         """
         self.goal: Goal | None = None
         self.refusals = Refusals()

@@ -210,7 +210,7 @@ def _accepted(
     x, y = sample.position.tolist()
     law = track_law(settings.robot, settings.mocap)
     times, poses, fit, slope = with_pose_judged(
-        track.times, track.poses, track.begun, sample.stamp, x, y, sample.yaw, law.fields
+        track.times, track.poses, track.begun, sample.stamp, x, y, sample.yaw, (*law[:-1], tuple(law.impacts))
     )
     impact, motion = detected_impact(FittedImpact(*fit)), FittedMotion(*slope)
     told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact

@@ -39,11 +39,6 @@ class TrackLaw(NamedTuple):
     finds_impacts: bool
     impacts: ImpactLaw
 
-    @property
-    def fields(self) -> tuple:
-        """All of it as plain tuples."""
-        return (*self[:-1], tuple(self.impacts))
-
 
 def track_law(robot: Robot, mocap: Mocap) -> TrackLaw:
     """The law for a robot and the motion capture that measures it."""

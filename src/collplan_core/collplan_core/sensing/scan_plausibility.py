@@ -8,7 +8,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.parameters import Limits
 from collplan_core.scan import Scan
-from collplan_core.sensing.seen_walls import seen_walls, wall_of_each_beam
+from collplan_core.sensing.seen_walls import wall_of_each_beam
 from collplan_core.sensing.walls_again import WallsAgain, walls_again
 from collplan_core.state import State
 
@@ -32,7 +32,7 @@ class ScanMemory:
     """What the next scan is judged by.
 
     Attributes:
-        walls: of scans found plausible, the newest last: stamp [s] and `seen_walls`.
+        walls: of scans found plausible, the newest last: stamp [s] and what `wall_of_each_beam` gives of walls.
         ranges: of the newest scan, plausible or not; empty before the first.
         pose: (3,) x, y [m] and yaw [rad] where those ranges came first.
         blind: beams that showed nothing in place of a wall, of the newest scan that missed too many; empty once a scan
@@ -64,7 +64,10 @@ def judge_scan(
         return reason, memory
     now = wall_of_each_beam(scan, beams)
     if memory.walls:
-        found = walls_again(np.concatenate([walls for _, walls in memory.walls]), now, scan, masked, beams, velocity)
+        walls = np.concatenate([walls for _, walls in memory.walls])
+        seen_by = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max
+        x, y = velocity.tolist()
+        found = walls_again(walls, now, scan.ranges, masked, beams, seen_by, (x, y))
         reason = _missing(found, limits)
         if reason:
             return reason, replace(
@@ -86,7 +89,7 @@ def _with_walls(memory: ScanMemory, stamp: float, now: np.ndarray) -> ScanMemory
     memory = replace(memory, blind=()) if memory.blind else memory
     if memory.walls and 0.0 <= stamp - memory.walls[-1][0] < PERIOD - 1e-3:
         return memory
-    return replace(memory, walls=(*memory.walls, (stamp, seen_walls(now)))[-KEPT:])
+    return replace(memory, walls=(*memory.walls, (stamp, now[~np.isnan(now[:, 0])]))[-KEPT:])
 
 
 def _lost(scan: Scan, masked: np.ndarray, limits: Limits) -> str:

@@ -73,8 +73,3 @@ def wall_of_each_beam(scan: Scan, beams: np.ndarray) -> np.ndarray:
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
     """
     return _pieces(scan.ranges, beams, scan.angle_min, scan.angle_increment)
-
-
-def seen_walls(walls: np.ndarray) -> np.ndarray:
-    """(m, 4), those of `wall_of_each_beam` where there is one."""
-    return walls[~np.isnan(walls[:, 0])]

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.scan import Scan
 from collplan_core.sensing.seen_walls import NEAR
 from collplan_core.sight_lines import is_full_turn, place_towards
 
@@ -72,24 +71,32 @@ def _nearest_range(ranges: np.ndarray, k: int, w: int, closed: bool) -> float:
 
 
 @njit
-def _is_parallel(piece: np.ndarray, normal_x: float, normal_y: float) -> bool:
-    """Whether a piece of wall, NaN where there is none, stands the same way."""
-    return piece[2] * normal_x + piece[3] * normal_y >= PARALLEL
-
-
-@njit
-def _compare(
+def walls_again(
     walls: np.ndarray,
     now: np.ndarray,
     ranges: np.ndarray,
     masked: np.ndarray,
     beams: np.ndarray,
-    angles: tuple,
-    limits: tuple,
+    scan_limits: tuple,
     velocity: tuple,
 ) -> WallsAgain:
+    """Compares a scan with walls that scans before it showed.
+
+    A scan that shows what was seen a while ago, though it is stamped now, shows each wall off by what the robot has
+    moved since: of each wall the delay is the distance over the speed towards it.
+
+    Args:
+        walls: (m, 4) points of walls and their normals, of scans before.
+        now: (n, 4) the same of each beam of the scan, of `wall_of_each_beam`.
+        ranges: (n,) of the scan [m].
+        masked: (n,) whether a beam is masked: no wall is expected where it looks.
+        beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
+        scan_limits: of the scan angle_min, angle_increment [rad], range_min, range_max [m].
+        velocity: (2,) of the robot [m/s].
+    """
     n = len(ranges)
-    first, step = angles
+    first, step, nearest_seen, farthest_seen = scan_limits
+    nearest_seen, farthest_seen = max(nearest_seen, 0.01), min(farthest_seen, NEAR)
     closed = is_full_turn(n, step)
     speed = math.hypot(velocity[0], velocity[1])
     expected, missing, expected_ahead, missing_ahead, n_delays = 0, 0, 0, 0, 0
@@ -102,10 +109,11 @@ def _compare(
             continue
         dx, dy = x - beams[k, 0], y - beams[k, 1]
         distance = math.hypot(dx, dy)
-        if not limits[0] <= distance <= min(limits[1], NEAR) or -(dx * normal_x + dy * normal_y) < EDGE_ON * distance:
+        if not nearest_seen <= distance <= farthest_seen or -(dx * normal_x + dy * normal_y) < EDGE_ON * distance:
             continue
         closing = -(velocity[0] * normal_x + velocity[1] * normal_y)
-        if speed >= MOVING and abs(closing) >= ACROSS * speed and _is_parallel(now[k], normal_x, normal_y):
+        is_parallel = now[k, 2] * normal_x + now[k, 3] * normal_y >= PARALLEL
+        if speed >= MOVING and abs(closing) >= ACROSS * speed and is_parallel:
             beyond = (x - now[k, 0]) * normal_x + (y - now[k, 1]) * normal_y
             if abs(beyond) <= GAP + LONGEST_DELAY * speed:
                 delays[n_delays] = beyond / closing
@@ -123,25 +131,3 @@ def _compare(
             missing_ahead += gone
     delay = float(np.median(delays[:n_delays])) if n_delays > 0 else math.nan
     return WallsAgain(expected, missing, expected_ahead, missing_ahead, n_delays, delay, towards_missing)
-
-
-def walls_again(
-    walls: np.ndarray, now: np.ndarray, scan: Scan, masked: np.ndarray, beams: np.ndarray, velocity: np.ndarray
-) -> WallsAgain:
-    """Compares a scan with walls that scans before it showed.
-
-    A scan that shows what was seen a while ago, though it is stamped now, shows each wall off by what the robot has
-    moved since: of each wall the delay is the distance over the speed towards it.
-
-    Args:
-        walls: (m, 4) points of walls and their normals, of scans before.
-        now: (n, 4) the same of each beam of the scan, of `wall_of_each_beam`.
-        scan: the scan.
-        masked: (n,) whether a beam is masked: no wall is expected where it looks.
-        beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
-        velocity: (2,) of the robot [m/s].
-    """
-    limits = max(scan.range_min, 0.01), scan.range_max
-    moving = float(velocity[0]), float(velocity[1])
-    angles = scan.angle_min, scan.angle_increment
-    return _compare(walls, now, scan.ranges, masked, beams, angles, limits, moving)

@@ -10,7 +10,7 @@ import pymunk
 
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
-from omnipuck_sim.robot.drive import AT_REST, VX, VY, Aim, drive_law, flown, outline_of, push
+from omnipuck_sim.robot.drive import VX, VY, Aim, drive_law, flown, outline_of, push
 from omnipuck_sim.robot.hit_law import HitLaw
 from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
 from omnipuck_sim.robot.inertia import true_inertia
@@ -46,7 +46,7 @@ class Disc:
         self._body = pymunk.Body(*true_inertia(robot, simulation))
         self._add_ring()
         pieces = list(outlines(world))
-        self._constants = tuple(self._drive), tuple(outline_of(pieces, robot.radius))
+        self._constants = tuple(self._drive), outline_of(pieces, robot.radius)
         self._surface_of = self._add_walls(pieces)
         self._law = HitLaw(simulation, self._surface_of.values(), random)
         self._last_impact: dict[int, float] = {}
@@ -54,8 +54,8 @@ class Disc:
         self._impacts: list[Impact] = []
         self._space.on_collision(BODY, WALL, begin=self._begin, pre_solve=self._choose_hit)
         # compiled before time passes
-        self._fly(0, AT_REST)
-        push(self._drive, self.motion, AT_REST)
+        self._fly(0, Aim())
+        push(self._drive, self.motion, Aim())
 
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
         """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""

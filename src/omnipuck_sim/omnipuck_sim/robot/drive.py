@@ -67,20 +67,12 @@ def drive_law(robot: Robot, simulation: Simulation) -> DriveLaw:
     )
 
 
-class Outline(NamedTuple):
-    """What a disc of `radius` [m] may touch: edges (n, 4) from x, y to x, y [m], and poles (m, 3) x, y, radius [m]."""
-
-    radius: float
-    edges: np.ndarray
-    poles: np.ndarray
-
-
-def outline_of(pieces: Iterable[Edge | Pole], radius: float) -> Outline:
-    """The outline for a disc of this radius [m]."""
+def outline_of(pieces: Iterable[Edge | Pole], radius: float) -> tuple[float, np.ndarray, np.ndarray]:
+    """What a disc of this radius may touch: the radius, edges (n, 4) x, y to x, y, poles (m, 3) x, y, radius [m]."""
     pieces = list(pieces)
     edges = np.array([(*piece.a, *piece.b) for piece in pieces if isinstance(piece, Edge)])
     poles = np.array([(*piece.centre, piece.radius) for piece in pieces if isinstance(piece, Pole)])
-    return Outline(radius, edges.reshape(-1, 4), poles.reshape(-1, 3))
+    return radius, edges.reshape(-1, 4), poles.reshape(-1, 3)
 
 
 class Aim(NamedTuple):
@@ -89,15 +81,12 @@ class Aim(NamedTuple):
     Without `drives` the wheels are off the floor: nothing but impacts changes the velocity.
     """
 
-    x: float
-    y: float
-    yaw_rate: float
-    error_x: float
-    error_y: float
-    drives: bool
-
-
-AT_REST = Aim(0.0, 0.0, 0.0, 0.0, 0.0, True)
+    x: float = 0.0
+    y: float = 0.0
+    yaw_rate: float = 0.0
+    error_x: float = 0.0
+    error_y: float = 0.0
+    drives: bool = True
 
 
 @njit
@@ -156,29 +145,29 @@ def _square(x: float) -> tuple[float, float]:
 
 
 @njit
-def _is_clear(x: float, y: float, outline: Outline) -> bool:
-    reach = outline.radius + CLEAR
-    for ax, ay, bx, by in outline.edges:
+def _is_clear(x: float, y: float, outline: tuple) -> bool:
+    reach, edges, poles = outline[0] + CLEAR, outline[1], outline[2]
+    for pole_x, pole_y, radius in poles:
+        if (pole_x - x) ** 2 + (pole_y - y) ** 2 <= (reach + radius) ** 2:
+            return False
+    for ax, ay, bx, by in edges:
         near_x, near_y = nearest_on_segment(ax, ay, bx, by, x, y)
         if (near_x - x) ** 2 + (near_y - y) ** 2 <= reach * reach:
-            return False
-    for pole_x, pole_y, radius in outline.poles:
-        if (pole_x - x) ** 2 + (pole_y - y) ** 2 <= (reach + radius) ** 2:
             return False
     return True
 
 
 @njit
-def flown(motion: np.ndarray, law_fields: tuple, aim_fields: tuple, outline_fields: tuple, most: int) -> int:
+def flown(motion: np.ndarray, law_fields: tuple, aim_fields: tuple, outline: tuple, most: int) -> int:
     """Moves on in free flight, by steps as pymunk makes them; returns how many of at most `most` do not end in a touch.
 
     Args:
         motion: (8,), changed in place.
-        law_fields, aim_fields, outline_fields: a DriveLaw, an Aim and an Outline as plain tuples, which cost a tenth to
-            hand over.
+        law_fields, aim_fields: a DriveLaw and an Aim as plain tuples, which cost a tenth to hand over.
+        outline: of `outline_of`.
         most: number of steps.
     """
-    law, aim, outline = DriveLaw(*law_fields), Aim(*aim_fields), Outline(*outline_fields)
+    law, aim = DriveLaw(*law_fields), Aim(*aim_fields)
     step = 1.0 / law.rate
     for k in range(most):
         x, y = motion[X] + motion[VX] * step, motion[Y] + motion[VY] * step

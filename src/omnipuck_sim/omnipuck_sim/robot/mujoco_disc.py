@@ -10,7 +10,7 @@ import numpy as np
 from collplan_core.parameters import Robot, Simulation
 from collplan_core.worlds import World
 from omnipuck_sim.robot.compliant_ring import spring_and_damper
-from omnipuck_sim.robot.drive import AT_REST, SPIN, VX, VY, YAW, Aim, X, Y, drive_law, push
+from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y, drive_law, push
 from omnipuck_sim.robot.hit_law import HitLaw
 from omnipuck_sim.robot.impact import IMPACT_SPEED, Impact
 from omnipuck_sim.robot.inertia import true_inertia
@@ -71,7 +71,7 @@ class MujocoDisc:
         self._substep = step / self._substeps
         self._drive = drive_law(robot, simulation)
         self.motion = np.zeros(8)
-        push(self._drive, self.motion, AT_REST)  # compiled before time passes
+        push(self._drive, self.motion, Aim())  # compiled before time passes
         pieces = list(outlines(world))
         self._model = _model(pieces, robot, simulation, self._substep)
         self._data = mujoco.MjData(self._model)
