@@ -12,7 +12,7 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped, Vector3Stamped
 from rclpy.clock import ROSClock
 from rclpy.node import Node
-from std_msgs.msg import Empty, String
+from std_msgs.msg import Empty, Float64, String
 from std_srvs.srv import Trigger
 
 from collplan_core.loop.decisions import ERROR, Cycle, Decision, Notice
@@ -54,21 +54,8 @@ from collplan_ros.nodes.journal_output import journal_to
 from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
-GROUPS = (
-    Robot,
-    Rebound,
-    LocalMapping,
-    Weights,
-    Planning,
-    Remembered,
-    TimeToGoal,
-    ScanInput,
-    Limits,
-    Frames,
-    "mocap.leap_margin",
-    "mocap.velocity_window",
-    "controller.stamped_cmd_vel",
-)
+SINGLE = ("mocap.leap_margin", "mocap.velocity_window", "controller.stamped_cmd_vel")
+GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, ScanInput, Limits, Frames, *SINGLE)
 USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
 LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
 
@@ -102,6 +89,7 @@ class PlannerNode(Node):
         listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
         listen(Empty, "robot/resumed", lambda _: journal.call(loop.forget_scans), qos.EVENT, EVENT)
         listen(command, "cmd_vel", self._on_command, qos.NEWEST, EVENT)
+        listen(Float64, "controller/motion_delay", self._on_motion_delay, qos.LATCHED, EVENT)
         listen(command, "hand/cmd_vel", lambda _: journal.call(loop.take_hand), qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._timer = call_each_period(self, map_period_of(self._settings), self._on_timer, self._local_clock)
@@ -151,6 +139,9 @@ class PlannerNode(Node):
     def _on_command(self, message: Twist | TwistStamped) -> None:
         velocity, _ = velocity_from_twist(twist_of(message))
         self._journal.call(self._loop.take_command, velocity, self._local())
+
+    def _on_motion_delay(self, message: Float64) -> None:
+        self._journal.call(self._loop.take_motion_delay, message.data)
 
     def _on_cancel(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
