@@ -24,7 +24,19 @@ from collplan_core.control.references import (
 from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.parameters import Control
 from collplan_core.plan import Plan, timed_path
-from scenes import RADIUS, SETTINGS, at_rest, box, cluttered_worlds, free_polygon, map_of, rotation, unit, world_of
+from scenes import (
+    RADIUS,
+    ROBOT,
+    SETTINGS,
+    at_rest,
+    box,
+    cluttered_worlds,
+    free_polygon,
+    map_of,
+    rotation,
+    unit,
+    world_of,
+)
 
 BY_INCIDENCE, AS_PRINTED = Control(), Control(maneuver_rule="printed")
 THRESHOLD, DELTA = BY_INCIDENCE.incidence_threshold, 0.15
@@ -99,7 +111,7 @@ def test_by_hand_as_printed_the_side_of_the_chord_decides_and_mirrored_worlds_di
 
 
 @given(world=cluttered_worlds(), aim=st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)).map(np.array))
-def test_contact_lies_on_the_border_and_the_projected_reference_does_not_leave_f(world, aim):
+def test_contact_lies_on_the_border_and_up_to_it_the_reference_is_as_it_was(world, aim):
     local_map = map_of(world)
     assume(local_map.position @ local_map.position == 0.0)
     path = line((0, 0), 0.5 * aim + [0.02, 0.01], aim)
@@ -109,26 +121,72 @@ def test_contact_lies_on_the_border_and_the_projected_reference_does_not_leave_f
     assert free.exterior.distance(shapely.Point(contact.point)) < 1e-5
     assert (local_map.contains(path[: contact.index])).all()
     assert np.hypot(*contact.normal) == pytest.approx(1.0)
-    projected, release = boundary_reference(path, contact, local_map)
+    projected, release = q_bound(path, contact, local_map)
     np.testing.assert_array_equal(projected[: contact.index], path[: contact.index])
-    beyond = projected[contact.index]
-    assert shapely.distance(free, shapely.Point(beyond)) < 1e-6
     assert (projected == release).all(axis=1).any()
+
+
+def timed(path) -> np.ndarray:
+    """Times (n,) at which a path (n, 2) is gone along at v_max [s]."""
+    return np.arange(len(path)) * np.hypot(*np.diff(path, axis=0).T).max() / ROBOT.max_speed
+
+
+def q_bound(path, contact, local_map, settings=SETTINGS):
+    return boundary_reference(timed(path), path, contact, local_map, settings)
+
+
+@given(
+    world=cluttered_worlds(),
+    points=st.lists(st.tuples(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8)), min_size=2, max_size=4, unique=True),
+    shares=st.lists(st.floats(0.01, 1.0), min_size=63, max_size=63),
+)
+def test_q_bound_never_jumps_and_is_released_on_the_boundary_or_where_it_goes_straight_on(world, points, shares):
+    local_map = map_of(world)
+    assume(local_map.position @ local_map.position == 0.0)
+    places = np.cumsum([0.0, *shares])
+    path = np.array(
+        [shapely.LineString([(0, 0), *points]).interpolate(s / places[-1], normalized=True).coords[0] for s in places]
+    )
+    contact = find_contact(path, local_map)
+    assume(contact is not None)
+    times = np.cumsum([0.0, *np.maximum(np.hypot(*np.diff(path, axis=0).T) / ROBOT.max_speed, 1e-6)])
+    projected, release = boundary_reference(times, path, contact, local_map, SETTINGS)
+    steps = np.hypot(*np.diff(projected, axis=0).T)
+    assert (steps <= ROBOT.max_speed * np.diff(times) + 1e-6).all()
+    seen = local_map.border_points[local_map.surface == contact.surface]
+    normals = local_map.normals[local_map.surface == contact.surface]
+    off = np.abs(((release - seen) * normals).sum(axis=1))
+    nearest = np.hypot(*(release - seen).T).min()
+    assert min(off.min(), nearest) < 0.02
 
 
 def test_by_hand_q_bound_runs_along_the_wall_to_where_the_reference_ends_or_comes_back():
     local_map = before_a_wall()
     for corners, left in (([(0, 0), (0.4, 0.4)], None), ([(0, 0), (0.35, 0.2), (0.1, 0.4)], 1)):
         path = line(*corners)
-        projected, release = boundary_reference(path, find_contact(path, local_map), local_map)
+        projected, release = q_bound(path, find_contact(path, local_map), local_map)
         outside = path[:, 0] > 0.3
-        np.testing.assert_array_equal(projected[~outside], path[~outside])
+        np.testing.assert_allclose(projected[~outside], path[~outside], atol=1e-12)
         np.testing.assert_allclose(projected[outside, 0], 0.3, atol=1e-9)
-        if left:
-            np.testing.assert_allclose(release, path[np.flatnonzero(outside)[-1] + 1])
-        else:
-            np.testing.assert_allclose(projected[outside, 1], path[outside, 1], atol=1e-9)
-            np.testing.assert_allclose(release, [0.3, 0.4], atol=1e-9)
+        np.testing.assert_allclose(projected[outside, 1], path[outside, 1], atol=1e-9)
+        expected = projected[np.flatnonzero(outside)[-1]] if left else [0.3, 0.4]
+        np.testing.assert_allclose(release, expected, atol=1e-9)
+
+
+def test_by_hand_past_the_end_of_what_is_seen_q_bound_goes_straight_on_and_as_printed_it_rests_and_jumps():
+    """The wall at x = 0.3 ends for the eye at y = 0.6, where the map does; the path ends behind that end."""
+    local_map = before_a_wall()
+    path = line((0, 0), (0.36, 0.2), (0.36, 0.75), (0.2, 0.75))
+    contact, ahead = find_contact(path, local_map), np.hypot(*np.diff(path, axis=0).T).max()
+    followed, release = q_bound(path, contact, local_map)
+    steps = np.hypot(*np.diff(followed, axis=0).T)
+    assert steps.max() <= ahead + 1e-9
+    np.testing.assert_allclose(release, [0.3, 0.75], atol=0.02)
+    printed = SETTINGS.with_values({"controller.boundary_projection": "printed"})
+    jumps, release = q_bound(path, contact, local_map, printed)
+    np.testing.assert_allclose(release, [0.3, 0.6], atol=0.02)
+    steps = np.hypot(*np.diff(jumps, axis=0).T)
+    assert (steps < 1e-9).sum() > 10
 
 
 def test_by_hand_q_flow_is_the_projection_onto_the_chord():

@@ -78,7 +78,7 @@ def draw(path: Path, dpi: int = DPI) -> list[Drawn]:
 def _planned(position: tuple[float, float], velocity: tuple[float, float]) -> Drawn:
     state = State(0.0, np.array(position), np.array(velocity), 0.0)
     cycle = cycle_at(load_world("corridor"), Settings(), state)
-    return Drawn(cycle, set_course(cycle.plan, cycle.local_map, cycle.settings.controller))
+    return Drawn(cycle, set_course(cycle.plan, cycle.local_map, cycle.settings))
 
 
 def _draw_panel(axes: Axes, drawn: Drawn) -> None:

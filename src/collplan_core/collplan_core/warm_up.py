@@ -63,7 +63,7 @@ def _warm_up_contact(path: np.ndarray, times: np.ndarray, local_map: LocalMap, s
     contact = find_contact(path, local_map)
     assert contact is not None, "it leads into the wall"
     passes_through(path, contact, local_map)
-    boundary_reference(path, contact, local_map)
+    boundary_reference(times, path, contact, local_map, settings)
     foreseen_contacts(local_map, times, path, np.gradient(path, axis=0), settings)
 
 

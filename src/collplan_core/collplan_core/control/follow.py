@@ -16,19 +16,19 @@ from collplan_core.control.references import ENGAGED, WAITING, maneuver_referenc
 from collplan_core.control.tracking import hold_heading, pid, sample_reference, to_body
 from collplan_core.local_map.contact_point import find_contact, passes_through
 from collplan_core.local_map.record import LocalMap
-from collplan_core.parameters import Control, Settings
+from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.state import State
 from collplan_core.velocity_law import velocity_law
 
 
-def set_course(plan: Plan, local_map: LocalMap, control: Control) -> Course:
+def set_course(plan: Plan, local_map: LocalMap, settings: Settings) -> Course:
     """Alg. 3 for a new plan, with the reference of its maneuver."""
     contact = find_contact(plan.positions, local_map)
     if contact is None or not passes_through(plan.positions, contact, local_map):
         return Course(stamp=plan.stamp)
-    maneuver = select_maneuver(plan.positions, contact, control)
-    path, release = maneuver_reference(maneuver, plan.positions, contact, local_map)
+    maneuver = select_maneuver(plan.positions, contact, settings.controller)
+    path, release = maneuver_reference(maneuver, plan.times, plan.positions, contact, local_map, settings)
     return Course(plan.stamp, maneuver, contact.point, release, path)
 
 
@@ -40,17 +40,15 @@ def _carried_stage(old: Course, new: Course, stage: str, switch_distance: float)
 
 
 def _engaged_now(
-    memory: ControllerMemory, plan: Plan, local_map: LocalMap, state: State, control: Control
+    memory: ControllerMemory, plan: Plan, local_map: LocalMap, state: State, settings: Settings
 ) -> ControllerMemory:
     """The memory with the course and the stage of this period. Paper: phi and delta of III-B."""
-    course, stage = memory.course, memory.stage
+    course, stage, delta = memory.course, memory.stage, settings.controller.switch_distance
     if course.stamp != plan.stamp:
-        course = set_course(plan, local_map, control)
-        stage = _carried_stage(memory.course, course, stage, control.switch_distance)
+        course = set_course(plan, local_map, settings)
+        stage = _carried_stage(memory.course, course, stage, delta)
     if course.contact_point is not None and course.release_point is not None:
-        stage = update_engaged(
-            stage, state.position, course.contact_point, course.release_point, control.switch_distance
-        )
+        stage = update_engaged(stage, state.position, course.contact_point, course.release_point, delta)
     return replace(memory, course=course, stage=stage)
 
 
@@ -66,7 +64,7 @@ def follow(
     """
     params, robot = settings.controller, settings.robot
     period = 1.0 / params.rate
-    memory = _engaged_now(memory, plan, local_map, state, params)
+    memory = _engaged_now(memory, plan, local_map, state, settings)
     path, maneuver = plan.positions, FREE_SPACE
     if memory.stage == ENGAGED and memory.course.contact_path is not None:
         path, maneuver = memory.course.contact_path, memory.course.maneuver

@@ -1,39 +1,68 @@
 """q_bound and q_flow, the references of the contact maneuvers, and the switch phi to them from q_spl. Paper: III-B."""
 
+import math
+
 import numpy as np
 
 from collplan_core.command import FLOW_THROUGH
-from collplan_core.jit import njit
-from collplan_core.local_map.contact_point import ContactPoint, nearest_on_surface
-from collplan_core.local_map.free_space import inside
+from collplan_core.control.tracking import saturate
+from collplan_core.local_map.contact_point import SAME_POINT, ContactPoint
+from collplan_core.local_map.free_space import sector
 from collplan_core.local_map.record import LocalMap
+from collplan_core.parameters import Settings
+
+GOES_ON = 10.0
+"""A boundary is taken to go straight on beyond what was seen of it for so long [m]."""
 
 
-@njit
-def _onto_boundary(
-    border: np.ndarray, surface: np.ndarray, number: int, path: np.ndarray, first: int
-) -> tuple[np.ndarray, int]:
-    """The path (m, 2) with its samples from `first` on projected onto a surface, until one is in F; the index of that.
-
-    Where none is, the index is the last. Relative to the centre of F [m].
-    """
-    projected = path.copy()
-    i = first
-    while i < len(path) and not inside(border, path[i, 0], path[i, 1]):
-        projected[i, 0], projected[i, 1] = nearest_on_surface(border, surface, number, path[i, 0], path[i, 1])
-        i += 1
-    return projected, min(i, len(path) - 1)
+def _seen_of_boundary(contact: ContactPoint, local_map: LocalMap, extension: float) -> np.ndarray:
+    """What was seen of the boundary at a contact, carried on along its tangents: (m, 2), counter-clockwise [m]."""
+    x, y = contact.point - local_map.position
+    n = len(local_map.surface)
+    order = (sector(x, y, n) + 1 + np.arange(-n // 2, n // 2)) % n
+    order = order[local_map.surface[order] == contact.surface]
+    line = local_map.border_points[order]
+    tangents = extension * local_map.normals[order[[0, -1]]] @ np.array([[0.0, -1.0], [1.0, 0.0]])
+    return np.vstack([line[0] - tangents[0], line, line[-1] + tangents[1]])
 
 
-def boundary_reference(path: np.ndarray, contact: ContactPoint, local_map: LocalMap) -> tuple[np.ndarray, np.ndarray]:
-    """q_bound: the reference (n, 2) with what lies beyond the boundary projected onto it.
+def _projected(line: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far along a line (m, 2) the nearest point to each of (n, 2) is (n,) [m]; which are left of an end piece."""
+    begin, piece = line[:-1], np.diff(line, axis=0)
+    length = np.hypot(*piece.T)
+    share = ((points[:, None] - begin) * piece).sum(axis=2) / np.maximum(length, SAME_POINT) ** 2
+    away = points[:, None] - begin - np.clip(share, 0.0, 1.0)[..., None] * piece
+    k, each = (away**2).sum(axis=2).argmin(axis=1), np.arange(len(points))
+    left = piece[k, 0] * away[each, k, 1] - piece[k, 1] * away[each, k, 0] > 0.0
+    along = (length.cumsum() - length)[k] + np.clip(share[each, k], 0.0, 1.0) * length[k]
+    return along, left & ((k == 0) | (k == len(piece) - 1))
+
+
+def boundary_reference(
+    times: np.ndarray, path: np.ndarray, contact: ContactPoint, local_map: LocalMap, settings: Settings
+) -> tuple[np.ndarray, np.ndarray]:
+    """q_bound: the reference (n, 2) at its times (n,) with what lies beyond the boundary projected onto it.
+
+    It ends with the first sample in F again or, past what was seen of the boundary, in front of where that goes on
+    straight. No step of what is projected, nor of the way back from it to the reference, is faster than v_max.
 
     Returns:
-        the projected reference (n, 2) and the disengaging point p_d (2,), where the projection ends.
+        the projected reference (n, 2) and the disengaging point p_d (2,) on the boundary, where the projection ends.
     """
-    center = local_map.position
-    projected, last = _onto_boundary(local_map.border, local_map.surface, contact.surface, path - center, contact.index)
-    return projected + center, projected[last] + center
+    first, printed = contact.index, settings.controller.boundary_projection == "printed"
+    line = _seen_of_boundary(contact, local_map, 0.0 if printed else GOES_ON)
+    foot, in_front = _projected(line, np.vstack([path, contact.point]))
+    back = (local_map.contains(path) | in_front[:-1])[first:]
+    end = first + int(back.argmax()) if back.any() else len(path)
+    longest = np.diff(times, prepend=-math.inf) * (math.inf if printed else settings.robot.max_speed)
+    longest[first] *= max(1.0 - contact.share, SAME_POINT)
+    result, along, length = path.copy(), foot[-1], np.append(0.0, np.hypot(*np.diff(line, axis=0).T).cumsum())
+    for i in range(first, end):
+        along += np.clip(foot[i] - along, -longest[i], longest[i])
+        result[i] = [np.interp(along, length, line[:, axis]) for axis in range(2)]
+    for i in range(end, len(path)):
+        result[i] = result[i - 1] + saturate(path[i] - result[i - 1], longest[i])
+    return result, result[end - 1]
 
 
 def flow_reference(path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -44,10 +73,12 @@ def flow_reference(path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def maneuver_reference(
-    maneuver: str, path: np.ndarray, contact: ContactPoint, local_map: LocalMap
+    maneuver: str, times: np.ndarray, path: np.ndarray, contact: ContactPoint, local_map: LocalMap, settings: Settings
 ) -> tuple[np.ndarray, np.ndarray]:
     """The reference of a contact maneuver and the point where it is released."""
-    return flow_reference(path) if maneuver == FLOW_THROUGH else boundary_reference(path, contact, local_map)
+    if maneuver == FLOW_THROUGH:
+        return flow_reference(path)
+    return boundary_reference(times, path, contact, local_map, settings)
 
 
 WAITING, ENGAGED, RELEASED = "waiting", "engaged", "released"

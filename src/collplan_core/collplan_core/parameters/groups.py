@@ -171,6 +171,7 @@ class Control(Parameters):
     max_yaw_rate: float = parameter(1.0, "Largest yaw rate commanded", unit="rad/s", low=0.0, high=20.0, live=True)
     switch_distance: float = parameter(0.15, "delta, distance to the contact point at which a maneuver engages", unit="m", low=0.0, high=1.0, live=True)
     incidence_threshold: float = parameter(radians(45.0), "Angle between path and boundary below which the boundary is followed", unit="rad", low=0.0, high=pi / 2, live=True)
+    boundary_projection: str = parameter("continuous", "q_bound goes on along the tangent past the end of what was seen and is never faster than v_max, or jumps as printed", choices=("continuous", "printed"), live=True)
     maneuver_rule: str = parameter("incidence", "Alg. 3 by incidence at the contact, or left and right of the chord as printed", choices=("incidence", "printed"), live=True)
 
 
