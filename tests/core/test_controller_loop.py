@@ -14,6 +14,8 @@ from collplan_core.control.motion_monitor import LATE, OK, REVERSED, SLIP, STUCK
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
 from collplan_core.loop.controller_loop import ELSEWHERE, LONGEST_RESUMED, LONGEST_START, ControllerLoop
 from collplan_core.sensing.pose_filter import CARRIED
+from collplan_core.state import State
+from collplan_core.velocity_law import velocity_after, velocity_law
 from loop_scenes import IDENTITY, SETTINGS, at, scan_at, see, see_until, straight_plan
 
 LIMITS = SETTINGS.limits
@@ -49,6 +51,29 @@ def test_it_starts_at_rest_and_names_what_lacks_first():
     lacking.append(loop.tick(1.1))
     for command, name in zip(lacking, ("goal", "pose", "scan", "plan"), strict=True):
         assert (command.maneuver, name in command.reason) == (STOPPED, True), name
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.9])
+def test_a_constant_push_is_held_to_a_centimetre_beside_a_straight_path(speed):
+    """A floor that leans or a weak wheel: 0.05 m/s to the side of what is commanded."""
+    loop, wheels, period = ControllerLoop(SETTINGS), velocity_law(SETTINGS.robot), 0.01
+    state, duration, aside = replace(at(1.0), velocity=np.array([speed, 0.0])), 2.5, []
+    loop.take_goal(goal())
+    for k in range(round(duration / period)):
+        loop.take_pose(state, state.stamp)
+        loop.take_scan(scan_at(state), state.stamp)
+        if k == 0:
+            assert loop.take_plan(straight_plan(1.0, (speed * duration, 0.0), duration), 1.0) == ""
+            loop.take_valid_until(1.0, 9.0)
+        if k % 5 == 0:
+            pushed = loop.tick(state.stamp).velocity + np.array([0.0, 0.05])
+        velocity = np.array(velocity_after(wheels, *state.velocity, *pushed, period))
+        position = state.position + 0.5 * period * (state.velocity + velocity)
+        state = State(state.stamp + period, position, velocity, 0.0)
+        aside.append(abs(position[1]))
+    assert max(aside) < 0.014
+    assert max(aside[round(1.5 / period) :]) < 0.01
+    assert max(aside[-10:]) < 0.008
 
 
 def test_the_end_of_the_goal_stops():

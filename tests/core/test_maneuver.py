@@ -255,7 +255,8 @@ def step(memory, plan, position=(0.0, 0.0), now=0.0, yaw=0.0, settings=SETTINGS,
 
 
 def test_in_free_space_the_spline_is_tracked():
-    command, memory = step(ControllerMemory(), plan_to((0.0, 0.5)), (0.02, 0.2), now=0.5)
+    proportional = SETTINGS.with_values({"controller.k_i": 0.0})
+    command, memory = step(ControllerMemory(), plan_to((0.0, 0.5)), (0.02, 0.2), now=0.5, settings=proportional)
     np.testing.assert_allclose(command.reference, [0.0, 0.25], atol=1e-9)
     np.testing.assert_allclose(command.velocity, [4 * -0.02, 0.5 + 4 * 0.05], atol=1e-6)
     assert command.maneuver == FREE_SPACE
@@ -277,6 +278,18 @@ def test_a_contact_maneuver_engages_within_delta_of_the_contact_point():
         command, memory = step(memory, plan, at_contact - 0.14 * back, now=0.9)
         assert command.maneuver == maneuver, (end, maneuver, reference)
         np.testing.assert_allclose(command.reference, reference(0.9 * np.array(end)), atol=1e-6)
+
+
+def test_the_integral_stands_still_in_a_maneuver_and_at_a_boundary_and_takes_what_is_beside_the_path():
+    along_wall = plan_to((0.0, 0.5))
+    for memory, plan, position, grows in [
+        (ControllerMemory(), along_wall, (-0.02, 0.2), True),
+        (ControllerMemory(), along_wall, (0.0, 0.22), False),  # late alone
+        (ControllerMemory(), plan_to((0.3, 0.5), start=(0.3, -0.5)), (GAP - 0.005, 0.0), False),
+        (engaged_on(plan_to(INTO_WALL)), plan_to(INTO_WALL), (0.2, 0.1), False),
+    ]:
+        _, after = step(memory, plan, position, now=0.5)
+        assert (np.abs(after.integral).max() > 1e-6) == grows, (position, grows)
 
 
 def engaged_on(plan, settings=SETTINGS) -> ControllerMemory:

@@ -56,29 +56,31 @@ def test_by_hand_a_command_is_cut_to_the_most_and_refused_beyond_half_as_much_ag
     assert [clip_command(*command, ROBOT, LIMITS) for command in bad] == [None] * 11
 
 
-def run_pid(control: Control, error, steps: int, max_speed: float = 1.2):
+def run_pid(control: Control, error, steps: int, forward=ZERO):
     integral = ZERO
     for _ in range(steps):
-        command, integral = pid(np.array(error), ZERO, ZERO, integral, 0.05, control, max_speed)
+        command, integral = pid(np.array(error), forward, forward, forward, integral, 0.05, control, ROBOT)
     return command, integral
 
 
 def test_by_hand_pid():
-    control = replace(CONTROL, k_p=4.0, k_i=2.0, k_d=0.5)
-    command, integral = pid(
-        np.array([0.1, 0.0]), np.array([0.2, 0.1]), np.array([0.0, 0.2]), np.array([0.05, 0.0]), 0.05, control, 1.2
-    )
-    np.testing.assert_allclose(integral, [0.05 + 2.0 * 0.1 * 0.05, 0.0])
-    np.testing.assert_allclose(command, [0.2 + 0.4 + 0.06, 0.1 + 0.1])
+    control = replace(CONTROL, k_p=1.0, k_i=2.0, k_d=0.5)
+    given_ = [0.04, 0.0], [0.2, 0.1], [0.2, 0.2], [0.2, 0.1], [0.05, 0.0]
+    command, integral = pid(*map(np.array, given_), 0.05, control, ROBOT)
+    aside = 2.0 * 0.02 * 0.05
+    np.testing.assert_allclose(integral, [0.05 + aside, -aside])
+    np.testing.assert_allclose(command, [0.2 + 0.04 + 0.05 + aside, 0.1 + 0.05 - aside])
 
 
-def test_the_integral_stands_still_while_saturated_and_never_exceeds_its_limit():
-    control = replace(CONTROL, k_i=2.0)
-    _, wound = run_pid(control, [1.0, 0.0], 200)
-    assert not wound.any()
-    command, limited = run_pid(control, [0.05, 0.0], 2000)
-    np.testing.assert_allclose(limited, [control.integral_limit, 0.0])
-    np.testing.assert_allclose(command, [0.2 + control.integral_limit, 0.0])
+def test_the_integral_does_not_grow_along_what_is_cut_off_and_never_exceeds_its_limit():
+    control = replace(CONTROL, k_p=1.0, k_i=2.0)
+    _, wound = run_pid(control, [0.5, 0.0], 200)  # the wheels are at their largest acceleration
+    assert np.hypot(*wound) <= ROBOT.max_acceleration * ROBOT.velocity_lag
+    command, wound = run_pid(control, [0.05, 0.02], 200, np.array([ROBOT.max_speed, 0.0]))
+    assert np.hypot(*command) == pytest.approx(ROBOT.max_speed)
+    assert wound[0] < 0.02 < 0.1 < wound[1]
+    _, limited = run_pid(replace(control, integral_limit=0.1), [0.02, 0.0], 2000)
+    np.testing.assert_allclose(limited, [0.1, 0.0])
 
 
 TIMES = np.linspace(10.0, 11.0, 65)

@@ -21,6 +21,9 @@ from collplan_core.plan import Plan
 from collplan_core.state import State
 from collplan_core.velocity_law import velocity_law
 
+TOUCHING = 0.015
+"""So near to a boundary the robot may touch it, and what holds it there is no push to be integrated [m]."""
+
 
 def set_course(plan: Plan, local_map: LocalMap, settings: Settings) -> Course:
     """Alg. 3 for a new plan, with the reference of its maneuver."""
@@ -52,6 +55,12 @@ def _engaged_now(
     return replace(memory, course=course, stage=stage)
 
 
+def _touches(local_map: LocalMap, position: np.ndarray) -> bool:
+    """Whether the robot is at an observed boundary."""
+    away = local_map.border_points[local_map.surface >= 0] - position
+    return bool((np.hypot(*away.T) < TOUCHING).any())
+
+
 def follow(
     memory: ControllerMemory, plan: Plan, local_map: LocalMap, state: State, now: float, settings: Settings
 ) -> tuple[Command, ControllerMemory]:
@@ -79,12 +88,15 @@ def follow(
     velocity, integral = pid(
         reference - state.position,
         forward,
-        reference_velocity - state.velocity,
+        reference_velocity,
+        state.velocity,
         memory.integral,
         period,
         params,
-        robot.max_speed,
+        robot,
     )
+    if memory.stage == ENGAGED or _touches(local_map, state.position):
+        integral = memory.integral
     heading = state.yaw if memory.heading is None else memory.heading
     command = Command(to_body(velocity, state.yaw), hold_heading(state.yaw, heading, params), maneuver, reference)
     return command, replace(memory, integral=integral, heading=heading)

@@ -7,6 +7,9 @@ import numpy as np
 from collplan_core.parameters import Control, Limits, Robot
 from collplan_core.plane import rotate
 
+SLOW = 0.05
+"""A reference slower than this has no direction [m/s]."""
+
 
 def sample_reference(times: np.ndarray, path: np.ndarray, now: float) -> tuple[np.ndarray, np.ndarray]:
     """Position (2,) and velocity (2,) of a timed path now; at rest at the end once the time is past.
@@ -29,23 +32,37 @@ def saturate(velocity: np.ndarray, max_speed: float) -> np.ndarray:
     return velocity if speed <= max_speed else velocity * (max_speed / speed)
 
 
+def _without(growth: np.ndarray, cut_off: np.ndarray) -> np.ndarray:
+    """A growth (2,) without its part along what is cut off (2,)."""
+    along = float(growth @ cut_off)
+    return growth - along / float(cut_off @ cut_off) * cut_off if along > 0.0 else growth
+
+
 def pid(
     error: np.ndarray,
     feed_forward: np.ndarray,
-    velocity_error: np.ndarray,
+    reference_velocity: np.ndarray,
+    velocity: np.ndarray,
     integral: np.ndarray,
     period: float,
     control: Control,
-    max_speed: float,
+    robot: Robot,
 ) -> tuple[np.ndarray, np.ndarray]:
     """World-frame velocity command (2,) [m/s] and the next integral (2,) [m/s].
 
-    Anti-windup: the integral is limited, and does not grow while the command is saturated.
+    What is late along the path is not integrated: mostly no push, but a reference that the wheels cannot keep up with.
+    Anti-windup: the integral is limited, and does not grow along what is cut off the command by v_max, or off the
+    acceleration that it asks for by the wheels.
     """
-    grown = saturate(integral + control.k_i * error * period, control.integral_limit)
-    wanted = feed_forward + control.k_p * error + control.k_d * velocity_error + grown
-    command = saturate(wanted, max_speed)
-    return command, grown if command is wanted else integral
+    speed2 = float(reference_velocity @ reference_velocity)
+    aside = error - error @ reference_velocity / max(speed2, SLOW**2) * reference_velocity
+    growth = control.k_i * aside * period
+    wanted = feed_forward + control.k_p * error + control.k_d * (reference_velocity - velocity) + integral + growth
+    command = saturate(wanted, robot.max_speed)
+    lead = command - velocity
+    growth = _without(growth, wanted - command)
+    growth = _without(growth, lead - saturate(lead, robot.max_acceleration * robot.velocity_lag))
+    return command, saturate(integral + growth, control.integral_limit)
 
 
 def to_body(velocity: np.ndarray, yaw: float) -> np.ndarray:
