@@ -8,6 +8,8 @@ NO_GOAL = "none"
 ACCEPTED, EXECUTING, SUCCEEDED, CANCELED, ABORTED = "accepted", "executing", "succeeded", "canceled", "aborted"
 ACTIVE = ACCEPTED, EXECUTING
 """Status of a goal that the robot is to go to."""
+AT_REST = 0.05
+"""A robot slower than this is at rest: poses do not tell it from one that is [m/s]."""
 
 
 @dataclass(frozen=True, eq=False)

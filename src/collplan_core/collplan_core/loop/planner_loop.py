@@ -20,7 +20,7 @@ from collplan_core.control.permission import is_blocked, plan_lifetime, why_outs
 from collplan_core.control.recent_rows import with_row
 from collplan_core.deadline import Deadline
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
-from collplan_core.goal import ABORTED, CANCELED, SUCCEEDED, Goal
+from collplan_core.goal import ABORTED, AT_REST, CANCELED, SUCCEEDED, Goal
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop.current_goal import CurrentGoal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING, Cycle, Decision, Notice
@@ -119,7 +119,8 @@ class PlannerLoop:
         settings = self._settings
         if not self._sensors.take_pose(state, local, settings):
             self._forget_before(state.stamp)
-        if self.goal.is_at(state.position, settings.planner.goal_tolerance):
+        passes = not settings.planner.stop_at_goal or float(np.hypot(*state.velocity)) <= AT_REST
+        if passes and self.goal.is_at(state.position, settings.planner.goal_tolerance):
             self._end_goal(SUCCEEDED)
         outside = why_outside(state.position, settings.limits)
         if outside and self.goal.active:

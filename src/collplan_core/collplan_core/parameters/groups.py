@@ -79,6 +79,7 @@ class Planning(Parameters):
     strategy: str = parameter("harness", "The paper's weight sets (custom takes the weights group), or the time to the goal with these terms for contacts", choices=NAMES, live=True)
     map_period: float = parameter(0.0, "T_map, time between two plans, at least 0.05; 0 is the strategy's own: 0.2 for the paper's, 0.05 for the others", unit="s", low=0.0, high=2.0, live=True)
     goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
+    stop_at_goal: bool = parameter(False, "A goal is reached at rest within goal_tolerance, instead of by passing", live=True)
     goal_timeout: float = parameter(120.0, "A goal not reached so long after it was accepted is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)
     recovery_tries: int = parameter(3, "How often a robot that is stuck backs out and tries again on the way to one goal, before the goal is given up", low=0, high=100, live=True)
     frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True)

@@ -1,9 +1,11 @@
 """What one cycle's rollouts are computed with, as plain tuples that compiled code takes."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
+from collplan_core.goal import AT_REST
 from collplan_core.parameters import Settings
 from collplan_core.reflection import Ring, believed_ring
 from collplan_core.strategies import BY_SPEED, FREE, REFLECTS, TIME_TO_GOAL
@@ -60,6 +62,7 @@ class Goal(NamedTuple):
         x, y, tolerance: centre and radius [m].
         longest_within: no path from within the disc to its centre is longer [m].
         graze_cost: cost of an arrival, by the square of the distance at which its line passes the centre [s/m^2].
+        rest_speed: a faster one is no arrival [m/s]; inf where the goal may be passed.
     """
 
     x: float
@@ -67,6 +70,7 @@ class Goal(NamedTuple):
     tolerance: float
     longest_within: float
     graze_cost: float
+    rest_speed: float
 
 
 class Constants(NamedTuple):
@@ -123,9 +127,10 @@ def problem_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, se
     """The problem of a cycle: boundaries, where the disc was seen to be free (nx, ny), paths, robot and strategy."""
     p = settings.time_to_goal
     tolerance = p.arrival_share * paths.tolerance
-    graze_cost = p.graze_cost / paths.tolerance**2
+    stops = settings.planner.stop_at_goal
+    graze_cost, rest_speed = (0.0, AT_REST) if stops else (p.graze_cost / paths.tolerance**2, math.inf)
     x, y = (float(value) for value in paths.goal)
-    goal = Goal(x, y, tolerance, paths.longest_within(tolerance), graze_cost)
+    goal = Goal(x, y, tolerance, paths.longest_within(tolerance), graze_cost, rest_speed)
     constants = Constants(field.grid, goal, robot_model(settings), contact_costs(settings))
     stop_test = TIME_TO_GOAL[settings.planner.strategy].stop_test
     return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test)

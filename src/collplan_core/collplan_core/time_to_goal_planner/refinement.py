@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from collplan_core.jit import njit
-from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, end_cost
+from collplan_core.time_to_goal_planner.arrival import ON_THE_WAY, approach_speed, end_cost
 from collplan_core.time_to_goal_planner.control_interval import roll_interval
 from collplan_core.time_to_goal_planner.dynamics import motion_at
 from collplan_core.time_to_goal_planner.full_plan import STOP_TEST_INTERVAL, FullPlan, clip
@@ -122,7 +122,8 @@ def _roll_changed(problem: Problem, plan: FullPlan, change: Change, new: FullPla
             uy = commands[old, 1] + position_gain * off_y + velocity_gain * (states[old, 3] - motion.vy)
         else:
             ux, uy, _ = path_direction(problem.paths, motion.x, motion.y)
-            ux, uy = max_speed * ux, max_speed * uy
+            speed = approach_speed(goal, constants.model, motion)
+            ux, uy = speed * ux, speed * uy
         ux, uy = clip(ux, uy, max_speed)
         motion, cost, arrival = roll_interval(clearance, source, constants, motion, ux, uy)
         total += cost

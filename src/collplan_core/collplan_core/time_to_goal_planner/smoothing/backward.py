@@ -10,7 +10,16 @@ from collplan_core.jit import njit
 from collplan_core.reflection import rebound_slope
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at, normal_at
 from collplan_core.time_to_goal_planner.model import Problem
-from collplan_core.time_to_goal_planner.smoothing.cost import MORE_LAG, OFF_GOAL, Term, beyond, contact_terms, stage
+from collplan_core.time_to_goal_planner.smoothing.cost import (
+    MORE_LAG,
+    OFF_GOAL,
+    OFF_SPEED,
+    SLOWER,
+    Term,
+    beyond,
+    contact_terms,
+    stage,
+)
 from collplan_core.time_to_goal_planner.smoothing.forward import MOST_CHANGE
 from collplan_core.time_to_goal_planner.smoothing.knots import AX, ONE, TAU, VX, Gains, Knots, X
 
@@ -28,6 +37,7 @@ def backward(problem: Problem, knots: Knots, damping: float, gains: Gains) -> fl
     states, goal, lag = knots.states, problem.constants.goal, problem.constants.model.wheels.lag + MORE_LAG
     model, half, phase, n = np.zeros((8, 8)), np.zeros((8, 8)), len(knots.ends) - 1, knots.ends[-1]
     _add(model, beyond(OFF_GOAL, states[n, 0] - goal.x, states[n, 1] - goal.y, goal.tolerance), X, 0.0, 1.0, 0.0)
+    _add(model, beyond(OFF_SPEED, states[n, 2], states[n, 3], SLOWER * goal.rest_speed), VX, 0.0, 1.0, 0.0)
     for k in range(n - 1, -1, -1):
         tau, (ax, ay) = knots.durations[phase], knots.accelerations[k]
         cost = stage(problem.clearance, problem.constants, knots.margins[k], states[k], ax, ay)

@@ -16,6 +16,8 @@ ACCELERATION, SPEED = 20.0, 20.0
 OFF_WALL, OFF_SPEED, OFF_GOAL = 1500.0, 100.0, 500.0
 """Weights of the squares by which a contact is off its boundary and off the speeds it may have, and the end is off the
 goal's disc [s/m^2, s^3/m^2, s/m^2]."""
+SLOWER = 0.8
+"""Share of the speed that counts as rest at the goal, smoothed for: the penalty alone ends a little above it."""
 SLOWEST_CONTACT = 0.1
 """Slowest contact smoothed for: a slower one soon is none [m/s]."""
 ACCELERATION_SHARE, MORE_LAG = 0.98, 0.04

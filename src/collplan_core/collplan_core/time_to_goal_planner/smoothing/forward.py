@@ -6,7 +6,7 @@ from collplan_core.jit import njit
 from collplan_core.reflection import reflect
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import clearance_at, normal_at
 from collplan_core.time_to_goal_planner.model import Problem
-from collplan_core.time_to_goal_planner.smoothing.cost import OFF_GOAL, beyond, contact_terms, stage
+from collplan_core.time_to_goal_planner.smoothing.cost import OFF_GOAL, OFF_SPEED, SLOWER, beyond, contact_terms, stage
 from collplan_core.time_to_goal_planner.smoothing.knots import AX, ONE, TAU, Gains, Knots
 
 MOST_CHANGE = 0.2
@@ -43,7 +43,9 @@ def forward(problem: Problem, old: Knots, gains: Gains, share: float, new: Knots
             vx, vy, _ = reflect(vx, vy, 0.0, nx, ny, constants.model.ring)
             phase, first = phase + 1, k + 1
         after[0], after[1], after[2], after[3] = x, y, vx, vy
-    return cost + beyond(OFF_GOAL, new.states[n, 0] - goal.x, new.states[n, 1] - goal.y, goal.tolerance).value
+    x, y, vx, vy = new.states[n]
+    end = beyond(OFF_GOAL, x - goal.x, y - goal.y, goal.tolerance).value
+    return cost + end + beyond(OFF_SPEED, vx, vy, SLOWER * goal.rest_speed).value
 
 
 @njit
