@@ -63,8 +63,8 @@ def test_a_constant_push_is_held_to_a_centimetre_beside_a_straight_path(speed):
         loop.take_pose(state, state.stamp)
         loop.take_scan(scan_at(state), state.stamp)
         if k == 0:
-            assert loop.take_plan(straight_plan(1.0, (speed * duration, 0.0), duration), 1.0) == ""
-            loop.take_valid_until(1.0, 9.0)
+            plan = replace(straight_plan(1.0, (speed * duration, 0.0), duration), valid_until=9.0)
+            assert loop.take_plan(plan, 1.0) == ""
         if k % 5 == 0:
             pushed = loop.tick(state.stamp).velocity + np.array([0.0, 0.05])
         velocity = np.array(velocity_after(wheels, *state.velocity, *pushed, period))

@@ -1,6 +1,7 @@
 """Following a rollout: the command that makes a robot with a lag drive it, contacts and all."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -171,8 +172,10 @@ def test_the_controller_adds_what_leads_back_to_the_rollout():
     command, memory = followed(plan, (0.21, -0.02), 10.4)
     np.testing.assert_allclose(command.reference, (0.2, 0.0), atol=1e-9)
     gain = SETTINGS.controller.k_p
-    np.testing.assert_allclose(command.velocity, (0.5 - gain * 0.01, gain * 0.02), atol=1e-9)
+    beside = (gain + SETTINGS.controller.k_i / SETTINGS.controller.rate) * 0.02
+    np.testing.assert_allclose(command.velocity, (0.5 - gain * 0.01, beside), atol=1e-9)
     assert command.maneuver == FREE_SPACE
-    turned, _ = followed(plan, (0.21, -0.02), 10.4, np.pi / 2, memory)
+    unpushed = replace(memory, integral=np.zeros(2))
+    turned, _ = followed(plan, (0.21, -0.02), 10.4, np.pi / 2, unpushed)
     np.testing.assert_allclose(rotation(np.pi / 2) @ turned.velocity, command.velocity, atol=1e-9)
     assert turned.yaw_rate < 0.0  # back to the heading held
