@@ -92,6 +92,7 @@ CONTROLLER_SCENES: dict[str, Scene] = {
         2.0,
     ),
     "through walls": lambda: (mixed("random:0").through_walls(3.5), 0.8, LONGEST),
+    "through a long wall": lambda: (mixed("corridor").through_walls(3.5), 0.8, LONGEST),
 }
 
 

@@ -29,6 +29,7 @@ PRINTED: dict[str, dict[str, Any]] = {
     "speeds as printed": {"planner.speeds": "printed"},
     "time law as printed": {"planner.time_law": "printed"},
     "Alg. 3 as printed": {"controller.maneuver_rule": "printed"},
+    "q_bound as printed": {"controller.boundary_projection": "printed"},
     "set E as printed": {"local_map.predicted": "printed"},
     "openings of any width, as printed": {"planner.widest_gap": 100.0},
     "frontiers of any length, as printed": {"planner.shortest_frontier": 0.0},
