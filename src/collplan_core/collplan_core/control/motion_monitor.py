@@ -33,8 +33,8 @@ WINDOW = 0.6
 SHORTEST_WINDOW = 0.15
 """[s]"""
 SETTLE = 0.2
-"""Time after a touch until the wheels, which the wall did not stop, roll as the robot moves again [s]: they went on at
-1.3 m/s and held a simulated robot back for 0.18 s."""
+"""Time after a touch until wheels that it did not stop roll again, and until a command that reverses at it has come
+through the robot's cap of acceleration: 0.18 s at 10 m/s^2 [s]."""
 UNSEEN = 1.0
 """Time for which something that was run into and is not seen may push on [s]."""
 LATE_ADVANTAGE = 1.5e-3
