@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 from collplan_core.calibration.mocap_offset import body_offset, mean_pose
 from collplan_core.calibration.stream_quality import stream_quality
 from collplan_core.calibration.stroke_fit import AxesFit, Stroke, fit_axes
-from collplan_core.calibration.turn_fit import Turn, TurnFit, fit_turns
+from collplan_core.calibration.turn_fit import FittedTurn, TurnFit, fit_turns
 from collplan_core.parameters import Mocap
 from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose, with_offset
 from collplan_core.sensing.pose_filter import PoseError, PoseSample
@@ -135,7 +135,7 @@ def turned(rate, lever, *, drift=0.0, bias=0.0, share=1.0, heading=0.3, walk=Non
         for t, z, yaw in zip(times.tolist(), seen.tolist(), yaws.tolist(), strict=True)
     ]
     before = PoseSample(0.0, poses[0].position, heading)
-    return Turn(rate, duration, before, poses, poses[-1])
+    return FittedTurn(rate, duration, before, poses, poses[-1])
 
 
 def complex_lever(fit):

@@ -18,7 +18,7 @@ from collplan_core.time_to_goal_planner.coarse_search import SWITCH_STEPS, coars
 from collplan_core.time_to_goal_planner.full_plan import roll
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import STEP, contact_costs, robot_model
-from collplan_core.time_to_goal_planner.plan_cycle import CHUNK, SETTLED, SMOOTHED, PlannerMemory, plan_cycle
+from collplan_core.time_to_goal_planner.plan_cycle import CHUNK, SETTLED, SMOOTHED, RolloutMemory, plan_cycle
 from collplan_core.time_to_goal_planner.refinement import refine
 from scenes import box, map_of, unit, world_of
 from time_to_goal_scenes import RADIUS, SETTINGS, motion_in, with_strategy
@@ -314,7 +314,7 @@ def test_a_given_map_is_known_from_the_start_and_never_added_to():
     assert later.known
     assert plan.positions[np.argmin(np.abs(plan.positions[:, 0] - 0.55)), 1] > 0.1
     assert memory.remembered.field.clearance.min() < 0.0
-    assert isinstance(memory, PlannerMemory)
+    assert isinstance(memory, RolloutMemory)
 
 
 def test_planners_by_name():

@@ -14,7 +14,7 @@ from collplan_core.plan import NoPlan
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import INFERRED
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
-from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory, plan_cycle
+from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory, plan_cycle
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import is_reachable
 from collplan_core.time_to_goal_planner.shortest_paths.search import shortest_paths
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
@@ -109,7 +109,7 @@ def test_solid_that_is_only_inferred_gives_way_before_a_goal_is_given_up():
     boundaries, _ = way(memory, start, goal)
     assert not (boundaries.field.source == INFERRED).any()
     assert (boundaries.field.clearance < 0.0).any()
-    before = PlannerMemory(remembered=memory, map_stamp=local_map.stamp)
+    before = RolloutMemory(remembered=memory, map_stamp=local_map.stamp)
     plan, _ = plan_cycle(before, local_map, at_rest(start), goal, BOUNCE)
     assert np.isfinite(plan.positions).all()
 

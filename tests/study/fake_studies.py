@@ -6,14 +6,14 @@ from typing import Any
 
 from collplan_core.evaluation.impact_matching import DELIBERATE_SPEED
 from collplan_study.question.grid import NO_ABLATION, Task, make_grid
-from collplan_study.question.options import Options
+from collplan_study.question.options import StudyOptions
 from collplan_study.question.question import Question
 from collplan_study.question.sources import Source, load_sources
 from collplan_study.run.provenance import new_provenance, new_session
 from collplan_study.run.study_folder import make_folder
 from collplan_study.tables.columns import blank
 from collplan_study.tables.table_files import write_tables
-from collplan_study.tables.trial_record import ERROR, TrialRecord
+from collplan_study.tables.trial_record import ERROR, TrialRow
 
 Measures = Callable[[Task], dict[str, Any]]
 Impacts = Callable[[Task], list[dict[str, Any]]]
@@ -62,7 +62,7 @@ def fake_study(
     sources = load_sources(question.worlds, None, None) if sources is None else sources
     grid = make_grid(question, sources, ablations)
     provenance = new_provenance(question, sources, ablations, len(grid))
-    provenance["sessions"].append(new_session(Options(), 0))
+    provenance["sessions"].append(new_session(StudyOptions(), 0))
     folder = make_folder(out, provenance, sources)
     write_tables(folder, grid, (_record(task, measures(task), impacts(task)) for task in grid))
     return folder
@@ -76,6 +76,6 @@ def impact(speed: float, error: float | None = None) -> dict[str, Any]:
     return {"x": 3.0, "y": 3.5, "speed_into": speed, **flags, **known}
 
 
-def _record(task: Task, measured: dict[str, Any], impacts: list[dict[str, Any]]) -> TrialRecord:
+def _record(task: Task, measured: dict[str, Any], impacts: list[dict[str, Any]]) -> TrialRow:
     path = {"t_ms": [0, 50], "x": [3000, 3100], "y": [3000, 4000]}
     return {"index": task.index, "row": {**task.labels, **measured}, "path": path, "impacts": impacts}

@@ -11,7 +11,7 @@ from distributed import LocalCluster
 
 from collplan_study.main import main
 from collplan_study.question.ablations import ABLATIONS
-from collplan_study.question.options import Options
+from collplan_study.question.options import StudyOptions
 from collplan_study.run import code_state, preparation, worker
 from collplan_study.run.code_state import SIMULATOR, trial_code
 from collplan_study.run.row_file import RowFile
@@ -151,7 +151,7 @@ def test_a_provenance_that_is_none_or_was_tampered_with_is_refused(copy, capsys)
 
 
 def test_neither_other_code_nor_another_process_adds_rows_to_a_table(copy, capsys, monkeypatch):
-    grid = preparation.prepare(Options(resume=copy)).grid
+    grid = preparation.prepare(StudyOptions(resume=copy)).grid
     with RowFile(copy / ROWS, grid):
         assert "another process" in refused(capsys, copy)
     monkeypatch.setattr("collplan_study.run.provenance.trial_code", lambda: "0123456789abcdef")

@@ -15,7 +15,7 @@ from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
-from collplan_core.calibration.body_motions import Estimate
+from collplan_core.calibration.body_motions import MotionEstimate
 from collplan_core.calibration.lidar_fit import LidarMount, MountFit
 from collplan_core.calibration.mocap_offset import BodyOffset
 from collplan_core.calibration.stream_quality import StreamQuality
@@ -286,8 +286,8 @@ def test_what_is_made_of_figures():
         (turn_finding(replace(TURNED, share=-1.0)), WRONG, ""),
         (turn_finding(replace(TURNED, share=0.01)), WRONG, ""),
         (turn_finding(replace(TURNED, share=2.0)), WRONG, ""),
-        (drift_finding(quarter, Estimate(TURNED, quarter).offset), GOOD, "+0 mm/s ahead and +10 mm/s"),
-        (drift_finding(far, Estimate(TURNED, far).offset), DOUBTFUL, ""),
+        (drift_finding(quarter, MotionEstimate(TURNED, quarter).offset), GOOD, "+0 mm/s ahead and +10 mm/s"),
+        (drift_finding(far, MotionEstimate(TURNED, far).offset), DOUBTFUL, ""),
         (interruption_finding(Interruptions(40)), GOOD, "none of 40"),
         (interruption_finding(Interruptions(40, 3, 0.34, 0.1)), GOOD, "3 of 40"),
         (interruption_finding(Interruptions(40, 8, 0.34, 0.1)), DOUBTFUL, "0.34 s"),
@@ -295,11 +295,11 @@ def test_what_is_made_of_figures():
         (interruption_finding(Interruptions(5, 5, 0.34, 0.1)), GOOD, "5 of 5"),
         (interruption_finding(Interruptions(9, 0, 0.0, 0.0, refused=6)), WRONG, "6 commands"),
         # seen 0.1 rad to the left of where it goes: the lever is turned by as much on the robot
-        (offset_finding(Estimate(TURNED, FINE)), GOOD, "+27.9 +- 0.5 mm ahead and -22.9 +- 0.5 mm left"),
-        (offset_finding(Estimate(TURNED, FINE)), GOOD, "-5.73 +- 0.29 deg"),
-        (offset_finding(Estimate(TURNED, replace(FINE, uncertainty=0.02))), DOUBTFUL, ""),
-        (offset_finding(Estimate(replace(TURNED, uncertainty=0.001), FINE)), DOUBTFUL, ""),
-        (offset_finding(Estimate(None, FINE)), DOUBTFUL, ""),
+        (offset_finding(MotionEstimate(TURNED, FINE)), GOOD, "+27.9 +- 0.5 mm ahead and -22.9 +- 0.5 mm left"),
+        (offset_finding(MotionEstimate(TURNED, FINE)), GOOD, "-5.73 +- 0.29 deg"),
+        (offset_finding(MotionEstimate(TURNED, replace(FINE, uncertainty=0.02))), DOUBTFUL, ""),
+        (offset_finding(MotionEstimate(replace(TURNED, uncertainty=0.001), FINE)), DOUBTFUL, ""),
+        (offset_finding(MotionEstimate(None, FINE)), DOUBTFUL, ""),
         (lidar_finding(MountFit(AHEAD, 0.97, 0.4, 0.01, SURE), 12), GOOD, "+50.0 mm ahead"),
         (lidar_finding(MountFit(AHEAD, 0.97, 0.4, 0.01, SURE), 12), GOOD, "upside down"),
         (lidar_finding(MountFit(AHEAD, 0.97, 0.95, 0.01, SURE), 12), DOUBTFUL, "another place"),

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from collplan_ros.view.allowance import Allowance
-from collplan_ros.view.commands import ACTIONS, Command, CommandError, WrongToken, command_from_text, number_of
+from collplan_ros.view.commands import ACTIONS, CommandError, PageCommand, WrongToken, command_from_text, number_of
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=50)
 TOKEN = "the-token"
@@ -26,14 +26,14 @@ def text_of(**given):
 
 def test_what_may_be_asked_for():
     for given_, expected in (
-        ({"do": "goal", "x": 1, "y": -2.5}, Command(1, "goal", at=(1.0, -2.5))),
-        ({"do": "estop"}, Command(1, "estop")),
-        ({"do": "cancel", "number": 0}, Command(0, "cancel")),
-        ({"do": "resume", "extra": [1]}, Command(1, "resume")),
-        ({"do": "clear_estop"}, Command(1, "clear_estop")),
-        ({**SET, "value": "bounce"}, Command(1, "set", node="/a", name="b", value="bounce")),
-        ({**SET, "value": [1, 2.5]}, Command(1, "set", node="/a", name="b", value=(1.0, 2.5))),
-        ({**SET, "value": False}, Command(1, "set", node="/a", name="b", value=False)),
+        ({"do": "goal", "x": 1, "y": -2.5}, PageCommand(1, "goal", at=(1.0, -2.5))),
+        ({"do": "estop"}, PageCommand(1, "estop")),
+        ({"do": "cancel", "number": 0}, PageCommand(0, "cancel")),
+        ({"do": "resume", "extra": [1]}, PageCommand(1, "resume")),
+        ({"do": "clear_estop"}, PageCommand(1, "clear_estop")),
+        ({**SET, "value": "bounce"}, PageCommand(1, "set", node="/a", name="b", value="bounce")),
+        ({**SET, "value": [1, 2.5]}, PageCommand(1, "set", node="/a", name="b", value=(1.0, 2.5))),
+        ({**SET, "value": False}, PageCommand(1, "set", node="/a", name="b", value=False)),
     ):
         assert command_from_text(text_of(**given_), TOKEN) == expected
 

@@ -6,14 +6,14 @@ import pytest
 from collplan_core.plan import Contacts, timed_path
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.state import State
-from collplan_ros.view.impacts import MOST, Impacts
+from collplan_ros.view.impacts import MOST, ShownImpacts
 
 POINT, NORMAL = np.array([1.0, 0.0]), np.array([-1.0, 0.0])
 
 
-def coming(speed: float, until: float = 1.0) -> Impacts:
+def coming(speed: float, until: float = 1.0) -> ShownImpacts:
     """A robot on its way into a wall at this speed [m/s]."""
-    impacts = Impacts()
+    impacts = ShownImpacts()
     for stamp in np.arange(until - 0.5, until, 0.01):
         impacts.moved(State(float(stamp), POINT - [speed * (until - stamp), 0.0], np.array([speed, 0.1]), 0.0))
     return impacts
@@ -48,13 +48,13 @@ def test_what_was_not_foreseen_in_time_is_another_and_without_poses_it_has_no_sp
         [(0.7, contact_at(1.5))],
     ):
         assert hit_with(0.8, *plans)["kind"] == "other", plans
-    impacts = Impacts()
+    impacts = ShownImpacts()
     impacts.happened(ImpactContact(1.0, POINT, NORMAL))
     assert impacts.part[0]["speed"] == 0
 
 
 def test_what_was_sent_stays_and_the_oldest_go():
-    impacts = Impacts()
+    impacts = ShownImpacts()
     impacts.happened(ImpactContact(1.0, POINT, NORMAL))
     sent = impacts.part
     for time in range(2, MOST + 5):

@@ -9,7 +9,7 @@ from matplotlib.patches import Circle
 
 from collplan_core.command import BOUNDARY_FOLLOWING, FLOW_THROUGH, FREE_SPACE
 from collplan_core.control.follow import set_course
-from collplan_core.control.memory import Course
+from collplan_core.control.memory import ManeuverCourse
 from collplan_core.parameters import Settings
 from collplan_core.state import State
 from collplan_core.worlds import load_world
@@ -61,7 +61,7 @@ class Drawn(NamedTuple):
     """One panel: the cycle, and the maneuver for its plan."""
 
     cycle: Cycle
-    course: Course
+    course: ManeuverCourse
 
 
 def draw(path: Path, dpi: int = DPI) -> list[Drawn]:

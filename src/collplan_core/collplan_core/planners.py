@@ -17,7 +17,7 @@ from collplan_core.strategies import NAMES, PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_core.time_to_goal_planner.known_map import given_map
 from collplan_core.time_to_goal_planner.model import MAP_PERIOD as ROLLOUT_MAP_PERIOD
-from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory
+from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory
 from collplan_core.time_to_goal_planner.plan_cycle import plan_cycle as plan_rollout
 from collplan_core.worlds import World
 
@@ -87,7 +87,7 @@ ROLLOUTS = Planner(
     gives_up_closed_off_goal=True,
     boundaries=lambda memory: memory.remembered,
     half_side=lambda settings: settings.time_to_goal.half_side,
-    without_plan=PlannerMemory.without_plan,
+    without_plan=RolloutMemory.without_plan,
     known_map=given_map,
 )
 

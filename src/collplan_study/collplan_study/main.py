@@ -9,7 +9,7 @@ from time import perf_counter
 
 from collplan_core.command_line import as_called
 from collplan_study.errors import StudyError, WorkersLost
-from collplan_study.question.options import Options, parse
+from collplan_study.question.options import StudyOptions, parse
 from collplan_study.run.pools import Pool, open_pool
 from collplan_study.run.preparation import Study, prepare
 from collplan_study.run.progress import show_progress
@@ -30,7 +30,7 @@ def main(args: Sequence[str] | None = None) -> int:
         return _stopped(REFUSED, error)
 
 
-def _run(options: Options) -> int:
+def _run(options: StudyOptions) -> int:
     study = prepare(options)
     with open_pool(options.jobs, options.dask) as pool:
         folder = study.folder or make_folder(options.out, study.provenance, study.sources)
@@ -38,7 +38,7 @@ def _run(options: Options) -> int:
             return _complete(options, study, folder, rows, pool)
 
 
-def _complete(options: Options, study: Study, folder: Path, rows: RowFile, pool: Pool) -> int:
+def _complete(options: StudyOptions, study: Study, folder: Path, rows: RowFile, pool: Pool) -> int:
     advice = f"complete it with: {shlex.join([as_called('study'), '--resume', str(folder)])}"
     try:
         _run_missing(options, study, folder, rows, pool)
@@ -57,7 +57,7 @@ def _complete(options: Options, study: Study, folder: Path, rows: RowFile, pool:
     return 0
 
 
-def _run_missing(options: Options, study: Study, folder: Path, rows: RowFile, pool: Pool) -> None:
+def _run_missing(options: StudyOptions, study: Study, folder: Path, rows: RowFile, pool: Pool) -> None:
     earlier, session = study.provenance["sessions"], new_session(options, len(rows))
     write_provenance(folder, {**study.provenance, "sessions": [*earlier, session]})
     started_at = perf_counter()

@@ -14,7 +14,7 @@ import numpy as np
 
 from collplan_core.calibration.mocap_offset import ENOUGH_POSITION, ENOUGH_YAW, BodyOffset, body_offset, mean_pose
 from collplan_core.calibration.stroke_fit import AxesFit, Stroke, centre, fit_axes
-from collplan_core.calibration.turn_fit import SETTLING_TIME, Turn, TurnFit, fit_turns
+from collplan_core.calibration.turn_fit import SETTLING_TIME, FittedTurn, TurnFit, fit_turns
 from collplan_core.parameters import Robot
 from collplan_core.sensing.pose_filter import PoseSample
 
@@ -104,12 +104,12 @@ class Motions:
 
     start: PoseSample
     here: PoseSample
-    turns: tuple[Turn, ...] = ()
+    turns: tuple[FittedTurn, ...] = ()
     strokes: tuple[Stroke, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
+class MotionEstimate:
     """What the motions so far say.
 
     Attributes:
@@ -146,10 +146,10 @@ class Estimate:
         return self.place_is_certain and self.heading_is_certain
 
 
-def estimate(motions: Motions, lag: float) -> Estimate:
+def estimate(motions: Motions, lag: float) -> MotionEstimate:
     """The estimate from motions that hold at least two strokes; `lag` [s] of the robot behind its commands."""
     turns = fit_turns(motions.turns, lag) if motions.turns else None
-    return Estimate(turns, fit_axes(motions.strokes, NO_LEVER if turns is None else turns.lever))
+    return MotionEstimate(turns, fit_axes(motions.strokes, NO_LEVER if turns is None else turns.lever))
 
 
 def drive_each_way(robot: MeasuredRobot, pace: Pace, lag: float) -> Motions:
@@ -219,7 +219,7 @@ def _with_turn(robot: MeasuredRobot, motions: Motions, pace: Pace, sign: float, 
     poses, after = _moved(robot, motions.start, lever, (0.0, 0.0), rate, pace.turn_time)
     if not poses:
         return replace(motions, here=after)
-    turn = Turn(rate, _driven(poses, pace.turn_time), before, tuple(poses), after)
+    turn = FittedTurn(rate, _driven(poses, pace.turn_time), before, tuple(poses), after)
     return replace(motions, here=after, turns=(*motions.turns, turn))
 
 
@@ -259,7 +259,9 @@ def _moved(
     return poses, after
 
 
-def _to(robot: MeasuredRobot, motions: Motions, known: Estimate, pace: Pace, target: complex, near: float) -> Motions:
+def _to(
+    robot: MeasuredRobot, motions: Motions, known: MotionEstimate, pace: Pace, target: complex, near: float
+) -> Motions:
     """Drives to `target` [m, map frame, from the beginning], as well as is known how, unless it is `near` [m].
 
     Raises:

@@ -27,7 +27,7 @@ RATIOS = np.array([0.0, *np.geomspace(1e-2, 1e6, 33)])
 
 
 @dataclass(frozen=True, eq=False)
-class Turn:
+class FittedTurn:
     """A turn in place from rest to rest; poses of the body, map frame.
 
     Attributes:
@@ -61,7 +61,7 @@ class TurnFit:
     share_uncertainty: float
 
 
-def fit_turns(turns: Sequence[Turn], lag: float) -> TurnFit:
+def fit_turns(turns: Sequence[FittedTurn], lag: float) -> TurnFit:
     """Least squares through all turns, each weighted by a noise that the turns themselves show.
 
     Args:
@@ -76,13 +76,13 @@ def fit_turns(turns: Sequence[Turn], lag: float) -> TurnFit:
     return TurnFit(lever, uncertainty, float(angles.sum() / asked.sum()), float(spread))
 
 
-def _angle(turn: Turn) -> float:
+def _angle(turn: FittedTurn) -> float:
     """From rest to rest: what the robot is late at the begin it makes up for after the end."""
     yaws = np.unwrap([turn.before.yaw, *(pose.yaw for pose in turn.poses), turn.after.yaw])
     return float(yaws[-1] - yaws[0])
 
 
-def _fit_lever(turns: Sequence[Turn], lag: float) -> tuple[np.ndarray, float]:
+def _fit_lever(turns: Sequence[FittedTurn], lag: float) -> tuple[np.ndarray, float]:
     windows = [_windows(turn, lag) for turn in turns]
     # without turns both ways bias and lever are one
     both_ways = len({turn.yaw_rate > 0.0 for turn in turns}) > 1
@@ -115,7 +115,7 @@ def _fit_lever(turns: Sequence[Turn], lag: float) -> tuple[np.ndarray, float]:
     return best[1], best[2]
 
 
-def _windows(turn: Turn, lag: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _windows(turn: FittedTurn, lag: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times (n,) since the turn began, columns (n, 3) of lever, robot's bias and room's bias, positions (n,)."""
     times = np.array([pose.stamp for pose in turn.poses]) - turn.poses[0].stamp
     kept = times >= SETTLING_TIME

@@ -11,7 +11,7 @@ import numpy as np
 from collplan_core.command import FREE_SPACE, Command
 from collplan_core.control.feed_forward import feed_forward
 from collplan_core.control.maneuver import select_maneuver
-from collplan_core.control.memory import ControllerMemory, Course
+from collplan_core.control.memory import ControllerMemory, ManeuverCourse
 from collplan_core.control.references import ENGAGED, WAITING, maneuver_reference, update_engaged
 from collplan_core.control.tracking import hold_heading, pid, sample_reference, to_body
 from collplan_core.local_map.contact_point import find_contact, passes_through
@@ -25,17 +25,17 @@ TOUCHING = 0.015
 """So near to a boundary the robot may touch it, and what holds it there is no push to be integrated [m]."""
 
 
-def set_course(plan: Plan, local_map: LocalMap, settings: Settings) -> Course:
+def set_course(plan: Plan, local_map: LocalMap, settings: Settings) -> ManeuverCourse:
     """Alg. 3 for a new plan, with the reference of its maneuver."""
     contact = find_contact(plan.positions, local_map)
     if contact is None or not passes_through(plan.positions, contact, local_map):
-        return Course(stamp=plan.stamp)
+        return ManeuverCourse(stamp=plan.stamp)
     maneuver = select_maneuver(plan.positions, contact, settings.controller)
     path, release = maneuver_reference(maneuver, plan.times, plan.positions, contact, local_map, settings)
-    return Course(plan.stamp, maneuver, contact.point, release, path)
+    return ManeuverCourse(plan.stamp, maneuver, contact.point, release, path)
 
 
-def _carried_stage(old: Course, new: Course, stage: str, switch_distance: float) -> str:
+def _carried_stage(old: ManeuverCourse, new: ManeuverCourse, stage: str, switch_distance: float) -> str:
     """A new plan resets phi unless its contact point is within delta of the old one."""
     if old.contact_point is None or new.contact_point is None or old.maneuver != new.maneuver:
         return WAITING

@@ -10,7 +10,7 @@ from collplan_core.control.references import WAITING
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class ManeuverCourse:
     """One plan as the controller follows it.
 
     Attributes:
@@ -41,5 +41,5 @@ class ControllerMemory:
 
     integral: np.ndarray = field(default_factory=lambda: np.zeros(2))
     heading: float | None = None
-    course: Course = field(default_factory=Course)
+    course: ManeuverCourse = field(default_factory=ManeuverCourse)
     stage: str = WAITING

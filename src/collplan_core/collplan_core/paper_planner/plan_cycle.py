@@ -24,7 +24,7 @@ NO_AIM = np.full(2, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
-class PlannerMemory:
+class PaperMemory:
     """What one cycle leaves to the next, world frame.
 
     Attributes:
@@ -49,13 +49,13 @@ class _Choice(NamedTuple):
 
 
 def plan_cycle(
-    memory: PlannerMemory | None,
+    memory: PaperMemory | None,
     local_map: LocalMap,
     state: State,
     goal: np.ndarray,
     settings: Settings,
     deadline: Deadline = never,
-) -> tuple[Plan, PlannerMemory]:
+) -> tuple[Plan, PaperMemory]:
     """One cycle of the paper's planner: from a local map to a timed reference. Paper: II and III-A.
 
     Args:
@@ -70,7 +70,7 @@ def plan_cycle(
     # own copies: a read-only array is another type to the compiler, and would be compiled for once more
     state = State(state.stamp, np.array(state.position), np.array(state.velocity), state.yaw)
     goal = np.array(goal, dtype=float)
-    memory = memory or PlannerMemory(state.position, NO_AIM, 0.0)
+    memory = memory or PaperMemory(state.position, NO_AIM, 0.0)
     travelled = memory.travelled + float(np.hypot(*(state.position - memory.previous)))
     goal_is_free = inside(local_map.border, *(goal - local_map.position))
     choice = _goal_itself(goal) if goal_is_free else _best(memory, travelled, local_map, state, goal, settings)
@@ -88,7 +88,7 @@ def plan_cycle(
         candidates=choice.candidates,
         n_before_pruning=choice.n_before_pruning,
     )
-    return plan, PlannerMemory(state.position, NO_AIM if goal_is_free else choice.aim, travelled)
+    return plan, PaperMemory(state.position, NO_AIM if goal_is_free else choice.aim, travelled)
 
 
 def _goal_itself(goal: np.ndarray) -> _Choice:
@@ -98,7 +98,7 @@ def _goal_itself(goal: np.ndarray) -> _Choice:
 
 
 def _best(
-    memory: PlannerMemory, travelled: float, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
+    memory: PaperMemory, travelled: float, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
 ) -> _Choice:
     """q_s = argmin over C of w_p J_pos + w_r J_risk + w_v J_vel. Paper: eq. (1)."""
     center, model = local_map.position, cost_model(settings)
@@ -119,7 +119,7 @@ def _best(
 
 def _evaluated(
     space: SamplingSpace,
-    memory: PlannerMemory,
+    memory: PaperMemory,
     travelled: float,
     local_map: LocalMap,
     state: State,

@@ -7,7 +7,7 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid, nearest_node
 from collplan_core.time_to_goal_planner.dynamics import Motion
-from collplan_core.time_to_goal_planner.model import Goal, Problem, RobotModel
+from collplan_core.time_to_goal_planner.model import GoalDisc, Problem, RobotModel
 from collplan_core.time_to_goal_planner.shortest_paths.cost_to_go import time_to_go
 
 ON_THE_WAY = -1.0
@@ -23,7 +23,7 @@ APPROACH_SHARE = 0.6
 
 
 @njit
-def is_there(goal: Goal, motion: Motion) -> bool:
+def is_there(goal: GoalDisc, motion: Motion) -> bool:
     """Whether a motion is within the goal's tolerance, and as slow as it must be there."""
     x, y = motion.x, motion.y
     if motion.vx * motion.vx + motion.vy * motion.vy > goal.rest_speed * goal.rest_speed:
@@ -32,7 +32,7 @@ def is_there(goal: Goal, motion: Motion) -> bool:
 
 
 @njit
-def arrival_share(goal: Goal, begin: Motion, end: Motion) -> float:
+def arrival_share(goal: GoalDisc, begin: Motion, end: Motion) -> float:
     """Share of a step, which ends at the goal, after which it comes there."""
     x, y, px, py = begin.x, begin.y, end.x, end.y
     before = math.sqrt((x - goal.x) * (x - goal.x) + (y - goal.y) * (y - goal.y))
@@ -45,7 +45,7 @@ def arrival_share(goal: Goal, begin: Motion, end: Motion) -> float:
 
 
 @njit
-def graze_cost(goal: Goal, motion: Motion) -> float:
+def graze_cost(goal: GoalDisc, motion: Motion) -> float:
     """Cost of an arrival by the distance at which its line passes the goal's centre [s]."""
     vx, vy = motion.vx, motion.vy
     speed2 = vx * vx + vy * vy
@@ -65,7 +65,7 @@ def to_go(problem: Problem, motion: Motion) -> float:
 
 
 @njit
-def _stopping_time(goal: Goal, max_acceleration: float, motion: Motion) -> float:
+def _stopping_time(goal: GoalDisc, max_acceleration: float, motion: Motion) -> float:
     """About how much longer it takes to rest at the goal than to pass it: by braking, and by coming back [s]."""
     speed = math.hypot(motion.vx, motion.vy)
     if speed <= goal.rest_speed:
@@ -77,7 +77,7 @@ def _stopping_time(goal: Goal, max_acceleration: float, motion: Motion) -> float
 
 
 @njit
-def approach_speed(goal: Goal, model: RobotModel, motion: Motion) -> float:
+def approach_speed(goal: GoalDisc, model: RobotModel, motion: Motion) -> float:
     """Speed to command on the way to the goal [m/s]: the top speed, or as much as still stops there."""
     if goal.rest_speed == math.inf:
         return model.max_speed
@@ -86,7 +86,7 @@ def approach_speed(goal: Goal, model: RobotModel, motion: Motion) -> float:
 
 
 @njit
-def least_time(length: np.ndarray, cells: Grid, goal: Goal, max_speed: float, motion: Motion) -> float:
+def least_time(length: np.ndarray, cells: Grid, goal: GoalDisc, max_speed: float, motion: Motion) -> float:
     """A time before which no rollout from here is at the goal, whatever its velocity [s]: full speed all the way.
 
     By the shortest path where that is known. Only a gap through which the disc fits by less than the width of a cell,

@@ -4,18 +4,18 @@ import numpy as np
 
 from collplan_core.parameters import Settings
 from collplan_core.time_to_goal_planner.boundary_memory.update import known_boundaries
-from collplan_core.time_to_goal_planner.plan_cycle import PlannerMemory
+from collplan_core.time_to_goal_planner.plan_cycle import RolloutMemory
 from collplan_core.worlds import World, world_segments
 
 CIRCLE_SIDES = 64
 
 
-def given_map(world: World, settings: Settings) -> PlannerMemory:
+def given_map(world: World, settings: Settings) -> RolloutMemory:
     """A first memory that holds the whole world and merges no scan. Never for a robot: the world is the truth."""
     x0, y0, x1, y1 = world.bounds
     walls = np.vstack([world_segments(world), *(_sides(*circle) for circle in world.circles)])
     center = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)])
-    return PlannerMemory(remembered=known_boundaries(walls, center, settings.robot, settings.remembered), known=True)
+    return RolloutMemory(remembered=known_boundaries(walls, center, settings.robot, settings.remembered), known=True)
 
 
 def _sides(x: float, y: float, radius: float) -> np.ndarray:

@@ -55,7 +55,7 @@ class ContactCosts(NamedTuple):
     margin: float
 
 
-class Goal(NamedTuple):
+class GoalDisc(NamedTuple):
     """The disc in which rollouts end.
 
     Attributes:
@@ -77,7 +77,7 @@ class Constants(NamedTuple):
     """The scalars of a problem, which every step of a rollout needs."""
 
     grid: Grid
-    goal: Goal
+    goal: GoalDisc
     model: RobotModel
     costs: ContactCosts
 
@@ -130,7 +130,7 @@ def problem_of(field: ClearanceField, free: np.ndarray, paths: ShortestPaths, se
     stops = settings.planner.stop_at_goal
     graze_cost, rest_speed = (0.0, AT_REST) if stops else (p.graze_cost / paths.tolerance**2, math.inf)
     x, y = (float(value) for value in paths.goal)
-    goal = Goal(x, y, tolerance, paths.longest_within(tolerance), graze_cost, rest_speed)
+    goal = GoalDisc(x, y, tolerance, paths.longest_within(tolerance), graze_cost, rest_speed)
     constants = Constants(field.grid, goal, robot_model(settings), contact_costs(settings))
     stop_test = TIME_TO_GOAL[settings.planner.strategy].stop_test
     return Problem(field.clearance, field.source, free, paths.lookup(tolerance), constants, stop_test)

@@ -48,7 +48,7 @@ SETTLED = 5e-4
 
 
 @dataclass(frozen=True, eq=False)
-class PlannerMemory:
+class RolloutMemory:
     """What one cycle leaves to the next.
 
     Attributes:
@@ -70,19 +70,19 @@ class PlannerMemory:
     expected: Expected | None = None
     cycle: int = 0
 
-    def without_plan(self) -> "PlannerMemory":
+    def without_plan(self) -> "RolloutMemory":
         """What is remembered, and no plan in force."""
         return replace(self, commands=np.zeros((0, 2)), expected=None)
 
 
 def plan_cycle(
-    memory: PlannerMemory | None,
+    memory: RolloutMemory | None,
     local_map: LocalMap,
     state: State,
     goal: np.ndarray,
     settings: Settings,
     deadline: Deadline = never,
-) -> tuple[Plan, PlannerMemory]:
+) -> tuple[Plan, RolloutMemory]:
     """One cycle: from a local map to a timed reference to the goal, with the contacts it foresees.
 
     Args:
@@ -94,7 +94,7 @@ def plan_cycle(
     Raises:
         NoPlan: what was seen closes off the goal.
     """
-    memory = _updated(memory or PlannerMemory(), local_map, state, np.array(goal, dtype=float), settings)
+    memory = _updated(memory or RolloutMemory(), local_map, state, np.array(goal, dtype=float), settings)
     assert memory.remembered is not None
     assert memory.paths is not None
     way = way_to_goal(memory.remembered, memory.paths, state.position, settings)
@@ -126,8 +126,8 @@ def plan_cycle(
 
 
 def _updated(
-    memory: PlannerMemory, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
-) -> PlannerMemory:
+    memory: RolloutMemory, local_map: LocalMap, state: State, goal: np.ndarray, settings: Settings
+) -> RolloutMemory:
     """The memory with the newest scan and the shortest paths over it."""
     remembered = memory.remembered
     if remembered is None or (local_map.stamp > memory.map_stamp and not memory.known):
@@ -142,7 +142,7 @@ def _initial_motion(problem: Problem, state: State, expected: Expected | None, s
 
 
 def _carried_on(
-    problem: Problem, initial: Motion, memory: PlannerMemory, stamp: float, settings: Settings
+    problem: Problem, initial: Motion, memory: RolloutMemory, stamp: float, settings: Settings
 ) -> list[FullPlan]:
     """What is left of the last plan, as it is and led back to its path; nothing where there is none."""
     size = round(settings.time_to_goal.longest_plan / CONTROL_INTERVAL)

@@ -14,7 +14,7 @@ from math import degrees
 import numpy as np
 
 from collplan_core.calibration import body_motions
-from collplan_core.calibration.body_motions import MOST_DISTANCE, Estimate, Motions, estimate
+from collplan_core.calibration.body_motions import MOST_DISTANCE, MotionEstimate, Motions, estimate
 from collplan_core.calibration.mocap_offset import BodyOffset
 from collplan_core.calibration.stream_quality import stream_quality
 from collplan_core.parameters.file import read_parameters, write_values
@@ -268,7 +268,7 @@ class Check:
             raise Declined("not moved; the rest was not checked")
 
 
-def _found(known: Estimate) -> list[Finding]:
+def _found(known: MotionEstimate) -> list[Finding]:
     turns = [findings.turn_finding(known.turns)] if known.turns else []
     return [
         *turns,
@@ -282,6 +282,6 @@ def _is_wrong(found: Sequence[Finding]) -> bool:
     return any(finding.verdict == WRONG for finding in found)
 
 
-def _certainty(known: Estimate) -> str:
+def _certainty(known: MotionEstimate) -> str:
     offset = known.offset
     return f"+- {1e3 * offset.position_uncertainty:.1f} mm and {degrees(offset.yaw_uncertainty):.2f} deg"

@@ -6,7 +6,7 @@ from math import cos, degrees, sin
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from collplan_core.calibration.body_motions import Estimate
+from collplan_core.calibration.body_motions import MotionEstimate
 from collplan_core.calibration.lidar_fit import MountFit
 from collplan_core.calibration.mocap_offset import ENOUGH_POSITION, ENOUGH_YAW, BodyOffset
 from collplan_core.calibration.stream_quality import StreamQuality
@@ -131,7 +131,7 @@ def interruption_finding(found: Interruptions) -> Finding:
     )
 
 
-def offset_finding(known: Estimate) -> Finding:
+def offset_finding(known: MotionEstimate) -> Finding:
     """Finding on the place of the measured body on the robot."""
     offset = known.offset
     uncertainty = 1e3 * offset.position_uncertainty

@@ -17,7 +17,7 @@ from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.interruptions import Interruptions, is_interrupted
 from collplan_ros.bringup.other_nodes import COMMANDS
-from collplan_ros.bringup.paced_commands import Motion, PacedCommands
+from collplan_ros.bringup.paced_commands import PacedCommands, PacedMotion
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
@@ -129,7 +129,7 @@ class OpenLoop:
         self._pass(duration)
         return self._between(count, begun, inf)
 
-    def _driven(self, motion: Motion, count: int) -> list[PoseSample]:
+    def _driven(self, motion: PacedMotion, count: int) -> list[PoseSample]:
         """The poses measured during a motion, of those after the first `count`; none if it was interrupted."""
         poses = self._between(count, motion.begun, motion.ended)
         ends = motion.begun - self._shift, motion.ended - self._shift

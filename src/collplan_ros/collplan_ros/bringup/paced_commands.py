@@ -15,7 +15,7 @@ EARLY = 1e-6
 
 
 @dataclass(eq=False)
-class Motion:
+class PacedMotion:
     """A command that goes on for some time; times are of the clock of its `PacedCommands` [s].
 
     Attributes:
@@ -66,7 +66,7 @@ class PacedCommands:
         self._publish, self._now, self._go_on, self._commanded = publish, now, go_on, commanded
         self._period = period
         self._due = now()
-        self._motion: Motion | None = None
+        self._motion: PacedMotion | None = None
         self._lock = Lock()
         self._leaving = Event()
         self._thread = Thread(target=self._run, name="commands", daemon=True)
@@ -80,11 +80,11 @@ class PacedCommands:
         self._leaving.set()
         self._thread.join()
 
-    def begin(self, command: Command, duration: float, allowed: float) -> Motion:
+    def begin(self, command: Command, duration: float, allowed: float) -> PacedMotion:
         """Commands a motion for `duration` [s], but not beyond the time `allowed` [s]."""
         with self._lock:
             now = self._now()
-            self._motion = motion = Motion(command, now, now + duration, allowed, now)
+            self._motion = motion = PacedMotion(command, now, now + duration, allowed, now)
             self._send(command)
         return motion
 

@@ -8,7 +8,7 @@ from collplan_ros.messages.reading import check_finite
 FACTOR, WAIT, WAITED_FOR = "real_time_factor", "longest_wait_s", "longest_wait_for"
 
 
-class Lockstep(NamedTuple):
+class LockstepReport(NamedTuple):
     """Simulated seconds in the last second; the longest wait for a node so far [s], and for which; "" before any."""
 
     factor: float
@@ -16,7 +16,7 @@ class Lockstep(NamedTuple):
     waited_for: str
 
 
-def lockstep_of(values: Mapping[str, str]) -> Lockstep | None:
+def lockstep_of(values: Mapping[str, str]) -> LockstepReport | None:
     """What a node with these values reports of it; None where it is not in lockstep.
 
     Raises:
@@ -24,6 +24,6 @@ def lockstep_of(values: Mapping[str, str]) -> Lockstep | None:
     """
     if FACTOR not in values:
         return None
-    report = Lockstep(float(values[FACTOR]), float(values.get(WAIT, "0")), values.get(WAITED_FOR, ""))
+    report = LockstepReport(float(values[FACTOR]), float(values.get(WAIT, "0")), values.get(WAITED_FOR, ""))
     check_finite("/diagnostics", report.factor, report.longest_wait)
     return report

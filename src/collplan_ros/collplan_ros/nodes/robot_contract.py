@@ -37,7 +37,7 @@ LOOK_PERIOD = 0.05
 """Time between two looks at what could hold the robot [s]."""
 
 
-class Robot(Protocol):
+class ContractedRobot(Protocol):
     """What the contract needs of a robot."""
 
     def now(self) -> float:
@@ -69,7 +69,7 @@ class RobotContract:
     """
 
     def __init__(
-        self, node: Node, inputs: Inputs, robot: Robot, settings: Settings, times: Times | None = None
+        self, node: Node, inputs: Inputs, robot: ContractedRobot, settings: Settings, times: Times | None = None
     ) -> None:
         """Subscribes through `inputs` and serves in `node`; ages are measured by `times`, by default in real time."""
         self.stopped_by = ""

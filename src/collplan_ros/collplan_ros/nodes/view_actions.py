@@ -13,7 +13,7 @@ from collplan_ros.messages.conversions import goal_to_message, stamp_from_second
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.service_calls import ServiceCalls
 from collplan_ros.nodes.view_parameters import GraphParameters
-from collplan_ros.view.commands import CANCEL, CLEAR_STOP, GOAL, RESUME, SET, STOP, Command
+from collplan_ros.view.commands import CANCEL, CLEAR_STOP, GOAL, RESUME, SET, STOP, PageCommand
 from collplan_ros.view.server import Reply
 
 SERVICES = (STOP, CANCEL, RESUME, CLEAR_STOP)
@@ -35,9 +35,9 @@ class ViewActions:
         for name in SERVICES:
             calls.keep(Trigger, name)
         self._order = count()
-        self._inbox: queue.PriorityQueue[tuple[bool, int, Command, Reply]] = queue.PriorityQueue()
+        self._inbox: queue.PriorityQueue[tuple[bool, int, PageCommand, Reply]] = queue.PriorityQueue()
 
-    def take(self, command: Command, reply: Reply) -> None:
+    def take(self, command: PageCommand, reply: Reply) -> None:
         """Has a command done as soon as the node can; from any thread."""
         if command.action != STOP and self._inbox.qsize() >= MOST_WAITING:
             reply(False, "too many commands wait")
@@ -56,7 +56,7 @@ class ViewActions:
             self._node.get_logger().info(f"page: {_in_words(command)}")
             self._do(command, reply)
 
-    def _do(self, command: Command, reply: Reply) -> None:
+    def _do(self, command: PageCommand, reply: Reply) -> None:
         if command.action in SERVICES:
             self._calls.now(command.action, Trigger.Request(), _answer(reply))
         elif command.action == GOAL:
@@ -64,7 +64,7 @@ class ViewActions:
         elif command.action == SET:
             self._parameters.set(command.node, command.name, command.value, reply)
 
-    def _give_goal(self, command: Command, reply: Reply) -> None:
+    def _give_goal(self, command: PageCommand, reply: Reply) -> None:
         # this node hears goals too
         if self._goals.get_subscription_count() < 2:
             reply(False, f"nobody listens to {self._goals.topic_name}")
@@ -85,7 +85,7 @@ def _answer(reply: Reply) -> Callable[[Trigger.Response | None, str], None]:
     return done
 
 
-def _in_words(command: Command) -> str:
+def _in_words(command: PageCommand) -> str:
     if command.action == GOAL:
         return f"goal ({command.at[0]:.3f}, {command.at[1]:.3f})"
     return f"{command.node} {command.name}: {command.value!r}" if command.action == SET else command.action

@@ -34,7 +34,7 @@ from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.node_kit.shown_topics import ShownTopics
 from collplan_ros.view import scene
 from collplan_ros.view.frames import Changes
-from collplan_ros.view.impacts import Impacts
+from collplan_ros.view.impacts import ShownImpacts
 from collplan_ros.view.message_parts import (
     Parts,
     compared_parts,
@@ -99,7 +99,7 @@ class ViewInputs:
         self._reset()
 
     def _reset(self) -> None:
-        self._impacts = Impacts()
+        self._impacts = ShownImpacts()
         self._states: deque[State] = deque()
         self._fresh: list[State] = []
         self._robot: scene.Part = None
@@ -187,7 +187,7 @@ class ViewInputs:
         """Drops what belongs to another time, as after a restart of the robot."""
         self._states.clear()
         self._fresh.clear()
-        self._impacts = Impacts()
+        self._impacts = ShownImpacts()
         self._put_impacts()
 
     def _put_robot(self, now: float) -> None:

@@ -11,7 +11,7 @@ from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.set_clocks import RunTimes, continued
 from collplan_core.state import State
-from collplan_ros.messages.lockstep_report import Lockstep, lockstep_of
+from collplan_ros.messages.lockstep_report import LockstepReport, lockstep_of
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import (
@@ -72,7 +72,7 @@ class LogBuilder:
     def __init__(self, settings: Settings, namespace: str = "/", pictured: bool = True) -> None:
         """Starts empty; without scans and paths of plans where the log is not `pictured`."""
         self.newest: PoseRow | None = None
-        self.lockstep: Lockstep | None = None
+        self.lockstep: LockstepReport | None = None
         self.time_zero: float | None = None
         self._log = RunLog(pace=settings.simulator.pace)
         self._namespace = namespace

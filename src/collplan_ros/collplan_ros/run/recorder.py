@@ -18,7 +18,7 @@ from collplan_core.parameters import Settings
 from collplan_core.scan import ScanError
 from collplan_core.sensing.scan_filters import used_scan
 from collplan_core.set_clocks import SendTimes
-from collplan_ros.messages.lockstep_report import Lockstep
+from collplan_ros.messages.lockstep_report import LockstepReport
 from collplan_ros.messages.reading import scan_from_message, twist_of, velocity_from_twist
 from collplan_ros.messages.robot_state import HELD, STOPPED
 from collplan_ros.messages.status_values import values_of
@@ -102,7 +102,7 @@ class Recorder:
         return self._builder.newest
 
     @property
-    def lockstep(self) -> Lockstep | None:
+    def lockstep(self) -> LockstepReport | None:
         """The newest report of how simulated time keeps step with the graph; None where it need not."""
         return self._builder.lockstep
 

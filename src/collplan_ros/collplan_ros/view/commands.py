@@ -23,7 +23,7 @@ class CommandError(ValueError):
 
 
 @dataclass(frozen=True)
-class Command:
+class PageCommand:
     """What is asked for.
 
     Attributes:
@@ -41,7 +41,7 @@ class Command:
     value: Value = 0
 
 
-def command_from_text(text: str | bytes, token: str) -> Command:
+def command_from_text(text: str | bytes, token: str) -> PageCommand:
     """The command in a message.
 
     Raises:
@@ -60,10 +60,10 @@ def command_from_text(text: str | bytes, token: str) -> Command:
     if action not in ACTIONS:
         raise CommandError(f"do: got {_shown(action)}, expected one of {', '.join(ACTIONS)}")
     if action == GOAL:
-        return Command(number, action, at=(_coordinate(given, "x"), _coordinate(given, "y")))
+        return PageCommand(number, action, at=(_coordinate(given, "x"), _coordinate(given, "y")))
     if action == SET:
-        return Command(number, action, node=_name(given, "node"), name=_name(given, "name"), value=_value(given))
-    return Command(number, action)
+        return PageCommand(number, action, node=_name(given, "node"), name=_name(given, "name"), value=_value(given))
+    return PageCommand(number, action)
 
 
 def number_of(text: str | bytes) -> int:

@@ -16,7 +16,7 @@ MOST = 200
 """Impacts that are kept."""
 
 
-class Impacts:
+class ShownImpacts:
     """The impacts so far, as the page is sent them.
 
     Attributes:

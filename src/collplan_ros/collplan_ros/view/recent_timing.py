@@ -3,7 +3,7 @@
 from collections import deque
 
 from collplan_core.evaluation.machine import Timing
-from collplan_ros.messages.lockstep_report import Lockstep
+from collplan_ros.messages.lockstep_report import LockstepReport
 
 RECENT = 10.0
 """What is older is shown no more [s]."""
@@ -21,7 +21,7 @@ class RecentTiming:
         """Takes the time between two commands [s]."""
         self._gaps.append((now, period, ""))
 
-    def reported(self, lockstep: Lockstep, now: float) -> None:
+    def reported(self, lockstep: LockstepReport, now: float) -> None:
         """Takes a report of simulator_node; what it waited before the first one was of another time."""
         self._factors.append((now, lockstep.factor))
         if self._longest_wait is not None and lockstep.longest_wait > self._longest_wait:

@@ -23,7 +23,7 @@ from websockets.http11 import Response
 from websockets.server import ServerProtocol
 
 from collplan_ros.view.allowance import Allowance
-from collplan_ros.view.commands import Command, CommandError, WrongToken, command_from_text, number_of
+from collplan_ros.view.commands import CommandError, PageCommand, WrongToken, command_from_text, number_of
 from collplan_ros.view.door import LOOKED_AT, Answer, Request, answer, full, page_files
 from collplan_ros.view.frames import Newest, Slot, Texts, as_json, joined
 from collplan_ros.view.listening import ADDRESS, listening_socket
@@ -63,7 +63,7 @@ class PageServer:
     """
 
     def __init__(
-        self, port: int, most_clients: int, take: Callable[[Command, Reply], None], log: Callable[[str], None]
+        self, port: int, most_clients: int, take: Callable[[PageCommand, Reply], None], log: Callable[[str], None]
     ) -> None:
         """Listens, and starts the thread.
 

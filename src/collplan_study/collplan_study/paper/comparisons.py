@@ -28,7 +28,7 @@ UNKNOWN = "not known"
 
 
 @dataclass(frozen=True)
-class Comparison:
+class WeightComparison:
     """One strategy compared with another by one statistic.
 
     Attributes:
@@ -52,17 +52,17 @@ class Comparison:
     verdict: str
 
 
-def table_one(case: Case) -> list[Comparison]:
+def table_one(case: Case) -> list[WeightComparison]:
     """The improvements of a case at the paper's T_map; a strategy without runs there is taken at its smallest."""
     return [main_comparison(case, other, *panel) for other in case.others for panel in PANELS]
 
 
-def main_comparison(case: Case, other: str, column: str, measure: str) -> Comparison:
+def main_comparison(case: Case, other: str, column: str, measure: str) -> WeightComparison:
     """One improvement of Table I."""
     return _compared(case, other, case.main_period(case.reference), case.main_period(other), column, measure)
 
 
-def by_map_period(case: Case) -> list[Comparison]:
+def by_map_period(case: Case) -> list[WeightComparison]:
     """The improvements at every T_map at which both strategies have runs."""
     return [
         _compared(case, other, period, period, *panel)
@@ -73,7 +73,9 @@ def by_map_period(case: Case) -> list[Comparison]:
     ]
 
 
-def _compared(case: Case, other: str, period: float, other_period: float, column: str, measure: str) -> Comparison:
+def _compared(
+    case: Case, other: str, period: float, other_period: float, column: str, measure: str
+) -> WeightComparison:
     """Compares the reference at a T_map [s] with another strategy at one."""
     ours = case.reference
     cell = case.runs.filter(strategy=ours, map_period_s=period)
@@ -81,7 +83,9 @@ def _compared(case: Case, other: str, period: float, other_period: float, column
     estimate = improvement(measure, *samples(pairs))
     as_paper = ours == REFERENCE and period == other_period == MAP_PERIOD
     paper = PAPER.get((other, column, measure)) if as_paper else None
-    return Comparison(ours, other, period, column, measure, pairs.height, estimate, paper, verdict_of(estimate, paper))
+    return WeightComparison(
+        ours, other, period, column, measure, pairs.height, estimate, paper, verdict_of(estimate, paper)
+    )
 
 
 def verdict_of(estimate: Estimate, paper: float | None) -> str:

@@ -10,7 +10,7 @@ from collplan_study.analysis.cells import TIME, Cell, cell_of
 from collplan_study.analysis.pairs import distinct, paired, sample, samples
 from collplan_study.analysis.statistics import INTERVAL, MEAN, Estimate, improvement, spread_over
 from collplan_study.paper.cases import Case, cases_of
-from collplan_study.paper.comparisons import Comparison, by_map_period, main_comparison, table_one
+from collplan_study.paper.comparisons import WeightComparison, by_map_period, main_comparison, table_one
 from collplan_study.question.ablations import SHIPPED
 
 
@@ -33,8 +33,8 @@ class CaseResults:
     worlds: list[str]
     main_periods: dict[str, float]
     spread: str
-    table_one: list[Comparison]
-    by_map_period: list[Comparison]
+    table_one: list[WeightComparison]
+    by_map_period: list[WeightComparison]
     cells: list[Cell]
 
 
@@ -54,7 +54,7 @@ class AblationResults:
     ablation: str
     cells: list[Cell]
     longer: list[Estimate]
-    gains: list[Comparison]
+    gains: list[WeightComparison]
 
 
 @dataclass(frozen=True)

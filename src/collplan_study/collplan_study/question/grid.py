@@ -64,7 +64,7 @@ class CellSpec:
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class TrialGrid:
     """All trials of a study: the cells in order, and in each cell the trials 0, 1, ...
 
     Attributes:
@@ -97,7 +97,7 @@ class Grid:
 
 def make_grid(
     question: Question, sources: Sequence[Source], ablations: Mapping[str, Mapping[str, Any]] = NO_ABLATION
-) -> Grid:
+) -> TrialGrid:
     """The grid of a question over its worlds.
 
     Args:
@@ -121,7 +121,7 @@ def make_grid(
     if not cells:
         raise StudyError("the grid is empty: expected at least one world")
     _check_routes(cells)
-    return Grid(cells, tuple(axes), question.seed)
+    return TrialGrid(cells, tuple(axes), question.seed)
 
 
 def _strategies(question: Question, ablation: str) -> list[dict[str, Any]]:

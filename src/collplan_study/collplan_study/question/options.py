@@ -19,7 +19,7 @@ ALL, MAIN, ABLATIONS, NONE = "all", "main", "ablations", "none"
 
 
 @dataclass(frozen=True)
-class Options:
+class StudyOptions:
     """A parsed command line.
 
     Attributes:
@@ -180,7 +180,7 @@ def _shown(value: Any) -> str:
     return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
-def parse(args: Sequence[str] | None = None) -> Options:
+def parse(args: Sequence[str] | None = None) -> StudyOptions:
     """Parses a command line.
 
     Args:
@@ -190,9 +190,9 @@ def parse(args: Sequence[str] | None = None) -> Options:
         StudyError: options that exclude each other or are out of range.
     """
     parsed = vars(_parser().parse_args(args))
-    how = {part.name: parsed.pop(part.name) for part in fields(Options) if part.name != "overrides"}
+    how = {part.name: parsed.pop(part.name) for part in fields(StudyOptions) if part.name != "overrides"}
     if how["jobs"] < 1:
         raise StudyError(f"--jobs: got {how['jobs']}, expected at least 1")
     if how["resume"] is not None and how["out"] is not None:
         raise StudyError("--out: a study that is resumed stays in its folder, leave it out")
-    return Options(overrides=parsed, **how)
+    return StudyOptions(overrides=parsed, **how)

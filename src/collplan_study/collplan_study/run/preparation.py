@@ -10,8 +10,8 @@ from collplan_core.worlds import WorldError
 from collplan_study.errors import StudyError
 from collplan_study.question.ablations import ABLATIONS
 from collplan_study.question.bounces import variants_of
-from collplan_study.question.grid import NO_ABLATION, Grid, make_grid
-from collplan_study.question.options import NONE, Options
+from collplan_study.question.grid import NO_ABLATION, TrialGrid, make_grid
+from collplan_study.question.options import NONE, StudyOptions
 from collplan_study.question.question import Question, question_from
 from collplan_study.question.sources import Source, load_sources
 from collplan_study.run.provenance import Provenance, check_code, new_provenance
@@ -23,13 +23,13 @@ from omnipuck_sim.robot.engine import check_installed
 class Study:
     """A study that is ready to run; `folder` is None where it has none yet."""
 
-    grid: Grid
+    grid: TrialGrid
     sources: tuple[Source, ...]
     provenance: Provenance
     folder: Path | None
 
 
-def prepare(options: Options) -> Study:
+def prepare(options: StudyOptions) -> Study:
     """The study that the options describe, new or resumed. Writes nothing.
 
     Raises:
@@ -44,7 +44,7 @@ def prepare(options: Options) -> Study:
     return study
 
 
-def _new(options: Options) -> Study:
+def _new(options: StudyOptions) -> Study:
     question = options.question()
     check_new(options.out)
     sources = load_sources(question.worlds, question.start, question.goal)
@@ -53,7 +53,7 @@ def _new(options: Options) -> Study:
     return Study(grid, sources, new_provenance(question, sources, ablations, len(grid)), None)
 
 
-def _resumed(options: Options, folder: Path) -> Study:
+def _resumed(options: StudyOptions, folder: Path) -> Study:
     provenance = read_provenance(folder)
     try:
         question = options.question(question_from(provenance["question"]))

@@ -16,7 +16,7 @@ from typing import Any
 from collplan_core.parameters import Settings
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import ENGINE
-from collplan_study.question.options import Options
+from collplan_study.question.options import StudyOptions
 from collplan_study.question.question import Question
 from collplan_study.question.sources import Source
 from collplan_study.run.code_state import git_state, trial_code, versions
@@ -47,7 +47,7 @@ def new_provenance(
     }
 
 
-def new_session(options: Options, done: int) -> dict[str, Any]:
+def new_session(options: StudyOptions, done: int) -> dict[str, Any]:
     """Record of an invocation that starts now.
 
     Args:

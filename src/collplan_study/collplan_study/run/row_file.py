@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from collplan_study.errors import StudyError
-from collplan_study.question.grid import Grid
+from collplan_study.question.grid import TrialGrid
 from collplan_study.run.json_lines import JsonLines
-from collplan_study.tables.trial_record import TrialRecord
+from collplan_study.tables.trial_record import TrialRow
 
 
 class RowFile:
@@ -20,7 +20,7 @@ class RowFile:
         StudyError: another process has the file open, or a line is not a trial of this grid.
     """
 
-    def __init__(self, path: Path, grid: Grid) -> None:
+    def __init__(self, path: Path, grid: TrialGrid) -> None:
         """Opens or creates the file and reads which trials it holds."""
         self._path, self._grid = path, grid
         self._offsets: dict[int, int] = {}
@@ -49,11 +49,11 @@ class RowFile:
     def __contains__(self, index: int) -> bool:
         return index in self._offsets
 
-    def __iter__(self) -> Iterator[TrialRecord]:
+    def __iter__(self) -> Iterator[TrialRow]:
         """The records in the order of the grid."""
         return (self._file.record(offset) for _, offset in sorted(self._offsets.items()))
 
-    def append(self, records: Sequence[TrialRecord]) -> None:
+    def append(self, records: Sequence[TrialRow]) -> None:
         """Appends trials; they are on the disk when this returns."""
         self._offsets |= zip((record["index"] for record in records), self._file.append(*records), strict=True)
 

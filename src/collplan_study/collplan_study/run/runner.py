@@ -7,7 +7,7 @@ from itertools import islice
 from collplan_study.errors import WorkersLost
 from collplan_study.question.grid import Task
 from collplan_study.run.worker import run_batch
-from collplan_study.tables.trial_record import TrialRecord
+from collplan_study.tables.trial_record import TrialRow
 
 BATCH = 4
 """Trials in a batch: some tenths of a second of work, and one write to the disk."""
@@ -15,7 +15,7 @@ QUEUED = 2
 """Batches submitted for each worker."""
 
 
-def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterator[list[TrialRecord]]:
+def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterator[list[TrialRow]]:
     """The records of each batch as it is completed, in no order. Memory does not grow with the number of tasks.
 
     Raises:
@@ -31,14 +31,14 @@ def run_tasks(tasks: Iterable[Task], executor: Executor, workers: int) -> Iterat
         pending |= _submitted(executor, islice(batches, len(done)))
 
 
-def _submitted(executor: Executor, batches: Iterable[tuple[Task, ...]]) -> set[Future[list[TrialRecord]]]:
+def _submitted(executor: Executor, batches: Iterable[tuple[Task, ...]]) -> set[Future[list[TrialRow]]]:
     try:
         return {executor.submit(run_batch, batch) for batch in batches}
     except BrokenExecutor as error:
         raise _lost(error) from error
 
 
-def _result(future: Future[list[TrialRecord]]) -> list[TrialRecord]:
+def _result(future: Future[list[TrialRow]]) -> list[TrialRow]:
     try:
         return future.result()
     except Exception as error:

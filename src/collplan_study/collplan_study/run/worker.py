@@ -12,7 +12,7 @@ from collplan_core.warm_up import warm_up
 from collplan_study.question.grid import Task
 from collplan_study.tables.trial_record import (
     NO_PATH,
-    TrialRecord,
+    TrialRow,
     error_measures,
     impact_rows,
     measures,
@@ -21,13 +21,13 @@ from collplan_study.tables.trial_record import (
 from omnipuck_sim.trial import run_trial
 
 
-def run_batch(tasks: Sequence[Task]) -> list[TrialRecord]:
+def run_batch(tasks: Sequence[Task]) -> list[TrialRow]:
     """Runs trials one after the other; one that raises becomes a row with its error."""
     _warm_up_once()
     return [_run_task(task) for task in tasks]
 
 
-def _run_task(task: Task) -> TrialRecord:
+def _run_task(task: Task) -> TrialRow:
     started_at = perf_counter()
     try:
         result = run_trial(task.world, task.settings, task.seed)

@@ -11,9 +11,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from collplan_study.question.grid import Grid
+from collplan_study.question.grid import TrialGrid
 from collplan_study.tables.columns import IMPACT, LABELS, TRIAL, columns
-from collplan_study.tables.trial_record import PATH_UNIT, TrialRecord
+from collplan_study.tables.trial_record import PATH_UNIT, TrialRow
 
 TABLE, TEXT, PATHS, IMPACTS = "trials.parquet", "trials.csv", "trajectories.parquet", "impacts.parquet"
 CHUNK = 1000
@@ -22,7 +22,7 @@ ARROW = {str: pa.string(), float: pa.float64(), int: pa.int64(), bool: pa.bool_(
 PATH_FIELDS = [pa.field(name, pa.list_(pa.float32())) for name in ("t", "x", "y")]
 
 
-def write_tables(folder: Path, grid: Grid, records: Iterable[TrialRecord]) -> None:
+def write_tables(folder: Path, grid: TrialGrid, records: Iterable[TrialRow]) -> None:
     """Writes the tables of a study from its records in the order of the grid."""
     kinds = columns(grid.axes)
     rows = _schema(kinds)
@@ -50,7 +50,7 @@ def _schema(kinds: Mapping[str, type]) -> pa.Schema:
     return pa.schema([pa.field(name, ARROW[kind]) for name, kind in kinds.items()])
 
 
-def _chunks(records: Iterable[TrialRecord]) -> Iterator[list[TrialRecord]]:
+def _chunks(records: Iterable[TrialRow]) -> Iterator[list[TrialRow]]:
     remaining = iter(records)
     return iter(lambda: list(islice(remaining, CHUNK)), [])
 
@@ -60,13 +60,13 @@ def _as_text(row: Mapping[str, Any]) -> dict[str, Any]:
     return {key: str(value).lower() if isinstance(value, bool) else value for key, value in row.items()}
 
 
-def _path_row(record: TrialRecord) -> dict[str, Any]:
+def _path_row(record: TrialRow) -> dict[str, Any]:
     path = record["path"]
     units = {"t": ("t_ms", 1e-3), "x": ("x", PATH_UNIT), "y": ("y", PATH_UNIT)}
     return {**record["row"], **{name: np.array(path[key]) * unit for name, (key, unit) in units.items()}}
 
 
-def _impact_rows(chunk: Iterable[TrialRecord]) -> Iterator[dict[str, Any]]:
+def _impact_rows(chunk: Iterable[TrialRow]) -> Iterator[dict[str, Any]]:
     for record in chunk:
         for impact in record["impacts"]:
             yield {**record["row"], **impact}

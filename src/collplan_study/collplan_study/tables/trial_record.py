@@ -19,7 +19,7 @@ Path = dict[str, list[int]]
 NO_PATH: Path = {"t_ms": [], "x": [], "y": []}
 
 
-class TrialRecord(TypedDict):
+class TrialRow(TypedDict):
     """One trial as JSON holds it: its place in the grid, every column by name, its sampled path, a row per impact."""
 
     index: int
