@@ -1,4 +1,4 @@
-"""How old a message is, and whether whoever takes it had a gap, by clocks that may differ from the sender's."""
+"""Ages of messages by clocks that may differ from the sender's, and gaps in the receiver's own ticks."""
 
 import math
 from dataclasses import dataclass

@@ -22,7 +22,7 @@ from collplan_core.state import State
 from collplan_core.velocity_law import velocity_law
 
 TOUCHING = 0.015
-"""So near to a boundary the robot may touch it, and what holds it there is no push to be integrated [m]."""
+"""Distance to a boundary within which the robot may touch it, so that the integral stands still [m]."""
 
 
 def set_course(plan: Plan, local_map: LocalMap, settings: Settings) -> ManeuverCourse:
@@ -56,7 +56,7 @@ def _engaged_now(
 
 
 def _touches(local_map: LocalMap, position: np.ndarray) -> bool:
-    """Whether the robot is at an observed boundary."""
+    """Tells whether the robot is within TOUCHING of an observed boundary."""
     away = local_map.border_points[local_map.surface >= 0] - position
     return bool((np.hypot(*away.T) < TOUCHING).any())
 

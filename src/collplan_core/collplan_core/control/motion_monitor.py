@@ -65,7 +65,7 @@ FOLLOWING = 0.5e-3
 FORCELESS = 1e-3
 """What wheels without force cost beforehand [m^2/s]."""
 HEAVY = np.array([0.0, 0.0, 1e-3, 2e-3, 2e-3])
-"""What each of MASSES costs [m^2/s]."""
+"""Price of each of MASSES, added to its misfit [m^2/s]."""
 LEARNT = 0.1
 """Share of the misfit of each window that a delay pays from then on: 12 windows hold the same measurement."""
 MOST_LEARNT = 0.014

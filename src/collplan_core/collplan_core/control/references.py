@@ -16,7 +16,7 @@ GOES_ON = 10.0
 
 
 def _seen_of_boundary(contact: ContactPoint, local_map: LocalMap, extension: float) -> np.ndarray:
-    """What was seen of the boundary at a contact, carried on along its tangents: (m, 2), counter-clockwise [m]."""
+    """Boundary seen at a contact, continued along its tangents: (m, 2), counter-clockwise [m]."""
     x, y = contact.point - local_map.position
     n = len(local_map.surface)
     order = (sector(x, y, n) + 1 + np.arange(-n // 2, n // 2)) % n
@@ -27,7 +27,7 @@ def _seen_of_boundary(contact: ContactPoint, local_map: LocalMap, extension: flo
 
 
 def _projected(line: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far along a line (m, 2) the nearest point to each of (n, 2) is (n,) [m]; which are left of an end piece."""
+    """Arc lengths (n,) on a line (m, 2) nearest to points (n, 2) [m]; and which points are left of an end piece."""
     begin, piece = line[:-1], np.diff(line, axis=0)
     length = np.hypot(*piece.T)
     share = ((points[:, None] - begin) * piece).sum(axis=2) / np.maximum(length, SAME_POINT) ** 2

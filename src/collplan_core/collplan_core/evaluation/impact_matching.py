@@ -33,7 +33,7 @@ class Prediction:
 
 
 class Verdicts(NamedTuple):
-    """What plans made of k impacts.
+    """Verdicts of the plans on k impacts.
 
     Attributes:
         foreseen: (k,) whether a plan in force foresaw each: a plan made at least NOTICE before it has a contact within

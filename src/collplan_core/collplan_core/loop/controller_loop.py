@@ -20,7 +20,6 @@ from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
 from collplan_core.control.memory import ControllerMemory
 from collplan_core.control.motion_monitor import STOPPING
 from collplan_core.control.permission import why_outside, why_refuse_plan, why_stale
-from collplan_core.control.recent_rows import with_row
 from collplan_core.control.tracking import clip_command
 from collplan_core.goal import NO_GOAL, Goal
 from collplan_core.local_map import LocalMap, build_local_map
@@ -28,10 +27,9 @@ from collplan_core.loop.motion_watch import MotionWatch
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.loop.sensors import Sensors
-from collplan_core.loop.under_way import KEPT_COMMANDS, delay_in_use, motion_under_way
+from collplan_core.loop.under_way import delay_in_use, motion_under_way, with_command
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
-from collplan_core.plane import rotate
 from collplan_core.scan import Scan
 from collplan_core.sensing.pose_filter import CARRIED
 from collplan_core.state import State
@@ -248,8 +246,7 @@ class ControllerLoop:
         """Keeps what was commanded when, which acts later."""
         state, now = self._sensors.state, self._sensors.now(local)
         if state is not None and now is not None:
-            x, y = rotate(*command.velocity.tolist(), state.yaw)
-            self._commands = with_row(self._commands, np.array([now, x, y]), KEPT_COMMANDS, 1)
+            self._commands = with_command(self._commands, command.velocity, state.yaw, now)
 
     def _hands_command(self, hand: Hand, local: float) -> Command:
         limits, state = self._settings.limits, self._sensors.state

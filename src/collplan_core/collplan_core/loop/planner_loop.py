@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from collplan_core.control.permission import is_blocked, plan_lifetime, why_outside, why_refuse_goal
-from collplan_core.control.recent_rows import with_row
 from collplan_core.deadline import Deadline
 from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
 from collplan_core.goal import ABORTED, AT_REST, CANCELED, SUCCEEDED, Goal
@@ -29,10 +28,9 @@ from collplan_core.loop.recovery import Recovery
 from collplan_core.loop.refusals import Refusals
 from collplan_core.loop.sensed_scans import SensedScans
 from collplan_core.loop.sensors import Sensors
-from collplan_core.loop.under_way import KEPT_COMMANDS, delay_in_use, motion_under_way
+from collplan_core.loop.under_way import delay_in_use, motion_under_way, with_command
 from collplan_core.parameters import Settings
 from collplan_core.plan import NoPlan, Plan
-from collplan_core.plane import rotate
 from collplan_core.planners import local_mapping_of, map_period_of, planner_for
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing.felt_obstacles import with_felt
@@ -136,10 +134,8 @@ class PlannerLoop:
         """A velocity (2,) [m/s, body frame] that the robot is commanded from now on."""
         state, now = self._sensors.state, self._sensors.now(local)
         if state is not None and now is not None:
-            x, y = (float(value) for value in velocity)
-            commanded = np.array(rotate(x, y, state.yaw))
-            self._recovery.commanded(commanded, now)
-            self._commands = with_row(self._commands, np.array([now, *commanded]), KEPT_COMMANDS, 1)
+            self._commands = with_command(self._commands, velocity, state.yaw, now)
+            self._recovery.commanded(self._commands[-1, 1:], now)
 
     def take_motion_delay(self, delay: float) -> None:
         """The delay from a command to the motion measured, as estimated [s]."""

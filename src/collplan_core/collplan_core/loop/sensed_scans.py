@@ -14,7 +14,7 @@ from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
 
 Judged = list[tuple[str, float]]
-"""Of each scan judged, why it is not to be believed, "" where it is, and when it was received [s, local clock]."""
+"""Verdict on each scan: why it is refused, "" where it is believed, and when it was received [s, local clock]."""
 
 
 class SensedScans:

@@ -1,4 +1,4 @@
-"""Whether the poses and scans that planner or controller received are to be used."""
+"""Check of the poses and scans that planner or controller received."""
 
 import math
 

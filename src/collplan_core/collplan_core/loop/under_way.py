@@ -9,11 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from collplan_core.control.recent_rows import with_row
 from collplan_core.jit import njit
 from collplan_core.local_map.contact_point import find_contact
 from collplan_core.local_map.record import LocalMap
 from collplan_core.parameters import Robot, Settings
 from collplan_core.plan import Contacts, Plan
+from collplan_core.plane import rotate
 from collplan_core.reflection import believed_ring, rebound
 from collplan_core.state import State
 from collplan_core.velocity_law import VelocityLaw, velocity_after_step, velocity_law
@@ -26,7 +28,7 @@ KEPT_COMMANDS = 0.5
 
 @dataclass(frozen=True, eq=False)
 class UnderWay:
-    """What a robot does before a plan acts, world frame.
+    """Motion of the robot until a plan acts, world frame.
 
     Attributes:
         times: (n,) STEP apart from the stamp of the pose on [s]; positions, velocities: (n, 2) then [m], [m/s].
@@ -57,6 +59,11 @@ class UnderWay:
             velocities=np.concatenate([self.velocities[:-1], plan.velocities]),
             contacts=Contacts(*(np.concatenate([getattr(own, part), getattr(known, part)]) for part in parts)),
         )
+
+
+def with_command(commands: np.ndarray, velocity: np.ndarray, yaw: float, now: float) -> np.ndarray:
+    """Commands (n, 3) of `motion_under_way` with a newer one: velocity (2,) [m/s, body frame] sent at `now` [s]."""
+    return with_row(commands, np.array([now, *rotate(*velocity.tolist(), yaw)]), KEPT_COMMANDS, 1)
 
 
 def delay_in_use(robot: Robot, estimated: float) -> float:
