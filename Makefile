@@ -23,7 +23,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce optimum graph-gain animation pictures test test-oldest soak faults faults-long bench lint format dist ws
+.PHONY: help setup run demo study study-bounce optimum graph-gain animation test test-oldest soak faults faults-long bench lint format dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -50,9 +50,6 @@ animation: $(COMPILED)  ## the README's animation anew, from two runs in a serpe
 	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
 	@$(VENV)/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out runs/animation/beside.html
 	@$(PYTHON) tools/page_animation.py runs/animation/beside.html docs/avoid_beside_bounce.webp
-
-pictures: $(COMPILED)  ## docs/pictures anew, from the code
-	@$(PYTHON) tools/pictures $(ARGS)
 
 test: $(COMPILED)  ## all tests but the long ones
 	@$(PYTEST) $(ARGS)
