@@ -55,17 +55,11 @@ def print_report(figures: dict[str, Any]) -> None:
 
 def _print_rollouts(all_figures: dict[str, Any]) -> None:
     figures = all_figures["rollouts"]
-    print("\nplans to the goal, everything included, with their coarse rollouts, beside the same in numpy:")
+    print("\nplans to the goal, everything included, with their coarse rollouts:")
     print(_times("plan_to_goal", all_figures["plan_to_goal"]))
-    for name in ("coarse", "vectorised"):
-        print(_times(name, figures[name]))
+    print(_times("coarse", figures["coarse"]))
     print(f"{'steps of coarse rollouts a second':38}{all_figures['rollout_steps_per_second']:11d}")
-    print(f"{'share of a plan by stage':38}{_stages(figures['stages'])}")
-    for name in ("plan_vs_vectorised", "coarse_vs_vectorised"):
-        row = figures[name]
-        print(f"{name:38}{row['ratio']:11.2f}  ({row['lowest']:.2f} to {row['highest']:.2f})")
-    same = figures["same_ends"]
-    print(f"{'rollouts that end elsewhere in numpy':38}{same['different']:11d} of {same['n']}\n")
+    print(f"{'share of a plan by stage':38}{_stages(figures['stages'])}\n")
 
 
 def _times(name: str, row: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""The time-to-goal planner: how long a whole plan takes, stage by stage, and the same rollouts in numpy beside it."""
+"""The time-to-goal planner: how long a whole plan takes, stage by stage, and its coarse rollouts alone."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -10,8 +10,7 @@ from unittest.mock import patch
 
 import numpy as np
 from stages import Stages, shares
-from timing import Timed, ratio, time_each
-from vectorised import vectorised_plans
+from timing import Timed, time_each
 
 from collplan_core.deadline import Deadline
 from collplan_core.local_map import LocalMap, build_local_map
@@ -33,8 +32,6 @@ SEED = 100
 """Seed of each family's world; the study of bounces holds out others."""
 EVERY = 4
 """One call of so many is kept: each holds its own map."""
-SAME_END = 1e-6
-"""Ends that differ by no more are the same [m, m/s]."""
 STAGES: Stages = {
     "local_map": [(sys.modules[__name__], "build_local_map")],
     "remember": [(cycle, "remember")],
@@ -104,20 +101,19 @@ def _listening(calls: list[Call]) -> Iterator[None]:
 
 
 def rollouts(calls: list[Call], rounds: int) -> dict[str, Any]:
-    """Times, stages and counts, ours and the peer's in rounds that take turns."""
+    """Times, stages and counts; whole plans and rollouts alone in rounds that take turns."""
     works = [_work(call) for call in calls]
-    plans, compiled, peers = Timed(), Timed(), Timed()
+    plans, coarse = Timed(), Timed()
     for _ in range(rounds):
         plans.rounds.append(time_each(_plan, calls))
-        compiled.rounds.append(time_each(lambda work: cycle.coarse_plans(*work.arguments), works))
-        peers.rounds.append(time_each(_vectorised, works))
+        coarse.rounds.append(time_each(lambda work: cycle.coarse_plans(*work.arguments), works))
     return {
-        "plan_to_goal": plans.summary(), "steps_per_second": _steps_per_second(works),
-        "coarse": compiled.summary(), "vectorised": peers.summary(),
-        "stages": shares(STAGES, _plan, calls), "counts": _counts(works),
-        "plan_vs_vectorised": ratio(plans, peers), "coarse_vs_vectorised": ratio(compiled, peers),
-        "same_ends": _same_ends(works),
-    }  # fmt: skip
+        "plan_to_goal": plans.summary(),
+        "steps_per_second": _steps_per_second(works),
+        "coarse": coarse.summary(),
+        "stages": shares(STAGES, _plan, calls),
+        "counts": _counts(works),
+    }
 
 
 def _plan(call: Call) -> Plan:
@@ -134,7 +130,7 @@ def _work(call: Call) -> Work:
 
     def coarse_plans(*arguments: Any) -> Any:
         result = coarse(*arguments)
-        # the peer gives none up
+        # all to their ends: only then is the number of steps known
         whole = (*arguments[:4], np.inf, np.inf)
         rolled.append((whole, coarse(*whole), int(np.isfinite(result.costs).sum())))
         return result
@@ -149,17 +145,12 @@ def _work(call: Call) -> Work:
     return Work(arguments, coarse_result, made, sum(tried))
 
 
-def _vectorised(work: Work) -> tuple[np.ndarray, np.ndarray]:
-    return vectorised_plans(*work.arguments[:4])
-
-
 def _counts(works: list[Work]) -> dict[str, float]:
     """Per plan, in the median: rollouts that differ, those not given up, and changes tried on whole plans."""
     rolled = [np.isfinite(work.coarse.costs).sum() for work in works]
     return {
         "rollouts": float(np.median(rolled)),
         "rollouts_not_given_up": float(np.median([work.made for work in works])),
-        "rollouts_vectorised": float(np.median([work.coarse.costs.size for work in works])),
         "proposals": float(np.median([work.proposals for work in works])),
     }
 
@@ -184,22 +175,3 @@ def _steps(work: Work) -> int:
     second = np.full(len(switches), n - 1)
     second[-1] = n
     return int(n * (switches[-1] + (second * (n_steps - switches)).sum()))
-
-
-def _same_ends(works: list[Work]) -> dict[str, float | int]:
-    """Share of the rollouts that end at the same place with the same velocity in both, and the largest difference."""
-    differences = np.concatenate([_differences(work) for work in works])
-    same = differences <= SAME_END
-    return {
-        "share": round(float(same.mean()), 6),
-        "n": len(differences),
-        "different": int((~same).sum()),
-        "largest_difference": float(differences.max()),
-    }
-
-
-def _differences(work: Work) -> np.ndarray:
-    ends, _ = _vectorised(work)
-    # of equal rollouts the compiled one makes one
-    made = np.isfinite(work.coarse.costs)
-    return np.abs(ends - work.coarse.ends)[made].max(axis=1)
