@@ -12,7 +12,7 @@ from collplan_core.scan import ScanError
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import steady_clock
-from collplan_ros.node_kit.input_watch import AWAITED, NOBODY, STREAM, InputWatch, Remark
+from collplan_ros.node_kit.input_watch import COMES, NOBODY, STREAM, InputWatch
 from collplan_ros.node_kit.message_info import Info, with_info
 
 NOTHING = "nothing received"
@@ -24,13 +24,8 @@ CHECK_PERIOD = 1.0
 class Inputs:
     """The subscriptions of a node. It logs when they come, when they are missing or refused, and why.
 
-    Make it first, subscribe through `listen`, and call `ready` at the end of the constructor. It says then, a line for
-    each change and at most about one a second:
-
-        ready: listens to mocap/odom, goal_status, plan, goal_pose; strategy harness, a plan every 0.2 s
-        no mocap/odom: 1 publisher, but its QoS does not fit: best effort publisher and reliable subscription
-        mocap/odom refused: header.frame_id: got 'odom', expected 'map'
-        mocap/odom, goal_status come; waits for goal_pose
+    Make it first, subscribe through `listen`, and call `ready` at the end of the constructor. From then on it logs a line
+    for each change, at most about one a second: docs/ros.md, "What a node writes to the terminal".
 
     A callback refuses a message by letting the error of its conversion pass, or by calling `refused`. One that has more
     to do then catches the error, acts, and raises it again. A refusal is logged once for each reason, numbers aside.
@@ -53,9 +48,8 @@ class Inputs:
         self._node = node
         self._backlog = backlog
         self._watches: dict[str, InputWatch] = {}
-        self._kinds: dict[str, str] = {}
         self._others: dict[str, bool] = {}
-        self._said_waiting = self._clock_runs = False
+        self._clock_runs = False
 
     def listen(
         self,
@@ -76,15 +70,15 @@ class Inputs:
             callback: takes a message, or its bytes where `raw`; one that it raises MessageError or ScanError on counts
                 as refused, and one that it returns False on as not meant for this node.
             qos: profile of the subscription.
-            need: STREAM, STATE, AWAITED or EVENT: whether the input is missed when it does not come.
-            kind: what refused messages are counted as; the topic where empty.
+            need: STREAM, STATE or EVENT: whether the input is missed when it does not come.
+            kind: what messages refused by an error are counted as; the topic where empty.
             late_counts: a message counts also where it queued up while the node was frozen: no backlog drops it.
             raw: messages are taken as bytes.
         """
-        watch = InputWatch(self._shown(topic), need, lambda: self._publishers(message_type, topic, qos))
+        # the name after remapping, relative where it is in the node's namespace
+        name = self._node.resolve_topic_name(topic).removeprefix(self._node.get_namespace().rstrip("/") + "/")
+        watch = InputWatch(name, need, lambda: self._publishers(message_type, topic, qos))
         self._watches[topic] = watch
-        self._kinds[topic] = kind or topic
-
         latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
         backlog = None if latched or late_counts else self._backlog
 
@@ -98,7 +92,7 @@ class Inputs:
             try:
                 is_ours = callback(message) is not False
             except (MessageError, ScanError) as error:
-                self.refused(topic, str(error))
+                self.refused(topic, str(error), kind)
                 return
             if is_ours and watch.n_refused == before:
                 watch.n_taken += 1
@@ -114,12 +108,12 @@ class Inputs:
         return self._clock_runs
 
     def refused(self, topic: str, reason: str, kind: str = "") -> None:
-        """Counts a message as refused, as `kind` or as the kind of its topic; the next look logs the reason.
+        """Counts a message as refused, as `kind` or its topic; the next look logs the reason.
 
         To be called from the callback that takes the message, or later where its use fails.
         """
         self._watches[topic].refused(reason)
-        self.refusals.add(kind or self._kinds[topic], reason)
+        self.refusals.add(kind or topic, reason)
 
     def ready(self, about: str) -> None:
         """Logs that the node is ready, with its topics and what it says about itself, and watches from now on."""
@@ -129,32 +123,13 @@ class Inputs:
         self._node.create_timer(CHECK_PERIOD, self._check, clock=steady_clock())
 
     def _check(self) -> None:
-        remarks = [remark for watch in self._watches.values() for remark in watch.check()]
-        warnings = [remark.text for remark in remarks if not remark.comes]
-        news = [line for line in (self._coming(remarks), self._waiting()) if line]
-        if news:
-            self._node.get_logger().info("; ".join(news))
+        news = [watch.check() for watch in self._watches.values()]
+        coming = [lines.pop(COMES) for lines in news if COMES in lines]
+        warnings = [line for lines in news for line in lines.values()]
+        if coming:
+            self._node.get_logger().info(f"{', '.join(coming)} {'comes' if len(coming) == 1 else 'come'}")
         if warnings:
             self._node.get_logger().warning("; ".join(warnings))
-
-    def _coming(self, remarks: list[Remark]) -> str:
-        names = [remark.text for remark in remarks if remark.comes]
-        return f"{', '.join(names)} {'comes' if len(names) == 1 else 'come'}" if names else ""
-
-    def _waiting(self) -> str:
-        """What is waited for, once, when all that is needed is there."""
-        watches = self._watches.values()
-        if self._said_waiting or not all(watch.is_there for watch in watches):
-            return ""
-        self._said_waiting = True
-        awaited = [watch for watch in watches if watch.need == AWAITED and not watch.n_taken]
-        for watch in awaited:
-            watch.is_waited_for = True
-        return f"waits for {', '.join(watch.name for watch in awaited)}" if awaited else ""
-
-    def _shown(self, topic: str) -> str:
-        """The topic's name after remapping, relative where it is in the node's namespace."""
-        return self._node.resolve_topic_name(topic).removeprefix(self._node.get_namespace().rstrip("/") + "/")
 
     def _publishers(self, message_type: type[Any], topic: str, qos: QoSProfile) -> str:
         found = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))

@@ -31,7 +31,7 @@ from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import OK, WARN, Diagnostics, Health
-from collplan_ros.node_kit.input_watch import AWAITED, EVENT, STATE
+from collplan_ros.node_kit.input_watch import EVENT, STATE
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.periodic import call_each_period
@@ -82,7 +82,7 @@ class ControllerNode(Node):
         listen_to_sensors(listen, self._refuse, self._on_pose, self._on_scan, self._settings)
         listen.listen(String, "mocap/refused", self._on_refused, qos.EVENT, EVENT, late_counts=True)
         listen.listen(MultiDOFJointTrajectory, "planner/trajectory", self._on_trajectory, qos.EVENT, EVENT, raw=True)
-        listen.listen(Path, "plan", self._on_path, qos.NEWEST, AWAITED, raw=True)
+        listen.listen(Path, "plan", self._on_path, qos.NEWEST, EVENT, raw=True)
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
         listen.listen(DiagnosticStatus, "robot/state", self._on_robot_state, qos.LATCHED, EVENT)
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)

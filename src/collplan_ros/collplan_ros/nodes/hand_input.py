@@ -55,7 +55,7 @@ class HandInput:
             age = 0.0
         if age > self._limit:
             if math.isfinite(age):
-                self._inputs.refused(TOPIC, f"{age:.2f} s old, limit {self._limit:.2f} s")
+                self._inputs.refused(TOPIC, f"{age:.2f} s old, limit {self._limit:.2f} s", "hand")
             return
         velocity = np.array([twist.linear.x, twist.linear.y], dtype=float)
         self._hand_on(velocity, float(twist.angular.z), age, self.why_refused())

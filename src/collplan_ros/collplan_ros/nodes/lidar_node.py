@@ -96,7 +96,7 @@ class LidarNode(Node):
         try:
             scan = self._instant.scan(state)
         except ScanError as error:
-            self._inputs.refused("mocap/odom", str(error))
+            self._inputs.refused("mocap/odom", str(error), "pose")
             return
         self._publish(scan)
 

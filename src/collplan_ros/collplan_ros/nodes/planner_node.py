@@ -42,7 +42,7 @@ from collplan_ros.messages.reading import MessageError, impact_from_message, twi
 from collplan_ros.node_kit.backlog import Backlog
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.diagnostics import Diagnostics, Health
-from collplan_ros.node_kit.input_watch import AWAITED, EVENT
+from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 from collplan_ros.node_kit.periodic import call_each_period
@@ -85,7 +85,7 @@ class PlannerNode(Node):
             inputs, lambda *why: journal.call(loop.refuse, *why), self._on_pose, self._on_scan, self._settings
         )
         listen, command = inputs.listen, command_type(self._settings)
-        listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, AWAITED, kind="goal")
+        listen(PoseStamped, "goal_pose", self._on_goal, qos.EVENT, EVENT, kind="goal")
         listen(Vector3Stamped, "impact", self._on_impact, qos.EVENT, EVENT)
         listen(Empty, "robot/resumed", lambda _: journal.call(loop.forget_scans), qos.EVENT, EVENT)
         listen(command, "cmd_vel", self._on_command, qos.NEWEST, EVENT)
