@@ -18,7 +18,6 @@ from collplan_core.calibration.body_motions import MOST_DISTANCE, MotionEstimate
 from collplan_core.calibration.mocap_offset import BodyOffset
 from collplan_core.calibration.stream_quality import stream_quality
 from collplan_core.parameters.file import read_parameters, write_values
-from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import has_room
 from collplan_ros.bringup import check_findings as findings
 from collplan_ros.bringup.check_findings import WRONG, Finding
@@ -27,7 +26,7 @@ from collplan_ros.bringup.graph import Graph
 from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.open_loop import InterruptedTooOften, OpenLoop
 from collplan_ros.bringup.options import Options
-from collplan_ros.bringup.preparation import Preparation, prepare
+from collplan_ros.bringup.preparation import FLOOR, Preparation, prepare
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.readiness import refuse_kept_stop, wait_until_poses_come
 from collplan_ros.bringup.robots import REAL
@@ -42,8 +41,6 @@ MOST_TIME = 360.0
 """Longest time for which it goes on where the first motions do not determine the offset [s]."""
 TELLING_PERIOD = 30.0
 """Time after which it says how certain the offset is by then [s]."""
-FLOOR = "floor"
-"""The world of a simulated robot, unless another is said."""
 
 
 class Declined(RuntimeError):
@@ -64,8 +61,8 @@ def check(options: Options, progress: Progress) -> int:
     """
     if not options.yes and not (sys.stdin and sys.stdin.isatty()):
         raise StartError("--check: asks before it moves the robot, so it needs a terminal, or --yes")
-    given = _given(options)
-    preparation = _prepared(options, given)
+    preparation = _prepared(options)
+    given = read_parameters(options.params) if options.params else {}
     folder = RunFolder(options.out, preparation.settings)
     try:
         with Graph(preparation, folder, progress) as graph:
@@ -89,9 +86,8 @@ def check(options: Options, progress: Progress) -> int:
     return 0 if passed else FOUND_WRONG
 
 
-def _prepared(options: Options, given: dict[str, object]) -> Preparation:
-    world_is_said = options.world is not None or "simulator.world" in given
-    preparation = prepare(options if world_is_said else replace(options, world=FLOOR))
+def _prepared(options: Options) -> Preparation:
+    preparation = prepare(options)
     world, room = preparation.world, MOST_DISTANCE + preparation.settings.robot.radius
     if preparation.robot.simulated and world.start is not None and not has_room(world, world.start, room):
         raise StartError(
@@ -100,18 +96,6 @@ def _prepared(options: Options, given: dict[str, object]) -> Preparation:
         )
     programs = {name: path for name, path in preparation.programs.items() if name not in NOT_NEEDED}
     return replace(preparation, programs=programs)
-
-
-def _given(options: Options) -> dict[str, object]:
-    """Values of the given parameter file.
-
-    Raises:
-        StartError: it cannot be read.
-    """
-    try:
-        return read_parameters(options.params) if options.params else {}
-    except ParameterError as error:
-        raise StartError(str(error)) from None
 
 
 class Check:
@@ -201,9 +185,7 @@ class Check:
         self._judge([self._interruptions, *_found(known)])
         if not known.is_certain:  # a heading off by degrees turns every command
             missing = body_motions.time_missing(motions, body_motions.quick(self._settings.robot), self._lag)
-            busy = self._loop.interruptions.are_many
-            less = "a machine that is less busy" if busy else "a floor with a better grip"
-            self._say(f"  that would take {missing:.0f} s more: {less} needs less")
+            self._say(f"  that would take {missing:.0f} s more; a floor with a better grip needs less")
             raise FoundWrong
         return known.offset
 
@@ -225,10 +207,8 @@ class Check:
             while not (known := estimate(motions, lag)).is_certain and self._graph.pose.stamp - begun < MOST_TIME:
                 if self._graph.pose.stamp - told >= TELLING_PERIOD:
                     told = self._graph.pose.stamp
-                    found = self._loop.interruptions
-                    share = f"; {found.interrupted} of {found.motions} motions were interrupted"
-                    said = f"  {_certainty(known)}, about {body_motions.time_missing(motions, pace, lag):.0f} s more"
-                    self._say(said + (share if found.interrupted else ""))
+                    more = body_motions.time_missing(motions, pace, lag)
+                    self._say(f"  {_certainty(known)}, about {more:.0f} s more")
                 motions = body_motions.one_more_round(self._loop, motions, pace, lag)
         return motions
 

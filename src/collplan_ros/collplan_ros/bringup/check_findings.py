@@ -118,16 +118,10 @@ def drift_finding(fit: AxesFit, offset: BodyOffset) -> Finding:
 
 def interruption_finding(found: Interruptions) -> Finding:
     """Finding on what interrupted the motions."""
-    if not found.interrupted and not found.are_many:
-        return Finding(GOOD, f"none of {found.motions} motions was interrupted")
     verdict = WRONG if found.are_hopeless else DOUBTFUL if found.are_many else GOOD
-    causes = (
-        f"this machine commanded with gaps of up to {found.between_commands:.2f} s, poses came with gaps of up to "
-        f"{found.between_poses:.2f} s, the robot found {found.refused} commands too old"
-    )
-    text = f"{found.interrupted} of {found.motions} motions were interrupted and do not count: {causes}"
+    counts = f"{found.interrupted} of {found.motions} motions were interrupted, {found.refused} commands came too late"
     return Finding(
-        verdict, text if verdict == GOOD else f"{text}: this machine is too slow or too busy, or poses are lost"
+        verdict, counts if verdict == GOOD else f"{counts}: this machine is too slow or too busy, or poses are lost"
     )
 
 

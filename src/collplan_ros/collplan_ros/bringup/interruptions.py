@@ -1,6 +1,6 @@
 """Counts the motions of a check that late commands or missing poses interrupted; such a motion is not used."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from collplan_core.parameters import Limits
 
@@ -12,27 +12,11 @@ HOPELESS, MANY = 1 / 3, 0.1
 
 @dataclass(frozen=True)
 class Interruptions:
-    """The motions so far.
-
-    Attributes:
-        motions: how many were driven; interrupted: how many of them showed nothing.
-        between_commands: longest time between two commands in one of these [s].
-        between_poses: longest time between two poses in one of these, by stamps or by receipt [s].
-        refused: commands that the robot found too late.
-    """
+    """How many motions were driven, how many of them show nothing, and commands that the robot found too late."""
 
     motions: int = 0
     interrupted: int = 0
-    between_commands: float = 0.0
-    between_poses: float = 0.0
     refused: int = 0
-
-    def after(self, is_interrupted: bool, between_commands: float, between_poses: float) -> "Interruptions":
-        """These after one more motion, with its figures [s]."""
-        if not is_interrupted:
-            return replace(self, motions=self.motions + 1)
-        longest = max(self.between_commands, between_commands), max(self.between_poses, between_poses)
-        return Interruptions(self.motions + 1, self.interrupted + 1, *longest, self.refused)
 
     @property
     def are_hopeless(self) -> bool:
@@ -49,9 +33,9 @@ class Interruptions:
         return worst >= ENOUGH_MOTIONS and worst > share * self.motions
 
 
-def is_interrupted(between_commands: float, between_stamps: float, limits: Limits) -> bool:
+def is_interrupted(between_commands: float, between_poses: float, limits: Limits) -> bool:
     """Whether a motion with such longest gaps [s] may have been another one than was commanded.
 
     The robot stops where a command is older than limits.command_age, and commands take some of that time to reach it.
     """
-    return between_commands > 0.5 * limits.command_age or between_stamps > 0.5 * limits.pose_age
+    return between_commands > 0.5 * limits.command_age or between_poses > 0.5 * limits.pose_age

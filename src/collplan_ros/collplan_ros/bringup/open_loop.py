@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -133,11 +132,10 @@ class OpenLoop:
         """The poses measured during a motion, of those after the first `count`; none if it was interrupted."""
         poses = self._between(count, motion.begun, motion.ended)
         ends = motion.begun - self._shift, motion.ended - self._shift
-        between_stamps = float(np.diff([ends[0], *(pose.stamp for pose in poses), ends[1]]).max())
-        between_receipts = float(np.diff(self.received[max(count - 1, 0) :]).max())
-        interrupted = motion.has_lapsed or is_interrupted(motion.gap, between_stamps, self._settings.limits)
-        so_far = self.interruptions.after(interrupted, motion.gap, max(between_stamps, between_receipts))
-        self.interruptions = replace(so_far, refused=self._late_commands - self._late_before)
+        between_poses = float(np.diff([ends[0], *(pose.stamp for pose in poses), ends[1]]).max())
+        interrupted = motion.has_lapsed or is_interrupted(motion.gap, between_poses, self._settings.limits)
+        before, refused = self.interruptions, self._late_commands - self._late_before
+        self.interruptions = Interruptions(before.motions + 1, before.interrupted + interrupted, refused)
         if self.interruptions.are_hopeless:
             raise InterruptedTooOften
         return [] if interrupted else poses

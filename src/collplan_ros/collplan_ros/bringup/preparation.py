@@ -22,6 +22,8 @@ from collplan_ros.bringup.words import in_words
 from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.view.listening import listening_socket
 
+FLOOR = "floor"
+"""The world of a check, unless another is said."""
 CHECK_SPEED = 3.0
 """Simulated seconds a second in a check of a simulated robot in lockstep."""
 REMAPPED = ["-r", "/clock:=clock"]
@@ -150,9 +152,10 @@ def _settings(
     options: Options, robot: RobotKind, given: Mapping[str, object], chosen: Mapping[str, object]
 ) -> Settings:
     values = {**robot.unless_given, **given, **robot.values, **chosen}
-    if options.check and values.get(LOCKSTEP):
-        # its motions are the same, and nobody watches
-        values = {"simulator.speed_factor": CHECK_SPEED, **values}
+    if options.check:
+        # in lockstep its motions are the same at any speed, and nobody watches
+        faster = {"simulator.speed_factor": CHECK_SPEED} if values.get(LOCKSTEP) else {}
+        values = {"lidar.world": FLOOR, "simulator.world": FLOOR, **faster, **values}
     if not robot.simulated and options.world is None and not options.check:
         # a world of the parameter file was another run's
         values |= {"lidar.world": UNKNOWN, "simulator.world": UNKNOWN}

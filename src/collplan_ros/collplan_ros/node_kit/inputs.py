@@ -24,8 +24,8 @@ CHECK_PERIOD = 1.0
 class Inputs:
     """The subscriptions of a node. It logs when they come, when they are missing or refused, and why.
 
-    Make it first, subscribe through `listen`, and call `ready` at the end of the constructor. From then on it logs a line
-    for each change, at most about one a second: docs/ros.md, "What a node writes to the terminal".
+    Make it first, subscribe through `listen`, and call `ready` at the end of the constructor. From then on it logs a
+    line for each change, at most about one a second: docs/ros.md, "What a node writes to the terminal".
 
     A callback refuses a message by letting the error of its conversion pass, or by calling `refused`. One that has more
     to do then catches the error, acts, and raises it again. A refusal is logged once for each reason, numbers aside.

@@ -19,7 +19,7 @@ from collplan_core.command import HAND, stopped
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Control, Frames, Limits, LocalMapping, Robot, ScanInput, Settings
 from collplan_core.plan import Plan
-from collplan_core.replay.journal import CONTROLLER
+from collplan_core.replay.journal import CONTROLLER, Journal
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
@@ -42,7 +42,6 @@ from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.controller_outputs import ControllerOutputs
 from collplan_ros.nodes.hand_input import HandInput
 from collplan_ros.nodes.heartbeat import HeartbeatWatch
-from collplan_ros.nodes.journal_output import journal_to
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
@@ -63,7 +62,7 @@ class ControllerNode(Node):
         self._local_clock = local_clock(self)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         publisher = self.create_publisher(String, "controller/journal", qos.JOURNAL)
-        self._journal = journal_to(publisher, CONTROLLER)
+        self._journal = Journal(CONTROLLER, lambda line: publisher.publish(String(data=line)))
         self._journal.begin(self._settings)
         self._loop = ControllerLoop(self._settings, self._journal.asked(self._why_forbidden))
         self._period = ControlPeriod()

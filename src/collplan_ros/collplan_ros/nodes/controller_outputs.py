@@ -3,19 +3,20 @@
 import math
 from dataclasses import replace
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Point, PointStamped
 from rclpy.node import Node
 from std_msgs.msg import Float64, String
 
 from collplan_core.command import HAND, Command, stopped
-from collplan_core.control.activity import describe
+from collplan_core.control.activity import Activity, describe
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.parameters import Settings
 from collplan_ros.messages import qos
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
+from collplan_ros.messages.controller_state import activity_to_message
 from collplan_ros.messages.conversions import header
 from collplan_ros.node_kit.run_node import publish_acknowledged
-from collplan_ros.nodes.state_output import StateOutput
 
 
 class ControllerOutputs:
@@ -32,7 +33,9 @@ class ControllerOutputs:
         self._log = node.get_logger()
         self._cmd_vel = node.create_publisher(command_type(settings), "cmd_vel", qos.NEWEST_PUBLISHED)
         self._maneuver = node.create_publisher(String, "maneuver", qos.LATCHED)
-        self._state = StateOutput(node)
+        self._source = node.get_fully_qualified_name()
+        self._state = node.create_publisher(DiagnosticStatus, "controller/state", qos.LATCHED)
+        self._said: tuple[Activity, bool] | None = None
         self._reference = node.create_publisher(PointStamped, "controller/reference", qos.EVENT)
         self._motion_delay = node.create_publisher(Float64, "controller/motion_delay", qos.LATCHED)
         self._told_delay = math.nan
@@ -69,8 +72,11 @@ class ControllerOutputs:
         activity = describe(self.command, plan, now)
         if self.command.maneuver == HAND and loop.hand_trouble:
             activity = replace(activity, reason=f"{activity.reason}, slowly: {loop.hand_trouble}")
-        if not self._state.publish(activity, self.command.maneuver, None if plan is None else plan.stamp, is_to_move):
+        # figures in a reason, such as an age, are no change
+        if self._said and not activity.differs(self._said[0]) and is_to_move == self._said[1]:
             return
+        self._said, stamp = (activity, is_to_move), None if plan is None else plan.stamp
+        self._state.publish(activity_to_message(activity, self.command.maneuver, stamp, is_to_move, self._source))
         if loop.hand_trouble or (self.command.reason and loop.goal_active):
             self._log.warning(activity.reason)
         else:

@@ -31,7 +31,7 @@ from collplan_core.parameters import (
     Weights,
 )
 from collplan_core.planners import deadlines, map_period_of
-from collplan_core.replay.journal import PLANNER
+from collplan_core.replay.journal import PLANNER, Journal
 from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.warm_up import warm_up
@@ -50,7 +50,6 @@ from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.heartbeat import Heartbeat
-from collplan_ros.nodes.journal_output import journal_to
 from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
@@ -70,7 +69,8 @@ class PlannerNode(Node):
         self._settings = read_settings(self, *GROUPS)
         self._local_clock = local_clock(self)
         self._constants = SharedConstants(self, self._settings, *GROUPS)
-        journal = self._journal = journal_to(self.create_publisher(String, "planner/journal", qos.JOURNAL), PLANNER)
+        publisher = self.create_publisher(String, "planner/journal", qos.JOURNAL)
+        journal = self._journal = Journal(PLANNER, lambda line: publisher.publish(String(data=line)))
         journal.begin(self._settings)
         why_forbidden = journal.asked(lambda: self._constants.disagreement)
         # a simulation that waits for the plan does so while other programs have the processor, too
