@@ -1,6 +1,6 @@
 """Omni wheels: worked by hand, there and back, saturated, and arrangements that cannot move every way."""
 
-from math import pi, sqrt
+from math import pi
 
 import numpy as np
 import pytest
@@ -31,12 +31,6 @@ def test_by_hand():
     assert wheels.speeds(np.array([1.0, 0.0]), 0.0) == pytest.approx([0.0, -50.0, 0.0], abs=1e-9)
     assert wheels.speeds(np.array([0.0, 1.0]), 0.0) == pytest.approx([50.0, 0.0, -50.0], abs=1e-9)
     assert wheels.speeds(np.zeros(2), 2.0) == pytest.approx([10.0, 10.0, 10.0])
-
-
-def test_the_default_wheels_by_hand():
-    wheels = OmniWheels(Kinematics())
-    # 60, 180 and 300 degrees: straight on turns the first back, the third forward, the second not at all
-    assert wheels.speeds(np.array([1.0, 0.0]), 0.0) == pytest.approx([-25 * sqrt(3), 0.0, 25 * sqrt(3)], abs=1e-9)
 
 
 @given(arrangements(), SPEEDS, SPEEDS, st.floats(-5.0, 5.0))

@@ -51,7 +51,8 @@ class Played:
         self.tell("free")
 
     def tell(self, state, message=""):
-        values = [KeyValue(key="state", value=state), KeyValue(key="knows_planner", value="yes")]
+        said = {"state": state, "knows_planner": "yes", "reason": message}
+        values = [KeyValue(key=key, value=value) for key, value in said.items()]
         self.out["robot/state"].publish(DiagnosticStatus(message=message, values=values))
 
     def take_goal(self, _):
@@ -117,6 +118,7 @@ def test_each_end_of_a_goal_is_an_outcome_and_what_has_not_ended_is_canceled(pla
             ("aborted", lambda: played.end(GoalStatus.STATUS_ABORTED), "no way", 0, 1),
             ("canceled", lambda: played.end(GoalStatus.STATUS_CANCELED), "", 0, 1),
             ("timeout", lambda: None, "planner_node: no way", 2, 2),
+            ("timeout", lambda: played.tell("held", "no fresh command"), "robot is held: no fresh command", 2, 2),
             ("emergency_stop", lambda: played.tell("stopped", "button"), "button", 2, 1000),
         ):
             played.meet, played.asked, played.deaf = meet, 0, deaf

@@ -1,31 +1,18 @@
 """The two times: steady or simulated local time, and the poses' clock."""
 
 import math
-import time
 from types import SimpleNamespace
 
-import pytest
-from diagnostic_msgs.msg import DiagnosticArray
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rclpy.clock import ClockType
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from collplan_core.ages import PosesClock
 from collplan_ros.messages.conversions import stamp_from_seconds
-from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, NEWEST
-from collplan_ros.messages.reading import seconds_from_stamp
+from collplan_ros.messages.qos import NEWEST
 from collplan_ros.node_kit.clock import local_clock, seconds
 from collplan_ros.node_kit.periodic import call_each_period
-from collplan_ros.nodes.controller_node import ControllerNode
-from collplan_ros.nodes.lidar_node import LidarNode
-from collplan_ros.nodes.mocap_node import MocapNode
-from collplan_ros.nodes.planner_node import PlannerNode
-from collplan_ros.nodes.teleop_node import TeleopNode
-from omnipuck_driver.driver_node import DriverNode
-from omnipuck_sim.emulator.firmware_emulator import FirmwareEmulator
-from omnipuck_sim.node.simulator_node import SimulatorNode
 
 
 @given(st.floats(0.0, 2e9), st.floats(0.0, 1e6), st.floats(0.0, 10.0))
@@ -84,20 +71,3 @@ def test_a_call_too_many_acts_on_nothing_and_moves_no_other_call(late, later):
     timer.call(max(now, later * 10**6))
     assert acted == [now]
     assert (timer.next, timer.timer_period_ns) == (50 * 10**6, 50 * 10**6)
-
-
-NODES = [MocapNode, LidarNode, PlannerNode, ControllerNode, TeleopNode, SimulatorNode, DriverNode, FirmwareEmulator]
-
-
-def test_each_node_and_its_diagnostics_keep_ros_time(ros, tmp_path):
-    """Uptime, which the local clock shows, would be far off."""
-    for kind in NODES:
-        line = str(tmp_path / kind.__name__)
-        node = ros.make(kind, {"emulator.link": line, "driver.port": line})
-        assert node.get_clock().clock_type == ClockType.ROS_TIME
-        reports = ros.listen(DiagnosticArray, "/diagnostics", DIAGNOSTICS_SUBSCRIBED)
-        name = node.get_fully_qualified_name()
-        assert ros.wait_until(lambda reports=reports, name=name: name in {each.status[0].name for each in reports})
-        newest = next(each for each in reversed(reports) if each.status[0].name == name)
-        assert seconds_from_stamp(newest.header.stamp) == pytest.approx(time.time(), abs=60.0)
-        ros.remove(node)

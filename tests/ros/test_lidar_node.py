@@ -1,7 +1,6 @@
 """lidar_node alone, with a fake mocap_node."""
 
 import itertools
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -70,15 +69,6 @@ def test_no_scan_from_an_old_pose(ros):
     ros.spin(1.5)
     assert len(bench.scans) == 1
     assert bench.health.says("no pose on /mocap/odom", DiagnosticStatus.ERROR)
-
-
-def test_poses_that_are_refused_make_no_scan(ros):
-    bench = LidarBench(ros)
-    bench.send(State(1.0, np.array([math.nan, 0.0]), np.zeros(2), 0.0))
-    bench.send(start_of("corridor"), frame="odom")
-    assert bench.health.says("'odom', expected 'map'", DiagnosticStatus.WARN)
-    assert bench.health.count("refused_pose") == 2
-    assert not bench.scans
 
 
 def test_a_spinning_sensor_scans_from_where_the_robot_was_at_each_beam_after_its_latency(ros):

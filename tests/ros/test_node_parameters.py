@@ -94,15 +94,6 @@ def test_sets_that_are_rejected_say_why_and_change_nothing(ros):
     assert not seen
 
 
-def test_one_parameter_of_another_nodes_group(ros):
-    groups = (Robot, "mocap.leap_margin")
-    node = ros.make(lambda **kwargs: Declaring(groups, **kwargs), {"mocap.leap_margin": 0.2})
-    assert read_settings(node, *groups).mocap.leap_margin == 0.2
-    assert not node.has_parameter("mocap.topic")
-    assert set_on(ros, "mocap.leap_margin", 0.3).successful
-    assert not set_on(ros, "mocap.leap_margin", 99.0).successful
-
-
 def test_a_list_of_a_parameter_file_is_read_an_empty_one_too(ros, tmp_path):
     path = tmp_path / "lab.yaml"
     arguments = ["--ros-args", "--params-file", str(path)]

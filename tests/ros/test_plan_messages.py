@@ -11,10 +11,7 @@ from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message, serialize_message
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-from collplan_core.control.feed_forward import commands_along
-from collplan_core.parameters import Robot
 from collplan_core.plan import Contacts, Plan, timed_path
-from collplan_core.velocity_law import velocity_law
 from collplan_ros.messages import conversions as c
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
 from collplan_ros.messages.raw_reading import plan_from_path
@@ -136,13 +133,3 @@ def test_a_plan_comes_back_from_its_trajectory_as_from_its_path_and_more(frame, 
     # Unix time in seconds has steps of 0.24 us
     np.testing.assert_allclose(told.contacts.times, contacts.times, atol=1e-6, rtol=0.0)
     assert told.valid_until == pytest.approx(plan.valid_until, abs=1e-6)
-
-
-def test_commands_lead_the_velocity_of_the_path_and_end_at_zero():
-    t = 0.05 * np.arange(21)
-    robot = Robot(velocity_lag=0.1)
-    path = np.column_stack([0.3 * t**2, 0.2 * t])
-    commands = commands_along(t, path, velocity_law(robot), robot.max_speed)
-    assert (commands[1:-1, 0] > 0.6 * t[1:-1]).all()
-    np.testing.assert_allclose(commands[:-1, 1], 0.2)
-    assert commands[-1].tolist() == [0.0, 0.0]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Path
 from rclpy.parameter import Parameter
@@ -17,12 +17,12 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from collplan_core.parameters import Settings
-from collplan_core.planners import BUDGET_SHARE, PAPER, ROLLOUTS, deadlines
+from collplan_core.planners import BUDGET_SHARE, deadlines
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
 from collplan_ros.messages.conversions import goal_to_message, impact_to_message
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory
 from collplan_ros.messages.planner_clouds import FREE_SPACE
-from collplan_ros.messages.qos import CONSTANTS_PUBLISHED, DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
+from collplan_ros.messages.qos import DIAGNOSTICS_SUBSCRIBED, EVENT, LATCHED
 from collplan_ros.messages.raw_reading import plan_from_path
 from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.nodes.controller_node import ControllerNode
@@ -155,26 +155,6 @@ def test_a_goal_is_replaced_refused_and_canceled(ros, bench):
     bench.assert_no_more_plans()
 
 
-def test_scans_and_poses_that_cannot_be_used_are_counted_and_stale_ones_make_no_plan(ros, bench):
-    bench.send_goal()
-    bench.wait_for_plan()
-    bench.robot.send_bad()
-    assert bench.health.refuses(pose=3, scan=6, stale=1), bench.health.newest
-    assert bench.health.says("pose refused", DiagnosticStatus.ERROR)
-    bench.assert_no_more_plans()
-
-
-def test_where_constants_differ_it_makes_no_plan_and_names_the_key(ros, bench):
-    others = ros.publisher(DiagnosticStatus, "shared_constants", CONSTANTS_PUBLISHED)
-    values = [KeyValue(key="robot.radius", value="0.15")]
-    others.publish(DiagnosticStatus(name="/driver_node", message="another hash", values=values))
-    reason = "robot.radius: 0.09 here, 0.15 in /driver_node"
-    assert bench.health.says(reason)
-    bench.send_goal()
-    assert bench.health.says(reason, DiagnosticStatus.ERROR)
-    assert not bench.plans
-
-
 def test_a_hit_is_planned_for_at_once_and_its_measured_rebound_told_once(ros):
     bench = PlannerBench(ros, limits__pose_age=0.5, **QUICK)
     impacts = ros.publisher(Vector3Stamped, "impact", EVENT)
@@ -197,11 +177,6 @@ def test_a_hit_is_planned_for_at_once_and_its_measured_rebound_told_once(ros):
     assert float(rebound["rebound_measured_speed"]) == 0.0
     assert rebound["rebound_direction_error_deg"] == "nan"
     assert 0.5 < float(values_of(bench.costs[-1])["arrival_time"]) < 8.0
-
-
-def test_only_the_time_to_goal_strategies_plan_after_a_hit_and_give_up_what_is_closed_off():
-    assert (PAPER.replans_after_impact, PAPER.gives_up_closed_off_goal) == (False, False)
-    assert (ROLLOUTS.replans_after_impact, ROLLOUTS.gives_up_closed_off_goal) == (True, True)
 
 
 def test_a_plan_may_take_a_share_of_the_period_or_the_time_budget_that_is_set():

@@ -35,7 +35,6 @@ from collplan_ros.bringup.check_findings import (
     DOUBTFUL,
     GOOD,
     WRONG,
-    Finding,
     axes_finding,
     drift_finding,
     interruption_finding,
@@ -184,15 +183,6 @@ def test_a_motion_ends_where_it_leads_too_far(limit):
     assert np.array_equal(moving, np.arange(moving[0], moving[-1] + 1))
     assert len(graph.commanded) - moving[-1] > 5
     assert graph.pose.stamp > poses[-1].stamp + open_loop.HALTING_TIME - 0.02
-
-
-def test_a_motion_in_which_no_poses_are_taken_ends_and_does_not_count():
-    graph = Runaway(stall=1.0)
-    loop = OpenLoop(graph)
-    with loop.commanding():
-        assert loop.drive((0.1, 0.0), 0.0, 3.0, lambda pose: True) == []
-    assert graph.commanded[-1] == 0.0
-    assert (loop.interruptions.motions, loop.interruptions.interrupted) == (1, 1)
 
 
 def wait_for(condition):
@@ -384,29 +374,6 @@ def test_scans_by_another_clock_are_said():
     found, values = scans.find([PoseSample(13.0 + 0.01 * k, np.zeros(2), 0.0) for k in range(50)], BodyOffset(0, 0, 0))
     assert (found.verdict, values) == (WRONG, {})
     assert "13.49 s" in found.text
-
-
-def test_without_scans_the_robot_is_not_moved_and_a_lidar_that_is_not_found_costs_no_offset(monkeypatch):
-    moved = []
-    loop = SimpleNamespace(poses=[], received=[])
-    monkeypatch.setattr(check, "OpenLoop", lambda *_: loop)
-    monkeypatch.setattr(check.Check, "_nodes", lambda self: [])
-    monkeypatch.setattr(check.Check, "_stream", lambda self: [])
-    monkeypatch.setattr(check.Check, "_offset", lambda self: moved.append(1) or BodyOffset(0.01, 0.0, 0.0))
-    monkeypatch.setattr(check, "wait_until_poses_come", lambda graph: None)
-    preparation = SimpleNamespace(settings=Settings(), programs={})
-    running = SimpleNamespace(preparation=preparation, progress=Progress())
-
-    def checked(coming, found):
-        lidar = SimpleNamespace(coming=lambda *_: Finding(coming, ""), find=lambda *_: (Finding(found, ""), {}))
-        return check.Check(running, True, lidar).run()
-
-    assert checked(WRONG, GOOD) == ({}, False)
-    assert not moved
-    for found in (GOOD, DOUBTFUL, WRONG):
-        values, passed = checked(GOOD, found)
-        assert (values["mocap.body_offset_x"], passed) == (0.01, found != WRONG)
-    assert len(moved) == 3
 
 
 def test_what_is_found_beside_something_wrong_is_written_and_the_exit_code_says_so(tmp_path, capsys, monkeypatch):

@@ -6,8 +6,6 @@ import json
 import os
 import re
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -102,18 +100,3 @@ def test_the_run_of_a_killed_bringup_is_read_and_completed_and_no_node_outlives_
     assert read_run(folder).log.poses == left.log.poses
     assert list(raw_messages(folder / RECORDING, ["mocap/odom"]))
     assert complete(folder) == f"{folder}: is whole"
-
-
-@pytest.mark.soak
-def test_a_closed_stdout_ends_no_run(tmp_path):
-    command = [sys.executable, "-m", "collplan_ros.bringup.main", "--no-pictures", "--out", str(tmp_path / "runs")]
-    errors = tmp_path / "errors.txt"
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors.open("wb")) as process:
-        process.stdout.readline()
-        process.stdout.close()
-        try:
-            assert process.wait(100.0) == 0, errors.read_text()
-        finally:
-            process.kill()
-    assert errors.read_text() == ""
-    assert json.loads((tmp_path / "runs" / "latest" / "summary.json").read_text())["reached"]
