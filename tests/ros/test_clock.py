@@ -12,7 +12,7 @@ from collplan_core.ages import PosesClock
 from collplan_ros.messages.conversions import stamp_from_seconds
 from collplan_ros.messages.qos import NEWEST
 from collplan_ros.node_kit.clock import local_clock, seconds
-from collplan_ros.node_kit.periodic import call_each_period
+from collplan_ros.node_kit.periodic import IN_STEP, call_each_period, keep_step
 
 
 @given(st.floats(0.0, 2e9), st.floats(0.0, 1e6), st.floats(0.0, 10.0))
@@ -71,3 +71,22 @@ def test_a_call_too_many_acts_on_nothing_and_moves_no_other_call(late, later):
     timer.call(max(now, later * 10**6))
     assert acted == [now]
     assert (timer.next, timer.timer_period_ns) == (50 * 10**6, 50 * 10**6)
+
+
+@given(left=st.integers(1, 200), lead=st.integers(0, 49), own=st.sampled_from([50, 100, 200]))
+@settings(derandomize=True, deadline=None, max_examples=100)
+def test_a_timer_in_step_with_another_calls_before_it(left, lead, own):
+    timer = TimerAsRclHasIt(1e-3 * own, None)
+    timer.now, timer.next = 10**9, 10**9 + left * 10**6
+    keep_step(timer, 0.05, 1e-3 * lead)
+    late = (timer.time_until_next_call() + lead * 10**6 + 25 * 10**6) % (50 * 10**6) - 25 * 10**6
+    assert abs(late) <= IN_STEP
+    assert timer.timer_period_ns == own * 10**6
+    assert 0 < timer.time_until_next_call() <= (left + 50) * 10**6
+
+
+def test_a_timer_with_another_period_keeps_its_own_step():
+    timer = TimerAsRclHasIt(0.07, None)
+    timer.next = 33 * 10**6
+    keep_step(timer, 0.05, 0.02)
+    assert timer.next == 33 * 10**6

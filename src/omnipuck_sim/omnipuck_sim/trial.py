@@ -115,6 +115,11 @@ class _Nodes:
             return ended
         return self._monitor.outcome(self._state.stamp, self._state.position)
 
+    @property
+    def newest_stamp(self) -> float:
+        """Stamp of the newest pose [s]."""
+        return self.simulator.time if self._state is None else self._state.stamp
+
     def _take_scan(self, scan: Scan) -> None:
         self._to_planner(self._planner.take_scan, scan, self.simulator.time)
         self._to_controller(self._controller.take_scan, scan, self.simulator.time)
@@ -186,7 +191,8 @@ def run_trial(
     goal, solid = np.asarray(goal, dtype=float), world if solid is None else solid
     with trial_journals(journal, world, settings, seed) as journals:
         nodes = _Nodes(world, settings, seed, goal, solid, journals)
-        return nodes.record.result(_run(nodes))
+        outcome = _run(nodes)
+        return nodes.record.result(outcome, nodes.newest_stamp)
 
 
 def _run(nodes: _Nodes) -> str:

@@ -94,21 +94,20 @@ class TrialRecord:
             row = (truth.stamp - self._begun, *truth.position.tolist(), *truth.velocity.tolist())
             self._rows.append(row)
 
-    def result(self, outcome: str) -> TrialResult:
-        """The record of the whole run."""
+    def result(self, outcome: str, arrived: float) -> TrialResult:
+        """The record of the whole run; `arrived` is the stamp of the pose with which it ended [s]."""
         trajectory = np.array(self._rows).reshape(-1, 5)
         times = np.array([impact.time for impact in self.impacts])
         points = np.array([impact.point for impact in self.impacts]).reshape(-1, 2)
         after = np.array([impact.velocity_after for impact in self.impacts]).reshape(-1, 2)
         predictions = [Prediction(plan.stamp, plan.contacts) for plan in self._plans]
         verdicts = judge_impacts(times, points, speeds_into(self.impacts), predictions)
-        elapsed = float(trajectory[-1, 0]) if len(trajectory) else 0.0
         return TrialResult(
             world=self._world,
             strategy=self._settings.planner.strategy,
             seed=self._seed,
             outcome=outcome,
-            arrival_time=elapsed if outcome == REACHED else self._settings.trial.timeout,
+            arrival_time=arrived - (self._begun or 0.0) if outcome == REACHED else self._settings.trial.timeout,
             path_length=path_length(trajectory[:, 1:3]) if len(trajectory) else 0.0,
             impacts=tuple(self.impacts),
             foreseen=verdicts.foreseen,

@@ -6,6 +6,9 @@ from rclpy.clock import Clock
 from rclpy.node import Node
 from rclpy.timer import Timer
 
+IN_STEP = 4_000_000
+"""Calls are in step that lie so near to where they belong [ns]: messages come sooner or later."""
+
 
 def call_each_period(node: Node, period: float, act: Callable[[], None], clock: Clock) -> Timer:
     """A timer of `node` that calls `act` each `period` [s] of `clock`, and never twice for one period.
@@ -31,3 +34,17 @@ def call_in(timer: Timer, left: int) -> None:
     timer.timer_period_ns = left
     timer.reset()
     timer.timer_period_ns = period
+
+
+def keep_step(timer: Timer, period: float, lead: float) -> None:
+    """Moves a timer's calls to `lead` [s] before those of somebody who calls each `period` [s] and has just called.
+
+    Does nothing where the timer's own period is not a multiple of the other one.
+    """
+    other, own = round(1e9 * period), timer.timer_period_ns
+    if own % other:
+        return
+    left = timer.time_until_next_call()
+    late = (left + round(1e9 * lead) + other // 2) % other - other // 2
+    if abs(late) > IN_STEP:
+        call_in(timer, left - late if left > late else left - late + other)

@@ -45,7 +45,7 @@ from collplan_ros.node_kit.diagnostics import Diagnostics, Health
 from collplan_ros.node_kit.input_watch import EVENT
 from collplan_ros.node_kit.inputs import Inputs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
-from collplan_ros.node_kit.periodic import call_each_period
+from collplan_ros.node_kit.periodic import call_each_period, keep_step
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.node_kit.turn import Turn
@@ -53,10 +53,13 @@ from collplan_ros.nodes.heartbeat import Heartbeat
 from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
 
-SINGLE = ("mocap.leap_margin", "mocap.velocity_window", "controller.stamped_cmd_vel")
+SINGLE = ("mocap.leap_margin", "mocap.velocity_window", "controller.stamped_cmd_vel", "controller.rate")
 GROUPS = (Robot, Rebound, LocalMapping, Weights, Planning, Remembered, TimeToGoal, ScanInput, Limits, Frames, *SINGLE)
 USED = ("mocap.leap_margin", "mocap.velocity_window", "limits.pose_age", "limits.scan_age")
 LIVE = (Robot, Rebound, LocalMapping, Weights, Planning, TimeToGoal, *USED)
+
+LEAD = 0.02
+"""A plan is begun so long before the control period that is to follow it [s]: until then it is made and received."""
 
 
 class PlannerNode(Node):
@@ -139,6 +142,7 @@ class PlannerNode(Node):
     def _on_command(self, message: Twist | TwistStamped) -> None:
         velocity, _ = velocity_from_twist(twist_of(message))
         self._journal.call(self._loop.take_command, velocity, self._local())
+        keep_step(self._timer, 1.0 / self._settings.controller.rate, LEAD)
 
     def _on_motion_delay(self, message: Float64) -> None:
         self._journal.call(self._loop.take_motion_delay, message.data)
