@@ -27,8 +27,7 @@ from collplan_core.worlds import World, WorldError, save_world
 from collplan_study.analysis.cells import TIME
 from collplan_study.analysis.pairs import VALUE, distinct, mean_over_worlds
 from collplan_study.errors import StudyError
-from collplan_study.report.content import Section, with_interval
-from collplan_study.report.markdown import markdown_table
+from collplan_study.report.content import Section, markdown_table, with_interval
 from collplan_study.report.study_data import read_study
 from sdf import load_sdf
 

@@ -17,8 +17,7 @@ from collplan_study.bounces.results import Group, groups_of, strategies_compared
 from collplan_study.bounces.tables import MAIN
 from collplan_study.errors import StudyError
 from collplan_study.question.bounces import KNOWN_MAP
-from collplan_study.report.content import Row, Section, with_interval
-from collplan_study.report.markdown import markdown_table
+from collplan_study.report.content import Row, Section, markdown_table, with_interval
 from collplan_study.report.study_data import StudyData, read_study
 
 DESCRIPTION = "Prints what deliberate bounces save by two engines, over the same worlds and seeds, as a Markdown table."

@@ -33,10 +33,9 @@ from collplan_core.worlds import load_world
 from collplan_ros.bringup.failures import GRAPH_LOST, NOT_REACHED
 from collplan_ros.replay.recorded_journals import read_journals
 from collplan_study.analysis.statistics import MEAN, Estimate, level_of, share_of
-from collplan_study.question.axes import parse_axes
 from collplan_study.question.bounces import SPREADS
-from collplan_study.report.content import Section, number, with_interval
-from collplan_study.report.markdown import markdown_table
+from collplan_study.question.question import parse_axes
+from collplan_study.report.content import Section, markdown_table, number, with_interval
 from collplan_study.run.json_lines import JsonLines
 from omnipuck_sim.trial import run_trial
 

@@ -14,10 +14,10 @@ from collplan_study import main as study
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import make_grid
 from collplan_study.question.question import question_from
-from collplan_study.report.markdown import markdown_table
+from collplan_study.report.content import markdown_table
 from collplan_study.report.study_data import StudyData, read_study
 from collplan_study.run.pools import open_pool
-from collplan_study.run.progress import show_progress
+from collplan_study.run.runner import progress_bar
 from collplan_study.run.study_folder import RUNS
 from optimum.best_trajectory import GUESSED_OFFSETS, check_installed
 from optimum.comparison import compare, record_of, table_of
@@ -89,7 +89,7 @@ def _discs(data: StudyData) -> dict[str, Disc]:
         grid = make_grid(question_from(data.provenance["question"]), data.sources)
     except TypeError as error:
         raise StudyError(f"{data.folder}: begun by another version ({error})") from None
-    return {cell.source.world.name: disc_of(cell.settings) for cell in grid.cells}
+    return {task.world.name: disc_of(task.settings) for task in grid}
 
 
 def _optima(
@@ -97,10 +97,10 @@ def _optima(
 ) -> dict[str, list[WorldOptimum]]:
     every = [world for family in worlds.values() for world in family]
     found: dict[str, WorldOptimum] = {}
-    with open_pool(jobs, None) as (executor, _), show_progress(len(every), 0, "world") as done:
+    with open_pool(jobs, None) as (executor, _), progress_bar(len(every), 0, "world") as bar:
         for each in executor.map(world_optimum, every, [discs[world.name] for world in every]):
             found[each.world] = each
-            done(1)
+            bar.update()
     return {family: [found[world.name] for world in each] for family, each in worlds.items()}
 
 

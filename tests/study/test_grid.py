@@ -19,9 +19,8 @@ from collplan_core.worlds.families import FAMILIES
 from collplan_study.errors import StudyError
 from collplan_study.question import held_out
 from collplan_study.question.ablations import ABLATIONS, DEFAULTS
-from collplan_study.question.grid import make_grid
+from collplan_study.question.grid import make_grid, trial_seed
 from collplan_study.question.question import Question
-from collplan_study.question.seeds import trial_seed
 from collplan_study.question.sources import load_sources
 
 LATER = {"posts"}
@@ -79,7 +78,7 @@ def test_seeds_fit_the_simulator_and_differ(study, world, trial):
 
 
 def test_seeds_are_those_of_every_process():
-    code = "from collplan_study.question.seeds import trial_seed; print(trial_seed(0, 'random:7', 3))"
+    code = "from collplan_study.question.grid import trial_seed; print(trial_seed(0, 'random:7', 3))"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert int(printed) == trial_seed(0, "random:7", 3) == 957142123
 

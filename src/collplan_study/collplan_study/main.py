@@ -12,10 +12,9 @@ from collplan_study.errors import StudyError, WorkersLost
 from collplan_study.question.options import StudyOptions, parse
 from collplan_study.run.pools import Pool, open_pool
 from collplan_study.run.preparation import Study, prepare
-from collplan_study.run.progress import show_progress
 from collplan_study.run.provenance import finished_session, new_session
 from collplan_study.run.row_file import RowFile
-from collplan_study.run.runner import run_tasks
+from collplan_study.run.runner import progress_bar, run_tasks
 from collplan_study.run.study_folder import REPORT, ROWS, make_folder, write_provenance
 from collplan_study.tables.table_files import write_tables
 
@@ -62,10 +61,10 @@ def _run_missing(options: StudyOptions, study: Study, folder: Path, rows: RowFil
     write_provenance(folder, {**study.provenance, "sessions": [*earlier, session]})
     started_at = perf_counter()
     missing = (task for task in study.grid if task.index not in rows and options.selects(task))
-    with show_progress(len(study.grid), len(rows), "trial") as done:
+    with progress_bar(len(study.grid), len(rows), "trial") as bar:
         for records in run_tasks(missing, *pool):
             rows.append(records)
-            done(len(records))
+            bar.update(len(records))
     session = finished_session(session, len(rows) - session["done_before"], perf_counter() - started_at)
     write_provenance(folder, {**study.provenance, "sessions": [*earlier, session]})
 

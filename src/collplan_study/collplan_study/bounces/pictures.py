@@ -1,6 +1,6 @@
 """The pictures of a study of bounces: time saved world by world and in each variant, and overlaid paths."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from collplan_study.bounces.results import BounceResults, GroupResults, VariantR
 from collplan_study.bounces.tables import MAIN
 from collplan_study.report.content import Picture
 from collplan_study.report.figures import STYLE, add_caption, new_figure, saved_picture
-from collplan_study.report.maps import Map, draw_maps, maps_of
+from collplan_study.report.maps import draw_paths
 from collplan_study.report.study_data import StudyData
 from collplan_study.tables.columns import axes_of
 
@@ -41,18 +41,18 @@ def bounce_pictures(data: StudyData, results: BounceResults) -> Iterator[Picture
     for each in (each for each in results.headlines if each.worlds):
         worlds = [gain.world for gain in each.worlds]
         extremes = dict.fromkeys([*worlds[:LEAST_DRAWN], worlds[-1]])
-        drawn = draw_maps([_maps(data, world, both) for world in extremes])
+        drawn = _paths(data, extremes, both)
         words = f"{each.group.name}: where least is saved, and last where most is; circles: deliberate impacts"
         yield saved_picture(data.folder, f"paths-{each.group.name}", drawn, words, CAPTION)
 
 
-def _maps(data: StudyData, world: str, both: tuple[str, str]) -> list[Map]:
-    (source,) = (source for source in data.sources if source.world.name == world)
-    runs = data.runs.filter(world=world, ablation="")
-    labels = runs.select("family", "ablation", *axes_of(runs.columns)).row(0, named=True)
-    firsts = (runs.filter(strategy=name).row(0, named=True) for name in both)
+def _paths(data: StudyData, worlds: Iterable[str], both: tuple[str, str]) -> Figure:
+    sources = {source.world.name: source for source in data.sources}
+    main = data.runs.filter(ablation="")
+    labels = main.select("ablation", *axes_of(main.columns)).row(0, named=True)
+    firsts = (main.filter(strategy=name).row(0, named=True) for name in both)
     cells = [{key: row[key] for key in ("strategy", "map_period_s")} for row in firsts]
-    return maps_of(data, source, labels, cells, deliberate=True)
+    return draw_paths(data, [sources[world] for world in worlds], labels, cells, deliberate=True)
 
 
 @rc_context(STYLE)

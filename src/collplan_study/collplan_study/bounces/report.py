@@ -7,9 +7,8 @@ from collplan_core.parameters import Settings
 from collplan_study.bounces.pictures import bounce_pictures
 from collplan_study.bounces.results import BounceResults, bounce_results
 from collplan_study.bounces.tables import bounce_tables
-from collplan_study.question.axes import parse_axes
-from collplan_study.report.content import Report, Section, with_interval
-from collplan_study.report.markdown import markdown_table
+from collplan_study.question.question import parse_axes
+from collplan_study.report.content import Report, Section, markdown_table, with_interval
 from collplan_study.report.study_data import StudyData
 
 METHOD = (

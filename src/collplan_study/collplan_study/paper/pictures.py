@@ -15,7 +15,7 @@ from collplan_study.paper.cases import Case
 from collplan_study.paper.results import CaseResults
 from collplan_study.report.content import Picture
 from collplan_study.report.figures import STYLE, add_caption, look_of, new_figure, saved_picture
-from collplan_study.report.maps import draw_maps, maps_of
+from collplan_study.report.maps import draw_paths
 from collplan_study.report.study_data import StudyData
 
 WORLDS_DRAWN = 3
@@ -44,8 +44,7 @@ def case_pictures(data: StudyData, case: Case, found: CaseResults) -> CasePictur
     drawn = sorted(worlds, key=lambda source: arrived.count(source.world.name))[:WORLDS_DRAWN]
     panels = draw_panels(found.cells, found.spread)
     words = "Mean and STD of arrival time and path length against T_map by strategy"
-    labels = {"family": case.family, "ablation": case.ablation, **case.point}
-    paths = draw_maps([maps_of(data, source, labels, cells, deliberate=False) for source in drawn])
+    paths = draw_paths(data, drawn, {"ablation": case.ablation, **case.point}, cells, deliberate=False)
     return CasePictures(
         saved_picture(data.folder, f"{case.name}-map-periods", panels, words),
         saved_picture(data.folder, f"{case.name}-paths", paths, "Overlaid paths of each strategy"),

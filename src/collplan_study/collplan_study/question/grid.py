@@ -1,11 +1,9 @@
 """The grid of a study: every trial, in the order of its tables."""
 
-from bisect import bisect_right
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import accumulate, product
+from hashlib import sha256
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -15,9 +13,7 @@ from collplan_core.planners import first_memory, map_period_of
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_core.worlds import World, WorldError, check_route
 from collplan_study.errors import StudyError
-from collplan_study.question.axes import parse_axes
-from collplan_study.question.question import Question
-from collplan_study.question.seeds import trial_seed
+from collplan_study.question.question import Question, parse_axes
 from collplan_study.question.sources import Source
 
 STRATEGY, MAP_PERIOD, ENGINE = "planner.strategy", "planner.map_period", "simulator.engine"
@@ -47,52 +43,34 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class CellSpec:
-    """A cell of the grid: trials that differ in their seed alone.
-
-    Attributes:
-        source: the world.
-        labels: columns of their rows that the trials share.
-        settings: the trials' parameters.
-        trials: how many.
-    """
-
-    source: Source
-    labels: Mapping[str, Any]
-    settings: Settings
-    trials: int
-
-
-@dataclass(frozen=True, eq=False)
 class TrialGrid:
-    """All trials of a study: the cells in order, and in each cell the trials 0, 1, ...
+    """All trials of a study.
 
     Attributes:
-        cells: in the order of the tables.
+        tasks: the trials in the order of the tables: cell by cell, and in each cell the trials 0, 1, ...
         axes: keys of the --set parameters, which have columns of their own.
-        seed: seed of the study.
     """
 
-    cells: tuple[CellSpec, ...]
+    tasks: tuple[Task, ...]
     axes: tuple[str, ...]
-    seed: int
-
-    @cached_property
-    def _first_indices(self) -> list[int]:
-        return list(accumulate((cell.trials for cell in self.cells), initial=0))
 
     def __len__(self) -> int:
-        return self._first_indices[-1]
+        return len(self.tasks)
 
     def __iter__(self) -> Iterator[Task]:
-        return (self.task(index) for index in range(len(self)))
+        return iter(self.tasks)
 
-    def task(self, index: int) -> Task:
-        """The trial at a place of the grid."""
-        number = bisect_right(self._first_indices, index) - 1
-        cell, trial = self.cells[number], index - self._first_indices[number]
-        seed = trial_seed(self.seed, cell.source.world.name, trial)
-        return Task(index, {**cell.labels, "trial": trial, "seed": seed}, cell.source.world, cell.settings, seed)
+
+def trial_seed(study_seed: int, world: str, trial: int) -> int:
+    """31-bit seed of a trial. It depends on neither strategy nor parameters, so that these are compared at equal noise.
+
+    Args:
+        study_seed: seed of the whole study.
+        world: name of the world.
+        trial: number of the trial in its cell.
+    """
+    digest = sha256(f"{study_seed}/{world}/{trial}".encode()).digest()
+    return int.from_bytes(digest[:4], "big") >> 1
 
 
 def make_grid(
@@ -110,18 +88,22 @@ def make_grid(
         ParameterError: an unknown parameter or a value out of its range.
         WorldError: a world without a route from start to goal for the robot.
     """
-    _check_choices(question)
     axes = parse_axes(question.values)
     points = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
-    cells = tuple(
-        _cell_spec(source, name, changes, {**point, **strategy, ENGINE: question.engine}, _trials(question, name))
+    cells = [
+        (source, *_cell(source, name, changes, {**point, **strategy, ENGINE: question.engine}), _trials(question, name))
         for name, changes in ablations.items()
         for source, strategy, point in product(sources, _strategies(question, name), points)
-    )
+    ]
     if not cells:
         raise StudyError("the grid is empty: expected at least one world")
-    _check_routes(cells)
-    return TrialGrid(cells, tuple(axes), question.seed)
+    _check_routes((source.world, settings.robot.radius) for source, _, settings, _ in cells)
+    tasks: list[Task] = []
+    for source, labels, settings, trials in cells:
+        for trial in range(trials):
+            seed = trial_seed(question.seed, source.world.name, trial)
+            tasks.append(Task(len(tasks), {**labels, "trial": trial, "seed": seed}, source.world, settings, seed))
+    return TrialGrid(tuple(tasks), tuple(axes))
 
 
 def _strategies(question: Question, ablation: str) -> list[dict[str, Any]]:
@@ -145,22 +127,10 @@ def _periods(question: Question, strategy: str) -> Sequence[float]:
     return evaluated.get(strategy) or (map_period_of(Settings().with_values({STRATEGY: strategy})),)
 
 
-def _check_choices(question: Question) -> None:
-    _check_once("--strategies", question.strategies)
-    _check_once("--ablation-strategies", question.ablation_strategies or ())
-    _check_once("--map-periods", question.map_periods or ())
-
-
-def _check_once(option: str, values: Sequence[Any]) -> None:
-    for value, count in Counter(values).items():
-        if count > 1:
-            raise StudyError(f"{option}: got {value} {count} times, expected each value once")
-
-
-def _cell_spec(
-    source: Source, ablation: str, changes: Mapping[str, Any], point: Mapping[str, Any], trials: int
-) -> CellSpec:
-    """A cell: axes, strategy and engine of `point`, and over them the ablation's changes."""
+def _cell(
+    source: Source, ablation: str, changes: Mapping[str, Any], point: Mapping[str, Any]
+) -> tuple[dict[str, Any], Settings]:
+    """Labels and settings of a cell: axes, strategy and engine of `point`, and over them the ablation's changes."""
     settings = Settings().with_values({**point, **changes})
     first_memory(settings, source.world)  # refused before the first trial
     known = settings.values()
@@ -173,12 +143,12 @@ def _cell_spec(
         "map_period_s": point[MAP_PERIOD],
         **{key: known[key] for key in point if key not in (STRATEGY, MAP_PERIOD, ENGINE)},
     }
-    return CellSpec(source, labels, settings, trials)
+    return labels, settings
 
 
-def _check_routes(cells: Sequence[CellSpec]) -> None:
-    """Check start, goal and route in each world, once for each size of robot."""
-    for world, radius in dict.fromkeys((cell.source.world, cell.settings.robot.radius) for cell in cells):
+def _check_routes(cells: Iterable[tuple[World, float]]) -> None:
+    """Checks start, goal and route in each world, once for each radius of the robot [m]."""
+    for world, radius in dict.fromkeys(cells):
         check_route(world, _end(world, "start", world.start), _end(world, "goal", world.goal), radius)
 
 

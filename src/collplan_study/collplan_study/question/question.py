@@ -1,12 +1,24 @@
 """The question of a study: everything that decides its rows, and nothing else."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from collplan_core.parameters import Simulation
+from collplan_core.parameters import Simulation, all_specs, unknown_key
+from collplan_core.parameters.spec import Spec
 from collplan_core.strategies import PAPER_WEIGHTS
 from collplan_study.errors import StudyError
+
+OWN_OPTION = {
+    "planner.strategy": "--strategies",
+    "planner.map_period": "--map-periods",
+    "simulator.engine": "--engine",
+    "simulator.seed": "--seed",
+    "simulator.world": "--worlds",
+    "lidar.world": "--worlds",
+}
+"""Parameters that have an option of their own, which --set refuses."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +60,11 @@ class Question:
             if number is not None and number < least:
                 raise StudyError(f"{_option(name)}: got {number}, expected at least {least}")
         for name in ("worlds", "strategies", "map_periods", "ablation_strategies"):
-            if getattr(self, name) == ():
-                raise StudyError(f"{_option(name)}: got none, the grid would be empty")
-        if self.ablations:
-            self._check_ablation_strategies()
+            _check_once(_option(name), getattr(self, name))
+        for strategy in self.ablation_strategies or () if self.ablations else ():
+            if strategy not in self.strategies:
+                expected = f"expected some of --strategies {','.join(self.strategies)}"
+                raise StudyError(f"--ablation-strategies: got {strategy}, {expected}")
         if self.bounces:
             self._check_bounces()
 
@@ -65,12 +78,6 @@ class Question:
         if len(self.strategies) < 2:
             raise StudyError("--strategies: got one, expected two or more to compare beside --bounces")
 
-    def _check_ablation_strategies(self) -> None:
-        for strategy in self.ablation_strategies or ():
-            if strategy not in self.strategies:
-                expected = f"expected some of --strategies {','.join(self.strategies)}"
-                raise StudyError(f"--ablation-strategies: got {strategy}, {expected}")
-
     def record(self) -> dict[str, Any]:
         """The question as JSON holds it."""
         return asdict(self)
@@ -78,6 +85,15 @@ class Question:
 
 def _option(name: str) -> str:
     return f"--{name.replace('_', '-')}"
+
+
+def _check_once(option: str, values: Sequence[Any] | None) -> None:
+    """Refuses a list that is empty or has a value twice."""
+    if values == ():
+        raise StudyError(f"{option}: got none, the grid would be empty")
+    for value, count in Counter(values or ()).items():
+        if count > 1:
+            raise StudyError(f"{option}: got {value} {count} times, expected each value once")
 
 
 def question_from(record: Mapping[str, Any]) -> Question:
@@ -89,3 +105,36 @@ def question_from(record: Mapping[str, Any]) -> Question:
     """
     parts: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in record.items()}
     return Question(**parts)
+
+
+def parse_axes(texts: Sequence[str]) -> dict[str, tuple[Any, ...]]:
+    """Axes of the grid as --set gives them: values by parameter key, parsed from texts KEY=A,B,C and checked.
+
+    Raises:
+        StudyError: a text not of this form, a key or a value given twice, or a key that has an option of its own.
+        ParameterError: an unknown key, or a value out of its range.
+    """
+    axes: dict[str, tuple[Any, ...]] = {}
+    for text in texts:
+        key, equals, values = text.partition("=")
+        if not equals:
+            raise StudyError(f"--set: got {text!r}, expected KEY=VALUE or KEY=A,B,C")
+        if key in OWN_OPTION:
+            raise StudyError(f"--set {key}: has an option of its own, expected {OWN_OPTION[key]}")
+        if key not in all_specs():
+            raise unknown_key(key)
+        if key in axes:
+            raise StudyError(f"--set {key}: given twice, expected one list {key}=A,B,C")
+        spec = all_specs()[key]
+        axes[key] = tuple(spec.checked(_converted(spec, item)) for item in values.split(","))
+        _check_once(f"--set {key}", axes[key])
+    return axes
+
+
+def _converted(spec: Spec, text: str) -> Any:
+    """The text converted to the parameter's type; the text itself where it cannot be, which the check then refuses."""
+    kind = type(spec.default)
+    try:
+        return {"true": True, "false": False}[text] if kind is bool else kind(text)
+    except (KeyError, ValueError):
+        return text

@@ -66,6 +66,14 @@ class Report:
     document: str = ""
 
 
+def markdown_table(section: Section) -> Iterator[str]:
+    """Lines of a section's table in Markdown, under its title."""
+    yield from (f"### {section.title}", "", section.note, "")
+    for cells in (section.head, ["---"] * len(section.head), *section.rows):
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    yield ""
+
+
 def with_interval(estimate: Estimate, digits: int, unit: str = "") -> str:
     """Value and interval, or the reason why either is missing."""
     if estimate.value is None:

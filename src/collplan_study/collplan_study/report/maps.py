@@ -1,8 +1,7 @@
 """Overlaid paths of runs on maps of grown obstacles."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -24,8 +23,7 @@ from collplan_study.tables.table_files import PATHS
 GROWN, FAILED, GROUND = "#d5d9df", "#000000", "#ffffff"
 
 
-@dataclass(frozen=True, eq=False)
-class RunPath:
+class RunPath(NamedTuple):
     """Path (n, 2) of a run, how the run ended, and the contact points (k, 2) of the impacts to be marked [m]."""
 
     points: np.ndarray
@@ -33,97 +31,68 @@ class RunPath:
     impacts: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class Map:
-    """A map of a world with the paths of a strategy's runs at a T_map [s].
-
-    Attributes:
-        world: world of the runs.
-        radius, tolerance: radius of the robot, tolerance of the goal [m].
-        strategy, map_period: of the runs.
-        paths: paths of the runs.
-    """
-
-    world: World
-    radius: float
-    tolerance: float
-    strategy: str
-    map_period: float
-    paths: Sequence[RunPath]
-
-
-def maps_of(
-    data: StudyData, source: Source, labels: Mapping[str, Any], cells: Sequence[Mapping[str, Any]], deliberate: bool
-) -> list[Map]:
-    """A map of a world for each cell, with the paths of the cell's runs by trial.
+@rc_context(STYLE)
+def draw_paths(
+    data: StudyData,
+    sources: Sequence[Source],
+    labels: Mapping[str, Any],
+    cells: Sequence[Mapping[str, Any]],
+    deliberate: bool,
+) -> Figure:
+    """Overlaid paths of runs: a row for each world, a column for each cell.
 
     Args:
         data: the study.
-        source: the world.
-        labels: family, ablation and axes of the runs.
-        cells: strategy and map_period_s of each.
+        sources: the worlds.
+        labels: ablation and axes of the runs.
+        cells: strategy and map_period_s of each column.
         deliberate: whether deliberate impacts are marked.
     """
+    x0, y0, x1, y1 = sources[0].world.bounds
+    height = min(max(9.0 / len(cells) * (y1 - y0) / (x1 - x0), 1.5), 6.0)
+    figure = new_figure(9.0, (height + 0.35) * len(sources))
+    strategies = [cell["strategy"] for cell in cells]
     values = {**data.provenance["parameters"], **labels}
-    return [
-        Map(
-            world=source.world,
-            radius=values["robot.radius"],
-            tolerance=values["planner.goal_tolerance"],
-            strategy=cell["strategy"],
-            map_period=cell["map_period_s"],
-            paths=list(_paths(data, {**labels, "world": source.world.name, **cell}, deliberate)),
-        )
-        for cell in cells
-    ]
+    for row, source in enumerate(sources):
+        for column, cell in enumerate(cells):
+            axes = figure.add_subplot(len(sources), len(cells), row * len(cells) + column + 1)
+            paths = list(_paths(data, {**labels, "world": source.world.name, **cell}, deliberate))
+            _draw_obstacles(axes, source.world, values["robot.radius"])
+            _draw_runs(axes, paths, look_of(cell["strategy"], strategies)[0])
+            _draw_ends(axes, source.world, values["robot.radius"], values["planner.goal_tolerance"])
+            arrive = f"{sum(run.outcome == REACHED for run in paths)} of {len(paths)} arrive"
+            title = f"{cell['strategy']}, {source.world.name}, T_map {cell['map_period_s']:g} s: {arrive}"
+            axes.set_title(title, fontsize=8)
+    return figure
 
 
 def _paths(data: StudyData, labels: Mapping[str, Any], deliberate: bool) -> Iterator[RunPath]:
     outcomes = data.runs.filter(**labels).select("trial", "outcome")
     points = pl.scan_parquet(data.folder / PATHS).filter(**labels).select("trial", "x", "y").collect()
-    impacts = data.impacts.filter(**labels, deliberate=True)
+    impacts = data.impacts.filter(**labels, deliberate=True) if deliberate else data.impacts.clear()
     for trial, x, y, outcome in points.join(outcomes, on="trial", maintain_order="left").iter_rows():
-        marked = impacts.filter(trial=trial) if deliberate else impacts.clear()
-        yield RunPath(np.column_stack([x, y]), outcome, marked.select("x", "y").to_numpy())
+        yield RunPath(np.column_stack([x, y]), outcome, impacts.filter(trial=trial).select("x", "y").to_numpy())
 
 
-@rc_context(STYLE)
-def draw_maps(rows: Sequence[Sequence[Map]]) -> Figure:
-    """Overlaid paths: a row for each world, a column for each strategy."""
-    columns = max(map(len, rows))
-    x0, y0, x1, y1 = rows[0][0].world.bounds
-    height = min(max(9.0 / columns * (y1 - y0) / (x1 - x0), 1.5), 6.0)
-    figure = new_figure(9.0, (height + 0.35) * len(rows))
-    strategies = [each.strategy for each in rows[0]]
-    for row, maps in enumerate(rows):
-        for column, each in enumerate(maps):
-            axes = figure.add_subplot(len(rows), columns, row * columns + column + 1)
-            _draw_map(axes, each, look_of(each.strategy, strategies)[0])
-    return figure
-
-
-def _draw_map(axes: Axes, each: Map, colour: str) -> None:
-    world = each.world
+def _draw_obstacles(axes: Axes, world: World, radius: float) -> None:
     solid = unary_union(
         [*map(Polygon, world.polygons), *(Point(x, y).buffer(r, quad_segs=32) for x, y, r in world.circles)]
     )
-    _fill(axes, _grown(world, solid, each.radius), GROWN)
+    _fill(axes, _grown(world, solid, radius), GROWN)
     _fill(axes, solid, SOLID)
-    _draw_runs(axes, each.paths, colour)
-    for point, mark in ((world.start, "o"), (world.goal, "*")):
-        if point is not None:
-            axes.plot(*point, marker=mark, color="#000000", markersize=6 if mark == "o" else 9, zorder=4)
-    if world.start is not None:
-        axes.add_patch(Circle(tuple(world.start), each.radius, fill=False, linewidth=0.8, zorder=4))
-    if world.goal is not None:
-        axes.add_patch(Circle(tuple(world.goal), each.tolerance, fill=False, linewidth=0.8, linestyle="--", zorder=4))
     x0, y0, x1, y1 = world.bounds
     axes.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xticks=[], yticks=[])
     axes.spines[:].set_visible(True)
     axes.spines[:].set(color=SOLID, linewidth=1.5 if world.walled else 0.5)
-    reached = sum(run.outcome == REACHED for run in each.paths)
-    counts = f"{reached} of {len(each.paths)} arrive"
-    axes.set_title(f"{each.strategy}, {world.name}, T_map {each.map_period:g} s: {counts}", fontsize=8)
+
+
+def _draw_ends(axes: Axes, world: World, radius: float, tolerance: float) -> None:
+    for point, mark, size in ((world.start, "o", 6), (world.goal, "*", 9)):
+        if point is not None:
+            axes.plot(*point, marker=mark, color="#000000", markersize=size, zorder=4)
+    for point, around, style in ((world.start, radius, "-"), (world.goal, tolerance, "--")):
+        if point is not None:
+            axes.add_patch(Circle(tuple(point), around, fill=False, linewidth=0.8, linestyle=style, zorder=4))
 
 
 def _grown(world: World, solid: BaseGeometry, radius: float) -> BaseGeometry:

@@ -38,7 +38,7 @@ def prepare(options: StudyOptions) -> Study:
     try:
         study = _new(options) if options.resume is None else _resumed(options, options.resume)
         if options.run != NONE:
-            check_installed(study.grid.cells[0].settings.simulator)
+            check_installed(study.grid.tasks[0].settings.simulator)
     except (WorldError, ParameterError) as error:
         raise StudyError(str(error)) from None
     return study

@@ -62,7 +62,7 @@ class RowFile:
             record = json.loads(line)
             index, row = record["index"], record["row"]
             known = isinstance(index, int) and 0 <= index < len(self._grid) and index not in self._offsets
-            if known and _has_labels(row, self._grid.task(index).labels) and "path" in record:
+            if known and _has_labels(row, self._grid.tasks[index].labels) and "path" in record:
                 return index
         except (ValueError, KeyError, TypeError, AttributeError):
             pass

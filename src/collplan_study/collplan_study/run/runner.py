@@ -1,8 +1,11 @@
-"""Submits the trials to an executor in batches, a bounded number at a time."""
+"""Submits the trials to an executor in batches, a bounded number at a time, and shows how many are done."""
 
+import sys
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from itertools import islice
+
+from tqdm import tqdm
 
 from collplan_study.errors import WorkersLost
 from collplan_study.question.grid import Task
@@ -48,3 +51,9 @@ def _result(future: Future[list[TrialRow]]) -> list[TrialRow]:
 
 def _lost(error: Exception) -> WorkersLost:
     return WorkersLost(f"workers lost ({type(error).__name__}: {error})")
+
+
+def progress_bar(total: int, done: int, unit: str) -> tqdm:
+    """A bar on standard error of how many are done, of a unit such as "trial"; every 30 s where nobody watches."""
+    period = 0.5 if sys.stderr.isatty() else 30.0
+    return tqdm(total=total, initial=done, unit=unit, mininterval=period, maxinterval=2.0 * period)
