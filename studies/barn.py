@@ -15,7 +15,7 @@ import argparse
 import json
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from collplan_core.worlds import World, WorldError, save_world
 from collplan_study.analysis.cells import TIME
 from collplan_study.analysis.pairs import VALUE, distinct, mean_over_worlds
 from collplan_study.errors import StudyError
-from collplan_study.report.content import Section, markdown_table, with_interval
+from collplan_study.report.content import Section, markdown, with_interval
 from collplan_study.report.study_data import read_study
 from sdf import load_sdf
 
@@ -102,19 +102,19 @@ def _mean_score(runs: pl.DataFrame, touching_fails: bool) -> str:
     return with_interval(mean_over_worlds(runs.with_columns(pl.Series(VALUE, scores))), 3)
 
 
-def _write_worlds(folder: Path, out: Path, scale: float) -> Iterator[str]:
+def _write_worlds(folder: Path, out: Path, scale: float) -> str:
     files = sorted(path for path in folder.iterdir() if re.fullmatch(r"world_\d+\.world(\.gz)?", path.name))
     if not files:
         raise WorldError(f"{folder}: no worlds, expected files called world_N.world or world_N.world.gz")
     out.mkdir(parents=True, exist_ok=True)
     for path in files:
         save_world(barn_world(path, scale), out / f"{path.name.partition('.')[0]}.yaml")
-    yield f"{len(files)} worlds in {out}"
+    return f"{len(files)} worlds in {out}"
 
 
-def _score(study: Path, folder: Path, scale: float) -> Iterator[str]:
+def _score(study: Path, folder: Path, scale: float) -> str:
     optimal = {name: scale * length / OPTIMAL_SPEED for name, length in optimal_lengths(folder).items()}
-    yield from ("All figures are simulated.", "", *markdown_table(score_table(read_study(study).runs, optimal)))
+    return markdown(Section(note="All figures are simulated."), score_table(read_study(study).runs, optimal))
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -130,9 +130,9 @@ def main(args: Sequence[str] | None = None) -> int:
     given = parser.parse_args(args)
     try:
         if given.command == "worlds":
-            print("\n".join(_write_worlds(given.folder, given.out, given.scale)))
+            print(_write_worlds(given.folder, given.out, given.scale))
         else:
-            print("\n".join(_score(given.study, given.folder, given.scale)))
+            print(_score(given.study, given.folder, given.scale))
     except (StudyError, WorldError, OSError, ValueError) as error:
         print(f"barn: {error}", file=sys.stderr)
         return 2

@@ -17,7 +17,7 @@ from collplan_study.bounces.results import Group, groups_of, strategies_compared
 from collplan_study.bounces.tables import MAIN
 from collplan_study.errors import StudyError
 from collplan_study.question.bounces import KNOWN_MAP
-from collplan_study.report.content import Row, Section, markdown_table, with_interval
+from collplan_study.report.content import Row, Section, markdown, with_interval
 from collplan_study.report.study_data import StudyData, read_study
 
 DESCRIPTION = "Prints what deliberate bounces save by two engines, over the same worlds and seeds, as a Markdown table."
@@ -90,7 +90,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Entry point of `compare_engines`; exit code 2 where the studies cannot be compared."""
     parsed = _parser().parse_args(args)
     try:
-        print("\n".join(comparison(read_study(parsed.first), read_study(parsed.second))))
+        print(comparison(read_study(parsed.first), read_study(parsed.second)))
     except (StudyError, WorldError, OSError) as error:
         print(f"compare_engines: {error}", file=sys.stderr)
         return REFUSED
@@ -104,8 +104,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def comparison(first: StudyData, second: StudyData) -> Iterator[str]:
-    """Lines of the comparison of two studies.
+def comparison(first: StudyData, second: StudyData) -> str:
+    """The comparison of two studies in Markdown.
 
     Raises:
         StudyError: they are not of bounces, have the same engine, or differ in more than the engine.
@@ -115,19 +115,19 @@ def comparison(first: StudyData, second: StudyData) -> Iterator[str]:
     engines = _engine(first), _engine(second)
     found = engine_comparisons(first.provenance["question"]["strategies"], first.runs, second.runs)
     codes = [data.provenance["code"]["trial"] for data in (first, second)]
-    yield "All figures are simulated."
-    yield ""
-    if codes[0] != codes[1]:
-        yield f"The studies were made by different code ({codes[0]} and {codes[1]}): a difference may be of the code."
-        yield ""
-    yield from markdown_table(
+    codes_differ = (
+        f"The studies were made by different code ({codes[0]} and {codes[1]}): a difference may be of the code."
+    )
+    return markdown(
+        Section(note="All figures are simulated."),
+        Section(note=codes_differ if codes[0] != codes[1] else ""),
         Section(
             f"Arrival time that {ours} saves against {against}, by {engines[0]} and by {engines[1]} [%]",
             "Mean over the worlds of 100 (1 - t / t_other) of equal worlds and seeds, in the pairs that both studies "
             "have; the difference is paired by world and seed; in brackets 95 % bootstrap intervals (BCa) over worlds.",
             ("worlds", "change", "number", "pairs", *engines, f"{engines[1]} less {engines[0]}"),
             [_row(each) for each in found],
-        )
+        ),
     )
 
 

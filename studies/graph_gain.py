@@ -35,7 +35,7 @@ from collplan_ros.replay.recorded_journals import read_journals
 from collplan_study.analysis.statistics import MEAN, Estimate, level_of, share_of
 from collplan_study.question.bounces import SPREADS
 from collplan_study.question.question import parse_axes
-from collplan_study.report.content import Section, markdown_table, number, with_interval
+from collplan_study.report.content import Section, markdown, number, with_interval
 from collplan_study.run.json_lines import JsonLines
 from omnipuck_sim.trial import run_trial
 
@@ -290,8 +290,7 @@ def main(args: Sequence[str] | None = None) -> int:
     rows = [row for row in out.records() if case_of(row) in set(wanted)]
     found = given.out.with_suffix(".json")
     found.write_text(json.dumps(results(rows, lockstep), indent=2) + "\n")
-    for table in (gain_table(rows), stage_table(rows)):
-        print("\n".join((*markdown_table(table), "")))
+    print(markdown(gain_table(rows), stage_table(rows)))
     print("\n".join(f"{case_of(row)}: {row['outcome']}" for row in rows if row["outcome"] != REACHED))
     print(f"written to {found}")
     return 0

@@ -14,7 +14,7 @@ from collplan_study import main as study
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import make_grid
 from collplan_study.question.question import question_from
-from collplan_study.report.content import markdown_table
+from collplan_study.report.content import Section, markdown
 from collplan_study.report.study_data import StudyData, read_study
 from collplan_study.run.pools import open_pool
 from collplan_study.run.runner import progress_bar
@@ -54,7 +54,7 @@ def _compare(options: Options) -> int:
     _write(options.folder, optima)
     RUNS.mkdir(exist_ok=True)
     (RUNS / RATIOS).write_text(json.dumps(record_of(comparisons), indent=2) + "\n", encoding="utf-8")
-    print("\n".join(("All figures are simulated.", "", *markdown_table(table_of(comparisons, strategies)))))
+    print(markdown(Section(note="All figures are simulated."), table_of(comparisons, strategies)))
     every = [each for family in optima.values() for each in family]
     print(_trust([each for each in every if each.found]))
     if left_out:

@@ -11,9 +11,8 @@ from collplan_study.question.question import Question
 from collplan_study.question.sources import Source, load_sources
 from collplan_study.run.provenance import new_provenance, new_session
 from collplan_study.run.study_folder import make_folder
-from collplan_study.tables.columns import blank
+from collplan_study.tables.rows import ERROR, TrialRow, blank
 from collplan_study.tables.table_files import write_tables
-from collplan_study.tables.trial_record import ERROR, TrialRow
 
 Measures = Callable[[Task], dict[str, Any]]
 Impacts = Callable[[Task], list[dict[str, Any]]]

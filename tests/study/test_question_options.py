@@ -9,7 +9,7 @@ import pytest
 from collplan_study.main import main
 from collplan_study.question.options import parse
 from collplan_study.question.question import Question, question_from
-from collplan_study.tables.columns import MEASURES, SHARES, columns
+from collplan_study.tables.rows import MEASURES, SHARES, columns
 from study_runs import paths, table
 
 ONE = ["--strategies", "harness", "--map-periods", "0.2", "--trials", "1", "--jobs", "1", "--no-report"]

@@ -9,7 +9,7 @@ import pytest
 
 from collplan_core.worlds import load_world
 from collplan_study.analysis import statistics
-from collplan_study.paper.comparisons import OPPOSITE
+from collplan_study.paper.cases import OPPOSITE
 from collplan_study.question.ablations import ABLATIONS
 from collplan_study.question.question import Question
 from collplan_study.question.sources import Source

@@ -12,8 +12,8 @@ from distributed import LocalCluster
 from collplan_study.main import main
 from collplan_study.question.ablations import ABLATIONS
 from collplan_study.question.options import StudyOptions
-from collplan_study.run import code_state, preparation, worker
-from collplan_study.run.code_state import SIMULATOR, trial_code
+from collplan_study.run import preparation, provenance, worker
+from collplan_study.run.provenance import SIMULATOR, trial_code
 from collplan_study.run.row_file import RowFile
 from collplan_study.run.study_folder import ROWS
 from study_runs import GRID, N_TRIALS, n_rows, paths, resume, run, same, start, table, wait_for_rows
@@ -161,7 +161,7 @@ def test_neither_other_code_nor_another_process_adds_rows_to_a_table(copy, capsy
 def test_the_hash_of_the_code_is_that_of_its_files_and_their_places(tmp_path, monkeypatch):
     code = trial_code()
     copied = shutil.copytree(SIMULATOR, tmp_path / "omnipuck_sim", ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(code_state, "SIMULATOR", copied)
+    monkeypatch.setattr(provenance, "SIMULATOR", copied)
     codes = [trial_code()]
     assert codes == [code]
     with (copied / "trial.py").open("a", encoding="utf-8") as sources:
@@ -218,7 +218,7 @@ def test_two_workers_give_the_same_table(cluster, tmp_path):
 
 
 def test_workers_with_other_code_are_refused(cluster, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("collplan_study.run.code_state.SIMULATOR", tmp_path)
+    monkeypatch.setattr("collplan_study.run.provenance.SIMULATOR", tmp_path)
     assert main(["--dask", cluster.scheduler_address, "--out", str(tmp_path / "study")]) == 2
     assert "other code" in capsys.readouterr().err
     assert not (tmp_path / "study").exists()

@@ -19,7 +19,7 @@ from collplan_study.analysis.statistics import (
     share,
     spread_over,
 )
-from collplan_study.paper import comparisons
+from collplan_study.paper import cases
 
 
 @pytest.fixture(autouse=True)
@@ -110,12 +110,12 @@ def test_pairs_are_what_both_have():
 
 def test_verdicts():
     for estimate, beside_the_paper, alone in [
-        (Estimate(3.0, 1.0, 5.0), comparisons.HOLDS, comparisons.BETTER),
-        (Estimate(3.0, -1.0, 5.0), comparisons.SAME, comparisons.OPEN),
-        (Estimate(3.0, note="few"), comparisons.SAME, comparisons.OPEN),
-        (Estimate(-3.0, -4.0, 5.0), comparisons.OPPOSITE, comparisons.OPEN),
-        (Estimate(-3.0, -4.0, -1.0), comparisons.REVERSED, comparisons.WORSE),
-        (Estimate(None), comparisons.UNKNOWN, comparisons.UNKNOWN),
+        (Estimate(3.0, 1.0, 5.0), cases.HOLDS, cases.BETTER),
+        (Estimate(3.0, -1.0, 5.0), cases.SAME, cases.OPEN),
+        (Estimate(3.0, note="few"), cases.SAME, cases.OPEN),
+        (Estimate(-3.0, -4.0, 5.0), cases.OPPOSITE, cases.OPEN),
+        (Estimate(-3.0, -4.0, -1.0), cases.REVERSED, cases.WORSE),
+        (Estimate(None), cases.UNKNOWN, cases.UNKNOWN),
     ]:
-        verdicts = [comparisons.verdict_of(estimate, paper) for paper in (7.6, None)]
+        verdicts = [cases.verdict_of(estimate, paper) for paper in (7.6, None)]
         assert verdicts == [beside_the_paper, alone], estimate

@@ -10,8 +10,7 @@ import polars as pl
 from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK, TIMEOUT
 from collplan_study.analysis.pairs import VALUE, distinct, finite, sample
 from collplan_study.analysis.statistics import MEASURES, Estimate, level_of, share
-from collplan_study.tables.columns import SHARES
-from collplan_study.tables.trial_record import ERROR
+from collplan_study.tables.rows import ERROR, SHARES
 
 TIME, LENGTH = "arrival_time_s", "path_length_m"
 PANELS = tuple((column, measure) for column in (TIME, LENGTH) for measure in MEASURES)

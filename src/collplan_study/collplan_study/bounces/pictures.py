@@ -15,7 +15,7 @@ from collplan_study.report.content import Picture
 from collplan_study.report.figures import STYLE, add_caption, new_figure, saved_picture
 from collplan_study.report.maps import draw_paths
 from collplan_study.report.study_data import StudyData
-from collplan_study.tables.columns import axes_of
+from collplan_study.tables.rows import axes_of
 
 LEAST_DRAWN = 2
 """Worlds of each headline group whose paths are drawn because least is saved there; the one where most is follows."""

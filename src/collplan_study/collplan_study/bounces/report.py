@@ -8,7 +8,7 @@ from collplan_study.bounces.pictures import bounce_pictures
 from collplan_study.bounces.results import BounceResults, bounce_results
 from collplan_study.bounces.tables import bounce_tables
 from collplan_study.question.question import parse_axes
-from collplan_study.report.content import Report, Section, markdown_table, with_interval
+from collplan_study.report.content import Report, Section, markdown, with_interval
 from collplan_study.report.study_data import StudyData
 
 METHOD = (
@@ -28,7 +28,10 @@ def bounce_report(data: StudyData) -> Report:
     if results.groups:
         opening += [Section(note=_conditions(data.provenance)), Section(note=METHOD)]
     tables = list(bounce_tables(results)) if results.groups else []
-    document = "\n".join(_document(data.provenance, opening, tables))
+    commands = Section(
+        note="All figures are simulated.", commands=[each["command"] for each in data.provenance["sessions"]]
+    )
+    document = markdown(commands, Section(bullets=opening[0].bullets), *opening[1:], *tables)
     return Report(results.record(), _sections(data, results, opening, tables), document)
 
 
@@ -46,21 +49,6 @@ def _sections(
     yield from tables
     yield Section("Figures")
     yield from (Section(picture=picture) for picture in bounce_pictures(data, results))
-
-
-def _document(provenance: Mapping[str, Any], opening: Sequence[Section], tables: Sequence[Section]) -> Iterator[str]:
-    """Lines of tables.md: the commands that made the numbers, then every table."""
-    yield from ("All figures are simulated.", "", "```")
-    yield from (session["command"] for session in provenance["sessions"])
-    yield from ("```", "")
-    first, *notes = opening
-    yield from (f"- {line}" for line in first.bullets)
-    for each in notes:
-        yield from ("", each.note)
-    if notes:
-        yield ""
-    for table in tables:
-        yield from markdown_table(table)
 
 
 def _summary(results: BounceResults) -> Iterator[str]:

@@ -9,8 +9,14 @@ import polars as pl
 from collplan_study.analysis.cells import TIME, Cell, cell_of
 from collplan_study.analysis.pairs import distinct, mean_over_worlds, paired, samples, savings
 from collplan_study.analysis.statistics import INTERVAL, MEAN, Estimate, level_of, share_of
-from collplan_study.bounces.gains import Gain, WorldGain, gain_of, gains_by_world
-from collplan_study.bounces.rebounds import ReboundErrors, rebound_errors_of
+from collplan_study.bounces.comparisons import (
+    Gain,
+    ReboundErrors,
+    WorldGain,
+    gain_of,
+    gains_by_world,
+    rebound_errors_of,
+)
 from collplan_study.question.bounces import KNOWN_MAP
 from collplan_study.question.held_out import FAMILIES
 

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 from collplan_core.evaluation.run_end import ABORTED, REACHED, STUCK, TIMEOUT
 from collplan_study.analysis.cells import Cell
-from collplan_study.bounces.gains import Gain
+from collplan_study.bounces.comparisons import Gain
 from collplan_study.bounces.results import BounceResults, VariantResults
 from collplan_study.report.content import Row, Section, number, with_interval
-from collplan_study.tables.trial_record import ERROR
+from collplan_study.tables.rows import ERROR
 
 LEAST = 6
 """Worlds listed of each headline group, those where least is saved."""

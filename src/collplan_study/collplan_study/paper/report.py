@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from collplan_study.paper.cases import cases_of
-from collplan_study.paper.comparisons import HOLDS, OPPOSITE, REVERSED, SAME
+from collplan_study.paper.cases import HOLDS, OPPOSITE, REVERSED, SAME, cases_of
 from collplan_study.paper.pictures import case_pictures
 from collplan_study.paper.results import CaseResults, PaperResults, paper_results
 from collplan_study.paper.tables import ablation_tables, case_tables

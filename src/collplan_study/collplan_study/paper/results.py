@@ -9,8 +9,7 @@ import polars as pl
 from collplan_study.analysis.cells import TIME, Cell, cell_of
 from collplan_study.analysis.pairs import distinct, paired, sample, samples
 from collplan_study.analysis.statistics import INTERVAL, MEAN, Estimate, improvement, spread_over
-from collplan_study.paper.cases import Case, cases_of
-from collplan_study.paper.comparisons import WeightComparison, by_map_period, main_comparison, table_one
+from collplan_study.paper.cases import Case, WeightComparison, cases_of
 from collplan_study.question.ablations import SHIPPED
 
 
@@ -103,8 +102,8 @@ def _case_results(case: Case) -> CaseResults:
         worlds=distinct(case.runs, "world"),
         main_periods={cell["strategy"]: cell["map_period_s"] for cell in mains},
         spread=spread_over(sample(case.runs.filter(**mains[0]), TIME)),
-        table_one=table_one(case),
-        by_map_period=by_map_period(case),
+        table_one=case.table_one(),
+        by_map_period=case.by_map_period(),
         cells=list(case.cells()),
     )
 
@@ -117,7 +116,7 @@ def _ablations(shipped: list[Case], cases: list[Case]) -> Iterator[AblationResul
                 ablation=case.ablation or SHIPPED,
                 cells=[cell_of(case.runs, **labels) for labels in case.main_cells],
                 longer=[_longer(case, before, labels) for labels in case.main_cells],
-                gains=[main_comparison(case, other, TIME, MEAN) for other in case.others],
+                gains=[case.compared(other, TIME, MEAN) for other in case.others],
             )
 
 

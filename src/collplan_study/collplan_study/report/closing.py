@@ -9,7 +9,7 @@ from collplan_core.evaluation.run_end import REACHED
 from collplan_core.parameters import all_specs
 from collplan_core.parameters.spec import Spec
 from collplan_study.report.content import Row, Section
-from collplan_study.tables.columns import axes_of
+from collplan_study.tables.rows import axes_of
 
 SHOWN = 100
 """Failed runs listed at most."""

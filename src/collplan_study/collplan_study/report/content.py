@@ -66,12 +66,19 @@ class Report:
     document: str = ""
 
 
-def markdown_table(section: Section) -> Iterator[str]:
-    """Lines of a section's table in Markdown, under its title."""
-    yield from (f"### {section.title}", "", section.note, "")
-    for cells in (section.head, ["---"] * len(section.head), *section.rows):
-        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-    yield ""
+def markdown(*sections: Section) -> str:
+    """Sections in Markdown, as text that ends with a line feed; without pictures, and with every title of one level."""
+    return "\n".join(line for section in sections for part in _parts(section) for line in (*part, "") if part)
+
+
+def _parts(section: Section) -> Iterator[Sequence[str]]:
+    """Lines of each part that a section may have."""
+    yield [f"### {section.title}"] if section.title else []
+    yield [section.note] if section.note else []
+    yield [f"- {line}" for line in section.bullets]
+    yield ["```", *section.commands, "```"] if section.commands else []
+    rows = (section.head, ["---"] * len(section.head), *section.rows) if section.head else ()
+    yield ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |" for cells in rows]
 
 
 def with_interval(estimate: Estimate, digits: int, unit: str = "") -> str:

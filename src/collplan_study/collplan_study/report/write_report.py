@@ -10,7 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from collplan_study.analysis.pairs import distinct
 from collplan_study.bounces.report import bounce_report
-from collplan_study.paper.comparisons import HOLDS, REVERSED
+from collplan_study.paper.cases import HOLDS, REVERSED
 from collplan_study.paper.report import paper_report
 from collplan_study.report.closing import closing_sections
 from collplan_study.report.study_data import read_study

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 from collplan_study.errors import StudyError
-from collplan_study.run.code_state import trial_code
+from collplan_study.run.provenance import trial_code
 from collplan_study.run.worker import enter_worker
 
 Pool = tuple[Executor, int]

@@ -7,22 +7,66 @@ recorded as one session.
 import os
 import platform
 import shlex
+import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timezone
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import omnipuck_sim
+from collplan_core.jit import sources_digest
 from collplan_core.parameters import Settings
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import ENGINE
 from collplan_study.question.options import StudyOptions
 from collplan_study.question.question import Question
 from collplan_study.question.sources import Source
-from collplan_study.run.code_state import git_state, trial_code, versions
 from collplan_study.run.study_folder import source_records
 
 Provenance = dict[str, Any]
+SIMULATOR = Path(omnipuck_sim.__file__).parent
+LIBRARIES = (
+    "numpy",
+    "scipy",
+    "shapely",
+    "numba",
+    "llvmlite",
+    "pymunk",
+    "mujoco-core",
+    "PyYAML",
+    "pyarrow",
+    "distributed",
+)
+PROJECT = ("collplan-core", "omnipuck-sim", "collplan-study")
+
+
+def trial_code() -> str:
+    """Hash over all that decides a trial's result: collplan_core, the simulator, and the libraries they calculate with.
+
+    It covers every Python file of the two packages, in subfolders too.
+    """
+    libraries = [version(name) for name in ("numpy", "numba", "pymunk")] + [_version("mujoco-core") or ""]
+    return sha256("".join([sources_digest(), sources_digest(SIMULATOR), *libraries]).encode()).hexdigest()[:16]
+
+
+def git_state() -> str | None:
+    """Commit of the sources as `git describe` prints it, with -dirty for changes; None outside a repository."""
+    command = ["git", "-C", str(SIMULATOR), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10.0, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()
+
+
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
 
 
 def new_provenance(
@@ -41,7 +85,7 @@ def new_provenance(
         "trials": trials,
         "parameters": Settings().with_values({ENGINE: question.engine}).values(),
         "code": {"trial": trial_code(), "git": git_state()},
-        "versions": versions(),
+        "versions": {name: found for name in PROJECT + LIBRARIES if (found := _version(name))},
         "platform": _platform(),
         "sessions": [],
     }

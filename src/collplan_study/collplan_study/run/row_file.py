@@ -8,7 +8,7 @@ from typing import Any
 from collplan_study.errors import StudyError
 from collplan_study.question.grid import TrialGrid
 from collplan_study.run.json_lines import JsonLines
-from collplan_study.tables.trial_record import TrialRow
+from collplan_study.tables.rows import TrialRow
 
 
 class RowFile:

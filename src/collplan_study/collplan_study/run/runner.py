@@ -10,7 +10,7 @@ from tqdm import tqdm
 from collplan_study.errors import WorkersLost
 from collplan_study.question.grid import Task
 from collplan_study.run.worker import run_batch
-from collplan_study.tables.trial_record import TrialRow
+from collplan_study.tables.rows import TrialRow
 
 BATCH = 4
 """Trials in a batch: some tenths of a second of work, and one write to the disk."""

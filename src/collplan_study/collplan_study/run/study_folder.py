@@ -2,10 +2,8 @@
 
 import json
 import os
-import shutil
-import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
@@ -37,28 +35,27 @@ def check_new(out: Path | None) -> None:
 
 
 def make_folder(out: Path | None, provenance: Mapping[str, Any], sources: Sequence[Source]) -> Path:
-    """Makes a study's folder in one atomic step, so that any folder there is can be resumed.
+    """Makes a study's folder.
+
+    Its provenance is written last and in one atomic step: a folder that has it can be resumed.
 
     Args:
-        out: path of the folder; None is runs/study-<time>.
+        out: path of the folder, new or empty; None is runs/study-<time>.
         provenance: content of provenance.json.
         sources: the worlds of the study.
 
     Raises:
-        StudyError: the folder cannot be written or is not empty.
+        StudyError: the folder cannot be written.
     """
-    parent = RUNS if out is None else out.parent
-    with _writing(out or RUNS):
-        parent.mkdir(parents=True, exist_ok=True)
-        draft = Path(tempfile.mkdtemp(prefix=".study-", dir=parent))
     try:
-        with _writing(out or RUNS):
-            _write_sources(draft, sources)
-            write_provenance(draft, provenance)
-            draft.chmod(0o755)
-            return _moved(draft, out)
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
+        folder = _new_folder() if out is None else out
+        (folder / WORLDS).mkdir(parents=True)
+        for number, source in enumerate(sources):
+            save_world(source.world, folder / _file(number))
+        write_provenance(folder, provenance)
+    except OSError as error:
+        raise StudyError(f"{out or RUNS}: cannot be written: {error.strerror or error}") from None
+    return folder
 
 
 def write_provenance(folder: Path, provenance: Mapping[str, Any]) -> None:
@@ -103,31 +100,16 @@ def source_records(sources: Sequence[Source]) -> list[dict[str, Any]]:
     ]
 
 
-def _write_sources(folder: Path, sources: Sequence[Source]) -> None:
-    (folder / WORLDS).mkdir()
-    for number, source in enumerate(sources):
-        save_world(source.world, folder / _file(number))
-
-
 def _file(number: int) -> str:
     # numbered, as a world's name may hold characters that a file's must not
     return f"{WORLDS}/{number:04d}.yaml"
 
 
-def _moved(draft: Path, out: Path | None) -> Path:
-    if out is not None:
-        return draft.rename(out)
+def _new_folder() -> Path:
+    """A folder of this second's name that no other study has taken."""
     stem = f"study-{datetime.now():%Y-%m-%d_%H-%M-%S}"
-    for number in count(1):
-        path = RUNS / (stem if number == 1 else f"{stem}_{number}")
-        if not path.exists():
-            return draft.rename(path)
+    for path in (RUNS / (stem if number == 1 else f"{stem}_{number}") for number in count(1)):
+        with suppress(FileExistsError):
+            path.mkdir(parents=True)
+            return path
     raise AssertionError("unreachable")
-
-
-@contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be written: {error.strerror or error}") from None

@@ -12,8 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from collplan_study.question.grid import TrialGrid
-from collplan_study.tables.columns import IMPACT, LABELS, TRIAL, columns
-from collplan_study.tables.trial_record import PATH_UNIT, TrialRow
+from collplan_study.tables.rows import IMPACT, LABELS, PATH_UNIT, TRIAL, TrialRow, columns
 
 TABLE, TEXT, PATHS, IMPACTS = "trials.parquet", "trials.csv", "trajectories.parquet", "impacts.parquet"
 CHUNK = 1000

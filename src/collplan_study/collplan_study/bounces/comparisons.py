@@ -1,9 +1,68 @@
-"""Differences between the rebounds that plans foresaw and the true ones."""
+"""What bounces gain, in pairs of runs with the same world and noise, and how well their rebounds were foreseen."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import polars as pl
+
+from collplan_study.analysis.cells import LENGTH, TIME
+from collplan_study.analysis.pairs import VALUE, distinct, mean_over_worlds, savings
+from collplan_study.analysis.statistics import Estimate
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Gain of one strategy over another; each number is the mean over the worlds of the mean over a world's pairs.
+
+    Attributes:
+        ours, other: the strategies.
+        worlds, pairs: numbers of those compared.
+        saved: 100 (1 - t / t_other) of the arrival times [%].
+        slower: share of the pairs in which `ours` arrives later [%].
+        longer: path length in excess of the other's [%].
+    """
+
+    ours: str
+    other: str
+    worlds: int
+    pairs: int
+    saved: Estimate
+    slower: Estimate
+    longer: Estimate
+
+
+@dataclass(frozen=True)
+class WorldGain:
+    """Gain in one world: `saved` is the mean of 100 (1 - t / t_other) [%] over its pairs; mean arrival times [s]."""
+
+    world: str
+    pairs: int
+    saved: float
+    ours_time: float
+    other_time: float
+
+
+def gain_of(runs: pl.DataFrame, ours: str, other: str) -> Gain:
+    """The gain of one strategy over another, from runs at one T_map for each strategy."""
+    mine, others = runs.filter(strategy=ours), runs.filter(strategy=other)
+    saved = savings(mine, others, TIME)
+    return Gain(
+        ours=ours,
+        other=other,
+        worlds=len(distinct(saved, "world")),
+        pairs=saved.height,
+        saved=mean_over_worlds(saved),
+        slower=mean_over_worlds(saved.with_columns((100.0 * (pl.col(VALUE) < 0.0)).alias(VALUE))),
+        longer=mean_over_worlds(savings(mine, others, LENGTH)).negated(),
+    )
+
+
+def gains_by_world(ours: pl.DataFrame, other: pl.DataFrame) -> list[WorldGain]:
+    """The gain in each world, ascending: where most is lost comes first."""
+    means = {"saved": VALUE, "ours_time": "ours", "other_time": "other"}
+    worlds = savings(ours, other, TIME).group_by("world", maintain_order=True)
+    found = worlds.agg(pl.len().alias("pairs"), *(pl.col(column).mean().alias(name) for name, column in means.items()))
+    return [WorldGain(**row) for row in found.sort("saved", maintain_order=True).iter_rows(named=True)]
 
 
 @dataclass(frozen=True)
