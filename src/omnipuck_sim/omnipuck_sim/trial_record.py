@@ -102,12 +102,13 @@ class TrialRecord:
         after = np.array([impact.velocity_after for impact in self.impacts]).reshape(-1, 2)
         predictions = [Prediction(plan.stamp, plan.contacts) for plan in self._plans]
         verdicts = judge_impacts(times, points, speeds_into(self.impacts), predictions)
+        elapsed = 0.0 if self._begun is None else arrived - self._begun
         return TrialResult(
             world=self._world,
             strategy=self._settings.planner.strategy,
             seed=self._seed,
             outcome=outcome,
-            arrival_time=arrived - (self._begun or 0.0) if outcome == REACHED else self._settings.trial.timeout,
+            arrival_time=elapsed if outcome == REACHED else self._settings.trial.timeout,
             path_length=path_length(trajectory[:, 1:3]) if len(trajectory) else 0.0,
             impacts=tuple(self.impacts),
             foreseen=verdicts.foreseen,
