@@ -166,16 +166,14 @@ def test_a_node_that_was_started_again_is_asked_again_and_one_that_is_gone_holds
     assert shows("corridor", 120)
     assert bench.shows(lambda parts: parts["world"] and parts["about"]["robot"] == "simulated", 30.0)
     assert len(bench.parts["world"]["polygons"]) > 2
-    assert "/simulator_node" in bench.parts["parameters"]
     ros.remove(first)
     again = ros.make(simulator("slalom", 0.15))  # sooner than the first one counts as silent
     assert shows("slalom", 150)
-    assert bench.shows(lambda parts: parts["world"] and parts["parameters"].get("/simulator_node"))
+    assert bench.shows(lambda parts: parts["world"])
     ros.remove(again)
     assert bench.shows(lambda parts: any(node["silent"] for node in parts["nodes"]))
     assert shows("", round(1e3 * Robot().radius))
     assert bench.parts["world"] is None
-    assert "/simulator_node" not in bench.parts["parameters"]
 
 
 # ---- what a page can do
@@ -220,30 +218,18 @@ def test_services_are_called_and_a_stop_goes_before_what_waits(ros, bench):
     assert called[0] == "estop"
 
 
-def test_live_parameters_are_described_and_set(ros, bench):
+def test_the_strategy_is_shown_and_chosen(ros, bench):
+    assert bench.ask(do="strategy", name="bounce")[0] is False
     other = ros.make(lambda **kwargs: Other("planner_node", Planning, **kwargs))
-    assert bench.shows(lambda parts: parts.get("parameters", {}).get("/planner_node"))
-    entries = {entry["name"]: entry for entry in bench.parts["parameters"]["/planner_node"]}
-    strategy, tolerance = entries["planner.strategy"], entries["planner.goal_tolerance"]
-    assert {"bounce", "harness"} <= set(strategy["choices"])
-    assert (tolerance["low"], tolerance["high"], tolerance["kind"]) == (0.01, 5.0, "float")
-    assert tolerance["doc"].endswith("[m]")
-    assert "planner.n_samples" not in entries  # not live
-    change = {"do": "set", "node": "/planner_node"}
-    done, text = bench.ask(**change, name="planner.strategy", value="bounce")
-    assert (done, text) == (True, "planner.strategy is bounce")
+    assert bench.shows(lambda parts: parts.get("strategy"))
+    assert {"bounce", "harness"} <= set(bench.parts["strategy"]["choices"])
+    assert bench.ask(do="strategy", name="bounce") == (True, "planner.strategy is bounce")
     assert other.get_parameter("planner.strategy").value == "bounce"
-    assert bench.ask(**change, name="planner.goal_tolerance", value=1)[0]  # a whole number will do
-    done, text = bench.ask(**change, name="planner.goal_tolerance", value=99.0)
-    assert not done
-    assert "planner.goal_tolerance" in text
-    assert bench.ask(**change, name="planner.goal_tolerance", value="x")[1].endswith("expected another type")
-    for name in ("planner.n_samples", "no.such", "use_sim_time"):
-        assert bench.ask(**change, name=name, value=1) == (False, f"/planner_node has no live parameter {name}")
+    done, text = bench.ask(do="strategy", name="none of them")
+    assert (done, "planner.strategy" in text) == (False, True)
     # what somebody else sets is seen
     other.set_parameters([Parameter("planner.strategy", value="avoid")])
-    values = lambda parts: {each["name"]: each["value"] for each in parts["parameters"]["/planner_node"]}  # noqa: E731
-    assert bench.shows(lambda parts: values(parts)["planner.strategy"] == "avoid")
+    assert bench.shows(lambda parts: parts["strategy"]["value"] == "avoid")
 
 
 # ---- whatever comes

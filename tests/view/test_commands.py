@@ -1,4 +1,4 @@
-"""Commands of a page: the token first, then what is asked for; nothing else gets any further. And how many may come."""
+"""Commands of a page: the token first, then what is asked for; nothing else gets any further."""
 
 import json
 import math
@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from collplan_ros.view.allowance import Allowance
 from collplan_ros.view.commands import ACTIONS, CommandError, PageCommand, WrongToken, command_from_text, number_of
 
 QUICK = settings(derandomize=True, deadline=None, max_examples=50)
@@ -17,7 +16,6 @@ ANYTHING = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
     max_leaves=8,
 )
-SET = {"do": "set", "node": "/a", "name": "b"}
 
 
 def text_of(**given):
@@ -31,9 +29,7 @@ def test_what_may_be_asked_for():
         ({"do": "cancel", "number": 0}, PageCommand(0, "cancel")),
         ({"do": "resume", "extra": [1]}, PageCommand(1, "resume")),
         ({"do": "clear_estop"}, PageCommand(1, "clear_estop")),
-        ({**SET, "value": "bounce"}, PageCommand(1, "set", node="/a", name="b", value="bounce")),
-        ({**SET, "value": [1, 2.5]}, PageCommand(1, "set", node="/a", name="b", value=(1.0, 2.5))),
-        ({**SET, "value": False}, PageCommand(1, "set", node="/a", name="b", value=False)),
+        ({"do": "strategy", "name": "bounce"}, PageCommand(1, "strategy", strategy="bounce")),
     ):
         assert command_from_text(text_of(**given_), TOKEN) == expected
 
@@ -51,12 +47,10 @@ def test_what_may_not():
         ({"do": "estop", "number": "1"}, "number: got '1'"),
         ({"do": "estop", "number": -1}, "number: got -1"),
         ({"do": "estop", "number": True}, "number: got True"),
-        ({**SET, "node": "", "value": 1}, "node: got ''"),
-        ({**SET, "name": ["b"], "value": 1}, "name: got"),
-        ({**SET, "name": "b" * 500, "value": 1}, "name: got"),
-        ({**SET, "value": {}}, "value: got {}"),
-        ({**SET, "value": [math.nan]}, "value: got"),
-        (SET, "value: got None"),
+        ({"do": "strategy"}, "name: got None"),
+        ({"do": "strategy", "name": ""}, "name: got ''"),
+        ({"do": "strategy", "name": ["b"]}, "name: got"),
+        ({"do": "strategy", "name": "b" * 500}, "name: got"),
     ):
         with pytest.raises(CommandError) as error:
             command_from_text(text_of(**given_), TOKEN)
@@ -76,7 +70,7 @@ def test_without_the_token_nothing_is_read():
 
 @QUICK
 @given(
-    ANYTHING | st.dictionaries(st.sampled_from(["number", "do", "x", "y", "node", "name", "value"]), ANYTHING),
+    ANYTHING | st.dictionaries(st.sampled_from(["number", "do", "x", "y", "name"]), ANYTHING),
     st.booleans(),
 )
 def test_whatever_comes_is_a_command_or_refused_in_words(anything, has_token):
@@ -94,22 +88,3 @@ def test_whatever_comes_is_a_command_or_refused_in_words(anything, has_token):
         assert all(math.isfinite(value) for value in command.at)
         return
     assert "expected" in words
-
-
-@QUICK
-@given(st.lists(st.tuples(st.floats(0.0, 1.0), st.integers(1, 3)), max_size=50))
-def test_no_more_is_allowed_than_the_most_and_what_the_rate_adds(steps):
-    allowance, now, allowed = Allowance(10.0, 5.0), 0.0, 0.0
-    for wait, amount in steps:
-        now += wait
-        if not allowance.spend(amount, now):
-            break
-        allowed += amount
-        assert allowed <= 10.0 + 5.0 * now + 1e-9
-
-
-def test_an_allowance_fills_up_again():
-    allowance = Allowance(2.0, 1.0)
-    assert [allowance.spend(1.0, 0.0) for _ in range(3)] == [True, True, False]
-    assert allowance.spend(1.0, 3.0)
-    assert not allowance.spend(5.0, 100.0)

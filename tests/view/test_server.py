@@ -12,8 +12,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from collplan_ros.view import server as server_module
 from collplan_ros.view.frames import as_json
-from collplan_ros.view.listening import PortTaken
-from collplan_ros.view.server import MOST_WAITING, PageServer
+from collplan_ros.view.server import PageServer, PortTaken
 
 PATIENCE = 20.0
 
@@ -97,16 +96,6 @@ def ends(page: ClientConnection) -> int | None:
             page.recv(timeout=PATIENCE)
     except ConnectionClosed as closed:
         return closed.rcvd.code if closed.rcvd else None
-
-
-def until_closed(send) -> None:
-    """Sends again and again, until the server has closed the page."""
-    for number in range(100000):
-        try:
-            send(number)
-        except (ConnectionClosed, OSError):
-            return
-    raise AssertionError("the page is still open")
 
 
 # ---- files
@@ -213,61 +202,25 @@ def test_no_more_pages_than_may_be(bench):
     assert bench.server.unwatched_for() < PATIENCE
 
 
-def test_among_twenty_pages_one_that_stalls_and_one_that_floods_harm_nobody(bench, monkeypatch):
+def test_a_page_that_stalls_is_dropped_and_harms_nobody(bench, monkeypatch):
     monkeypatch.setattr(server_module, "SEND_PATIENCE", 1.0)
     with ExitStack() as stack:
-        pages = [bench.page(stack) for _ in range(18)]
+        page = bench.page(stack)
         # it takes nothing: its own end reads no more than its queue holds
         stalled = bench.page(stack, max_queue=1, ping_interval=None, close_timeout=0.1)
-        flooding = bench.page(stack, close_timeout=0.1)
-        assert wait_until(lambda: bench.server.n_clients == 20)
-        until_closed(lambda _: bench.ask(flooding, do="cancel"))
+        assert wait_until(lambda: bench.server.n_clients == 2)
         end = time.monotonic() + PATIENCE
         large = list(range(10000))
-        while bench.server.n_clients > 18 and time.monotonic() < end:
+        while bench.server.n_clients > 1 and time.monotonic() < end:
             bench.publish(robot=[bench.number], scan=large)
-            for page in pages:
-                assert next_with(page, "robot")
-        assert bench.server.n_clients == 18, bench.lines
+            assert next_with(page, "robot")
+        assert bench.server.n_clients == 1, bench.lines
         bench.publish(robot=[-1])
-        for page in pages:
-            assert any(next_with(page, "robot")["robot"] == [-1] for _ in range(1000))
-        bench.ask(pages[0], do="estop")
-        assert next_with(pages[0], "answer")["done"]
+        assert any(next_with(page, "robot")["robot"] == [-1] for _ in range(1000))
+        bench.ask(page, do="estop")
+        assert next_with(page, "answer")["done"]
         del stalled
-    assert sum(command.action == "cancel" for command in bench.commands) < 100
-    assert bench.commands[-1].action == "estop"
     assert any("took nothing" in line for line in bench.lines)
-    assert any("too many" in line or "too much" in line for line in bench.lines)
-
-
-def test_connections_that_say_nothing_do_not_pile_up(bench):
-    silent = [socket.create_connection(("127.0.0.1", bench.server.port)) for _ in range(2 * MOST_WAITING)]
-    gone = 0
-    for each in silent[MOST_WAITING:]:
-        each.settimeout(PATIENCE)
-        try:
-            gone += each.recv(1) == b""
-        except ConnectionResetError:
-            gone += 1
-    for each in silent:
-        each.close()
-    assert gone == MOST_WAITING
-    assert wait_until(lambda: bench_answers(bench))
-
-
-def bench_answers(bench: Bench) -> bool:
-    try:
-        return bench.get("/")[0] == 200
-    except (OSError, ValueError, IndexError):
-        return False
-
-
-def test_refusals_fill_no_disk(bench):
-    for _ in range(300):
-        bench.get("/", host="evil.test")
-    assert bench.server.n_refused == 300
-    assert len(bench.lines) < 100
 
 
 def test_a_port_that_is_taken_is_named_and_no_other_address_is_listened_on(bench):

@@ -20,7 +20,7 @@ from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, LOCKSTEP, NODES, SIM
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.words import in_words
 from collplan_ros.node_kit.node_names import full_name
-from collplan_ros.view.listening import listening_socket
+from collplan_ros.view.server import listening_socket
 
 FLOOR = "floor"
 """The world of a check, unless another is said."""

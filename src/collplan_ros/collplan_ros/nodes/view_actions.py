@@ -13,7 +13,7 @@ from collplan_ros.messages.conversions import goal_to_message, stamp_from_second
 from collplan_ros.messages.qos import EVENT
 from collplan_ros.node_kit.service_calls import ServiceCalls
 from collplan_ros.nodes.view_parameters import GraphParameters
-from collplan_ros.view.commands import CANCEL, CLEAR_STOP, GOAL, RESUME, SET, STOP, PageCommand
+from collplan_ros.view.commands import CANCEL, CHOOSE, CLEAR_STOP, GOAL, RESUME, STOP, PageCommand
 from collplan_ros.view.server import Reply
 
 SERVICES = (STOP, CANCEL, RESUME, CLEAR_STOP)
@@ -61,8 +61,8 @@ class ViewActions:
             self._calls.now(command.action, Trigger.Request(), _answer(reply))
         elif command.action == GOAL:
             self._give_goal(command, reply)
-        elif command.action == SET:
-            self._parameters.set(command.node, command.name, command.value, reply)
+        elif command.action == CHOOSE:
+            self._parameters.choose(command.strategy, reply)
 
     def _give_goal(self, command: PageCommand, reply: Reply) -> None:
         # this node hears goals too
@@ -88,4 +88,4 @@ def _answer(reply: Reply) -> Callable[[Trigger.Response | None, str], None]:
 def _in_words(command: PageCommand) -> str:
     if command.action == GOAL:
         return f"goal ({command.at[0]:.3f}, {command.at[1]:.3f})"
-    return f"{command.node} {command.name}: {command.value!r}" if command.action == SET else command.action
+    return f"strategy {command.strategy!r}" if command.action == CHOOSE else command.action

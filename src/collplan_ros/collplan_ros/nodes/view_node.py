@@ -6,7 +6,7 @@ and has not for a while, it listens to new goals alone.
 
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from rclpy.node import Node
@@ -14,6 +14,7 @@ from rclpy.node import Node
 from collplan_core.evaluation.machine import machine_verdict, pace_words
 from collplan_core.parameters import Frames, ScanInput, Settings, View
 from collplan_core.scan import Scan
+from collplan_core.strategies import NAMES
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_ros.node_kit.clock import seconds, steady_clock
 from collplan_ros.node_kit.diagnostics import OK, Diagnostics, Health
@@ -22,7 +23,7 @@ from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.service_calls import ServiceCalls
 from collplan_ros.nodes.view_actions import ViewActions
 from collplan_ros.nodes.view_inputs import ViewInputs
-from collplan_ros.nodes.view_parameters import GraphParameters, first_of
+from collplan_ros.nodes.view_parameters import STRATEGY, GraphParameters, first_of
 from collplan_ros.view import scene
 from collplan_ros.view.frames import Changes
 from collplan_ros.view.server import PageServer
@@ -33,16 +34,16 @@ LINGER = 10.0
 """Time after the last page was closed until the graph is no longer listened to [s]: it may only be loaded anew."""
 IDLE_PERIOD = 0.25
 """Time between two looks whether somebody looks [s]."""
+WARN_PERIOD = 5.0
+"""Shortest time between two lines of the log about what was refused [s]."""
 ABOUT_EVERY = 10
 """Of the frames those that are looked at for a change of what seldom changes."""
 WORLDS = ("lidar.world", "simulator.world")
 """Parameters that name the world: the one that scans are cast in comes first."""
 
-Known = TypeVar("Known")
-
 
 class ViewNode(Node):
-    """Serves the page on this machine; hears what is shown, and gives goals, calls services, sets parameters."""
+    """Serves the page on this machine; hears what is shown, and gives goals, calls services, sets the strategy."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`.
@@ -68,7 +69,7 @@ class ViewNode(Node):
         self._frames = 0
         Scan(0.0, 0.0, 1.0, 0.0, 1.0, np.ones(2))  # loads what was compiled, so that the first scan is not late
         view = self._settings.view
-        self._server = PageServer(view.port, view.clients, self._actions.take, self.get_logger().warning)
+        self._server = PageServer(view.port, view.clients, self._actions.take, self._warn)
         self._timer = self.create_timer(IDLE_PERIOD, self._tick, clock=self._steady)
         self._diagnostics = Diagnostics(self, self._health)
         self.get_logger().info(f"open {self.address} in a browser on this machine")
@@ -80,6 +81,10 @@ class ViewNode(Node):
 
     def _now(self) -> float:
         return seconds(self._steady)
+
+    def _warn(self, words: str) -> None:
+        # nobody may fill a disk by being refused
+        self.get_logger().warning(words, throttle_duration_sec=WARN_PERIOD)
 
     def _tick(self) -> None:
         watched = self._server.unwatched_for() < LINGER
@@ -94,9 +99,7 @@ class ViewNode(Node):
             return
         time = self._inputs.put()
         if self._frames % ABOUT_EVERY == 0:
-            heard = self._inputs.heard
-            self._put_about(heard)
-            self._changes.put("parameters", _of(heard, self._graph_parameters.live))
+            self._put_about(self._inputs.heard)
         self._server.publish(self._changes.take(time))
         self._frames += 1
 
@@ -115,7 +118,8 @@ class ViewNode(Node):
 
     def _put_about(self, heard: Collection[str]) -> None:
         known = self._graph_parameters.values
-        there = _of(heard, known)
+        # what a node said that is gone holds no more
+        there = {name: each for name, each in known.items() if name in heard}
         world, trouble = self._found_world(there)
         self._changes.put(
             "about",
@@ -131,6 +135,10 @@ class ViewNode(Node):
             },
         )
         self._changes.put("world", world)
+        strategy = first_of(there, STRATEGY)
+        # one that was registered in the planner's process alone is no name here
+        choices = [*NAMES, *({strategy} - {*NAMES})]
+        self._changes.put("strategy", None if strategy is None else {"value": strategy, "choices": choices})
         self._put_machine(there)
 
     def _put_machine(self, known: Mapping[str, Values]) -> None:
@@ -187,11 +195,6 @@ def _milli(value: object, otherwise: float) -> int:
 
 def _number(value: object, otherwise: float) -> float:
     return float(value) if isinstance(value, (int, float)) else otherwise
-
-
-def _of(nodes: Collection[str], known: Mapping[str, Known]) -> dict[str, Known]:
-    """Of what is known by node that of these nodes: what a node said that is gone holds no more."""
-    return {name: each for name, each in known.items() if name in nodes}
 
 
 def main(args: Sequence[str] | None = None) -> int:

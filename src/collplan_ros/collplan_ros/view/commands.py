@@ -3,15 +3,20 @@
 import hmac
 import json
 from dataclasses import dataclass
-from typing import Any, TypeGuard
+from typing import Any
 
-GOAL, CANCEL, RESUME, STOP, CLEAR_STOP, SET = ACTIONS = ("goal", "cancel", "resume", "estop", "clear_estop", "set")
+GOAL, CANCEL, RESUME, STOP, CLEAR_STOP, CHOOSE = ACTIONS = (
+    "goal",
+    "cancel",
+    "resume",
+    "estop",
+    "clear_estop",
+    "strategy",
+)
 LONGEST_TEXT = 200
-"""Longest name or text in a command."""
+"""Longest text in a command."""
 LARGEST = 1e15
 """Largest number in a command; what the nodes take is less."""
-
-Value = bool | int | float | str | tuple[float, ...]
 
 
 class WrongToken(Exception):
@@ -30,15 +35,13 @@ class PageCommand:
         number: the page's own number of it, for the answer.
         action: one of ACTIONS.
         at: where to go, of GOAL [m].
-        node, name, value: the node's full name, the parameter and its new value, of SET.
+        strategy: by which to plan, of CHOOSE.
     """
 
     number: int
     action: str
     at: tuple[float, float] = (0.0, 0.0)
-    node: str = ""
-    name: str = ""
-    value: Value = 0
+    strategy: str = ""
 
 
 def command_from_text(text: str | bytes, token: str) -> PageCommand:
@@ -61,8 +64,11 @@ def command_from_text(text: str | bytes, token: str) -> PageCommand:
         raise CommandError(f"do: got {_shown(action)}, expected one of {', '.join(ACTIONS)}")
     if action == GOAL:
         return PageCommand(number, action, at=(_coordinate(given, "x"), _coordinate(given, "y")))
-    if action == SET:
-        return PageCommand(number, action, node=_name(given, "node"), name=_name(given, "name"), value=_value(given))
+    if action == CHOOSE:
+        name = given.get("name")
+        if not isinstance(name, str) or not 0 < len(name) <= LONGEST_TEXT:
+            raise CommandError(f"name: got {_shown(name)}, expected that of a strategy")
+        return PageCommand(number, action, strategy=name)
     return PageCommand(number, action)
 
 
@@ -78,32 +84,10 @@ def _is_token(given: Any, token: str) -> bool:
 
 def _coordinate(given: dict[str, Any], key: str) -> float:
     value = given.get(key)
-    if not _is_number(value):
+    # compared, as a whole number may be too large for a float
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= LARGEST:
         raise CommandError(f"{key}: got {_shown(value)}, expected a number [m]")
     return float(value)
-
-
-def _name(given: dict[str, Any], key: str) -> str:
-    value = given.get(key)
-    if not isinstance(value, str) or not 0 < len(value) <= LONGEST_TEXT:
-        raise CommandError(f"{key}: got {_shown(value)}, expected a name")
-    return value
-
-
-def _value(given: dict[str, Any]) -> Value:
-    value = given.get("value")
-    if isinstance(value, str) and len(value) <= LONGEST_TEXT:
-        return value
-    if isinstance(value, bool) or _is_number(value):
-        return value
-    if isinstance(value, list) and all(map(_is_number, value)):
-        return tuple(float(each) for each in value)
-    raise CommandError(f"value: got {_shown(value)}, expected true, false, a finite number, a list of them or a text")
-
-
-def _is_number(value: Any) -> TypeGuard[int | float]:
-    # compared, as a whole number may be too large for a float
-    return type(value) in (int, float) and abs(value) <= LARGEST
 
 
 def _shown(value: Any) -> str:

@@ -6,17 +6,16 @@ address in Origin.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from http import HTTPStatus
 from importlib.resources import files
-from typing import NamedTuple
+
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
 
 FRAMES = "/frames"
 """Path of the websocket."""
 OWN_NAMES = ("127.0.0.1", "localhost")
 """Names of this machine, as they stand in Host; with any port, as a tunnel may have another one at its near end."""
-LOOKED_AT = ("host", "origin", "sec-fetch-site", "sec-fetch-mode")
-"""Headers that tell where a request comes from."""
 TYPES = {
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
@@ -25,23 +24,6 @@ TYPES = {
 }
 TOKEN_MARK = b"@TOKEN@"
 """Where the page has the token of this start."""
-
-
-class Answer(NamedTuple):
-    """An answer without a body of its own, or a file: status, headers, body."""
-
-    status: HTTPStatus
-    headers: dict[str, str]
-    body: bytes
-
-
-@dataclass(frozen=True)
-class Request:
-    """What is looked at of a request: of the headers LOOKED_AT those that it has."""
-
-    method: str
-    path: str
-    headers: Mapping[str, str]
 
 
 def page_files(token: str) -> dict[str, tuple[str, bytes]]:
@@ -55,46 +37,44 @@ def page_files(token: str) -> dict[str, tuple[str, bytes]]:
     return found
 
 
-def answer(request: Request, page: Mapping[str, tuple[str, bytes]]) -> Answer | None:
+def answer(request: Request, page: Mapping[str, tuple[str, bytes]]) -> Response | None:
     """The answer to a request; None lets a websocket in.
 
     Args:
         request: what is asked for.
         page: type and content of each file of the page, by path.
     """
-    host = request.headers.get("host", "")
+    host, origins = _only(request.headers, "Host"), request.headers.get_all("Origin")
     if _name_of(host) not in OWN_NAMES:
-        return _refusal(HTTPStatus.MISDIRECTED_REQUEST, "this server answers to 127.0.0.1 and localhost alone")
-    origin = request.headers.get("origin")
-    if origin not in (None, f"http://{host}"):
-        return _refusal(HTTPStatus.FORBIDDEN, "pages of other origins are not answered")
-    site, mode = request.headers.get("sec-fetch-site", "none"), request.headers.get("sec-fetch-mode", "navigate")
-    if site not in ("none", "same-origin") and mode != "navigate":
-        return _refusal(HTTPStatus.FORBIDDEN, "parts of pages of other sites are not answered")
-    if request.method != "GET":
-        return _refusal(HTTPStatus.METHOD_NOT_ALLOWED, "expected GET")
+        return refusal(HTTPStatus.MISDIRECTED_REQUEST, "this server answers to 127.0.0.1 and localhost alone")
+    if origins not in ([], [f"http://{host}"]):
+        return refusal(HTTPStatus.FORBIDDEN, "pages of other origins are not answered")
+    site, mode = (_only(request.headers, f"Sec-Fetch-{name}") for name in ("Site", "Mode"))
+    if site not in ("", "none", "same-origin") and mode not in ("", "navigate"):
+        return refusal(HTTPStatus.FORBIDDEN, "parts of pages of other sites are not answered")
+    # older releases of the library pass on GET alone, and do not say so
+    if getattr(request, "method", "GET") != "GET":
+        return refusal(HTTPStatus.METHOD_NOT_ALLOWED, "expected GET")
     if request.path == FRAMES:
         # what is no browser may leave the origin out; it is not who this page was made for
-        return None if origin is not None else _refusal(HTTPStatus.FORBIDDEN, "expected an Origin")
+        return None if origins else refusal(HTTPStatus.FORBIDDEN, "expected an Origin")
     if request.path not in page:
-        return _refusal(HTTPStatus.NOT_FOUND, "no such file")
-    kind, content = page[request.path]
-    return Answer(HTTPStatus.OK, {"Content-Type": kind, **_headers(host)}, content)
+        return refusal(HTTPStatus.NOT_FOUND, "no such file")
+    return _response(HTTPStatus.OK, *page[request.path], host)
 
 
-def full() -> Answer:
-    """The answer where as many pages look as may."""
-    return _refusal(HTTPStatus.SERVICE_UNAVAILABLE, "as many pages are open as may be: view.clients")
+def refusal(status: HTTPStatus, words: str) -> Response:
+    """An answer that says why nothing is given."""
+    return _response(status, "text/plain; charset=utf-8", f"{words}\n".encode(), "")
 
 
-def _refusal(status: HTTPStatus, words: str) -> Answer:
-    return Answer(status, {"Content-Type": "text/plain; charset=utf-8", **_headers("")}, f"{words}\n".encode())
-
-
-def _headers(host: str) -> dict[str, str]:
-    """What a browser is told to keep away from this page, and this page from others.
+def _response(status: HTTPStatus, kind: str, body: bytes, host: str) -> Response:
+    """An answer with what a browser is told to keep away from this page, and this page from others.
 
     Args:
+        status: of the answer.
+        kind: type of the body.
+        body: what is given.
         host: the Host that was asked for and found good; the websocket is at the same.
     """
     sources = {
@@ -108,7 +88,10 @@ def _headers(host: str) -> dict[str, str]:
         "base-uri": "'none'",
         "form-action": "'none'",
     }
-    return {
+    headers = {
+        "Content-Type": kind,
+        "Content-Length": str(len(body)),
+        "Connection": "close",
         "Content-Security-Policy": "; ".join(f"{name} {value}" for name, value in sources.items()),
         "X-Content-Type-Options": "nosniff",
         "X-Frame-Options": "DENY",
@@ -117,6 +100,12 @@ def _headers(host: str) -> dict[str, str]:
         "Cross-Origin-Resource-Policy": "same-origin",
         "Cache-Control": "no-store",
     }
+    return Response(status.value, status.phrase, Headers(headers), body)
+
+
+def _only(headers: Headers, name: str) -> str:
+    """The value of a header; empty where there is none, and what nobody is called where there are several."""
+    return ", ".join(headers.get_all(name))
 
 
 def _name_of(host: str) -> str:

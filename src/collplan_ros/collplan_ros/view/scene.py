@@ -35,8 +35,7 @@ on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
     machine     {"pace": "0.85x real time", empty where simulated time runs as it should or the robot is not simulated;
                 "verdict": that this machine is too slow for a real robot, and why; empty where it is not}
     nodes       [{"name", "level": 0 to 3, "message", "age" [s], "silent", "values": {name: text}}, ...]
-    parameters  live parameters by node: {node: [{"name", "doc", "kind", "value", "low", "high", "choices"}, ...]};
-                a number that is not finite is text
+    strategy    {"value": the planner's strategy, "choices": [name, ...]}; null: no planner that has one was heard
     history     earlier frames that hold t, robot, trail, costs and periods alone: first for a page that comes late
 
 `trail`, `periods` and the plots made of `costs` lose what a page that was too slow has skipped; nothing else does.

@@ -3,7 +3,7 @@
 import { SceneCanvas } from "./canvas.js";
 import { Colors } from "./colors.js";
 import { byId, element, keep, kept } from "./dom.js";
-import { Drive, ParameterList } from "./drive.js";
+import { Drive } from "./drive.js";
 import { LayerList, Panels, counted, showTip } from "./panels.js";
 import { Pacing } from "./pacing.js";
 import { Plots } from "./plots.js";
@@ -35,7 +35,6 @@ export function start(source) {
   const layers = new LayerList(pictures, colors);
   const plots = new Plots(byId("plots"), scenes[0], source.begin, source.end);
   const drive = source.live ? new Drive(source, scenes[0], pictures[0]) : null;
-  const parameters = drive ? new ParameterList(drive, scenes[0]) : null;
 
   /** Shows at the side what a run did. */
   function choose(which) {
@@ -80,10 +79,8 @@ export function start(source) {
   };
   document.addEventListener("keydown", (event) => {
     const act = keys[event.key.toLowerCase()];
-    const typing = ["text", "search", ""].includes(event.target.type ?? "none") || event.target.tagName === "SELECT";
-    if (!act || typing || event.ctrlKey || event.metaKey || event.altKey || (event.key === " " && !drive)) return;
+    if (!act || event.target.tagName === "SELECT" || event.ctrlKey || event.metaKey || event.altKey || (event.key === " " && !drive)) return;
     event.preventDefault();
-    // held, it would soon be more commands than a page may send
     if (event.key !== " " || !event.repeat) act();
   });
   for (const [key, words] of KEYS) {
@@ -118,7 +115,6 @@ export function start(source) {
       plotted = moment;
       plots.draw(now, colors);
       drive?.write();
-      parameters?.write();
       byId("follow").setAttribute("aria-pressed", String(pictures[0].following));
     }
   }
