@@ -13,8 +13,7 @@ from collplan_core.worlds import WorldError
 from collplan_study.analysis.cells import TIME
 from collplan_study.analysis.pairs import VALUE, distinct, mean_over_worlds, paired, savings
 from collplan_study.analysis.statistics import Estimate
-from collplan_study.bounces.results import Group, groups_of, strategies_compared
-from collplan_study.bounces.tables import MAIN
+from collplan_study.bounces.results import MAIN, Group, groups_of, strategies_compared
 from collplan_study.errors import StudyError
 from collplan_study.question.bounces import KNOWN_MAP
 from collplan_study.report.content import Row, Section, markdown, with_interval

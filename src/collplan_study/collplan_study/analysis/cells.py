@@ -51,6 +51,12 @@ class Cell:
         """Strategy and T_map as text."""
         return f"{self.strategy}, {self.map_period:g} s"
 
+    @property
+    def other_ends(self) -> str:
+        """How the runs end that do not arrive, as text."""
+        ends = (f"{count} {end}" for end, count in self.outcomes.items() if count and end != REACHED)
+        return ", ".join(ends) or "none"
+
 
 def cell_of(all_runs: pl.DataFrame, strategy: str, map_period_s: float) -> Cell:
     """The cell of a strategy at a T_map [s], from runs that differ in nothing else."""

@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from collplan_study.analysis.statistics import Estimate
-from collplan_study.bounces.results import BounceResults, GroupResults, VariantResults
-from collplan_study.bounces.tables import MAIN
+from collplan_study.bounces.results import MAIN, BounceResults, GroupResults, VariantResults
 from collplan_study.report.content import Picture
 from collplan_study.report.figures import STYLE, add_caption, new_figure, saved_picture
 from collplan_study.report.maps import draw_paths

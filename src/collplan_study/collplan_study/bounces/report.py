@@ -5,11 +5,14 @@ from typing import Any
 
 from collplan_core.parameters import Settings
 from collplan_study.bounces.pictures import bounce_pictures
-from collplan_study.bounces.results import BounceResults, bounce_results
-from collplan_study.bounces.tables import bounce_tables
+from collplan_study.bounces.results import MAIN, BounceResults, bounce_results
 from collplan_study.question.question import parse_axes
 from collplan_study.report.content import Report, Section, markdown, with_interval
 from collplan_study.report.study_data import StudyData
+from collplan_study.report.templates import tables
+
+LEAST = 6
+"""Worlds listed of each headline group, those where least is saved."""
 
 METHOD = (
     "Each pair of runs has the same world, the same noise and the same limits; t is the arrival time, and a run that "
@@ -27,16 +30,16 @@ def bounce_report(data: StudyData) -> Report:
     opening = [Section("Do deliberate bounces pay?", counted, bullets=list(_summary(results)), level=1)]
     if results.groups:
         opening += [Section(note=_conditions(data.provenance)), Section(note=METHOD)]
-    tables = list(bounce_tables(results)) if results.groups else []
+    found = tables("bounce_tables.md", results=results, least=LEAST, main=MAIN) if results.groups else []
     commands = Section(
         note="All figures are simulated.", commands=[each["command"] for each in data.provenance["sessions"]]
     )
-    document = markdown(commands, Section(bullets=opening[0].bullets), *opening[1:], *tables)
-    return Report(results.record(), _sections(data, results, opening, tables), document)
+    document = markdown(commands, Section(bullets=opening[0].bullets), *opening[1:], *found)
+    return Report(results.record(), _sections(data, results, opening, found), document)
 
 
 def _sections(
-    data: StudyData, results: BounceResults, opening: Sequence[Section], tables: Sequence[Section]
+    data: StudyData, results: BounceResults, opening: Sequence[Section], found: Sequence[Section]
 ) -> Iterator[Section]:
     yield from opening
     if not results.groups:
@@ -46,7 +49,7 @@ def _sections(
         note=f"{n} savings were compared: if nothing differed at all, about {0.05 * n:.1f} of their intervals would "
         "leave zero out. Intervals from fewer than some 15 worlds are too narrow."
     )
-    yield from tables
+    yield from found
     yield Section("Figures")
     yield from (Section(picture=picture) for picture in bounce_pictures(data, results))
 

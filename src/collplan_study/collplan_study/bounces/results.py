@@ -24,6 +24,8 @@ OURS, AGAINST = "bounce", "avoid"
 """The strategy judged, and the one it is compared with in the variants and world by world.
 
 Where one was not run, the first of the strategies takes its place."""
+MAIN = "as in the main comparison"
+"""Name in reports of the variant that changes nothing."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +107,16 @@ class BounceResults:
     def comparisons(self) -> int:
         """Number of savings of time that have an interval of their own."""
         return sum(len(each.gains) for each in self.groups) + sum(1 for each in self.variants if each.ablation)
+
+    @property
+    def changes(self) -> dict[str, list[VariantResults]]:
+        """The variants of every group by their name."""
+        names = dict.fromkeys(each.ablation for each in self.variants)
+        return {name: [each for each in self.variants if each.ablation == name] for name in names}
+
+    def both(self, cells: Sequence[Cell]) -> list[Cell]:
+        """Those of the two strategies compared, `ours` first."""
+        return [cell for name in (self.ours, self.against) for cell in cells if cell.strategy == name]
 
     def record(self) -> dict[str, Any]:
         """The results as table.json holds them."""

@@ -1,7 +1,6 @@
 """The pictures of a case: the paper's panels over T_map, and overlaid paths."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib import rc_context
@@ -28,35 +27,26 @@ AXIS_LABELS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class CasePictures:
-    """The pictures of a case: its levels over T_map, overlaid paths, and world and cell of each map of these."""
+def case_pictures(data: StudyData, case: Case, found: CaseResults) -> tuple[list[tuple[str, Cell]], dict[str, Picture]]:
+    """Draws the pictures of a case and saves them.
 
-    map_periods: Picture
-    paths: Picture
-    drawn: tuple[tuple[str, Cell], ...]
-
-
-def case_pictures(data: StudyData, case: Case, found: CaseResults) -> CasePictures:
-    """Draws the pictures of a case and saves them."""
+    Returns:
+        World and cell of each map of paths, and each picture by the title of its table.
+    """
     arrived, cells = case.runs.filter(outcome=REACHED)["world"].to_list(), case.main_cells
     worlds = [source for source in data.sources if source.world.name in found.worlds]
     drawn = sorted(worlds, key=lambda source: arrived.count(source.world.name))[:WORLDS_DRAWN]
     panels = draw_panels(found.cells, found.spread)
     words = "Mean and STD of arrival time and path length against T_map by strategy"
     paths = draw_paths(data, drawn, {"ablation": case.ablation, **case.point}, cells, deliberate=False)
-    return CasePictures(
-        saved_picture(data.folder, f"{case.name}-map-periods", panels, words),
-        saved_picture(data.folder, f"{case.name}-paths", paths, "Overlaid paths of each strategy"),
-        tuple(
-            (
-                source.world.name,
-                cell_of(case.runs.filter(world=source.world.name), **cell),
-            )
-            for source in drawn
-            for cell in cells
+    pictures = {
+        "Over the mapping time T_map": saved_picture(data.folder, f"{case.name}-map-periods", panels, words),
+        "Paths on the map of grown obstacles": saved_picture(
+            data.folder, f"{case.name}-paths", paths, "Overlaid paths of each strategy"
         ),
-    )
+    }
+    names = [source.world.name for source in drawn]
+    return [(name, cell_of(case.runs.filter(world=name), **cell)) for name in names for cell in cells], pictures
 
 
 @rc_context(STYLE)

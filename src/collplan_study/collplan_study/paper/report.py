@@ -1,13 +1,24 @@
 """The report of a study of the paper's question: do harnessed collisions pay?"""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
+from collplan_study.analysis.cells import LENGTH, TIME
+from collplan_study.analysis.statistics import MEAN, SPREAD
 from collplan_study.paper.cases import HOLDS, OPPOSITE, REVERSED, SAME, cases_of
-from collplan_study.paper.pictures import case_pictures
+from collplan_study.paper.pictures import AXIS_LABELS, case_pictures
 from collplan_study.paper.results import CaseResults, PaperResults, paper_results
-from collplan_study.paper.tables import ablation_tables, case_tables
 from collplan_study.report.content import Report, Section
 from collplan_study.report.study_data import StudyData
+from collplan_study.report.templates import tables
+
+ROWS = {
+    (TIME, MEAN): "Arrival time mean",
+    (TIME, SPREAD): "Arrival time STD",
+    (LENGTH, MEAN): "Path length mean",
+    (LENGTH, SPREAD): "Path length STD",
+}
+"""Names of the rows of Table I."""
 
 REMARKS = {
     "corridor": (
@@ -39,10 +50,14 @@ def _sections(data: StudyData, results: PaperResults) -> Iterator[Section]:
     for case, found in zip(cases, results.cases, strict=True):
         title = f"{found.name} ({len(found.worlds)} worlds)" if len(found.worlds) > 1 else found.name
         yield Section(title, REMARKS.get(found.family, ""))
-        yield from case_tables(found, case_pictures(data, case, found))
+        drawn, pictures = case_pictures(data, case, found)
+        levels = AXIS_LABELS.values()
+        for table in tables("case_tables.md", case=found, drawn=drawn, rows=ROWS, levels=levels):
+            yield replace(table, level=3, picture=pictures.get(table.title))
     if results.ablations:
         yield Section("Ablations", ABLATIONS)
-        yield from ablation_tables(results.ablations)
+        for table in tables("ablation_tables.md", cases=results.ablations_by_case):
+            yield replace(table, level=3)
 
 
 def _method(results: PaperResults) -> str:

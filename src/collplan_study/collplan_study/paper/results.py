@@ -36,6 +36,14 @@ class CaseResults:
     by_map_period: list[WeightComparison]
     cells: list[Cell]
 
+    @property
+    def periods(self) -> str:
+        """T_map of Table I as text."""
+        periods = set(self.main_periods.values())
+        if len(periods) == 1:
+            return f"T_map {periods.pop():g} s"
+        return "T_map " + ", ".join(f"{period:g} s ({strategy})" for strategy, period in self.main_periods.items())
+
 
 @dataclass(frozen=True)
 class AblationResults:
@@ -71,6 +79,12 @@ class PaperResults:
             "other_map_periods": sum(len(set(case.by_map_period) - set(case.table_one)) for case in self.cases),
             "ablations": sum(len(each.gains) for each in self.ablations if each.ablation != SHIPPED),
         }
+
+    @property
+    def ablations_by_case(self) -> dict[str, list[AblationResults]]:
+        """The ablations by the name of their case."""
+        cases = dict.fromkeys(each.case for each in self.ablations)
+        return {case: [each for each in self.ablations if each.case == case] for case in cases}
 
     def record(self) -> dict[str, Any]:
         """The results as table.json holds them."""

@@ -1,12 +1,8 @@
 """Writes the report of a study: report.html, a page without external files, table.json and tables.md of bounces."""
 
-import base64
 import json
 import os
-from functools import cache
 from pathlib import Path
-
-from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from collplan_study.analysis.pairs import distinct
 from collplan_study.bounces.report import bounce_report
@@ -14,6 +10,7 @@ from collplan_study.paper.cases import HOLDS, REVERSED
 from collplan_study.paper.report import paper_report
 from collplan_study.report.closing import closing_sections
 from collplan_study.report.study_data import read_study
+from collplan_study.report.templates import environment
 from collplan_study.run.study_folder import REPORT
 
 RESULTS, DOCUMENT = "table.json", "tables.md"
@@ -32,20 +29,8 @@ def write_report(folder: Path) -> None:
         _replace(folder / DOCUMENT, report.document)
     families = ", ".join(distinct(data.runs, "family"))
     sections = (*report.sections, *closing_sections(data.runs, data.provenance))
-    _replace(folder / REPORT, _page().render(families=families, sections=sections, marked=(HOLDS, REVERSED)))
-
-
-@cache
-def _page() -> Template:
-    pages = Environment(
-        loader=PackageLoader("collplan_study", "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    pages.filters["base64"] = lambda text: base64.b64encode(text.encode()).decode()
-    return pages.get_template("page.html")
+    page = environment(markdown=False).get_template("page.html")
+    _replace(folder / REPORT, page.render(families=families, sections=sections, marked=(HOLDS, REVERSED)))
 
 
 def _replace(path: Path, text: str) -> None:
