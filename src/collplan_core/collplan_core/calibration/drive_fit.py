@@ -1,8 +1,8 @@
 """robot.max_acceleration and robot.velocity_lag, by maximum likelihood, from stretches driven away from walls.
 
-An interval holds the values whose likelihood, with all others at their best, falls short of the largest by no more than
-chance allows. How much that is, the stretches say themselves where they spread more than the law's Gaussian noise does
-(H. White, "Maximum Likelihood Estimation of Misspecified Models", Econometrica 50, 1982).
+An interval is that of the logarithm, by the likelihood's curvature, and by how much the stretches disagree where they
+spread more than the law's Gaussian noise does (H. White, "Maximum Likelihood Estimation of Misspecified Models",
+Econometrica 50, 1982).
 """
 
 from collections.abc import Callable, Sequence
@@ -31,15 +31,8 @@ _STEPS = np.array([0.003, 0.02, 0.04, 0.01])
 """Steps of the logarithms of the constants, small beside their uncertainty or about it."""
 _LAGS = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Lags that the search begins from [s]."""
-_MOST_ROUNDS = 8
-_NEAR = 0.02
-"""Share of a deviation that the end of a search may be off."""
-_SHARES = (1.0, 0.5, 0.2, 0.05)
-"""Shares of a step that are tried where the whole one leads nowhere."""
 _LEAST_TOLD = 1e-10
 """Smallest curvature, as a share of the largest, that rounding leaves a sign."""
-_FARTHEST = 3.0
-"""Logarithm of the largest factor between a value and the end of its interval."""
 _PHASES = 5
 """Times within a command period at which the wheels' error may change, of which the likeliest is taken."""
 
@@ -98,13 +91,16 @@ def fit_drive(runs: Sequence[DrivenStretches]) -> DriveFit:
     duration = sum(run.duration for run in runs)
     if duration < FEWEST_SECONDS:
         raise TooLittle(f"drive: {duration:.1f} s away from walls, expected at least {FEWEST_SECONDS:g} s: drive more")
-    model = _likeliest_model(runs)
+    logs, periods = _likeliest(runs)
+    parts = _parts(logs, runs, periods)
+    _check_explained(DriveConstants(*np.exp(logs).tolist()), runs, parts)
+    acceleration, lag, wheel_error, _ = _intervals(logs, runs, periods).T.tolist()
     basis = f"{duration:.0f} s of driving"
     return DriveFit(
-        _acceleration(model.interval(0), basis),
-        _lag(model.interval(1), basis),
-        model.best.wheel_error,
-        tuple((float(part.bias[0]), float(part.bias[1])) for part in model.parts(model.logs)),
+        _acceleration(acceleration, basis),
+        _lag(lag, basis),
+        wheel_error[0],
+        tuple((float(part.bias[0]), float(part.bias[1])) for part in parts),
     )
 
 
@@ -112,117 +108,55 @@ def _long_enough(stretches: np.ndarray) -> np.ndarray:
     return stretches[np.diff(stretches, axis=1)[:, 0] > 2 * FIRST]
 
 
-class _Model:
-    """The likelihood of all runs by the logarithms of the four constants, and where it is largest."""
+def _intervals(logs: np.ndarray, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod]) -> np.ndarray:
+    """(3, 4) the constants, and both ends of the interval of each, from logarithms near the likeliest.
 
-    def __init__(self, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod], begin: np.ndarray) -> None:
-        self._runs, self._periods = runs, periods
-        self.logs = begin
-        for _ in range(_MOST_ROUNDS):
-            self._slopes, self._curvature = self._expanded()
-            slope = self._slopes.sum(axis=0)
-            step = np.linalg.solve(self._curvature, slope)
-            if slope @ step < _NEAR**2:
-                break
-            here = self.cost(self.logs)
-            shares = (share for share in _SHARES if self.cost(self.logs - share * step) < here)
-            share = next(shares, 0.0)
-            self.logs = self.logs - share * step
-            if share == 0.0:
-                break
-        self.least = self.cost(self.logs)
+    Raises:
+        TooLittle: the poses do not determine them.
+    """
+    # costs more than all the rest to load
+    from scipy.stats import t
 
-    @property
-    def best(self) -> DriveConstants:
-        return DriveConstants(*np.exp(self.logs).tolist())
+    slopes, curvature = _expanded(logs, runs, periods)
+    inverse = np.linalg.inv(curvature)
+    best = logs - inverse @ slopes.sum(axis=0)
+    count, freedom = len(slopes), max(len(slopes) - len(logs), 1)
+    met = inverse @ (slopes.T @ slopes) @ inverse * count / freedom
+    deviations = np.sqrt(np.maximum(np.diag(inverse), np.diag(met)))
+    reach = float(t.ppf(0.5 + 0.5 * LEVEL, freedom)) * deviations
+    return np.exp([best, best - reach, best + reach])
 
-    def parts(self, logs: np.ndarray) -> list[Likelihood]:
-        constants = DriveConstants(*np.exp(logs).tolist())
-        return [
-            likelihood(constants, (run.times, run.points, run.wanted), run.stretches, period)
-            for run, period in zip(self._runs, self._periods, strict=True)
-        ]
 
-    def cost(self, logs: np.ndarray) -> float:
-        return -float(sum(part.by_stretch.sum() for part in self.parts(logs)))
+def _expanded(
+    logs: np.ndarray, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes of each stretch's cost (m, 4), and the curvature (4, 4) of all."""
+    n, steps = len(logs), np.diag(_STEPS)
 
-    def interval(self, i: int) -> tuple[float, float, float]:
-        """Value of constant `i`, and both ends of its interval."""
-        # costs more than all the rest to load
-        from scipy.stats import t
+    def costs(shift: np.ndarray) -> np.ndarray:
+        return -np.concatenate([part.by_stretch for part in _parts(logs + shift, runs, periods)])
 
-        freedom = max(len(self._slopes) - len(self.logs), 1)
-        inverse = np.linalg.inv(self._curvature)
-        told = inverse[i, i]
-        met = (inverse @ (self._slopes.T @ self._slopes) @ inverse)[i, i] * len(self._slopes) / freedom
-        reach = float(t.ppf(0.5 + 0.5 * LEVEL, freedom)) * float(np.sqrt(max(1.0, met / told)))
-        deviation = float(np.sqrt(told))
-        low, high = (self.logs[i] + side * deviation * self._end(i, side * deviation, reach) for side in (-1.0, 1.0))
-        return float(np.exp(self.logs[i])), float(np.exp(low)), float(np.exp(high))
-
-    def _end(self, i: int, deviation: float, reach: float) -> float:
-        """Where the profile of constant `i` has risen by reach^2 / 2, in deviations."""
-        end, inner, fallen = reach, 0.0, 0.0
-        for _ in range(_MOST_ROUNDS):
-            risen = np.sqrt(2.0 * max(self._profile(i, self.logs[i] + end * deviation) - self.least, 0.0))
-            if abs(risen - reach) < _NEAR * reach or end * abs(deviation) > _FARTHEST:
-                break
-            # its root is nearly straight
-            slope = max((risen - fallen) / (end - inner), 0.2)
-            inner, fallen, end = end, risen, end + (reach - risen) / slope
-        return float(end)
-
-    def _profile(self, i: int, value: float) -> float:
-        """The least cost with constant `i` held: one Newton step of the others from where the quadratic has it."""
-        others = [j for j in range(len(self.logs)) if j != i]
-        inner = self._curvature[np.ix_(others, others)]
-        logs = self.logs.copy()
-        logs[others] -= np.linalg.solve(inner, self._curvature[others, i]) * (value - logs[i])
-        logs[i] = value
-        logs = self._within_reach(logs)
-        cost = self.cost(logs)
-        slope = np.array([(self.cost(logs + h) - cost) / h[j] for j, h in ((j, 0.3 * _shift(j)) for j in others)])
-        better = logs.copy()
-        better[others] -= np.linalg.solve(inner, slope)
-        return min(cost, self.cost(self._within_reach(better)))
-
-    def _within_reach(self, logs: np.ndarray) -> np.ndarray:
-        """These constants, no farther from the likeliest than any interval reaches: farther out noise vanishes."""
-        return np.clip(logs, self.logs - _FARTHEST, self.logs + _FARTHEST)
-
-    def _expanded(self) -> tuple[np.ndarray, np.ndarray]:
-        """Slopes of each stretch's cost (m, 4), and the curvature (4, 4) of all."""
-        n = len(self.logs)
-
-        def costs(logs: np.ndarray) -> np.ndarray:
-            return -np.concatenate([part.by_stretch for part in self.parts(logs)])
-
-        here = costs(self.logs).sum()
-        ahead = [costs(self.logs + _shift(j)) for j in range(n)]
-        behind = [costs(self.logs - _shift(j)) for j in range(n)]
-        slopes = np.stack([(a - b) / (2.0 * h) for a, b, h in zip(ahead, behind, _STEPS, strict=True)], axis=1)
-        curvature = np.zeros((n, n))
-        for j in range(n):
-            curvature[j, j] = (ahead[j].sum() + behind[j].sum() - 2.0 * here) / _STEPS[j] ** 2
-            for k in range(j):
-                both = _shift(j) + _shift(k)
-                corners = self.cost(self.logs + both) + self.cost(self.logs - both) + 2.0 * here
-                edges = sum(side.sum() for side in (ahead[j], behind[j], ahead[k], behind[k]))
-                curvature[j, k] = curvature[k, j] = (corners - edges) / (2.0 * _STEPS[j] * _STEPS[k])
-        told = np.linalg.eigvalsh(curvature) if np.isfinite(curvature).all() else np.zeros(n)
-        if told[0] <= _LEAST_TOLD * told[-1]:
-            raise TooLittle(
-                "drive: the poses do not tell max_acceleration and lag apart, expected both full acceleration and "
-                f"steady driving: {_MORE}"
-            )
-        return slopes, curvature
+    here = costs(np.zeros(n)).sum()
+    ahead, behind = ([costs(side * step) for step in steps] for side in (1.0, -1.0))
+    slopes = np.stack([(a - b) / (2.0 * h) for a, b, h in zip(ahead, behind, _STEPS, strict=True)], axis=1)
+    curvature = np.zeros((n, n))
+    for j in range(n):
+        curvature[j, j] = (ahead[j].sum() + behind[j].sum() - 2.0 * here) / _STEPS[j] ** 2
+        for k in range(j):
+            both = steps[j] + steps[k]
+            corners = costs(both).sum() + costs(-both).sum() + 2.0 * here
+            edges = sum(side.sum() for side in (ahead[j], behind[j], ahead[k], behind[k]))
+            curvature[j, k] = curvature[k, j] = (corners - edges) / (2.0 * _STEPS[j] * _STEPS[k])
+    told = np.linalg.eigvalsh(curvature) if np.isfinite(curvature).all() else np.zeros(n)
+    if told[0] <= _LEAST_TOLD * told[-1]:
+        raise TooLittle(
+            "drive: the poses do not tell max_acceleration and lag apart, expected both full acceleration and steady "
+            f"driving: {_MORE}"
+        )
+    return slopes, curvature
 
 
 _MORE = "drive to and fro for a minute and more, with changes of the command of 1 m/s and more and time to reach each"
-
-
-def _shift(j: int) -> np.ndarray:
-    return _STEPS[j] * np.eye(len(_STEPS))[j]
 
 
 def _minimum(cost: Callable[[np.ndarray], float], begin: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -235,7 +169,8 @@ def _minimum(cost: Callable[[np.ndarray], float], begin: np.ndarray, sizes: np.n
     return np.asarray(minimize(cost, begin, method="Nelder-Mead", options=options).x)
 
 
-def _likeliest_model(runs: Sequence[DrivenStretches]) -> _Model:
+def _likeliest(runs: Sequence[DrivenStretches]) -> tuple[np.ndarray, list[ErrorPeriod]]:
+    """Logarithms of the constants, and when the wheels' error changes in each run."""
     noise = float(np.mean([run.noise for run in runs]))
     begin = np.log([1.5, 0.1, 0.06, noise])
     periods = [ErrorPeriod(-1e-4, run.period) for run in runs]
@@ -247,29 +182,29 @@ def _likeliest_model(runs: Sequence[DrivenStretches]) -> _Model:
     # the acceleration is known by far the best: in so narrow a valley the search may end before it is at the lag
     others = [np.where([False, True, False, False], np.log(lag), rough) for lag in _LAGS]
     rough = _minimum(cost, min([rough, *others], key=cost), 5.0 * _STEPS)
-    constants = DriveConstants(*np.exp(rough).tolist())
-    chosen = [_likeliest_period(constants, run) for run in runs]
-    _check_explained(constants, runs, chosen)
-    return _Model(runs, chosen, rough)
+    periods = [_likeliest_period(rough, run) for run in runs]
+    return _minimum(cost, rough, _STEPS), periods
+
+
+def _parts(logs: np.ndarray, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod]) -> list[Likelihood]:
+    constants = DriveConstants(*np.exp(logs).tolist())
+    return [
+        likelihood(constants, (run.times, run.points, run.wanted), run.stretches, period)
+        for run, period in zip(runs, periods, strict=True)
+    ]
 
 
 def _cost(logs: np.ndarray, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod]) -> float:
-    constants = DriveConstants(*np.exp(logs).tolist())
-    return -float(
-        sum(
-            likelihood(constants, (run.times, run.points, run.wanted), run.stretches, period).by_stretch.sum()
-            for run, period in zip(runs, periods, strict=True)
-        )
-    )
+    return -float(sum(part.by_stretch.sum() for part in _parts(logs, runs, periods)))
 
 
-def _likeliest_period(constants: DriveConstants, run: DrivenStretches) -> ErrorPeriod:
+def _likeliest_period(logs: np.ndarray, run: DrivenStretches) -> ErrorPeriod:
     # just before the poses, as commands and poses of a simulator have common times
     tried = [ErrorPeriod(-1e-4 + run.period * k / _PHASES, run.period) for k in range(_PHASES)]
-    return min(tried, key=lambda period: _cost(np.log(constants), [run], [period]))
+    return min(tried, key=lambda period: _cost(logs, [run], [period]))
 
 
-def _check_explained(best: DriveConstants, runs: Sequence[DrivenStretches], periods: Sequence[ErrorPeriod]) -> None:
+def _check_explained(best: DriveConstants, runs: Sequence[DrivenStretches], parts: Sequence[Likelihood]) -> None:
     """Raises Unexplained where even the likeliest constants leave more than noise."""
     asked = "are commands, their frame and the clocks as recorded, and does nothing else push the robot?"
     if best.wheel_error > LARGEST_ERROR:
@@ -284,16 +219,15 @@ def _check_explained(best: DriveConstants, runs: Sequence[DrivenStretches], peri
             f"drive: the poses are off the drive law by {1e3 * best.pose_noise:.1f} mm, expected at most "
             f"{LARGEST_NOISE:g} times mocap.position_noise, {1e3 * believed:g} mm: {asked}"
         )
-    for run, period in zip(runs, periods, strict=True):
-        misfit = likelihood(best, (run.times, run.points, run.wanted), run.stretches, period).misfit
-        if misfit > LARGEST_MISFIT:
+    for run, part in zip(runs, parts, strict=True):
+        if part.misfit > LARGEST_MISFIT:
             raise Unexplained(
-                f"drive: {run.name}: misfit {misfit:.2f}, expected at most {LARGEST_MISFIT:g}: its poses do not "
+                f"drive: {run.name}: misfit {part.misfit:.2f}, expected at most {LARGEST_MISFIT:g}: its poses do not "
                 "follow the drive law of the other runs; was the robot changed?"
             )
 
 
-def _acceleration(interval: tuple[float, float, float], basis: str) -> FittedConstant:
+def _acceleration(interval: Sequence[float], basis: str) -> FittedConstant:
     value, low, high = interval[0], interval[1] * (1.0 - ACCELERATION_MARGIN), interval[2] * (1.0 + ACCELERATION_MARGIN)
     if high - low > WIDEST_ACCELERATION * value:
         raise TooLittle(
@@ -303,7 +237,7 @@ def _acceleration(interval: tuple[float, float, float], basis: str) -> FittedCon
     return FittedConstant(value, low, high, basis)
 
 
-def _lag(interval: tuple[float, float, float], basis: str) -> FittedConstant:
+def _lag(interval: Sequence[float], basis: str) -> FittedConstant:
     value, low, high = interval[0], max(interval[1] - LAG_MARGIN, 0.0), interval[2] + LAG_MARGIN
     if high - low > WIDEST_LAG:
         raise TooLittle(
