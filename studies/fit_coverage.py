@@ -12,6 +12,7 @@ from time import process_time
 
 import numpy as np
 
+from bumping_drive import DrivenPose, bumping_drive
 from collplan_core.calibration.fitted_constant import TooLittle, Unexplained
 from collplan_core.calibration.impact_fit import RecordedPath
 from collplan_core.calibration.wall_impacts import SLOWEST
@@ -20,7 +21,6 @@ from collplan_core.plane import rotate_rows
 from collplan_core.worlds import World
 from collplan_ros.fit.fitting import RobotFit, fit_robot
 from collplan_ros.fit.recorded_path import FittedRun
-from omnipuck_sim.bumping_drive import DrivenPose, bumping_drive
 from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
 

@@ -19,8 +19,7 @@ from collplan_core.parameters import Lidar, LocalMapping, ScanInput, Settings
 from collplan_core.scan import Scan
 from collplan_core.sensing.beam_poses import placed_among
 from collplan_core.sensing.instant_lidar import InstantLidar
-from collplan_core.sensing.spinning_lidar import LD19, blended, noisy, swept_scan
-from collplan_core.sensing.sweeps import Sweeps, sweeps_of
+from collplan_core.sensing.spinning_lidar import LD19, Sweeps, blended, noisy, sweeps_of, swept_scan
 from collplan_core.state import State
 from collplan_core.worlds import World
 from collplan_core.worlds.raycast import simulate_scan

@@ -10,8 +10,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
 from collplan_core.parameters import Lidar
-from collplan_core.sensing.spinning_lidar import LD19
-from collplan_core.sensing.sweeps import sweeps_of
+from collplan_core.sensing.spinning_lidar import LD19, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan

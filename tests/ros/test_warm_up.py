@@ -32,7 +32,7 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.parameters import Lidar, Settings
     from collplan_core.planners import planner_for
     from collplan_core.sensing.pose_filter import FRESH, PoseSample, filter_pose
-    from collplan_core.sensing.sweeps import sweeps_of
+    from collplan_core.sensing.spinning_lidar import sweeps_of
     from collplan_core.state import State
     from collplan_core.strategies import TIME_TO_GOAL
     from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal

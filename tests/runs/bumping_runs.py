@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bumping_drive import SPEEDS, bumping_drive
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world
 from collplan_ros.bringup.preparation import Preparation
@@ -13,7 +14,6 @@ from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_log import ImpactRecord, PoseRow, RunLog, SentCommand
 from made_runs import write_recording
-from omnipuck_sim.bumping_drive import SPEEDS, bumping_drive
 
 ROOM = "bounds: [0, 0, 3.0, 0.9]\nwalled: true\nstart: [0.4, 0.4]\n"
 EPOCH = 1.7e9

@@ -24,7 +24,7 @@ from collplan_core.scan import Scan
 from collplan_core.sensing import pose_filter
 from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.pose_filter import PoseSample
-from collplan_core.sensing.sweeps import Sweeps, sweeps_of
+from collplan_core.sensing.spinning_lidar import Sweeps, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
 from omnipuck_sim.robot.physics import Simulator

@@ -12,7 +12,7 @@ from collplan_core.replay.outcome import outcome_of
 from collplan_core.replay.values import encode
 
 PLANNER, CONTROLLER = "planner", "controller"
-FORMAT = 3
+FORMAT = 4
 
 P = ParamSpec("P")
 R = TypeVar("R")

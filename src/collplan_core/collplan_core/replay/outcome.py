@@ -3,7 +3,6 @@
 Large arrays stand there by hash, what a person would look at first by value.
 """
 
-import math
 from collections.abc import Callable
 from hashlib import blake2b
 from typing import Any
@@ -55,41 +54,32 @@ def _hash(*arrays: np.ndarray) -> str:
     return digest.hexdigest()
 
 
-def _number(value: float) -> float | str:
-    return float(value) if math.isfinite(value) else str(float(value))
-
-
-def _numbers(array: np.ndarray) -> list[float | str]:
-    return [_number(value) for value in array.tolist()]
-
-
 def _command(command: Command) -> dict[str, Any]:
     return {
         "command": {
-            "velocity": _numbers(command.velocity),
-            "yaw_rate": _number(command.yaw_rate),
+            "velocity": encode(command.velocity.tolist()),
+            "yaw_rate": encode(command.yaw_rate),
             "maneuver": command.maneuver,
-            "reference": _numbers(command.reference),
+            "reference": encode(command.reference.tolist()),
             "reason": command.reason,
         }
     }
 
 
 def _goal(goal: Goal) -> dict[str, Any]:
-    position = _numbers(goal.position)
-    return {"goal": {"id": goal.id.hex(), "stamp": _number(goal.stamp), "position": position, "status": goal.status}}
+    return {"goal": encode([goal.id.hex(), goal.stamp, goal.position.tolist(), goal.status])}
 
 
 def _cycle(cycle: Cycle) -> dict[str, Any]:
     plan = cycle.plan
     return {
         "plan": {
-            "stamp": _number(plan.stamp),
+            "stamp": encode(plan.stamp),
             "valid_until": encode(plan.valid_until),
-            "ends": _number(plan.times[-1]),
-            "aim": _numbers(plan.aim),
-            "aim_velocity": _numbers(plan.aim_velocity),
-            "terms": {name: _number(value) for name, value in plan.terms.items()},
+            "ends": encode(float(plan.times[-1])),
+            "aim": encode(plan.aim.tolist()),
+            "aim_velocity": encode(plan.aim_velocity.tolist()),
+            "terms": {name: encode(float(value)) for name, value in plan.terms.items()},
             "samples": len(plan.times),
             "candidates": len(plan.candidates.costs),
             "before_pruning": int(plan.n_before_pruning),
@@ -102,11 +92,11 @@ def _cycle(cycle: Cycle) -> dict[str, Any]:
 
 def _contacts(contacts: Contacts) -> dict[str, Any]:
     every = _hash(contacts.times, contacts.points, contacts.velocities_after, contacts.speeds)
-    return {"times": _numbers(contacts.times), "all": every}
+    return {"times": encode(contacts.times.tolist()), "all": every}
 
 
 def _impact(impact: MeasuredImpact) -> dict[str, Any]:
-    return {"stamp": _number(impact.stamp), "all": _hash(impact.point, impact.foreseen, impact.measured)}
+    return {"stamp": encode(impact.stamp), "all": _hash(impact.point, impact.foreseen, impact.measured)}
 
 
 _DESCRIBED: dict[type, Callable[[Any], dict[str, Any]]] = {

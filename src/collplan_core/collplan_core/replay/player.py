@@ -15,37 +15,6 @@ from collplan_core.replay.values import JournalError
 from collplan_core.state import State
 from collplan_core.worlds.file import parse_text
 
-CALLED = {
-    PlannerLoop: (
-        "change_settings",
-        "take_pose",
-        "take_command",
-        "take_motion_delay",
-        "take_scan",
-        "refuse",
-        "forget_scans",
-        "take_impact",
-        "take_goal",
-        "refuse_goal",
-        "cancel",
-        "take_hand",
-        "cycle",
-    ),
-    ControllerLoop: (
-        "change_settings",
-        "take_pose",
-        "take_scan",
-        "refuse",
-        "take_goal",
-        "resume",
-        "take_robot_state",
-        "take_hand",
-        "take_plan",
-        "tick",
-    ),
-}
-"""What may stand in the journal of each loop."""
-
 
 class Player:
     """A loop, with the world outside that a journal tells of.
@@ -82,15 +51,15 @@ class Player:
         Raises:
             JournalError: the loop has no such input.
         """
-        known = CALLED[type(self.loop)]
-        if call.name not in known:
-            raise JournalError(f"call: got {call.name!r}, expected one of {', '.join(known)}")
+        method = None if call.name.startswith("_") else getattr(self.loop, call.name, None)
+        if not callable(method):
+            raise JournalError(f"call: got {call.name!r}, expected an input of {type(self.loop).__name__}")
         given = [self._given(value) for value in call.given]
         self._forbidden, self._looks = deque(call.forbidden), deque(call.looks)
         if given and isinstance(given[0], State):
             self.stamp = given[0].stamp
         try:
-            return getattr(self.loop, call.name)(*given)
+            return method(*given)
         except Exception as error:  # an outcome as any other: the loop may have done so then
             return error
 

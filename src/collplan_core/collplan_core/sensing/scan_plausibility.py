@@ -8,8 +8,8 @@ import numpy as np
 from collplan_core.jit import njit
 from collplan_core.parameters import Limits
 from collplan_core.scan import Scan
+from collplan_core.sensing.scan_consistency import Consistency, scan_consistency
 from collplan_core.sensing.seen_walls import wall_of_each_beam
-from collplan_core.sensing.walls_again import WallsAgain, walls_again
 from collplan_core.state import State
 
 KEPT, PERIOD = 5, 0.2
@@ -67,7 +67,7 @@ def judge_scan(
         walls = np.concatenate([walls for _, walls in memory.walls])
         seen_by = scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max
         x, y = velocity.tolist()
-        found = walls_again(walls, now, scan.ranges, masked, beams, seen_by, (x, y))
+        found = scan_consistency(walls, now, scan.ranges, masked, beams, seen_by, (x, y))
         reason = _missing(found, limits)
         if reason:
             return reason, replace(
@@ -126,7 +126,7 @@ def _still_blind(memory: ScanMemory, scan: Scan) -> str:
     return f"{share:.0%} of the beams that missed walls still show nothing" if share > MOST_BLIND else ""
 
 
-def _missing(found: WallsAgain, limits: Limits) -> str:
+def _missing(found: Consistency, limits: Limits) -> str:
     if found.expected >= FEWEST and found.missing > limits.missing_beams * found.expected:
         return f"walls seen before are missing in {found.missing / found.expected:.0%} of the beams"
     if found.expected_ahead >= FEWEST_AHEAD and found.missing_ahead > MOST_MISSING_AHEAD * found.expected_ahead:
@@ -135,7 +135,7 @@ def _missing(found: WallsAgain, limits: Limits) -> str:
     return ""
 
 
-def _late(found: WallsAgain) -> str:
+def _late(found: Consistency) -> str:
     late = found.n_delays >= FEWEST_AHEAD and found.delay > LATEST
     return f"it shows what was seen {found.delay:.2f} s before its stamp" if late else ""
 

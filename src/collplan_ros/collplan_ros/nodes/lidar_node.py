@@ -12,8 +12,7 @@ from collplan_core.parameters import Frames, Lidar, Limits, Settings
 from collplan_core.scan import Scan, ScanError
 from collplan_core.sensing import spinning_lidar
 from collplan_core.sensing.instant_lidar import InstantLidar
-from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS
-from collplan_core.sensing.sweeps import sweeps_of
+from collplan_core.sensing.spinning_lidar import SPINNING_SENSORS, sweeps_of
 from collplan_core.state import State
 from collplan_core.worlds import load_world
 from collplan_ros.messages.conversions import scan_to_message

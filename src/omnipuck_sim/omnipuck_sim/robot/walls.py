@@ -58,25 +58,9 @@ def outlines(world: World) -> Iterator[Edge | Pole]:
 def _corners(ring: shapely.LinearRing) -> np.ndarray:
     """The corners (n, 2) of a closed ring at which it bends [m]."""
     points = np.asarray(ring.coords)[:-1]
-    kept = list(range(len(points)))
-    changed = True
-    while changed and len(kept) > 3:
-        changed = False
-        for k in range(len(kept)):
-            before, at, after = (points[kept[j % len(kept)]] for j in (k - 1, k, k + 1))
-            if _distance_to_chord(at, before, after) < COLLINEAR:
-                del kept[k]
-                changed = True
-                break
-    return points[kept]
-
-
-def _distance_to_chord(point: np.ndarray, a: np.ndarray, b: np.ndarray) -> float:
-    chord = b - a
-    length = float(np.hypot(*chord))
-    if length == 0.0:
-        return float(np.hypot(*(point - a)))
-    return abs(float(chord[0] * (point[1] - a[1]) - chord[1] * (point[0] - a[0]))) / length
+    before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+    chord = before + after
+    return points[np.abs(chord[:, 0] * before[:, 1] - chord[:, 1] * before[:, 0]) >= COLLINEAR * np.hypot(*chord.T)]
 
 
 def _sides(corners: np.ndarray) -> Iterator[tuple[Vector, Vector]]:

@@ -28,7 +28,7 @@ LONGEST_DELAY = 0.6
 """Walls that are farther off than the motion of this time are others [s]."""
 
 
-class WallsAgain(NamedTuple):
+class Consistency(NamedTuple):
     """What became of walls seen before.
 
     Attributes:
@@ -71,7 +71,7 @@ def _nearest_range(ranges: np.ndarray, k: int, w: int, closed: bool) -> float:
 
 
 @njit
-def walls_again(
+def scan_consistency(
     walls: np.ndarray,
     now: np.ndarray,
     ranges: np.ndarray,
@@ -79,7 +79,7 @@ def walls_again(
     beams: np.ndarray,
     scan_limits: tuple,
     velocity: tuple,
-) -> WallsAgain:
+) -> Consistency:
     """Compares a scan with walls that scans before it showed.
 
     A scan that shows what was seen a while ago, though it is stamped now, shows each wall off by what the robot has
@@ -130,4 +130,4 @@ def walls_again(
             expected_ahead += 1
             missing_ahead += gone
     delay = float(np.median(delays[:n_delays])) if n_delays > 0 else math.nan
-    return WallsAgain(expected, missing, expected_ahead, missing_ahead, n_delays, delay, towards_missing)
+    return Consistency(expected, missing, expected_ahead, missing_ahead, n_delays, delay, towards_missing)
