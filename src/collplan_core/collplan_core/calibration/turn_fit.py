@@ -4,7 +4,7 @@ Positions are complex numbers x + i y. During a turn a body at heading p is at z
 Two things move the centre c meanwhile. A bias of the wheels that is constant in the robot's frame drives it round a
 circle, so that a turn to the left alone shows a lever too long or short on one side; a turn to the right shows the
 opposite, and both together tell the two apart. A bias that is constant in the room, as of a tilted floor, is a straight
-drift. What is left is the wheels' noise: a random walk that lags as the robot does.
+drift. What is left is the wheels' noise, a random walk: from average to average its steps are alike.
 """
 
 from collections.abc import Sequence
@@ -18,12 +18,13 @@ SETTLING_TIME = 0.3
 """Time from the first command until the drift is steady [s]."""
 SPAN = 0.3
 """Poses within it are averaged [s]."""
-_INSIDE = SPAN * (np.arange(4) - 1.5) / 4.0
+AVERAGED = 1.5
+"""Steps of an averaged random walk are alike by a quarter from one to the next: so many times their own is the variance
+that they add up to (H. Working, "Note on the Correlation of First Differences of Averages in a Random Chain",
+Econometrica 28, 1960)."""
 
 SHORTEST_LAG = 0.01
 """Wheels without any lag are taken for ones with this [s]."""
-RATIOS = np.array([0.0, *np.geomspace(1e-2, 1e6, 33)])
-"""Candidates of the random walk's variance in a second, over the variance of an averaged position [1/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ class TurnFit:
 
 
 def fit_turns(turns: Sequence[FittedTurn], lag: float) -> TurnFit:
-    """Least squares through all turns, each weighted by a noise that the turns themselves show.
+    """Least squares through all turns.
 
     Args:
         turns: at least one, each of some tenths of a second beyond SETTLING_TIME; the wheels' bias is told from the
@@ -83,40 +84,22 @@ def _angle(turn: FittedTurn) -> float:
 
 
 def _fit_lever(turns: Sequence[FittedTurn], lag: float) -> tuple[np.ndarray, float]:
-    windows = [_windows(turn, lag) for turn in turns]
+    steps = [[np.diff(values, axis=0) for values in _windows(turn, lag)] for turn in turns]
+    columns, side = (np.concatenate(parts) for parts in zip(*steps, strict=True))
     # without turns both ways bias and lever are one
     both_ways = len({turn.yaw_rate > 0.0 for turn in turns}) > 1
-    unknowns = [0, 1, 2] if both_ways else [0, 2]
-    walks = [_averaged_walk(times, lag) for times, _, _ in windows]
-    best = (np.inf, np.zeros(2), np.inf)
-    for ratio in RATIOS.tolist():
-        rows, sides, log_determinant = [], [], 0.0
-        for (times, columns, positions), walk in zip(windows, walks, strict=True):
-            factor = np.linalg.cholesky(np.eye(len(times)) + ratio * walk)
-            whitened = np.linalg.solve(factor, np.column_stack([columns[:, unknowns], positions, np.ones(len(times))]))
-            # where a turn begins is nobody's business
-            one = whitened[:, -1]
-            size = float(np.real(one @ one))
-            whitened = whitened[:, :-1] - np.outer(one, one @ whitened[:, :-1]) / size
-            log_determinant += 2.0 * float(np.log(np.real(np.diag(factor))).sum()) + np.log(size)
-            rows.append(whitened[:, :-1])
-            sides.append(whitened[:, -1])
-        matrix, side = np.concatenate(rows), np.concatenate(sides)
-        freedom = len(side) - len(turns) - len(unknowns)
-        found, _, rank, _ = np.linalg.lstsq(matrix, side, rcond=1e-9)
-        if freedom < 1 or rank < len(unknowns):
-            return np.zeros(2), np.inf
-        variance = max(float(np.sum(np.abs(side - matrix @ found) ** 2)) / freedom, 1e-18)
-        normal = matrix.conj().T @ matrix
-        unlikely = freedom * np.log(variance) + log_determinant + float(np.linalg.slogdet(normal)[1])
-        if unlikely < best[0]:
-            deviation = float(np.sqrt(0.5 * variance * np.real(np.linalg.inv(normal)[0, 0])))
-            best = (unlikely, np.array([found[0].real, found[0].imag]), deviation)
-    return best[1], best[2]
+    matrix = columns if both_ways else columns[:, [0, 2]]
+    freedom = len(side) - matrix.shape[1]
+    found, _, rank, _ = np.linalg.lstsq(matrix, side, rcond=1e-9)
+    if freedom < 1 or rank < matrix.shape[1]:
+        return np.zeros(2), np.inf
+    variance = AVERAGED * float(np.sum(np.abs(side - matrix @ found) ** 2)) / freedom
+    deviation = np.sqrt(0.5 * variance * np.real(np.linalg.inv(matrix.conj().T @ matrix)[0, 0]))
+    return np.array([found[0].real, found[0].imag]), float(deviation)
 
 
-def _windows(turn: FittedTurn, lag: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times (n,) since the turn began, columns (n, 3) of lever, robot's bias and room's bias, positions (n,)."""
+def _windows(turn: FittedTurn, lag: float) -> tuple[np.ndarray, np.ndarray]:
+    """Columns (n, 3) of lever, robot's bias and room's bias, and positions (n,), averaged over SPAN."""
     times = np.array([pose.stamp for pose in turn.poses]) - turn.poses[0].stamp
     kept = times >= SETTLING_TIME
     times, yaws = times[kept], np.unwrap([pose.yaw for pose in turn.poses])[kept]
@@ -130,28 +113,9 @@ def _windows(turn: FittedTurn, lag: float) -> tuple[np.ndarray, np.ndarray, np.n
         return np.asarray(sums[full] / counts[full])
 
     if len(times) < 2:
-        return np.zeros(0), np.zeros((0, 3), complex), np.zeros(0, complex)
+        return np.zeros((0, 3), complex), np.zeros(0, complex)
     rate = float(np.polyfit(times, yaws, 1)[0]) or 1e-9
     heading = averaged(np.exp(1j * yaws))
     middle = averaged(times.astype(complex)).real
     circle = heading / (1j * rate * (1.0 + 1j * rate * lag))
-    return middle, np.column_stack([heading, circle, middle]), averaged(points)
-
-
-def _averaged_walk(times: np.ndarray, lag: float) -> np.ndarray:
-    """Covariance (n, n) of a walk's averages over SPAN around `times` (n,) [s]; points would vary much more."""
-    points = np.add.outer(times, _INSIDE)
-    within = points.shape[1]
-    walk = _walk(points.ravel(), lag).reshape(len(times), within, len(times), within)
-    return np.asarray(walk.mean(axis=(1, 3)))
-
-
-def _walk(times: np.ndarray, lag: float) -> np.ndarray:
-    """Covariance (n, n) of the positions at `times` (n,) [s] of a walk whose velocity follows white noise with a lag.
-
-    The noise has unit spectral density; the velocity is in its steady state.
-    """
-    earlier = np.minimum.outer(times, times)
-    faded = np.exp(-times / lag)
-    between = np.exp(-np.abs(np.subtract.outer(times, times)) / lag)
-    return np.asarray(earlier + 0.5 * lag * (np.add.outer(faded, faded) - 1.0 - between))
+    return np.column_stack([heading, circle, middle]), averaged(points)
