@@ -1,7 +1,5 @@
 """The driver against the emulated firmware: stopping in time, reconnecting, and what it says in trouble."""
 
-import os
-import pty
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -15,7 +13,6 @@ from telemetry_example import TELEMETRY
 from terminal import WARN, Terminal
 
 from collplan_ros.messages.qos import LATCHED
-from omnipuck_driver import port
 from omnipuck_driver.codec import Encoder
 from omnipuck_driver.driver_node import BATTERY, FAULTS, LOGGED, DriverNode
 from omnipuck_driver.framing import VERSION
@@ -247,23 +244,3 @@ def test_a_firmware_that_does_not_fit_is_named_and_nothing_moves(ros, tmp_path):
         for node in (robot.driver, robot.emulator):
             ros.remove(node)
         ros.probe.destroy_publisher(robot.commands)
-
-
-def test_garbage_from_the_start_is_named(ros, tmp_path):
-    master, slave = pty.openpty()
-    robot = SerialRobot(ros, tmp_path, with_emulator=False, **{"driver.port": os.ttyname(slave)})
-    robot.until(lambda: robot.driver.link.waits_for == "")
-    os.write(master, os.urandom(2000))
-    robot.until(lambda: "no whole frames" in robot.said.get("/driver_node", ""))
-    os.close(master)
-    robot.until(lambda: "lost" in robot.driver.link.trouble() or robot.driver.link.waits_for)
-    os.close(slave)
-
-
-def test_a_busy_device_is_named_and_taken_when_it_is_free(ros, tmp_path):
-    robot = SerialRobot(ros, tmp_path, with_driver=False)
-    other = port.open_port(str(robot.path), 115200)
-    driver = ros.make(DriverNode, {"driver.port": str(robot.path)})
-    robot.until(lambda: "busy" in robot.said.get("/driver_node", ""))
-    other.close()
-    robot.until(lambda: not driver.link.trouble())

@@ -19,7 +19,12 @@ DRIVER, CAPS = Settings().driver, WheelCaps(70.5, 500.0)
 
 
 def test_a_device_that_cannot_be_opened_says_what_to_do(tmp_path, monkeypatch):
-    for number, said in ((errno.ENOENT, "plugged in"), (errno.EACCES, "join group"), (errno.EIO, "broken")):
+    for number, said in (
+        (errno.ENOENT, "plugged in"),
+        (errno.EACCES, "join group"),
+        (errno.EBUSY, "busy"),
+        (errno.EIO, "broken"),
+    ):
         assert said in port.described("/dev/ttyUSB0", 115200, OSError(number, os.strerror(number)))
     (tmp_path / "file").write_text("")
     with pytest.raises(port.PortError, match="not a serial device"):

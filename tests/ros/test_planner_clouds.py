@@ -11,14 +11,12 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2
 
 from collplan_core.parameters import Settings
-from collplan_core.plan import Candidates
 from collplan_ros.messages.cloud_reading import compared_from_message, seen_from_message
 from collplan_ros.messages.planner_clouds import (
     FREE_SPACE,
     FRONTIERS,
     INFERRED,
     LAYERS,
-    MOST_COMPARED,
     PREDICTED,
     REMEMBERED,
     compared_to_message,
@@ -81,28 +79,6 @@ def test_any_lines_come_back(layers):
     assert set(back) == set(LAYERS)
     for name in LAYERS:
         np.testing.assert_array_equal(back[name], layers.get(name, np.zeros((0, 2))))
-
-
-@QUICK
-@given(st.lists(st.integers(1, 9), max_size=6))
-def test_any_rollouts_come_back_but_those_of_one_point(lengths):
-    paths = tuple(np.arange(2.0 * n).reshape(n, 2) + 100 * k for k, n in enumerate(lengths))
-    costs = tuple(float(k) for k in range(len(lengths)))
-    nothing = np.zeros((0, 2))
-    back = compared_from_message(
-        compared_to_message(Candidates(nothing, nothing, np.zeros(0), paths, costs), 0.0, "m"), "m"
-    )
-    expected = [(path, cost) for path, cost in zip(paths, costs, strict=True) if len(path) > 1]
-    assert back.costs == [cost for _, cost in expected]
-    for told, (path, _) in zip(back.paths, expected, strict=True):
-        np.testing.assert_array_equal(told, path)
-
-
-def test_only_the_cheapest_candidates_are_told():
-    costs = np.arange(2.0 * MOST_COMPARED)[::-1]
-    candidates = Candidates(np.zeros((len(costs), 2)), np.zeros((len(costs), 2)), costs)
-    told = compared_from_message(compared_to_message(candidates, 0.0, "map"), "map").terms["total"]
-    np.testing.assert_array_equal(told, np.arange(float(MOST_COMPARED)))
 
 
 CHANGES = (

@@ -3,6 +3,7 @@
 import time
 
 import pytest
+import rclpy
 from geometry_msgs.msg import Twist
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Joy
@@ -138,6 +139,19 @@ def test_the_stop_button_calls_estop_once_and_lets_go_also_after_a_stall(ros, pa
     ros.spin(0.2)
     assert not any(command.linear.x for command in pad.commands[driven + 1 :])
     assert pad.called == ["estop"]
+
+
+def test_two_joysticks_drive_nothing_and_are_named_and_one_stops(ros, pad):
+    pad.drive()
+    other = ros.add(rclpy.create_node("other_joy", context=ros.context))
+    other.create_publisher(Joy, "joy", 10)
+    pad.wait_until_silent()
+    assert pad.health.says("/other_joy, /probe")
+    pad.show(0.0, (STOP,))
+    assert ros.wait_until(lambda: pad.called == ["estop"])
+    ros.remove(other)
+    pad.let_go()
+    pad.drive()
 
 
 def test_resume_is_called_with_the_dead_man_button_released_alone(ros, pad):

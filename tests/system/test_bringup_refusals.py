@@ -12,7 +12,6 @@ import pytest
 from rclpy.context import Context
 from rclpy.node import Node
 
-from collplan_core.planners import map_period_of
 from collplan_ros.bringup import preparation, processes
 from collplan_ros.bringup.failures import NodeDied
 from collplan_ros.bringup.main import main, run
@@ -99,13 +98,6 @@ def test_a_real_lidar_needs_no_lidar_node_and_for_a_real_robot_no_world(tmp_path
     (tmp_path / "floor.yaml").write_text(WORLD)
     floor = replace(real, world=str(tmp_path / "floor.yaml"), goal=None, check=True)
     assert preparation.prepare(floor).world.name == "floor"
-
-
-def test_strategies_come_with_their_own_map_period_and_worlds_by_family():
-    prepared = preparation.prepare(Options(strategy="bounce", world="u:17"))
-    assert map_period_of(prepared.settings) == 0.05
-    assert prepared.world.name == "u:17"
-    assert map_period_of(preparation.prepare(Options(strategy="harness")).settings) == 0.2
 
 
 def test_options_outrank_the_parameter_file_and_the_file_the_defaults(tmp_path):

@@ -4,7 +4,7 @@ import math
 import os
 import sys
 import time
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import Clock, ClockType
-from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Header
 
 from collplan_core.calibration.body_motions import MotionEstimate
 from collplan_core.calibration.lidar_fit import LidarMount, MountFit
@@ -235,21 +233,6 @@ def test_a_motion_ends_by_itself(allowed, ended):
     assert motion.has_lapsed == (allowed < 0.3)
 
 
-def test_an_exception_ends_a_motion_at_once():
-    """As Ctrl-C does."""
-    watch = Stopwatch()
-    with suppress(KeyboardInterrupt), watch.paced() as commands:
-        motion = commands.begin(replace(stopped("check"), yaw_rate=1.0), 9.0, 9.0)
-        watch.time = 0.34
-        raise KeyboardInterrupt
-    n_sent, watch.allowed = len(watch.sent), math.inf
-    assert not watch.moves
-    watch.run_until(0.5)
-    assert len(watch.sent) == n_sent
-    # between two commands
-    assert motion.gap > 0.0
-
-
 # ---- what the check makes of its figures
 
 FINE = AxesFit(turn=0.1, uncertainty=0.005, scale=1.02, mirrored=False, robot_bias=0.01, bias_uncertainty=0.002)
@@ -266,15 +249,11 @@ def test_what_is_made_of_figures():
         (axes_finding(AxesFit(0.0, 0.1, 0.05, False)), WRONG, "not move"),
         (axes_finding(AxesFit(0.0, 0.1, 1.0, True)), WRONG, "left"),
         (axes_finding(AxesFit(0.0, 0.001, 1000.0, False)), WRONG, "mocap.units"),
-        (axes_finding(AxesFit(0.0, 0.001, 0.6, False)), WRONG, "wheels"),
         (axes_finding(AxesFit(0.0, 0.1, 0.6, False)), DOUBTFUL, "wheels"),
-        (axes_finding(AxesFit(0.0, 0.001, 0.8, False)), DOUBTFUL, "touched"),
         (axes_finding(AxesFit(0.0, 0.001, 0.92, False)), GOOD, "0.920"),
         (turn_finding(replace(TURNED, share=0.99)), GOOD, ""),
         (turn_finding(replace(TURNED, share=0.8)), DOUBTFUL, ""),
         (turn_finding(replace(TURNED, share=-1.0)), WRONG, ""),
-        (turn_finding(replace(TURNED, share=0.01)), WRONG, ""),
-        (turn_finding(replace(TURNED, share=2.0)), WRONG, ""),
         (drift_finding(quarter, MotionEstimate(TURNED, quarter).offset), GOOD, "+0 mm/s ahead and +10 mm/s"),
         (drift_finding(far, MotionEstimate(TURNED, far).offset), DOUBTFUL, ""),
         (interruption_finding(Interruptions(40, 3)), GOOD, "3 of 40"),
@@ -285,10 +264,7 @@ def test_what_is_made_of_figures():
         # seen 0.1 rad to the left of where it goes: the lever is turned by as much on the robot
         (offset_finding(MotionEstimate(TURNED, FINE)), GOOD, "+27.9 +- 0.5 mm ahead and -22.9 +- 0.5 mm left"),
         (offset_finding(MotionEstimate(TURNED, FINE)), GOOD, "-5.73 +- 0.29 deg"),
-        (offset_finding(MotionEstimate(TURNED, replace(FINE, uncertainty=0.02))), DOUBTFUL, ""),
-        (offset_finding(MotionEstimate(replace(TURNED, uncertainty=0.001), FINE)), DOUBTFUL, ""),
         (offset_finding(MotionEstimate(None, FINE)), DOUBTFUL, ""),
-        (lidar_finding(MountFit(AHEAD, 0.97, 0.4, 0.01, SURE), 12), GOOD, "+50.0 mm ahead"),
         (lidar_finding(MountFit(AHEAD, 0.97, 0.4, 0.01, SURE), 12), GOOD, "upside down"),
         (lidar_finding(MountFit(AHEAD, 0.97, 0.95, 0.01, SURE), 12), DOUBTFUL, "another place"),
         (lidar_finding(MountFit(AHEAD, 0.97, 0.4, 0.01, 20.0 * SURE), 12), DOUBTFUL, "+50.0 mm ahead"),
@@ -347,17 +323,10 @@ def test_the_place_of_the_lidar_is_found_from_messages_of_any_frame():
     Settings().with_values(found)
 
 
-def test_scans_that_do_not_come_or_cannot_be_read_are_said():
-    scans, take = lidar_scans(parse_text(FLOOR, "floor", "floor"))
-    assert scans.coming([], []).verdict == WRONG
-    take(LaserScan(header=Header(frame_id="laser"), angle_increment=0.1))
-    assert scans.coming([], []).verdict == WRONG
-    assert "ranges: got shape (0,)" in scans.coming([], []).text
-
-
 def test_scans_by_another_clock_are_said():
     """By what planner and controller refuse them for: limits.scan_age and limits.pose_age."""
     scans, take = lidar_scans(parse_text(FLOOR, "floor", "floor"))
+    assert scans.coming([], []).verdict == WRONG
     state = State(10.0, np.array([0.9, 0.9]), np.zeros(2), 0.0)
     take(scan_to_message(simulate_scan(parse_text(FLOOR, "floor", "floor"), state, Lidar(n_beams=60)), "laser"))
     never = PoseSample(99.0, np.zeros(2), 0.0)

@@ -4,7 +4,6 @@ What stands between `cmd_vel` and the robot's motion may differ; what the graph 
 """
 
 import math
-import time
 import uuid
 from collections.abc import Callable
 
@@ -327,18 +326,6 @@ def test_a_command_that_was_long_under_way_is_not_followed(simulated, monkeypatc
     delayed = property(lambda self: self.came - 10.0, lambda self, value: setattr(self, "came", value))
     monkeypatch.setattr(Inputs, "sent", delayed, raising=False)
     simulated.until(lambda: simulated.speed < STANDING and simulated.counted("late") > 0)
-
-
-def test_what_was_queued_in_a_stall_of_the_driver_is_dropped(ros, tmp_path):
-    robot = Robot(ros, tmp_path, REAL)
-    robot.go(lambda: robot.state == "free", x=0.0)
-    robot.is_silent()
-    late = robot.counted("late")
-    robot.commander.publisher.publish(twist(x=0.4))
-    time.sleep(0.2)  # nothing in this process goes on
-    later = robot.later()
-    robot.until(lambda: robot.counted("late") > late)
-    assert all(speed_of(odometry) < STANDING for odometry in later())
 
 
 def test_an_impact_has_its_sign_and_frame_with_mocap_node_in_the_loop(ros, tmp_path):
