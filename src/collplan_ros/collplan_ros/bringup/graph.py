@@ -12,7 +12,7 @@ from rclpy.client import Client
 
 from collplan_ros.bringup import complaints
 from collplan_ros.bringup.complaints import Complaints
-from collplan_ros.bringup.failures import GraphError, StartError
+from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
 from collplan_ros.bringup.goals import Goals
 from collplan_ros.bringup.listener import NAME, Listener
 from collplan_ros.bringup.network import environment_set, graph_environment
@@ -22,8 +22,8 @@ from collplan_ros.bringup.processes import Processes
 from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.robots import COMMANDER, PLANNER, VIEWER
 from collplan_ros.bringup.run_folder import RunFolder
-from collplan_ros.bringup.signals import StopRequest
 from collplan_ros.bringup.words import in_words
+from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.run_log import PoseRow
 
 COMMANDERS_PERIOD = 0.1
@@ -60,7 +60,7 @@ class Graph:
         self.progress = progress
         self.is_ready = False
         self._folder = folder
-        self._stop_request = StopRequest()
+        self._stop_signal = StopSignal()
         self._stack = ExitStack()
         self._commanders_due = 0.0
         self._clients: dict[str, Client] = {}
@@ -69,7 +69,7 @@ class Graph:
         preparation = self.preparation
         with ExitStack() as stack:
             stack.enter_context(environment_set(graph_environment(preparation.network, os.environ)))
-            stack.enter_context(self._stop_request.listening())
+            stack.enter_context(self._stop_signal.listening())
             self.listener = stack.enter_context(closing(Listener(preparation, self._folder)))
             self.recorder, node = self.listener.recorder, self.listener.node
             self.complaints = Complaints(preparation, self.recorder, node)
@@ -104,7 +104,8 @@ class Graph:
             GraphError: another node commands the robot too.
             RecordError: the recording cannot be written.
         """
-        self._stop_request.check()
+        if self._stop_signal.number is not None:
+            raise Interrupted(self._stop_signal.number)
         self._check_nodes()
         self.listener.take()
 

@@ -18,7 +18,7 @@ from collplan_ros.bringup.progress import Progress
 from collplan_ros.bringup.readiness import refuse_kept_stop, wait_until_ready
 from collplan_ros.bringup.results import make_pictures, write_results
 from collplan_ros.bringup.robots import VIEWER
-from collplan_ros.bringup.signals import StopRequest
+from collplan_ros.node_kit.stop_signal import StopSignal
 from collplan_ros.run.completion import complete_newest
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RecordError, RunError
@@ -63,7 +63,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
         outcome, exit_code, message = _driven(bringup, options)
         say("writing the results ...")
         try:
-            with StopRequest().listening():  # another Ctrl-C does not cost what is written now
+            with StopSignal().listening():  # another Ctrl-C does not cost what is written now
                 recorded = read_run(folder.path, options.pictures)
                 results = write_results(recorded, preparation, outcome, message)
         except (RecordError, RunError, OSError) as error:

@@ -3,12 +3,10 @@
 import argparse
 import gc
 import re
-import signal
 import sys
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
-from types import FrameType
 
 import rclpy
 from rclpy.duration import Duration
@@ -22,6 +20,7 @@ from rclpy.utilities import remove_ros_args
 
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.node_kit.events_executor import events_executor
+from collplan_ros.node_kit.stop_signal import StopSignal
 
 STARTUP_ERROR = 2
 """Exit code of a node that could not be made."""
@@ -33,20 +32,8 @@ PARAMETER = re.compile(r"(?:[^:]+:)?([^:]+):=")
 _STARTUP_ERRORS = (ValueError, OSError, RuntimeError, ParameterException, NameValidationException)
 
 
-class _StopFlag:
-    """A flag set by SIGINT and SIGTERM; rclpy's own handlers end the context before a last message can be sent."""
-
-    def __init__(self) -> None:
-        self.raised = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._raise)
-
-    def _raise(self, number: int, frame: FrameType | None) -> None:
-        self.raised = True
-
-
 def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
-    """Runs one node until SIGINT, SIGTERM or the end of its context.
+    """Runs one node until SIGINT, SIGTERM, SIGHUP or the end of its context.
 
     At the end `node.stop()` is called, if the node has it, while messages can still be sent.
 
@@ -60,8 +47,12 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
     Raises:
         Whatever a callback of the node raises, after the node was stopped.
     """
-    flag = _StopFlag()
-    argv = list(sys.argv if args is None else args)
+    argv, stop_signal = list(sys.argv if args is None else args), StopSignal()
+    with stop_signal.listening():
+        return _run(make_node, argv, stop_signal)
+
+
+def _run(make_node: Callable[[], Node], argv: list[str], stop_signal: StopSignal) -> int:
     program = Path(argv[0]).name if argv else "node"
     try:
         _refuse_other_arguments(program, argv)
@@ -72,7 +63,7 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         print(f"{program}: {' '.join(str(error).split())}", file=sys.stderr)
         rclpy.try_shutdown()
         return STARTUP_ERROR
-    _spin(node, flag)
+    _spin(node, stop_signal)
     return 0
 
 
@@ -90,13 +81,13 @@ def _refuse_parameters_of_others(node: Node, argv: list[str]) -> None:
             raise ParameterError(f"{given[1]}: no parameter of {node.get_name()}")
 
 
-def _spin(node: Node, flag: _StopFlag) -> None:
+def _spin(node: Node, stop_signal: StopSignal) -> None:
     executor, never = events_executor(), Future()
     executor.add_node(node)
     # what was compiled and imported stays; to look through it for garbage takes a tenth of a second and more
     gc.freeze()
     try:
-        while not flag.raised and rclpy.ok():
+        while stop_signal.number is None and rclpy.ok():
             # spin_once() would end after each callback; spin() waits until a time that overflows, at full load
             executor.spin_until_future_complete(never, timeout_sec=LOOK_PERIOD)
     finally:

@@ -1,4 +1,4 @@
-"""Signals that ask bringup to stop, handled at safe points of its loop."""
+"""Signals that ask a program to stop, handled at safe points of its loop."""
 
 import signal
 import threading
@@ -6,24 +6,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from collplan_ros.bringup.failures import Interrupted
-
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-class StopRequest:
-    """Holds the first signal received, until `check()` raises it as an exception."""
+class StopSignal:
+    """Keeps the first signal received; rclpy's own handlers end the context before a last message can be sent.
+
+    Attributes:
+        number: of the signal; None before.
+    """
 
     def __init__(self) -> None:
-        self._number: int | None = None
-
-    def check(self) -> None:
-        """Raises Interrupted if a signal was received."""
-        if self._number is not None:
-            raise Interrupted(self._number)
+        self.number: int | None = None
 
     def _take(self, number: int, frame: FrameType | None) -> None:
-        self._number = self._number or number
+        self.number = self.number or number
 
     @contextmanager
     def listening(self) -> Iterator[None]:
