@@ -134,20 +134,6 @@ def test_a_trajectory_is_followed_before_the_path_of_its_stamp_which_may_be_lost
     assert any("bounces" in state.message for state in bench.states)
 
 
-def test_a_robot_that_holds_itself_and_one_that_a_person_resumes_are_heard(ros, bench):
-    bench.drive()
-    values = [KeyValue(key="state", value="held"), KeyValue(key="reason", value="no fresh command for 1.1 s")]
-    held = DiagnosticStatus(message="no fresh command for 1.1 s: call resume", values=values)
-    states = bench.publish(DiagnosticStatus, "robot/state", held, LATCHED)
-    assert bench.stands("held: no fresh command for 1.1 s")
-    states.publish(DiagnosticStatus())
-    n = len(bench.commands)
-    assert ros.wait_until(lambda: len(bench.commands) > n + 10)
-    assert not any(map(is_moving, bench.commands[n:]))
-    bench.publish(Empty, "robot/resumed", Empty())
-    assert ros.wait_until(bench.moves)
-
-
 def not_a_number(path):
     path.poses[3].pose.position.x = math.nan
 

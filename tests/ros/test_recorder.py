@@ -189,15 +189,6 @@ def test_the_log_ends_with_the_pose_that_arrived_whatever_was_taken_when(random,
     assert recorded_to_the_end(by_topic, patience) == log
 
 
-def test_where_poses_were_lost_the_planner_tells_the_arrival():
-    log = recorded(in_time())
-    log.reached_sent = ARRIVAL + SENT_LATE + 0.001
-    assert log.arrival == log.poses[-1].stamp
-    lost = 20
-    log.poses[-lost:] = [log.poses[-1]._replace(stamp=STAMP + ARRIVAL + 3.0, sent=ARRIVAL + 3.0)]
-    assert log.arrival == pytest.approx(STAMP + ARRIVAL + 0.001, abs=1e-5)
-
-
 def test_a_report_of_an_earlier_goal_is_not_about_the_new_one():
     recording = Recording()
     recording.recorder.ask(np.zeros(2))
@@ -229,23 +220,6 @@ def test_a_detected_impact_is_recorded_with_its_own_time_and_place_and_none_afte
     assert (stamp, x, y) == pytest.approx((STAMP + 0.1, 1.0, 2.0))
     assert normal == pytest.approx([0.0, -1.0])
     assert recording.recorder.n_impacts == len(recording.log.detected_impacts) == 1
-
-
-def test_the_longest_wait_of_simulated_time_is_that_within_the_run():
-    recording = Recording()
-
-    def report(sent: float, longest: str) -> None:
-        values = {"real_time_factor": "0.85", "longest_wait_s": longest, "longest_wait_for": "planner_node"}
-        status = DiagnosticStatus(name="/simulator_node", values=[KeyValue(key=k, value=v) for k, v in values.items()])
-        recording.take("/diagnostics", sent, DiagnosticArray(status=[status]))
-
-    recording.recorder.finish()
-    report(0.1, "0.5")
-    recording.recorder.begin(True)
-    report(0.5, "0.5")
-    assert recording.log.longest_wait is None
-    report(1.0, "0.7")
-    assert recording.log.longest_wait == (0.7, "planner_node")
 
 
 ODD = {

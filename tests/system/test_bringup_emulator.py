@@ -46,13 +46,6 @@ def test_the_goal_is_reached_over_serial_bytes_with_one_in_a_hundred_corrupted(t
     assert "Traceback" not in logs
 
 
-@pytest.mark.soak
-@pytest.mark.timeout(300)
-def test_a_ring_that_senses_replaces_detection(tmp_path):
-    code, text, _ = with_emulator(tmp_path, "senses_impacts: true")
-    assert code == 0, text
-
-
 def test_a_serial_robot_that_is_not_there_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(preparation, "NODES", ())
     monkeypatch.setattr(readiness, "LINK_PATIENCE", 0.5)
