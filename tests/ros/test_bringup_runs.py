@@ -172,6 +172,13 @@ def test_without_poses_it_is_said_where_they_were_expected(played, options):
     assert {key: os.environ[key] for key in before} == before
 
 
+def test_progress_that_nobody_reads_any_more_ends_nothing():
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as stream:
+        Progress(stream).say("into the void")
+
+
 def test_a_node_that_ends_at_its_start_is_named_with_its_last_lines(options, capsys):
     (options.out.parent / "node").write_text("#!/bin/sh\necho no such port\nexit 1\n")
     result = run(options)

@@ -84,7 +84,6 @@ class DriverNode(Node):
         self._session: int | None = None
         self._was_armed = False
         self._unarmed = 0
-        self._reported_trouble = ""
         self._logged_trouble: str | None = None
         self._logged_at = float("-inf")
         self._status = 0
@@ -218,9 +217,6 @@ class DriverNode(Node):
 
     def _report_changes(self, now: float) -> None:
         trouble = self.link.trouble()
-        if trouble != self._reported_trouble:
-            self._reported_trouble = trouble
-            self._diagnostics.publish()
         if trouble != self._logged_trouble and now - self._logged_at >= LOG_PERIOD:
             self._logged_trouble, self._logged_at = trouble, now
             log = self.get_logger()

@@ -4,8 +4,6 @@ from omnipuck_driver.codec import REASONS
 from omnipuck_driver.messages import GIVES_TEMPERATURE, NO_TEMPERATURE, SENSES_IMPACTS
 from omnipuck_driver.serial_link import SerialLink
 
-COUNTS = 1 << 16
-
 
 class LinkReport:
     """Counts of a link since the start, and the quality of its input since the last call."""

@@ -40,9 +40,9 @@ from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.node_kit.turn import Turn
 from collplan_ros.nodes.control_period import ControlPeriod
 from collplan_ros.nodes.controller_outputs import ControllerOutputs
-from collplan_ros.nodes.hand_input import HandInput
 from collplan_ros.nodes.heartbeat import HeartbeatWatch
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
+from collplan_ros.nodes.teleop_input import TeleopInput
 
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
 GROUPS = (Robot, LocalMapping, Control, ScanInput, Limits, Frames, *MOCAP)
@@ -85,7 +85,7 @@ class ControllerNode(Node):
         listen.listen(GoalStatus, "goal_status", self._on_status, qos.LATCHED, STATE)
         listen.listen(DiagnosticStatus, "robot/state", self._on_robot_state, qos.LATCHED, EVENT)
         listen.listen(Empty, "robot/resumed", self._on_resumed, qos.EVENT, EVENT)
-        self._hand = HandInput(self, listen, self._settings, self._on_hand)
+        self._hand = TeleopInput(self, listen, self._settings, self._on_hand)
         timer = call_each_period(self, 1.0 / self._settings.controller.rate, self._on_timer, self._local_clock)
         self._turn = Turn(self, self._local_clock, lambda: 1e-9 * timer.time_until_next_call())
 

@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 
 from collplan_core.ages import SenderAge
 from collplan_core.command import HAND, Command, stopped
-from collplan_core.control.stick import RELEASED_FOR, Grip, Stick, StickError, check_stick, velocity_of
+from collplan_core.control.stick import Grip, Stick, StickError, check_stick, velocity_of
 from collplan_core.parameters import Frames, Teleop
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.qos import EVERY_UNRELIABLE, NEWEST
@@ -50,7 +50,6 @@ class TeleopNode(Node):
         self._came = self._heard = -math.inf
         self._grip = self._resume = Grip()
         self._stop_pressed = False
-        self._told: set[str] = set()
         self._unsent: Command | None = None
         self._sent = 0
         self._hand = self.create_publisher(command_type(self._settings), "hand/cmd_vel", NEWEST)
@@ -97,8 +96,6 @@ class TeleopNode(Node):
         if before.holds and not self._grip.holds:
             self._send(stopped("released"))
         self._on_resume(resume, pressed, now)
-        self._tell("dead-man", pressed, self._grip)
-        self._tell("resume", resume, self._resume)
         if not self._grip.holds:
             return
         self._unsent = Command(velocity, yaw_rate, HAND, np.full(2, np.nan))
@@ -122,15 +119,6 @@ class TeleopNode(Node):
             self.get_logger().warning("resume: release the dead-man button first")
         else:
             self._call("resume")
-
-    def _tell(self, name: str, pressed: bool, grip: Grip) -> None:
-        """Says once that a button is pressed and does not count."""
-        if grip.was_released:
-            self._told.discard(name)
-        elif pressed and name not in self._told:
-            self._told.add(name)
-            needed = f"{RELEASED_FOR:g} s, in messages at most {self._settings.teleop.joy_age:g} s apart"
-            self.get_logger().warning(f"the {name} button is pressed, and counts once it was released for {needed}")
 
     def _call(self, service: str) -> None:
         self._calls.now(service, Trigger.Request(), self._answered(service))

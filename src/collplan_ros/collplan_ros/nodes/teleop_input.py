@@ -23,7 +23,7 @@ Take = Callable[[np.ndarray, float, float, str], None]
 """Takes a velocity (2,) [m/s, body frame], a yaw rate [rad/s], the age [s], and why it must not be followed."""
 
 
-class HandInput:
+class TeleopInput:
     """Listens to hand/cmd_vel.
 
     What is too old is left out, and the first command of a sender, whose age is not known. One to rest never is: nobody
