@@ -1,5 +1,5 @@
 #!/bin/sh
-# dist.sh: the five packages as wheels in dist/, then installed and tried outside of the sources: in an environment
+# dist.sh: the six packages as wheels in dist/, then installed and tried outside of the sources: in an environment
 # without ROS, then with the ROS of pip in it, or in one upon the ROS that is sourced.
 set -eu
 : "${VENV:?make names the environment: call make dist}"
@@ -63,7 +63,7 @@ else
     export AMENT_PREFIX_PATH="$work/plain"
 fi
 # shellcheck disable=SC2046  # a list
-start $("$bin/python" - collplan-core collplan-ros omnipuck-driver omnipuck-sim collplan-study <<'PROGRAMS'
+start $("$bin/python" - collplan-core collplan-ros omnipuck-driver omnipuck-sim collplan-study collplan-gym <<'PROGRAMS'
 import sys
 from importlib.metadata import distribution
 print(*(entry.name for name in sys.argv[1:] for entry in distribution(name).entry_points))

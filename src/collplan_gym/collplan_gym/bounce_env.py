@@ -1,0 +1,120 @@
+"""`collplan/Bounce-v0`: reach a goal in an unknown place in the least time; contact costs nothing but what it does."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from collplan_core.parameters import Settings
+from collplan_core.plane import rotate
+from collplan_core.sensing.pose_filter import SPEED_ALLOWANCE
+from collplan_core.worlds import World, WorldError, load_world
+from collplan_core.worlds.families import FAMILIES
+from collplan_gym.measured_robot import Measured, MeasuredRobot
+
+MOST_SEEDS = 2**31
+"""Seeds of worlds and noise are drawn below this."""
+LONGEST_REST = 20
+"""Control periods within which a robot at rest is found by its poses."""
+Observation = dict[str, np.ndarray]
+
+
+class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
+    """The Omnipuck, a puck with a reflection ring, on its way to a goal; one step is one control period (0.05 s).
+
+    Observation, in the robot's frame: `scan` (n_beams,) ranges [m], range_max where nothing is seen; `velocity` (2,)
+    [m/s]; `goal` (2,) from the robot to the goal [m]. Action: velocity (2,) [m/s], cut to v_max. Reward: minus the
+    time that passed [s]. Terminates within planner.goal_tolerance of the goal, truncates after trial.timeout.
+
+    `info` has `pose` (3,) x, y [m], yaw [rad] and `stamp` [s] of the newest pose; `contacts`, the number of impacts in
+    the step, and `contact_speed`, the hardest one into its wall [m/s]. `PlannerPolicy` takes `states`, a tuple (stamp,
+    x, y, vx, vy, yaw) for each pose, and `changes`, (stamp, change of vx, of vy) for each impact that the poses show.
+
+    Args:
+        world: NAME, FILE, FAMILY:SEED or a World; a FAMILY alone draws a new world of it at each reset.
+        settings: all parameters; the shipped ones by default.
+
+    Raises:
+        WorldError: no such world, or one without start or goal.
+        ParameterError: a sensor that is not simulated here.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  # gymnasium's own form
+
+    def __init__(self, world: str | World = "serpentine", settings: Settings | None = None) -> None:
+        self._settings = settings or Settings()
+        self._family = FAMILIES.get(world) if isinstance(world, str) else None
+        self._world = load_world(world) if isinstance(world, str) and self._family is None else world
+        lidar, speed = self._settings.lidar, self._settings.robot.max_speed
+        n, far = lidar.n_beams, lidar.range_max
+        self.observation_space = spaces.Dict(
+            scan=spaces.Box(0.0, far, (n,), np.float32),
+            velocity=spaces.Box(-2.0 * SPEED_ALLOWANCE * speed, 2.0 * SPEED_ALLOWANCE * speed, (2,), np.float32),
+            goal=spaces.Box(-np.inf, np.inf, (2,), np.float32),
+        )
+        self.action_space = spaces.Box(-speed, speed, (2,), np.float32)
+        self._robot: MeasuredRobot | None = None
+        self._goal, self._yaw, self._began = np.zeros(2), 0.0, 0.0
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """A new episode: the robot rests at the start of its world."""
+        super().reset(seed=seed)
+        if self._family is not None:
+            self._world = self._family(int(self.np_random.integers(MOST_SEEDS)))
+        world = self._world
+        assert isinstance(world, World)
+        if world.goal is None:
+            raise WorldError(f"{world.called}: goal: missing, expected x, y")
+        self._goal = np.asarray(world.goal, dtype=float)
+        self._robot = MeasuredRobot(world, self._settings, int(self.np_random.integers(MOST_SEEDS)))
+        measured = self._robot.rest()
+        for _ in range(LONGEST_REST):
+            if measured.states:
+                break
+            measured = self._robot.rest()
+        self._began = measured.states[-1].stamp
+        return self._seen(measured)
+
+    def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """A control period under a velocity (2,) [m/s, body frame].
+
+        Raises:
+            ValueError: not finite, or `reset` was not called.
+        """
+        velocity = np.asarray(action, dtype=float)
+        if self._robot is None:
+            raise ValueError("step: called before reset")
+        if velocity.shape != (2,) or not np.isfinite(velocity).all():
+            raise ValueError(f"action: got {action!r}, expected 2 finite numbers")
+        measured = self._robot.drive(velocity, self._yaw)
+        observation, info = self._seen(measured)
+        limits = self._settings
+        arrived = any(
+            np.hypot(*(each.position - self._goal)) <= limits.planner.goal_tolerance for each in measured.states
+        )
+        late = info["stamp"] - self._began >= limits.trial.timeout
+        return observation, -1.0 / limits.controller.rate, arrived, late and not arrived, info
+
+    def _seen(self, measured: Measured) -> tuple[Observation, dict[str, Any]]:
+        state = measured.newest
+        self._yaw = state.yaw
+        found = {
+            "scan": measured.scan.ranges,
+            "velocity": np.array(rotate(*state.velocity.tolist(), -state.yaw)),
+            "goal": np.array(rotate(*(self._goal - state.position).tolist(), -state.yaw)),
+        }
+        boxes = self.observation_space.spaces
+        observation = {key: np.clip(found[key], box.low, box.high).astype(np.float32) for key, box in boxes.items()}
+        into = [-float(each.velocity_before @ each.normal) for each in measured.contacts]
+        info = {
+            "pose": np.array([*state.position, state.yaw]),
+            "stamp": state.stamp,
+            "contacts": len(into),
+            "contact_speed": max(into, default=0.0),
+            "states": tuple((s.stamp, *s.position.tolist(), *s.velocity.tolist(), s.yaw) for s in measured.states),
+            "changes": tuple((stamp, *change.tolist()) for stamp, change in measured.changes),
+        }
+        return observation, info

@@ -1,0 +1,88 @@
+"""The simulated robot and what its sensors report, one control period at a time."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from collplan_core.control.tracking import hold_heading, saturate
+from collplan_core.parameters import ParameterError, Settings
+from collplan_core.scan import Scan
+from collplan_core.sensing import pose_filter
+from collplan_core.sensing.instant_lidar import InstantLidar
+from collplan_core.state import State
+from collplan_core.worlds import World
+from omnipuck_sim.robot.impact import Impact
+from omnipuck_sim.robot.physics import Simulator
+
+
+class Measured(NamedTuple):
+    """What became known in a control period.
+
+    Attributes:
+        states: by the poses of motion capture, in order.
+        newest: the last of them; where none was taken, the one before.
+        changes: impacts found in these poses: stamp [s] and change of the velocity (2,) [m/s].
+        scan: from where the newest pose is.
+        contacts: the impacts that there truly were.
+    """
+
+    states: tuple[State, ...]
+    newest: State
+    changes: tuple[tuple[float, np.ndarray], ...]
+    scan: Scan
+    contacts: tuple[Impact, ...]
+
+
+class MeasuredRobot:
+    """A robot in a world, commanded once a control period.
+
+    Args:
+        world: has a start.
+        settings: robot, simulator, lidar, mocap and controller are used. Poses and scans come at once.
+        seed: of all noise.
+
+    Raises:
+        ParameterError: a sensor that needs time, which is not simulated here.
+    """
+
+    def __init__(self, world: World, settings: Settings, seed: int) -> None:
+        if settings.lidar.sensor != "ideal":
+            raise ParameterError(f"lidar.sensor: got {settings.lidar.sensor}, expected ideal")
+        if settings.simulator.mocap_latency > 0.0:
+            raise ParameterError(f"simulator.mocap_latency: got {settings.simulator.mocap_latency}, expected 0")
+        self._settings = settings
+        self._simulator = Simulator(world, settings, seed)
+        self._lidar = InstantLidar(world, settings.lidar, seed)
+        self._filter = pose_filter.FRESH
+        self._newest = self._simulator.state
+        self._period = round(settings.simulator.physics_rate / settings.controller.rate)
+        self._between_poses = round(settings.simulator.physics_rate / settings.simulator.mocap_rate)
+
+    def rest(self) -> Measured:
+        """A control period without a command: fills the window of the pose filter."""
+        return self._advance()
+
+    def drive(self, velocity: np.ndarray, yaw: float) -> Measured:
+        """A control period under a velocity (2,) [m/s, body frame], cut to v_max; the heading is held at 0.
+
+        Args:
+            velocity: finite.
+            yaw: the heading measured last [rad].
+        """
+        turn = hold_heading(yaw, 0.0, self._settings.controller)
+        self._simulator.command(saturate(velocity, self._settings.robot.max_speed), turn)
+        return self._advance()
+
+    def _advance(self) -> Measured:
+        states, changes = list[State](), list[tuple[float, np.ndarray]]()
+        for _ in range(0, self._period, self._between_poses):
+            self._simulator.step(self._between_poses)
+            sample = self._simulator.measured_pose()
+            result, self._filter = pose_filter.filter_pose(self._filter, sample, sample.stamp, self._settings)
+            if result.state is not None:
+                states.append(result.state)
+            if result.impact is not None:
+                changes.append((sample.stamp, result.impact.change))
+        self._newest = newest = states[-1] if states else self._newest
+        contacts = tuple(self._simulator.take_impacts())
+        return Measured(tuple(states), newest, tuple(changes), self._lidar.scan(newest), contacts)

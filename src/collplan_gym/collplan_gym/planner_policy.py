@@ -1,0 +1,89 @@
+"""A strategy of collplan as a policy of `collplan/Bounce-v0`: the planner and controller that a robot runs."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from collplan_core.deadline import never
+from collplan_core.goal import Goal
+from collplan_core.loop.controller_loop import ControllerLoop
+from collplan_core.loop.decisions import Cycle, Decision
+from collplan_core.loop.planner_loop import PlannerLoop
+from collplan_core.loop.sensed_scans import SensedScans
+from collplan_core.parameters import Settings
+from collplan_core.plan import Plan
+from collplan_core.plane import rotate
+from collplan_core.planners import map_period_of
+from collplan_core.scan import Scan
+from collplan_core.state import State
+from collplan_core.worlds.raycast import beam_increment
+
+SOON = 1e-6
+"""A plan that is due within this time is due [s]."""
+
+
+class PlannerPolicy:
+    """Observation and `info` in, action out; begins anew where the stamp goes back, as after `reset`.
+
+    Args:
+        strategy: a value of `planner.strategy`, such as bounce, avoid, harness.
+        settings: those of the environment; the shipped ones by default.
+
+    Attributes:
+        plan: the newest plan; None before the first.
+
+    Raises:
+        ParameterError: unknown strategy.
+    """
+
+    def __init__(self, strategy: str, settings: Settings | None = None) -> None:
+        self._settings = (settings or Settings()).with_values({"planner.strategy": strategy})
+        self._stamp, self._due = math.inf, -math.inf
+        self.plan: Plan | None = None
+
+    def __call__(self, observation: dict[str, np.ndarray], info: dict[str, Any]) -> np.ndarray:
+        """The velocity (2,) to command [m/s, body frame]."""
+        stamp, (x, y, yaw) = info["stamp"], info["pose"].tolist()
+        begins = stamp <= self._stamp
+        if begins:
+            self._begin()
+        self._stamp = stamp
+        for at, *change in info["changes"]:
+            self._act_on(self._planner.take_impact(at, np.array(change), at))
+        for at, px, py, vx, vy, heading in info["states"]:
+            state = State(at, np.array([px, py]), np.array([vx, vy]), heading)
+            self._controller.take_pose(state, state.stamp)
+            self._act_on(self._planner.take_pose(state, state.stamp))
+        if begins:
+            ahead, left = rotate(*observation["goal"].tolist(), yaw)
+            self._act_on(self._planner.take_goal(b"the only goal...", np.array([x + ahead, y + left]), stamp))
+        scan = self._scan(observation["scan"])
+        self._planner.take_scan(scan, stamp)
+        self._controller.take_scan(scan, stamp)
+        if stamp >= self._due - SOON:
+            self._due = stamp + map_period_of(self._settings)
+            self._act_on(self._planner.cycle(stamp))
+        command = self._controller.tick(stamp)
+        self._planner.take_command(command.velocity, stamp)
+        return np.asarray(command.velocity, dtype=np.float32)
+
+    def _begin(self) -> None:
+        sensed = SensedScans(self._settings.limits.pose_history)
+        self._planner = PlannerLoop(self._settings, lambda settings: never, sensed=sensed)
+        self._controller = ControllerLoop(self._settings, sensed=sensed)
+        self.plan, self._due = None, -math.inf
+
+    def _scan(self, ranges: np.ndarray) -> Scan:
+        lidar = self._settings.lidar
+        seen = np.where(ranges < np.float32(lidar.range_max), ranges.astype(float), math.inf)
+        increment = beam_increment(lidar)
+        return Scan(self._stamp, lidar.angle_min, increment, lidar.range_min, lidar.range_max, seen)
+
+    def _act_on(self, decisions: list[Decision]) -> None:
+        for decision in decisions:
+            if isinstance(decision, Goal):
+                self._controller.take_goal(decision)
+            elif isinstance(decision, Cycle):
+                self.plan = decision.plan
+                self._controller.take_plan(decision.plan, self._stamp)

@@ -1,0 +1,81 @@
+"""`collplan/Bounce-v0`: gymnasium's own check, its figures against a trial, strategies as policies, a vector of it."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import collplan_gym
+from collplan_core.parameters import ParameterError, Settings
+from collplan_core.worlds import WorldError, load_world
+from omnipuck_sim.trial import run_trial
+
+BOUNCE = "collplan/Bounce-v0"
+
+
+def drive(env, policy, seed):
+    """An episode: its time [s], how many contacts, and whether the goal was reached."""
+    observation, info = env.reset(seed=seed)
+    passed, contacts, ended = 0.0, 0, False
+    while not ended:
+        observation, reward, arrived, late, info = env.step(policy(observation, info))
+        passed, contacts, ended = passed - reward, contacts + info["contacts"], arrived or late
+    return passed, contacts, arrived
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize("world", ["serpentine", "corridor"])
+def test_gymnasium_finds_no_fault(world):
+    check_env(gymnasium.make(BOUNCE, world=world).unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize(("strategy", "touches"), [("bounce", True), ("avoid", False)])
+def test_a_strategy_is_a_policy_that_arrives_as_in_a_trial(strategy, touches):
+    env, policy = gymnasium.make(BOUNCE, world="serpentine:2"), collplan_gym.PlannerPolicy(strategy)
+    passed, contacts, arrived = drive(env, policy, seed=3)
+    settings = Settings().with_values({"planner.strategy": strategy})
+    assert arrived
+    assert passed == pytest.approx(run_trial(load_world("serpentine:2"), settings, 3).arrival_time, rel=0.15)
+    assert (contacts > 0) == touches
+
+
+def test_what_is_seen_is_in_the_robots_frame():
+    env = gymnasium.make(BOUNCE, world="floor", settings=Settings().with_values({"simulator.noise": 0.0}))
+    observation, info = env.reset(seed=1)
+    goal = load_world("floor").goal
+    np.testing.assert_allclose(info["pose"][:2] + observation["goal"], goal, atol=1e-5)
+    began = info["stamp"]
+    for _ in range(20):
+        observation, *_, info = env.step(np.array([0.0, 5.0]))
+    assert observation["velocity"] == pytest.approx([0.0, Settings().robot.max_speed], abs=0.02)
+    assert info["stamp"] - began == pytest.approx(1.0)
+
+
+def test_a_family_gives_another_world_at_each_reset_and_equal_seeds_equal_ones():
+    env = gymnasium.make(BOUNCE, world="serpentine")
+    scans = [env.reset(seed=seed)[0]["scan"] for seed in (1, None, 1)]
+    assert not np.array_equal(scans[0], scans[1])
+    np.testing.assert_array_equal(scans[0], scans[2])
+
+
+def test_a_vector_of_processes():
+    envs = gymnasium.make_vec(BOUNCE, num_envs=2, vectorization_mode="async", world="u")
+    try:
+        observation, info = envs.reset(seed=1)
+        assert observation["scan"].shape == (2, 360)
+        *_, info = envs.step(envs.action_space.sample())
+        assert info["pose"].shape == (2, 3)
+    finally:
+        envs.close()
+
+
+def test_what_cannot_be_simulated_is_refused():
+    with pytest.raises(WorldError, match="serpentin"):
+        gymnasium.make(BOUNCE, world="serpentin:1")
+    for key, value in (("lidar.sensor", "low_cost"), ("simulator.mocap_latency", 0.03)):
+        with pytest.raises(ParameterError, match=key):
+            gymnasium.make(BOUNCE, world="u:1", settings=Settings().with_values({key: value})).reset()
+    env = gymnasium.make(BOUNCE, world="u:1")
+    env.reset()
+    with pytest.raises(ValueError, match="finite"):
+        env.step(np.array([np.nan, 0.0]))
