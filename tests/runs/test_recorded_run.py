@@ -16,7 +16,7 @@ from collplan_core.parameters.file import write_parameters
 from collplan_core.set_clocks import RunTimes, SendTimes, continued
 from collplan_core.worlds import save_world
 from collplan_ros.run.impacts import impacts_of
-from collplan_ros.run.page.played_run import read_played_run
+from collplan_ros.run.page.played_run import played
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RecordError, RunError
 from collplan_ros.run.run_log import RunLog
@@ -60,10 +60,10 @@ def test_a_killed_run_is_read_and_said_to_be_incomplete_and_its_folder_is_left_a
     assert (run.log.simulated, run.note.startswith(f"{killed}: incomplete")) == (True, True)
     unpictured = read_run(killed, pictured=False).log
     assert (unpictured.scans, unpictured.poses) == ([], run.log.poses)
-    played, impacts = read_played_run(killed), impacts_of(log, room(), WINDOW)
-    assert played.end == "incomplete"
-    np.testing.assert_allclose(played.impacts.times, impacts.times, atol=1e-6)
-    assert played.impacts.verdicts.deliberate.tolist() == impacts.verdicts.deliberate.tolist()
+    shown, impacts = played(read_run(killed)), impacts_of(log, room(), WINDOW)
+    assert shown.end == "incomplete"
+    np.testing.assert_allclose(shown.impacts.times, impacts.times, atol=1e-6)
+    assert shown.impacts.verdicts.deliberate.tolist() == impacts.verdicts.deliberate.tolist()
     assert {path: path.stat().st_mtime_ns for path in killed.iterdir()} == before
 
 

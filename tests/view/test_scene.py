@@ -77,16 +77,6 @@ def test_beams_that_hit_nothing_leave_no_point():
     assert len(scene.scan(seen, at)) == 4
 
 
-@QUICK
-@given(states(1.0), states(2.0), st.floats(-1.0, 4.0))
-def test_between_two_states_lies_a_state_between_them(before, after, stamp):
-    middle = scene.between(before, after, stamp)
-    assert 1.0 <= middle.stamp <= 2.0
-    share = min(max(stamp - 1.0, 0.0), 1.0)
-    np.testing.assert_allclose(middle.position, before.position + share * (after.position - before.position), atol=1e-6)
-    np.testing.assert_array_equal(scene.between(before, before, stamp).position, before.position)
-
-
 def test_a_world_is_drawn_whole():
     for name in (*arena_names(), "serpentine:2", "pillars:1", "random:3"):
         place = load_world(name)

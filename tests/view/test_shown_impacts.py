@@ -11,12 +11,10 @@ from collplan_ros.view.impacts import MOST, ShownImpacts
 POINT, NORMAL = np.array([1.0, 0.0]), np.array([-1.0, 0.0])
 
 
-def coming(speed: float, until: float = 1.0) -> ShownImpacts:
+def coming(speed: float, until: float = 1.0) -> list[State]:
     """A robot on its way into a wall at this speed [m/s]."""
-    impacts = ShownImpacts()
-    for stamp in np.arange(until - 0.5, until, 0.01):
-        impacts.moved(State(float(stamp), POINT - [speed * (until - stamp), 0.0], np.array([speed, 0.1]), 0.0))
-    return impacts
+    stamps = np.arange(until - 0.5, until, 0.01).tolist()
+    return [State(at, POINT - [speed * (until - at), 0.0], np.array([speed, 0.1]), 0.0) for at in stamps]
 
 
 def contact_at(time: float) -> Contacts:
@@ -25,10 +23,10 @@ def contact_at(time: float) -> Contacts:
 
 def hit_with(speed: float, *plans: tuple[float, Contacts]):
     """The impact of a robot at this speed, after plans that were made at these times."""
-    impacts = coming(speed)
+    impacts = ShownImpacts()
     for made, contacts in plans:
         impacts.planned(timed_path(made, made + np.array([0.0, 1.0]), *np.zeros((2, 2, 2)), contacts=contacts))
-    impacts.happened(ImpactContact(1.0, POINT, NORMAL))
+    impacts.happened(ImpactContact(1.0, POINT, NORMAL), coming(speed))
     (impact,) = impacts.part
     return impact
 
@@ -49,16 +47,16 @@ def test_what_was_not_foreseen_in_time_is_another_and_without_poses_it_has_no_sp
     ):
         assert hit_with(0.8, *plans)["kind"] == "other", plans
     impacts = ShownImpacts()
-    impacts.happened(ImpactContact(1.0, POINT, NORMAL))
+    impacts.happened(ImpactContact(1.0, POINT, NORMAL), [])
     assert impacts.part[0]["speed"] == 0
 
 
 def test_what_was_sent_stays_and_the_oldest_go():
     impacts = ShownImpacts()
-    impacts.happened(ImpactContact(1.0, POINT, NORMAL))
+    impacts.happened(ImpactContact(1.0, POINT, NORMAL), [])
     sent = impacts.part
     for time in range(2, MOST + 5):
-        impacts.happened(ImpactContact(float(time), POINT, NORMAL))
+        impacts.happened(ImpactContact(float(time), POINT, NORMAL), [])
     assert len(sent) == 1
     assert len(impacts.part) == MOST
     assert impacts.part[-1]["t"] == MOST + 4

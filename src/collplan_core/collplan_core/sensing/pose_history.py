@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from math import remainder, tau
 
 import numpy as np
@@ -30,22 +30,29 @@ class PoseHistory:
         self._states.clear()
 
     def at(self, stamp: float) -> State | None:
-        """The state at `stamp` [s]; None outside what is kept.
-
-        Between two states position and velocity are linear, and the yaw goes the shortest way.
-        """
-        after = bisect_left(self._states, stamp, key=lambda state: state.stamp)
-        if after == len(self._states):
+        """The state at `stamp` [s]; None outside what is kept."""
+        if not self._states or not self._states[0].stamp <= stamp <= self._states[-1].stamp:
             return None
-        if self._states[after].stamp == stamp:
-            return self._states[after]
-        return None if after == 0 else _between(self._states[after - 1], self._states[after], stamp)
+        return state_at(self._states, stamp)
 
     def at_each(self, stamps: np.ndarray) -> np.ndarray | None:
         """(n, 3) x, y [m] and yaw [rad], not wrapped, at stamps (n,) [s]; None where one is outside."""
         if not self._states or stamps.min() < self._states[0].stamp or stamps.max() > self._states[-1].stamp:
             return None
         return poses_along(self._states, stamps)
+
+
+def state_at(states: Sequence[State], stamp: float) -> State:
+    """The state at a stamp [s] among states in order, at least one; the first or the last of them beyond.
+
+    Between two states position and velocity are linear, and the yaw goes the shortest way.
+    """
+    after = bisect_left(states, stamp, key=lambda state: state.stamp)
+    if after == len(states):
+        return states[-1]
+    if after == 0 or states[after].stamp == stamp:
+        return states[after]
+    return _between(states[after - 1], states[after], stamp)
 
 
 def poses_along(states: Collection[State], stamps: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ from collplan_core.goal import NO_GOAL
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.sensing.beam_poses import placed_among
+from collplan_core.sensing.pose_history import state_at
 from collplan_core.state import State
 from collplan_ros.messages import qos
 from collplan_ros.messages.cloud_reading import LAYERS, REMEMBERED
@@ -51,8 +52,8 @@ POSES = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=100, reliability=Relia
 """Every pose of a frame's time and of a short stall; none is waited for."""
 COMMANDS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
 NEWEST = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-KEPT = 1.0
-"""Time for which poses are kept, to find the one at a scan's stamp [s]."""
+KEPT = 1.5
+"""Time for which poses are kept, to find those at a scan's stamp and before an impact [s]."""
 STEP_BACK = 0.5
 """A pose that is so much before the newest begins another time, as after a restart [s]."""
 QUIET = 0.25
@@ -141,11 +142,16 @@ class ViewInputs:
         listen(MultiDOFJointTrajectory, "planner/trajectory", self._take_trajectory, qos.EVENT, raw=True)
         listen(Path, "plan", self._take_path, NEWEST, raw=True)
         listen(PointCloud2, "planner/seen", self._take_seen, qos.LATCHED)
-        listen(PointCloud2, "planner/compared", self._take_compared, qos.LATCHED)
-        listen(DiagnosticArray, "planner/costs", self._take_costs, NEWEST)
+        listen(
+            PointCloud2,
+            "planner/compared",
+            lambda message, _: self._put(compared_parts(message, self._frames.map)),
+            qos.LATCHED,
+        )
+        listen(DiagnosticArray, "planner/costs", lambda message, _: self._put(costs_parts(message)), NEWEST)
         listen(GoalStatus, "goal_status", self._take_status, qos.LATCHED)
         listen(PoseStamped, "impact/contact", self._take_impact, qos.EVENT)
-        listen(DiagnosticStatus, "controller/state", self._take_doing, qos.LATCHED)
+        listen(DiagnosticStatus, "controller/state", lambda message, _: self._put(doing_parts(message)), qos.LATCHED)
         listen(DiagnosticStatus, "robot/state", self._take_hold, qos.LATCHED)
         listen(command_type(self._settings), "cmd_vel", self._take_command, COMMANDS)
         listen(DiagnosticArray, "/diagnostics", self._take_health, qos.DIAGNOSTICS_SUBSCRIBED)
@@ -179,7 +185,6 @@ class ViewInputs:
             self._begin_anew()
         self._states.append(state)
         self._fresh.append(state)
-        self._impacts.moved(state)
         while self._states[0].stamp < state.stamp - KEPT:
             self._states.popleft()
 
@@ -213,9 +218,7 @@ class ViewInputs:
         scan = scan_from_message(message, self._frames.base, mount)
         if not self._states:
             return
-        after = next((state for state in self._states if state.stamp >= scan.stamp), self._states[-1])
-        before = next((state for state in reversed(self._states) if state.stamp <= scan.stamp), self._states[0])
-        state = scene.between(before, after, scan.stamp)
+        state = state_at(self._states, scan.stamp)
         self._changes.put("scan", scene.scan(placed_among(scan, state, self._states, mount), state))
 
     # ---- plans
@@ -238,12 +241,6 @@ class ViewInputs:
         shown = LAYERS if self._seen % MEMORY_EVERY == 0 else LAYERS[: LAYERS.index(REMEMBERED)]
         self._put(seen_parts(message, self._frames.map, shown))
         self._seen += 1
-
-    def _take_compared(self, message: PointCloud2, _: Values) -> None:
-        self._put(compared_parts(message, self._frames.map))
-
-    def _take_costs(self, message: DiagnosticArray, _: Values) -> None:
-        self._put(costs_parts(message))
 
     def _put(self, parts: Parts) -> None:
         for name, value in parts:
@@ -268,15 +265,12 @@ class ViewInputs:
     # ---- what happens and is said
 
     def _take_impact(self, message: PoseStamped, _: Values) -> None:
-        self._impacts.happened(impact_contact_from_message(message, self._frames.map))
+        self._impacts.happened(impact_contact_from_message(message, self._frames.map), self._states)
         self._put_impacts()
 
     def _put_impacts(self) -> None:
         self._changes.put("impacts", self._impacts.part)
         self._changes.put("counts", self._impacts.counts)
-
-    def _take_doing(self, message: DiagnosticStatus, _: Values) -> None:
-        self._put(doing_parts(message))
 
     def _take_hold(self, message: DiagnosticStatus, _: Values) -> None:
         self.robot = str(message.name)

@@ -1,12 +1,10 @@
 """Completes what a bringup that was killed has left: the end of its recording, and its results.
 
-Who writes a run has its folder locked, and its recording. What is locked is left alone, and so is a recording that
-holds nothing yet: it may be locked the moment after.
+Who writes a run has its folder locked, and what is locked is left alone.
 """
 
-import fcntl
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -28,7 +26,7 @@ KILLED, WHY_KILLED = "killed", "bringup ended before the run did"
 
 
 class BeingWritten(RunError):
-    """Somebody else writes the run, or is about to."""
+    """Somebody else writes the run."""
 
 
 def complete(folder: Path, say: Callable[[str], None] = lambda _: None) -> str:
@@ -93,24 +91,19 @@ def _is_unfinished(folder: Path) -> bool:
 
 @contextmanager
 def _left(folder: Path) -> Iterator[None]:
-    """Locks a folder and its recording.
+    """Locks a folder.
 
     Raises:
-        BeingWritten: somebody else has, or is about to.
+        BeingWritten: somebody else has.
         RunError: it cannot be locked.
     """
-    being_written = BeingWritten(f"{folder}: is being written, and left as it is")
-    with ExitStack() as stack:
-        try:
-            stack.enter_context(closing(FolderLock(folder)))
-            file = stack.enter_context((folder / RECORDING).open("rb"))
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if file.seek(0, 2) == 0:
-                raise being_written
-        except BlockingIOError:
-            raise being_written from None
-        except OSError as error:
-            raise RunError(f"{error.filename or folder}: cannot be locked: {error.strerror or error}") from None
+    try:
+        lock = FolderLock(folder)
+    except BlockingIOError:
+        raise BeingWritten(f"{folder}: is being written, and left as it is") from None
+    except OSError as error:
+        raise RunError(f"{folder}: cannot be locked: {error.strerror or error}") from None
+    with closing(lock):
         yield
 
 

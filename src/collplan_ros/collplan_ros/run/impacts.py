@@ -6,7 +6,6 @@ from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 
@@ -170,17 +169,12 @@ def nearest_surface(world: World, position: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def write_impacts(path: Path, impacts: Impacts, begin: float) -> None:
-    """Writes impacts.csv; t counts from `begin` [s]."""
-    with path.open("w", newline="") as file:
-        write_impact_rows(file, impacts, begin)
-
-
-def write_impact_rows(file: TextIO, impacts: Impacts, begin: float) -> None:
     """Writes one row per impact; t counts from `begin` [s], as in trajectory.csv."""
-    writer = csv.writer(file)
-    writer.writerow(COLUMNS)
-    for i in range(len(impacts)):
-        vectors = (impacts.points[i], impacts.normals[i], impacts.before[i], impacts.after[i])
-        numbers = [impacts.times[i] - begin, *np.concatenate(vectors), impacts.direction_errors[i]]
-        kinds = (impacts.verdicts.foreseen[i], impacts.verdicts.deliberate[i])
-        writer.writerow([*(f"{number:.6f}" for number in numbers), *(str(bool(kind)).lower() for kind in kinds)])
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        for i in range(len(impacts)):
+            vectors = (impacts.points[i], impacts.normals[i], impacts.before[i], impacts.after[i])
+            numbers = [impacts.times[i] - begin, *np.concatenate(vectors), impacts.direction_errors[i]]
+            kinds = (impacts.verdicts.foreseen[i], impacts.verdicts.deliberate[i])
+            writer.writerow([*(f"{number:.6f}" for number in numbers), *(str(bool(kind)).lower() for kind in kinds)])

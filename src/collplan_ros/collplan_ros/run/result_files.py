@@ -1,5 +1,6 @@
 """The result files of a run: trajectory, impacts and summary."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from collplan_core.worlds import World
 from collplan_ros.run.impacts import Impacts, impacts_of, write_impacts
 from collplan_ros.run.run_log import RunLog
 from collplan_ros.run.run_timing import timing_of
-from collplan_ros.run.summary import assumed_constants, summarize, write_summary
+from collplan_ros.run.summary import assumed_constants, summarize
 from collplan_ros.run.trajectory_file import write_trajectory
 from collplan_ros.run.whole_file import replacing
 
@@ -76,5 +77,5 @@ def write_result_files(
         "assumed": assumed_constants(settings, log.simulated),
     }
     with replacing(folder / SUMMARY) as path:
-        write_summary(path, summary)
+        path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
     return Results(log, impacts, summary)

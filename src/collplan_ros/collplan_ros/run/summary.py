@@ -1,9 +1,7 @@
 """summary.json: the figures of a run."""
 
-import json
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -89,11 +87,6 @@ def _median(values: np.ndarray) -> float | None:
 def _mean(log: RunLog, key: str) -> float | None:
     values = [costs[key] for costs in log.costs if key in costs]
     return float(np.mean(values)) if values else None
-
-
-def write_summary(path: Path, summary: dict[str, Any]) -> None:
-    """Writes summary.json; unknown figures are null."""
-    path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
 
 
 def counted_impacts(number: int) -> str:

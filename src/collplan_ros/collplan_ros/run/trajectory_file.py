@@ -3,7 +3,6 @@
 import csv
 import math
 from pathlib import Path
-from typing import TextIO
 
 from collplan_ros.run.run_log import PoseRow, RunLog
 
@@ -12,24 +11,19 @@ UNKNOWN = math.nan
 
 
 def write_trajectory(path: Path, log: RunLog) -> None:
-    """Writes trajectory.csv."""
-    with path.open("w", newline="") as file:
-        write_trajectory_rows(file, log)
-
-
-def write_trajectory_rows(file: TextIO, log: RunLog) -> None:
     """Writes one row per pose: pose and velocity in the world frame, last command in the robot's frame, tracked point.
 
     t counts from the first non-zero command, so arrival_time_s is the last t of a run that reached its goal and lost no
     pose. Commands, points and maneuvers hold from the time they were sent, not received; the rows are therefore written
     after the run.
     """
-    writer = csv.writer(file)
-    writer.writerow(COLUMNS)
     begin = log.begin
-    for pose in log.poses:
-        numbers = (pose.stamp - begin, *pose[1:6], *_commanded(pose, log))
-        writer.writerow([*(f"{number:.6f}" for number in numbers), log.maneuver_at(pose.sent)])
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        for pose in log.poses:
+            numbers = (pose.stamp - begin, *pose[1:6], *_commanded(pose, log))
+            writer.writerow([*(f"{number:.6f}" for number in numbers), log.maneuver_at(pose.sent)])
 
 
 def _commanded(pose: PoseRow, log: RunLog) -> tuple[float, ...]:

@@ -1,10 +1,8 @@
 """run.mcap while it is written: what was flushed survives the end of this process, whatever ends it."""
 
-import fcntl
 import os
 import time
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import IO, cast
 
@@ -46,7 +44,7 @@ class _Pending:
 
 
 class RecordingFile:
-    """A file in the MCAP format that is locked as long as it is written.
+    """A file in the MCAP format.
 
     After a failure nothing more is written.
 
@@ -66,9 +64,6 @@ class RecordingFile:
             self._descriptor: int | None = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
         except OSError as error:
             raise RecordError(path, error) from None
-        # where a file system knows no locks, nobody can lock it to complete it either
-        with suppress(OSError):
-            fcntl.flock(self._descriptor, fcntl.LOCK_EX)
         self._writer = Writer(cast(IO[bytes], self._pending))
         self._writer.start(profile=Profile.ROS2, library=LIBRARY)
 
@@ -130,7 +125,7 @@ class RecordingFile:
                 self._writer.finish()
                 self._hand_on()
         finally:
-            os.close(self._descriptor)  # which also unlocks it
+            os.close(self._descriptor)
             self._descriptor, self._failed = None, True
 
     def _hand_on(self) -> None:

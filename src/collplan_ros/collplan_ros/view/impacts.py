@@ -1,6 +1,7 @@
 """Impacts as they happen: whether a plan in force foresaw each, and whether it was deliberate."""
 
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from collplan_core.state import State
 from collplan_ros.view import scene
 
 KEPT = 1.5
-"""Time for which plans and poses are kept [s]; an impact is found 0.02 to 0.08 s after it."""
+"""Time for which plans are kept [s]; an impact is found 0.02 to 0.08 s after it."""
 MOST = 200
 """Impacts that are kept."""
 
@@ -28,7 +29,6 @@ class ShownImpacts:
         self.part: list[scene.Part] = []
         self.counts = dict.fromkeys(KINDS, 0)
         self._predictions: deque[Prediction] = deque()
-        self._states: deque[State] = deque()
 
     def planned(self, plan: Plan) -> None:
         """Takes a plan."""
@@ -36,22 +36,13 @@ class ShownImpacts:
         while self._predictions[0].made < plan.stamp - KEPT:
             self._predictions.popleft()
 
-    def moved(self, state: State) -> None:
-        """Takes the next state."""
-        self._states.append(state)
-        while self._states[0].stamp < state.stamp - KEPT:
-            self._states.popleft()
-
-    def happened(self, contact: ImpactContact) -> None:
-        """Takes an impact."""
-        speed = self._speed_into(contact)
+    def happened(self, contact: ImpactContact, states: Sequence[State]) -> None:
+        """Takes an impact and the states around it, in order; without any its speed is told as 0."""
+        before = last_before(contact.time, states).velocity if states else np.zeros(2)
+        # into the wall
+        speed = max(0.0, -float(before @ contact.normal))
         one = np.array([contact.time]), contact.point[None], np.array([speed])
         kind = judge_impacts(*one, self._predictions).kind(0)
         # made anew: what was sent before stays as it was
         self.counts = {**self.counts, kind: self.counts[kind] + 1}
         self.part = [*self.part, scene.impact(contact, kind, speed)][-MOST:]
-
-    def _speed_into(self, contact: ImpactContact) -> float:
-        """Speed into the wall before an impact [m/s]; 0 without a pose."""
-        before = last_before(contact.time, self._states) if self._states else None
-        return 0.0 if before is None else max(0.0, -float(before.velocity @ contact.normal))

@@ -120,19 +120,6 @@ def scan(seen: Scan, at: State) -> Part:
     return milli(seen.points(at, np.isfinite(seen.ranges)))
 
 
-def between(before: State, after: State, stamp: float) -> State:
-    """The state at a stamp [s] on the straight way from one to another; the nearer one where it is not between."""
-    span = after.stamp - before.stamp
-    share = min(max((stamp - before.stamp) / span, 0.0), 1.0) if span > 0.0 else 1.0
-    turn = math.remainder(after.yaw - before.yaw, 2 * math.pi)
-    return State(
-        before.stamp + share * span,
-        before.position + share * (after.position - before.position),
-        before.velocity + share * (after.velocity - before.velocity),
-        before.yaw + share * turn,
-    )
-
-
 # ---- the place
 
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from collplan_core.command_line import examples
-from collplan_ros.run.page.played_run import PlayedRun, read_played_run
+from collplan_ros.run.page.played_run import PlayedRun, played
 from collplan_ros.run.page.run_page import write_page
+from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RecordError, RunError
 
 REFUSED = 2
@@ -55,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
 def _runs(folders: Sequence[Path]) -> list[PlayedRun]:
     if len(folders) < 2:
         raise RunError(f"got {len(folders)} run, expected at least two to show beside each other")
-    runs = [read_played_run(folder) for folder in folders]
+    runs = [played(read_run(folder)) for folder in folders]
     worlds = dict.fromkeys(run.run.settings.simulator.world for run in runs)
     if len(worlds) > 1:
         raise RunError(f"got runs in the worlds {', '.join(worlds)}, expected one world")

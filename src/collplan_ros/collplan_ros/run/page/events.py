@@ -1,7 +1,6 @@
 """What happened in a run, as parts of frames: from its log, and from what its nodes said."""
 
 import math
-from bisect import bisect_right
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -14,13 +13,13 @@ from collplan_core.evaluation.impact_matching import KINDS
 from collplan_core.goal import ACTIVE, NO_GOAL
 from collplan_core.scan import ScanError
 from collplan_core.sensing.beam_poses import placed_among
-from collplan_core.state import State
+from collplan_core.sensing.pose_history import state_at
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.run.page.played_run import PlayedRun
 from collplan_ros.run.page.run_frames import Event, Frame
 from collplan_ros.run.reader import raw_messages
 from collplan_ros.run.recorded_run import NANO
-from collplan_ros.run.run_log import PoseRow, RunLog, SentGoal, SentStatus, states_around
+from collplan_ros.run.run_log import RunLog, SentGoal, SentStatus, states_around
 from collplan_ros.view import scene
 from collplan_ros.view.impacts import MOST
 from collplan_ros.view.message_parts import (
@@ -82,25 +81,19 @@ def message_events(played: PlayedRun) -> Iterator[Event]:
         at = run.log.stamp_at((each.came - run.clock_ahead) / NANO)
         if each.topic in CLOUDS:
             clouds[each.topic] += 1
-            if (clouds[each.topic] - 1) % played.one_in:
+            if (clouds[each.topic] - 1) % played.decimation:
                 continue
         for part, value in takers[each.topic](each.decoded, at):
             yield Event(at, part, value)
 
 
-def state_at(poses: list[PoseRow], stamp: float) -> State:
-    """The state at a stamp [s] between poses; the first or the last pose outside them."""
-    following = bisect_right(poses, stamp, key=lambda pose: pose.stamp)
-    before, after = poses[max(following - 1, 0)], poses[min(following, len(poses) - 1)]
-    return scene.between(before.state, after.state, stamp)
-
-
 def _scans(played: PlayedRun) -> Iterator[Event]:
     log = played.run.log
-    for scan in log.scans[:: played.one_in]:
-        state = state_at(log.poses, scan.stamp)
+    for scan in log.scans[:: played.decimation]:
+        states = states_around(log.poses, scan)
+        state = state_at(states, scan.stamp)
         with suppress(ScanError):  # nothing of it is used
-            placed = placed_among(scan, state, states_around(log.poses, scan), played.run.settings.scan)
+            placed = placed_among(scan, state, states, played.run.settings.scan)
             yield Event(scan.stamp, "scan", scene.scan(placed, state))
 
 
@@ -131,7 +124,7 @@ def _impact(played: PlayedRun, k: int) -> scene.Part:
     # in a world without surfaces only the robot's own place is known
     return {
         "t": scene.time_of(time - played.zero),
-        "at": scene.milli(place if known else state_at(played.run.log.poses, time).position),
+        "at": scene.milli(place if known else state_at([pose.state for pose in played.run.log.poses], time).position),
         "normal": scene.milli(normal) if known else [0, 0],
         "kind": impacts.verdicts.kind(k),
         "speed": scene.milli([speed])[0] if known else None,

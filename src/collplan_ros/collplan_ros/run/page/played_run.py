@@ -7,7 +7,7 @@ from pathlib import Path
 from collplan_core.evaluation.machine import pace_words
 from collplan_ros.run.impacts import Impacts, impacts_of
 from collplan_ros.run.picture.title import run_end, run_title
-from collplan_ros.run.recorded_run import RecordedRun, read_run
+from collplan_ros.run.recorded_run import RecordedRun
 from collplan_ros.run.run_error import RunError
 from collplan_ros.view import scene
 
@@ -42,7 +42,7 @@ class PlayedRun:
         return self.run.log.begin
 
     @property
-    def one_in(self) -> int:
+    def decimation(self) -> int:
         """Decimation factor of scans, maps and sets of candidates: all those of a long run fill the memory."""
         return 1 + int(self.duration // SHOWN_WHOLE)
 
@@ -51,15 +51,6 @@ class PlayedRun:
         """Time from the first to the last pose [s]."""
         poses = self.run.log.poses
         return poses[-1].stamp - poses[0].stamp
-
-
-def read_played_run(folder: Path) -> PlayedRun:
-    """Reads the run in a folder of bringup, also one without results.
-
-    Raises:
-        RunError: a file is missing or has another form than bringup writes.
-    """
-    return played(read_run(folder))
 
 
 def played(run: RecordedRun) -> PlayedRun:

@@ -8,9 +8,9 @@ from collplan_core.parameters import Settings
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_ros.run.page.events import beginning, log_events, message_events
 from collplan_ros.run.page.one_file import one_file, packed
-from collplan_ros.run.page.played_run import PlayedRun, played, read_played_run
+from collplan_ros.run.page.played_run import PlayedRun, played
 from collplan_ros.run.page.run_frames import Frame, frames_of, thinned
-from collplan_ros.run.recorded_run import RecordedRun
+from collplan_ros.run.recorded_run import RecordedRun, read_run
 from collplan_ros.run.run_error import RunError
 from collplan_ros.run.whole_file import replacing
 from collplan_ros.view import scene
@@ -31,7 +31,7 @@ def write_run_page(run: Path | RecordedRun) -> Path:
         RunError: the run cannot be read.
         RecordError: the file cannot be written.
     """
-    shown = read_played_run(run) if isinstance(run, Path) else played(run)
+    shown = played(read_run(run) if isinstance(run, Path) else run)
     path = shown.run.folder / PAGE
     write_page(path, [shown])
     return path
@@ -60,10 +60,10 @@ def _recording(run: PlayedRun, page: int) -> str:
     except scene.SceneError as error:
         raise RunError(f"{run.run.folder}: {error}") from None
     largest, factor = largest_file(run.duration), 1
-    text = _packed(run, frames, [*notes, *_fewer(run.one_in, largest)])
+    text = _packed(run, frames, [*notes, *_fewer(run.decimation, largest)])
     while (size := page + len(text)) > largest and factor < COARSEST:
         factor *= 2 ** max(1, int(math.log2(size / largest)))
-        text = _packed(run, thinned(frames, factor), [*notes, *_fewer(factor * run.one_in, largest)])
+        text = _packed(run, thinned(frames, factor), [*notes, *_fewer(factor * run.decimation, largest)])
     return text
 
 
@@ -79,11 +79,11 @@ def largest_file(duration: float) -> int:
     return int(min(max(1.0, duration / SHORT) * LARGEST_SHORT, LARGEST))
 
 
-def _fewer(one_in: int, largest: int) -> list[str]:
+def _fewer(decimation: int, largest: int) -> list[str]:
     """A note on what is not shown; none where all is."""
     bound = f"{1e-6 * largest:g} MB"
-    words = f"one in {one_in} scans, maps and sets of candidates: all are too many for a file of {bound}"
-    return [words] if one_in > 1 else []
+    words = f"one in {decimation} scans, maps and sets of candidates: all are too many for a file of {bound}"
+    return [words] if decimation > 1 else []
 
 
 def _packed(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> str:
