@@ -142,12 +142,7 @@ class ViewInputs:
         listen(MultiDOFJointTrajectory, "planner/trajectory", self._take_trajectory, qos.EVENT, raw=True)
         listen(Path, "plan", self._take_path, NEWEST, raw=True)
         listen(PointCloud2, "planner/seen", self._take_seen, qos.LATCHED)
-        listen(
-            PointCloud2,
-            "planner/compared",
-            lambda message, _: self._put(compared_parts(message, self._frames.map)),
-            qos.LATCHED,
-        )
+        listen(PointCloud2, "planner/compared", self._take_compared, qos.LATCHED)
         listen(DiagnosticArray, "planner/costs", lambda message, _: self._put(costs_parts(message)), NEWEST)
         listen(GoalStatus, "goal_status", self._take_status, qos.LATCHED)
         listen(PoseStamped, "impact/contact", self._take_impact, qos.EVENT)
@@ -241,6 +236,9 @@ class ViewInputs:
         shown = LAYERS if self._seen % MEMORY_EVERY == 0 else LAYERS[: LAYERS.index(REMEMBERED)]
         self._put(seen_parts(message, self._frames.map, shown))
         self._seen += 1
+
+    def _take_compared(self, message: PointCloud2, _: Values) -> None:
+        self._put(compared_parts(message, self._frames.map))
 
     def _put(self, parts: Parts) -> None:
         for name, value in parts:
