@@ -169,15 +169,9 @@ def _engines() -> str:
 
 def _defaults_text(question: Mapping[str, Any]) -> str:
     """Help text: the defaults with an option that stands for a question."""
-    parts = {**question, "set": question.get("values", ())}
-    named = {key: value for key, value in parts.items() if value != () and key not in ("values", "ablations")}
-    return "then the defaults are " + ", ".join(
-        f"{key.replace('_', '-')} {_shown(value)}" for key, value in named.items()
-    )
-
-
-def _shown(value: Any) -> str:
-    return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
+    named = {{"values": "set"}.get(key, key): value for key, value in question.items() if key != "ablations"}
+    shown = {key: ",".join(map(str, value)) if isinstance(value, tuple) else value for key, value in named.items()}
+    return "then the defaults are " + ", ".join(f"{key.replace('_', '-')} {value}" for key, value in shown.items())
 
 
 def parse(args: Sequence[str] | None = None) -> StudyOptions:

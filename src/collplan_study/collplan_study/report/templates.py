@@ -1,4 +1,4 @@
-"""The templates of a report: its page, and its tables as Markdown."""
+"""The templates of a report: its page, and its sections as Markdown."""
 
 import base64
 import re
@@ -12,7 +12,7 @@ from collplan_study.report.content import Row, Section, number, with_interval
 
 @cache
 def environment(markdown: bool) -> Environment:
-    """Environment of the templates of tables in Markdown, else of the page."""
+    """Environment of the templates of sections in Markdown, else of the page."""
     made = Environment(
         loader=PackageLoader("collplan_study", "templates"),
         autoescape=not markdown,
@@ -31,20 +31,24 @@ def _in_cell(value: Any) -> str:
     return " ".join(str(value).split("\n")).replace("|", "\\|")
 
 
-def tables(template: str, **values: Any) -> list[Section]:
-    """The tables that a template makes of values: each a title, ###, a note, and the rows, the names of columns first.
+def sections(template: str, **values: Any) -> list[Section]:
+    """The sections that a template makes of values.
 
-    A line is ended within a cell by <br>; there is no line below the names.
+    A section begins with # to ###, for its level, and its title, if it has one. Lines that begin with - are bullets,
+    with | rows of its table, the names of columns first and no line below them; the others are its note. A line is
+    ended within a cell by <br>.
     """
     text = environment(markdown=True).get_template(template).render(values)
-    return [_table(part) for part in re.split("^### ", text, flags=re.MULTILINE)[1:]]
+    parts = re.split(r"^(#+)(.*)$", text, flags=re.MULTILINE)[1:]
+    return [_section(*part) for part in zip(parts[::3], parts[1::3], parts[2::3], strict=True)]
 
 
-def _table(text: str) -> Section:
-    title, *lines = filter(None, text.split("\n"))
-    note = " ".join(line.strip() for line in lines if not line.startswith("|"))
+def _section(level: str, title: str, text: str) -> Section:
+    lines = text.split("\n")
+    bullets = [_plain(line[2:]) for line in lines if line.startswith("- ")]
+    note = " ".join(line.strip() for line in lines if line and not line.startswith(("- ", "|")))
     head, *rows = [_row(line) for line in lines if line.startswith("|")] or [()]
-    return Section(_plain(title), _plain(note), head, rows)
+    return Section(_plain(title.strip()), _plain(note), head, rows, bullets=bullets, level=len(level))
 
 
 def _row(line: str) -> Row:
