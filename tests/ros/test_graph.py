@@ -14,9 +14,9 @@ from straight_planner import STRAIGHT
 from collplan_core.planners import PLANNERS
 from collplan_core.state import State
 from collplan_core.worlds import load_world, save_world
-from collplan_ros.messages.conversions import goal_to_message, state_from_odometry
+from collplan_ros.messages.conversions import goal_to_message
 from collplan_ros.messages.qos import EVENT, LATCHED, NEWEST, POSE_SUBSCRIBED, SENSOR_DATA
-from collplan_ros.messages.raw_reading import plan_from_path
+from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
 from collplan_ros.nodes.mocap_node import MocapNode
@@ -55,7 +55,7 @@ class Graph:
 
     @property
     def state(self) -> State:
-        return state_from_odometry(self.odometry[-1], "map", "base_link")
+        return state_from_bytes(serialize_message(self.odometry[-1]), "map", "base_link")
 
     @property
     def status(self) -> int | None:

@@ -8,12 +8,14 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
+from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseSample
-from collplan_ros.messages.conversions import pose_to_message, state_from_odometry
+from collplan_ros.messages.conversions import pose_to_message
 from collplan_ros.messages.qos import EVENT, POSE_PUBLISHED, POSE_SUBSCRIBED
+from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import impact_contact_from_message, seconds_from_stamp
 from collplan_ros.nodes.mocap_node import MocapNode
 from node_health import NodeHealth
@@ -59,7 +61,7 @@ def test_poses_become_odometry(ros, bench):
     assert (first.level, "/mocap/pose" in first.message) == (DiagnosticStatus.ERROR, True)
     bench.drive(5.0, 20, (0.5, 1.0), (0.8, -0.4))
     assert ros.wait_until(lambda: len(bench.odometry) == 14)
-    state = state_from_odometry(bench.odometry[-1], "map", "base_link")
+    state = state_from_bytes(serialize_message(bench.odometry[-1]), "map", "base_link")
     np.testing.assert_allclose(state.position, [0.652, 0.924], atol=1e-9)
     np.testing.assert_allclose(state.velocity, [0.8, -0.4], atol=1e-6)
     assert (state.yaw, state.stamp) == pytest.approx((0.3, 5.19), abs=1e-9)

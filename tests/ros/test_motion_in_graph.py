@@ -6,13 +6,14 @@ from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
 from collplan_core.worlds import save_world
-from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import LATCHED, NEWEST, POSE_SUBSCRIBED, SENSOR_DATA
+from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.reading import seconds_from_stamp
 from collplan_ros.nodes.controller_node import ControllerNode
 from collplan_ros.nodes.lidar_node import LidarNode
@@ -81,7 +82,7 @@ def test_a_foreign_planner_drives_the_robot_to_its_goal(graph):
     maneuvers = graph.ros.listen(String, "maneuver", LATCHED)
     statuses = graph.ros.listen(GoalStatus, "goal_status", LATCHED)
     graph.until(lambda: statuses and statuses[-1].status == GoalStatus.STATUS_SUCCEEDED, 30.0)
-    path = np.array([state_from_odometry(pose, "map", "base_link").position for pose in poses])
+    path = np.array([state_from_bytes(serialize_message(pose), "map", "base_link").position for pose in poses])
     apart = np.linalg.norm(path[:, None] - graph.planner.curve[None], axis=2).min(axis=1)
     length = np.hypot(*np.diff(graph.planner.curve, axis=0).T).sum()
     taken = seconds_from_stamp(poses[-1].header.stamp) - seconds_from_stamp(poses[0].header.stamp)

@@ -1,7 +1,6 @@
 """view_node in this process: what a page gets of a graph, and what it can do to it."""
 
 import json
-import socket
 import time
 import urllib.request
 from contextlib import ExitStack
@@ -289,10 +288,3 @@ def test_in_a_namespace_it_shows_and_drives_that_robot_alone(ros, stack):
     assert {node["name"].rpartition("/")[0] for node in bench.parts["nodes"]} == {"/robot1"}
     assert bench.ask(do="estop")[0]
     assert called == ["estop"]
-
-
-def test_a_port_that_is_taken_ends_the_start_with_a_sentence(capsys):
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        assert view_node.main(["view_node", "--ros-args", "-p", f"view.port:={port}"]) == 2
-    assert f"view.port: 127.0.0.1:{port}" in capsys.readouterr().err

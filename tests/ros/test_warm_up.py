@@ -24,6 +24,8 @@ def signatures() -> dict[str, int]:
 
 def compiled_beyond_warm_up() -> list[str]:
     """What cycles of both nodes compile after warm_up, with records as they come from messages, and whole trials."""
+    from rclpy.serialization import serialize_message
+
     from collplan_core.control.follow import follow
     from collplan_core.control.memory import ControllerMemory
     from collplan_core.local_map import build_local_map
@@ -41,6 +43,7 @@ def compiled_beyond_warm_up() -> list[str]:
     from collplan_core.worlds.raycast import simulate_scan
     from collplan_ros.messages import conversions, reading
     from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
+    from collplan_ros.messages.raw_reading import state_from_bytes
     from fake_robot import LIDAR, hall
     from omnipuck_sim.trial import run_trial
 
@@ -59,7 +62,8 @@ def compiled_beyond_warm_up() -> list[str]:
     assert len(found) == 1
     assert result.refused == "leap"
     state = State(1.0, np.zeros(2), np.zeros(2), 0.1)
-    state = conversions.state_from_odometry(conversions.state_to_odometry(state, "map", "base"), "map", "base")
+    raw = serialize_message(conversions.state_to_odometry(state, "map", "base"))
+    state = state_from_bytes(raw, "map", "base")
     scan = conversions.scan_to_message(simulate_scan(hall(0.1), state, LIDAR), "base")
     local_map = build_local_map(reading.scan_from_message(scan, "base"), state, settings.robot, settings.local_map)
     sweeps = sweeps_of(hall(0.1), Lidar(sensor="low_cost"), 0)

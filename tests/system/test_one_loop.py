@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from called_nodes import give, tick
 from nav_msgs.msg import Path
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 
 from collplan_core.ages import StallGuard
 from collplan_core.deadline import never
@@ -18,7 +18,7 @@ from collplan_core.worlds import load_world
 from collplan_ros.messages import conversions, reading
 from collplan_ros.messages.goal_status import goal_from_status, goal_to_status
 from collplan_ros.messages.plan_trajectory import plan_from_trajectory, plan_to_trajectory
-from collplan_ros.messages.raw_reading import plan_from_path
+from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.raw_writing import plan_to_path
 from collplan_ros.nodes import controller_node, planner_node
 from collplan_ros.nodes.controller_node import ControllerNode
@@ -82,7 +82,7 @@ class Loops:
 
     def take(self, kind, message, local):
         if kind == "mocap/odom":
-            state = conversions.state_from_odometry(message, MAP, BASE)
+            state = state_from_bytes(serialize_message(message), MAP, BASE)
             self.controller.take_pose(state, local)
             self.pass_on(self.planner.take_pose(state, local), local)
         elif kind == "scan":

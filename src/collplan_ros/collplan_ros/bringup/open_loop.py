@@ -18,8 +18,8 @@ from collplan_ros.bringup.interruptions import Interruptions, is_interrupted
 from collplan_ros.bringup.other_nodes import COMMANDS
 from collplan_ros.bringup.paced_commands import PacedCommands, PacedMotion
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
-from collplan_ros.messages.conversions import state_from_odometry
 from collplan_ros.messages.qos import EVERY_ONE, NEWEST
+from collplan_ros.messages.raw_reading import state_from_bytes
 from collplan_ros.messages.status_values import values_of
 from collplan_ros.node_kit.turn import Turn
 
@@ -63,7 +63,7 @@ class OpenLoop:
         self._publisher = listener.node.create_publisher(command_type(settings), COMMANDS, NEWEST)
         self._late_before = 0
         self._is_near: Callable[[PoseSample], bool] | None = None
-        listener.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE)
+        listener.node.create_subscription(Odometry, "mocap/odom", self._take, EVERY_ONE, raw=True)
 
     @contextmanager
     def resumed(self) -> Iterator[None]:
@@ -180,9 +180,9 @@ class OpenLoop:
     def _publish(self, command: Command) -> None:
         self._publisher.publish(command_to_message(command, self.poses[-1].stamp, self._settings))
 
-    def _take(self, message: Odometry) -> None:
+    def _take(self, raw: bytes) -> None:
         frames, mocap = self._settings.frames, self._settings.mocap
-        state = state_from_odometry(message, frames.map, frames.base)
+        state = state_from_bytes(raw, frames.map, frames.base)
         robot = PoseSample(state.stamp, state.position, state.yaw)
         self.poses.append(with_offset(robot, mocap.body_offset_x, mocap.body_offset_y, mocap.body_offset_yaw))
         self.received.append(self.now())

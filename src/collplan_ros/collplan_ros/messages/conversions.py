@@ -11,14 +11,14 @@ import math
 from array import array
 
 import numpy as np
-from builtin_interfaces.msg import Duration, Time
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, Quaternion, Twist, TwistStamped, Vector3, Vector3Stamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from collplan_core.command import Command
-from collplan_core.plane import rotate, rotate_rows
+from collplan_core.plane import rotate_rows
 from collplan_core.scan import Scan
 from collplan_core.sensing.impact_contact import ImpactContact
 from collplan_core.sensing.pose_deviations import EXACT, Deviations
@@ -28,8 +28,6 @@ from collplan_ros.messages.reading import (
     NANOSECONDS,
     check_finite,
     check_frame,
-    seconds_from_stamp,
-    yaw_from_quaternion,
 )
 
 UNMEASURED = 1e6
@@ -44,12 +42,6 @@ def stamp_from_seconds(seconds: float) -> Time:
     whole = math.floor(seconds)
     nanoseconds = round((seconds - whole) * NANOSECONDS)
     return Time(sec=whole + nanoseconds // NANOSECONDS, nanosec=nanoseconds % NANOSECONDS)
-
-
-def duration_from_seconds(seconds: float) -> Duration:
-    """The duration nearest to a time [s]; `seconds_from_stamp` gives that time back."""
-    stamp = stamp_from_seconds(seconds)
-    return Duration(sec=stamp.sec, nanosec=stamp.nanosec)
 
 
 def header(stamp: float, frame: str) -> Header:
@@ -118,22 +110,6 @@ def _covariance(along: float, about: float) -> np.ndarray:
     """(36,), row by row over x, y, z and the turns about them, of deviations along x and y and about z."""
     diagonal = along**2, along**2, UNMEASURED, UNMEASURED, UNMEASURED, about**2
     return np.diag(diagonal).reshape(36)
-
-
-def state_from_odometry(message: Odometry, map_frame: str, base_frame: str) -> State:
-    """The state in a message, in the map frame.
-
-    Raises:
-        MessageError: other frames, not finite, or not a unit quaternion.
-    """
-    check_frame("header.frame_id", message.header.frame_id, map_frame)
-    check_frame("child_frame_id", message.child_frame_id, base_frame)
-    p, v = message.pose.pose.position, message.twist.twist.linear
-    x, y, vx, vy = float(p.x), float(p.y), float(v.x), float(v.y)
-    check_finite("pose.position", x, y)
-    check_finite("twist.linear", vx, vy)
-    yaw = yaw_from_quaternion(message.pose.pose.orientation)
-    return State(seconds_from_stamp(message.header.stamp), np.array([x, y]), np.array(rotate(vx, vy, yaw)), yaw)
 
 
 def impact_to_message(stamp: float, change: np.ndarray, frame: str) -> Vector3Stamped:

@@ -33,6 +33,7 @@ from collplan_ros.messages.raw_reading import plan_from_path, state_from_bytes
 from collplan_ros.messages.reading import impact_contact_from_message, scan_from_message
 from collplan_ros.node_kit.node_names import is_in
 from collplan_ros.node_kit.shown_topics import ShownTopics
+from collplan_ros.nodes.view_parameters import GraphParameters
 from collplan_ros.view import scene
 from collplan_ros.view.frames import Changes
 from collplan_ros.view.impacts import ShownImpacts
@@ -81,8 +82,18 @@ class ViewInputs:
         recent: how the graph has kept up in the last seconds.
     """
 
-    def __init__(self, node: Node, settings: Settings, changes: Changes, clock: Callable[[], float]) -> None:
-        """Listens in `node` and puts parts into `changes`; `clock` gives the local time [s]."""
+    def __init__(
+        self,
+        node: Node,
+        settings: Settings,
+        parameters: GraphParameters,
+        changes: Changes,
+        clock: Callable[[], float],
+    ) -> None:
+        """Listens in `node` and puts parts into `changes`; `clock` gives the local time [s].
+
+        `parameters` are told of each node that reports, and of what was set.
+        """
         self.goal: np.ndarray | None = None
         self.robot = ""
         self.reports: dict[str, scene.NodeReport] = {}
@@ -92,8 +103,7 @@ class ViewInputs:
         self._changes = changes
         self._clock = clock
         self._namespace = node.get_namespace()
-        self._on_node: Callable[[str, int | None], None] = lambda name, number: None
-        self._on_parameters: Callable[[ParameterEvent], None] = lambda event: None
+        self._parameters = parameters
         self._always = ShownTopics(node)
         self._always.listen(PoseStamped, "goal_pose", self._take_goal, qos.EVENT)
         self._watched = ShownTopics(node)
@@ -128,10 +138,6 @@ class ViewInputs:
         """Full names of the nodes that are not silent."""
         now = self._clock()
         return [name for name, report in self.reports.items() if now - report.came <= scene.SILENT_AFTER]
-
-    def tell(self, on_node: Callable[[str, int | None], None], on_parameters: Callable[[ParameterEvent], None]) -> None:
-        """Has each health report's node, with the number of the report, and each change of parameters told."""
-        self._on_node, self._on_parameters = on_node, on_parameters
 
     def open(self) -> None:
         """Subscribes to everything that is shown."""
@@ -287,7 +293,7 @@ class ViewInputs:
             if is_in(self._namespace, report.name) and self._is_known_or_fits(report.name):
                 self.reports[report.name] = report
                 self._take_lockstep(report)
-                self._on_node(report.name, info["publication_sequence_number"])
+                self._parameters.heard(report.name, info["publication_sequence_number"])
 
     def _take_lockstep(self, report: scene.NodeReport) -> None:
         lockstep = lockstep_of(report.values)
@@ -298,4 +304,4 @@ class ViewInputs:
         return name in self.reports or len(self.reports) < MOST_NODES
 
     def _take_event(self, event: ParameterEvent, _: Values) -> None:
-        self._on_parameters(event)
+        self._parameters.take_event(event)

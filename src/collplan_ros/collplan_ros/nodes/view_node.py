@@ -59,8 +59,7 @@ class ViewNode(Node):
         self._changes = Changes()
         self._calls = ServiceCalls(self)
         self._graph_parameters = GraphParameters(self._calls)
-        self._inputs = ViewInputs(self, self._settings, self._changes, self._now)
-        self._inputs.tell(self._graph_parameters.heard, self._graph_parameters.take_event)
+        self._inputs = ViewInputs(self, self._settings, self._graph_parameters, self._changes, self._now)
         self._actions = ViewActions(self, self._calls, self._graph_parameters, self._settings.frames.map)
         self._loader = ThreadPoolExecutor(max_workers=1, thread_name_prefix="world")
         self._world_name: str | None = None

@@ -1,4 +1,4 @@
-"""Frames on their way to pages: what has changed, the newest of all, and what a slow page has not got yet."""
+"""Frames on their way to pages: what has changed, and the newest of all."""
 
 import json
 import math
@@ -90,19 +90,3 @@ class Newest:
         """Forgets everything."""
         self._parts.clear()
         self._history.clear()
-
-
-class Slot:
-    """What one page is sent next: one frame, into which all that it could not be sent in time are merged."""
-
-    def __init__(self) -> None:
-        self._frame: Texts = {}
-
-    def put(self, frame: Texts) -> None:
-        """Adds a frame to what is to be sent."""
-        self._frame = {**self._frame, **frame} if self._frame else frame
-
-    def take(self) -> Texts:
-        """What is to be sent; empty where there is nothing."""
-        frame, self._frame = self._frame, {}
-        return frame

@@ -22,7 +22,7 @@ from websockets.http11 import Request, Response
 
 from collplan_ros.view.commands import CommandError, PageCommand, WrongToken, command_from_text, number_of
 from collplan_ros.view.door import answer, page_files, refusal
-from collplan_ros.view.frames import Newest, Slot, Texts, as_json, joined
+from collplan_ros.view.frames import Newest, Texts, as_json, joined
 
 ADDRESS = "127.0.0.1"
 """The only address that is listened on."""
@@ -226,12 +226,12 @@ class _Client:
     def __init__(self, connection: ServerConnection) -> None:
         self.connection = connection
         self.news = asyncio.Event()
-        self._slot = Slot()
+        self._frame: Texts = {}
         self._answers: deque[str] = deque(maxlen=MOST_ANSWERS)
 
     def give(self, frame: Texts) -> None:
-        """Has a frame sent as soon as there is room."""
-        self._slot.put(frame)
+        """Has a frame sent as soon as there is room, merged into what a slow page has not got yet."""
+        self._frame = {**self._frame, **frame}
         self.news.set()
 
     def say(self, number: int, done: bool, text: str) -> None:
@@ -244,7 +244,7 @@ class _Client:
         self.news.clear()
         while self._answers:
             await self.connection.send(self._answers.popleft())
-        frame = self._slot.take()
+        frame, self._frame = self._frame, {}
         if frame:
             await self.connection.send(joined(frame))
 
