@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import Clock, ClockType
+from rclpy.serialization import serialize_message
 
 from collplan_core.calibration.body_motions import MotionEstimate
 from collplan_core.calibration.lidar_fit import LidarMount, MountFit
@@ -130,7 +131,7 @@ class Runaway:
     def __init__(self, stall=0.0):
         self.node = SimpleNamespace(
             create_publisher=lambda *_: self,
-            create_subscription=lambda kind, topic, take, profile: self._takes(take),
+            create_subscription=lambda kind, topic, take, profile, raw: self._takes(take),
             get_fully_qualified_name=lambda: "/bringup",
         )
         self.pose, self.commanded = PoseRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), []
@@ -161,7 +162,7 @@ class Runaway:
         time.sleep(0.02)
         moves = bool(self.commanded and self.commanded[-1])
         self.pose = self.pose._replace(stamp=self._time, x=self.pose.x + (self._time - self.pose.stamp) * moves)
-        self._take(state_to_odometry(self.pose.state, "map", "base_link"))
+        self._take(serialize_message(state_to_odometry(self.pose.state, "map", "base_link")))
 
 
 PATIENT = Settings().with_values({"limits.pose_age": 0.5, "limits.command_age": 0.5})
