@@ -39,10 +39,10 @@ SENT = {
 class Recorded:
     """A recording of the test's graph, in a namespace."""
 
-    def __init__(self, ros, tmp_path, topics=TOPICS, namespace="/robot1", recorded=True) -> None:
+    def __init__(self, ros, tmp_path, topics=TOPICS, namespace="/robot1") -> None:
         self.path = tmp_path / RECORDING
         self.node = ros.add(PollingNode("recorder", context=ros.context, namespace=namespace))
-        self.file = RecordingFile(self.path) if recorded else None
+        self.file = RecordingFile(self.path)
         self.times = SendTimes()
         self.topics = GraphTopics(self.node, topics, self.times, self.file)
         self._ros = ros

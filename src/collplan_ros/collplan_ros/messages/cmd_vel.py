@@ -4,7 +4,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 
 from collplan_core.command import Command
 from collplan_core.parameters import Settings
-from collplan_ros.messages.conversions import command_to_twist, command_to_twist_stamped
+from collplan_ros.messages.conversions import command_to_twist, header
 
 
 def command_type(settings: Settings) -> type[Twist] | type[TwistStamped]:
@@ -14,6 +14,7 @@ def command_type(settings: Settings) -> type[Twist] | type[TwistStamped]:
 
 def command_to_message(command: Command, stamp: float, settings: Settings) -> Twist | TwistStamped:
     """A command as a message for cmd_vel; a TwistStamped carries the stamp [s, poses' clock]."""
+    twist = command_to_twist(command)
     if settings.controller.stamped_cmd_vel:
-        return command_to_twist_stamped(command, stamp, settings.frames.base)
-    return command_to_twist(command)
+        return TwistStamped(header=header(stamp, settings.frames.base), twist=twist)
+    return twist

@@ -12,7 +12,7 @@ from array import array
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped, Quaternion, Twist, TwistStamped, Vector3, Vector3Stamped
+from geometry_msgs.msg import PoseStamped, Quaternion, Twist, Vector3, Vector3Stamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
@@ -152,11 +152,6 @@ def scan_to_message(scan: Scan, frame: str) -> LaserScan:
 def command_to_twist(command: Command) -> Twist:
     """Message of a command in the robot's frame."""
     return Twist(linear=vector3(command.velocity), angular=Vector3(x=0.0, y=0.0, z=float(command.yaw_rate)))
-
-
-def command_to_twist_stamped(command: Command, stamp: float, frame: str) -> TwistStamped:
-    """Message of a command in the robot's frame `frame`, with a stamp [s]."""
-    return TwistStamped(header=header(stamp, frame), twist=command_to_twist(command))
 
 
 def asks_for_rest(twist: Twist) -> bool:

@@ -68,8 +68,8 @@ class Recorder:
         self,
         topics: Listening,
         settings: Settings,
-        mark: Callable[[str, Mapping[str, str]], None] = lambda name, values: None,
-        times: SendTimes | None = None,
+        mark: Callable[[str, Mapping[str, str]], None],
+        times: SendTimes,
         namespace: str = "/",
     ) -> None:
         """Listens to `topics`; what robots share, it takes of nodes in `namespace` alone.
@@ -88,7 +88,7 @@ class Recorder:
         self.stands_since = 0.0
         self._builder = LogBuilder(settings, namespace, pictured=False)
         self._mark = mark
-        self._times = times or SendTimes()
+        self._times = times
         self._namespace = namespace
         self._base, self._scan_input = settings.frames.base, settings.scan
         self._asked = 0.0

@@ -26,12 +26,10 @@ class Results:
     """What was made of a run.
 
     Attributes:
-        log: the run.
-        impacts: its impacts.
+        impacts: those of the run.
         summary: content of summary.json.
     """
 
-    log: RunLog
     impacts: Impacts
     summary: dict[str, Any]
 
@@ -78,4 +76,4 @@ def write_result_files(
     }
     with replacing(folder / SUMMARY) as path:
         path.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
-    return Results(log, impacts, summary)
+    return Results(impacts, summary)

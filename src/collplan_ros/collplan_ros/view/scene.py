@@ -157,7 +157,7 @@ def plan(stamp: float, times: np.ndarray, positions: np.ndarray, contacts: Conta
         contacts: those it foresees.
     """
     rows = np.column_stack([contacts.points, contacts.velocities_after, contacts.times - stamp])
-    return {"stamp": _seconds(stamp), "times": milli(times - stamp), "path": milli(positions), "contacts": milli(rows)}
+    return {"stamp": time_of(stamp), "times": milli(times - stamp), "path": milli(positions), "contacts": milli(rows)}
 
 
 def costs(values: Mapping[str, str]) -> Part:
@@ -183,7 +183,7 @@ def goal(at: np.ndarray | None, status: str) -> Part:
 def impact(contact: ImpactContact, kind: str, speed: float) -> Part:
     """One entry of the part `impacts`: `kind` of it, and its speed into the wall [m/s]."""
     return {
-        "t": _seconds(contact.time),
+        "t": time_of(contact.time),
         "at": milli(contact.point),
         "normal": milli(contact.normal),
         "kind": kind,
@@ -224,14 +224,14 @@ def nodes(reports: Iterable[NodeReport], now: float) -> Part:
 
 
 def time_of(seconds: float) -> float:
-    """A time [s] as it is sent, to the ms."""
-    return _seconds(seconds)
+    """A time [s] as it is sent, to the ms.
 
-
-def _seconds(value: float) -> float:
-    if not math.isfinite(value):
-        raise SceneError(f"got time {value}, expected a finite one")
-    return round(value, 3)
+    Raises:
+        SceneError: it is not finite.
+    """
+    if not math.isfinite(seconds):
+        raise SceneError(f"got time {seconds}, expected a finite one")
+    return round(seconds, 3)
 
 
 def _number(text: str) -> float | None:
