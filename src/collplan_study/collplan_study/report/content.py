@@ -95,3 +95,19 @@ def number(value: float | None, digits: int) -> str:
     """A number with fixed digits, or "none"."""
     # + 0.0: no minus before a zero
     return "none" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def as_text(value: Any) -> str:
+    """A value of a parameter or a column as text; empty for None."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list | tuple):
+        return " ".join(map(as_text, value))
+    return "" if value is None else str(value)
+
+
+def listed(values: Mapping[str, Any]) -> str:
+    """Names and values as text, without those that are empty."""
+    return ", ".join(f"{key}: {text}" for key, value in values.items() if (text := as_text(value)))

@@ -7,7 +7,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from collplan_study.report.content import Row, Section, number, with_interval
+from collplan_study.report.content import Row, Section, as_text, listed, number, with_interval
 
 
 @cache
@@ -22,7 +22,7 @@ def environment(markdown: bool) -> Environment:
         finalize=_in_cell if markdown else None,
     )
     made.filters["base64"] = lambda text: base64.b64encode(text.encode()).decode()
-    made.filters |= {"interval": with_interval, "number": number}
+    made.filters |= {"interval": with_interval, "number": number, "text": as_text, "listed": listed}
     return made
 
 
