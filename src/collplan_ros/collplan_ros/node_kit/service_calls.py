@@ -39,42 +39,40 @@ class ServiceCalls:
 
     def now(self, name: str, request: Any, done: Done) -> None:
         """Calls a service that is kept at once, or says at once that nobody offers it."""
-        client = self._kept[name]
-        if not client.service_is_ready():
+        if self._kept[name].service_is_ready():
+            self._call(name, request, done)
+        else:
             done(None, f"nobody offers {self._node.resolve_service_name(name)}")
-            return
-        self._send(_Call(client, request, done, time.monotonic() + PATIENCE))
 
     def soon(self, service_type: type, name: str, request: Any, done: Done) -> None:
         """Calls a service as soon as it is found."""
-        call = _Call(self._node.create_client(service_type, name), request, done, time.monotonic() + PATIENCE)
-        if call.client.service_is_ready():
-            self._send(call)
-        else:
-            self._pending.append(call)
+        if name not in self._kept:
+            self.keep(service_type, name)
+        self._call(name, request, done)
 
     def step(self) -> None:
         """Sends what waited for its service, and gives up what has waited too long."""
         for call in list(self._pending):
             if time.monotonic() > call.deadline:
                 self._end(call, None, f"no answer from {call.client.srv_name} within {PATIENCE:g} s")
-            elif call.future is None and call.client.service_is_ready():
-                self._pending.remove(call)
+            else:
                 self._send(call)
 
-    def _send(self, call: _Call) -> None:
+    def _call(self, name: str, request: Any, done: Done) -> None:
+        call = _Call(self._kept[name], request, done, time.monotonic() + PATIENCE)
         self._pending.append(call)
-        call.future = call.client.call_async(call.request)
-        call.future.add_done_callback(lambda future: self._answered(call, future))
+        self._send(call)
+
+    def _send(self, call: _Call) -> None:
+        if call.future is None and call.client.service_is_ready():
+            call.future = call.client.call_async(call.request)
+            call.future.add_done_callback(lambda future: self._answered(call, future))
 
     def _answered(self, call: _Call, future: Future) -> None:
-        if call not in self._pending:
-            return
         error = future.exception()
         self._end(call, None if error else future.result(), f"{call.client.srv_name}: {error}" if error else "")
 
     def _end(self, call: _Call, response: Any, trouble: str) -> None:
-        self._pending.remove(call)
-        if call.client not in self._kept.values():
-            self._node.destroy_client(call.client)
-        call.done(response, trouble)
+        if call in self._pending:
+            self._pending.remove(call)
+            call.done(response, trouble)
