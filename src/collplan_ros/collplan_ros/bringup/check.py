@@ -173,11 +173,6 @@ class Check:
                 motions = self._go_on(motions)
         except InterruptedTooOften:
             self._judge([self._interruptions])
-        except GraphError:
-            # what was lost may have been lost for the same reason
-            if self._loop.interruptions.are_many:
-                self._print([self._interruptions])
-            raise
         except body_motions.Strayed as error:
             why = "wheels that slip or are set wrongly, a tilted floor, or wrong poses"
             self._judge([self._interruptions, Finding(WRONG, f"{error}: {why}")])
@@ -216,17 +211,14 @@ class Check:
     def _interruptions(self) -> Finding:
         return findings.interruption_finding(self._loop.interruptions)
 
-    def _print(self, found: Sequence[Finding]) -> None:
-        for finding in found:
-            self._say(f"  {finding.verdict:<8}  {finding.text}")
-
     def _judge(self, found: Sequence[Finding]) -> None:
         """Prints findings.
 
         Raises:
             FoundWrong: one of them is wrong.
         """
-        self._print(found)
+        for finding in found:
+            self._say(f"  {finding.verdict:<8}  {finding.text}")
         if _is_wrong(found):
             raise FoundWrong
 
