@@ -12,7 +12,7 @@ setup(
     maintainer_email="maintainers@collplan.example",
     license="Apache-2.0",
     packages=find_packages(),
-    package_data={PACKAGE: ["worlds/arenas/*.yaml"]},
+    package_data={PACKAGE: ["py.typed", "worlds/arenas/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
         ("share/" + PACKAGE, ["package.xml"]),

@@ -14,7 +14,9 @@ setup(
     maintainer_email="maintainers@collplan.example",
     license="Apache-2.0",
     packages=find_packages(),
-    package_data={PACKAGE: ["config/*.yaml", "config/*.xml", "foxglove/*.json", "rviz/*.rviz", "view/page/*"]},
+    package_data={
+        PACKAGE: ["py.typed", "config/*.yaml", "config/*.xml", "foxglove/*.json", "rviz/*.rviz", "view/page/*"]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
         ("share/" + PACKAGE, ["package.xml"]),

@@ -12,7 +12,7 @@ setup(
     maintainer_email="maintainers@collplan.example",
     license="Apache-2.0",
     packages=find_packages(),
-    package_data={PACKAGE: ["templates/*"]},
+    package_data={PACKAGE: ["py.typed", "templates/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
         ("share/" + PACKAGE, ["package.xml"]),

@@ -14,7 +14,7 @@ setup(
     license="Apache-2.0",
     packages=[*find_packages(), *FIRMWARE],
     package_dir=FIRMWARE,
-    package_data={package: ["*.c", "*.h", "README.md"] for package in FIRMWARE},
+    package_data={PACKAGE: ["py.typed"], **{package: ["*.c", "*.h", "README.md"] for package in FIRMWARE}},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
         ("share/" + PACKAGE, ["package.xml"]),

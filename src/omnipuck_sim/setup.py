@@ -12,6 +12,7 @@ setup(
     maintainer_email="maintainers@collplan.example",
     license="Apache-2.0",
     packages=find_packages(),
+    package_data={PACKAGE: ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + PACKAGE]),
         ("share/" + PACKAGE, ["package.xml"]),

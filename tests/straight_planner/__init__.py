@@ -6,8 +6,4 @@ from straight_planner.plan_cycle import plan_cycle
 STRAIGHT = Planner(
     plan_cycle,
     map_period=0.1,
-    starts_at_newest_pose=True,
-    replans_after_impact=False,
-    gives_up_closed_off_goal=False,
-    boundaries=lambda memory: None,
 )

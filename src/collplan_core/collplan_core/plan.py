@@ -84,6 +84,12 @@ class Plan:
     n_before_pruning: int
     valid_until: float | None = None
 
+    def __repr__(self) -> str:
+        """In a line: when, how far, with how many contacts."""
+        length = float(np.hypot(*np.diff(self.positions, axis=0).T).sum())
+        lasts, touches = self.times[-1] - self.stamp, len(self.contacts.times)
+        return f"Plan(from {self.stamp:g} s, {lasts:.2f} s, {length:.2f} m, {touches} contacts)"
+
 
 def timed_path(
     stamp: float,

@@ -7,11 +7,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from collplan_core.deadline import Deadline, after, never
-from collplan_core.local_map.record import LocalMap
+from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.paper_planner.plan_cycle import plan_cycle as plan_spline
 from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERIOD
 from collplan_core.parameters import LocalMapping, ParameterError, Settings
 from collplan_core.plan import Plan
+from collplan_core.scan import Scan
 from collplan_core.state import State
 from collplan_core.strategies import NAMES, PAPER_WEIGHTS, TIME_TO_GOAL
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
@@ -62,10 +63,10 @@ class Planner:
 
     plan: PlanFunction
     map_period: float
-    starts_at_newest_pose: bool
-    replans_after_impact: bool
-    gives_up_closed_off_goal: bool
-    boundaries: Callable[[Any], RememberedBoundaries | None]
+    starts_at_newest_pose: bool = True
+    replans_after_impact: bool = False
+    gives_up_closed_off_goal: bool = False
+    boundaries: Callable[[Any], RememberedBoundaries | None] = lambda memory: None
     half_side: Callable[[Settings], float] = lambda settings: settings.local_map.half_side
     without_plan: Callable[[Any], Any] = lambda memory: None
     known_map: Callable[[World, Settings], Any] | None = None
@@ -75,9 +76,6 @@ PAPER = Planner(
     plan_spline,
     SPLINE_MAP_PERIOD,
     starts_at_newest_pose=False,
-    replans_after_impact=False,
-    gives_up_closed_off_goal=False,
-    boundaries=lambda memory: None,
 )
 ROLLOUTS = Planner(
     plan_rollout,
@@ -113,6 +111,20 @@ def planner_for(strategy: str) -> Planner:
     if strategy not in PLANNERS:
         raise ValueError(f"strategy: got {strategy!r}, expected one of {', '.join(PLANNERS)}")
     return PLANNERS[strategy]
+
+
+def plan_once(scan: Scan, state: State, goal: np.ndarray, settings: Settings, memory: Any = None) -> tuple[Plan, Any]:
+    """One plan by the chosen strategy from a scan that was taken at `state`, to a goal (2,) [m].
+
+    Returns:
+        The plan, and the memory to give the next call on the way to this goal.
+
+    Raises:
+        NoPlan: there is nothing to aim at.
+        ScanError: the scan cannot be used.
+    """
+    local_map = build_local_map(scan, state, settings.robot, local_mapping_of(settings))
+    return planner_for(settings.planner.strategy).plan(memory, local_map, state, np.array(goal, dtype=float), settings)
 
 
 def map_period_of(settings: Settings) -> float:

@@ -63,6 +63,10 @@ class Scan:
     time_increment: float = 0.0
     sensor_poses: np.ndarray | None = None
 
+    def __repr__(self) -> str:
+        nearest = self.ranges.min(initial=inf, where=np.isfinite(self.ranges))
+        return f"Scan({len(self.ranges)} beams at {self.stamp:g} s, nearest {nearest:.2f} m)"
+
     def __post_init__(self) -> None:
         ranges = np.array(self.ranges, dtype=np.float64)
         if ranges.ndim != 1 or len(ranges) < 2:

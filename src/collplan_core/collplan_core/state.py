@@ -1,5 +1,6 @@
 """The robot's position, velocity and heading at one instant."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,3 +21,8 @@ class State:
     position: np.ndarray
     velocity: np.ndarray
     yaw: float
+
+    @classmethod
+    def at_rest(cls, position: Sequence[float] | np.ndarray, yaw: float = 0.0, stamp: float = 0.0) -> "State":
+        """A robot that rests at a position (2,) [m] with a heading [rad]."""
+        return cls(stamp, np.array(position, dtype=float), np.zeros(2), yaw)

@@ -1,0 +1,18 @@
+"""The simulated Omnipuck; `run_trial` drives it to a goal without ROS and returns a `TrialResult`."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from omnipuck_sim.trial import run_trial
+    from omnipuck_sim.trial_record import TrialResult
+
+__all__ = ["TrialResult", "run_trial"]
+
+
+def __getattr__(name: str) -> Any:
+    """Imports what is asked for: the nodes need none of it."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from omnipuck_sim import trial
+
+    return getattr(trial, name)

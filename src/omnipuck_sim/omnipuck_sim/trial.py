@@ -12,7 +12,7 @@ from typing import ParamSpec
 import numpy as np
 
 from collplan_core.deadline import Deadline, after, never
-from collplan_core.evaluation.run_end import OUTCOMES, RunMonitor
+from collplan_core.evaluation.run_end import OUTCOMES, REACHED, RunMonitor
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.decisions import Cycle, Decision
@@ -116,6 +116,11 @@ class _Nodes:
         return self._monitor.outcome(self._state.stamp, self._state.position)
 
     @property
+    def reason(self) -> str:
+        """Why the goal was given up, or why the run is over, in words."""
+        return self._monitor.reason or self._planner.trouble
+
+    @property
     def newest_stamp(self) -> float:
         """Stamp of the newest pose [s]."""
         return self.simulator.time if self._state is None else self._state.stamp
@@ -192,7 +197,7 @@ def run_trial(
     with trial_journals(journal, world, settings, seed) as journals:
         nodes = _Nodes(world, settings, seed, goal, solid, journals)
         outcome = _run(nodes)
-        return nodes.record.result(outcome, nodes.newest_stamp)
+        return nodes.record.result(outcome, "" if outcome == REACHED else nodes.reason, nodes.newest_stamp)
 
 
 def _run(nodes: _Nodes) -> str:

@@ -22,6 +22,7 @@ class TrialResult:
 
     Attributes:
         outcome: reached, timeout, stuck, or aborted where the planner gave the goal up.
+        reason: why it ended otherwise, in words; empty where it reached the goal.
         arrival_time: from the first non-zero command to the first pose within goal_tolerance, else the limit [s].
         path_length: length of the true path from the first non-zero command to the end [m].
         impacts: all k impacts of the run.
@@ -39,6 +40,7 @@ class TrialResult:
     strategy: str
     seed: int
     outcome: str
+    reason: str
     arrival_time: float
     path_length: float
     impacts: tuple[Impact, ...]
@@ -51,6 +53,16 @@ class TrialResult:
     maneuvers: dict[str, int]
     trajectory: np.ndarray
     plans: tuple[np.ndarray, ...]
+
+    def __repr__(self) -> str:
+        """In a line: how it ended, and the impacts."""
+        when = (
+            f"{self.outcome} in {self.arrival_time:.2f} s"
+            if self.outcome == REACHED
+            else f"{self.outcome}: {self.reason}"
+        )
+        touches = f"{len(self.impacts)} impacts, {int(self.deliberate.sum())} deliberate"
+        return f"TrialResult({self.world}, {self.strategy}, seed {self.seed}: {when}; {touches})"
 
 
 def speeds_into(impacts: Sequence[Impact]) -> np.ndarray:
@@ -94,8 +106,8 @@ class TrialRecord:
             row = (truth.stamp - self._begun, *truth.position.tolist(), *truth.velocity.tolist())
             self._rows.append(row)
 
-    def result(self, outcome: str, arrived: float) -> TrialResult:
-        """The record of the whole run; `arrived` is the stamp of the pose with which it ended [s]."""
+    def result(self, outcome: str, reason: str, arrived: float) -> TrialResult:
+        """The record of the whole run, why it ended so, and the stamp of the pose with which it ended [s]."""
         trajectory = np.array(self._rows).reshape(-1, 5)
         times = np.array([impact.time for impact in self.impacts])
         points = np.array([impact.point for impact in self.impacts]).reshape(-1, 2)
@@ -108,6 +120,7 @@ class TrialRecord:
             strategy=self._settings.planner.strategy,
             seed=self._seed,
             outcome=outcome,
+            reason=reason,
             arrival_time=elapsed if outcome == REACHED else self._settings.trial.timeout,
             path_length=path_length(trajectory[:, 1:3]) if len(trajectory) else 0.0,
             impacts=tuple(self.impacts),

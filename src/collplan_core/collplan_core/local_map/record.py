@@ -66,6 +66,12 @@ class LocalMap:
     view_from: np.ndarray = field(default_factory=lambda: np.zeros(4))
     view_beams: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
+    def __repr__(self) -> str:
+        """In a line: where, and what ends it."""
+        x, y = self.position
+        frontiers = len(set(self.frontier_number.tolist()))
+        return f"LocalMap(at {x:.2f}, {y:.2f}, {len(self.walls)} pieces of wall, {frontiers} frontiers)"
+
     @cached_property
     def border(self) -> np.ndarray:
         """(n, 2) the border of F relative to `position` [m]."""

@@ -526,5 +526,7 @@ def unknown_key(key: str) -> ParameterError:
         return ParameterError(f"{key}: no longer a parameter, {GONE[key]}")
     if key.startswith("qos_overrides."):
         return ParameterError(f"{key}: has no effect, expected no such key: the quality of service of topics is fixed")
-    near = get_close_matches(key, all_specs(), n=3, cutoff=0.8)
+    known = all_specs()
+    field = key.rpartition(".")[2]
+    near = [each for each in known if each.endswith(f".{field}")] or get_close_matches(key, known, n=3, cutoff=0.7)
     return ParameterError(f"{key}: unknown parameter" + (f", did you mean {' or '.join(near)}?" if near else ""))

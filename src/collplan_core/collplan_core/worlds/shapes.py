@@ -44,6 +44,10 @@ class World:
     goal: np.ndarray | None = None
     source: str = ""
 
+    def __repr__(self) -> str:
+        """In a line: its name and how many obstacles."""
+        return f"World({self.called}, {len(self.polygons)} polygons, {len(self.circles)} circles)"
+
     @property
     def called(self) -> str:
         """Name of the world in error messages: its file where it has one, else its name."""
