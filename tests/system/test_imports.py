@@ -36,8 +36,12 @@ def module_name(path: Path) -> str:
 
 def imported(path: Path) -> set[str]:
     """Full names of what a file imports, wherever in the file it does; a name imported from a module counts with it."""
-    names = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    names, tree = set(), ast.parse(path.read_text())
+    # a package's own exports are imported when asked for
+    tree.body = [
+        node for node in tree.body if not (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+    ]
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):

@@ -1,5 +1,6 @@
 """The simulated Omnipuck; `run_trial` drives it to a goal without ROS and returns a `TrialResult`."""
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -13,6 +14,4 @@ def __getattr__(name: str) -> Any:
     """Imports what is asked for: the nodes need none of it."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from omnipuck_sim import trial
-
-    return getattr(trial, name)
+    return getattr(import_module(f"{__name__}.trial"), name)
