@@ -113,13 +113,11 @@ def comparison(first: StudyData, second: StudyData) -> str:
     ours, against, _ = strategies_compared(first.provenance["question"]["strategies"])
     engines = _engine(first), _engine(second)
     found = engine_comparisons(first.provenance["question"]["strategies"], first.runs, second.runs)
-    codes = [data.provenance["code"]["trial"] for data in (first, second)]
-    codes_differ = (
-        f"The studies were made by different code ({codes[0]} and {codes[1]}): a difference may be of the code."
-    )
+    code, other = (data.provenance["code"]["trial"] for data in (first, second))
+    differs = f"The studies were made by different code ({code} and {other}): a difference may be of the code."
     return markdown(
         Section(note="All figures are simulated."),
-        Section(note=codes_differ if codes[0] != codes[1] else ""),
+        Section(note=differs if code != other else ""),
         Section(
             f"Arrival time that {ours} saves against {against}, by {engines[0]} and by {engines[1]} [%]",
             "Mean over the worlds of 100 (1 - t / t_other) of equal worlds and seeds, in the pairs that both studies "

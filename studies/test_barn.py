@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from barn import main, optimal_lengths, score
+from barn import main, optimal_lengths
 from collplan_core.worlds import WorldError, read_world
 from collplan_study.question.question import Question
 from collplan_study.question.sources import load_sources
@@ -99,9 +99,3 @@ def test_barn_is_converted_and_scored(tmp_path, capsys):
     assert main(["score", str(study), str(data), "--scale", "0.5"]) == 0
     few = "(2 of 5 needed for an interval)"
     assert f"| harness | 2 | 2 | 2.40 | {5 / 12:.3f} {few} | 1 | {5 / 24:.3f} {few} |" in capsys.readouterr().out
-
-
-def test_score_by_hand():
-    table = [(True, 5.0, 0.5), (True, 20.0, 0.25), (True, 30.0, 1 / 6), (True, 99.0, 0.125), (False, 5.0, 0.0)]
-    for arrives, time, expected in table:
-        assert score(arrives, time, 5.0) == pytest.approx(expected), (arrives, time)

@@ -54,11 +54,6 @@ def test_a_u_takes_the_way_over_its_tip_and_back():
     assert lower_bound(chain, DISC) == pytest.approx(2 * math.sqrt(0.9 / 1.5) + 0.8 + 0.32 / 1.2)
 
 
-def test_where_nothing_turns_back_it_is_the_longer_way_of_both_axes():
-    chain = chain_of((0.0, 0.0, 3.0, 0.2), (2.8, 0.0, 3.0, 2.0), start=(0.1, 0.1), goal=(2.9, 1.9))
-    assert lower_bound(chain, DISC) == pytest.approx(0.8 + (2.7 - 0.48) / 1.2)
-
-
 @st.composite
 def motions(draw) -> tuple[float, np.ndarray]:
     """Duration and positions (n,) of a motion along a line that begins at rest and keeps the limits."""
@@ -120,14 +115,6 @@ def test_the_chain_is_the_free_space_and_each_box_is_on_the_way(family, seed, ra
     assert joined(free, chain.start, chain.goal)
     # the lower bound rests on this
     assert not any(joined(free.difference(box.buffer(1e-6)), chain.start, chain.goal) for box in areas[2:-1:2])
-
-
-def test_each_leg_is_a_box_and_an_empty_room_is_one():
-    for family, boxes in [("l", 2), ("u", 3), ("z", 3), ("serpentine", 7), ("baffles", 7)]:
-        assert len(free_chain(load_world(f"{family}:0"), 0.09).regions) == 2 * boxes - 1, family
-    (box,) = free_chain(world_of(), 0.1).regions
-    assert box.vertex is None
-    assert [*box.low, *box.high] == pytest.approx([0.1, 0.1, 1.9, 1.9])
 
 
 REFUSED = {

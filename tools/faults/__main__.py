@@ -17,7 +17,7 @@ from collplan_ros.bringup.failures import Interrupted
 from faults.bench import BenchError
 from faults.rows import ASIDE, BENCHES, FAULTS
 from faults.runner import Case, CaseFile, run_bench
-from faults.table import N, seconds_taken, write
+from faults.table import write
 
 # checks of message fields are for tests; nodes run without
 os.environ.pop("ROS_PYTHON_CHECK_FIELDS", None)
@@ -40,7 +40,6 @@ def main() -> int:
     count = _counts(options)
     waiting = {key: n for fault in FAULTS if (n := count[(key := fault.key)] - file.done(fault)) > 0}
     print("\n".join(f"{key}: {missing} to do" for key, missing in waiting.items()) or "all done")
-    print(f"the first {N} of each row took {seconds_taken(FAULTS, file.cases) / 60.0:.1f} minutes")
     is_over = options.list or time.monotonic() >= deadline
     return 1 if failed or any(case.miss for case in file.cases) or (waiting and not is_over) else 0
 
@@ -99,7 +98,7 @@ def said(case: Case) -> str:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="make faults", description=__doc__)
     add = parser.add_argument
-    add("--n", type=int, default=N, help=f"cases of each fault (default {N})")
+    add("--n", type=int, default=20, help="cases of each fault (default %(default)s)")
     add("--long", action="store_true", help="of each fault as many as its row needs, and the rows that only this does")
     add("--minutes", type=float, default=1e9, help="a slice: ends after so long, and goes on when called again")
     add("--only", default="", metavar="TEXT", help="only faults with this in name or robot")

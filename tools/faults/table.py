@@ -9,18 +9,16 @@ import numpy as np
 from scipy.stats import binomtest
 
 from faults.fault import Fault
-from faults.rows import ASIDE
 from faults.runner import Case
 
 FEWEST = 500
 """A 99th percentile of fewer cases would be the largest one under another name."""
 LEVEL = 0.95
+"""Of the interval of the rate of misses, by Clopper and Pearson, whose upper end the table gives."""
 STOPS = "<!-- stops: written by make faults -->", "<!-- end of stops -->"
 """Around the table in docs/safety.md."""
 ROWS = "<!-- faults: written by make faults -->", "<!-- end of faults -->"
 """Around the table in docs/reliability.md."""
-N = 20
-"""Cases of a row of `make faults`, unless it is asked for others."""
 
 
 def figures(fault: Fault, cases: Sequence[Case]) -> dict[str, Any]:
@@ -40,23 +38,6 @@ def figures(fault: Fault, cases: Sequence[Case]) -> dict[str, Any]:
     }
 
 
-def largest_rate(misses: int, n: int) -> float:
-    """Upper end of the interval that holds the rate of misses with probability LEVEL, by Clopper and Pearson."""
-    return float(binomtest(misses, n).proportion_ci(LEVEL, method="exact").high)
-
-
-def seconds_taken(faults: Sequence[Fault], cases: Sequence[Case]) -> float:
-    """Time that the first N cases of each row of `make faults` took, with those repeated, but for those ASIDE [s]."""
-    total = 0.0
-    for fault in (each for each in faults if each.robot not in ASIDE):
-        n = 0
-        for case in cases:
-            if case.fault == fault.key and n < min(N, fault.short):
-                n += case.n * case.counts
-                total += case.took
-    return total
-
-
 def write(faults: Sequence[Fault], cases: Sequence[Case], data: Path, page: Path, safety: Path | None = None) -> None:
     """Writes data, and the tables in both pages: rows of which there are cases, and all that `make faults` does."""
     rows = [(fault, [case for case in cases if case.fault == fault.key]) for fault in faults]
@@ -65,9 +46,8 @@ def write(faults: Sequence[Fault], cases: Sequence[Case], data: Path, page: Path
     data.parent.mkdir(parents=True, exist_ok=True)
     data.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
     lines = [_row(record, found) for record, (_, found) in zip(records, rows, strict=True)]
-    took = f"{N} of each row that `make faults` does took {seconds_taken(faults, cases) / 60.0:.0f} minutes.\n\n"
     names = "| fault | robot | n | misses | at most | stalls | limit | median | p99 | max | way |\n"
-    _put(page, ROWS, took + names + "|---" * 11 + "|\n" + "".join(lines))
+    _put(page, ROWS, names + "|---" * 11 + "|\n" + "".join(lines))
     if safety is not None:
         stops = "".join(_stop(record, found) for record, (_, found) in zip(records, rows, strict=True))
         _put(safety, STOPS, "| what | robot | n | median [s] | max [s] | way [m] |\n" + "|---" * 6 + "|\n" + stops)
@@ -94,18 +74,12 @@ def _way(cases: Sequence[Case]) -> str:
 
 def _row(record: dict[str, Any], cases: Sequence[Case]) -> str:
     times = [_shown(record[key]) for key in ("limit_s", "median_s", "p99_s", "max_s")]
-    rate = f"{100 * largest_rate(record['misses'], record['n']):.2g} %" if record["n"] else ""
-    figures = [
-        record["fault"],
-        record["robot"],
-        record["n"],
-        record["misses"],
-        rate,
-        record["stalls"],
-        *times,
-        _way(cases),
-    ]
-    return "| " + " | ".join(map(str, figures)) + " |\n"
+    rate = ""
+    if record["n"]:
+        interval = binomtest(record["misses"], record["n"]).proportion_ci(LEVEL, method="exact")
+        rate = f"{100 * interval.high:.2g} %"
+    counts = [record[key] for key in ("fault", "robot", "n", "misses")]
+    return "| " + " | ".join(map(str, [*counts, rate, record["stalls"], *times, _way(cases)])) + " |\n"
 
 
 def _shown(seconds: float | None) -> str:
