@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from collplan_ros.run.page.one_file import SCRIPTS, one_script
+from collplan_ros.run.page.one_file import page_script
 
 NODE = shutil.which("node")
 pytestmark = pytest.mark.skipif(NODE is None, reason="no Node here")
@@ -39,7 +39,7 @@ def run(tmp_path):
 
 def test_the_modules_of_the_page_together_are_a_script(tmp_path):
     script = tmp_path / "page.mjs"
-    script.write_text(one_script({name: PAGE[name] for name in SCRIPTS}))
+    script.write_text(page_script())
     done = subprocess.run([NODE, "--check", str(script)], capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 0, done.stderr
 
