@@ -99,7 +99,7 @@ def test_what_is_no_journal_is_refused_in_one_line(rows, replay, tmp_path, capsy
         ('{"trial": {}}\n', "holds no journal"),
         ("no JSON\n{}\n", "line 1: not JSON"),
         ("3\n", "line 1: got 3"),
-        ('{"number": 0, "of": "planner", "format": 3}\n', "settings"),
+        ('{"number": 0, "of": "planner", "format": 4}\n', "settings"),
         ('{"number": "one", "of": "planner"}\n', "got number 'one'"),
     ):
         path.write_text(text)
