@@ -58,6 +58,7 @@ class Host:
         self.encoder = Encoder()
         self.session = 0
         self.cleared = self.released = 0
+        self.ahead = chance.choice([5000, (1 << 32) - 2000])
 
     def frame(self, now: float) -> bytes:
         chance = self.chance
@@ -78,7 +79,7 @@ class Host:
         session = self.session if chance.random() < 0.95 else 9
         message = CommandMessage(
             session=session,
-            sent=(round(now * 1e3) - late + 5000) % (1 << 32),
+            sent=(round(now * 1e3) - late + self.ahead) % (1 << 32),
             age=chance.randrange(100),
             life=chance.choice([0, 80, 200, 700]),
             flags=flags,
