@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +12,10 @@ from collplan_core.scan import Scan
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.scan_filters import upside_down
 from collplan_core.state import State
-from collplan_core.worlds import World, world_segments
+from collplan_core.worlds import World, surface_distances
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 HEADINGS = 72
 """Headings of the sensor that are tried first, evenly over the full turn."""
@@ -19,8 +23,10 @@ BEAMS = 1500
 """So many hits of all scans together are fitted at most."""
 REFINED = 6
 """So many of the headings that explain most are refined."""
-GATES = (0.3, 0.15, 0.08, 0.05, 0.05, 0.05, 0.05, 0.05)
-"""Distance from a surface beyond which a hit is of something else, from step to step of the fit [m]."""
+GATE = 0.1
+"""Distance from a surface beyond which a hit pulls less and less [m]."""
+FAR = 0.3
+"""Distance beyond which hits count alike while headings are tried [m]."""
 NEAR = 0.05
 """A hit within this of a surface is explained by it [m]."""
 APART = math.radians(10.0)
@@ -95,7 +101,7 @@ def fit_mount(scans: Sequence[tuple[Scan, State]], world: World) -> MountFit | N
         world: what is there; unwalled bounds show nothing.
     """
     straight = _hits(scans)
-    if len(straight) < FEWEST or not len(world_segments(world)) + len(world.circles):
+    if len(straight) < FEWEST or not np.isfinite(surface_distances(world, np.zeros((1, 2)))).all():
         return None
     turned = _hits([(upside_down(scan), state) for scan, state in scans])
     fits = [(*each, mirrored) for mirrored in (False, True) for each in _fits(turned if mirrored else straight, world)]
@@ -129,71 +135,41 @@ def _fits(hits: np.ndarray, world: World) -> list[tuple[float, np.ndarray]]:
     headings = math.tau * np.arange(HEADINGS) / HEADINGS
     coarse = []
     for heading in headings.tolist():
-        off = np.abs(_distances(few, np.array([0.0, 0.0, heading]), world)[0])
-        # far ones count alike, however far: the robot sees what is not in the world, too
-        coarse.append(np.minimum(off, GATES[0]).mean())
+        coarse.append(np.minimum(_distances(few, np.array([0.0, 0.0, heading]), world), FAR).mean())
     best = np.argsort(coarse)[:REFINED]
     refined = [_refined(hits, np.array([0.0, 0.0, headings[k]]), world) for k in best]
-    return [(float((np.abs(_distances(hits, mount, world)[0]) <= NEAR).mean()), mount) for mount in refined]
+    return [(float((_distances(hits, mount, world) <= NEAR).mean()), mount) for mount in refined]
 
 
 def _refined(hits: np.ndarray, mount: np.ndarray, world: World) -> np.ndarray:
-    for gate in GATES:
-        for _ in range(4):
-            off, rows = _linearised(hits, mount, world)
-            near = np.abs(off) <= gate
-            if near.sum() < FEWEST // 2:
-                break
-            step = np.linalg.lstsq(rows[near], -off[near], rcond=None)[0]
-            mount = mount + np.clip(step, -0.2, 0.2)
-    return mount
+    # costs more than all the rest to load
+    from scipy.optimize import least_squares
+
+    # far ones pull little: the robot sees what is not in the world, too
+    mount = least_squares(lambda each: _distances(hits, each, world), mount, loss="cauchy", f_scale=GATE).x
+    near = hits[_distances(hits, mount, world) <= NEAR]
+    return _fitted(near, mount, world).x if len(near) >= FEWEST // 2 else mount
 
 
-def _linearised(hits: np.ndarray, mount: np.ndarray, world: World) -> tuple[np.ndarray, np.ndarray]:
-    """Distance of each hit from its surface (m,) [m], and how it changes with x, y and yaw of the mount (m, 3)."""
-    off, normals = _distances(hits, mount, world)
-    # seen in the robot's frame the mount shifts a hit as it is, and turns it about the sensor
-    ways = rotate_rows(normals, -hits[:, 4])
-    arms = rotate_rows(hits[:, :2], np.full(len(hits), mount[2]))
-    return off, np.column_stack([ways, ways[:, 1] * arms[:, 0] - ways[:, 0] * arms[:, 1]])
+def _fitted(hits: np.ndarray, mount: np.ndarray, world: World) -> "OptimizeResult":
+    from scipy.optimize import least_squares
+
+    return least_squares(lambda each: _distances(hits, each, world), mount)
 
 
-def _distances(hits: np.ndarray, mount: np.ndarray, world: World) -> tuple[np.ndarray, np.ndarray]:
-    """Distance of each hit from the nearest surface (m,) [m], signed along the unit normals (m, 2), world frame."""
+def _distances(hits: np.ndarray, mount: np.ndarray, world: World) -> np.ndarray:
+    """(m,) distance of each hit from the nearest surface [m]."""
     on_robot = mount[:2] + rotate_rows(hits[:, :2], np.full(len(hits), mount[2]))
-    points = hits[:, 2:4] + rotate_rows(on_robot, hits[:, 4])
-    off, normals = np.full(len(points), np.inf), np.zeros((len(points), 2))
-    for x0, y0, x1, y1 in world_segments(world):
-        way = np.array([x1 - x0, y1 - y0])
-        length = math.hypot(*way)
-        way = way / length
-        apart = points - (x0, y0)
-        beyond = apart @ way
-        past = beyond - np.clip(beyond, 0.0, length)
-        normal = np.array([-way[1], way[0]])
-        across = apart @ normal
-        away = np.hypot(across, past)
-        nearer = away < np.abs(off)
-        off[nearer] = np.where(past == 0.0, across, away)[nearer]
-        ends = (across[:, None] * normal + past[:, None] * way) / np.maximum(away, 1e-12)[:, None]
-        normals[nearer] = np.where((past == 0.0)[:, None], normal, ends)[nearer]
-    for x, y, radius in world.circles:
-        apart = points - (x, y)
-        far = np.hypot(*apart.T)
-        nearer = np.abs(far - radius) < np.abs(off)
-        off[nearer] = (far - radius)[nearer]
-        normals[nearer] = (apart / np.maximum(far, 1e-12)[:, None])[nearer]
-    return off, normals
+    return surface_distances(world, hits[:, 2:4] + rotate_rows(on_robot, hits[:, 4]))
 
 
 def _certainty(hits: np.ndarray, mount: np.ndarray, world: World) -> tuple[float, np.ndarray]:
     """Root mean square distance of the explained hits [m], and the standard deviations that it gives x, y and yaw."""
-    off, rows = _linearised(hits, mount, world)
-    near = np.abs(off) <= NEAR
-    if not near.any():
+    near = hits[_distances(hits, mount, world) <= NEAR]
+    if not len(near):
         return math.nan, np.full(3, math.inf)
-    error = float(np.sqrt((off[near] ** 2).mean()))
-    size = rows[near].T @ rows[near]
+    fit = _fitted(near, mount, world)
+    error, size = math.sqrt(2.0 * fit.cost / len(near)), fit.jac.T @ fit.jac
     if np.linalg.cond(size) > 1e9:
         return error, np.full(3, math.inf)
     return error, error * np.sqrt(np.diag(np.linalg.inv(size)))

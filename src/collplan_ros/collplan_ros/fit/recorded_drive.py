@@ -5,7 +5,7 @@ import numpy as np
 from collplan_core.calibration.drive_filter import FIRST
 from collplan_core.calibration.drive_fit import DrivenStretches
 from collplan_core.calibration.impact_fit import FAR, NEAR
-from collplan_core.worlds import World, world_segments
+from collplan_core.worlds import surface_distances
 from collplan_ros.fit.recorded_path import FittedRun
 
 CLEAR = 0.02
@@ -17,7 +17,7 @@ LONGEST_GAP = 0.05
 def driven_stretches(run: FittedRun) -> DrivenStretches:
     """The stretches of a run that are commanded and away from walls, and from touches some time before and after."""
     times, points, wanted = run.path.times, run.path.points, run.path.wanted
-    near = times[clearances(run.world, points) < run.settings.robot.radius + CLEAR]
+    near = times[surface_distances(run.world, points) < run.settings.robot.radius + CLEAR]
     beside = np.concatenate([[-np.inf], near, [np.inf]])
     following = np.searchsorted(near, times)
     away = (times - beside[following] > FAR) & (beside[following + 1] - times > NEAR)
@@ -31,20 +31,6 @@ def driven_stretches(run: FittedRun) -> DrivenStretches:
         period=1.0 / run.settings.controller.rate,
         noise=run.settings.mocap.position_noise,
     )
-
-
-def clearances(world: World, points: np.ndarray) -> np.ndarray:
-    """(n,) distance of each point from the nearest surface [m]."""
-    # costs more than all the rest to load
-    import shapely
-
-    surfaces = shapely.multilinestrings(np.reshape(world_segments(world), (-1, 2, 2)))
-    distances = (
-        shapely.distance(surfaces, shapely.points(points)) if not surfaces.is_empty else np.full(len(points), np.inf)
-    )
-    for x, y, r in np.asarray(world.circles).tolist():
-        distances = np.minimum(distances, np.hypot(points[:, 0] - x, points[:, 1] - y) - r)
-    return np.asarray(distances)
 
 
 def _stretches(away: np.ndarray, gaps: np.ndarray) -> np.ndarray:

@@ -10,7 +10,8 @@ from collplan_core.calibration.drive_fit import DriveFit
 from collplan_core.calibration.impact_fit import FAR, NEAR, ImpactFit, UnusableImpact, fit_impact
 from collplan_core.calibration.impact_search import find_impacts
 from collplan_core.calibration.wall_impacts import WallImpacts, seen_from_walls, sorted_out
-from collplan_ros.fit.recorded_drive import CLEAR, clearances
+from collplan_core.worlds import surface_distances
+from collplan_ros.fit.recorded_drive import CLEAR
 from collplan_ros.fit.recorded_path import FittedRun
 from collplan_ros.run.impacts import nearest_surface
 
@@ -51,7 +52,7 @@ def _hit_times(run: FittedRun) -> list[float]:
     Kinks alone would leave out hits of little change, and so make what is found of the others too large.
     """
     times, points = run.path.times, run.path.points
-    distances = clearances(run.world, points) - run.settings.robot.radius
+    distances = surface_distances(run.world, points) - run.settings.robot.radius
     near = np.flatnonzero(distances < CLEAR)
     touches = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1) if len(near) else []
     hits = [float(times[touch[distances[touch].argmin()]]) for touch in touches]
