@@ -75,7 +75,7 @@ def fit_axes(strokes: Sequence[Stroke], lever: np.ndarray) -> AxesFit:
     # a random walk's variance is as long as its time
     weights = np.sqrt(times)
     side = moved / weights
-    fits = [_solved(np.column_stack([c, *biases]) * weights[:, None], side) for c in (commanded, commanded.conj())]
+    fits = [solved(np.column_stack([c, *biases]) * weights[:, None], side) for c in (commanded, commanded.conj())]
     (found, left, deviations), (crossed, left_mirrored, _) = fits
     mirrored = left_mirrored < left if len(strokes) > 1 + len(biases) else False
     factor = crossed[0] if mirrored else found[0]
@@ -91,8 +91,11 @@ def fit_axes(strokes: Sequence[Stroke], lever: np.ndarray) -> AxesFit:
     )
 
 
-def _solved(matrix: np.ndarray, side: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-    """Unknowns (k,), sum of squared residuals, standard deviation (k,) of each unknown by axis."""
+def solved(matrix: np.ndarray, side: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """Least squares: unknowns (k,), sum of squared residuals, standard deviation (k,) of each unknown by axis.
+
+    The deviations are infinite where `matrix` (n, k) does not determine the unknowns.
+    """
     found, _, rank, _ = np.linalg.lstsq(matrix, side, rcond=1e-9)
     left = float(np.sum(np.abs(side - matrix @ found) ** 2))
     freedom = len(side) - matrix.shape[1]

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collplan_core.calibration.stroke_fit import solved
 from collplan_core.sensing.pose_filter import PoseSample
 
 SETTLING_TIME = 0.3
@@ -89,13 +90,8 @@ def _fit_lever(turns: Sequence[FittedTurn], lag: float) -> tuple[np.ndarray, flo
     # without turns both ways bias and lever are one
     both_ways = len({turn.yaw_rate > 0.0 for turn in turns}) > 1
     matrix = columns if both_ways else columns[:, [0, 2]]
-    freedom = len(side) - matrix.shape[1]
-    found, _, rank, _ = np.linalg.lstsq(matrix, side, rcond=1e-9)
-    if freedom < 1 or rank < matrix.shape[1]:
-        return np.zeros(2), np.inf
-    variance = AVERAGED * float(np.sum(np.abs(side - matrix @ found) ** 2)) / freedom
-    deviation = np.sqrt(0.5 * variance * np.real(np.linalg.inv(matrix.conj().T @ matrix)[0, 0]))
-    return np.array([found[0].real, found[0].imag]), float(deviation)
+    found, _, deviations = solved(matrix, side)
+    return np.array([found[0].real, found[0].imag]), float(np.sqrt(AVERAGED) * deviations[0])
 
 
 def _windows(turn: FittedTurn, lag: float) -> tuple[np.ndarray, np.ndarray]:
