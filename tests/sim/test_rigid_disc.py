@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from omnipuck_sim.robot import disc
 from physics_scenes import QUIET, RADIUS, RESTITUTION, V_MAX, WALL, hit, launched, make_world, quiet, rigid_disc, unit
 
 SPEEDS = (0.3, 0.7, 1.2)
@@ -19,6 +20,25 @@ def test_a_flat_wall_gives_the_closed_form():
         found, found_spin = hit(velocity, spin=spin)
         np.testing.assert_allclose(found, expected, atol=1e-6, err_msg=str(case))
         assert found_spin == pytest.approx(expected_spin, abs=1e-6), case
+
+
+def test_flights_between_touches_are_pymunk_s_to_the_last_bit(monkeypatch):
+    """Along a wall that the wheels press it against, which it leaves for a few steps again and again."""
+
+    def driven() -> np.ndarray:
+        sim = launched(WALL, (0.2, -1.0), (0.5, 0.3))
+        sim.drive = True
+        positions = []
+        for k in range(1600):
+            if k % 40 == 0:
+                sim.command(np.array([0.3, 0.8]), 0.0)
+            sim.step()
+            positions.append(sim.state.position)
+        return np.array(positions)
+
+    flown = driven()
+    monkeypatch.setattr(disc, "flown", lambda *arguments: 0)
+    np.testing.assert_array_equal(driven(), flown)
 
 
 def test_an_inner_corner_is_two_hits_in_order():

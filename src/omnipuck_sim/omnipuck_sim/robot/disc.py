@@ -40,7 +40,7 @@ class Disc:
         self._radius = robot.radius
         self._drive = drive_law(robot, simulation)
         self.motion = np.zeros(8)
-        self._moved, self._is_free = True, False
+        self._moved, self._touched = True, 0
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
         self._body = pymunk.Body(*true_inertia(robot, simulation))
@@ -60,13 +60,13 @@ class Disc:
     def place(self, position: Vector, velocity: Vector, yaw: float) -> None:
         """Puts the disc at a position [m] with a velocity [m/s] and a yaw [rad], without spin."""
         self.motion[:] = *position, *velocity, yaw, 0.0, *velocity
-        self._moved, self._is_free = True, False
+        self._moved, self._touched = True, self._space.collision_persistence
         self._last_impact.clear()
 
     def advance(self, step: int, most: int, aim: Aim) -> int:
         """Moves on by physics step number `step` and maybe those after it, `most` in all; returns by how many."""
-        # the step after a touch is pymunk's too, which then knows that it is over
-        made = self._fly(most, aim) if self._is_free else 0
+        # pymunk forgets a touch, whose impulses count for the next one's friction, some steps after it
+        made = 0 if self._touched else self._fly(most, aim)
         if made:
             self._moved = True
             return made
@@ -77,7 +77,7 @@ class Disc:
             self._moved = False
         force_x, force_y, body.torque = push(self._drive, self.motion, aim)
         body.force = force_x, force_y
-        self._is_free = True
+        self._touched = max(self._touched - 1, 0)
         self._space.step(1.0 / self._drive.rate)
         self.motion[:6] = *body.position, *body.velocity, body.angle, body.angular_velocity
         if self._begun:
@@ -118,7 +118,7 @@ class Disc:
         self._begun.append((surface, (point.x, point.y), (-normal.x, -normal.y), (velocity.x, velocity.y)))
 
     def _choose_hit(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-        self._is_free = False
+        self._touched = self._space.collision_persistence
         if not arbiter.is_first_contact:
             return
         into = self._body.velocity.dot(arbiter.contact_point_set.normal)
