@@ -23,7 +23,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce optimum graph-gain animation test test-oldest soak faults faults-long bench lint format dist ws
+.PHONY: help setup run demo study study-bounce optimum graph-gain animation test test-oldest soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -82,6 +82,9 @@ lint: $(READY)  ## style and types
 format: $(READY)  ## lay the sources out as lint wants them
 	$(PYTHON) -m ruff check --fix
 	$(PYTHON) -m ruff format
+
+site:  ## these pages and the interface as a web site in build/site; a link that leads nowhere fails it
+	@tools/site.sh
 
 dist: $(COMPILED)  ## the packages as wheels in dist/, installed and tried in a clean environment, without and with ROS
 	@tools/dist.sh
