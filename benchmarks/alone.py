@@ -2,13 +2,20 @@
 
 import statistics
 from functools import partial
+from time import perf_counter
 from typing import Any
 
+import gymnasium
+import numpy as np
 from logged import Logged
 from ours import cycle_round, lines_round, map_round, scan_round, trajectory_round, trial_round
 from timing import Timed, ratio
 
+import collplan_gym  # noqa: F401  # registers the environment
 from collplan_core.worlds import World
+
+GYM_STEPS = 200
+"""Steps of a round, fewer than an episode has."""
 
 
 def alone(states: list[Logged], rounds: int) -> dict[str, Any]:
@@ -45,6 +52,19 @@ def trials_per_second(world: World, rounds: int) -> dict[str, float]:
         strategy: round(1.0 / statistics.median(trial_round(world, seed, strategy)[0] for seed in range(rounds)), 2)
         for strategy in ("harness", "bounce")
     }
+
+
+def gym_steps_per_second(world: World, rounds: int) -> float:
+    """Steps a second of the environment under one action, in the median; a step is 0.05 s simulated."""
+    env = gymnasium.make("collplan/Bounce-v0", world=world)
+    rates, action = [], np.array([0.6, 0.3], dtype=np.float32)
+    for seed in range(rounds):
+        env.reset(seed=seed)
+        begun = perf_counter()
+        for _ in range(GYM_STEPS):
+            env.step(action)
+        rates.append(GYM_STEPS / (perf_counter() - begun))
+    return round(statistics.median(rates), 1)
 
 
 def realtime_factor(world: World, rounds: int) -> dict[str, float | int]:

@@ -42,6 +42,7 @@ def print_report(figures: dict[str, Any]) -> None:
     for name, each in figures["trials_per_second"].items():
         print(f"{'trials a second, ' + name:38}{each:11.1f}")
     print(f"{'simulated seconds a second':38}{figures['trial_realtime_factor']['median']:11.1f}")
+    print(f"{'steps a second of the environment':38}{figures['gym_steps_per_second']:11.0f}")
     for name, each in figures["protocol"].items():
         print(f"{name + ' [frames/s]':38}{each['frames_per_s']:11d}")
     for rate, share in figures["driver_cpu"].items():

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from agreement import agreement
-from alone import alone, realtime_factor, trials_per_second
+from alone import alone, gym_steps_per_second, realtime_factor, trials_per_second
 from logged import Logged, logged_states
 from machine import load, machine
 from peer import STEPS, Peer, PeerError, install
@@ -75,6 +75,7 @@ def measured(states: list[Logged], options: argparse.Namespace) -> dict[str, Any
     figures["plan_to_goal"] = of_plans.pop("plan_to_goal")
     figures["rollout_steps_per_second"] = of_plans.pop("steps_per_second")
     figures["trials_per_second"] = trials_per_second(corridor, 3 * options.rounds)
+    figures["gym_steps_per_second"] = gym_steps_per_second(corridor, 3 * options.rounds)
     figures["protocol"] = protocol(options.rounds)
     figures["driver_cpu"] = driver_cpu()
     figures["skipped"] = dict.fromkeys(STEPS, "not asked for")
