@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from collplan_core.command import FREE_SPACE, HAND, STOPPED, Command
-from collplan_core.control.hand import TAKEN, Hand, hand_command
 from collplan_core.control.interlock import REMEDY
+from collplan_core.control.manual_override import TAKEN, ManualCommand, overriding_command
 from collplan_core.control.motion_monitor import STOPPING, MotionVerdict
 from collplan_core.control.stick import RELEASED_FOR, Grip, Stick, StickError, check_stick, velocity_of
 from collplan_core.control.tracking import saturate
@@ -54,7 +54,7 @@ class Drive:
             if self.loop.goal_active:
                 assert self.loop.take_plan(straight_plan(self.now), self.now) == ""
         if velocity is not None:
-            self.loop.take_hand(np.array(velocity), yaw_rate, self.now, trouble)
+            self.loop.take_manual_command(np.array(velocity), yaw_rate, self.now, trouble)
         self.commands.append(self.loop.tick(self.now))
         return self.commands[-1]
 
@@ -148,7 +148,7 @@ def test_what_the_robot_says_of_itself_stops_a_hand_and_the_planner():
     drive.loop.take_robot_state("emergency stop")
     stop = drive.period(LEFT)
     assert (stop.maneuver, "emergency stop" in stop.reason) == (STOPPED, True)
-    assert drive.loop.hand_trouble == "emergency stop"
+    assert drive.loop.override_trouble == "emergency stop"
     drive.loop.take_robot_state("")
     # from rest, as after any stop
     assert math.hypot(*drive.period(LEFT).velocity) == pytest.approx(SETTINGS.robot.max_acceleration * PERIOD)
@@ -157,10 +157,10 @@ def test_what_the_robot_says_of_itself_stops_a_hand_and_the_planner():
 def test_what_is_no_command_stops_and_is_counted_and_two_hands_stop_too():
     drive = driven_by_hand()
     assert drive.period([math.nan, 0.0]).maneuver == STOPPED
-    assert "nan" in drive.loop.hand_trouble
+    assert "nan" in drive.loop.override_trouble
     assert drive.loop.refusals["hand"] == 1
     drive.periods(10)
-    assert drive.loop.hand_trouble == ""
+    assert drive.loop.override_trouble == ""
     drive = Drive()
     drive.period()
     assert "two nodes" in drive.period(LEFT, trouble="two nodes").reason
@@ -175,7 +175,7 @@ def test_where_poses_are_lost_it_creeps_or_stands_where_there_is_a_fence_as_it_d
         drive.seen = False
         command = drive.periods(5, fast)
         assert command.velocity == pytest.approx([0.0 if fence else LIMITS.blind_speed, 0.0])
-        assert "pose 0.25 s old" in (command.reason if fence else drive.loop.hand_trouble)
+        assert "pose 0.25 s old" in (command.reason if fence else drive.loop.override_trouble)
     drive = Drive(SETTINGS.with_values({"limits.fence": (1.0, -1.0, 2.0, -1.0, 2.0, 1.0, 1.0, 1.0)}))
     assert "outside" in drive.period(LEFT).reason
 
@@ -191,10 +191,10 @@ def test_once_the_motion_did_not_fit_the_commands_it_creeps_until_a_person_resum
         drive.loop.motion.verdict = MotionVerdict()
         for _ in range(20):
             assert math.hypot(*drive.period(fast).velocity) <= LIMITS.blind_speed + 1e-9
-            assert drive.loop.hand_trouble == "misfit"
+            assert drive.loop.override_trouble == "misfit"
         drive.loop.resume()
         assert drive.periods(20, fast).velocity == pytest.approx(fast)
-        assert drive.loop.hand_trouble == ""
+        assert drive.loop.override_trouble == ""
 
 
 @given(st.lists(st.sampled_from(["drives", "rests", "nothing", "no pose"]), min_size=1, max_size=10))
@@ -216,8 +216,8 @@ velocities = st.tuples(speeds, speeds).map(lambda pair: saturate(np.array(pair),
 rates = st.floats(-ROBOT.max_yaw_rate, ROBOT.max_yaw_rate)
 
 
-def hand(x=0.0, y=0.0, yaw_rate=0.0) -> Hand:
-    return Hand(np.array([x, y]), yaw_rate, 1.0, "")
+def hand(x=0.0, y=0.0, yaw_rate=0.0) -> ManualCommand:
+    return ManualCommand(np.array([x, y]), yaw_rate, 1.0, "")
 
 
 def sent(velocity, yaw_rate=0.0) -> Command:
@@ -228,7 +228,7 @@ def sent(velocity, yaw_rate=0.0) -> Command:
 def test_a_command_goes_from_the_one_before_as_wheels_can_within_the_limits_or_to_rest_at_once(
     before, turning, wanted, turn, is_blind
 ):
-    command = hand_command(Hand(wanted, turn, 0.0), sent(before, turning), is_blind, SETTINGS)
+    command = overriding_command(ManualCommand(wanted, turn, 0.0), sent(before, turning), is_blind, SETTINGS)
     if command.velocity.any() and not is_blind:
         assert math.hypot(*(command.velocity - before)) <= ROBOT.max_acceleration * PERIOD + 1e-9
     if command.yaw_rate:
@@ -236,16 +236,16 @@ def test_a_command_goes_from_the_one_before_as_wheels_can_within_the_limits_or_t
     most = min(LIMITS.blind_speed, ROBOT.max_speed) if is_blind else ROBOT.max_speed
     assert math.hypot(*command.velocity) <= most + 1e-9
     assert abs(command.yaw_rate) <= ROBOT.max_yaw_rate + 1e-9
-    rest = hand_command(hand(), sent(before, turning), False, SETTINGS)
+    rest = overriding_command(hand(), sent(before, turning), False, SETTINGS)
     assert (rest.velocity.any(), rest.yaw_rate) == (False, 0.0)
 
 
 def test_by_hand_a_turn_to_the_side_at_speed_and_what_is_no_command():
-    command = hand_command(hand(0.0, 0.3), sent([1.0, 0.0]), False, SETTINGS)
+    command = overriding_command(hand(0.0, 0.3), sent([1.0, 0.0]), False, SETTINGS)
     change = np.array([-1.0, 0.3]) / math.hypot(1.0, 0.3) * 0.075
     assert command.velocity == pytest.approx(np.array([1.0, 0.0]) + change)
     for broken in (hand(math.nan), hand(0.1, math.inf), hand(0.1, yaw_rate=math.nan)):
-        command = hand_command(broken, sent([0.3, 0.0]), False, SETTINGS)
+        command = overriding_command(broken, sent([0.3, 0.0]), False, SETTINGS)
         assert (command.maneuver, command.velocity.tolist(), command.yaw_rate) == (STOPPED, [0.0, 0.0], 0.0)
 
 
@@ -253,7 +253,7 @@ def test_by_hand_a_turn_to_the_side_at_speed_and_what_is_no_command():
 def test_however_much_a_hand_asks_for_it_gets_the_most_that_way(excess, angle, turn):
     asked, command = ROBOT.max_speed * np.array([math.cos(angle), math.sin(angle)]), sent([0.0, 0.0])
     for _ in range(200):
-        command = hand_command(Hand(excess * asked, turn, 0.0), command, False, SETTINGS)
+        command = overriding_command(ManualCommand(excess * asked, turn, 0.0), command, False, SETTINGS)
     assert (command.maneuver, command.reason) == (HAND, "")
     assert command.velocity == pytest.approx(asked, abs=1e-9)
     assert command.yaw_rate == pytest.approx(min(max(turn, -ROBOT.max_yaw_rate), ROBOT.max_yaw_rate))

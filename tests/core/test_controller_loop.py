@@ -12,8 +12,8 @@ from collplan_core.command import FREE_SPACE, STOPPED
 from collplan_core.control.interlock import REMEDY, Interlock
 from collplan_core.control.motion_monitor import LATE, OK, REVERSED, SLIP, STUCK, MotionVerdict
 from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, NO_GOAL, SUCCEEDED, Goal
-from collplan_core.loop.controller_loop import ELSEWHERE, LONGEST_RESUMED, LONGEST_START, ControllerLoop
-from collplan_core.sensing.pose_filter import CARRIED
+from collplan_core.loop.controller_loop import LONGEST_RESUMED, LONGEST_START, WHY_KIDNAPPED, ControllerLoop
+from collplan_core.sensing.pose_filter import KIDNAPPED
 from collplan_core.state import State
 from collplan_core.velocity_law import velocity_after, velocity_law
 from loop_scenes import IDENTITY, SETTINGS, at, scan_at, see, see_until, straight_plan
@@ -226,7 +226,7 @@ def leaps(loop: ControllerLoop, begin: float, duration: float = 0.5) -> None:
 
 def goes_on_elsewhere(loop: ControllerLoop, now: float, told_first: bool = True) -> str:
     """The robot is seen elsewhere, and planned for from there; why it stands then."""
-    told = "pose", f"{CARRIED}: pose 1.000, 0.000"
+    told = "pose", f"{KIDNAPPED}: pose 1.000, 0.000"
     if told_first:
         loop.refuse(*told)
     see(loop, now, x=1.0)
@@ -244,7 +244,7 @@ def test_a_robot_that_was_carried_is_held_at_once_however_short_it_was_unseen(to
         loop = driving()
         leaps(loop, 1.05)
         assert not loop.held
-        held = f"held: {ELSEWHERE}; {REMEDY}"
+        held = f"held: {WHY_KIDNAPPED}; {REMEDY}"
         assert goes_on_elsewhere(loop, 1.55, told_first) == held
         assert without(loop, "nothing", 1.65, 1.0) == held
         if freed == "resume":
@@ -273,7 +273,7 @@ def test_a_robot_that_is_carried_between_two_goals_goes_to_the_next():
         loop = driving()
         loop.take_goal(goal(status))
         leaps(loop, 1.05)
-        loop.refuse("pose", CARRIED)
+        loop.refuse("pose", KIDNAPPED)
         see(loop, 1.55, x=1.0)
         assert not loop.held
         loop.take_goal(goal(stamp=1.55, identity=bytes(16)))

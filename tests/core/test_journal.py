@@ -94,7 +94,7 @@ def test_a_drive_by_hand_is_played_to_the_last_bit():
     for k in range(1, 8):
         journal.call(loop.take_robot_state, "just started" if k < 3 else "")
         velocity = np.array([0.3 / k, np.nan if k == 6 else 0.1])
-        journal.call(loop.take_hand, velocity, 0.1 * k, 0.05 * k - 0.01, "two of them" if k == 4 else "")
+        journal.call(loop.take_manual_command, velocity, 0.1 * k, 0.05 * k - 0.01, "two of them" if k == 4 else "")
         journal.call(loop.tick, 0.05 * k)
         journal.end_cycle()
     (played,) = compared(lines, CONTROLLER)

@@ -185,7 +185,7 @@ def test_a_leap_does_not_become_motion_by_lasting(leap, speed):
     _, memory = feed(line(20, (0.0, 0.0)))
     results, _ = feed(line(70, (0.0, speed), (leap, 0.0)), memory, begin=0.2)
     assert {r.refused for r in results[:50]} == {"leap"}
-    assert [k for k, r in enumerate(results) if r.carried and r.relocated] == [50]
+    assert [k for k, r in enumerate(results) if r.kidnapped and r.relocated] == [50]
     np.testing.assert_allclose(results[50].state.velocity, [0.0, speed], atol=1e-9)
     assert not any(r.refused or r.impact for r in results[50:])
 
@@ -213,7 +213,7 @@ def test_a_clock_that_is_set_back_while_the_robot_drives_and_brakes_carries_nobo
         result, memory = filter_pose(memory, sample, 5.2 + k * PERIOD, SETTINGS)
         results.append(result)
     assert results[0].refused == "stamp"
-    assert not any(r.carried for r in results)
+    assert not any(r.kidnapped for r in results)
     assert results[-1].state is not None
 
 
@@ -342,7 +342,7 @@ def test_turned_while_it_was_off_the_floor_or_unseen_is_a_relocation():
         results, _ = feed_tilted(upright(70, yaw=math.pi), memory, 85)
         assert refusals(results[:50]) == {"yaw"}, (fault, reason)
         assert [k for k, result in enumerate(results) if result.relocated] == [50], (fault, reason)
-        assert results[50].carried, (fault, reason)
+        assert results[50].kidnapped, (fault, reason)
         assert refusals(results[50:]) == {""}, (fault, reason)
 
 
@@ -362,7 +362,7 @@ def test_carried_and_turned_is_a_relocation_however_near(leap, turn):
         sample = PoseSample(PERIOD * k, np.array([SPEED * PERIOD * 29 + leap, 0.0]), turn, 0.1)
         result, memory = filter_pose(memory, sample, PERIOD * k, SETTINGS)
         results.append(result)
-    assert [k for k, result in enumerate(results) if result.carried] == [50]
+    assert [k for k, result in enumerate(results) if result.kidnapped] == [50]
     assert results[-1].state is not None
 
 

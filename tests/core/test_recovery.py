@@ -153,7 +153,7 @@ def test_without_a_goal_or_a_command_to_move_nobody_is_stuck_nor_is_one_that_a_h
     robot = Stuck()
     for _ in range(8):
         robot.stays(0.3)
-        robot.loop.take_hand()
+        robot.loop.take_manual_command()
     assert robot.warnings == []
     robot.stays(1.0)
     assert len(robot.warnings) == 1

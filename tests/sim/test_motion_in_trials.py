@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from collplan_core.control.motion_monitor import LATE, REVERSED
-from collplan_core.loop.controller_loop import ELSEWHERE, ControllerLoop
+from collplan_core.loop.controller_loop import WHY_KIDNAPPED, ControllerLoop
 from collplan_core.parameters import Settings
 from collplan_core.worlds import load_world, parse_world
 from omnipuck_sim.robot.mocap_faults import faulty
@@ -141,7 +141,7 @@ def with_false_poses(monkeypatch, fault, lasts=math.inf) -> None:
         (partial(faulty, fault="yaw_90"), "avoid", "pose refused"),
         (partial(faulty, fault="tilt"), "harness", "pose refused"),
         (partial(faulty, fault="lift"), "harness", "pose refused"),
-        (another_body, "avoid", ELSEWHERE),
+        (another_body, "avoid", WHY_KIDNAPPED),
     ],
 )
 def test_under_false_poses_it_stands_within_0_15_s_and_for_as_long_as_they_last(

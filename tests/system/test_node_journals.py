@@ -94,9 +94,9 @@ def test_what_a_message_brings_is_in_the_journal(ros, monkeypatch):
     assert (first.end, second.end) == (None, None), f"{first.end}\n{second.end}"
     planner_called, controller_called = nodes.recording.called(PLANNER), nodes.recording.called(CONTROLLER)
     assert planner_called >= {"change_settings", "refuse", "refuse_goal", "take_goal", "cancel", "forget_scans"}
-    assert "take_hand" in planner_called
+    assert "take_manual_command" in planner_called
     assert controller_called >= {"change_settings", "refuse", "resume", "take_plan"}
-    assert controller_called >= {"take_robot_state", "take_hand"}
+    assert controller_called >= {"take_robot_state", "take_manual_command"}
 
 
 def test_a_recorder_that_comes_late_hears_the_journal_from_its_beginning(ros):

@@ -81,8 +81,8 @@ class _Nodes:
         result, self._filter_memory = pose_filter.filter_pose(self._filter_memory, sample, now, self.settings)
         if result.refused:
             self._to_controller(self._controller.refuse, "pose", result.refused)
-        if result.carried:
-            self._to_controller(self._controller.refuse, "pose", pose_filter.CARRIED)
+        if result.kidnapped:
+            self._to_controller(self._controller.refuse, "pose", pose_filter.KIDNAPPED)
         if result.state is None:
             return
         state = self._state = result.state

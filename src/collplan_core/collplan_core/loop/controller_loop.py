@@ -15,8 +15,8 @@ import numpy as np
 
 from collplan_core.command import Command, stopped
 from collplan_core.control.follow import follow
-from collplan_core.control.hand import TAKEN, Hand, hand_command, has_robot, why_not_by_hand
 from collplan_core.control.interlock import LONGEST_FAULT, REMEDY, Interlock
+from collplan_core.control.manual_override import TAKEN, ManualCommand, overrides, overriding_command, why_no_override
 from collplan_core.control.memory import ControllerMemory
 from collplan_core.control.motion_monitor import STOPPING
 from collplan_core.control.permission import why_outside, why_refuse_plan, why_stale
@@ -31,14 +31,14 @@ from collplan_core.loop.under_way import delay_in_use, motion_under_way, with_co
 from collplan_core.parameters import Settings
 from collplan_core.plan import Plan
 from collplan_core.scan import Scan
-from collplan_core.sensing.pose_filter import CARRIED
+from collplan_core.sensing.pose_filter import KIDNAPPED
 from collplan_core.state import State
 
 LONGEST_START = 10.0
 """How long the first plan of a goal may take, and with it poses and scans that never came before [s]; nothing else."""
 LONGEST_RESUMED = 3.0
 """The same after a person let the robot go on [s]: inputs are to be there then, and a plan soon."""
-ELSEWHERE = "the robot was carried or turned, or another body is taken for it"
+WHY_KIDNAPPED = "the robot was carried or turned, or another body is taken for it"
 """Why it is held where poses leapt, and agree with one another elsewhere; or so after a turn that nothing explains."""
 
 
@@ -57,7 +57,7 @@ class ControllerLoop:
         goal: the goal that planner and robot are about; None before the first.
         refusals: counts of what was refused.
         motion: how the robot moves, compared with what it was told.
-        hand_trouble: why a hand that has the robot is not followed, or drives at limits.blind_speed at most; empty
+        override_trouble: why a hand that has the robot is not followed, or drives at limits.blind_speed at most; empty
             where it drives as it asks, or has not the robot.
     """
 
@@ -71,7 +71,7 @@ class ControllerLoop:
         self.goal: Goal | None = None
         self.refusals = Refusals()
         self.motion = MotionWatch()
-        self.hand_trouble = ""
+        self.override_trouble = ""
         self._settings = settings
         self._why_forbidden = why_forbidden
         self._sensors = Sensors(sensed or SensedScans(settings.limits.pose_history), self.refusals)
@@ -79,13 +79,13 @@ class ControllerLoop:
         self._followed: FollowedPlan | None = None
         self._memory = ControllerMemory()
         self._commands = np.zeros((0, 3))
-        self._hand: Hand | None = None
-        self._given_back: Hand | None = None
+        self._hand: ManualCommand | None = None
+        self._given_back: ManualCommand | None = None
         self._robot_stands = ""
         self._sent = stopped("just started")
         self._mistrusted = ""
         self._interlock = Interlock()
-        self._carrying_is_known = False
+        self._kidnapping_is_known = False
         self._patience = LONGEST_START
         self._fault_since: float | None = None
         self._lost_since: float | None = None
@@ -134,16 +134,16 @@ class ControllerLoop:
         self.motion.take_scan(self._sensors.sensed.newest_placed(), self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
-        """A pose or a scan (`kind` "pose" or "scan") that cannot be used, or from CARRIED on a pose that can.
+        """A pose or a scan (`kind` "pose" or "scan") that cannot be used, or from KIDNAPPED on a pose that can.
 
         The robot is then held, unless a person has let it go on while its poses were refused.
         """
-        if kind == "pose" and reason.startswith(CARRIED):
-            if self.goal_active and not self.held and not self._carrying_is_known:
-                self._interlock = self._interlock.held(ELSEWHERE)
+        if kind == "pose" and reason.startswith(KIDNAPPED):
+            if self.goal_active and not self.held and not self._kidnapping_is_known:
+                self._interlock = self._interlock.held(WHY_KIDNAPPED)
             return
         if kind == "pose" and not self._sensors.refuses_poses:
-            self._carrying_is_known = False
+            self._kidnapping_is_known = False
         self._sensors.refuse(kind, reason)
 
     def forget_scans(self) -> None:
@@ -154,7 +154,7 @@ class ControllerLoop:
         """Why the robot stands by itself, held or stopped; "" where it follows commands."""
         self._robot_stands = reason
 
-    def take_hand(self, velocity: np.ndarray, yaw_rate: float, sent: float, trouble: str) -> None:
+    def take_manual_command(self, velocity: np.ndarray, yaw_rate: float, sent: float, trouble: str) -> None:
         """A person's command.
 
         Args:
@@ -162,7 +162,7 @@ class ControllerLoop:
             sent: when it left the person's end [s, local clock].
             trouble: why it must not be followed; the robot then stands. Empty where it may.
         """
-        self._hand = Hand(velocity, yaw_rate, sent, trouble)
+        self._hand = ManualCommand(velocity, yaw_rate, sent, trouble)
 
     def take_goal(self, goal: Goal) -> None:
         """The goal's identity, stamp and status; the position is not needed.
@@ -191,7 +191,7 @@ class ControllerLoop:
         if self._hand is not None and self._hand.is_rest:
             self._given_back = self._hand
         self._mistrusted = ""
-        self._carrying_is_known = self._sensors.refuses_poses
+        self._kidnapping_is_known = self._sensors.refuses_poses
         self.forget_scans()
         self._patience, self._fault_since, self._lost_since = patience, None, None
 
@@ -232,10 +232,10 @@ class ControllerLoop:
             self._mistrusted = self.motion.verdict.reason
         self._adopt()
         hand = self._hand
-        if hand is not None and has_robot(hand, local, self._settings.limits):
-            command = self._hands_command(hand, local)
+        if hand is not None and overrides(hand, local, self._settings.limits):
+            command = self._override(hand, local)
         else:
-            self.hand_trouble = ""
+            self.override_trouble = ""
             command = self._planned_command(local)
         self.motion.commanded(command, local)
         self._keep(command, local)
@@ -248,20 +248,20 @@ class ControllerLoop:
         if state is not None and now is not None:
             self._commands = with_command(self._commands, command.velocity, state.yaw, now)
 
-    def _hands_command(self, hand: Hand, local: float) -> Command:
+    def _override(self, hand: ManualCommand, local: float) -> Command:
         limits, state = self._settings.limits, self._sensors.state
         # whoever is driven by hand is driven by the planner again only when a person says so, and with a new heading
         if not self.held and hand is not self._given_back:
             self._interlock = self._interlock.held(TAKEN)
         self._memory = ControllerMemory()
         lost = self._sensors.why_no_pose(local, limits)
-        reason = why_not_by_hand(hand, self._robot_stands, lost, None if state is None else state.position, limits)
-        self.hand_trouble = reason or lost or self._mistrusted
+        reason = why_no_override(hand, self._robot_stands, lost, None if state is None else state.position, limits)
+        self.override_trouble = reason or lost or self._mistrusted
         if reason:
             return stopped(f"by hand: {reason}")
-        command = hand_command(hand, self._sent, bool(self.hand_trouble), self._settings)
+        command = overriding_command(hand, self._sent, bool(self.override_trouble), self._settings)
         if command.reason:
-            self.hand_trouble = command.reason
+            self.override_trouble = command.reason
             self.refusals.add("hand", command.reason)
         return command
 

@@ -141,7 +141,7 @@ class PlannerLoop:
         """The delay from a command to the motion measured, as estimated [s]."""
         self._estimated_delay = delay
 
-    def take_hand(self) -> None:
+    def take_manual_command(self) -> None:
         """A person's command, which the robot follows instead of the plan."""
         self._recovery.led_by_hand()
         self.forget_plan()

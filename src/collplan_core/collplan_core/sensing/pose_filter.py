@@ -34,7 +34,7 @@ SAME_HIT_ANGLE = math.radians(45.0)
 """Largest angle between the two changes of velocity that one hit was found as [rad]; two walls in turn turn further."""
 
 NOT_FINITE, ZEROS, QUATERNION, STAMP, LEAP = "not_finite", "zeros", "quaternion", "stamp", "leap"
-CARRIED = "carried"
+KIDNAPPED = "kidnapped"
 """What is said beside a pose that is taken: it is none of a robot that drove there."""
 
 
@@ -141,7 +141,7 @@ class FilterResult:
         impact: an impact, once, when it is found; else None.
         refused: why, empty when accepted: not_finite, tilt, height, stamp, leap or yaw.
         relocated: the robot is somewhere else now; what was planned is void.
-        carried: and not by stamps alone: somebody has moved it, or it is another body.
+        kidnapped: and not by stamps alone: somebody has moved it, or it is another body.
         yaw_rate: of the state [rad/s].
         deviations: of state and yaw rate.
     """
@@ -150,7 +150,7 @@ class FilterResult:
     impact: DetectedImpact | None = None
     refused: str = ""
     relocated: bool = False
-    carried: bool = False
+    kidnapped: bool = False
     yaw_rate: float = math.nan
     deviations: Deviations = EXACT
 
@@ -191,7 +191,7 @@ def filter_pose(
         suspects = Track(times, poses, suspects.begun, received, sample)
         return FilterResult(None, refused=refused), replace(memory, suspects=suspects)
     result, taken = _accepted(replace(memory, impact=None), suspects, sample, received, settings)
-    return replace(result, relocated=True, carried=memory.suspected != STAMP), taken
+    return replace(result, relocated=True, kidnapped=memory.suspected != STAMP), taken
 
 
 def warm_up() -> None:

@@ -126,7 +126,7 @@ class ControllerNode(Node):
         self._journal.call(self._loop.resume)
 
     def _on_hand(self, velocity: np.ndarray, yaw_rate: float, age: float, trouble: str) -> None:
-        self._journal.call(self._loop.take_hand, velocity, yaw_rate, self._local() - age, trouble)
+        self._journal.call(self._loop.take_manual_command, velocity, yaw_rate, self._local() - age, trouble)
 
     def _on_trajectory(self, raw: bytes) -> None:
         plan = plan_from_trajectory(raw, self._settings.frames.map)
@@ -169,14 +169,14 @@ class ControllerNode(Node):
         two_hands = self._hand.why_refused()
         if two_hands:
             return Health(WARN, two_hands, values)
-        hand_trouble = self._loop.hand_trouble
+        override_trouble = self._loop.override_trouble
         if self._outputs.command.maneuver == HAND:
-            slowly = f", slowly: {hand_trouble}" if hand_trouble else ""
-            return Health(WARN if hand_trouble else OK, f"driven by hand{slowly}", values)
+            slowly = f", slowly: {override_trouble}" if override_trouble else ""
+            return Health(WARN if override_trouble else OK, f"driven by hand{slowly}", values)
         if not self._outputs.command.reason:
             trouble = self._loop.motion.verdict.reason
             return Health(WARN, trouble, values) if trouble else Health(OK, "moving", values)
-        troubled = self._loop.goal_active or hand_trouble or self._constants.disagreement
+        troubled = self._loop.goal_active or override_trouble or self._constants.disagreement
         return Health(WARN if troubled else OK, f"standing still: {self._outputs.command.reason}", values)
 
     def stop(self) -> None:

@@ -68,16 +68,16 @@ class ControllerOutputs:
             self._told_delay = delay
 
     def _say(self, loop: ControllerLoop, now: float) -> None:
-        plan, is_to_move = loop.plan, loop.goal_active or bool(loop.hand_trouble)
+        plan, is_to_move = loop.plan, loop.goal_active or bool(loop.override_trouble)
         activity = describe(self.command, plan, now)
-        if self.command.maneuver == HAND and loop.hand_trouble:
-            activity = replace(activity, reason=f"{activity.reason}, slowly: {loop.hand_trouble}")
+        if self.command.maneuver == HAND and loop.override_trouble:
+            activity = replace(activity, reason=f"{activity.reason}, slowly: {loop.override_trouble}")
         # figures in a reason, such as an age, are no change
         if self._said and not activity.differs(self._said[0]) and is_to_move == self._said[1]:
             return
         self._said, stamp = (activity, is_to_move), None if plan is None else plan.stamp
         self._state.publish(activity_to_message(activity, self.command.maneuver, stamp, is_to_move, self._source))
-        if loop.hand_trouble or (self.command.reason and loop.goal_active):
+        if loop.override_trouble or (self.command.reason and loop.goal_active):
             self._log.warning(activity.reason)
         else:
             self._log.info(activity.reason)

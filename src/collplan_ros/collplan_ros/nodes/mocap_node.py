@@ -13,7 +13,15 @@ from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.impact_detection import DetectedImpact
 from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose
-from collplan_core.sensing.pose_filter import CARRIED, FRESH, FilterResult, PoseError, PoseSample, filter_pose, warm_up
+from collplan_core.sensing.pose_filter import (
+    FRESH,
+    KIDNAPPED,
+    FilterResult,
+    PoseError,
+    PoseSample,
+    filter_pose,
+    warm_up,
+)
 from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
@@ -108,8 +116,8 @@ class MocapNode(Node):
         self._poses_clock.received(sample.stamp, received)
         if len(before):
             self._longest_gap = max(self._longest_gap, sample.stamp - float(before[-1]))
-        if result.carried:
-            self._refusal.publish(String(data=f"{CARRIED}: {_described(sample)}"))
+        if result.kidnapped:
+            self._refusal.publish(String(data=f"{KIDNAPPED}: {_described(sample)}"))
         self._publish(sample.stamp, result)
 
     def _publish(self, stamp: float, result: FilterResult) -> None:

@@ -93,7 +93,7 @@ class PlannerNode(Node):
         listen(Empty, "robot/resumed", lambda _: journal.call(loop.forget_scans), qos.EVENT, EVENT)
         listen(command, "cmd_vel", self._on_command, qos.NEWEST, EVENT)
         listen(Float64, "controller/motion_delay", self._on_motion_delay, qos.LATCHED, EVENT)
-        listen(command, "hand/cmd_vel", lambda _: journal.call(loop.take_hand), qos.NEWEST, EVENT)
+        listen(command, "hand/cmd_vel", lambda _: journal.call(loop.take_manual_command), qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
         self._timer = call_each_period(self, map_period_of(self._settings), self._on_timer, self._local_clock)
         on_change(self, self._take_settings, *GROUPS)

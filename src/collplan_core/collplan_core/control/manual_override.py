@@ -1,7 +1,7 @@
-"""A person's command: whether the hand has the robot, why it must not drive, and what of its command is sent.
+"""The manual override: whether a person drives the robot, why they must not, and what of their command is sent.
 
-A hand goes before the planner, and needs no plan, goal or scan: a person sees the robot. What the robot says of itself,
-the fence and a second hand stop it. Where the controller cannot vouch for the motion it drives slowly.
+A person's command goes before the planner's, and needs no plan, goal or scan: a person sees the robot. What the robot
+reports of itself, the fence and a second person stop it. Without usable poses, it is driven slowly.
 """
 
 import math
@@ -19,7 +19,7 @@ TAKEN = "driven by hand"
 
 
 @dataclass(frozen=True, eq=False)
-class Hand:
+class ManualCommand:
     """The newest command of a person.
 
     Attributes:
@@ -36,16 +36,18 @@ class Hand:
 
     @property
     def is_rest(self) -> bool:
-        """Whether it commands the robot to stand, as a hand does when it lets go."""
+        """Whether it commands the robot to stand, as a person does who lets go."""
         return not self.velocity.any() and self.yaw_rate == 0.0
 
 
-def has_robot(hand: Hand, local: float, limits: Limits) -> bool:
-    """Whether a person has the robot at `local` [s, local clock]: the newest command is not older than hand_age."""
+def overrides(hand: ManualCommand, local: float, limits: Limits) -> bool:
+    """Whether a person drives at `local` [s, local clock]: the newest command is not older than hand_age."""
     return not why_stale("hand", local - hand.sent, limits.hand_age)
 
 
-def why_not_by_hand(hand: Hand, robot_stands: str, lost: str, position: np.ndarray | None, limits: Limits) -> str:
+def why_no_override(
+    hand: ManualCommand, robot_stands: str, lost: str, position: np.ndarray | None, limits: Limits
+) -> str:
     """Why the robot must not be driven by hand now; empty where it may.
 
     Args:
@@ -62,10 +64,10 @@ def why_not_by_hand(hand: Hand, robot_stands: str, lost: str, position: np.ndarr
     return why_outside(position, limits)
 
 
-def hand_command(hand: Hand, before: Command, is_blind: bool, settings: Settings) -> Command:
+def overriding_command(hand: ManualCommand, before: Command, is_blind: bool, settings: Settings) -> Command:
     """What is sent of a person's command.
 
-    It goes from the command before as fast as wheels can follow, so that a hand takes the robot over without a jump.
+    It goes from the command before as fast as wheels can follow, so that a person takes over without a jump.
     What is commanded to rest rests at once. What is beyond the robot's limits is cut to them: who pushes a stick
     farther does not mean to stand, and the sender may know other limits. A command that is not finite is one to stand.
 
