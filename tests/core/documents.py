@@ -22,7 +22,7 @@ FILES = {
 }
 SOURCES = {path: (ROOT / path).read_text() for path in FILES if path.endswith(".py") and not path.startswith("tests/")}
 EVERYTHING = "\n".join(SOURCES.values())
-OF_THE_READER = {"lab.yaml", "floor.yaml", "spread.yaml", "my_arena.yaml", "my_room.yaml"}
+OF_THE_READER = {"first.py", "lab.yaml", "floor.yaml", "spread.yaml", "my_arena.yaml", "my_room.yaml"}
 CALLS = [node for source in SOURCES.values() for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
 
 
@@ -74,7 +74,7 @@ PACKAGES = {"joy_node": "joy", "compare_engines": "studies"} | {
     for name in re.findall(r"^(\w+) = Executable\(", SOURCES[path], re.MULTILINE)
 }
 """Of each executable."""
-SHELL = {"export", "source", "rviz2", "python", "ros2"}
+SHELL = {"cd", "export", "git", "source", "rviz2", "python", "ros2"}
 HEADS = re.compile(
     r"(make|ros2|export|source|rviz2|bringup|study|beside|compare_engines|fit_robot|replay|"
     r"\.venv/bin/[a-z_]+)( |$)"

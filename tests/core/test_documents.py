@@ -4,7 +4,7 @@ import pytest
 
 from documents import ROOT, SERVICES, TOPICS, listed, untrue
 
-DOCUMENTS = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/*.md")), ROOT / "benchmarks/README.md"]
+DOCUMENTS = sorted(path for each in ("*.md", "docs/**/*.md", "benchmarks/*.md") for path in ROOT.glob(each))
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())

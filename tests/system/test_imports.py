@@ -1,12 +1,15 @@
 """Imports point one way, the algorithm knows no ROS, and each package declares what it imports."""
 
 import ast
+import re
 import sys
 import xml.etree.ElementTree as ElementTree
 from importlib.metadata import requires
 from pathlib import Path
 
 import pytest
+
+import collplan_core
 
 SRC = Path(__file__).parents[2] / "src"
 ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study", "collplan_gym")
@@ -110,10 +113,17 @@ def test_each_package_declares_what_it_imports(package):
     used = foreign_roots(package) - WITHOUT_ROSDEP_KEY - OPTIONAL
     keys = {name if name in ROS or name in ORDER else ROSDEP_KEYS.get(name, f"python3-{name}") for name in used}
     assert keys - declared == set()
-    assert manifest.findtext("version") == "0.1.0"
     assert (SRC / package / "resource" / package).exists()
     needed = {line.split(";")[0].split(">")[0].strip().lower().replace("-", "_") for line in requires(package) or []}
     assert {PIP_NAMES.get(name, name).lower() for name in foreign_roots(package) - ROS} - needed == set()
+
+
+def test_all_packages_have_one_version():
+    files = [SRC / package / name for package in ORDER for name in ("package.xml", "setup.py")]
+    files += [SRC / "collplan_core/collplan_core/__init__.py", SRC.parent / "CITATION.cff"]
+    form = re.compile(r"""^(?: *<version>|    version="|__version__ = "|version: )([\w.]+)""", re.MULTILINE)
+    for path in files:
+        assert form.findall(path.read_text(encoding="utf-8")) == [collplan_core.__version__], path
 
 
 def test_the_simulated_robot_knows_nothing_of_what_the_planners_believe():
