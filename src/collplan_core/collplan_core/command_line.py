@@ -8,7 +8,7 @@ PROGRAMS = re.compile(r"^  (bringup|study|beside|fit_robot|replay)\b", re.MULTIL
 
 
 def as_called(program: str) -> str:
-    """What starts `program` here: what was typed, the program beside this Python, or its name where neither is it."""
+    """Returns how to call `program`: as it was typed, by its path beside this Python, or else by its name."""
     typed, beside = Path(sys.argv[0]), Path(sys.executable).with_name(program)
     if typed.name == program:
         return str(typed)

@@ -45,7 +45,7 @@ class CountedDeadline:
         self._deadline = deadline
 
     def __call__(self) -> bool:
-        """Whether the time is over."""
+        """Returns whether the time is over."""
         self.came = self.came or self._deadline()
         self.looks += not self.came
         return self.came

@@ -1,4 +1,4 @@
-"""What an installed program starts: a module's `main`, imported only then."""
+"""Start of an installed program: a module's `main`, imported only then."""
 
 import signal
 from collections.abc import Callable

@@ -9,7 +9,7 @@ FORM = "expected x, y, x, y, ... [m] of at least 3 corners of a polygon whose si
 
 
 def why_no_polygon(fence: tuple[float, ...]) -> str:
-    """Why x, y, x, y, ... [m] are not the corners of a polygon, in words; "" where they are; none are well."""
+    """Returns why x, y, x, y, ... [m] are not the corners of a polygon; "" where they are, or where there are none."""
     if not fence:
         return ""
     if len(fence) % 2 or len(fence) < 6:
@@ -19,7 +19,7 @@ def why_no_polygon(fence: tuple[float, ...]) -> str:
 
 
 def is_outside(fence: tuple[float, ...], position: np.ndarray) -> bool:
-    """Whether a position (2,) [m] is outside of the polygon with these corners; nothing is outside of an empty one."""
+    """Returns whether a position (2,) [m] is outside the polygon of these corners; nothing is outside an empty one."""
     return bool(fence) and not shapely.intersects_xy(_polygon(fence), float(position[0]), float(position[1]))
 
 

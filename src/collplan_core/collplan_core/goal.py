@@ -30,5 +30,5 @@ class Goal:
 
     @property
     def active(self) -> bool:
-        """Whether the robot is to go to it."""
+        """True where the robot is to drive to it."""
         return self.status in ACTIVE

@@ -1,4 +1,4 @@
-"""What leaves every planner: a plan, or the reason why there is none."""
+"""Output of every planner: a plan, or the reason why there is none."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -36,7 +36,7 @@ class Contacts:
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """What the choice was made from, for display.
+    """Candidates from which a plan was chosen, for display.
 
     Attributes:
         positions, velocities: (m, 2) [m], [m/s].

@@ -27,7 +27,7 @@ BUDGET_SHARE = 0.5
 
 
 class PlanFunction(Protocol):
-    """How a planner makes a plan."""
+    """Signature of a planner's plan function."""
 
     def __call__(
         self,
@@ -143,7 +143,7 @@ def local_mapping_of(settings: Settings) -> LocalMapping:
 
 
 def first_memory(settings: Settings, world: World | None) -> Any:
-    """What a planner's memory of each goal begins with: None, or the whole world where `trial.known_map` asks for it.
+    """Returns a planner's initial memory of a goal: None, or the whole world where `trial.known_map` asks for it.
 
     Args:
         settings: they choose the planner.

@@ -101,7 +101,7 @@ class Scan:
         return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
 
     def beams(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Where each beam begins (n, 2) [m], or (1, 2) where all do alike, and its bearing (n,) [rad], world frame.
+        """Returns each beam's origin (n, 2) [m], or (1, 2) where all share it, and bearing (n,) [rad], world frame.
 
         Args:
             state: the robot at the stamp.
@@ -114,7 +114,7 @@ class Scan:
         )
 
     def points(self, state: State, which: np.ndarray) -> np.ndarray:
-        """Where beams end (m, 2) [m, world frame].
+        """Returns the end points of beams (m, 2) [m, world frame].
 
         Args:
             state: the robot at the stamp.

@@ -65,7 +65,7 @@ class SendTimes:
 
     @property
     def ahead(self) -> float:
-        """By how much the wall clock is ahead of the steady clock now [s]."""
+        """Time by which the wall clock is ahead of the steady clock now [s]."""
         return self._offset.ahead
 
     def now(self) -> float:
@@ -73,7 +73,7 @@ class SendTimes:
         return self._clock()
 
     def steady(self, sent: float) -> float:
-        """When what was sent at `sent` [s, wall clock] was sent [s, steady clock].
+        """Returns the time on the steady clock [s] of a message sent at `sent` [s, wall clock].
 
         Of the settings that the wall clock has had, that one counts by which the message was on its way shortest, as
         none comes before it was sent.

@@ -12,13 +12,13 @@ TRIES = 4
 
 @njit
 def is_full_turn(n: int, step: float) -> bool:
-    """Whether the first of n beams, `step` [rad] apart, follows the last one."""
+    """Returns whether the first of n beams, `step` [rad] apart, follows the last one."""
     return abs(step) * (n + 0.5) > 2.0 * math.pi
 
 
 @njit
 def repeats_first(n: int, step: float) -> bool:
-    """Whether the last of n beams, `step` [rad] apart, goes where the first one does."""
+    """Returns whether the last of n beams, `step` [rad] apart, has the direction of the first one."""
     return abs(step) * (n - 1) > 2.0 * math.pi - 0.5 * abs(step)
 
 
@@ -37,7 +37,7 @@ def _within_turn(angle: float) -> float:
 
 @njit
 def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: float, guess: int) -> float:
-    """How many beams after the first one the direction of a point lies, a fraction between two; 0 to 2 pi / step.
+    """Returns the number of beams, with fraction, from the first one to the direction of a point; 0 to 2 pi / step.
 
     Args:
         x, y: the point [m].

@@ -19,7 +19,7 @@ FREE, BY_SPEED, AVERSE = "free", "by_speed", "averse"
 
 @dataclass(frozen=True)
 class ContactTerms:
-    """What one time-to-goal strategy differs in from another.
+    """Properties that tell one time-to-goal strategy from another.
 
     Attributes:
         contact_law: REFLECTS or STOPS.

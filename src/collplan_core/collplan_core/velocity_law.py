@@ -11,7 +11,7 @@ SHORTEST_LAG = 1e-3
 
 
 class VelocityLaw(NamedTuple):
-    """How the wheels follow a command: at full acceleration, then as a first-order lag.
+    """Law by which the wheels follow a command: at full acceleration, then as a first-order lag.
 
     Attributes:
         max_acceleration: [m/s^2]; lag: [s].
@@ -89,7 +89,7 @@ def course_after_step(law: VelocityLaw, course: Course) -> Course:
 
 @njit
 def _gap_after(law: VelocityLaw, gap: float, duration: float, decay: float) -> float:
-    """How far the velocity is off the command [m/s] after a duration that leaves `decay` of a small gap."""
+    """Returns how far the velocity is off the command [m/s] after a duration that leaves `decay` of a small gap."""
     linear, fall = law.max_acceleration * law.lag, law.max_acceleration * duration
     if gap <= linear:
         return gap * decay
@@ -100,7 +100,7 @@ def _gap_after(law: VelocityLaw, gap: float, duration: float, decay: float) -> f
 
 @njit
 def command_lead(law: VelocityLaw, change: float, duration: float) -> float:
-    """How far ahead of the velocity a command must be, for that to change by `change` in a duration [m/s]."""
+    """Returns how far a command must lead the velocity for that to change by `change` in a duration [m/s]."""
     linear, share = law.max_acceleration * law.lag, 1.0 - math.exp(-duration / law.lag)
     if change <= linear * share:
         return change / share

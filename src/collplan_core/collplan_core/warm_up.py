@@ -59,7 +59,7 @@ def warm_up() -> None:
 
 
 def _warm_up_contact(path: np.ndarray, times: np.ndarray, local_map: LocalMap, settings: Settings) -> None:
-    """What a path (n, 2) into a wall needs when it is planned, and when it is followed."""
+    """Compiles the functions for a path (n, 2) into a wall, in planning and in following."""
     contact = find_contact(path, local_map)
     assert contact is not None, "it leads into the wall"
     passes_through(path, contact, local_map)

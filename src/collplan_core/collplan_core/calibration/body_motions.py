@@ -63,7 +63,7 @@ class Strayed(RuntimeError):
 
 @dataclass(frozen=True)
 class Pace:
-    """How the robot is driven.
+    """Speeds and reach of the calibration motions.
 
     Attributes:
         speed: [m/s]; yaw_rate: [rad/s].
@@ -110,7 +110,7 @@ class Motions:
 
 @dataclass(frozen=True, eq=False)
 class MotionEstimate:
-    """What the motions so far say.
+    """Estimate of the body's offset, from the motions so far.
 
     Attributes:
         turns: of the turns; None where there were none.
@@ -132,17 +132,17 @@ class MotionEstimate:
 
     @property
     def place_is_certain(self) -> bool:
-        """Whether it is known well enough about which point of the body the robot turns."""
+        """True where the point of the body about which the robot turns is known well enough."""
         return self.turns is not None and self.turns.uncertainty <= ENOUGH_POSITION
 
     @property
     def heading_is_certain(self) -> bool:
-        """Whether the body's heading on the robot is known well enough."""
+        """True where the body's heading on the robot is known well enough."""
         return self.axes.uncertainty <= ENOUGH_YAW
 
     @property
     def is_certain(self) -> bool:
-        """Whether the offset can be driven with."""
+        """True where the offset is known well enough to drive with."""
         return self.place_is_certain and self.heading_is_certain
 
 

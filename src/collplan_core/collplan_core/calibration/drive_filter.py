@@ -1,4 +1,4 @@
-"""How likely measured poses are under the drive's law, for drives whose wheels make errors.
+"""Likelihood of measured poses under the velocity law, for drives whose wheels make errors.
 
 The law dv/dt = (u + e + b - v) / lag, at most max_acceleration, is followed by a Gaussian filter over position,
 velocity, the wheels' error e and its mean b of the run. The error is redrawn once a command period. It must be within
@@ -29,7 +29,7 @@ _SHARES = _WEIGHTS / _WEIGHTS.sum()
 
 
 class DriveConstants(NamedTuple):
-    """What poses depend on.
+    """Constants that measured poses depend on.
 
     Attributes:
         max_acceleration: [m/s^2]; lag: [s].
@@ -44,7 +44,7 @@ class DriveConstants(NamedTuple):
 
 
 class ErrorPeriod(NamedTuple):
-    """When the wheels' error changes: `first` [s], and every `length` after it [s]."""
+    """Times at which the wheels' error changes: `first` [s], and every `length` after it [s]."""
 
     first: float
     length: float

@@ -30,5 +30,5 @@ class FittedConstant:
     basis: str
 
     def holds(self, value: float) -> bool:
-        """Whether the interval holds `value`."""
+        """Returns whether the interval holds `value`."""
         return self.low <= value <= self.high

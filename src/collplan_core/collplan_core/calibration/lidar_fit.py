@@ -1,4 +1,4 @@
-"""Where the LIDAR is on the robot, from scans of a robot at rest in a world that is known."""
+"""Fit of the LIDAR's mounting pose, from scans of a robot at rest in a known world."""
 
 import math
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ FEWEST = 100
 
 @dataclass(frozen=True)
 class LidarMount:
-    """Where a LIDAR is: x forward and y left of the robot's centre [m], heading [rad], whether it is upside down."""
+    """Mounting pose of a LIDAR: x forward and y left of the robot's centre [m], heading [rad], and whether inverted."""
 
     x: float
     y: float

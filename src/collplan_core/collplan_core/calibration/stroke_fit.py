@@ -1,4 +1,4 @@
-"""How a robot's straight motions follow its commands, seen from the measured body.
+"""Fit of how a robot's straight motions follow its commands, seen from the measured body.
 
 Positions are complex numbers x + i y. From rest to rest, whatever the wheels' lag, a command v for a time T moves the
 robot by (a v + b) T in the body's frame and by a drift w T in the room's: a is scale and turn, b a bias of the wheels,

@@ -48,7 +48,7 @@ class FittedTurn:
 
 @dataclass(frozen=True, eq=False)
 class TurnFit:
-    """What turns show of the body and of the wheels.
+    """Constants of the body and the wheels, fitted from turns.
 
     Attributes:
         lever: (2,) the body's origin seen from the point it turns about, in the body's own frame [m].

@@ -1,4 +1,4 @@
-"""What the controller is doing, in words. For people and records: nothing is decided by it."""
+"""Description of what the controller is doing, for people and records; nothing is decided by it."""
 
 import re
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ MANEUVER_REASONS = {
 
 @dataclass(frozen=True)
 class Activity:
-    """What the controller is doing.
+    """Activity of the controller: its name and the reason.
 
     Attributes:
         name: one of ACTIVITIES. BOUNCE: it drives into a contact that the plan foresees, or just did; TRACK: it follows
@@ -35,7 +35,7 @@ class Activity:
     reason: str
 
     def differs(self, other: "Activity | None") -> bool:
-        """Whether it differs from another by more than figures, such as an age that grows."""
+        """Returns whether it differs from another by more than numbers, such as a growing age."""
         return other is None or self._without_figures != other._without_figures  # noqa: SLF001
 
     @property
@@ -44,7 +44,7 @@ class Activity:
 
 
 def describe(command: Command, plan: Plan | None, now: float) -> Activity:
-    """What the controller does by this command.
+    """Returns the controller's activity at a command.
 
     Args:
         plan: the plan in force; None without one.

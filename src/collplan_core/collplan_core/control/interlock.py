@@ -1,4 +1,4 @@
-"""Whether a robot may move: once held, it moves again only when a person gives a new goal or lets it go on.
+"""Interlock: once held, a robot moves again only after a person gives a new goal or resumes.
 
 Both ends of the graph use it, each for its own faults: the controller for poses, scans and plans, the robot for
 commands, the line and the emergency stop.
@@ -35,7 +35,7 @@ class Interlock:
         return replace(self, reason="")
 
     def is_new(self, goal: bytes, active: bool) -> bool:
-        """Whether a person has given this goal now: it was never heard of.
+        """Returns whether a person has given this goal now: it is active and was never received before.
 
         The first goal heard of is none: it may have been given before a restart.
         """

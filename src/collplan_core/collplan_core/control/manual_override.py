@@ -36,19 +36,19 @@ class ManualCommand:
 
     @property
     def is_rest(self) -> bool:
-        """Whether it commands the robot to stand, as a person does who lets go."""
+        """True where it commands the robot to stand, as when the operator lets go."""
         return not self.velocity.any() and self.yaw_rate == 0.0
 
 
 def overrides(hand: ManualCommand, local: float, limits: Limits) -> bool:
-    """Whether a person drives at `local` [s, local clock]: the newest command is not older than hand_age."""
+    """Returns whether a person drives at `local` [s, local clock]: the newest command is not older than hand_age."""
     return not why_stale("hand", local - hand.sent, limits.hand_age)
 
 
 def why_no_override(
     hand: ManualCommand, robot_stands: str, lost: str, position: np.ndarray | None, limits: Limits
 ) -> str:
-    """Why the robot must not be driven by hand now; empty where it may.
+    """Returns the reason why the robot must not be driven by hand now; "" where it may.
 
     Args:
         robot_stands: why the robot itself stands; empty where it does not.
@@ -65,7 +65,7 @@ def why_no_override(
 
 
 def overriding_command(hand: ManualCommand, before: Command, is_blind: bool, settings: Settings) -> Command:
-    """What is sent of a person's command.
+    """Returns the command that is sent for a person's manual command.
 
     It goes from the command before as fast as wheels can follow, so that a person takes over without a jump.
     What is commanded to rest rests at once. What is beyond the robot's limits is cut to them: who pushes a stick

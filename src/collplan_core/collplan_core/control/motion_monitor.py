@@ -86,7 +86,7 @@ _OFTEN = 5
 
 @dataclass(frozen=True)
 class MotionVerdict:
-    """How the robot moves, compared with what it was told.
+    """Verdict on how the robot moves, compared with its commands.
 
     Attributes:
         kind: OK, LATE, STUCK (commanded and not moving), SLIP (moves, and not by the commands) or REVERSED.
@@ -101,7 +101,7 @@ class MotionVerdict:
 
 @dataclass(frozen=True, eq=False)
 class MotionRecord:
-    """What was commanded and measured of late, times on the local clock.
+    """Recent commands and measured motion, times on the local clock.
 
     Attributes:
         commands: (n, 3) time [s] and velocity [m/s, world frame].
@@ -176,7 +176,7 @@ def _late(delay: float, limit: float, what: str) -> MotionVerdict:
 
 
 def _growth(record: MotionRecord, now: float) -> float:
-    """By how much later than the quickest all poses of the last GROWTH_TIME came [s]; 0 where these are too few."""
+    """Returns how much later than the quickest all poses of the last GROWTH_TIME came [s]; 0 for too few poses."""
     recent = record.motion[record.motion[:, 0] > now - GROWTH_TIME]
     # what has waited in a queue comes all at once
     if len(recent) < _OFTEN or recent[-1, 0] - recent[0, 0] < 0.6 * GROWTH_TIME:
@@ -232,7 +232,7 @@ def _compared(
 
 
 def _drives_against(commands: np.ndarray, velocities: np.ndarray, begin: float, delay: float) -> bool:
-    """Whether within some TURN_TIME the robot gained speed, and not toward its commands.
+    """Returns whether within some TURN_TIME the robot gained speed, and not toward its commands.
 
     Args:
         commands, velocities, begin: as of `misfits`.

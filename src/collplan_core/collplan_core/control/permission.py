@@ -1,4 +1,4 @@
-"""Whether to act: each decision gives the reason not to, or "" to go ahead. In doubt the robot stops.
+"""Permission to act: each decision returns the reason not to act, or "" to go ahead. In doubt the robot stops.
 
 Ages are local time since receipt [s], infinite before the first; stamps are times on the poses' clock [s].
 """
@@ -18,19 +18,19 @@ TOUCH_MARGIN = 0.01
 
 
 def why_stale(name: str, age: float, limit: float) -> str:
-    """Why an input of this age is not to be used: too old, never received, or (its clock was set back) negative."""
+    """Returns why an input of this age must not be used: too old, never received, or (its clock set back) negative."""
     if math.isinf(age):
         return f"no {name} yet"
     return "" if 0.0 <= age <= limit else f"{name} {age:.2f} s old, limit {limit:.2f} s"
 
 
 def plan_lifetime(map_period: float) -> float:
-    """How long a plan may be followed: one replanning may fail [s]."""
+    """Returns how long a plan may be followed [s]: long enough for one replanning to fail."""
     return 2.0 * map_period + 0.2
 
 
 def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None, pose_age: float) -> str:
-    """Why a plan is not to be followed.
+    """Returns the reason why a plan must not be followed; "" where it may.
 
     Args:
         goal_stamp: when the active goal was taken [s], None without one; a plan of before is another goal's.
@@ -49,7 +49,7 @@ def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None, pos
 
 
 def is_relocated(before: State, after: State, robot: Robot, limits: Limits, leap_margin: float) -> bool:
-    """Whether two successive poses do not join: a leap, a silence beyond pose_age, or a clock set back.
+    """Returns whether two successive poses do not join: a jump, a gap longer than pose_age, or a clock set back.
 
     What was planned and mapped before then holds no longer. A leap is a distance of more than `leap_margin` [m]
     (mocap.leap_margin) beyond what excess_speed times max_speed explains.
@@ -62,13 +62,13 @@ def is_relocated(before: State, after: State, robot: Robot, limits: Limits, leap
 
 
 def why_outside(position: np.ndarray, limits: Limits) -> str:
-    """Why the robot must not move where it is, at (2,) [m]: outside of the fence; "" where it is not."""
+    """Returns the reason why the robot must not move at its position (2,) [m]: outside the fence; "" where it may."""
     outside = is_outside(limits.fence, position)
     return f"the robot at {position[0]:.2f}, {position[1]:.2f} is outside of limits.fence" if outside else ""
 
 
 def why_refuse_goal(goal: np.ndarray, position: np.ndarray | None, limits: Limits) -> str:
-    """Why a goal (2,) [m] is not to be planned for: goal or robot are outside of the fence, or the goal is too far.
+    """Returns why a goal (2,) [m] is refused: goal or robot outside the fence, or too far apart; "" where it is not.
 
     Args:
         position: (2,) of the robot [m]; None where it is not known yet.
@@ -85,7 +85,7 @@ def why_refuse_goal(goal: np.ndarray, position: np.ndarray | None, limits: Limit
 
 
 def is_blocked(goal: np.ndarray, scan: Scan, state: State, robot: Robot, mapping: LocalMapping) -> bool:
-    """Whether the robot standing at a goal (2,) [m] would overlap a surface that the scan shows within the local map.
+    """Returns whether the robot at a goal (2,) [m] would overlap a surface that the scan shows within the local map.
 
     Args:
         state: the robot at the scan's stamp.

@@ -20,7 +20,7 @@ class StickError(ValueError):
 
 @dataclass(frozen=True)
 class Stick:
-    """What a joystick shows.
+    """State of a joystick.
 
     Attributes:
         axes: each in [-1, 1], positive forward, to the left and for a turn to the left.
@@ -31,7 +31,7 @@ class Stick:
     buttons: tuple[bool, ...]
 
     def pressed(self, button: int) -> bool:
-        """Whether a button is pressed.
+        """Returns whether a button is pressed.
 
         Raises:
             StickError: there is no such button.
@@ -41,7 +41,7 @@ class Stick:
         return self.buttons[button]
 
     def axis(self, index: int) -> float:
-        """Where an axis stands.
+        """Returns the position of an axis.
 
         Raises:
             StickError: there is no such axis, or it is no number.
@@ -55,7 +55,7 @@ class Stick:
 
 @dataclass(frozen=True)
 class Grip:
-    """Whether a hand holds a button: the dead-man button, or the one that resumes.
+    """State of a button that a hand holds: the dead-man button, or the one that resumes.
 
     A button that is pressed from the start, or since the joystick was silent, is one that may be stuck, or that nobody
     has pressed now: it counts once it was seen released, and nothing else, for RELEASED_FOR.
@@ -108,5 +108,5 @@ def velocity_of(stick: Stick, teleop: Teleop, robot: Robot) -> tuple[np.ndarray,
 
 
 def _beyond(way: float, deadzone: float) -> float:
-    """How far a stick is beyond its deadzone, as a share of what is left of its way there."""
+    """Returns how far a stick is beyond its deadzone, as a share of the range beyond it."""
     return max(way - deadzone, 0.0) / (1.0 - deadzone)

@@ -1,4 +1,4 @@
-"""Whether the robot is commanded and does not move: one rule over recent poses and commands, without memory."""
+"""Detection of a robot that is commanded and does not move: one rule over recent poses and commands, without memory."""
 
 import math
 
@@ -26,7 +26,7 @@ _NOT_STUCK = math.nan, math.nan
 
 
 def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) -> str:
-    """Why the robot counts as stuck, in words; "" where it does not.
+    """Returns the reason why the robot counts as stuck; "" where it does not.
 
     Stuck is a robot that was commanded at least COMMANDED all through the last WINDOW but for PAUSE, and went almost no
     way, not even to and fro, as after a rebound. Where it should have got to is where its commands lead, or less far

@@ -1,4 +1,4 @@
-"""How a run ends: the words for it, and the rule for a run that the planner does not end itself.
+"""Outcomes of a run, and the rule for a run that the planner does not end itself.
 
 Whether the goal was reached, given up or canceled is the planner's to tell, by the status of the goal.
 """

@@ -19,7 +19,7 @@ from collplan_core.state import State
 
 
 class _Stages(NamedTuple):
-    """What the stages leave, relative to the centre of F, which lies at `offset` (2,) from the robot [m]."""
+    """Results of the stages, relative to the centre of F, which lies at `offset` (2,) from the robot [m]."""
 
     offset: np.ndarray
     free: FreeSpace

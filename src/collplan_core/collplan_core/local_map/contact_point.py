@@ -1,4 +1,4 @@
-"""Where a path leaves F through an observed boundary. Paper: III-B, p_c."""
+"""Point where a path leaves F through an observed boundary. Paper: III-B, p_c."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from collplan_core.plane import nearest_on_segment
 
 @dataclass(frozen=True, eq=False)
 class ContactPoint:
-    """Where a reference first leaves F through an observed boundary, the engaging point p_c.
+    """Engaging point p_c, where a reference first leaves F through an observed boundary.
 
     Attributes:
         index: first sample of the reference beyond the boundary.
@@ -104,7 +104,7 @@ Poses are hardly more accurate than that: mocap.position_noise.
 
 @njit
 def _is_end(border: np.ndarray, surface: np.ndarray, number: int, x: float, y: float) -> bool:
-    """Whether (x, y) is a vertex of the border (n, 2) at which what is seen of the numbered surface ends."""
+    """Returns whether (x, y) is a vertex of the border (n, 2) where the visible part of the numbered surface ends."""
     n = len(border)
     for k in range(n):
         if surface[k] == number and math.hypot(border[k, 0] - x, border[k, 1] - y) < SAME_POINT:
@@ -114,7 +114,7 @@ def _is_end(border: np.ndarray, surface: np.ndarray, number: int, x: float, y: f
 
 @njit
 def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int, path: np.ndarray, first: int) -> bool:
-    """Whether the path, beyond the numbered surface from sample `first` on, ends there or goes deeper than GRAZE.
+    """Returns whether the path, beyond the numbered surface from sample `first`, ends there or goes deeper than GRAZE.
 
     It is no longer beyond it where it is in F again or behind a frontier, or where it goes round the end of what is
     seen of the surface. `free` is border, surface and shadow of F.
@@ -135,6 +135,6 @@ def _passes_through(free: tuple[np.ndarray, np.ndarray, np.ndarray], number: int
 
 
 def passes_through(path: np.ndarray, contact: ContactPoint, local_map: LocalMap) -> bool:
-    """Whether a path (n, 2) goes on beyond the boundary at its contact point, instead of reflecting there."""
+    """Returns whether a path (n, 2) goes on beyond the boundary at its contact point, instead of reflecting there."""
     free = local_map.border, local_map.surface, local_map.shadow
     return _passes_through(free, contact.surface, path - local_map.position, contact.index)

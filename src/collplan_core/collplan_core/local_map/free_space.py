@@ -150,7 +150,7 @@ def _beams_at(place: float, m: int, sweep: Sweep) -> tuple[int, int]:
 
 @njit
 def _limits_by_beams(beams: Beams, sweep: Sweep, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """What the beam nearest to each of n directions allows (n,) [m], and the surface it saw (n,).
+    """Returns the limit that the nearest beam sets in each of n directions (n,) [m], and the surface it saw (n,).
 
     Between two beams on one surface the pieces say it all; elsewhere the nearest beam is believed, so that a sparse
     scan does not leak past the end of a surface. For beams that begin at the centre; `_end_where_unseen` for others.
@@ -176,7 +176,7 @@ def _limits_by_beams(beams: Beams, sweep: Sweep, n: int) -> tuple[np.ndarray, np
 
 @njit
 def _what_hides(x: float, y: float, beams: Beams, sweep: Sweep, guess: int) -> tuple[int, int]:
-    """What hides a point from the beams beside it, MAP_BORDER where they see it, and the beam nearest to it.
+    """Returns the surface hiding a point from the beams beside it, MAP_BORDER where none does, and the nearest beam.
 
     Between two beams on one surface the farther of them is believed, elsewhere the nearest beam.
     """
@@ -281,7 +281,7 @@ def boundary_at(surface: np.ndarray, shadow: np.ndarray, k: int) -> int:
 
 @njit
 def inside(border: np.ndarray, x: float, y: float) -> bool:
-    """Whether a point relative to the centre lies in F, whose border is (n, 2): find the sector, one cross product."""
+    """Returns whether a point relative to the centre lies in F with border (n, 2): by sector and one cross product."""
     n = len(border)
     k = sector(x, y, n)
     ax, ay = border[k]

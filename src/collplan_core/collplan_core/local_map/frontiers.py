@@ -34,7 +34,7 @@ class Frontiers(NamedTuple):
 
 @njit
 def _goes_on(free: FreeSpace, k: int, j: int) -> bool:
-    """Whether the straight face at k goes on to j: a wall almost along the beam, seen on or cut by the map border."""
+    """Returns whether the straight face at k goes on to j: a wall along the beam, seen on or cut by the map border."""
     _, border, surface, normals, straight = free
     if not straight[k] or not (surface[j] == surface[k] or surface[j] == MAP_BORDER):
         return False
@@ -47,7 +47,7 @@ def _goes_on(free: FreeSpace, k: int, j: int) -> bool:
 
 @njit
 def _bends_away(free: FreeSpace, nearer: int, farther: int) -> bool:
-    """Whether a step along one surface is a chord of its convex side, as on a corner seen almost along the beam."""
+    """Returns whether a step along one surface is a chord of its convex side, as on a corner seen along the beam."""
     _, border, surface, normals, _ = free
     if surface[nearer] != surface[farther]:
         return False
@@ -59,7 +59,7 @@ def _bends_away(free: FreeSpace, nearer: int, farther: int) -> bool:
 
 @njit
 def _is_one_surface(free: FreeSpace, k: int, j: int) -> bool:
-    """Whether a steep step between directions k and j is one surface all the same."""
+    """Returns whether a steep step between directions k and j is one surface all the same."""
     nearer, farther = (k, j) if free.reach[k] < free.reach[j] else (j, k)
     return _bends_away(free, nearer, farther) or _goes_on(free, k, j) or _goes_on(free, j, k)
 
@@ -95,7 +95,7 @@ def _corner_between(ax: float, ay: float, bx: float, by: float, box: np.ndarray)
 
 @njit
 def _on_side(ax: float, ay: float, bx: float, by: float) -> bool:
-    """Whether two points of the box's border lie on one side of it."""
+    """Returns whether two points of the box's border lie on one side of it."""
     return abs(ax - bx) < 1e-9 or abs(ay - by) < 1e-9
 
 

@@ -11,7 +11,7 @@ HIT, OPEN, UNSEEN = 0, 1, 2
 
 
 class Sweep(NamedTuple):
-    """How the beams of a scan follow one another, and when two of them see one surface.
+    """Geometry of a scan's beams, and the limits within which two of them see one surface.
 
     Attributes:
         first: bearing of the first beam [rad, world frame].
@@ -31,7 +31,7 @@ class Sweep(NamedTuple):
 
 
 class Beams(NamedTuple):
-    """What the n beams of a scan saw.
+    """Results of the n beams of a scan.
 
     Attributes:
         kind: (n,) HIT, OPEN or UNSEEN.
@@ -78,7 +78,7 @@ def _off_line(px: float, py: float, ax: float, ay: float, bx: float, by: float) 
 
 @njit
 def _are_joined(hits: np.ndarray, distance: np.ndarray, before: int, i: int, j: int, after: int, sweep: Sweep) -> bool:
-    """Whether hits i and j, one beam apart, lie on one surface; before and after are their neighbours, -1 for none.
+    """Returns whether hits i and j, one beam apart, lie on one surface; before, after: their neighbours, -1 for none.
 
     Either their distance is one that a wall at the grazing angle explains (adaptive breakpoint, Borges and Aldon
     2004), or one of them lies on the line through the other and its own neighbour: a wall at a still flatter angle.

@@ -1,1 +1,1 @@
-"""What planner and controller decide, on poses, scans, plans and a time: fed by the nodes and by trials alike."""
+"""Decision loops of planner and controller, on poses, scans, plans and a time; run by nodes and trials alike."""

@@ -96,7 +96,7 @@ class ControllerLoop:
 
     @property
     def goal_active(self) -> bool:
-        """Whether there is a goal that the robot is to go to."""
+        """True where there is a goal that the robot is to drive to."""
         return self.goal is not None and self.goal.active
 
     @property
@@ -106,7 +106,7 @@ class ControllerLoop:
 
     @property
     def held(self) -> str:
-        """Why only a new goal or `resume` lets the robot move; empty where neither is needed."""
+        """Reason why only a new goal or `resume` lets the robot move; "" where neither is needed."""
         return self._interlock.reason
 
     @property
@@ -151,7 +151,7 @@ class ControllerLoop:
         self._sensors.forget_scans()
 
     def take_robot_state(self, reason: str) -> None:
-        """Why the robot stands by itself, held or stopped; "" where it follows commands."""
+        """Takes the reason why the robot itself stands, held or stopped; "" where it follows commands."""
         self._robot_stands = reason
 
     def take_manual_command(self, velocity: np.ndarray, yaw_rate: float, sent: float, trouble: str) -> None:
@@ -285,7 +285,7 @@ class ControllerLoop:
         return replace(command, velocity=clipped[0], yaw_rate=clipped[1])
 
     def _why_still(self, local: float) -> str:
-        """Why the robot must not move now, "" where it may; a reason that lasts holds it."""
+        """Returns the reason why the robot must not move now, "" where it may; a reason that lasts holds the robot."""
         forbidden = self._why_forbidden() or self._robot_stands
         reason = forbidden or self._stop_reason(local)
         if not self.goal_active:
@@ -300,7 +300,7 @@ class ControllerLoop:
         return reason
 
     def _why_hold(self, reason: str, forbidden: str, local: float) -> str:
-        """Why only a person may let the robot move on; "" where it goes on by itself.
+        """Returns the reason why only a person may let the robot move on; "" where it goes on by itself.
 
         Args:
             reason: why it must not move now; `forbidden`: as far as that comes from elsewhere.
@@ -315,7 +315,7 @@ class ControllerLoop:
         return reason if lasts else ""
 
     def _stop_reason(self, local: float) -> str:
-        """Why the robot must not move now, "" where it may; what its motion says is not asked here."""
+        """Returns the reason why the robot must not move now, "" where it may, without regard to its motion."""
         if not self.goal_active:
             return "no active goal"
         limits, state = self._settings.limits, self._sensors.state

@@ -26,7 +26,7 @@ class CurrentGoal:
 
     @property
     def active(self) -> bool:
-        """Whether there is a goal that the robot is to go to."""
+        """True where there is a goal that the robot is to drive to."""
         return self.goal is not None and self.goal.active
 
     @property
@@ -73,11 +73,11 @@ class CurrentGoal:
         return self.goal
 
     def is_at(self, position: np.ndarray, tolerance: float) -> bool:
-        """Whether an active goal is within `tolerance` [m] of a position (2,) [m]."""
+        """Returns whether an active goal is within `tolerance` [m] of a position (2,) [m]."""
         return self.active and math.dist(position, self.position) <= tolerance
 
     def is_overdue(self, local: float, timeout: float) -> bool:
-        """Whether the goal was not reached within `timeout` [s] at `local` [s, local clock]; 0 never passes."""
+        """Returns whether the goal was not reached within `timeout` [s] by `local` [s, local clock]; never for 0."""
         return bool(timeout) and local - self._since > timeout
 
     def may_be_open(self) -> None:

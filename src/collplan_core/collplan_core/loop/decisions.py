@@ -1,4 +1,4 @@
-"""What the planner decides at an input or at a tick; whoever feeds it passes the decisions on."""
+"""Decisions of the planner at an input or at a tick, which the caller of its loop passes on."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""When a reported impact calls for replanning at once, outside the planning period."""
+"""Alarm of a reported impact, which requires replanning at once, outside the planning period."""
 
 import math
 
@@ -31,7 +31,7 @@ class ImpactAlarm:
         return ""
 
     def is_due(self, state: State | None) -> bool:
-        """Whether to plan now: the newest pose is as late as the registered impact. True once per impact."""
+        """Returns whether to plan now: the newest pose is as late as the registered impact. True once per impact."""
         if self._awaited is None or state is None or state.stamp < self._awaited:
             return False
         self._awaited = None
@@ -43,7 +43,7 @@ class ImpactAlarm:
 
 
 def why_not_now(stamp: float, now: float | None, limit: float) -> str:
-    """Why an impact with this stamp [s] is implausible at the present time; "" where it is plausible.
+    """Returns the reason why an impact with this stamp [s] is implausible now; "" where it is plausible.
 
     Args:
         stamp: stamp of the impact, on the poses' clock [s].

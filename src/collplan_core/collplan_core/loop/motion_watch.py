@@ -1,4 +1,4 @@
-"""What the controller sees of its robot's motion, and what that says."""
+"""Monitoring of the robot's motion in the controller, and the verdict on it."""
 
 import math
 
@@ -65,7 +65,7 @@ class MotionWatch:
         self._yaw = state.yaw
 
     def _is_hit(self, state: State, settings: Settings) -> bool:
-        """Whether this pose shows a hit."""
+        """Returns whether this pose shows a hit."""
         motion = self._record.motion
         before = motion[motion[:, 1].searchsorted(state.stamp - HIT_TIME - 1e-6, side="right") :]
         if len(before) == 0:
@@ -94,7 +94,7 @@ class MotionWatch:
 
 @njit
 def _is_near(points: np.ndarray, x: float, y: float, reach: float) -> bool:
-    """Whether one of the points (n, 2) is within `reach` of (x, y) [m]."""
+    """Returns whether one of the points (n, 2) is within `reach` of (x, y) [m]."""
     for k in range(len(points)):
         dx, dy = points[k, 0] - x, points[k, 1] - y
         if dx * dx + dy * dy < reach * reach:

@@ -244,13 +244,13 @@ class PlannerLoop:
     # ---- planning
 
     def cycle(self, local: float) -> list[Decision]:
-        """What map_period calls for."""
+        """Plans once; called every map_period."""
         if self.goal.active:
             self._cycle(local)
         return self._decided()
 
     def why_stale(self, local: float) -> str:
-        """Why no plan is made: forbidden from elsewhere, or poses or scans are not to be used; "" where they are."""
+        """Returns the reason why no plan is made: forbidden, or poses or scans unusable; "" where one is made."""
         return self._why_forbidden() or self._sensors.why_stale(local, self._settings.limits)
 
     def _plan_after_impact(self, local: float) -> None:
@@ -296,13 +296,13 @@ class PlannerLoop:
             self._placed = PlacedScan(scan, state, local_map)
 
     def _initial_state(self) -> State | None:
-        """Where a plan starts: at the newest pose or at that of the newest scan, as the planner has it."""
+        """Returns the state at which a plan starts: the newest pose's or the newest scan's, as the planner requires."""
         if self._placed is None:
             return None
         return self._sensors.state if self._planner.starts_at_newest_pose else self._placed.state
 
     def _why_too_old(self, initial: State | None) -> str:
-        """Why no plan starts so long after the newest scan whose poses are known; scans without them may still come."""
+        """Returns why no plan starts so long after the newest scan with known poses; "" where one does."""
         if self._placed is None or initial is None:
             return ""
         # the age counts from the first beam, and the next scan comes after its last one
@@ -352,7 +352,7 @@ class PlannerLoop:
             self._decide_on(plan, lasts, self._placed.local_map)
 
     def _try_the_same_way_again(self) -> None:
-        """What was felt leaves no way: it may have been less than it was taken for."""
+        """Drops bumped obstacles that leave no way to the goal, and plans anew."""
         self._recovery.forget_felt()
         self._memory, self._placed = self._known_map, None
 

@@ -1,4 +1,4 @@
-"""What the planner does about a robot that is stuck: it backs out, and takes the place for an obstacle from then on."""
+"""Recovery of a robot that is stuck: it backs out, and treats the place as an obstacle from then on."""
 
 import math
 from collections import deque
@@ -63,7 +63,7 @@ class Recovery:
         self._pushed = np.zeros(2)
 
     def is_backing_out(self, now: float) -> bool:
-        """Whether the plan that backs out is in force at `now` [s, poses' clock]."""
+        """Returns whether the plan that backs out is in force at `now` [s, poses' clock]."""
         return now < self._until
 
     def commanded(self, velocity: np.ndarray, now: float) -> None:

@@ -1,4 +1,4 @@
-"""Whether to drive by scans of which some were refused."""
+"""Trust in scans of which some were refused."""
 
 REFUSED_RUNNING = 2
 """So many scans refused one after the other stop the robot; a single one is left out."""
@@ -35,10 +35,10 @@ class ScanTrust:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the newest scans were refused."""
+        """True where the newest scans were refused."""
         return self._running >= REFUSED_RUNNING
 
     def why_not(self, local: float) -> str:
-        """Why not to drive by scans now, "" where they may be used."""
+        """Returns the reason why scans must not be used for driving now; "" where they may."""
         standing = self.is_lost or local - self._stood < self._pause
         return f"scan refused: {self._reason}" if standing else ""

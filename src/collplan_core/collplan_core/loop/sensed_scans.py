@@ -98,7 +98,7 @@ class SensedScans:
 
     @property
     def unplaced_received(self) -> float:
-        """When the newest scan was received whose poses are not known yet [s, local clock]; -inf without one."""
+        """Time of receipt of the newest scan whose poses are not known yet [s, local clock]; -inf without one."""
         return max((at for _, at in self._unplaced), default=-math.inf)
 
     @property

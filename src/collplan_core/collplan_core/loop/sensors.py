@@ -60,7 +60,7 @@ class Sensors:
             self.refuse("scan", reason)
 
     def _why_untimely(self, stamp: float, local: float, limits: Limits) -> str:
-        """Why a scan with this stamp [s] comes too late, or too early for a pose of its time to come."""
+        """Returns why a scan with this stamp [s] comes too late, or too early for its pose; "" where it is in time."""
         now = self._clock.now(local)
         late = 0.0 if now is None else now - stamp
         if late > limits.scan_age:
@@ -86,7 +86,7 @@ class Sensors:
 
     @property
     def refuses_poses(self) -> bool:
-        """Whether the newest pose could not be used."""
+        """True where the newest pose could not be used."""
         return "pose" in self._refused
 
     def forget_scans(self) -> None:
@@ -100,12 +100,12 @@ class Sensors:
         self._trust = ScanTrust()
 
     def why_lost(self, local: float, limits: Limits) -> str:
-        """Why poses or scans that were there are not to be used now; "" where they are, or one of them never came."""
+        """Returns why poses or scans that were there are unusable now; "" where they are usable, or one never came."""
         both_came = self.state is not None and self._scan_received > -math.inf
         return self.why_stale(local, limits) if both_came else ""
 
     def why_stale(self, local: float, limits: Limits) -> str:
-        """Why poses or scans are not to be used: none yet, too old, or the last ones were refused; "" if they are."""
+        """Returns why poses or scans are unusable: none yet, too old, or the last ones refused; "" if usable."""
         return self.why_no_pose(local, limits) or self._why_scan(local, limits.scan_age)
 
     def why_no_pose(self, local: float, limits: Limits) -> str:

@@ -44,7 +44,7 @@ class UnderWay:
 
     @property
     def end(self) -> State:
-        """Where the robot will be when the plan acts."""
+        """State of the robot when the plan takes effect."""
         return State(float(self.times[-1]), self.positions[-1].copy(), self.velocities[-1].copy(), self.yaw)
 
     def before(self, plan: Plan) -> Plan:

@@ -25,7 +25,7 @@ NO_AIM = np.full(2, np.nan)
 
 @dataclass(frozen=True, eq=False)
 class PaperMemory:
-    """What one cycle leaves to the next, world frame.
+    """Memory that one planning cycle leaves to the next, world frame.
 
     Attributes:
         previous: (2,) p_pre, where the previous plan was made [m].

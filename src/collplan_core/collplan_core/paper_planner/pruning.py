@@ -10,7 +10,7 @@ from collplan_core.local_map.free_space import inside
 
 @njit
 def free_sight(border: np.ndarray, ax: float, ay: float, bx: float, by: float) -> bool:
-    """Whether the straight line between two points of F (relative to its centre) stays in F."""
+    """Returns whether the straight line between two points of F (relative to its centre) stays in F."""
     n = max(2, int(math.hypot(bx - ax, by - ay) / 0.01))
     for i in range(1, n):
         share = i / n
@@ -23,7 +23,7 @@ def free_sight(border: np.ndarray, ax: float, ay: float, bx: float, by: float) -
 def is_represented_by(
     border: np.ndarray, positions: np.ndarray, frontier_of: np.ndarray, a: int, b: int, distance: float
 ) -> bool:
-    """Whether some position of frontier b is within distance of one of frontier a, across free space."""
+    """Returns whether some position of frontier b is within distance of one of frontier a, across free space."""
     for i in range(len(positions)):
         if frontier_of[i] != a:
             continue

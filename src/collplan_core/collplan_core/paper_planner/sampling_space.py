@@ -81,7 +81,7 @@ def _sampled(
 
 
 class _Rule(NamedTuple):
-    """How C is built of S: N_l, v_max [m/s], d_prune [m], and which prunings apply."""
+    """Rule by which C is built from S: N_l, v_max [m/s], d_prune [m], and which prunings apply."""
 
     n_directions: int
     max_speed: float

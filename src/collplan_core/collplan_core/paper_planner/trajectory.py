@@ -19,7 +19,7 @@ TOLERANCE = 1e-3  # share of T by which the T of the handles may be shorter
 
 
 class TimeLaw(NamedTuple):
-    """What the duration T of a trajectory depends on.
+    """Parameters that the duration T of a trajectory depends on.
 
     Attributes:
         max_speed: v_max [m/s].

@@ -95,7 +95,7 @@ def write_values(values: Mapping[str, Any], path: str | Path, comment: str = "")
 
 
 def is_ros_key(key: str) -> bool:
-    """Whether ROS itself declares a parameter of this name in every node."""
+    """Returns whether ROS itself declares a parameter of this name in every node."""
     return key in ROS_KEYS
 
 

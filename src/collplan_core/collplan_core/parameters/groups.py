@@ -178,7 +178,7 @@ class Control(Parameters):
 
 @dataclass(frozen=True)
 class Cap(Parameters):
-    """What the robot's own end never exceeds, whatever is commanded or set: of the driver, told to the firmware, and of the simulated robot."""
+    """Hard limits that the robot itself enforces, whatever is commanded or set: in the driver and its firmware, and in the simulated robot."""
 
     group = "cap"
     speed: float = parameter(1.2, "Largest speed that the robot's end lets through; robot.max_speed may not be above it", unit="m/s", low=0.05, high=5.0)
@@ -273,7 +273,7 @@ class ScanInput(Parameters):
 
     @property
     def offset(self) -> tuple[float, float, float]:
-        """Where the LIDAR is on the robot: x, y [m] and its heading [rad]."""
+        """Mounting pose of the LIDAR on the robot: x, y [m] and heading [rad]."""
         return self.offset_x, self.offset_y, self.offset_yaw
 
 
@@ -300,7 +300,7 @@ class Lidar(Parameters):
 
     @property
     def offset(self) -> tuple[float, float, float]:
-        """Where the sensor truly is on the robot: x, y [m] and its heading [rad]."""
+        """True mounting pose of the sensor on the robot: x, y [m] and heading [rad]."""
         return self.offset_x, self.offset_y, self.offset_yaw
 
 
@@ -346,7 +346,7 @@ class Simulation(Parameters):
 
     @property
     def publishes_clock(self) -> bool:
-        """Whether the simulator publishes /clock, which all nodes then follow."""
+        """True where the simulator publishes /clock, which all nodes then follow."""
         return self.lockstep or self.speed_factor != 1.0
 
     @property
@@ -444,7 +444,7 @@ class Teleop(Parameters):
 
 @dataclass(frozen=True)
 class Trial(Parameters):
-    """When a run ends."""
+    """Conditions that end a run."""
 
     group = "trial"
     timeout: float = parameter(30.0, "Longest run", unit="s", low=1.0, high=3600.0)

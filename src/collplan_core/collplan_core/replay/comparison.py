@@ -1,4 +1,4 @@
-"""What a journal says came of each call, beside what comes of it now."""
+"""Comparison of each call's outcome in a journal with its outcome now."""
 
 import json
 from collections.abc import Iterable, Iterator
@@ -32,7 +32,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Interruption:
-    """What was recorded ends before the run did.
+    """Interruption of a recording, which ends before the run did.
 
     Attributes:
         stamp: stamp of the newest pose before [s]; None before the first.
@@ -100,7 +100,7 @@ def _compared(done: Comparison, player: Player, call: Call) -> Comparison:
 
 
 def first_apart(recorded: Any, replayed: Any, where: str) -> tuple[str, Any, Any] | None:
-    """Where two outcomes first differ, and the two values there; None where they are the same to the last bit."""
+    """Returns where two outcomes first differ, and the two values there; None where they are equal to the last bit."""
     if json.dumps(recorded) == json.dumps(replayed):
         return None
     if isinstance(recorded, dict) and isinstance(replayed, dict) and list(recorded) == list(replayed):

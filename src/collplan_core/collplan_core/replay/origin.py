@@ -1,4 +1,4 @@
-"""What a journal was made with: the same code on the same machine decides the same to the last bit, another may not."""
+"""Origin of a journal: the same code on the same machine decides the same to the last bit, another may not."""
 
 import platform
 from collections.abc import Mapping
@@ -38,6 +38,6 @@ def _processor() -> str:
 
 
 def changes(made_with: Mapping[str, object]) -> list[str]:
-    """What is not here as it was there, each as `numpy 1.26.4 then, 2.1.0 now`."""
+    """Returns the differences from a journal's origin, each as `numpy 1.26.4 then, 2.1.0 now`."""
     others = {name: now for name, now in origin().items() if made_with.get(name) != now}
     return [f"{name} {made_with.get(name)} then, {now} now" for name, now in others.items()]

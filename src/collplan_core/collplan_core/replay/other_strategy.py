@@ -1,4 +1,4 @@
-"""What another strategy would have planned at each moment of a run, from what was seen until then."""
+"""Plans of another strategy at each moment of a run, from what was seen until then."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What came of a call of a loop, as JSON whose text is the same where the outcome is, to the last bit.
+"""Outcome of a loop's call, as JSON whose text is equal where the outcome is, to the last bit.
 
 Large arrays stand there by hash, what a person would look at first by value.
 """
@@ -37,12 +37,12 @@ def outcome_of(value: Any) -> Any:
 
 
 def is_plan(outcome: Any) -> bool:
-    """Whether one of a call's decisions is a plan."""
+    """Returns whether one of a call's decisions is a plan."""
     return isinstance(outcome, list) and any(isinstance(each, dict) and "plan" in each for each in outcome)
 
 
 def is_command(outcome: Any) -> bool:
-    """Whether it is a command."""
+    """Returns whether an outcome is a command."""
     return isinstance(outcome, dict) and "command" in outcome
 
 

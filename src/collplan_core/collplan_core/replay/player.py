@@ -46,7 +46,7 @@ class Player:
             self.loop = ControllerLoop(settings, self._why_forbidden)
 
     def play(self, call: Call) -> Any:
-        """What the loop returns at a call, or the error that it raises.
+        """Returns the outcome of a call of the loop, or the error that it raises.
 
         Raises:
             JournalError: the loop has no such input.

@@ -86,7 +86,7 @@ def rows_of(lines: Iterable[str], source: str) -> list[dict[str, Any]]:
 
 
 def events_of(rows: Iterable[Mapping[str, Any]], of: str) -> Iterator[Event]:
-    """What stands in the journal of one loop, in order.
+    """Yields the events in the journal of one loop, in order.
 
     Raises:
         JournalError: a line does not hold what a journal does.

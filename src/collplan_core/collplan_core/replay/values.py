@@ -1,4 +1,4 @@
-"""What the loops take, as JSON and back, every float bit for bit.
+"""Inputs of the loops, as JSON and back, every float bit for bit.
 
 A finite float is the number that Python prints, which reads back to the same bits. What JSON does not have is an object
 with one key:

@@ -1,4 +1,4 @@
-"""Where the sensor was at each beam of a scan."""
+"""Pose of the sensor at each beam of a scan."""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -36,7 +36,7 @@ def placed(scan: Scan, beams: np.ndarray, state: State, mount: ScanInput) -> Sca
 
 
 def placed_among(scan: Scan, state: State, states: Collection[State], mount: ScanInput) -> Scan:
-    """What of a scan is used, with where its sensor was, for one of a record: no pose is waited for.
+    """Returns the usable part of a recorded scan, with the sensor's poses; it waits for no pose.
 
     Args:
         scan: the scan; beams beyond the states are placed by the first or the last of them.

@@ -1,4 +1,4 @@
-"""Where on an obstacle an impact was, as far as the robot's own motion tells."""
+"""Location of an impact on an obstacle, as far as the robot's own motion shows it."""
 
 import math
 from dataclasses import dataclass

@@ -62,7 +62,7 @@ class DetectedImpact:
 
 
 class ImpactLaw(NamedTuple):
-    """What in poses is an impact.
+    """Criteria by which poses show an impact.
 
     Attributes:
         window: time within which a change of velocity is one [s].

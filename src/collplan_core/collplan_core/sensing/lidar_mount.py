@@ -1,4 +1,4 @@
-"""Where the LIDAR is on the robot, and with that where each beam begins: every scan is placed here."""
+"""Mounting pose of the LIDAR, and with it the origin of each beam: every scan is placed here."""
 
 import math
 

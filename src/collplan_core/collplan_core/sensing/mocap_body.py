@@ -29,7 +29,7 @@ class MeasuredPose:
     quaternion: tuple[float, float, float, float]
 
     def repeats(self, other: "MeasuredPose | None") -> bool:
-        """Whether this is the other one to the last bit, as a motion capture sends that holds its last value."""
+        """Returns whether it equals the other to the last bit, as from a motion capture that holds its last value."""
         return other is not None and (self.position, self.quaternion) == (other.position, other.quaternion)
 
 

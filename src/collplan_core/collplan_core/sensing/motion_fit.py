@@ -1,4 +1,4 @@
-"""How well measured motion fits the commands, under each of many ways in which it may follow from them.
+"""Fit of measured motion to the commands, under each of many ways in which it may follow from them.
 
 A way is a delay, a mass, and a turn or mirroring of the command. Under each, the robot's velocity law is integrated
 through a window from the velocity measured at its begin, and compared with the velocities measured.

@@ -229,7 +229,7 @@ def _is_finite(sample: PoseSample) -> bool:
 
 
 def _is_same_hit(impact: DetectedImpact | None, last: DetectedImpact | None, mocap: Mocap) -> bool:
-    """Whether an impact is the rest of the last one, which was found before it was over."""
+    """Returns whether an impact is the rest of the last one, which was detected before it was over."""
     if impact is None or last is None or impact.time - last.time > IMPACT_REACH * mocap.impact_window:
         return False
     along = float(impact.change @ last.change)
@@ -237,7 +237,7 @@ def _is_same_hit(impact: DetectedImpact | None, last: DetectedImpact | None, moc
 
 
 def _disagreement(track: Track, sample: PoseSample, received: float, settings: Settings) -> str:
-    """Why a pose cannot follow a track, empty if it can."""
+    """Returns the reason why a pose cannot follow a track; "" where it can."""
     newest = track.newest
     if newest is None:
         return ""
@@ -257,10 +257,10 @@ def _disagreement(track: Track, sample: PoseSample, received: float, settings: S
 
 
 def _goes_on(track: Track, sample: PoseSample, received: float, settings: Settings) -> bool:
-    """Whether a pose goes on with a track that there is."""
+    """Returns whether a pose continues an existing track."""
     return not _begins_anew(track, sample, settings) and not _disagreement(track, sample, received, settings)
 
 
 def _begins_anew(track: Track, sample: PoseSample, settings: Settings) -> bool:
-    """Whether a pose is the first of a track, or the first after a silence."""
+    """Returns whether a pose is the first of a track, or the first after a gap."""
     return track.newest is None or sample.stamp - track.newest.stamp > settings.limits.pose_age

@@ -24,7 +24,7 @@ FEWEST = 3
 
 
 class TrackLaw(NamedTuple):
-    """What of a track is kept, and what for.
+    """Spans of a track that are kept, and their uses.
 
     Attributes:
         kept: span of the poses that are kept [s].

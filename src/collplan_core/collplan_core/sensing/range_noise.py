@@ -1,4 +1,4 @@
-"""How noisy the ranges of a scan are, by the scan itself."""
+"""Estimate of the range noise of a scan, from the scan itself."""
 
 import math
 
@@ -16,7 +16,7 @@ QUARTILE = 0.3186
 
 @njit
 def _bends(ranges: np.ndarray, step: float, closed: bool) -> np.ndarray:
-    """How far each three neighbouring hits are from lying on a line, in standard deviations of noise of 1 m."""
+    """Returns how far each three neighbouring hits are from lying on a line, in standard deviations of noise of 1 m."""
     n, twice = len(ranges), 2.0 * math.cos(step)
     bends, count = np.empty(n), 0
     for i in range(n if closed else n - 2):

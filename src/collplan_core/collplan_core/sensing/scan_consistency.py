@@ -1,4 +1,4 @@
-"""What a scan shows of the walls that scans before it showed: which are missing, and by how long it comes late."""
+"""Comparison of a scan with the walls of earlier scans: which walls are missing, and how late the scan's content is."""
 
 import math
 from typing import NamedTuple
@@ -29,7 +29,7 @@ LONGEST_DELAY = 0.6
 
 
 class Consistency(NamedTuple):
-    """What became of walls seen before.
+    """Result of the comparison of a scan with walls seen before.
 
     Attributes:
         expected, missing: number of walls that the scan must show, as nothing in it hides them; of those not shown.

@@ -1,4 +1,4 @@
-"""What of a scan is used: masked angles and speckles are left out, and its angles count counter-clockwise."""
+"""Filters of a scan: masked angles and speckles are left out, and its angles count counter-clockwise."""
 
 import math
 from dataclasses import replace
@@ -11,7 +11,7 @@ from collplan_core.sight_lines import is_full_turn
 
 
 def used_scan(scan: Scan, taken: ScanInput) -> Scan:
-    """What of a scan is used; where nothing is left out and nothing turned over, the scan itself."""
+    """Returns the usable part of a scan; the scan itself where nothing is left out or turned over."""
     ranges = scan.ranges
     if taken.median > 1:
         ranges = without_speckles(ranges, taken.median, is_full_turn(len(ranges), scan.angle_increment))

@@ -1,4 +1,4 @@
-"""Whether a scan can be true after those before it: walls do not vanish, and a scan changes while the robot moves."""
+"""Plausibility of a scan after earlier ones: walls do not vanish, and a scan changes while the robot moves."""
 
 import math
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ STILL, UNTURNED = 0.02, 0.02
 
 @dataclass(frozen=True, eq=False)
 class ScanMemory:
-    """What the next scan is judged by.
+    """Memory by which the next scan is judged.
 
     Attributes:
         walls: of scans found plausible, the newest last: stamp [s] and what `wall_of_each_beam` gives of walls.
@@ -48,7 +48,7 @@ class ScanMemory:
 def judge_scan(
     memory: ScanMemory, scan: Scan, masked: np.ndarray, beams: np.ndarray, velocity: np.ndarray, limits: Limits
 ) -> tuple[str, ScanMemory]:
-    """Why a scan is not to be believed, "" where it is, and what to judge the next one by.
+    """Returns the reason why a scan is implausible, "" where it is plausible, and the memory for the next scan.
 
     Args:
         memory: what came of the scan before.

@@ -1,4 +1,4 @@
-"""Whether heading, tilt and height of a measured pose can be those of a robot that drives on a floor.
+"""Plausibility of heading, tilt and height of a measured pose, for a robot that drives on a floor.
 
 A hit spins a disc by friction up to (1 - robot.inertia_factor) * max_speed / radius, 8.9 rad/s as shipped: then its rim
 rolls along the wall. Simulated hits reach 5 rad/s. Nothing on a floor lifts or tips it.
@@ -25,5 +25,5 @@ def why_off_floor(tilt: float, lift: float, mocap: Mocap) -> str:
 
 
 def turns(change: float, silence: float, mocap: Mocap) -> bool:
-    """Whether a robot can turn by `change` [rad] between two poses that are `silence` [s] apart."""
+    """Returns whether a robot can turn by `change` [rad] between two poses that are `silence` [s] apart."""
     return abs(math.remainder(change, math.tau)) <= mocap.max_spin * silence + mocap.yaw_margin

@@ -30,7 +30,7 @@ LONGEST_GAP = 1.1
 
 @dataclass(frozen=True)
 class SpinningSensor:
-    """What a spinning LIDAR is like.
+    """Properties of a spinning LIDAR.
 
     Attributes:
         rate: turns per second, each one scan [Hz].

@@ -68,7 +68,7 @@ def _line(sums: np.ndarray, a: int, b: int) -> tuple[float, float, float]:
 
 @njit
 def _best_split(sums: np.ndarray, a: int, b: int) -> tuple[int, float]:
-    """Where beams a to b - 1 part into two lines best, and the squared error of both."""
+    """Returns where beams a to b - 1 split into two lines best, and the squared error of both."""
     at, least = a, math.inf
     for m in range(a + 1, b):
         both = _line(sums, a, m)[2] + _line(sums, m, b)[2]

@@ -1,4 +1,4 @@
-"""Whether a rollout is at the goal, since when, at what cost, and how long it still takes otherwise."""
+"""Arrival of a rollout at the goal: whether, since when, at what cost, and the time still needed otherwise."""
 
 import math
 
@@ -24,7 +24,7 @@ APPROACH_SHARE = 0.6
 
 @njit
 def is_there(goal: GoalDisc, motion: Motion) -> bool:
-    """Whether a motion is within the goal's tolerance, and as slow as it must be there."""
+    """Returns whether a motion is within the goal's tolerance, and as slow as it must be there."""
     x, y = motion.x, motion.y
     if motion.vx * motion.vx + motion.vy * motion.vy > goal.rest_speed * goal.rest_speed:
         return False
@@ -107,5 +107,5 @@ def least_time(length: np.ndarray, cells: Grid, goal: GoalDisc, max_speed: float
 
 @njit
 def end_cost(problem: Problem, motion: Motion) -> float:
-    """What a full plan that ends with a motion before the goal is charged for the rest [s]."""
+    """Returns the cost [s] charged for the rest of the way, where a full plan ends before the goal."""
     return to_go(problem, motion) + UNREACHED_COST

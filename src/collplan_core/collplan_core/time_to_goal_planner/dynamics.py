@@ -30,7 +30,7 @@ NO_CONTACT, SLIDES = 0, 3
 
 
 class Motion(NamedTuple):
-    """Where the disc's centre is [m] and how fast [m/s], world frame; the clearance there is at least the bound [m]."""
+    """Position [m] and velocity [m/s] of the disc's centre, world frame, and a lower bound of its clearance [m]."""
 
     x: float
     y: float
@@ -161,7 +161,7 @@ def _contact_share(clearance: np.ndarray, grid: Grid, motion: Motion, end: Motio
 
 @njit
 def contact_cost(costs: ContactCosts, contact: Contact) -> float:
-    """What a contact costs [s]: more than any way round where it is excluded, and the more the harder it is."""
+    """Returns the cost of a contact [s]: above any detour where it is excluded, and rising with its speed."""
     speed = contact.normal_speed
     if contact.kind == OBSERVED:
         cost = costs.fixed + costs.by_speed * speed

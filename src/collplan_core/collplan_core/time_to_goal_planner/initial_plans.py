@@ -1,4 +1,4 @@
-"""What refinement starts from: the best coarse plans carried on to the goal, and what is left of the plan in force."""
+"""Initial plans of the refinement: the best coarse plans continued to the goal, and the rest of the plan in force."""
 
 import math
 

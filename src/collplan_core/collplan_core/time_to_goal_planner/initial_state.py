@@ -1,4 +1,4 @@
-"""Where a new plan begins: the measured state, made better by what the plan in force foresaw.
+"""Initial state of a new plan: the measured state, corrected by the prediction of the plan in force.
 
 The measured velocity is that of half a filter window ago, and for some poses after an impact it is that of before, or
 that of a few noisy poses. The plan in force says what should have happened meanwhile.
@@ -21,7 +21,7 @@ UNDETECTED = 0.06
 
 @dataclass(frozen=True, eq=False)
 class Expected:
-    """What a plan in force foresees.
+    """Prediction of the plan in force.
 
     Attributes:
         times: (n,) times of its samples [s]; positions, velocities: (n, 2) at these times [m], [m/s].

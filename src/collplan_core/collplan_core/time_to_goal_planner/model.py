@@ -1,4 +1,4 @@
-"""What one cycle's rollouts are computed with, as plain tuples that compiled code takes."""
+"""Model of one cycle's rollouts, as plain tuples that compiled code takes."""
 
 import math
 from typing import NamedTuple
@@ -28,7 +28,7 @@ EXCLUDED, EXCLUDED_BY_SPEED = 100.0, 1000.0
 
 
 class RobotModel(NamedTuple):
-    """How the robot moves: its top speed [m/s], its wheels, and the ring that contacts are made with."""
+    """Motion model of the robot: its top speed [m/s], its wheels, and the ring that contacts are computed with."""
 
     max_speed: float
     wheels: VelocityLaw
@@ -36,7 +36,7 @@ class RobotModel(NamedTuple):
 
 
 class ContactCosts(NamedTuple):
-    """What contacts and near misses cost [s].
+    """Costs of contacts and near misses [s].
 
     Attributes:
         fixed, by_speed: cost of a contact, and by its normal speed [s per m/s].
@@ -111,7 +111,7 @@ def robot_model(settings: Settings) -> RobotModel:
 
 
 def contact_costs(settings: Settings) -> ContactCosts:
-    """What contacts cost under the chosen strategy."""
+    """Returns the costs of contacts under the chosen strategy."""
     p, tolerance = settings.time_to_goal, TIME_TO_GOAL[settings.planner.strategy].contact_tolerance
     if tolerance == BY_SPEED:
         observed, inferred, margin = (0.0, p.hit_cost), (0.0, p.inferred_cost), p.tolerant_distance

@@ -49,7 +49,7 @@ SETTLED = 5e-4
 
 @dataclass(frozen=True, eq=False)
 class RolloutMemory:
-    """What one cycle leaves to the next.
+    """Memory that one planning cycle leaves to the next.
 
     Attributes:
         remembered: boundaries seen so far; map_stamp: stamp of the last scan in them [s].
@@ -71,7 +71,7 @@ class RolloutMemory:
     cycle: int = 0
 
     def without_plan(self) -> "RolloutMemory":
-        """What is remembered, and no plan in force."""
+        """Returns the memory without a plan in force."""
         return replace(self, commands=np.zeros((0, 2)), expected=None)
 
 
@@ -144,7 +144,7 @@ def _initial_motion(problem: Problem, state: State, expected: Expected | None, s
 def _carried_on(
     problem: Problem, initial: Motion, memory: RolloutMemory, stamp: float, settings: Settings
 ) -> list[FullPlan]:
-    """What is left of the last plan, as it is and led back to its path; nothing where there is none."""
+    """Returns the rest of the last plan, as it is and led back to its path; empty where there is none."""
     size = round(settings.time_to_goal.longest_plan / CONTROL_INTERVAL)
     left = shifted(memory.commands, stamp - memory.plan_stamp)[:size]
     if not len(left) or memory.expected is None:
@@ -163,7 +163,7 @@ def _from_coarse(problem: Problem, initial: Motion, coarse: CoarsePlans, setting
 
 
 def _compared(coarse: CoarsePlans, plans: list[FullPlan]) -> Candidates:
-    """What is compared: where coarse plans end, and the plans that are refined, as they are before that."""
+    """Returns the candidates: ends of the coarse plans, and the plans to be refined, before their refinement."""
     rolled = np.isfinite(coarse.costs)
     ends = coarse.ends[rolled]
     return Candidates(
@@ -199,7 +199,7 @@ def _refined(
 
 
 def _cost(plan: FullPlan) -> float:
-    """What plans are compared by [s]."""
+    """Returns the cost by which plans are compared [s]."""
     return plan.cost
 
 

@@ -1,4 +1,4 @@
-"""Whether the robot could still brake within what it has seen."""
+"""Stopping test: whether the robot could still brake within what it has seen."""
 
 import math
 
@@ -19,7 +19,7 @@ SWERVES = (0.0, 0.4, -0.4, 0.8, -0.8, 1.2, -1.2)
 
 @njit
 def _is_free(problem: Problem, x: float, y: float) -> bool:
-    """Whether the disc was seen to be free at the node nearest to (x, y) [m]."""
+    """Returns whether the disc was seen to be free at the node nearest to (x, y) [m]."""
     nx, ny = problem.free.shape
     grid = problem.constants.grid
     i, j = nearest_node(grid, x, y)
@@ -28,7 +28,7 @@ def _is_free(problem: Problem, x: float, y: float) -> bool:
 
 @njit
 def _stops(problem: Problem, motion: Motion, swerve: float) -> bool:
-    """Whether braking that first pushes at a bearing `swerve` [rad] off straight back touches nothing and ends free."""
+    """Returns whether braking that first pushes `swerve` [rad] off straight back touches nothing and ends free."""
     grid, brake = problem.constants.grid, BRAKING_SHARE * problem.constants.model.wheels.max_acceleration
     x, y, vx, vy, _ = motion
     speed = math.hypot(vx, vy)
@@ -51,7 +51,7 @@ def _stops(problem: Problem, motion: Motion, swerve: float) -> bool:
 
 @njit
 def admits_stop(problem: Problem, motion: Motion) -> bool:
-    """Whether some two-phase braking from a motion touches nothing and ends where the disc was seen to be free."""
+    """Returns whether some two-phase braking from a motion touches nothing and ends where the disc was seen free."""
     for swerve in SWERVES:  # noqa: SIM110 (numba has no generators)
         if _stops(problem, motion, swerve):
             return True

@@ -17,7 +17,7 @@ N_TRIES = 400
 
 
 class Clutter(NamedTuple):
-    """What is strewn.
+    """Properties of random clutter.
 
     Attributes:
         n_obstacles: least number of obstacles, and one more than the greatest; fewer where they do not fit.

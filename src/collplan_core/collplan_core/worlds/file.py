@@ -106,7 +106,7 @@ def save_world(world: World, path: Path) -> None:
 
 
 def world_text(world: World) -> str:
-    """What `save_world` writes."""
+    """Returns the text that `save_world` writes."""
     mapping: dict[str, Any] = {
         "name": world.name,
         "bounds": list(world.bounds),

@@ -95,7 +95,7 @@ def beam_increment(lidar: Lidar) -> float:
 def _blocked(
     x: float, y: float, segments: np.ndarray, polygon_starts: np.ndarray, circles: np.ndarray, bounds: np.ndarray
 ) -> bool:
-    """Whether the point is on or in an obstacle, or on or beyond a wall."""
+    """Returns whether the point is on or in an obstacle, or on or beyond a wall."""
     if x <= bounds[0] or y <= bounds[1] or x >= bounds[2] or y >= bounds[3]:
         return True
     for c in range(len(circles)):

@@ -1,4 +1,4 @@
-"""Whether a disc can get from one point of a world to another."""
+"""Test whether a disc can get from one point of a world to another."""
 
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ QUARTER_SEGMENTS = 64
 
 
 def free_space(world: World, radius: float) -> "BaseGeometry":
-    """Where the centre of a disc of `radius` [m] can be, as a shapely geometry.
+    """Returns the free space of the centre of a disc of `radius` [m], as a shapely geometry.
 
     Without walls the surroundings of the arena belong to it.
     """
@@ -50,7 +50,7 @@ def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float
 
 
 def has_room(world: World, point: np.ndarray, radius: float) -> bool:
-    """Whether a disc of `radius` [m] can stand at a point (2,) [m] of the arena."""
+    """Returns whether a disc of `radius` [m] can stand at a point (2,) [m] of the arena."""
     import shapely
 
     return in_bounds(world.bounds, point) and bool(free_space(world, radius).covers(shapely.Point(point)))

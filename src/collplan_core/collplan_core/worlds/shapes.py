@@ -1,4 +1,4 @@
-"""What a world is: convex polygons, circles, the arena's bounds, and where a run starts and ends."""
+"""World: convex polygons, circles, the arena's bounds, and the start and end of a run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -97,7 +97,7 @@ def surface_distances(world: World, points: np.ndarray) -> np.ndarray:
 
 
 def in_bounds(bounds: Sequence[float], point: np.ndarray) -> bool:
-    """Whether a point (2,) [m] lies within the bounds, border included."""
+    """Returns whether a point (2,) [m] lies within the bounds, border included."""
     return bool(bounds[0] <= point[0] <= bounds[2] and bounds[1] <= point[1] <= bounds[3])
 
 

@@ -1,4 +1,4 @@
-"""What rectangles leave of a square, as rectangles: the solid around free ones, the free space beside solid ones."""
+"""Complement of rectangles in a square, as rectangles: solid around free ones, free space beside solid ones."""
 
 from collections.abc import Iterator
 from itertools import combinations

@@ -9,7 +9,7 @@ from collplan_core.strategies import PAPER_WEIGHTS
 
 
 class CostModel(NamedTuple):
-    """What the compiled loops over candidates need of the settings.
+    """Settings that the compiled loops over candidates need.
 
     Attributes:
         position_weight, risk_weight, velocity_weight: w_p, w_r, w_v.

@@ -158,7 +158,7 @@ def _crosses_boundary(
     sy: float,
     max_speed: float,
 ) -> bool:
-    """Whether the cubic from p_cur with its velocity to p_s, reached straight at v_max, leaves F through a boundary."""
+    """Returns whether the cubic from p_cur to p_s, reached straight at v_max, leaves F through a boundary."""
     px, py = current
     cx, cy = sx - px, sy - py
     chord = math.hypot(cx, cy)

@@ -1,4 +1,4 @@
-"""How far the disc's centre is from touching what is remembered: a field on a grid, read between its nodes."""
+"""Clearance of the disc's centre from remembered boundaries: a field on a grid, read between its nodes."""
 
 import math
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class ClearanceField:
 
     @property
     def grid(self) -> Grid:
-        """Where the nodes are, for compiled code."""
+        """Grid of the nodes, for compiled code."""
         return Grid(float(self.origin[0]), float(self.origin[1]), self.spacing)
 
     def known(self) -> np.ndarray:
@@ -99,7 +99,7 @@ def normal_at(clearance: np.ndarray, grid: Grid, x: float, y: float) -> tuple[fl
 
 @njit
 def source_at(source: np.ndarray, grid: Grid, x: float, y: float) -> int:
-    """What the boundary nearest to (x, y) is: that of the nearest node."""
+    """Returns the kind of the boundary nearest to (x, y): that of the nearest node."""
     i, j = nearest_node(grid, x, y)
     nx, ny = source.shape
     return int(source[i, j]) if 0 <= i < nx and 0 <= j < ny else NOTHING

@@ -1,4 +1,4 @@
-"""What the newest scan says against the memory: a place that it sees through is free."""
+"""Contradiction of the memory by the newest scan: a place that the scan sees through is free."""
 
 import math
 
@@ -17,7 +17,7 @@ SCANS = 2
 
 @njit
 def seen_beyond(sight: Sight, x: float, y: float) -> float:
-    """How much farther than a point both beams beside it see [m]; below 0 where one does not, or there is none."""
+    """Returns how much farther than a point both beams beside it see [m]; below 0 where one does not or is missing."""
     n = len(sight.ranges)
     dx, dy = x - sight.x, y - sight.y
     if n < 2 or max(abs(dx), abs(dy)) > sight.half_side:
@@ -38,7 +38,7 @@ def seen_beyond(sight: Sight, x: float, y: float) -> float:
 
 @njit
 def _ahead(piece: np.ndarray, normal: np.ndarray, sight: Sight) -> tuple[float, float]:
-    """How far the middle of a piece is, and how far its line is, from where the beams begin [m]."""
+    """Returns the distances of a piece's middle and of its line from the origin of the beams [m]."""
     x, y = middle(piece)
     dx, dy = x - sight.x, y - sight.y
     return math.sqrt(dx * dx + dy * dy), abs(dx * normal[0] + dy * normal[1])
@@ -46,14 +46,14 @@ def _ahead(piece: np.ndarray, normal: np.ndarray, sight: Sight) -> tuple[float, 
 
 @njit
 def is_edge_on(piece: np.ndarray, normal: np.ndarray, sight: Sight) -> bool:
-    """Whether the scan sees a piece too flatly to part it from what is beyond its end."""
+    """Returns whether the scan sees a piece too flatly to tell it from what is beyond its end."""
     far, square = _ahead(piece, normal, sight)
     return square <= EDGE_ON * far
 
 
 @njit
 def _sees_through(piece: np.ndarray, normal: np.ndarray, sight: Sight, margin: float) -> bool:
-    """Whether the scan sees farther than a piece by `margin`, measured square to it."""
+    """Returns whether the scan sees farther than a piece by `margin`, measured perpendicular to it."""
     x, y = middle(piece)
     far, square = _ahead(piece, normal, sight)
     return square > EDGE_ON * far and seen_beyond(sight, x, y) * square > margin * far

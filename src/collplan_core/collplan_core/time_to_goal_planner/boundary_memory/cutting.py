@@ -10,7 +10,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.working import Cuts, Sig
 
 
 class _Stretch(NamedTuple):
-    """What is seen of a wall.
+    """Visible part of a wall.
 
     Attributes:
         low, high: shares of the wall between which it is seen.
@@ -72,7 +72,7 @@ def _seen_beside(linked: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, n
 
 @njit
 def _is_single_gap(wall: np.ndarray, sight: Sight) -> bool:
-    """Whether no beam fell between the ends of a wall: no third beam shows that it is one."""
+    """Returns whether no beam fell between the ends of a wall, so that no third beam confirms it."""
     ax, ay, bx, by = wall[0] - sight.x, wall[1] - sight.y, wall[2] - sight.x, wall[3] - sight.y
     return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by)) < 1.5 * sight.step
 

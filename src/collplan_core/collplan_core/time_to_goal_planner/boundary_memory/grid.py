@@ -1,4 +1,4 @@
-"""Where the nodes lie, and how the grid moves along with the robot."""
+"""Grid of the nodes: where they lie, and how it moves along with the robot."""
 
 import math
 

@@ -11,7 +11,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Po
 
 
 def inferred_rows(depth: float, radius: float) -> np.ndarray:
-    """How far behind a piece each row is [m], so that discs of `radius` block `depth` of centres from the touching one.
+    """Returns how far behind a piece each row is [m], so that discs of `radius` block centres over a depth of `depth`.
 
     None where the disc around the piece itself reaches as deep.
     """
@@ -26,7 +26,7 @@ SKIN = 0.04
 
 @njit
 def _is_seen_free(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight: Sight) -> bool:
-    """Whether the scan sees what would be inferred behind a piece, or a surface just in front of it."""
+    """Returns whether the scan sees what would be inferred behind a piece, or a surface just in front of it."""
     x, y = middle(piece)
     farthest = -math.inf
     for row in rows:
@@ -36,7 +36,7 @@ def _is_seen_free(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight
 
 @njit
 def _was_free(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, nodes: Nodes) -> bool:
-    """Whether the disc was ever seen to be free where it covers what would be inferred, or the surface before that."""
+    """Returns whether the disc was ever seen free where it covers what would be inferred, or the surface before it."""
     mx, my = middle(piece)
     reach = nodes.radius + SKIN
     for row in rows:
@@ -53,7 +53,7 @@ def _was_free(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, nodes: No
 
 @njit
 def is_seen_free_behind(piece: np.ndarray, normal: np.ndarray, rows: np.ndarray, sight: Sight, nodes: Nodes) -> bool:
-    """Whether what would be inferred behind a piece is known to be free."""
+    """Returns whether what would be inferred behind a piece is known to be free."""
     return _is_seen_free(piece, normal, rows, sight) or _was_free(piece, normal, rows, nodes)
 
 

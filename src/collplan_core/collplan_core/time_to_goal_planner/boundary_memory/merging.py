@@ -62,7 +62,7 @@ def _filled(pool: Pool, count: int, x: float, y: float, half: float, spacing: fl
 
 @njit
 def _span(piece: np.ndarray, normal: np.ndarray, other: np.ndarray) -> tuple[float, float, float, float]:
-    """Where another piece begins and ends along a piece, and how far in front of it it is at its two ends [m]."""
+    """Returns where another piece begins and ends along a piece, and how far in front of it its two ends are [m]."""
     ax, ay, bx, by = other[0] - piece[0], other[1] - piece[1], other[2] - piece[0], other[3] - piece[1]
     tx, ty = -normal[1], normal[0]
     if (piece[2] - piece[0]) * tx + (piece[3] - piece[1]) * ty < 0.0:
@@ -101,13 +101,13 @@ def _is_same(span: np.ndarray) -> bool:
 
 @njit
 def _shows_all(span: np.ndarray, length: float) -> bool:
-    """Whether a remembered piece of the same boundary leaves next to nothing of a new one of this length to add."""
+    """Returns whether a remembered piece of the same boundary covers nearly all of a new one of this length."""
     return _is_same(span) and max(0.0, span[0]) + max(0.0, length - span[1]) < GROWTH
 
 
 @njit
 def _gives_way(span: np.ndarray, length: float, shown: bool, fresh: bool, margin: float) -> bool:
-    """Whether a remembered piece gives way: to a new one around it, or to the same boundary seen from a better pose."""
+    """Returns whether a remembered piece yields to a new one around it, or to its own boundary better seen."""
     if _is_same(span):
         return not shown and span[0] >= -GROWTH and span[1] <= length + GROWTH
     along, front = 0.5 * (span[0] + span[1]), 0.5 * (span[2] + span[3])

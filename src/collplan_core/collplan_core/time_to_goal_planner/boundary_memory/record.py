@@ -9,7 +9,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import Clearan
 
 @dataclass(frozen=True, eq=False)
 class RememberedBoundaries:
-    """What is remembered of the boundaries around the robot, world frame.
+    """Memory of the boundaries around the robot, world frame.
 
     The obstacle of the disc's centre is the union of the discs around the pieces and around the solid inferred behind
     some of them.

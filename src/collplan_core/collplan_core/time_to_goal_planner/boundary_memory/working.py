@@ -1,4 +1,4 @@
-"""What is worked on while a scan is merged, as plain tuples that compiled code takes."""
+"""Working data while a scan is merged, as plain tuples that compiled code takes."""
 
 from typing import NamedTuple
 
@@ -29,7 +29,7 @@ class Pool(NamedTuple):
 
 
 class Cuts(NamedTuple):
-    """What the newest scan shows, cut into pieces.
+    """Boundaries that the newest scan shows, cut into pieces.
 
     Attributes:
         pieces: (m, 4) x0, y0, x1, y1 [m].

@@ -148,7 +148,7 @@ def path_direction(paths: PathLookup, x: float, y: float) -> tuple[float, float,
 
 
 def is_reachable(paths: ShortestPaths, position: np.ndarray) -> bool:
-    """Whether a path leads to the goal from a cell beside position (2,) [m], or it is there already."""
+    """Returns whether a path leads to the goal from a cell beside position (2,) [m], or the goal is reached already."""
     if np.hypot(*(paths.goal - position)) <= paths.tolerance:
         return True
     rows, columns = paths.waypoint.shape

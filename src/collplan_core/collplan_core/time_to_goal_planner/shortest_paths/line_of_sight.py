@@ -1,4 +1,4 @@
-"""Whether the disc's centre can move along a straight line."""
+"""Line of sight: whether the disc's centre can move along a straight line."""
 
 import math
 
@@ -14,7 +14,7 @@ SHORTEST_STEP = 0.02
 
 @njit
 def sees(cells: Cells, a: int, b: int) -> bool:
-    """Whether the line from cell a to cell b (flat indices) is free.
+    """Returns whether the line from cell a to cell b (flat indices) is free.
 
     Nothing is nearer than its clearance, so as much of the line is stepped over.
     """

@@ -10,7 +10,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.clearance import Grid
 
 
 class PathLookup(NamedTuple):
-    """What the time to go is looked up in: a part of ShortestPaths, with the tolerance that counts there."""
+    """Lookup of the time to go: a part of ShortestPaths, with the tolerance that applies there."""
 
     length: np.ndarray
     waypoint: np.ndarray

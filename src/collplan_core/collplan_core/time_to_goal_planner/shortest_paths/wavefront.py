@@ -63,7 +63,7 @@ def _leads(parent: np.ndarray, state: np.ndarray, cell: int, w: int) -> bool:
 
 @njit
 def _between(parent: np.ndarray, state: np.ndarray, cell: int, w: int, my: int) -> bool:
-    """Whether the two neighbours between which the line to w leaves the cell both have w as parent.
+    """Returns whether the two neighbours between which the line to w leaves the cell both have w as parent.
 
     Then the cell sees w as well: nothing known is thin enough to stand between two lines a cell apart.
     """
