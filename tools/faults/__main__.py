@@ -33,10 +33,7 @@ def main() -> int:
     failed = False if options.list else _both(options, deadline)
     file = _case_file(options.out)
     data = options.out.parent / "faults.json"
-    if options.out == CASES:
-        write(FAULTS, file.cases, data, DOCS / "reliability.md", DOCS / "safety.md")
-    else:
-        write(FAULTS, file.cases, data, options.out.parent / "reliability.md")
+    write(FAULTS, file.cases, data, (DOCS if options.out == CASES else options.out.parent) / "reliability.md")
     count = _counts(options)
     waiting = {key: n for fault in FAULTS if (n := count[(key := fault.key)] - file.done(fault)) > 0}
     print("\n".join(f"{key}: {missing} to do" for key, missing in waiting.items()) or "all done")

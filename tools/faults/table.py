@@ -1,4 +1,4 @@
-"""runs/faults.json and the tables in docs/, from the cases that were done."""
+"""runs/faults.json and the table in docs/reliability.md, from the cases that were done."""
 
 import json
 from collections.abc import Sequence
@@ -15,8 +15,6 @@ FEWEST = 500
 """A 99th percentile of fewer cases would be the largest one under another name."""
 LEVEL = 0.95
 """Of the interval of the rate of misses, by Clopper and Pearson, whose upper end the table gives."""
-STOPS = "<!-- stops: written by make faults -->", "<!-- end of stops -->"
-"""Around the table in docs/safety.md."""
 ROWS = "<!-- faults: written by make faults -->", "<!-- end of faults -->"
 """Around the table in docs/reliability.md."""
 
@@ -38,8 +36,8 @@ def figures(fault: Fault, cases: Sequence[Case]) -> dict[str, Any]:
     }
 
 
-def write(faults: Sequence[Fault], cases: Sequence[Case], data: Path, page: Path, safety: Path | None = None) -> None:
-    """Writes data, and the tables in both pages: rows of which there are cases, and all that `make faults` does."""
+def write(faults: Sequence[Fault], cases: Sequence[Case], data: Path, page: Path) -> None:
+    """Writes data, and the table in the page: rows of which there are cases, and all that `make faults` does."""
     rows = [(fault, [case for case in cases if case.fault == fault.key]) for fault in faults]
     rows = [(fault, found) for fault, found in rows if fault.short or any(case.counts for case in found)]
     records = [figures(fault, found) for fault, found in rows]
@@ -47,24 +45,14 @@ def write(faults: Sequence[Fault], cases: Sequence[Case], data: Path, page: Path
     data.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
     lines = [_row(record, found) for record, (_, found) in zip(records, rows, strict=True)]
     names = "| fault | robot | n | misses | at most | stalls | limit | median | p99 | max | way |\n"
-    _put(page, ROWS, names + "|---" * 11 + "|\n" + "".join(lines))
-    if safety is not None:
-        stops = "".join(_stop(record, found) for record, (_, found) in zip(records, rows, strict=True))
-        _put(safety, STOPS, "| what | robot | n | median [s] | max [s] | way [m] |\n" + "|---" * 6 + "|\n" + stops)
+    _put(page, names + "|---" * 11 + "|\n" + "".join(lines))
 
 
-def _put(page: Path, marks: tuple[str, str], text: str) -> None:
-    """Puts a text between two marks of a page, or makes a page of it where there is none."""
-    begin, end = marks
+def _put(page: Path, text: str) -> None:
+    """Puts a text between the two marks of a page, or makes a page of it if there is none."""
+    begin, end = ROWS
     before, _, rest = page.read_text(encoding="utf-8").partition(begin) if page.exists() else ("", "", "")
     page.write_text(f"{before}{begin}\n{text}{end}{rest.partition(end)[2]}", encoding="utf-8")
-
-
-def _stop(record: dict[str, Any], cases: Sequence[Case]) -> str:
-    """Its line in the table of stops; empty where no way was measured."""
-    way = _way(cases)
-    figures = [record["fault"], record["robot"], record["n"], _shown(record["median_s"]), _shown(record["max_s"]), way]
-    return "| " + " | ".join(map(str, figures)) + " |\n" if way else ""
 
 
 def _way(cases: Sequence[Case]) -> str:
