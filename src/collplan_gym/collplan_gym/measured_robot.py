@@ -16,7 +16,7 @@ from omnipuck_sim.robot.physics import Simulator
 
 
 class Measured(NamedTuple):
-    """What became known in a control period.
+    """Measurements of a control period.
 
     Attributes:
         states: by the poses of motion capture, in order.

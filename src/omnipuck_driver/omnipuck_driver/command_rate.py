@@ -1,4 +1,4 @@
-"""How often commands must be sent, and how often the line can carry one."""
+"""Rate of commands: how often they must be sent, and how often the line can carry one."""
 
 from collplan_core.parameters import Driver, Limits
 from collplan_core.parameters.spec import ParameterError

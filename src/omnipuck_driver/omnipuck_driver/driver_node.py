@@ -105,7 +105,7 @@ class DriverNode(Node):
         return seconds(self._local_clock)
 
     def is_ready(self) -> bool:
-        """Whether the firmware follows commands."""
+        """Returns whether the firmware follows commands."""
         return self.link.armed
 
     def follow(self, velocity: np.ndarray, yaw_rate: float, age: float) -> None:
@@ -118,14 +118,14 @@ class DriverNode(Node):
         self._tick()
 
     def why_stay_stopped(self) -> str:
-        """Why the emergency stop cannot be cleared, empty where it can."""
+        """Returns the reason why the emergency stop cannot be cleared; "" where it can."""
         if self.link.session.button_pressed:
             return "the emergency stop on the robot is still pressed: release it first"
         trouble = self.link.trouble()
         return f"the firmware, which keeps it, is not there: {trouble}" if trouble else ""
 
     def why_not_start(self) -> str:
-        """Why the robot must not begin to move, empty where it may."""
+        """Returns the reason why the robot must not begin to move; "" where it may."""
         return self.link.trouble() or self._faults(FAULTS | BATTERY)
 
     # ---- the link
@@ -146,7 +146,7 @@ class DriverNode(Node):
 
     @property
     def _waits(self) -> bool:
-        """Whether the robot may move, and the firmware does not let it."""
+        """True where the robot may move, and the firmware does not let it."""
         return self.contract.may_move and not self.link.armed
 
     @property

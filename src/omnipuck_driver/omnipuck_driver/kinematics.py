@@ -54,7 +54,7 @@ class OmniWheels:
         return np.array([x, y]), float(yaw_rate)
 
     def caps(self, cap: Cap, robot: Robot) -> WheelCaps:
-        """What no wheel exceeds while the robot keeps its own caps and max_yaw_rate."""
+        """Returns the hard limits of a wheel that follow from the robot's caps and max_yaw_rate."""
         speed = min(self._fastest, (cap.speed + self._mount_radius * robot.max_yaw_rate) / self._wheel_radius)
         return WheelCaps(float(np.float32(speed)), float(np.float32(cap.acceleration / self._wheel_radius)))
 

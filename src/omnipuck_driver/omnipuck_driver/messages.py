@@ -29,7 +29,7 @@ _TELEMETRY = struct.Struct("<IIIHHhIHHHHHHffBBB")
 
 @dataclass(frozen=True)
 class WheelCaps:
-    """What no wheel exceeds.
+    """Hard limits of every wheel.
 
     Attributes:
         speed: [rad/s], exactly a 32-bit float.

@@ -40,11 +40,11 @@ class SerialLink:
 
     @property
     def armed(self) -> bool:
-        """Whether the firmware follows commands other than zero."""
+        """True where the firmware follows commands other than zero."""
         return self._port is not None and self.session.armed
 
     def trouble(self) -> str:
-        """Why nothing can move, in words; empty while the firmware answers commands."""
+        """Returns the reason why nothing can move; "" while the firmware answers commands."""
         return self.waits_for or self.session.trouble()
 
     def receive(self, now: float) -> list[Telemetry]:
@@ -75,7 +75,7 @@ class SerialLink:
             self._lose(now)
 
     def drained(self) -> bool:
-        """Whether everything written has left."""
+        """Returns whether all written bytes have left."""
         try:
             return self._port is None or self._port.out_waiting == 0
         except OSError:

@@ -50,7 +50,7 @@ class WheelCommand:
 
 @dataclass(frozen=True)
 class Permission:
-    """What a person lets the robot do; it goes with every command.
+    """Permission that a person gives the robot; it goes with every command.
 
     Attributes:
         stopped: the emergency stop is latched.
@@ -70,7 +70,7 @@ class Permission:
         return (EMERGENCY_STOP if self.stopped else 0) | (HOLD if self.held else 0)
 
     def is_told_by(self, telemetry: Telemetry) -> bool:
-        """Whether the firmware had heard of it when it sent this: only then its status can be compared."""
+        """Returns whether the firmware had received it when it sent this: only then can its status be compared."""
         acts = self.cleared % ACTS, self.released % ACTS
         return bool(telemetry.echo) and (telemetry.cleared, telemetry.released) == acts
 
@@ -127,24 +127,24 @@ class Session:
 
     @property
     def connected(self) -> bool:
-        """Whether a firmware has answered that fits the robot."""
+        """True where a firmware that fits the robot has answered."""
         announced = self.announced
         return announced is not None and announced.n_wheels == self._n_wheels and self._keeps_caps(announced)
 
     @property
     def armed(self) -> bool:
-        """Whether the firmware follows commands other than zero."""
+        """True where the firmware follows commands other than zero."""
         return self.connected and self.telemetry is not None and bool(self.telemetry.status & ARMED)
 
     @property
     def takes_none_in_time(self) -> bool:
-        """Whether the firmware took commands in this session and takes none any more, as where all come late."""
+        """True where the firmware took commands in this session and takes none any more, as where all come late."""
         telemetry = self.telemetry
         return telemetry is not None and bool(telemetry.echo) and telemetry.echo_delay > LONGEST_ECHO_DELAY
 
     @property
     def button_pressed(self) -> bool:
-        """Whether the emergency stop on the robot is pressed."""
+        """True where the emergency stop on the robot is pressed."""
         return self.telemetry is not None and bool(self.telemetry.status & ESTOP_PRESSED)
 
     def receive(self, data: bytes, now: float) -> list[Telemetry]:
@@ -183,7 +183,7 @@ class Session:
         )
 
     def trouble(self) -> str:
-        """Why nothing can move, in words; empty while the firmware answers commands."""
+        """Returns the reason why nothing can move; "" while the firmware answers commands."""
         if self.announced is None:
             return self._why_no_answer()
         if self.announced.n_wheels != self._n_wheels:

@@ -109,7 +109,7 @@ class _Nodes:
         self._journals.controller.end_cycle()
 
     def outcome(self) -> str | None:
-        """How the run has ended; None while it goes on."""
+        """Returns how the run has ended; None while it goes on."""
         ended = OUTCOMES.get(self._planner.goal.status)
         if ended or self._state is None:
             return ended
@@ -117,7 +117,7 @@ class _Nodes:
 
     @property
     def reason(self) -> str:
-        """Why the goal was given up, or why the run is over, in words."""
+        """Reason why the goal was given up, or why the run is over."""
         return self._monitor.reason or self._planner.trouble
 
     @property
@@ -163,7 +163,7 @@ class _Timer:
         return round((tick / self._rate + self._phase) * self._physics_rate)
 
     def due(self, step: int) -> bool:
-        """Whether a tick falls on this step; true once for each."""
+        """Returns whether a tick falls on this step; true once for each."""
         if step < self.next:
             return False
         self._ticks += 1

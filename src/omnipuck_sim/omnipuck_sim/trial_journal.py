@@ -13,7 +13,7 @@ from collplan_core.worlds import World, world_text
 
 @dataclass(frozen=True)
 class TrialJournals:
-    """What is kept of the inputs and decisions of a trial's loops.
+    """Journals of the inputs and decisions of a trial's loops.
 
     Attributes:
         planner, controller: their journals.

@@ -71,7 +71,7 @@ def speeds_into(impacts: Sequence[Impact]) -> np.ndarray:
 
 
 class TrialRecord:
-    """What has happened in a trial so far.
+    """Record of a trial so far.
 
     Attributes:
         impacts: the simulator's impacts. May be added to.

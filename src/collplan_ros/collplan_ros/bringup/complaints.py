@@ -1,4 +1,4 @@
-"""What a graph lacks, in sentences for its user."""
+"""Complaints about a graph: what it lacks, in sentences for its user."""
 
 from rclpy.node import Node
 

@@ -158,7 +158,7 @@ class Bringup:
 
     @property
     def goal_is_active(self) -> bool:
-        """Whether the robot is on the way to a goal, whoever gave it."""
+        """True where the robot is on the way to a goal, whoever gave it."""
         goal = self.graph.recorder.goal
         return goal is not None and goal.status in ACTIVE
 
@@ -168,7 +168,7 @@ class Bringup:
         return goal is None or goal.status in OUTCOMES
 
     def reason(self, outcome: str) -> str:
-        """Why the goal was not reached, in words, for the outcome of `drive`; the planner's word may come after it."""
+        """Returns why the goal was not reached, for the outcome of `drive`; the planner's report may come after it."""
         if outcome == ABORTED:
             return self.graph.recorder.status(PLANNER).message + self.graph.complaints.frozen
         if outcome == EMERGENCY_STOP:
@@ -176,7 +176,7 @@ class Bringup:
         return self._why if outcome in MONITORED else ""
 
     def _why_not_there(self, monitored: str) -> str:
-        """Why the robot is not at the goal, in words: a hold says it all, a controller that stands more than a plan."""
+        """Returns why the robot is not at the goal: a hold first, then a standing controller, then the planner."""
         recorder, frozen = self.graph.recorder, self.graph.complaints.frozen
         if recorder.held:
             return f"the robot is held: {recorder.held}{frozen}"

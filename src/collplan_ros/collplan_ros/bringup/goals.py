@@ -15,7 +15,7 @@ PERIOD = 1.0
 
 
 class Goals:
-    """What the planner is asked for; what it says of it comes as the status of the goal."""
+    """Publisher of goals to the planner, which answers by the status of the goal."""
 
     def __init__(self, node: Node, frame: str) -> None:
         """Publishes through `node` goals in `frame`."""
@@ -26,7 +26,7 @@ class Goals:
 
     @property
     def are_heard(self) -> bool:
-        """Whether somebody listens to goals."""
+        """True where a node subscribes to goals."""
         return bool(self._publisher.get_subscription_count() > 0)
 
     def give(self, goal: np.ndarray, stamp: float) -> None:

@@ -12,7 +12,7 @@ HOPELESS, MANY = 1 / 3, 0.1
 
 @dataclass(frozen=True)
 class Interruptions:
-    """How many motions were driven, how many of them show nothing, and commands that the robot found too late."""
+    """Counts of motions driven, of motions that were interrupted, and of commands that reached the robot too late."""
 
     motions: int = 0
     interrupted: int = 0
@@ -20,12 +20,12 @@ class Interruptions:
 
     @property
     def are_hopeless(self) -> bool:
-        """Whether so many motions are interrupted that no more are worth it."""
+        """True where so many motions are interrupted that further ones are not worth driving."""
         return self._beyond(HOPELESS)
 
     @property
     def are_many(self) -> bool:
-        """Whether they could be why a result is uncertain."""
+        """True where interruptions could be the reason for an uncertain result."""
         return self._beyond(MANY)
 
     def _beyond(self, share: float) -> bool:
@@ -34,7 +34,7 @@ class Interruptions:
 
 
 def is_interrupted(between_commands: float, between_poses: float, limits: Limits) -> bool:
-    """Whether a motion with such longest gaps [s] may have been another one than was commanded.
+    """Returns whether a motion with such longest gaps [s] may differ from the one commanded.
 
     The robot stops where a command is older than limits.command_age, and commands take some of that time to reach it.
     """

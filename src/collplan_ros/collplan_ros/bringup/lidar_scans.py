@@ -46,7 +46,7 @@ class LidarScans:
         self._frame = str(message.header.frame_id)
 
     def coming(self, body: Sequence[PoseSample], received: Sequence[float]) -> Finding:
-        """Whether scans come, and by the poses' clock.
+        """Returns the finding on whether scans arrive, and with stamps of the poses' clock.
 
         Args:
             body: poses of the measured body, in order of receipt.
@@ -60,7 +60,7 @@ class LidarScans:
         return Finding(WRONG, f"no scan came (best effort){refused}")
 
     def find(self, body: Sequence[PoseSample], offset: BodyOffset) -> tuple[Finding, dict[str, object]]:
-        """What the scans say, and the parameters found, none where that is wrong or uncertain; once scans are `coming`.
+        """Returns the finding on the scans and the parameters found, none if wrong or uncertain; call after `coming`.
 
         Args:
             body: poses of the measured body during the check, in order.

@@ -114,7 +114,7 @@ class Listener:
 
     @property
     def at_rest(self) -> bool:
-        """Whether the robot is commanded to rest and does, by a pose sent after the command."""
+        """True where the robot is commanded to rest and rests, by a pose sent after the command."""
         newest = self.recorder.newest
         return newest is not None and newest.sent > self.recorder.stands_since and self._speed <= REST_SPEED
 

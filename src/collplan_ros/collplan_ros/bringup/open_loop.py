@@ -153,7 +153,7 @@ class OpenLoop:
 
     @property
     def _shift(self) -> float:
-        """What a pose's stamp lacks to the local time, if the fastest one took none to get here [s]."""
+        """Offset from a pose's stamp to the local time, if the fastest pose took no time to arrive [s]."""
         return self._delay.least
 
     @property

@@ -122,7 +122,7 @@ class Options:
         return {key: value for key, value in chosen.items() if value is not None}
 
     def asked(self, simulated: bool) -> list[str]:
-        """What a command line that repeats the run says beside parameters and goal: no parameter file holds it."""
+        """Returns the options that repeat the run, beside parameters and goal: those that no parameter file holds."""
         # a robot that is not simulated wants world and speed said
         speed = None if self.max_speed is None else f"{self.max_speed:g}"
         said = {"--world": self.world, "--max-speed": speed} if not simulated else {}

@@ -36,7 +36,7 @@ class PacedMotion:
 
     @property
     def has_lapsed(self) -> bool:
-        """Whether it ended before its time because it was not allowed any longer."""
+        """True where it ended early because it was no longer allowed."""
         return self.allowed < self.until and self.allowed <= self.ended < inf
 
 

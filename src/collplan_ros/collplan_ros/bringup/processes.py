@@ -51,7 +51,7 @@ class Processes:
         return {name: process.pid for name, process in self._started.items()}
 
     def runs(self, name: str) -> bool:
-        """Whether a node's process has not ended yet."""
+        """Returns whether a node's process is still running."""
         return self._started[name].poll() is None
 
     def check(self, say: Callable[[str], None], dispensable: Mapping[str, str]) -> None:

@@ -66,7 +66,7 @@ def wait_until_ready(graph: Graph) -> None:
 
 
 def refuse_kept_stop(graph: Graph) -> None:
-    """Where the robot has kept an emergency stop, waits until somebody clears it, however long that takes.
+    """Waits, where the robot has kept an emergency stop, until somebody clears it, however long that takes.
 
     Nothing drives off by that: then it ends, for whoever starts it again.
 

@@ -56,7 +56,7 @@ def fit_robot(runs: Sequence[FittedRun]) -> RobotFit:
 
 
 def hits_found(runs: Sequence[FittedRun], usable: int, left_out: Counter[str]) -> str:
-    """How many hits there were and why some do not count, a line each."""
+    """Returns how many hits there were and why some do not count, a line each."""
     kind = "simulated" if runs[0].simulated else "real"
     of_runs = f"{len(runs)} {kind} run{'s' if len(runs) > 1 else ''}"
     lines = [f"hits found in {of_runs}: {usable + left_out.total()}, usable: {usable}"]
@@ -90,7 +90,7 @@ def same_simulated_drive(fit: RobotFit, settings: Settings) -> dict[str, float]:
 
 
 def believed_otherwise(fit: RobotFit, runs: Sequence[FittedRun]) -> list[str]:
-    """What the runs believed of the drive outside the fitted intervals, a sentence each."""
+    """Returns a sentence for each drive constant whose value in the runs lies outside its fitted interval."""
     sentences = []
     for key in ("robot.max_acceleration", "robot.velocity_lag"):
         found = fit.constants[key]

@@ -96,7 +96,7 @@ def cost_colors(costs: np.ndarray) -> list[ColorRGBA]:
 def _layers(
     head: Header, local_map: LocalMap, remembered: RememberedBoundaries | None, settings: Settings
 ) -> Iterable[Marker]:
-    """What planner/seen tells; empty ones, which clear the old, of what is not remembered."""
+    """Yields the markers of planner/seen; empty ones, which clear the old, where nothing is remembered."""
     layers = seen_layers(local_map, remembered, settings)
     border, nothing = layers[clouds.FREE_SPACE], np.zeros((0, 2))
     # a fan of triangles: the centre and two neighbouring ends each

@@ -1,4 +1,4 @@
-"""What the planner sees and compares out of point clouds, by the attributes of these alone.
+"""Reading of the planner's point clouds, planner/seen and planner/compared, by their attributes alone.
 
 A message decoded from a recording will do as well as one of rclpy's, and no ROS is needed.
 """
@@ -28,7 +28,7 @@ KINDS = {7: "<f4", 2: "|u1"}
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """What a plan was chosen from: single candidates, or whole rollouts.
+    """Candidates that a plan was chosen from: single ones, or whole rollouts.
 
     Attributes:
         rows: (m, 4) x, y, vx, vy of each candidate [m], [m/s].
@@ -56,7 +56,7 @@ def seen_from_message(message: Any, frame: str) -> dict[str, np.ndarray]:
 
 
 def compared_from_message(message: Any, frame: str) -> Compared:
-    """What was compared, as in a message.
+    """Returns the candidates compared, as given in a message.
 
     Raises:
         MessageError: another frame, other fields, or fewer bytes than it says.

@@ -1,4 +1,4 @@
-"""What the controller is doing, and why, as a message for people and records."""
+"""Message of the controller's activity and its reason, for people and records."""
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 

@@ -155,5 +155,5 @@ def command_to_twist(command: Command) -> Twist:
 
 
 def asks_for_rest(twist: Twist) -> bool:
-    """Whether a twist commands zero velocity and yaw rate."""
+    """Returns whether a twist commands zero velocity and yaw rate."""
     return bool(twist.linear.x == twist.linear.y == twist.angular.z == 0.0)

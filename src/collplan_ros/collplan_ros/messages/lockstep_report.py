@@ -1,4 +1,4 @@
-"""How simulated time keeps step with the graph, as simulator_node reports it among its values on /diagnostics."""
+"""Report of how simulated time keeps step with the graph, among simulator_node's values on /diagnostics."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -17,7 +17,7 @@ class LockstepReport(NamedTuple):
 
 
 def lockstep_of(values: Mapping[str, str]) -> LockstepReport | None:
-    """What a node with these values reports of it; None where it is not in lockstep.
+    """Returns the lockstep report among a node's values; None where the node is not in lockstep.
 
     Raises:
         ValueError: a figure is no finite number.

@@ -107,7 +107,7 @@ def plan_from_trajectory(raw: bytes, frame: str) -> Plan:
 
 
 def _behind_joints(raw: bytes, at: int) -> int:
-    """Where the joints end that begin at a place."""
+    """Returns the offset behind the joints that begin at an offset."""
     (count,) = _COUNT.unpack_from(raw, at := aligned(at, 4))
     at, names = at + _COUNT.size, []
     for _ in range(min(count, len(JOINTS) + 1)):

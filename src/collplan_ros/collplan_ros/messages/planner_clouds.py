@@ -1,4 +1,4 @@
-"""What the planner sees and compares, as point clouds: cheap for both ends, where markers take as long as a plan.
+"""Point clouds of what the planner sees and compares: cheap for both ends, where markers take as long as a plan.
 
 planner/seen holds lines of several layers; planner/compared what the choice was made from, with each cost term in a
 field of its own, so that a viewer of point clouds can colour by it.

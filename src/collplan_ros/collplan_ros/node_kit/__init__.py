@@ -1,1 +1,1 @@
-"""What every node shares: start and stop, parameters, diagnostics, clocks."""
+"""Parts that every node shares: start and stop, parameters, diagnostics, clocks."""

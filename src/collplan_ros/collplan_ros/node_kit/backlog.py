@@ -1,4 +1,4 @@
-"""What queued up in a node's subscriptions while the node was frozen: it would be taken for new, and is dropped."""
+"""Backlog in a node's subscriptions from while the node was frozen: it is dropped, as it would be taken for new."""
 
 from threading import Lock
 from time import monotonic
@@ -43,7 +43,7 @@ class Backlog:
             self._due = self.guard.tick(monotonic(), seconds(self._clock)) or self._due
 
     def holds(self) -> bool:
-        """Whether the message whose callback asks this has queued up in a gap; the rest of the queues goes with it."""
+        """Returns whether this callback's message queued up in a gap; the rest of the queues is then dropped too."""
         return self._drop()
 
     def _drop(self) -> bool:

@@ -1,4 +1,4 @@
-"""What there is to say about one input of a node as time goes by: it comes, it is missing, it is refused."""
+"""State of one input of a node over time: it comes, it is missing, or it is refused."""
 
 import re
 from collections.abc import Callable

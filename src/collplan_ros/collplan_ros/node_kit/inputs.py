@@ -103,7 +103,7 @@ class Inputs:
             backlog.watch(subscription)
 
     def _has_time(self) -> bool:
-        """Whether there is a time by which to take a message: under /clock none is before the first one has come."""
+        """Returns whether a time is known by which to take a message: under /clock none is before its first message."""
         self._clock_runs = self._clock_runs or self._node.get_clock().now().nanoseconds > 0
         return self._clock_runs
 
@@ -138,7 +138,7 @@ class Inputs:
 
 
 def described_publishers(publishers: Sequence[TopicEndpointInfo], expected_type: str, qos: QoSProfile) -> str:
-    """Who publishes a topic on which nothing comes, and what keeps it from coming, in words."""
+    """Describes the publishers of a topic from which nothing is received, and the obstacle to receiving."""
     if not publishers:
         return NOBODY
     count = "1 publisher" if len(publishers) == 1 else f"{len(publishers)} publishers"

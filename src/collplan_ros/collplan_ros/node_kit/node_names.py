@@ -25,5 +25,5 @@ def full_name(namespace: str, node: str) -> str:
 
 
 def is_in(namespace: str, name: str) -> bool:
-    """Whether a full name is that of a node in this very namespace, not in one within it."""
+    """Returns whether a full name is that of a node in exactly this namespace, not in one within it."""
     return name.rpartition("/")[0] == namespace.rstrip("/")

@@ -24,14 +24,14 @@ GROUPS = ("robot.", "frames.", "limits.fence", "scan.")
 
 
 def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:
-    """What of these groups all nodes must have alike, by key, as Python prints it: by GROUPS, unless live."""
+    """Returns the constants of these groups that all nodes must share, by key, as Python prints them; none is live."""
     values = settings.values()
     keys = [spec.key for spec in specs_of(groups) if spec.key.startswith(GROUPS) and not spec.live]
     return {key: repr(values[key]) for key in sorted(keys)}
 
 
 def disagreement(ours: Mapping[str, str], others: Mapping[str, Mapping[str, str]]) -> str:
-    """Where constants of ours and of other nodes differ, over the keys that both have; empty where they agree.
+    """Returns where constants of this and other nodes differ, over the keys that both have; "" where they agree.
 
     Args:
         ours: values by key.

@@ -1,4 +1,4 @@
-"""What a robot's node takes while it runs, and that nothing exceeds its caps."""
+"""Changes of parameters that a robot's node accepts while it runs: none may exceed its caps."""
 
 from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError

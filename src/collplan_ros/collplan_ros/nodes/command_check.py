@@ -33,7 +33,7 @@ class CommandCheck:
         self._settings = settings
 
     def followed(self, twist: Twist, now: float) -> tuple[np.ndarray, float]:
-        """What to follow of a command that came at `now` [s]: it within the limits, or zero if refused.
+        """Returns the part of a command received at `now` [s] that is followed: within the limits, or zero if refused.
 
         Returns:
             Velocity (2,) [m/s, robot frame] and yaw rate [rad/s].

@@ -1,4 +1,4 @@
-"""Who publishes on cmd_vel: a robot follows one commander, and stands still where there are two."""
+"""Publishers of cmd_vel: a robot follows one commander, and stands still where there are two."""
 
 from rclpy.node import Node
 

@@ -1,4 +1,4 @@
-"""What controller_node publishes each period, and says at the terminal when what it does changes."""
+"""Outputs of controller_node each period, and its line at the terminal when its activity changes."""
 
 import math
 from dataclasses import replace

@@ -48,7 +48,7 @@ class Heartbeat:
 
 
 class HeartbeatWatch:
-    """Whether the planner's heartbeat has stopped. A planner that never had one is not missed."""
+    """Watch over the planner's heartbeat: whether it has stopped. A planner that never had one is not missed."""
 
     def __init__(self, inputs: Inputs, limit: float, clock: Clock) -> None:
         """Listens through `inputs`; a silence longer than `limit` [s], in real time and by `clock`, is a stop."""
@@ -58,7 +58,7 @@ class HeartbeatWatch:
         inputs.listen(Empty, "planner/heartbeat", self._take, qos.NEWEST, EVENT)
 
     def why_silent(self) -> str:
-        """Why the planner counts as frozen or dead, "" where it does not."""
+        """Returns the reason why the planner counts as frozen or dead; "" where it does not."""
         if self._heard is None:
             return ""
         # a simulation may run faster than the heart beats, or wait for its planner

@@ -76,7 +76,7 @@ class MocapNode(Node):
         self._settings = settings
 
     def _take(self, message: Any) -> bool:
-        """Whether the message holds a pose of the robot's body."""
+        """Takes a message; returns whether it holds a pose of the robot's body."""
         self._counts["received"] += 1
         try:
             measured = self._read(message, self._settings.mocap.subject)
@@ -172,7 +172,7 @@ class MocapNode(Node):
         return Health(OK, "poses come in", values)
 
     def _too_slow(self) -> str:
-        """Why no pose is passed on since one came so long after the one before: it has no velocity."""
+        """Returns why no pose is passed on: poses come too far apart to give a velocity."""
         limit = self._settings.limits.pose_age
         return f"poses come {self._longest_gap:.2f} s apart, expected less than limits.pose_age {limit:g} s"
 

@@ -1,4 +1,4 @@
-"""What planner_node publishes and says of what its loop decides."""
+"""Outputs of planner_node: messages and log lines for the decisions of its loop."""
 
 import math
 from collections.abc import Sequence

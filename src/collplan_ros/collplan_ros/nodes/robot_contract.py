@@ -38,13 +38,13 @@ LOOK_PERIOD = 0.05
 
 
 class ContractedRobot(Protocol):
-    """What the contract needs of a robot."""
+    """Interface of a robot that the contract requires."""
 
     def now(self) -> float:
         """The time in which the ages of commands are measured [s, any one clock]."""
 
     def is_ready(self) -> bool:
-        """Whether commands can be followed at all."""
+        """Returns whether commands can be followed at all."""
 
     def follow(self, velocity: np.ndarray, yaw_rate: float, age: float) -> None:
         """Follows a velocity (2,) [m/s, robot frame] and a yaw rate [rad/s] of this age [s] from now on."""
@@ -53,10 +53,10 @@ class ContractedRobot(Protocol):
         """Stands still at once."""
 
     def why_stay_stopped(self) -> str:
-        """Why the emergency stop cannot be cleared, empty where it can."""
+        """Returns the reason why the emergency stop cannot be cleared; "" where it can."""
 
     def why_not_start(self) -> str:
-        """Why it must not begin to move, empty where it may; one that moves goes on."""
+        """Returns the reason why it must not begin to move; "" where it may. A moving robot goes on."""
 
 
 class RobotContract:
@@ -116,7 +116,7 @@ class RobotContract:
 
     @property
     def may_move(self) -> bool:
-        """Whether the robot may move: neither stopped nor held."""
+        """True where the robot may move: neither stopped nor held."""
         return not self.stopped_by and not self._interlock.reason
 
     def health(self, values: Mapping[str, object], warning: str, well: str) -> Health:

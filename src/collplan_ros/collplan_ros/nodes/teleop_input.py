@@ -42,7 +42,7 @@ class TeleopInput:
         inputs.listen(command_type(settings), TOPIC, self._take, NEWEST, EVENT, kind="hand")
 
     def why_refused(self) -> str:
-        """Who they are, in words, where several nodes send such commands now; else empty."""
+        """Returns which nodes send such commands now, where there are several; else ""."""
         self._senders.look(seconds(self._steady))
         return self._senders.why_refused
 

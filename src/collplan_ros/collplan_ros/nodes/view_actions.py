@@ -1,4 +1,4 @@
-"""What the page asks for, done in the graph: a stop before everything that waits."""
+"""Actions that the page requests, done in the graph: a stop before everything that waits."""
 
 import queue
 from collections.abc import Callable

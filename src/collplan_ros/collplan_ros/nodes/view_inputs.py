@@ -1,4 +1,4 @@
-"""What view_node hears of the graph while somebody looks, turned into parts of frames."""
+"""Inputs of view_node from the graph while a page is open, turned into parts of frames."""
 
 import math
 from collections import deque
@@ -130,7 +130,7 @@ class ViewInputs:
 
     @property
     def newest_refusal(self) -> str:
-        """What the newest message that could not be read was; empty before the first."""
+        """Text of the newest message that could not be read; "" before the first."""
         return self._watched.newest_refusal or self._always.newest_refusal
 
     @property

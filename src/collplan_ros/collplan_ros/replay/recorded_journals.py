@@ -27,7 +27,7 @@ class RecordedJournals:
     rows: Sequence[Mapping[str, Any]]
 
     def events(self, of: str) -> list[Event]:
-        """What stands in the journal of a loop, PLANNER or CONTROLLER; nothing where there is none.
+        """Returns the events in the journal of a loop, PLANNER or CONTROLLER; empty where there is none.
 
         Raises:
             JournalError: a line does not hold what a journal does.

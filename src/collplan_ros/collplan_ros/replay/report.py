@@ -1,4 +1,4 @@
-"""What a replay says."""
+"""Report of a replay."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -12,7 +12,7 @@ SAME, DIFFERENT, REFUSED, INTERRUPTED = 0, 1, 2, 3
 
 
 def said_of(of: str, comparison: Comparison) -> Iterator[str]:
-    """What is said of a loop."""
+    """Yields the report's lines on a loop."""
     plans = f"{comparison.plans} plan{'' if comparison.plans == 1 else 's'}"
     commands = f"{comparison.commands} command{'' if comparison.commands == 1 else 's'}"
     done = f"{of}: {plans if of == PLANNER else commands} bit-equal, from {comparison.calls} inputs"

@@ -82,7 +82,7 @@ def complete_newest(parent: Path, say: Callable[[str], None] = lambda _: None) -
 
 
 def _is_unfinished(folder: Path) -> bool:
-    """Whether the end of a recording is missing, or the results of a run that had begun."""
+    """Returns whether the end of a recording is missing, or the results of a run that had begun."""
     path = folder / RECORDING
     with suppress(OSError, RunError), path.open("rb") as file:
         return not is_whole(file) or (not (folder / SUMMARY).exists() and bool(description(path, BEGIN)))

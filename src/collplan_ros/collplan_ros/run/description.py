@@ -1,4 +1,4 @@
-"""What a recording says of its run beside the messages: parameters, world, robot, goal, and the code that made it."""
+"""Description of a run in its recording, beside the messages: parameters, world, robot, goal, and the code used."""
 
 import platform
 from collections.abc import Sequence

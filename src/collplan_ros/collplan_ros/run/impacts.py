@@ -145,7 +145,7 @@ def _velocity(row: PoseRow) -> np.ndarray:
 
 
 def _first_from(stamp: float, track: list[PoseRow]) -> int:
-    """Where the first pose is that is not before a stamp [s]."""
+    """Returns the index of the first pose at or after a stamp [s]."""
     return bisect_left(track, stamp, key=lambda row: row.stamp)
 
 

@@ -123,7 +123,7 @@ class LogBuilder:
 
     @property
     def is_open(self) -> bool:
-        """Whether it has begun and has no end."""
+        """True where it has begun and has no end."""
         return self._end == OPEN
 
     @property
@@ -143,12 +143,12 @@ class LogBuilder:
 
     @property
     def is_complete(self) -> bool:
-        """Whether the truth of a simulated robot has come up to the end."""
+        """True where the truth of a simulated robot has come up to the end."""
         return not self._log.truth or self._log.truth[-1].stamp >= self._end.stamp
 
     @property
     def log(self) -> RunLog:
-        """What was logged, up to the end of the run where it has one."""
+        """Log of the run, up to its end where it has one."""
         if self._ended is not None:
             self._log.end_with(*self._ended)
         return self._log

@@ -48,7 +48,7 @@ class Message(NamedTuple):
 
 
 def entries(path: Path, topics: Sequence[str]) -> Iterator[Metadata | Message]:
-    """What describes a run and the messages of `topics`, in the order in which they were recorded.
+    """Yields the descriptions of a run and the messages of `topics`, in the order of recording.
 
     A topic is given as its node names it, `plan` for `/robot1/plan` where that is the robot's namespace. Of a file that
     was cut off everything up to there is read.
@@ -98,7 +98,7 @@ def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]
 
 
 def attachment(path: Path, name: str) -> str:
-    """What is attached to a recording under this name.
+    """Returns the text attached to a recording under this name.
 
     Raises:
         RunError: there is nothing of this name, or the file is missing, or is no recording.
@@ -110,7 +110,7 @@ def attachment(path: Path, name: str) -> str:
 
 
 def description(path: Path, name: str) -> dict[str, str]:
-    """What a recording says of its run, or of the code, by name; empty where it says nothing.
+    """Returns a recording's description of its run, or of the code, by name; empty where it has none.
 
     Raises:
         RunError: the file is missing, or is no recording.
@@ -120,7 +120,7 @@ def description(path: Path, name: str) -> dict[str, str]:
 
 
 def is_whole(file: BinaryIO) -> bool:
-    """Whether a recording has an end; one whose bringup was killed has none."""
+    """Returns whether a recording has an end; one whose bringup was killed has none."""
     size = file.seek(0, 2)
     if size < SHORTEST:
         return False

@@ -29,7 +29,7 @@ from collplan_ros.run.run_log import PoseRow, SentGoal
 
 
 class Listening(Protocol):
-    """Where messages come from."""
+    """Source of the messages to record."""
 
     def listen(self, topic: str, take: Callable[[Any, float], None], raw: bool = False) -> None:
         """Has each message of a topic, or its bytes, handed to `take`, with when it was sent [s, steady clock]."""
@@ -138,7 +138,7 @@ class Recorder:
 
     @property
     def recording(self) -> bool:
-        """Whether it has begun and is not finished."""
+        """True where it has begun and is not finished."""
         return self._builder.is_open
 
     def finish(self) -> None:
@@ -154,7 +154,7 @@ class Recorder:
 
     @property
     def is_complete(self) -> bool:
-        """Whether the truth of a simulated robot has come up to the last pose recorded."""
+        """True where the truth of a simulated robot has come up to the last pose recorded."""
         return self._builder.is_complete
 
     def ask(self, target: np.ndarray) -> None:

@@ -23,7 +23,7 @@ TRAJECTORY, IMPACTS, SUMMARY, PICTURE = "trajectory.csv", "impacts.csv", "summar
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """What was made of a run.
+    """Results computed from a run.
 
     Attributes:
         impacts: those of the run.

@@ -1,4 +1,4 @@
-"""What keeps a run from being read or written."""
+"""Error that keeps a run from being read or written."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""How a graph kept up in a run: simulated time against the wall clock, and its longest gap."""
+"""Timing of a graph in a run: simulated time against the wall clock, and its longest gap."""
 
 import numpy as np
 

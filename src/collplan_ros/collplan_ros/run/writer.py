@@ -18,7 +18,7 @@ FLUSH_PERIOD = 0.5
 
 
 class _Pending:
-    """What the library has written and the file has not got yet.
+    """Bytes that the library has written and the file has not received yet.
 
     A file of Python's would keep what a full disk refused, and try again whenever it is closed.
     """

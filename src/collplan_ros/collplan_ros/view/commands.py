@@ -1,4 +1,4 @@
-"""What a page may ask for: one JSON object a message, checked before anything is done."""
+"""Commands that a page may send: one JSON object a message, checked before anything is done."""
 
 import hmac
 import json
@@ -29,7 +29,7 @@ class CommandError(ValueError):
 
 @dataclass(frozen=True)
 class PageCommand:
-    """What is asked for.
+    """Command from a page.
 
     Attributes:
         number: the page's own number of it, for the answer.

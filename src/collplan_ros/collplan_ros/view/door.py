@@ -1,4 +1,4 @@
-"""Who is let in: requests are answered by where they come from, before anything else is looked at.
+"""Access check of the live page: requests are accepted by their origin, before anything else is read.
 
 A web page of anybody's, open in the same browser, can reach a server on this machine. It cannot choose the headers Host
 and Origin, which the browser writes: a name that was bound to this machine's address stands in Host, the page's own

@@ -40,7 +40,7 @@ def seen_parts(message: Any, frame: str, shown: Collection[str] = LAYERS) -> Par
 
 
 def compared_parts(message: Any, frame: str) -> Parts:
-    """Of planner/compared."""
+    """Yields the parts of a frame made from planner/compared."""
     found = compared_from_message(message, frame)
     yield "candidates", scene.candidates(found.rows, found.terms)
     yield "rollouts", scene.rollouts(found.paths, found.costs)
@@ -55,25 +55,25 @@ def parts_without_goal() -> Parts:
 
 
 def costs_parts(message: Any) -> Parts:
-    """Of planner/costs."""
+    """Yields the parts of a frame made from planner/costs."""
     for status in message.status:
         yield "costs", scene.costs(values_of(status))
 
 
 def doing_parts(message: Any) -> Parts:
-    """Of controller/state."""
+    """Yields the parts of a frame made from controller/state."""
     values = values_of(message)
     told = {name: values.get(name, "") for name in ("maneuver", "activity", "reason")}
     yield "doing", told | {"warn": _level(message) >= WARN}
 
 
 def hold_parts(message: Any) -> Parts:
-    """Of robot/state."""
+    """Yields the parts of a frame made from robot/state."""
     yield "hold", {"state": values_of(message).get("state", ""), "message": str(message.message)}
 
 
 def report_of(status: Any, now: float) -> scene.NodeReport:
-    """What a node says of itself on /diagnostics, heard `now` [s]."""
+    """Returns a node's report on /diagnostics, received at `now` [s]."""
     return scene.NodeReport(str(status.name), _level(status), str(status.message), values_of(status), now)
 
 

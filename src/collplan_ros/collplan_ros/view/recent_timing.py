@@ -1,4 +1,4 @@
-"""How the graph has kept up in the last seconds."""
+"""Timing of the graph in the last seconds."""
 
 from collections import deque
 

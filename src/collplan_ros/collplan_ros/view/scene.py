@@ -1,4 +1,4 @@
-"""What the page is sent: frames, each part of them made here from the project's records.
+"""Frames sent to the page; each part of them is made here from the project's records.
 
 A frame is one JSON object. `t` is always there; every other key is a *part*, there only where it has changed, and then
 whole: it replaces the part of the same name. What the page shows at a time is the newest of each part up to then.
@@ -82,7 +82,7 @@ NO_TERMS = frozenset(
 
 
 class SceneError(ValueError):
-    """What cannot be drawn: a number that is not finite, or larger than LARGEST."""
+    """Error of a value that cannot be drawn: not finite, or larger than LARGEST."""
 
 
 def milli(values: np.ndarray | Sequence[float]) -> list[int]:

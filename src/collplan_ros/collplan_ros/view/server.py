@@ -250,6 +250,6 @@ class _Client:
 
 
 def _seen(request: Request) -> str:
-    """Where a request came from, for the log: printable, and short."""
+    """Returns the origin of a request, for the log: printable and short."""
     told = [f"{name} {value[:60]!r}" for name in ("Host", "Origin") for value in request.headers.get_all(name)[:2]]
     return f"{request.path[:60]!r} ({', '.join(told)})"

@@ -33,7 +33,7 @@ def which_robot(source: str, known: Mapping[str, Values], nodes: Collection[str]
 
 
 def _is_robot(values: Values) -> bool:
-    """Whether a node takes commands; the emulated firmware is none, but behind one."""
+    """Returns whether a node takes commands; the emulated firmware does not, the driver in front of it does."""
     return "emulator.link" not in values and ("driver.port" in values or _is_simulator(values))
 
 

@@ -53,7 +53,7 @@ class Cell:
 
     @property
     def other_ends(self) -> str:
-        """How the runs end that do not arrive, as text."""
+        """Ends of the runs that do not arrive, as text."""
         ends = (f"{count} {end}" for end, count in self.outcomes.items() if count and end != REACHED)
         return ", ".join(ends) or "none"
 

@@ -43,7 +43,7 @@ class Estimate:
 
     @property
     def resolved(self) -> bool:
-        """Whether there is an interval and it excludes zero."""
+        """True where there is an interval and it excludes zero."""
         return self.low is not None and self.high is not None and (self.low > 0.0 or self.high < 0.0)
 
     def negated(self) -> "Estimate":

@@ -1,4 +1,4 @@
-"""What bounces gain, in pairs of runs with the same world and noise, and how well their rebounds were foreseen."""
+"""Gain by bounces, in pairs of runs with the same world and noise, and accuracy of the predicted rebounds."""
 
 from dataclasses import dataclass
 

@@ -162,7 +162,7 @@ def bounce_results(strategies: Sequence[str], runs: pl.DataFrame, impacts: pl.Da
 
 
 def strategies_compared(strategies: Sequence[str]) -> tuple[str, str, list[str]]:
-    """Of at least two strategies the one judged, the one it is compared with in the variants, and all other ones."""
+    """Returns, of at least two strategies, the one judged, the one compared with in the variants, and all others."""
     ours = OURS if OURS in strategies else strategies[0]
     others = [strategy for strategy in strategies if strategy != ours]
     return ours, AGAINST if AGAINST in others else others[0], others

@@ -59,7 +59,7 @@ class StudyOptions:
         return recorded
 
     def selects(self, task: Task) -> bool:
-        """Whether `run` includes a trial."""
+        """Returns whether `run` includes a trial."""
         return self.run in (ALL, ABLATIONS if task.labels["ablation"] else MAIN)
 
     def _defaults(self) -> Mapping[str, Any]:

@@ -1,4 +1,4 @@
-"""What all figures of a report share: their style, and saving them in the study's folder."""
+"""Style that all figures of a report share, and saving them in the study's folder."""
 
 import re
 from collections.abc import Sequence

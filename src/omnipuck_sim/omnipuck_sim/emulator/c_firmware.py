@@ -72,7 +72,7 @@ class _Configuration(ctypes.Structure):
 
 
 class CFirmware:
-    """What `Firmware` is, by the reference firmware: takes and gives bytes, and drives the wheels of `simulator`.
+    """Reference firmware in C with the interface of `Firmware`: takes and gives bytes, and drives `simulator`'s wheels.
 
     Why it has stopped is known from its telemetry alone.
 
@@ -177,7 +177,7 @@ class CFirmware:
         return taken
 
     def telemetry(self) -> bytes:
-        """What it has sent since it was last asked, and one frame of telemetry."""
+        """Returns the bytes sent since the last call, and one frame of telemetry."""
         if self.stalled:
             self._library.omnipuck_host_hold_up(self._state)
             self.stalled = False
@@ -204,7 +204,7 @@ class CFirmware:
         return self._stepped_at - 1e-3 * self._library.omnipuck_host_command_age(self._state)
 
     def _cause(self) -> str:
-        """Why it has stopped, as its telemetry tells."""
+        """Returns the reason why it has stopped, from its telemetry."""
         before = len(self._outgoing)
         self._library.omnipuck_host_ask_for_telemetry(self._state)
         self._library.omnipuck_step(self._state)

@@ -286,7 +286,7 @@ class Firmware:
             self.refused += 1
 
     def _take_acts(self, acts: tuple[int, int], stop: bool, hold: bool) -> None:
-        """What a person did since the command before of this session; of the first one that is not known."""
+        """Takes a person's actions since the previous command of this session; none are known at the first."""
         (cleared, released), (cleared_before, released_before) = acts, self._acts or acts
         self._acts = acts
         if cleared != cleared_before and not stop:

@@ -40,7 +40,7 @@ class PseudoTerminal:
             os.write(self._master, data)
 
     def rate_is(self, baud: int) -> bool:
-        """Whether the other end has set this rate [bit/s]."""
+        """Returns whether the other end has set this rate [bit/s]."""
         rates = termios.tcgetattr(self._slave)[4:6]
         return all(rate == getattr(termios, f"B{baud}", baud) for rate in rates)
 

@@ -1,4 +1,4 @@
-"""How far simulated time may go before the graph must be waited for."""
+"""Limit up to which simulated time may go before the graph must be waited for."""
 
 import math
 from collections.abc import Mapping

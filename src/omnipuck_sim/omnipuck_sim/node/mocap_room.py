@@ -99,7 +99,7 @@ class MocapRoom:
 
     @property
     def waits(self) -> bool:
-        """Whether simulated time was last held back by its limit."""
+        """True where simulated time was last held back by its limit."""
         return self._pacing.behind * self._settings.simulator.physics_rate >= 1.0
 
     def advance(self, before_step: Callable[[], None] | None = None, limit: float = math.inf) -> list[Impact]:

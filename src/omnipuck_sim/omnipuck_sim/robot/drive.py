@@ -68,7 +68,7 @@ def drive_law(robot: Robot, simulation: Simulation) -> DriveLaw:
 
 
 def outline_of(pieces: Iterable[Edge | Pole], radius: float) -> tuple[float, np.ndarray, np.ndarray]:
-    """What a disc of this radius may touch: the radius, edges (n, 4) x, y to x, y, poles (m, 3) x, y, radius [m]."""
+    """Returns the outline that a disc may touch: radius, edges (n, 4) x, y to x, y, poles (m, 3) x, y, radius [m]."""
     pieces = list(pieces)
     edges = np.array([(*piece.a, *piece.b) for piece in pieces if isinstance(piece, Edge)])
     poles = np.array([(*piece.centre, piece.radius) for piece in pieces if isinstance(piece, Pole)])

@@ -21,7 +21,7 @@ class HitLaw:
         }
 
     def drawn(self) -> Vector:
-        """What is left to chance in one hit."""
+        """Returns the random numbers of one hit."""
         spread, rough = self._random.uniform(-1.0, 1.0, 2).tolist()
         return spread, rough
 

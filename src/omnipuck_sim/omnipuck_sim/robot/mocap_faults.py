@@ -1,4 +1,4 @@
-"""What a motion capture gets wrong, on request: parameter simulator.mocap_fault."""
+"""Faults of a motion capture, on request: parameter simulator.mocap_fault."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -33,5 +33,5 @@ def faulty(sample: PoseSample, fault: str) -> PoseSample:
 
 
 def added_latency(fault: str) -> float:
-    """By how much later poses come with this fault [s]."""
+    """Returns how much later poses come with this fault [s]."""
     return MORE_LATENCY if fault == LATE else 0.0

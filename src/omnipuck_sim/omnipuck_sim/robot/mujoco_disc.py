@@ -113,7 +113,7 @@ class MujocoDisc:
         return taken
 
     def _follow_contacts(self, time: float, before: np.ndarray) -> None:
-        """What came near, began and ended in the substep up to `time`, which was entered with the velocity `before`."""
+        """Takes contacts near, begun and ended in the substep up to `time`, entered with the velocity `before`."""
         found = self._data.contact
         listed, touched = set(), set()
         for (first, second), distance, frame, point in zip(

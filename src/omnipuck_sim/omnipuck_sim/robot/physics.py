@@ -72,7 +72,7 @@ class Simulator:
 
     @property
     def is_driven(self) -> bool:
-        """Whether a command to move is in force."""
+        """True where a command to move is in force."""
         return self._command != (0.0, 0.0) or self._yaw_rate != 0.0
 
     @property

@@ -1,4 +1,4 @@
-"""What is solid in a world, as edges and circles that a disc can slide along without a seam."""
+"""Solid parts of a world, as edges and circles that a disc can slide along without a seam."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What happened in a run, as parts of frames: from its log, and from what its nodes said."""
+"""Events of a run, as parts of frames: from its log, and from messages of its nodes."""
 
 import math
 from collections import Counter
@@ -61,7 +61,7 @@ def beginning(played: PlayedRun) -> Frame:
 
 
 def log_events(played: PlayedRun) -> Iterator[Event]:
-    """What was measured, planned and commanded, and what became of the goals."""
+    """Yields measurements, plans, commands and the status of goals."""
     yield from _scans(played)
     yield from _plans(played)
     yield from _impacts(played)
@@ -70,7 +70,7 @@ def log_events(played: PlayedRun) -> Iterator[Event]:
 
 
 def message_events(played: PlayedRun) -> Iterator[Event]:
-    """What the planner saw and compared and what nodes said; of a long run not all that was seen and compared.
+    """Yields the planner's clouds and the nodes' messages; of a long run not all clouds (see `decimation`).
 
     Raises:
         RunError: the recording cannot be read.
@@ -173,7 +173,7 @@ def _takers(played: PlayedRun) -> dict[str, Taker]:
 
 
 class _Nodes:
-    """What the nodes of the run's namespace say of themselves, all of them together."""
+    """Reports of the nodes in the run's namespace, all of them together."""
 
     def __init__(self, namespace: str) -> None:
         self._namespace = namespace

@@ -1,4 +1,4 @@
-"""What run.html is made from."""
+"""Run that run.html is made from."""
 
 import json
 from dataclasses import dataclass
@@ -66,7 +66,7 @@ def played(run: RecordedRun) -> PlayedRun:
 
 
 def _end(path: Path) -> tuple[str, str, scene.Part]:
-    """How the run ended, why, and the part `machine`, by its summary; without one bringup did not live to write it."""
+    """Returns the run's end, its reason and the part `machine`; INCOMPLETE where bringup wrote no summary."""
     try:
         summary = json.loads(path.read_text())
         machine = {"pace": pace_words(summary.get("real_time_factor")), "verdict": str(summary.get("machine", ""))}

@@ -1,4 +1,4 @@
-"""What a picture of a run is called."""
+"""Title of a picture of a run."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -22,7 +22,7 @@ def run_title(world: World, settings: Settings, simulated: bool) -> str:
 
 
 def run_end(summary: Mapping[str, Any]) -> str:
-    """How a run ended, on one line; `summary` is of summary.json."""
+    """Returns the end of a run on one line; `summary` is the content of summary.json."""
     arrival = summary["arrival_time_s"]
     end = f"goal reached in {arrival:.1f} s" if arrival is not None else summary["outcome"].replace("_", " ")
     return f"{end}, {summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}"
