@@ -52,10 +52,10 @@ def test_a_firmware_that_is_heard_and_does_not_answer_is_not_taken_for_another_r
     talk = Talk()
     assert talk.trouble.startswith("no answer")
     talk.session.receive(b"\x11\x22\x00\x33", 0.0)
-    assert talk.trouble.startswith("bytes come in but make no whole frames")
+    assert talk.trouble.startswith("bytes arrive but make no whole frames")
     # as it speaks without a session: the line to it is cut, or garbled
     talk.hears(replace(TELEMETRY, session=0, echo=0))
-    assert talk.trouble == "the firmware is heard but does not answer: is the line to it connected?"
+    assert talk.trouble == "bytes of the firmware are received, but no answer: is the line to it connected?"
     assert talk.hears(ANNOUNCE, TELEMETRY).trouble == ""
 
 

@@ -99,7 +99,7 @@ def test_the_stick_counts_while_the_dead_man_button_is_pressed_and_its_health_sa
     pad.wait_until_silent()
     commands = next(each for each in ros.probe.subscriptions if each.topic_name == "/hand/cmd_vel")
     ros.probe.destroy_subscription(commands)
-    assert pad.health.says("nobody listens")
+    assert pad.health.says("no node subscribes")
 
 
 def test_a_joystick_that_falls_silent_has_let_go_until_it_was_released(ros, pad):
@@ -110,7 +110,7 @@ def test_a_joystick_that_falls_silent_has_let_go_until_it_was_released(ros, pad)
     assert pad.health.says("silent")
     pad.sends = True
     pad.wait_until_silent()
-    assert pad.health.says("waits until")
+    assert pad.health.says("waiting until")
     pad.let_go()
     pad.drive()
 

@@ -106,7 +106,7 @@ def test_a_chunk_that_cannot_be_read_costs_no_other():
 def test_what_begins_as_no_recording_is_left_as_it_is(tmp_path):
     for content in (WHOLE[: HEADER - 1], WHOLE[:8], b"\0" + WHOLE[1:], b"t,x,y\n"):
         (tmp_path / RECORDING).write_bytes(content)
-        with pytest.raises(RunError, match=f"{tmp_path / RECORDING}: begins as no recording"):
+        with pytest.raises(RunError, match=f"{tmp_path / RECORDING}: does not begin like a recording"):
             complete(tmp_path)
         assert (tmp_path / RECORDING).read_bytes() == content
 

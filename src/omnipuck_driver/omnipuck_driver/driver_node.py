@@ -122,7 +122,7 @@ class DriverNode(Node):
         if self.link.session.button_pressed:
             return "the emergency stop on the robot is still pressed: release it first"
         trouble = self.link.trouble()
-        return f"the firmware, which keeps it, is not there: {trouble}" if trouble else ""
+        return f"the firmware, which keeps it, cannot be reached: {trouble}" if trouble else ""
 
     def why_not_start(self) -> str:
         """Returns the reason why the robot must not begin to move; "" where it may."""

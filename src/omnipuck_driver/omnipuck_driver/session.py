@@ -24,7 +24,7 @@ HELLO_PERIOD = 0.1
 """Time between two greetings [s]."""
 LONGEST_ECHO_DELAY = 1000
 """Time since the firmware took a command, beyond which none is taken in time [ms]."""
-TOO_LATE = "the firmware takes no command in time: raise driver.baud, lower driver.rate, or look at the line"
+TOO_LATE = "the firmware takes no command in time: raise driver.baud, lower driver.rate, or check the line"
 """Why nothing moves where commands come late and are dropped."""
 MILLISECONDS = 1 << 32
 
@@ -192,7 +192,7 @@ class Session:
                 "correct the parameter"
             )
         if not self._keeps_caps(self.announced):
-            return f"the firmware lets through {self.announced.caps}, more than the {self._caps} it was told"
+            return f"the firmware lets through {self.announced.caps}, more than the {self._caps} requested"
         if self.button_pressed:
             return "the emergency stop on the robot is pressed"
         if self.telemetry is None or not self.telemetry.echo:
@@ -206,9 +206,9 @@ class Session:
                 f"{VERSION}: install a firmware and a driver of one version"
             )
         if self.decoder.accepted > self._accepted_before:
-            return "the firmware is heard but does not answer: is the line to it connected?"
+            return "bytes of the firmware are received, but no answer: is the line to it connected?"
         if self.decoder.taken > self._taken_before:
-            return "bytes come in but make no whole frames: is driver.baud that of the firmware, and this its device?"
+            return "bytes arrive but make no whole frames: is driver.baud that of the firmware, and this its device?"
         return "no answer: is the robot switched on, does it run the firmware?"
 
     def _take_announcement(self, message: Announce) -> None:

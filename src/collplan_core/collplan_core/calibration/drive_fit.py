@@ -150,7 +150,7 @@ def _expanded(
     told = np.linalg.eigvalsh(curvature) if np.isfinite(curvature).all() else np.zeros(n)
     if told[0] <= _LEAST_TOLD * told[-1]:
         raise TooLittle(
-            "drive: the poses do not tell max_acceleration and lag apart, expected both full acceleration and steady "
+            "drive: the poses do not separate max_acceleration and lag, expected both full acceleration and steady "
             f"driving: {_MORE}"
         )
     return slopes, curvature

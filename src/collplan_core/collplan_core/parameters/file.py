@@ -155,7 +155,7 @@ def _check_node(node: str) -> None:
         return
     near = get_close_matches(name, NODES, n=2, cutoff=0.8)
     hint = f"did you mean {' or '.join(near)}?" if near else f"expected {_EVERY_NODE} or one of {', '.join(NODES)}"
-    raise ParameterError(f"{node}: no node is called so, {hint}")
+    raise ParameterError(f"{node}: unknown node, {hint}")
 
 
 def _checked(parameters: dict[str, Any]) -> dict[str, Any]:

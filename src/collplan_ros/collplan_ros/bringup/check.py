@@ -67,7 +67,7 @@ def check(options: Options, progress: Progress) -> int:
     try:
         with Graph(preparation, folder, progress) as graph:
             if options.scan == REAL and not options.world:
-                progress.say("without --world the place of the LIDAR is not looked for")
+                progress.say("without --world the LIDAR's mounting pose is not determined")
             lidar = LidarScans(graph.listener, preparation) if options.scan == REAL and options.world else None
             found, passed = Check(graph, options.yes, lidar).run()
     except StartError:
@@ -82,7 +82,7 @@ def check(options: Options, progress: Progress) -> int:
     path = folder.path / "checked.yaml"
     write_values({**given, **found}, path)
     folder.become_latest()
-    progress.say(f"drive with --params {path}" if passed else f"{path} holds the body's offset, not the LIDAR's place")
+    progress.say(f"drive with --params {path}" if passed else f"{path} holds the body's offset, not the LIDAR's pose")
     return 0 if passed else FOUND_WRONG
 
 
@@ -92,7 +92,7 @@ def _prepared(options: Options) -> Preparation:
     if preparation.robot.simulated and world.start is not None and not has_room(world, world.start, room):
         raise StartError(
             f"--check: world {world.name} has less than {MOST_DISTANCE:g} m free around the robot at its start; "
-            f"take --world {FLOOR}"
+            f"use --world {FLOOR}"
         )
     programs = {name: path for name, path in preparation.programs.items() if name not in NOT_NEEDED}
     return replace(preparation, programs=programs)

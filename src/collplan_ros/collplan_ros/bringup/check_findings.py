@@ -29,7 +29,7 @@ LARGEST_DRIFT = 0.1
 SURELY = 3.0
 """Standard deviations beyond a limit at which it is surely exceeded."""
 ENOUGH_EXPLAINED = 0.6
-"""Least share of the LIDAR's hits on surfaces of the world file: people and what else is not in it are the rest."""
+"""Least share of the LIDAR's hits on surfaces of the world file; the rest are people and objects not in it."""
 CLEARLY_WORSE = 0.1
 """By so much less must any other mount explain."""
 ENOUGH_PLACED = 0.005
@@ -59,27 +59,27 @@ def stream_findings(quality: StreamQuality, settings: Settings) -> list[Finding]
     gap = GOOD if quality.longest_gap < limit else WRONG
     noise = GOOD if quality.noise <= 2.0 * assumed else DOUBTFUL
     return [
-        Finding(rate, f"{quality.rate:.1f} poses a second, at least {ENOUGH_RATE:g} wanted"),
+        Finding(rate, f"{quality.rate:.1f} poses a second, at least {ENOUGH_RATE:g} required"),
         Finding(
             gap,
             f"jitter {1e3 * quality.jitter:.1f} ms, longest gap {1e3 * quality.longest_gap:.0f} ms; "
             f"the robot stops beyond {1e3 * limit:.0f} ms (limits.pose_age)"
             + ("" if gap == GOOD else ": the network, or this machine is too busy"),
         ),
-        Finding(noise, f"noise at rest {1e3 * quality.noise:.2f} mm; mocap.position_noise says {1e3 * assumed:g} mm"),
+        Finding(noise, f"noise at rest {1e3 * quality.noise:.2f} mm; mocap.position_noise is {1e3 * assumed:g} mm"),
     ]
 
 
 def axes_finding(fit: AxesFit) -> Finding:
     """Finding on the motions along the axes: scale, direction, handedness."""
     if fit.scale < NO_MOTION:
-        return Finding(WRONG, "the robot did not move: motors off, emergency stop, or cmd_vel does not get there?")
+        return Finding(WRONG, "the robot did not move: motors off, emergency stop, or cmd_vel does not reach it?")
     if fit.mirrored:
         return Finding(WRONG, "left is right: mocap.axes, or the order or direction of the wheels")
     verdict = _share_verdict(fit.scale, fit.scale * fit.uncertainty)
-    moves = f"moves {fit.scale:.3f} +- {fit.scale * fit.uncertainty:.3f} times as far as told"
+    moves = f"moves {fit.scale:.3f} +- {fit.scale * fit.uncertainty:.3f} times as far as commanded"
     if verdict == GOOD:
-        return Finding(GOOD, f"{moves}, to the side it was told")
+        return Finding(GOOD, f"{moves}, in the commanded direction")
     return Finding(verdict, f"{moves}: mocap.units, the radius of the wheels, or it touched something")
 
 
@@ -88,9 +88,9 @@ def turn_finding(fit: TurnFit) -> Finding:
     if abs(fit.share) < NO_MOTION:
         return Finding(WRONG, "the robot did not turn, or its heading is not measured")
     if fit.share < 0.0:
-        return Finding(WRONG, "turns to the other side than told: mocap.axes, or the direction of the wheels")
+        return Finding(WRONG, "turns against the commanded direction: mocap.axes, or the direction of the wheels")
     verdict = _share_verdict(fit.share, fit.share_uncertainty)
-    turns = f"turns {fit.share:.3f} +- {fit.share_uncertainty:.3f} times as far as told"
+    turns = f"turns {fit.share:.3f} +- {fit.share_uncertainty:.3f} times as far as commanded"
     return Finding(verdict, turns if verdict == GOOD else f"{turns}: kinematics.mount_radius, the radius of the wheels")
 
 
@@ -112,12 +112,12 @@ def drift_finding(fit: AxesFit, offset: BodyOffset) -> Finding:
         verdict,
         f"drifts while it drives by {1e3 * robot.real:+.0f} mm/s ahead and {1e3 * robot.imag:+.0f} mm/s to the left, "
         f"and by {1e3 * floor.real:+.0f}, {1e3 * floor.imag:+.0f} mm/s in x, y of the room, "
-        f"+- {1e3 * fit.bias_uncertainty:.0f} mm/s; not taken for an offset",
+        f"+- {1e3 * fit.bias_uncertainty:.0f} mm/s; not counted as an offset",
     )
 
 
 def interruption_finding(found: Interruptions) -> Finding:
-    """Finding on what interrupted the motions."""
+    """Finding on interruptions of the motions."""
     verdict = WRONG if found.are_hopeless else DOUBTFUL if found.are_many else GOOD
     counts = f"{found.interrupted} of {found.motions} motions were interrupted, {found.refused} commands came too late"
     return Finding(
@@ -137,11 +137,11 @@ def offset_finding(known: MotionEstimate) -> Finding:
     if known.is_certain:
         return Finding(GOOD, text)
     wanted = f"+- {1e3 * ENOUGH_POSITION:g} mm and {degrees(ENOUGH_YAW):.2g} deg"
-    return Finding(DOUBTFUL, f"{text}; {wanted} are wanted to drive with it")
+    return Finding(DOUBTFUL, f"{text}; {wanted} are required to drive with it")
 
 
 def scans_finding(late: float, limits: Limits) -> Finding:
-    """Finding on the stamps of the scans, which come so long after these by the poses' clock [s]."""
+    """Finding on the scans' delay `late` behind their stamps, by the poses' clock [s]."""
     if -limits.pose_age <= late <= limits.scan_age:
         return Finding(GOOD, f"scans come {1e3 * late:.0f} ms after their stamps, by the poses' clock")
     side, apart, limit = ("after", late, limits.scan_age) if late > 0.0 else ("before", -late, limits.pose_age)
@@ -156,7 +156,7 @@ def lidar_finding(fit: MountFit | None, n_scans: int) -> Finding:
     """Finding on the place of the LIDAR on the robot, from `n_scans` scans of a robot at rest."""
     if fit is None:
         return Finding(WRONG, f"{n_scans} scans of the robot at rest show too little, or the world file holds nothing")
-    share, mount = f"{fit.explained:.0%} of what the LIDAR shows is on surfaces of the world file", fit.mount
+    share, mount = f"{fit.explained:.0%} of the LIDAR's hits are on surfaces of the world file", fit.mount
     if fit.explained < ENOUGH_EXPLAINED:
         return Finding(WRONG, f"{share} at best, wherever the LIDAR is: is it this room?")
     if fit.rival > fit.explained - CLEARLY_WORSE:

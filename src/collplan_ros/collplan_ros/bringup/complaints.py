@@ -58,7 +58,7 @@ class Complaints:
         said = self._recorder.status("mocap_node").message
         reason = f"; mocap_node: {said}" if said else ""
         if self._preparation.robot.simulated and mocap.topic != Mocap().topic:
-            reason += f"; a simulated robot sends its poses on {self.name(Mocap().topic)}, in no receiver's form"
+            reason += f"; a simulated robot sends its poses on {self.name(Mocap().topic)}, not in a receiver's format"
         return f"{self.missing('mocap/odom', 'reliable')}, made from {source}{reason}"
 
     def no_scan(self) -> str:

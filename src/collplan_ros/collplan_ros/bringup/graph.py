@@ -188,5 +188,5 @@ class Graph:
             self.listener.take_all()
         finally:
             for name in self.processes.stop_all(last=self.preparation.robot.nodes[1:]):
-                self.progress.say(f"{name} did not stop when asked to and was killed")
+                self.progress.say(f"{name} did not stop on request and was killed")
             self.listener.take_all()

@@ -127,7 +127,7 @@ def _conclusion(result: RunResult) -> str:
     return (
         f"{machine}{end} ({kind}{summary['path_length_m']:.2f} m, {counted_impacts(summary['impacts'])}, "
         f"{summary['impacts_foreseen']} of them foreseen, {summary['impacts_deliberate']} deliberate)\n"
-        f"{result.folder}\nonce more: {summary['repeat']}"
+        f"{result.folder}\nto repeat it: {summary['repeat']}"
     )
 
 

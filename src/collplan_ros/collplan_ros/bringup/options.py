@@ -52,7 +52,7 @@ class Options:
         "--strategy", None, f"{' | '.join(PLANNERS)} (default {DEFAULTS.planner.strategy})", metavar="NAME"
     )
     goal: tuple[float, float] | None = _option(
-        "--goal", None, "where to go [m] (default the world's own goal)", nargs="+", metavar=("X", "Y")
+        "--goal", None, "goal position [m] (default the world's own goal)", nargs="+", metavar=("X", "Y")
     )
     engine: str | None = _option(
         "--engine",
@@ -74,7 +74,7 @@ class Options:
     network: str | None = _option(
         "--network",
         None,
-        "who may take part: this machine or the subnet (default local; to be said for serial)",
+        "discovery range of the nodes: this machine or the subnet (default local; required for serial)",
         choices=sorted(RANGES),
     )
     max_speed: float | None = _option(
@@ -87,7 +87,7 @@ class Options:
     namespace: str = _option(
         "--namespace",
         "/",
-        "of all nodes and topics, as robot1: one for each robot of a domain (default none)",
+        "namespace of all nodes and topics, as robot1: one for each robot of a domain (default none)",
         type=partial(_checked, namespace_from),
         metavar="NAME",
     )
@@ -95,16 +95,16 @@ class Options:
     scan: str = _option(
         "--scan",
         SIM,
-        "whose scans: of lidar_node, which casts rays in the world, or of a real LIDAR (default sim)",
+        "source of scans: lidar_node, which casts rays in the world, or a real LIDAR (default sim)",
         choices=(SIM, REAL),
     )
     real_time: bool = _option(
-        "--real-time", False, "do not let the simulation wait for nodes that are late (simulator.lockstep: false)"
+        "--real-time", False, "do not make the simulation wait for late nodes (simulator.lockstep: false)"
     )
-    check: bool = _option("--check", False, "check link, motion capture, axes and LIDAR instead, and find offsets")
+    check: bool = _option("--check", False, "check link, motion capture, axes and LIDAR, and find offsets; no run")
     yes: bool = _option("--yes", False, "with --check: move the robot without asking")
-    view: bool = _option("--view", False, "show the run in a browser, at the address that is said (view.port)")
-    again: bool = _option("--again", False, "drive there and back again and again until Ctrl-C; simulated robots only")
+    view: bool = _option("--view", False, "show the run in a browser, at the printed address (view.port)")
+    again: bool = _option("--again", False, "drive to and fro until Ctrl-C; simulated robots only")
 
     def values(self) -> dict[str, object]:
         """The parameters that these options set, by key."""
@@ -123,7 +123,7 @@ class Options:
 
     def asked(self, simulated: bool) -> list[str]:
         """Returns the options that repeat the run, beside parameters and goal: those that no parameter file holds."""
-        # a robot that is not simulated wants world and speed said
+        # a robot that is not simulated requires world and speed on the command line
         speed = None if self.max_speed is None else f"{self.max_speed:g}"
         said = {"--world": self.world, "--max-speed": speed} if not simulated else {}
         where = {
@@ -138,14 +138,14 @@ class Options:
 DESCRIPTION = """\
 Starts a robot and the nodes that plan and control it, gives it a goal, and watches until it is there.
 
-The goal is reached: exit code 0. Time is up, stuck or given up: 1. Something asked for cannot be done: 2.
-A node died, the graph did not come up, somebody else commands the robot or this machine is too slow for it: 3.
+The goal is reached: exit code 0. Time is up, stuck or given up: 1. A request that cannot be fulfilled: 2.
+A node died, the graph did not come up, another node commands the robot or this machine is too slow for it: 3.
 A file of the run cannot be written, as on a full disk: 4.
 Stopped by a signal: 128 + its number; by Ctrl-C with --again: 0.
 
 A robot that is not simulated needs --world, --goal and --network, and drives at 0.3 m/s at most unless --max-speed
-says otherwise: a parameter file may lower that, not raise it. With --scan real it needs no --world: what is there, its
-LIDAR shows.
+is given: a parameter file can lower that limit, not raise it. With --scan real it needs no --world: its LIDAR shows
+its surroundings.
 """
 EPILOG = """\
 examples:
@@ -160,22 +160,22 @@ examples:
   bringup --robot serial:/dev/ttyUSB0 --scan real --goal 1.0 0.5 --network subnet --params lab.yaml
       the real robot and its own LIDAR, whose driver runs already
   bringup --params runs/latest/parameters.yaml --goal 2.0 0.4
-      the last run's parameters, and a goal: no file holds one
+      the last run's parameters, and a goal, which no file holds
   bringup --check --robot serial:/dev/ttyUSB0 --network subnet --params mocap.yaml
       before the first run of a robot
 
 Each run leaves a folder: run.html, which plays it in a browser, trajectory.png and .csv, impacts.csv, summary.json,
 parameters.yaml, the output of each node in log/, and run.mcap, which holds every topic and is written during the run.
-What a bringup that was killed has left the next one completes. The command line that repeats the run is printed at its
-end, and is in summary.json.
-ROS_DOMAIN_ID is left as it is set; several robots fit in a domain, each with a --namespace of its own.
+The next bringup completes the run of one that was killed. The command line that repeats the run is printed at its end,
+and is in summary.json.
+ROS_DOMAIN_ID is used as it is set. A domain can hold several robots, each with its own --namespace.
 """
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="bringup",
-        usage="%(prog)s [options], which --help lists",
+        usage="%(prog)s [options] (see --help)",
         description=DESCRIPTION,
         epilog=examples(EPILOG),
         formatter_class=argparse.RawDescriptionHelpFormatter,

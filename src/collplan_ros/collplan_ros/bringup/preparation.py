@@ -134,7 +134,7 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
     if robot.simulated:
         return
     if options.again:
-        raise StartError(f"--again: got --robot {options.robot}, expected a simulated one: it sets out again by itself")
+        raise StartError(f"--again: got --robot {options.robot}, expected a simulated one: it starts again by itself")
     needed: dict[str, object] = {"--world": options.world, "--goal": options.goal, "--network": options.network}
     if options.check or options.scan != SIM:
         del needed["--world"]
@@ -143,7 +143,7 @@ def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
     missing = [option for option, value in needed.items() if value is None]
     if missing:
         raise StartError(
-            f"--robot {options.robot} is not simulated, so {in_words(list(needed))} must be said; "
+            f"--robot {options.robot} is not simulated, so {in_words(list(needed))} must be given; "
             f"missing: {in_words(missing)}"
         )
 

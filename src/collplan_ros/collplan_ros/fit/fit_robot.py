@@ -32,14 +32,14 @@ writes them into a ROS parameter file:
   rebound.friction        Coulomb friction of ring and wall   {FEWEST} hits at least above {SLOWEST_SLIP:g} m/s along a
                                                               wall, sliding at {FEWEST_SLIDING} of them: a grazing angle
 
-The drive is fitted first and then tells what the wheels did around each hit, so that what the runs believed of it does
-not count; where it lies outside the interval found, this is said. Hits are found again in the poses; those count that
-have no other one within {FAR:g} s and a surface of the run's world at the robot's rim. The robot's radius and
-robot.inertia_factor must be right. Of simulated runs the new file also holds simulator.mass_ratio and
-simulator.acceleration_ratio, with which the simulated robot stays the same one.
+The drive is fitted first; the fit then gives the wheels' motion around each hit, whatever drive parameters the runs
+used. A parameter of the runs outside the fitted interval is reported. Hits are detected again in the poses. A hit
+counts where no other one is within {FAR:g} s and a surface of the run's world is at the robot's rim. The robot's radius
+and robot.inertia_factor must be right. From simulated runs the new file also holds simulator.mass_ratio and
+simulator.acceleration_ratio, which keep the simulated robot the same.
 
 Written: exit code 0. Poses that no drive explains, runs of robots of different radius, too few or too similar hits, or
-something asked for that cannot be done: 2, and nothing is written.
+a request that cannot be fulfilled: 2, and nothing is written.
 """
 EPILOG = """\
 examples:
@@ -70,7 +70,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("runs", type=Path, nargs="+", metavar="RUN", help="run folder of bringup; the same one given twice counts once")
+    add("runs", type=Path, nargs="+", metavar="RUN", help="run folder of bringup; one given twice counts once")
     add("--params", type=Path, metavar="FILE", help="ROS parameter file whose other values the new file takes over")
     add("--out", type=Path, default=Path("robot.yaml"), metavar="FILE", help="new file (default robot.yaml)")
     add("--force", action="store_true", help="replace that file if there is one")

@@ -98,7 +98,7 @@ def believed_otherwise(fit: RobotFit, runs: Sequence[FittedRun]) -> list[str]:
         wrong = [f"{value:g}" for value in believed if not found.holds(value)]
         if wrong:
             sentences.append(
-                f"{key}: the runs believed {' and '.join(wrong)}, the poses say {found.value:.4g} ({found.low:.4g} to "
-                f"{found.high:.4g}): what was planned in them was planned for another drive"
+                f"{key}: the runs used {' and '.join(wrong)}, the poses give {found.value:.4g} ({found.low:.4g} to "
+                f"{found.high:.4g}): their plans were made for another drive"
             )
     return sentences

@@ -42,7 +42,7 @@ class ServiceCalls:
         if self._kept[name].service_is_ready():
             self._call(name, request, done)
         else:
-            done(None, f"nobody offers {self._node.resolve_service_name(name)}")
+            done(None, f"no node offers {self._node.resolve_service_name(name)}")
 
     def soon(self, service_type: type, name: str, request: Any, done: Done) -> None:
         """Calls a service as soon as it is found."""

@@ -140,7 +140,7 @@ class TeleopNode(Node):
         silence = now - self._heard
         if silence > self._settings.teleop.joy_age:
             if self._grip.holds:
-                self.get_logger().warning(f"joy silent for {silence:.2f} s: counts as released until it was released")
+                self.get_logger().warning(f"no joy message for {silence:.2f} s: release its dead-man button first")
             self._let_go()
         elif self._unsent is not None:
             self._send(self._unsent)
@@ -168,9 +168,9 @@ class TeleopNode(Node):
             refused = self._inputs.refusals.newest if now - self._came <= joy_age else ""
             return Health(WARN, f"joy refused: {refused}" if refused else "the joystick is silent", values)
         if not self._hand.get_subscription_count():
-            return Health(WARN, "nobody listens to hand/cmd_vel: controller_node is to run", values)
+            return Health(WARN, "no node subscribes to hand/cmd_vel: start controller_node", values)
         if not self._grip.was_released:
-            return Health(WARN, "waits until the dead-man button is released", values)
+            return Health(WARN, "waiting until the dead-man button is released", values)
         return Health(OK, "drives" if self._grip.holds else "dead-man button released", values)
 
     def stop(self) -> None:

@@ -40,7 +40,7 @@ class ViewActions:
     def take(self, command: PageCommand, reply: Reply) -> None:
         """Has a command done as soon as the node can; from any thread."""
         if command.action != STOP and self._inbox.qsize() >= MOST_WAITING:
-            reply(False, "too many commands wait")
+            reply(False, "too many commands are waiting")
             return
         self._inbox.put((command.action != STOP, next(self._order), command, reply))
         if self._node.executor is not None:
@@ -67,7 +67,7 @@ class ViewActions:
     def _give_goal(self, command: PageCommand, reply: Reply) -> None:
         # this node hears goals too
         if self._goals.get_subscription_count() < 2:
-            reply(False, f"nobody listens to {self._goals.topic_name}")
+            reply(False, f"no node subscribes to {self._goals.topic_name}")
             return
         message = goal_to_message(np.array(command.at), self._frame)
         message.header.stamp = stamp_from_seconds(1e-9 * self._node.get_clock().now().nanoseconds)

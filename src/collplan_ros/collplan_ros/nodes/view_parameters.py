@@ -59,7 +59,7 @@ class GraphParameters:
         """Sets the strategy of the planner heard last, and says what it has answered."""
         planners = [node for node, values in self.values.items() if STRATEGY in values]
         if not planners:
-            reply(False, f"no node with {STRATEGY} is heard")
+            reply(False, f"no node with {STRATEGY} was found")
             return
         planner = max(planners, key=lambda node: self._heard[node])
 

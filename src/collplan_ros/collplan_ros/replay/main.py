@@ -22,11 +22,11 @@ from collplan_ros.run.run_error import RecordError, RunError
 from collplan_ros.run.writer import RECORDING
 
 DESCRIPTION = """\
-Gives what planner and controller were given in a recorded run to them again, without ROS and without a robot, and
-compares plan by plan and command by command. The same code on the same machine decides the same to the last bit; else
-the first difference is shown, with the stamp of the newest pose then.
+Gives the recorded inputs of a run to planner and controller again, without ROS and without a robot, and compares plan
+by plan and command by command. The same code on the same machine decides the same to the last bit; otherwise the first
+difference is shown, with the stamp of the newest pose then.
 
-All bit-equal: exit code 0. A difference: 1. Something asked for cannot be done: 2. Equal up to a gap: 3.
+All bit-equal: exit code 0. A difference: 1. A request that cannot be fulfilled: 2. Equal up to a gap: 3.
 """
 EPILOG = """\
 examples:

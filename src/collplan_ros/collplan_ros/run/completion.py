@@ -100,7 +100,7 @@ def _left(folder: Path) -> Iterator[None]:
     try:
         lock = FolderLock(folder)
     except BlockingIOError:
-        raise BeingWritten(f"{folder}: is being written, and left as it is") from None
+        raise BeingWritten(f"{folder}: is being written, and is left unchanged") from None
     except OSError as error:
         raise RunError(f"{folder}: cannot be locked: {error.strerror or error}") from None
     with closing(lock):
@@ -116,7 +116,7 @@ def _rewritten(file: BinaryIO, path: Path) -> str:
     found = records(file)
     header = next(found, None)
     if not isinstance(header, Header):
-        raise RunError(f"{path}: begins as no recording does, and is left as it is")
+        raise RunError(f"{path}: does not begin like a recording, and is left unchanged")
     schemas, channels, times = {0: 0}, dict[int, int](), list[int]()
     with replacing(path) as new, new.open("wb") as target:
         writer = Writer(target)
@@ -156,4 +156,4 @@ def _results(folder: Path) -> str:
     if not np.isfinite(run.log.goal).all():
         raise RunError(f"{folder / SUMMARY} cannot be made: the run had not begun")
     write_result_files(folder, run.log, run.world, run.log.goal, run.settings, KILLED, {"reason": WHY_KILLED})
-    return f"{folder / SUMMARY} and what goes with it are made from {RECORDING}"
+    return f"{folder / SUMMARY} and the other results are made from {RECORDING}"

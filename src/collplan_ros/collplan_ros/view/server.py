@@ -158,7 +158,7 @@ class PageServer:
     def _process(self, _: ServerConnection, request: Request) -> Response | None:
         reply = answer(request, self._files)
         if reply is None and len(self._clients) >= self._most_clients:
-            reply = refusal(HTTPStatus.SERVICE_UNAVAILABLE, "as many pages are open as may be: view.clients")
+            reply = refusal(HTTPStatus.SERVICE_UNAVAILABLE, "the largest number of pages is open: view.clients")
         if reply is not None and reply.status_code >= 400:
             self._refuse(f"{reply.status_code} to {_seen(request)}: {reply.body.decode().strip()}")
         return reply
@@ -200,7 +200,7 @@ class PageServer:
         except ConnectionClosed:
             pass
         except asyncio.TimeoutError:
-            self._refuse(f"a page took nothing for {SEND_PATIENCE:g} s and is dropped")
+            self._refuse(f"a page received nothing for {SEND_PATIENCE:g} s and is disconnected")
             client.connection.transport.abort()
 
     def _heard(self, client: "_Client", message: str | bytes) -> bool:

@@ -79,18 +79,18 @@ DESCRIPTION = """\
 Runs a grid of simulated trials: worlds x strategies x mapping periods x --set axes x trials; by default the paper's
 300 runs. A trial's noise depends on world, trial number and --seed alone, so that strategies meet the same noise.
 
-Every row is kept as it comes: after a stop of any kind, --resume DIR completes the study.
-All asked for is done: exit code 0. Workers or disk were lost: 1. Something asked for cannot be done: 2. Ctrl-C: 130.
+Every row is written when its trial ends: after a stop of any kind, --resume DIR completes the study.
+The request is fulfilled: exit code 0. Workers or disk were lost: 1. It cannot be fulfilled: 2. Ctrl-C: 130.
 """
 EPILOG = """\
 examples:
   study                                                     the paper's evaluation
-  study --worlds random:0-99 --map-periods 0.2 --trials 4   worlds nobody tuned on
+  study --worlds random:0-99 --map-periods 0.2 --trials 4   worlds not used for tuning
   study --set robot.max_acceleration=1,1.5,3                one more axis
-  study --bounces --worlds u:0-7 --seed 1                   what deliberate bounces bring, in few worlds
+  study --bounces --worlds u:0-7 --seed 1                   gain by deliberate bounces, in few worlds
   study --bounces --engine mujoco --out runs/mujoco         the same with a compliant ring, for compare_engines
-  study --resume runs/study-2026-01-31_12-00-00             what is missing there
-  study --resume runs/study-2026-01-31_12-00-00 --run none  tables and report of what is there
+  study --resume runs/study-2026-01-31_12-00-00             the trials missing there
+  study --resume runs/study-2026-01-31_12-00-00 --run none  tables and report of the trials done
 """
 
 
@@ -108,8 +108,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--dask", metavar="ADDRESS", help="run on the Dask cluster with this scheduler instead")
     add("--out", type=Path, metavar="DIR", help="folder of this study, new or empty (default runs/study-<time>)")
     add("--resume", type=Path, metavar="DIR", help="complete the study in DIR; its grid is recorded there")
-    parts = "the main grid or its ablations alone, or none: tables and report of what is there"
-    add("--run", choices=(ALL, MAIN, ABLATIONS, NONE), default=ALL, help=f"what is run now (default {ALL}): {parts}")
+    parts = "the main grid or its ablations alone, or none: tables and report of the trials done"
+    add("--run", choices=(ALL, MAIN, ABLATIONS, NONE), default=ALL, help=f"the part to run (default {ALL}): {parts}")
     add("--no-report", dest="report", action="store_false", help="leave out report and figures, make the tables alone")
     return parser
 
@@ -147,9 +147,9 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
     add("--seed", type=int, metavar="N", help=f"seed of the study (default {default.seed})")
     changes = "change a parameter; several values make an axis; may be given several times"
     add("--set", dest="values", action="append", metavar="KEY=VALUE,...", help=changes)
-    add("--start", type=float, nargs=2, metavar=("X", "Y"), help="where to begin [m] (default each world's own)")
-    add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="where to go [m] (default each world's own)")
-    add("--engine", metavar="NAME", help=f"who computes contacts: {_engines()} (default {default.engine})")
+    add("--start", type=float, nargs=2, metavar=("X", "Y"), help="start position [m] (default each world's own)")
+    add("--goal", type=float, nargs=2, metavar=("X", "Y"), help="goal position [m] (default each world's own)")
+    add("--engine", metavar="NAME", help=f"engine that computes contacts: {_engines()} (default {default.engine})")
     add("--ablations", action="store_true", help=f"run each named ablation too ({_defaults_text(ABLATION_DEFAULTS)})")
     add("--no-ablations", dest="ablations", action="store_false", help="leave them out beside --bounces")
     add(
@@ -159,7 +159,7 @@ def _add_question(group: argparse._ArgumentGroup) -> None:
         help="those that the ablations are run with (default all)",
     )
     add("--ablation-trials", type=int, metavar="N", help="trials in each cell of an ablation (default as without)")
-    held_out = "in worlds that nothing was tuned on, what deliberate bounces bring"
+    held_out = "measure the gain by deliberate bounces, in worlds not used for tuning"
     add("--bounces", action="store_true", help=f"{held_out} ({_defaults_text(BOUNCE_DEFAULTS)})")
 
 

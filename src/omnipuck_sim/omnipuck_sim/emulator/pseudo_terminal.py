@@ -56,7 +56,7 @@ class PseudoTerminal:
 
     def _point_link(self) -> None:
         if self._link.exists() and not self._link.is_symlink():
-            raise FileExistsError(f"{self._link}: is there and no link, expected a path for emulator.link")
+            raise FileExistsError(f"{self._link}: exists and is no link, expected a path for emulator.link")
         # made aside and moved over an old one: whoever opens the path finds one or the other
         fresh = self._link.with_name(f".{self._link.name}_{os.getpid()}")
         fresh.unlink(missing_ok=True)
