@@ -18,7 +18,14 @@ setup(
         ("share/" + PACKAGE, ["package.xml"]),
     ],
     python_requires=">=3.10",
-    install_requires=["numpy>=1.26.4", "numba>=0.59.1", "PyYAML>=6.0.1", "scipy>=1.11.4", "shapely>=2.0.3"],
+    install_requires=[
+        "numpy>=1.26.4",
+        "numba>=0.59.1",
+        "pillow>=10.2",
+        "PyYAML>=6.0.1",
+        "scipy>=1.11.4",
+        "shapely>=2.0.3",
+    ],
     extras_require={"test": ["pytest"]},
     zip_safe=False,
 )

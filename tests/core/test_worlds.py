@@ -3,6 +3,7 @@
 import hashlib
 from functools import cache
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from collplan_core.worlds import World, WorldError, arena_names, check_route, load_world, save_world, world_segments
 from collplan_core.worlds.families import FAMILIES
 from collplan_core.worlds.route import free_space
+from collplan_core.worlds.shapes import obstacle_at
 
 BOUNDS = (0.0, 0.0, 2.0, 1.0)
 SQUARE = [[0.5, 0.2], [0.9, 0.2], [0.9, 0.6], [0.5, 0.6]]
@@ -187,6 +189,59 @@ def test_a_wrong_file_is_named_with_its_key_and_the_expected_form(tmp_path):
         path.write_text(text)
         with pytest.raises(WorldError, match=r"broken\.yaml: " + words):
             load_world(str(path))
+
+
+MAP = (
+    "image: map.pgm\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
+)
+
+
+def write_map(folder: Path, grey: np.ndarray, text: str = MAP, plain: bool = False) -> str:
+    """A map of grey values (h, w), the highest row first; its path."""
+    head = f"{'P2' if plain else 'P5'}\n# a map\n{grey.shape[1]} {grey.shape[0]}\n255\n".encode()
+    rows = b"\n".join(b" ".join(b"%d" % value for value in row) for row in grey)
+    (folder / "map.pgm").write_bytes(head + (rows if plain else grey.astype(np.uint8).tobytes()))
+    (folder / "map.yaml").write_text(text)
+    return str(folder / "map.yaml")
+
+
+@given(
+    height=st.integers(1, 7), shades=st.lists(st.sampled_from([0, 80, 100, 205, 254]), min_size=42, max_size=42),
+    negate=st.booleans(), plain=st.booleans(),
+)  # fmt: skip
+def test_the_rectangles_of_a_map_hold_the_centres_of_all_occupied_cells_and_of_no_other(
+    height, shades, negate, plain, tmp_path_factory
+):
+    grey = np.array(shades[: 42 // height * height]).reshape(height, -1)
+    text = MAP.replace("negate: 0", f"negate: {int(negate)}") + "mode: trinary\n"
+    world = load_world(write_map(tmp_path_factory.mktemp("map"), grey, text, plain))
+    occupied = (grey if negate else 255 - grey)[::-1] > 0.65 * 255
+    for (row, column), solid in np.ndenumerate(occupied):
+        centre = np.array([-1.0, 2.0]) + 0.05 * np.array([column + 0.5, row + 0.5])
+        assert bool(obstacle_at(world, centre)) == solid, (row, column)
+    assert world.bounds == pytest.approx((-1.0, 2.0, -1.0 + 0.05 * grey.shape[1], 2.0 + 0.05 * height))
+    assert not world.walled
+
+
+def test_a_map_that_does_not_fit_is_refused_by_name(tmp_path):
+    speckles = np.where(np.indices((90, 90)).sum(axis=0) % 2, 0, 254)
+    for change, words in (
+        (("0.0]", "0.1]"), "origin: got yaw 0.1, expected 0"),
+        (("resolution: 0.05", "resolution: 0"), "resolution: got 0"),
+        (("0.65", "65"), "occupied_thresh: got 65"),
+        (("negate: 0", "negate: no way"), "negate: got"),
+        (("free_thresh: 0.25\n", ""), "free_thresh: missing"),
+        (("negate: 0", "negate: 0\nmode: raw"), "mode: got 'raw', expected trinary or scale"),
+        (("map.pgm", "none.pgm"), "image: .*none.pgm"),
+        (("map.pgm", "map.yaml"), "image: .*expected a PGM"),
+        (("", ""), "image: got 4050 rectangles.*at most 4000"),
+    ):
+        with pytest.raises(WorldError, match=r"map\.yaml: " + words):
+            load_world(write_map(tmp_path, speckles, MAP.replace(*change)))
+    few, ends = speckles[:20, :20], "start: [-0.925, 2.025]\ngoal: [-2.0, 2.0]\n"
+    with pytest.raises(WorldError, match=r"map\.yaml: goal: .*outside"):
+        load_world(write_map(tmp_path, few, MAP + ends))
+    np.testing.assert_array_equal(load_world(write_map(tmp_path, few, MAP + ends[:23])).start, [-0.925, 2.025])
 
 
 def test_what_is_no_readable_text_file_is_refused_and_where_none_can_be_written_is_said(tmp_path):

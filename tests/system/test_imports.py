@@ -25,9 +25,14 @@ WITH_ROS_IN_RUNS = {"collplan_ros.run.recorder"}
 WITH_ROS_IN_RUNS |= {f"collplan_ros.run.{name}" for name in ("graph_topics", "topics")}
 READING_RUNS = tuple(f"collplan_ros.{name}" for name in ("run", "fit", "replay", "view"))
 PLANNERS = ("paper_planner", "time_to_goal_planner")
-ROSDEP_KEYS = {"cobs": "python-cobs-pip", "mcap": "mcap-ros2-support", "mcap_ros2": "mcap-ros2-support"}
+ROSDEP_KEYS = {
+    "cobs": "python-cobs-pip",
+    "mcap": "mcap-ros2-support",
+    "mcap_ros2": "mcap-ros2-support",
+    "PIL": "python3-pil",
+}
 PIP_NAMES = {"mcap_ros2": "mcap_ros2_support", "mujoco": "mujoco_core", "serial": "pyserial"}
-PIP_NAMES |= {"yaml": "PyYAML"}
+PIP_NAMES |= {"PIL": "pillow", "yaml": "PyYAML"}
 WITHOUT_ROSDEP_KEY = {"distributed", "gymnasium", "mujoco", "polars", "pyarrow", "pymunk"}
 OPTIONAL = {"tf2_ros"}
 

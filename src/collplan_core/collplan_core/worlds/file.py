@@ -11,16 +11,19 @@ All lengths are in metres, in the world frame:
       - {center: [1.5, 1.2], radius: 0.2}
     start: [0.2, 0.2]        # optional
     goal: [2.2, 2.2]         # optional
+
+A file with the key `image` is a map instead: see `occupancy_map`.
 """
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
+from collplan_core.worlds.keys import check_keys, numbers
+from collplan_core.worlds.occupancy_map import as_world_file
 from collplan_core.worlds.shapes import BOUNDS_FORM, MOST_OBSTACLES, POLYGON_FORM, World, WorldError
 
 KEYS = ("name", "bounds", "walled", "polygons", "circles", "start", "goal")
@@ -47,11 +50,13 @@ def read_world(path: Path) -> World:
         raise WorldError(f"{path}: no such file, expected a world file in YAML") from None
     except (OSError, UnicodeDecodeError) as error:
         raise WorldError(f"{path}: cannot be read as text ({error}), expected a world file in YAML") from None
-    return parse_text(text, str(path), path.stem)
+    return parse_text(text, str(path), path.stem, path.parent)
 
 
-def parse_text(text: str, source: str, name: str) -> World:
+def parse_text(text: str, source: str, name: str, folder: Path = Path()) -> World:
     """The world that a YAML text holds; `source` stands in errors, `name` is used if the text names none.
+
+    The image of a map is looked for from `folder` on.
 
     Raises:
         WorldError: not YAML, or not a world.
@@ -68,17 +73,19 @@ def parse_text(text: str, source: str, name: str) -> World:
         raise WorldError(f"{source}: nested too deep, expected keys and values: {', '.join(KEYS)}") from None
     if not isinstance(mapping, Mapping):
         raise WorldError(f"{source}: got {mapping!r:.80}, expected keys and values: {', '.join(KEYS)}")
-    return parse_world({"name": name, **mapping}, source)
+    return parse_world({"name": name, **mapping}, source, folder)
 
 
-def parse_world(mapping: Mapping[str, Any], source: str) -> World:
-    """The world that a mapping with the keys of a world file describes; `source` stands in errors.
+def parse_world(mapping: Mapping[str, Any], source: str, folder: Path = Path()) -> World:
+    """The world that a mapping with the keys of a world file, or of a map, describes; `source` stands in errors.
 
     Raises:
         WorldError: an unknown, missing or malformed key.
     """
     try:
-        _check_keys(mapping, KEYS, required=("name", "bounds"))
+        if "image" in mapping:
+            mapping = as_world_file(mapping, folder)
+        check_keys(mapping, KEYS, required=("name", "bounds"))
         return World(
             name=_text("name", mapping["name"]),
             polygons=tuple(_polygon(f"polygons[{i}]", p) for i, p in enumerate(_entries(mapping, "polygons"))),
@@ -119,17 +126,6 @@ def world_text(world: World) -> str:
     return yaml.safe_dump(mapping, sort_keys=False, default_flow_style=None)
 
 
-def _check_keys(mapping: Mapping[str, Any], known: tuple[str, ...], required: tuple[str, ...]) -> None:
-    for key in mapping:
-        if key not in known:
-            near = get_close_matches(str(key), known, n=1)
-            hint = f", did you mean {near[0]}?" if near else ""
-            raise WorldError(f"{key}: unknown key, expected {', '.join(known)}{hint}")
-    for key in required:
-        if key not in mapping:
-            raise WorldError(f"{key}: missing" + (f", {BOUNDS_FORM}" if key == "bounds" else ""))
-
-
 def _entries(mapping: Mapping[str, Any], key: str) -> list[Any]:
     entries = mapping.get(key)
     if entries is not None and not isinstance(entries, list):
@@ -138,33 +134,25 @@ def _entries(mapping: Mapping[str, Any], key: str) -> list[Any]:
 
 
 def _bounds(value: Any) -> tuple[float, float, float, float]:
-    x_min, y_min, x_max, y_max = _numbers("bounds", value, 4, BOUNDS_FORM)
+    x_min, y_min, x_max, y_max = numbers("bounds", value, 4, BOUNDS_FORM)
     return x_min, y_min, x_max, y_max
 
 
 def _polygon(key: str, value: Any) -> np.ndarray:
     if not isinstance(value, list):
         raise WorldError(f"{key}: got {value!r:.80}, {POLYGON_FORM}")
-    return np.array([_numbers(f"{key}[{i}]", corner, 2, POINT_FORM) for i, corner in enumerate(value)])
+    return np.array([numbers(f"{key}[{i}]", corner, 2, POINT_FORM) for i, corner in enumerate(value)])
 
 
 def _circle(key: str, value: Any) -> list[float]:
     if not isinstance(value, Mapping) or set(value) != {"center", "radius"}:
         raise WorldError(f"{key}: got {value!r:.80}, {CIRCLE_FORM}")
-    center = _numbers(f"{key}.center", value["center"], 2, POINT_FORM)
-    return [*center, *_numbers(f"{key}.radius", [value["radius"]], 1, "expected a number above 0 [m]")]
+    center = numbers(f"{key}.center", value["center"], 2, POINT_FORM)
+    return [*center, *numbers(f"{key}.radius", [value["radius"]], 1, "expected a number above 0 [m]")]
 
 
 def _point(mapping: Mapping[str, Any], key: str) -> np.ndarray | None:
-    return None if mapping.get(key) is None else np.array(_numbers(key, mapping[key], 2, POINT_FORM))
-
-
-def _numbers(key: str, value: Any, count: int, form: str) -> list[float]:
-    # yaml reads `true` as a bool, which Python would take for the number 1, and `1e3` as text
-    if not isinstance(value, list) or len(value) != count or any(type(v) not in (int, float) for v in value):
-        shown = value[0] if isinstance(value, list) and count == 1 else value
-        raise WorldError(f"{key}: got {shown!r:.80}, {form}")
-    return [float(v) for v in value]
+    return None if mapping.get(key) is None else np.array(numbers(key, mapping[key], 2, POINT_FORM))
 
 
 def _text(key: str, value: Any) -> str:

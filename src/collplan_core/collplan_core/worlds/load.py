@@ -25,7 +25,7 @@ def arena_names() -> list[str]:
 def load_world(spec: str) -> World:
     """The world called NAME (a shipped arena), FILE (a path ending in .yaml or .yml) or FAMILY:SEED, as in `random:7`.
 
-    UNKNOWN is one without anything, bounds aside.
+    A file is a world file, or a map of ROS's map_server. UNKNOWN is one without anything, bounds aside.
 
     Raises:
         WorldError: no such world, with near matches, or a file that does not hold one.
