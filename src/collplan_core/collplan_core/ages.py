@@ -105,7 +105,7 @@ class StallGuard:
         self._last: tuple[float, ...] = ()
 
     def tick(self, *now: float) -> bool:
-        """Registers a tick; whether it ends a gap.
+        """Registers a tick; returns whether it ends a gap.
 
         Args:
             now: the time by a steady clock [s], and by others that may stand still meanwhile: a gap is one by all.

@@ -1,10 +1,10 @@
-"""Until when a plan may be worked on."""
+"""Deadlines of planning."""
 
 from collections.abc import Callable
 from time import perf_counter
 
 Deadline = Callable[[], bool]
-"""Whether the time for a plan is over; asked again and again while it is worked on."""
+"""Returns whether the time for a plan is over; called repeatedly during planning."""
 
 
 def never() -> bool:
@@ -19,7 +19,7 @@ def after(budget: float, clock: Callable[[], float] = perf_counter) -> Deadline:
 
 
 def after_looks(looks: int) -> Deadline:
-    """The deadline that comes after so many looks at it: what a clock once decided, to be done again."""
+    """The deadline that passes after so many looks at it: repeats a deadline that a clock once set."""
     left = looks
 
     def is_over() -> bool:
@@ -34,8 +34,8 @@ class CountedDeadline:
     """A deadline, and how often it was looked at until it came.
 
     Attributes:
-        looks: looks so far at which it had not come.
-        came: whether it has come since; from then on it is over.
+        looks: number of looks so far at which it had not passed.
+        came: whether it has passed.
     """
 
     def __init__(self, deadline: Deadline) -> None:

@@ -1,4 +1,4 @@
-"""A goal and what became of it."""
+"""A goal and its status."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ ACCEPTED, EXECUTING, SUCCEEDED, CANCELED, ABORTED = "accepted", "executing", "su
 ACTIVE = ACCEPTED, EXECUTING
 """Status of a goal that the robot is to go to."""
 AT_REST = 0.05
-"""A robot slower than this is at rest: poses do not tell it from one that is [m/s]."""
+"""A robot slower than this counts as at rest: poses cannot show the difference [m/s]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 numba's file cache looks at one file at a time and returns stale code when a called function in another file has
 changed. The cache folder is therefore named by a hash over all sources of this package and numba's version. numba runs
-what lies there, so the folder is the user's alone.
+the code found there, so only the user can access the folder.
 """
 
 import hashlib

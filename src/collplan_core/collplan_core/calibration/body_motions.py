@@ -1,6 +1,6 @@
 """The motions from which the place of the measured body on the robot is estimated.
 
-Slow ones first, which show whether the robot goes and turns the way it is told. Where the wheels are so rough that
+Slow ones first, which show whether the robot goes and turns as commanded. Where the wheels are so rough that
 these do not determine the place, more of them, faster: the wheels' noise adds up with time, and a faster motion takes
 less. The robot stays near where it began, as well as is known by then which way it goes.
 """
@@ -35,7 +35,7 @@ LONGEST_STROKE = 3.0
 LARGEST_SHARE = 0.8
 """Largest share of the speed that is spent against a bias of the wheels."""
 LEAST_SCALE, MOST_SCALE = 0.5, 2.0
-"""Of a robot that goes less or farther than so many times what it is told, the way back is not known."""
+"""Factor of measured over commanded distance beyond which, either way, the robot is not driven back."""
 PAUSE = 0.85
 """Time after a motion until the next one, roughly: coming to rest, and measuring there [s]."""
 NO_LEVER = np.zeros(2)
@@ -50,7 +50,7 @@ class MeasuredRobot(Protocol):
         """The body's poses while a velocity [m/s, robot frame] and a yaw rate [rad/s] are commanded for `duration` [s].
 
         The command ends before that at the first pose that is not near. The robot is at rest afterwards. No poses at
-        all say that something interrupted the motion, which then shows nothing.
+        all mean that the motion was interrupted and is not used.
         """
 
     def rest(self) -> list[PoseSample]:
@@ -67,8 +67,8 @@ class Pace:
 
     Attributes:
         speed: [m/s]; yaw_rate: [rad/s].
-        limit: speed that is not exceeded against a drift [m/s].
-        reach: distance from the beginning up to which it drives [m].
+        limit: largest commanded speed against a drift [m/s].
+        reach: largest distance from the starting point [m].
     """
 
     speed: float
@@ -113,8 +113,8 @@ class MotionEstimate:
     """Estimate of the body's offset, from the motions so far.
 
     Attributes:
-        turns: of the turns; None where there were none.
-        axes: of the strokes.
+        turns: fit of the turns; None where there were none.
+        axes: fit of the strokes.
     """
 
     turns: TurnFit | None
@@ -176,7 +176,7 @@ def drive_each_way(robot: MeasuredRobot, pace: Pace, lag: float) -> Motions:
 
 
 def one_more_round(robot: MeasuredRobot, motions: Motions, pace: Pace, lag: float) -> Motions:
-    """A turn and strokes around the place where the robot began, those of which the figures are not certain enough.
+    """A turn and strokes around the starting point, as far as their figures are not certain enough yet.
 
     Raises:
         Strayed: it is too far from where it began.
@@ -262,7 +262,7 @@ def _moved(
 def _to(
     robot: MeasuredRobot, motions: Motions, known: MotionEstimate, pace: Pace, target: complex, near: float
 ) -> Motions:
-    """Drives to `target` [m, map frame, from the beginning], as well as is known how, unless it is `near` [m].
+    """Drives to `target` [m, map frame, from the starting point] by the estimate so far, unless it is `near` [m].
 
     Raises:
         Strayed: it is too far from where it began.

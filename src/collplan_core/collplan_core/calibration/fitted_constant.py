@@ -21,7 +21,7 @@ class FittedConstant:
     Attributes:
         value: the estimate.
         low, high: ends of its 95 % interval.
-        basis: what it is from, for a reader.
+        basis: description of the data behind it, for a reader.
     """
 
     value: float

@@ -59,7 +59,7 @@ class MountFit:
     Attributes:
         mount: the mount.
         explained: share of the hits within NEAR of a surface.
-        rival: the same of the best mount of another heading or sense of turning.
+        rival: share explained by the best mount of another heading or sense of rotation.
         error: root mean square distance of the explained hits from their surfaces [m].
         uncertainty: (3,) standard deviations of x, y [m] and yaw [rad], as far as ranges and poses are noisy.
     """
@@ -94,11 +94,11 @@ def at_rest(scans: Sequence[Scan], poses: Sequence[PoseSample]) -> list[tuple[Sc
 
 
 def fit_mount(scans: Sequence[tuple[Scan, State]], world: World) -> MountFit | None:
-    """The mount of the LIDAR whose scans these are; None where there are fewer than FEWEST hits in all.
+    """Returns the mounting pose of the LIDAR from its scans; None where there are fewer than FEWEST hits in all.
 
     Args:
-        scans: as the sensor has them, each with the pose of the robot, which is at rest meanwhile.
-        world: what is there; unwalled bounds show nothing.
+        scans: scans in the sensor's frame, each with the pose of the robot, at rest during the scan.
+        world: the surroundings; bounds that are not walled show nothing.
     """
     straight = _hits(scans)
     if len(straight) < FEWEST or not np.isfinite(surface_distances(world, np.zeros((1, 2)))).all():

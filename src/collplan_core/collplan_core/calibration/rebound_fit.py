@@ -37,7 +37,7 @@ LEAST_SPREAD = 0.2
 WIDEST = 0.3
 """Width of the interval above which an assumed value is as good."""
 DRIFT_LEVEL = 0.99
-"""Level at which a change of the velocity after the impacts is told."""
+"""Level at which a change of the velocity after the impacts is reported."""
 RESAMPLES = 4999
 SEED = 0
 """Seed of the resampling: equal impacts give equal intervals."""
@@ -52,7 +52,7 @@ class ReboundFit:
 
     Attributes:
         restitution: e, within [0, 1]; friction: mu, at least 0.
-        warning: what the velocities later after the impacts say, in words; empty where chance explains them.
+        warning: deviation of the later velocities after the impacts, in words; empty where chance explains it.
     """
 
     restitution: FittedConstant

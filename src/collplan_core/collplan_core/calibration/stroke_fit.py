@@ -23,8 +23,8 @@ class Stroke:
 
     Attributes:
         velocity: (2,) commanded [m/s, robot frame].
-        duration: for which it was commanded [s].
-        before, after: at rest.
+        duration: time for which it was commanded [s].
+        before, after: poses at rest before and after it.
     """
 
     velocity: np.ndarray

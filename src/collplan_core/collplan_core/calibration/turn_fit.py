@@ -25,7 +25,7 @@ that they add up to (H. Working, "Note on the Correlation of First Differences o
 Econometrica 28, 1960)."""
 
 SHORTEST_LAG = 0.01
-"""Wheels without any lag are taken for ones with this [s]."""
+"""Smallest lag of the wheels; a smaller one counts as this [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +34,9 @@ class FittedTurn:
 
     Attributes:
         yaw_rate: commanded, positive to the left [rad/s].
-        duration: for which it was commanded [s].
-        before, after: at rest.
-        poses: while it was commanded, in order.
+        duration: time for which it was commanded [s].
+        before, after: poses at rest before and after it.
+        poses: poses while it was commanded, in order.
     """
 
     yaw_rate: float
@@ -53,8 +53,8 @@ class TurnFit:
     Attributes:
         lever: (2,) the body's origin seen from the point it turns about, in the body's own frame [m].
         uncertainty: standard deviation of the lever by axis [m]; inf where the turns do not determine it.
-        share: measured angle over the commanded one.
-        share_uncertainty: its standard deviation; inf of a single turn.
+        share: ratio of measured to commanded angle.
+        share_uncertainty: standard deviation of the share; inf for a single turn.
     """
 
     lever: np.ndarray
@@ -67,8 +67,8 @@ def fit_turns(turns: Sequence[FittedTurn], lag: float) -> TurnFit:
     """Least squares through all turns.
 
     Args:
-        turns: at least one, each of some tenths of a second beyond SETTLING_TIME; the wheels' bias is told from the
-            lever where they go both ways.
+        turns: at least one, each of some tenths of a second beyond SETTLING_TIME; turns both ways
+            separate the wheels' bias from the lever.
         lag: time constant with which the robot follows its commands [s].
     """
     lever, uncertainty = _fit_lever(turns, max(lag, SHORTEST_LAG))

@@ -28,7 +28,7 @@ class Activity:
         name: one of ACTIVITIES. BOUNCE: it drives into a contact that the plan foresees, or just did; TRACK: it follows
             the plan elsewhere; MANEUVER: it leaves the plan for a maneuver at a boundary; HAND: a person drives;
             STOPPED.
-        reason: a few words on why.
+        reason: the reason in a few words.
     """
 
     name: str

@@ -17,7 +17,7 @@ KINK_FACTOR, KINK_SPEED = 1.3, 0.08
 def feed_forward(
     times: np.ndarray, path: np.ndarray, now: float, period: float, wheels: VelocityLaw, max_speed: float, lead: float
 ) -> tuple[float, float]:
-    """The command that, held for `period`, makes a robot with a lag drive a timed path: found from the path alone.
+    """Returns the command that, held for `period`, makes a robot with a lag drive a timed path; from the path alone.
 
     Where the path takes full acceleration throughout, how far the command leads the velocity does not matter to a robot
     without errors. An error of the velocity aimed at turns it the less, the farther that is: there it leads by up to

@@ -11,7 +11,7 @@ KNOWN_GOALS = 100
 LONGEST_FAULT = 1.0
 """A fault that lasts longer holds the robot [s]; after a shorter one it goes on."""
 REMEDY = "give a new goal, or call resume"
-"""What a person does, in words."""
+"""Action by which a person releases the robot, in words."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Interlock:
 
     Attributes:
         reason: why the robot is held; empty where it may move.
-        goals: identities of the goals heard of, the newest last, whatever became of them.
+        goals: identities of the goals received, the newest last, whatever their status.
     """
 
     reason: str = ""
@@ -37,7 +37,7 @@ class Interlock:
     def is_new(self, goal: bytes, active: bool) -> bool:
         """Returns whether a person has given this goal now: it is active and was never received before.
 
-        The first goal heard of is none: it may have been given before a restart.
+        The first goal received does not count: it may have been given before a restart.
         """
         return active and bool(self.goals) and goal not in self.goals
 

@@ -1,7 +1,7 @@
-"""The manual override: whether a person drives the robot, why they must not, and what of their command is sent.
+"""Manual override: whether a person drives the robot, why they must not, and the command that is then sent.
 
-A person's command goes before the planner's, and needs no plan, goal or scan: a person sees the robot. What the robot
-reports of itself, the fence and a second person stop it. Without usable poses, it is driven slowly.
+A person's command has priority over the planner's. It needs no plan, goal or scan, as the person sees the robot. The
+robot's own report, the fence and a second person stop it. Without usable poses it is driven slowly.
 """
 
 import math
@@ -15,7 +15,7 @@ from collplan_core.control.tracking import cut_to_limits, saturate
 from collplan_core.parameters import Limits, Settings
 
 TAKEN = "driven by hand"
-"""Why a robot that a person has driven is held."""
+"""Reason why a robot is held after a person has driven it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +25,8 @@ class ManualCommand:
     Attributes:
         velocity: (2,) [m/s, body frame].
         yaw_rate: [rad/s].
-        sent: when it left the person's end [s, local clock].
-        trouble: why it must not be followed, as where several nodes send such commands; empty where it may.
+        sent: time at which the person's node sent it [s, local clock].
+        trouble: reason not to follow it, such as several nodes that send such commands; empty without one.
     """
 
     velocity: np.ndarray
@@ -51,9 +51,9 @@ def why_no_override(
     """Returns the reason why the robot must not be driven by hand now; "" where it may.
 
     Args:
-        robot_stands: why the robot itself stands; empty where it does not.
-        lost: why poses are not to be used now; empty where they are.
-        position: (2,) newest of the robot [m]; None before the first.
+        robot_stands: reason why the robot itself stands; empty where it does not.
+        lost: reason why poses are unusable now; empty where they are usable.
+        position: (2,) newest position of the robot [m]; None before the first.
     """
     if robot_stands or hand.trouble:
         return robot_stands or hand.trouble
@@ -67,13 +67,13 @@ def why_no_override(
 def overriding_command(hand: ManualCommand, before: Command, is_blind: bool, settings: Settings) -> Command:
     """Returns the command that is sent for a person's manual command.
 
-    It goes from the command before as fast as wheels can follow, so that a person takes over without a jump.
-    What is commanded to rest rests at once. What is beyond the robot's limits is cut to them: who pushes a stick
-    farther does not mean to stand, and the sender may know other limits. A command that is not finite is one to stand.
+    It changes from the previous command as fast as the wheels can follow, so that a person takes over without a jump.
+    A command to stand takes effect at once. A command beyond the robot's limits is clamped to them, as the sender may
+    know other limits. A command that is not finite stops the robot.
 
     Args:
-        before: the command sent a control period earlier.
-        is_blind: whether the controller cannot vouch for the motion.
+        before: the previous command, sent a control period earlier.
+        is_blind: whether poses are lost or the motion does not fit the commands; the speed is then limited.
     """
     robot, limits, period = settings.robot, settings.limits, 1.0 / settings.controller.rate
     if not (np.isfinite(hand.velocity).all() and math.isfinite(hand.yaw_rate)):

@@ -1,8 +1,8 @@
-"""Commanded against measured motion: the whole delay between them, and whether the robot moves as it was told at all.
+"""Commanded against measured motion: the whole delay between them, and whether the robot follows its commands at all.
 
 Commands and measured velocities of the last WINDOW are compared under many ways in which the second may follow from the
-first (`sensing/motion_fit.py`): how badly a way explains the motion is an integral of the squared error of the velocity
-[m^2/s]. The mass is free in each window, at a price: a robot that is heavier than believed, or whose wheels are weak
+first (`sensing/motion_fit.py`): the misfit of a way is the integral of the squared error of the velocity
+[m^2/s]. The mass is free in each window, at a price: a robot that is heavier than robot.mass, or whose wheels are weak
 for a while, lags too and is not late. Delays pay for what they explained badly before, each measurement counted about
 once. A verdict needs an advantage over all other explanations. What a wall does is left out: judging begins anew SETTLE
 after the last pose near one, and UNSEEN after a hit that no wall seen explains or after the robot was stuck. A robot
@@ -63,7 +63,7 @@ CLEAR = 1.5e-3
 FOLLOWING = 0.5e-3
 """Advantage over wheels without force from which motion teaches anything [m^2/s]."""
 FORCELESS = 1e-3
-"""What wheels without force cost beforehand [m^2/s]."""
+"""Initial price of wheels without force [m^2/s]."""
 HEAVY = np.array([0.0, 0.0, 1e-3, 2e-3, 2e-3])
 """Price of each of MASSES, added to its misfit [m^2/s]."""
 LEARNT = 0.1
@@ -90,8 +90,8 @@ class MotionVerdict:
 
     Attributes:
         kind: OK, LATE, STUCK (commanded and not moving), SLIP (moves, and not by the commands) or REVERSED.
-        delay: from command to measured motion, as last estimated [s]; NaN before.
-        reason: a few words on it; empty where it is OK.
+        delay: newest estimate of the delay from command to measured motion [s]; NaN before the first.
+        reason: explanation of the verdict; empty where it is OK.
     """
 
     kind: str = OK
@@ -106,12 +106,12 @@ class MotionRecord:
     Attributes:
         commands: (n, 3) time [s] and velocity [m/s, world frame].
         motion: (m, 7) receipt [s], stamp [s], velocity [m/s], position [m], yaw [rad].
-        free_since: since when nothing but the wheels moved the robot [s].
+        free_since: time since which only the wheels have moved the robot [s].
         quickest: smallest difference of receipt and stamp seen, drift added [s].
-        learnt: (k,) what each of DELAYS pays [m^2/s].
-        delay: as last estimated [s]; NaN before.
-        advantage: of the delays beyond the limit over all others in the last comparison [m^2/s]; 0 where the last
-            judgement made none.
+        learnt: (k,) price of each of DELAYS [m^2/s].
+        delay: newest estimate of the delay [s]; NaN before the first.
+        advantage: advantage of the delays beyond the limit over all others in the last comparison [m^2/s]; 0 where
+            the last judgement made none.
     """
 
     commands: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
@@ -124,7 +124,7 @@ class MotionRecord:
 
 
 def begun_anew(record: MotionRecord) -> MotionRecord:
-    """The record after a break in the poses: what was learnt stays, what was seen does not join."""
+    """The record after a break in the poses: it keeps what was learnt, and drops the motion."""
     return replace(MotionRecord(), learnt=record.learnt, delay=record.delay)
 
 
@@ -138,7 +138,7 @@ def moved(record: MotionRecord, state: State, local: float, touching: bool) -> M
 
 
 def pushed(record: MotionRecord, until: float) -> MotionRecord:
-    """The record of a robot that something else than its wheels may move until then [s]."""
+    """The record of a robot that something other than its wheels may move until a time [s]."""
     return replace(record, free_since=max(record.free_since, until))
 
 
@@ -178,7 +178,7 @@ def _late(delay: float, limit: float, what: str) -> MotionVerdict:
 def _growth(record: MotionRecord, now: float) -> float:
     """Returns how much later than the quickest all poses of the last GROWTH_TIME came [s]; 0 for too few poses."""
     recent = record.motion[record.motion[:, 0] > now - GROWTH_TIME]
-    # what has waited in a queue comes all at once
+    # messages that waited in a queue arrive all at once
     if len(recent) < _OFTEN or recent[-1, 0] - recent[0, 0] < 0.6 * GROWTH_TIME:
         return 0.0
     return float((recent[:, 0] - recent[:, 1]).min() - record.quickest)
@@ -202,7 +202,7 @@ def _window(record: MotionRecord, now: float, settings: Settings) -> tuple[float
 def _compared(
     record: MotionRecord, begin: float, velocities: np.ndarray, settings: Settings
 ) -> tuple[MotionVerdict, MotionRecord]:
-    """The verdict of one window, and the record with what it taught."""
+    """The verdict of one window, and the record updated by it."""
     law, limit = velocity_law(settings.robot), settings.limits.motion_delay
     all_ways = ways(float(record.motion[-1, 6]))
     fits = misfits(record.commands, velocities, begin, all_ways.rows, law.max_acceleration, law.lag)
@@ -235,7 +235,7 @@ def _drives_against(commands: np.ndarray, velocities: np.ndarray, begin: float, 
     """Returns whether within some TURN_TIME the robot gained speed, and not toward its commands.
 
     Args:
-        commands, velocities, begin: as of `misfits`.
+        commands, velocities, begin: see `misfits`.
         delay: longest one by which the robot may follow its commands [s].
     """
     # means of three: a single velocity has noise
@@ -251,7 +251,7 @@ def _drives_against(commands: np.ndarray, velocities: np.ndarray, begin: float, 
 
 
 def _taught(record: MotionRecord, misfit: np.ndarray) -> MotionRecord:
-    """The record with what one window says of the delay: the misfit of each of DELAYS (k,) [m^2/s]."""
+    """The record updated by one window's misfit of each of DELAYS (k,) [m^2/s]."""
     learnt = record.learnt + LEARNT * misfit
     learnt = np.minimum(learnt - learnt.min(), MOST_LEARNT)
     by_delay = misfit + learnt

@@ -33,9 +33,9 @@ def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None, pos
     """Returns the reason why a plan must not be followed; "" where it may.
 
     Args:
-        goal_stamp: when the active goal was taken [s], None without one; a plan of before is another goal's.
+        goal_stamp: stamp of the active goal [s], None without one; an earlier plan belongs to another goal.
         now: time on the poses' clock [s]; None before the first pose.
-        pose_age: how much later a plan may begin [s], limits.pose_age: the pose it was made from may come that late.
+        pose_age: time by which a plan may begin later than now [s], limits.pose_age: its pose may arrive that late.
     """
     if goal_stamp is None:
         return "no active goal"
@@ -51,7 +51,7 @@ def why_refuse_plan(plan: Plan, goal_stamp: float | None, now: float | None, pos
 def is_relocated(before: State, after: State, robot: Robot, limits: Limits, leap_margin: float) -> bool:
     """Returns whether two successive poses do not join: a jump, a gap longer than pose_age, or a clock set back.
 
-    What was planned and mapped before then holds no longer. A leap is a distance of more than `leap_margin` [m]
+    Plans and maps from before are then invalid. A jump is a distance of more than `leap_margin` [m]
     (mocap.leap_margin) beyond what excess_speed times max_speed explains.
     """
     silence = after.stamp - before.stamp
@@ -71,7 +71,7 @@ def why_refuse_goal(goal: np.ndarray, position: np.ndarray | None, limits: Limit
     """Returns why a goal (2,) [m] is refused: goal or robot outside the fence, or too far apart; "" where it is not.
 
     Args:
-        position: (2,) of the robot [m]; None where it is not known yet.
+        position: (2,) position of the robot [m]; None where it is not known yet.
     """
     if is_outside(limits.fence, goal):
         return f"{goal[0]:.6g}, {goal[1]:.6g} lies outside of limits.fence"

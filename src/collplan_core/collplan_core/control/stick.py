@@ -1,4 +1,4 @@
-"""A joystick with a dead-man button: which velocity its stick asks for, and whether a hand holds it."""
+"""A joystick with a dead-man button: the velocity that its stick commands, and whether a hand holds the button."""
 
 import math
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from collplan_core.parameters import Robot, Settings, Teleop
 from collplan_core.parameters.spec import ParameterError
 
 RELEASED_FOR = 0.3
-"""A button nobody has seen before must be seen released for so long [s]: joy_node shows all of them released when it
-opens a joystick, and what is pressed a moment later."""
+"""Time for which a button must be seen released before it counts [s]: joy_node reports all of them released when it
+opens a joystick, and those that are pressed a moment later."""
 
 
 class StickError(ValueError):
@@ -57,13 +57,13 @@ class Stick:
 class Grip:
     """State of a button that a hand holds: the dead-man button, or the one that resumes.
 
-    A button that is pressed from the start, or since the joystick was silent, is one that may be stuck, or that nobody
-    has pressed now: it counts once it was seen released, and nothing else, for RELEASED_FOR.
+    A button that is pressed from the start, or after the joystick was silent, may be stuck. It counts only after it was
+    seen released for RELEASED_FOR without a press.
 
     Attributes:
-        was_released: whether it was.
+        was_released: whether it was seen released for RELEASED_FOR.
         holds: whether it is pressed, and counts.
-        since: since when it is seen released [s]; infinite where it is pressed, or not seen yet.
+        since: time since which it is seen released [s]; infinite where it is pressed, or not seen yet.
     """
 
     was_released: bool = False
@@ -78,10 +78,10 @@ class Grip:
 
 
 def check_stick(settings: Settings) -> None:
-    """Checks that no axis and no button is for two things.
+    """Checks that no axis and no button has two functions.
 
     Raises:
-        ParameterError: one is.
+        ParameterError: one has.
     """
     teleop = settings.teleop
     axes = {name: getattr(teleop, name) for name in ("forward_axis", "left_axis", "turn_axis")}
@@ -93,7 +93,7 @@ def check_stick(settings: Settings) -> None:
 
 
 def velocity_of(stick: Stick, teleop: Teleop, robot: Robot) -> tuple[np.ndarray, float]:
-    """The velocity (2,) [m/s, body frame] and the yaw rate [rad/s] that a stick asks for.
+    """The velocity (2,) [m/s, body frame] and the yaw rate [rad/s] that a stick commands.
 
     The deadzone is a disc for driving: the direction is the stick's. From its edge on the speed grows from zero.
 

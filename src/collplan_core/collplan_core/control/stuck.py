@@ -9,7 +9,7 @@ from collplan_core.jit import njit
 WINDOW = 0.7
 """Time looked back [s]."""
 COMMANDED = 0.15
-"""A command slower than this asks for no motion that could be told from noise [m/s]."""
+"""A command slower than this causes no motion that differs from noise [m/s]."""
 PAUSE = 0.12
 """Commands may be slower for so long in WINDOW [s]: a plan that begins anew at each bump begins slowly."""
 NOWHERE = 0.05
@@ -28,15 +28,15 @@ _NOT_STUCK = math.nan, math.nan
 def why_stuck(poses: np.ndarray, commands: np.ndarray, max_acceleration: float) -> str:
     """Returns the reason why the robot counts as stuck; "" where it does not.
 
-    Stuck is a robot that was commanded at least COMMANDED all through the last WINDOW but for PAUSE, and went almost no
-    way, not even to and fro, as after a rebound. Where it should have got to is where its commands lead, or less far
-    where from rest it could not: commanded to and fro, it should not have. As long as poses or commands do not reach
-    back so far, nothing is said. How often they come makes no difference.
+    A robot is stuck that was commanded at least COMMANDED throughout the last WINDOW, PAUSE excepted, and hardly moved,
+    not even to and fro, as after a rebound. The expected distance is that to which its commands lead, less where it
+    cannot be reached from rest; commands to and fro lead nowhere. While poses or commands do not cover WINDOW, the
+    robot does not count as stuck. The rate of either makes no difference.
 
     Args:
         poses: (n, 3) time [s], x, y [m], times rising; the newest one is now.
         commands: (m, 3) time [s] from which a command is in force until the next, and its velocity [m/s], times rising.
-        max_acceleration: of the wheels [m/s^2].
+        max_acceleration: largest acceleration of the wheels [m/s^2].
     """
     mean, way = _speed_and_way(np.ascontiguousarray(poses), np.ascontiguousarray(commands), max_acceleration)
     return "" if math.isnan(mean) else f"commanded {mean:.2f} m/s for {WINDOW:g} s and moved {way:.2f} m"

@@ -1,6 +1,6 @@
 """Outcomes of a run, and the rule for a run that the planner does not end itself.
 
-Whether the goal was reached, given up or canceled is the planner's to tell, by the status of the goal.
+The planner reports by the status of the goal whether it was reached, given up or canceled.
 """
 
 import math
@@ -21,14 +21,14 @@ OUTCOMES = {goal.SUCCEEDED: REACHED, goal.ABORTED: ABORTED, goal.CANCELED: CANCE
 
 
 class RunMonitor:
-    """Tells a run that goes on too long, or makes no progress, from its poses; times are of a clock without steps [s].
+    """Detects from the poses a run that takes too long or makes no progress; times are of a clock without steps [s].
 
     Attributes:
-        reason: why the run has ended, in words; "" while it goes on.
+        reason: the reason why the run has ended; "" while it goes on.
     """
 
     def __init__(self, limits: Trial, given: float) -> None:
-        """`given` is when the goal was given [s]."""
+        """`given` is the time at which the goal was given [s]."""
         self.reason = ""
         self._limits = limits
         self._given = given
@@ -43,7 +43,7 @@ class RunMonitor:
             self._begun = stamp
 
     def commanded(self, maneuver: str) -> None:
-        """Notes the maneuver begun last: a robot that a person took is not stuck until a plan drives it again."""
+        """Notes the newest maneuver: a robot driven by hand is not stuck until a plan drives it again."""
         if maneuver != STOPPED:
             self._taken = maneuver == HAND
 
@@ -51,7 +51,7 @@ class RunMonitor:
         """TIMEOUT or STUCK, or None while the run goes on.
 
         TIMEOUT: trial.timeout has passed since the first plan. STUCK: the robot has stayed within trial.stuck_distance
-        for trial.stuck_time since the first plan, and nobody has taken it by hand; or trial.timeout has passed without
+        for trial.stuck_time since the first plan, and was not driven by hand; or trial.timeout has passed without
         a plan.
 
         Args:

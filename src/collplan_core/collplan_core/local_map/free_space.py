@@ -16,7 +16,7 @@ from collplan_core.sight_lines import place_towards
 
 MAP_BORDER, UNSEEN_SURFACE = -1, -2
 SIGHT_STEP = 0.02
-"""Distance of the places along a direction at which it is asked whether a beam sees them [m]."""
+"""Spacing of the places along a direction that are tested for being seen by a beam [m]."""
 
 
 class FreeSpace(NamedTuple):
@@ -25,7 +25,7 @@ class FreeSpace(NamedTuple):
     Attributes:
         reach: (n,) free distance of the disc's centre [m].
         border: (n, 2) where F ends [m].
-        surface: (n,) what ends it: number of an observed surface, MAP_BORDER or UNSEEN_SURFACE.
+        surface: (n,) number of the observed surface that ends it, or MAP_BORDER or UNSEEN_SURFACE.
         normals: (n, 2) unit normal out of the observed surface; zero elsewhere.
         straight: (n,) whether it ends at a straight face.
     """
@@ -152,7 +152,7 @@ def _beams_at(place: float, m: int, sweep: Sweep) -> tuple[int, int]:
 def _limits_by_beams(beams: Beams, sweep: Sweep, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Returns the limit that the nearest beam sets in each of n directions (n,) [m], and the surface it saw (n,).
 
-    Between two beams on one surface the pieces say it all; elsewhere the nearest beam is believed, so that a sparse
+    Between two beams on one surface the pieces alone set the limit; elsewhere the nearest beam counts, so that a sparse
     scan does not leak past the end of a surface. For beams that begin at the centre; `_end_where_unseen` for others.
     """
     kind, distance, joined, surface = beams.kind, beams.distance, beams.joined, beams.surface
@@ -178,7 +178,7 @@ def _limits_by_beams(beams: Beams, sweep: Sweep, n: int) -> tuple[np.ndarray, np
 def _what_hides(x: float, y: float, beams: Beams, sweep: Sweep, guess: int) -> tuple[int, int]:
     """Returns the surface hiding a point from the beams beside it, MAP_BORDER where none does, and the nearest beam.
 
-    Between two beams on one surface the farther of them is believed, elsewhere the nearest beam.
+    Between two beams on one surface the farther of them counts, elsewhere the nearest beam.
     """
     m = len(beams.kind)
     place = place_towards(x, y, beams.origins, sweep.first, sweep.step, guess)
@@ -231,7 +231,7 @@ def free_space(
 
     Args:
         pieces: (m, 4) straight pieces of the observed surfaces [m]; owner: (m,) number of the surface of each.
-        beams, sweep: what the scan saw, and how.
+        beams, sweep: results of the scan's beams, and their geometry.
         radius: radius of the disc by which the pieces are grown [m].
         box: (4,) the map's border x_min, y_min, x_max, y_max [m].
     """

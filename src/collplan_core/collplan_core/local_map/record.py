@@ -30,7 +30,7 @@ class LocalMap:
         half_side: half the side of the square map [m].
         reach: (n,) free distance of the disc's centre in direction 2 pi k / n [m].
         border_points: (n, 2) the border of F, counter-clockwise [m].
-        surface: (n,) what ends each direction: number of an observed surface, -1 map border, -2 unseen.
+        surface: (n,) number of the observed surface that ends each direction; -1 map border, -2 unseen.
         normals: (n, 2) unit normal out of the observed surface; zero elsewhere.
         shadow: (n,) whether the border of F from direction k to k + 1 is a shadow edge.
         segments: (m, 4) straight frontier segments x0, y0, x1, y1, counter-clockwise [m].
@@ -67,7 +67,7 @@ class LocalMap:
     view_beams: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __repr__(self) -> str:
-        """In a line: where, and what ends it."""
+        """One line: place, and counts of its borders."""
         x, y = self.position
         frontiers = len(set(self.frontier_number.tolist()))
         return f"LocalMap(at {x:.2f}, {y:.2f}, {len(self.walls)} pieces of wall, {frontiers} frontiers)"

@@ -1,9 +1,9 @@
 """The controller's decisions: who commands, which plan to follow, and a command each period, without exception.
 
-A hand goes before the planner: as long as a person's commands come the robot is driven by them. It is held from the
-first one on, so that it stands when they end. Otherwise the command is zero unless a goal is active, pose, scan and
+Manual control has priority: while a person's commands arrive the robot is driven by them. It is held from the first
+one on, so that it stands when they end. Otherwise the command is zero unless a goal is active, pose, scan and
 plan are fresh, and the robot is within the fence. Where that was not so for LONGEST_FAULT, where it moves late or
-against its commands, or where it was carried, the robot is held until there is a new goal or it is told to resume. A
+against its commands, or where it was carried, the robot is held until there is a new goal or a person calls resume. A
 plan is followed once the pose it begins at and a scan of then or before have come, with the local map of the newest
 such scan.
 """
@@ -35,7 +35,7 @@ from collplan_core.sensing.pose_filter import KIDNAPPED
 from collplan_core.state import State
 
 LONGEST_START = 10.0
-"""How long the first plan of a goal may take, and with it poses and scans that never came before [s]; nothing else."""
+"""Time for the first plan of a goal, and for the first poses and scans [s]; nothing else may take so long."""
 LONGEST_RESUMED = 3.0
 """The same after a person let the robot go on [s]: inputs are to be there then, and a plan soon."""
 WHY_KIDNAPPED = "the robot was carried or turned, or another body is taken for it"
@@ -54,17 +54,17 @@ class ControllerLoop:
     """Takes poses, scans, goals and plans, each with the local time of receipt [s]; gives a command at each tick.
 
     Attributes:
-        goal: the goal that planner and robot are about; None before the first.
+        goal: the present goal of planner and robot; None before the first.
         refusals: counts of what was refused.
-        motion: how the robot moves, compared with what it was told.
-        override_trouble: why a hand that has the robot is not followed, or drives at limits.blind_speed at most; empty
-            where it drives as it asks, or has not the robot.
+        motion: monitoring of the robot's motion, compared with its commands.
+        override_trouble: reason why a person who has the robot is not followed, or limited to limits.blind_speed;
+            empty where there is none, or nobody drives by hand.
     """
 
     def __init__(
         self, settings: Settings, why_forbidden: Callable[[], str] = lambda: "", sensed: SensedScans | None = None
     ) -> None:
-        """Starts at rest; `why_forbidden` gives a reason from elsewhere to stand still, empty where there is none.
+        """Starts at rest; `why_forbidden` returns an external reason to stand still, empty where there is none.
 
         `sensed` is that of a planner which is given the same poses and scans; one of its own by default.
         """
@@ -134,7 +134,7 @@ class ControllerLoop:
         self.motion.take_scan(self._sensors.sensed.newest_placed(), self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
-        """A pose or a scan (`kind` "pose" or "scan") that cannot be used, or from KIDNAPPED on a pose that can.
+        """Takes a refused pose or scan (`kind` "pose" or "scan"), or a pose after KIDNAPPED, which is usable.
 
         The robot is then held, unless a person has let it go on while its poses were refused.
         """
@@ -147,7 +147,7 @@ class ControllerLoop:
         self._sensors.refuse(kind, reason)
 
     def forget_scans(self) -> None:
-        """A person says to go on: where scans are refused, the next one is believed."""
+        """A person resumes: where scans are refused, the next one is accepted."""
         self._sensors.forget_scans()
 
     def take_robot_state(self, reason: str) -> None:
@@ -159,15 +159,15 @@ class ControllerLoop:
 
         Args:
             velocity: (2,) [m/s, body frame]; yaw_rate: [rad/s].
-            sent: when it left the person's end [s, local clock].
-            trouble: why it must not be followed; the robot then stands. Empty where it may.
+            sent: time at which the person's node sent it [s, local clock].
+            trouble: reason not to follow it; the robot then stands. Empty without one.
         """
         self._hand = ManualCommand(velocity, yaw_rate, sent, trouble)
 
     def take_goal(self, goal: Goal) -> None:
         """The goal's identity, stamp and status; the position is not needed.
 
-        A goal not heard of before lets go of a hold if it is active: a planner that starts and knows of none does not.
+        A goal not received before releases a hold if it is active; a planner that starts without a goal does not.
         """
         if goal.active and goal.id not in self._interlock.goals:
             self._memory = ControllerMemory()
@@ -183,11 +183,11 @@ class ControllerLoop:
         self._go_on(LONGEST_RESUMED)
 
     def _go_on(self, patience: float) -> None:
-        # not on the way: goals that follow soon one after the other would blind it to its motion
+        # not while driving: goals in quick succession would stop the monitoring of its motion
         if self.held or not self.goal_active or self.motion.verdict.kind in STOPPING:
             self.motion.forget()
         self._interlock = self._interlock.resumed()
-        # one that rests may have let go, which its silence will show; one that goes on commanding keeps the robot
+        # a person at rest may have let go, which their silence will show; one who goes on commanding keeps the robot
         if self._hand is not None and self._hand.is_rest:
             self._given_back = self._hand
         self._mistrusted = ""
@@ -196,7 +196,7 @@ class ControllerLoop:
         self._patience, self._fault_since, self._lost_since = patience, None, None
 
     def take_plan(self, plan: Plan, local: float) -> str:
-        """A plan, or more of the same; returns why it is refused, or "" where it will be followed."""
+        """Takes a plan, or the same again; returns why it is refused, or "" where it will be followed."""
         goal_stamp = self.goal.stamp if self.goal is not None and self.goal.active else None
         reason = why_refuse_plan(plan, goal_stamp, self._sensors.now(local), self._settings.limits.pose_age)
         if reason:
@@ -228,7 +228,7 @@ class ControllerLoop:
         """The command of one control period."""
         self.motion.judge(local, self._settings)
         if self.motion.verdict.kind in STOPPING:
-            # until a person says to go on: at a constant speed turned motion does not show, and is as wrong
+            # until a person resumes: at a constant speed turned motion does not show, and is as wrong
             self._mistrusted = self.motion.verdict.reason
         self._adopt()
         hand = self._hand
@@ -243,14 +243,14 @@ class ControllerLoop:
         return command
 
     def _keep(self, command: Command, local: float) -> None:
-        """Keeps what was commanded when, which acts later."""
+        """Keeps the commands and their times, as they act later."""
         state, now = self._sensors.state, self._sensors.now(local)
         if state is not None and now is not None:
             self._commands = with_command(self._commands, command.velocity, state.yaw, now)
 
     def _override(self, hand: ManualCommand, local: float) -> Command:
         limits, state = self._settings.limits, self._sensors.state
-        # whoever is driven by hand is driven by the planner again only when a person says so, and with a new heading
+        # after manual control the planner drives again only when a person resumes, and with a new heading
         if not self.held and hand is not self._given_back:
             self._interlock = self._interlock.held(TAKEN)
         self._memory = ControllerMemory()
@@ -303,7 +303,7 @@ class ControllerLoop:
         """Returns the reason why only a person may let the robot move on; "" where it goes on by itself.
 
         Args:
-            reason: why it must not move now; `forbidden`: as far as that comes from elsewhere.
+            reason: why it must not move now; `forbidden`: the external part of that reason.
             local: time now [s].
         """
         if self.motion.verdict.kind in STOPPING:
@@ -331,7 +331,7 @@ class ControllerLoop:
 
 
 def _since(since: float | None, reason: str, local: float) -> float | None:
-    """Since when there has been a reason [s], given since when before; None where there is none."""
+    """Returns the time since which there has been a reason [s], from the previous result; None without a reason."""
     if not reason:
         return None
     return local if since is None else since

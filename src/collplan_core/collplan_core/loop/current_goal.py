@@ -12,7 +12,7 @@ CLOSED_OFF_TIME = 2.0
 
 
 class CurrentGoal:
-    """The newest goal, if any, and since when it is as it is. What changes it returns the goal to be announced.
+    """The newest goal, if any, and the time of its last change. Methods that change it return the goal to publish.
 
     Attributes:
         goal: the newest goal; None before the first.
@@ -41,18 +41,18 @@ class CurrentGoal:
         return NO_GOAL if self.goal is None else self.goal.status
 
     def accept(self, goal: Goal, local: float, again: bool = False) -> Goal:
-        """Replaces the goal. Its time counts from `local` [s, local clock], or goes on where it is given `again`."""
+        """Replaces the goal. Its time counts from `local` [s, local clock], or continues where it is given `again`."""
         self._since = self._since if again else local
         self.goal, self._closed_since = goal, None
         return goal
 
     def refuse(self, goal: Goal) -> Goal:
-        """Takes an invalid goal as aborted; the previous one has ended all the same."""
+        """Takes an invalid goal as aborted; this ends the previous one too."""
         self.goal = replace(goal, status=ABORTED)
         return self.goal
 
     def become(self, status: str) -> Goal | None:
-        """Sets the status; returns the goal if it is another one."""
+        """Sets the status; returns the goal if the status is a new one."""
         assert self.goal is not None
         if status == self.goal.status:
             return None
@@ -81,11 +81,11 @@ class CurrentGoal:
         return bool(timeout) and local - self._since > timeout
 
     def may_be_open(self) -> None:
-        """Forgets that no way led to the goal: nothing is seen of it for now."""
+        """Forgets that no way led to the goal."""
         self._closed_since = None
 
     def is_closed_off(self, local: float) -> bool:
-        """Notes that no way leads to the goal at `local` [s, local clock]; whether that has lasted CLOSED_OFF_TIME."""
+        """Notes that no way leads to the goal at `local` [s, local clock]; whether that lasted CLOSED_OFF_TIME."""
         if self._closed_since is None:
             self._closed_since = local
         return local - self._closed_since >= CLOSED_OFF_TIME

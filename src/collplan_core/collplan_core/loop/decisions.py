@@ -16,9 +16,9 @@ class Cycle:
     """A planning cycle that ended with a plan.
 
     Attributes:
-        plan: the plan chosen, which says until when it may be followed.
+        plan: the plan chosen, with the time until which it may be followed.
         local_map: local map that it was made in.
-        boundaries: what the planner remembers of boundaries; None where it remembers none.
+        boundaries: boundaries that the planner remembers; None where it has no memory of them.
         impact: impact measured since the previous cycle; None where there was none.
     """
 

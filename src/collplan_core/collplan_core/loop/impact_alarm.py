@@ -6,7 +6,7 @@ from collplan_core.state import State
 
 
 class ImpactAlarm:
-    """Asks for one plan per impact, made from the first pose whose velocity is that after the impact.
+    """Requests one plan per impact, made from the first pose whose velocity is that after the impact.
 
     Impacts that follow each other within a pause are refused: a flood of them must leave time for poses and for the
     plans that are due anyway.
@@ -18,7 +18,7 @@ class ImpactAlarm:
         self._last = -math.inf
 
     def raised(self, stamp: float, local: float, pause: float) -> str:
-        """Registers an impact; returns why it is refused, or "" where a plan will be made for it.
+        """Registers an impact; returns the reason why it is refused, or "" where a plan will be made for it.
 
         Args:
             stamp: stamp of the impact, on the poses' clock [s].

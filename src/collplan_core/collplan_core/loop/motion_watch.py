@@ -25,7 +25,7 @@ from collplan_core.state import State
 TOUCH = 0.03
 """Distance of the ring from a surface seen within which that may push: noise of poses and ranges, and their age [m]."""
 HIT_TIME = 0.05
-"""A hit of what is not seen shows as a change of velocity within this time [s]..."""
+"""A hit of an unseen obstacle shows as a change of velocity within this time [s]..."""
 HIT = 0.25
 """...by so much more than the wheels make; less may be noise [m/s]."""
 NEARBY = 0.5
@@ -40,7 +40,7 @@ class MotionWatch:
     """
 
     def __init__(self) -> None:
-        """Starts without having seen anything."""
+        """Starts without poses, scans or commands."""
         self.verdict = MotionVerdict()
         self._record = MotionRecord()
         self._surfaces = np.zeros((0, 2))
@@ -48,7 +48,7 @@ class MotionWatch:
         self._touched = -math.inf
 
     def forget(self) -> None:
-        """Forgets what was seen and learnt, but for the delay, as where a robot that stands sets out."""
+        """Forgets everything but the delay, as where a standing robot starts to drive."""
         self.verdict = MotionVerdict(delay=self._record.delay)
         self._record = MotionRecord(delay=self._record.delay)
 
@@ -82,7 +82,7 @@ class MotionWatch:
         self._surfaces = np.ascontiguousarray(scan.points(state, near))
 
     def judge(self, now: float, settings: Settings) -> None:
-        """Judges what was seen up to `now` [s]."""
+        """Judges the motion up to `now` [s]."""
         self.verdict, self._record = judge_motion(self._record, now, settings)
 
     def commanded(self, command: Command, local: float) -> None:

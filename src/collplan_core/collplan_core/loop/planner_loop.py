@@ -1,12 +1,12 @@
 """The planner's decisions: when to plan, from where, and when a goal has ended.
 
 Once per map_period a plan is made if it can be: from the newest scan and the pose at its stamp, or from the newest pose
-and all scans so far, as the planner has it; with some planners also at once after an impact. A new goal replaces the
+and all scans so far, as the planner requires; with some planners also at once after an impact. A new goal replaces the
 old one. A goal ends when it is reached, canceled, inside an obstacle that the scan shows, not reached within
 planner.goal_timeout by the local clock, or closed off for a while by the boundaries seen; when the robot leaves the
-fence; and when it was stuck too often. A robot that is commanded and does not move backs out along where it came from,
-and what it ran into counts as an obstacle from then on, until that leaves no way. When the poses leap, fall silent or
-start over, memory is dropped and the goal gets a new stamp, which refuses every earlier plan.
+fence; and when it was stuck too often. A robot that is commanded and does not move backs out along the way it came. The
+place then counts as an obstacle, until that leaves no way. When the poses jump, stop or start over, memory is dropped
+and the goal gets a new stamp, which invalidates every earlier plan.
 """
 
 import math
@@ -46,7 +46,7 @@ ALARM_PERIODS = 2.0
 class PlacedScan:
     """The newest scan whose pose is known, the state at its stamp, and the local map made from both.
 
-    Obstacles that were felt are in the local map, and not in the scan.
+    Bumped obstacles are in the local map, and not in the scan.
     """
 
     scan: Scan
@@ -55,13 +55,13 @@ class PlacedScan:
 
 
 class PlannerLoop:
-    """Takes poses, scans, impacts and goals, each with the local time of receipt [s], and returns what it decides.
+    """Takes poses, scans, impacts and goals, each with the local time of receipt [s], and returns its decisions.
 
     Attributes:
         goal: the newest goal and its status.
         refusals: counts of what was refused.
-        trouble: why there is no plan or the goal has ended, in words; empty while plans are made.
-        n_plans, n_impacts: plans made, impacts heard of.
+        trouble: reason why there is no plan or the goal has ended; empty while plans are made.
+        n_plans, n_impacts: number of plans made, and of impacts received.
         n_hard_plans: plans that foresaw a contact faster than limits.impact_speed.
     """
 
@@ -78,8 +78,8 @@ class PlannerLoop:
         Args:
             settings: everything that planning needs.
             make_deadline: gives the deadline of a cycle at its start.
-            known_map: what each goal's memory begins with.
-            why_forbidden: a reason from elsewhere to make no plan, asked in each cycle; empty where there is none.
+            known_map: initial memory of each goal.
+            why_forbidden: returns an external reason to make no plan, in each cycle; empty where there is none.
             sensed: that of a controller which is given the same poses and scans; one of its own by default.
         """
         self.goal = CurrentGoal()
@@ -155,7 +155,7 @@ class PlannerLoop:
         self._sensors.refuse(kind, reason)
 
     def forget_scans(self) -> None:
-        """A person says to go on: where scans are refused, the next one is believed."""
+        """A person resumes: where scans are refused, the next one is accepted."""
         self._sensors.forget_scans()
 
     def take_impact(self, stamp: float, change: np.ndarray, local: float) -> list[Decision]:
@@ -173,7 +173,7 @@ class PlannerLoop:
         return self._decided()
 
     def take_goal(self, identity: bytes, position: np.ndarray, local: float) -> list[Decision]:
-        """A goal (2,) [m], which replaces the one before; given again it gets neither more time nor more tries."""
+        """Takes a goal (2,) [m], which replaces the previous one; the same goal again gets no more time or tries."""
         state = self._sensors.state
         reason = why_refuse_goal(position, None if state is None else state.position, self._settings.limits)
         if reason:
@@ -186,14 +186,14 @@ class PlannerLoop:
         return self._decided()
 
     def refuse_goal(self, identity: bytes, reason: str) -> list[Decision]:
-        """A goal that cannot be used; the one before has ended all the same."""
+        """Takes an invalid goal; this ends the previous one too."""
         self._begin_goal()
         self._decisions.append(self.goal.refuse(Goal(identity, self._planned_until, np.full(2, np.nan))))
         self._refuse_goal(reason)
         return self._decided()
 
     def forget_plan(self) -> None:
-        """The robot is led by something else than its last plan; what is remembered of boundaries stays."""
+        """Drops the plan in force, as the robot is led by something else; remembered boundaries stay."""
         self._memory = None if self._memory is None else self._planner.without_plan(self._memory)
 
     def cancel(self) -> list[Decision]:
@@ -305,7 +305,7 @@ class PlannerLoop:
         """Returns why no plan starts so long after the newest scan with known poses; "" where one does."""
         if self._placed is None or initial is None:
             return ""
-        # the age counts from the first beam, and the next scan comes after its last one
+        # the age counts from the first beam, and the next scan arrives after its last one
         scan, limit = self._placed.scan, self._settings.limits.scan_age
         limit += max(0.0, scan.time_increment * (len(scan.ranges) - 1))
         age = initial.stamp - scan.stamp
@@ -352,7 +352,7 @@ class PlannerLoop:
             self._decide_on(plan, lasts, self._placed.local_map)
 
     def _try_the_same_way_again(self) -> None:
-        """Drops bumped obstacles that leave no way to the goal, and plans anew."""
+        """Drops bumped obstacles that leave no way to the goal, so that the next cycle plans anew."""
         self._recovery.forget_felt()
         self._memory, self._placed = self._known_map, None
 

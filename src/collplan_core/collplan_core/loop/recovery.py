@@ -19,11 +19,11 @@ LONGEST_TRAIL = 200
 
 
 class Recovery:
-    """The trail of the robot, whether it is stuck, and what came of that since the goal was taken.
+    """The trail of the robot, whether it is stuck, and its tries and bumped obstacles since the goal was accepted.
 
     Attributes:
-        tries: how often it was stuck.
-        felt: (n, 2) centres of the discs of the robot's radius that are taken for obstacles, world frame [m].
+        tries: number of times that it was stuck.
+        felt: (n, 2) centres of bumped obstacles, discs of the robot's radius, world frame [m].
     """
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class Recovery:
         self.begin_goal()
 
     def begin_goal(self) -> None:
-        """Counts anew. How the robot moves is kept: goals that follow soon one after the other would blind it."""
+        """Counts anew. Recent motion is kept: goals in quick succession would otherwise hide a stuck robot."""
         self.tries = 0
         self.forget_felt()
         self.repeat_goal()
@@ -43,19 +43,19 @@ class Recovery:
         self._until = -np.inf
 
     def forget(self) -> None:
-        """Drops the trail and what was felt, as after a break in the poses; the tries still count."""
+        """Drops the trail and bumped obstacles, as after a break in the poses; the tries still count."""
         self._trail.clear()
         self._until = -np.inf
         self.forget_felt()
         self._forget_motion()
 
     def led_by_hand(self) -> None:
-        """A person drives: what is commanded is not the plan's, and a robot pushed against something is not stuck."""
+        """A person drives: commands are not the plan's, and a robot pushed against something is not stuck."""
         self._until = -np.inf
         self._forget_motion()
 
     def forget_felt(self) -> None:
-        """Takes nothing but what is seen for an obstacle."""
+        """Drops bumped obstacles: only seen ones count."""
         self.felt = np.zeros((0, 2))
 
     def _forget_motion(self) -> None:
@@ -77,7 +77,7 @@ class Recovery:
             self._pushed = np.array(velocity, dtype=float)
 
     def moved(self, state: State, settings: Settings) -> str:
-        """A pose; why the robot is stuck, "" where it is not. A command older than limits.command_age is none."""
+        """Takes a pose; returns why the robot is stuck, or "". A command older than limits.command_age is ignored."""
         x, y = state.position.tolist()
         if not self.is_backing_out(state.stamp) and self._is_farther(x, y):
             self._trail.append((x, y))
@@ -90,7 +90,7 @@ class Recovery:
         return not self._trail or math.dist((x, y), self._trail[-1]) >= STEP
 
     def begin(self, state: State, settings: Settings) -> Plan | None:
-        """The plan that backs out; None where the robot was backing out already: then any other way will do."""
+        """Returns the plan that backs out; None where the robot was backing out already: then any other way will do."""
         robot, was_backing_out = settings.robot, self.is_backing_out(state.stamp)
         ahead = self._pushed / max(float(np.hypot(*self._pushed)), 1e-9)
         self.felt = np.vstack([self.felt, state.position + 2.0 * robot.radius * ahead])

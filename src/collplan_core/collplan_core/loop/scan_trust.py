@@ -10,7 +10,7 @@ and would drive on into the next one."""
 
 
 class ScanTrust:
-    """Counts scans refused and believed, each at `local` [s, local clock], and says whether to stand still."""
+    """Counts refused and accepted scans, each at `local` [s, local clock], and decides whether to stand still."""
 
     def __init__(self) -> None:
         """Starts with trust."""

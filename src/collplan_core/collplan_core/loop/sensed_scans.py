@@ -14,14 +14,14 @@ from collplan_core.sensing.wall_lines import on_wall_lines
 from collplan_core.state import State
 
 Judged = list[tuple[str, float]]
-"""Verdict on each scan: why it is refused, "" where it is believed, and when it was received [s, local clock]."""
+"""Verdict on each scan: why it is refused, "" where it is accepted, and its time of receipt [s, local clock]."""
 
 
 class SensedScans:
     """The recent poses and scans. A pose that does not join the one before clears both.
 
-    A scan is used once the poses of all its beams are known, and then only if it can be true after those before it,
-    across a gap or leap of the poses too: a robot that was carried off finds the walls where they were. The newest pose
+    A scan is used once the poses of all its beams are known, and then only if it is plausible after those before it,
+    also across a gap or jump of the poses: a kidnapped robot finds the walls where they were. The newest pose
     or scan given again at the same time, by another loop, changes nothing and returns the same.
     """
 
@@ -72,7 +72,7 @@ class SensedScans:
         return new is self._given[0] and local == self._given[1]
 
     def forget(self) -> None:
-        """Believes the next scan, whatever it shows."""
+        """Accepts the next scan, whatever it shows."""
         self._memory = ScanMemory()
 
     def _place_scans(self, settings: Settings) -> None:

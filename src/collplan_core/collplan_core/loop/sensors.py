@@ -16,7 +16,7 @@ REFUSED_POSE_AGE = 0.05
 
 
 class Sensors:
-    """The age of poses and scans since local receipt [s], and what was refused of them.
+    """The age of poses and scans since local receipt [s], and counts of refused ones.
 
     Attributes:
         sensed: the poses and scans.
@@ -24,7 +24,7 @@ class Sensors:
     """
 
     def __init__(self, sensed: SensedScans, refusals: Refusals) -> None:
-        """Counts what is refused in `refusals`."""
+        """Counts refused inputs in `refusals`."""
         self.sensed = sensed
         self._refusals = refusals
         self._scan_received = -math.inf
@@ -90,9 +90,9 @@ class Sensors:
         return "pose" in self._refused
 
     def forget_scans(self) -> None:
-        """Uses scans again at once; where they are refused, the next one is believed, whatever it shows.
+        """Uses scans again at once; where they are refused, the next one is accepted, whatever it shows.
 
-        For a world that did change. Whoever has this called has looked at robot and scan.
+        For a world that has changed. The person who requests it has checked robot and scan.
         """
         if self._trust.is_lost:
             self.sensed.forget()
@@ -109,7 +109,7 @@ class Sensors:
         return self.why_no_pose(local, limits) or self._why_scan(local, limits.scan_age)
 
     def why_no_pose(self, local: float, limits: Limits) -> str:
-        """The same of poses alone."""
+        """Returns the same reason, of poses alone."""
         pose_age = min(REFUSED_POSE_AGE, limits.pose_age) if self.refuses_poses else limits.pose_age
         return self._why("pose", self._clock.age(local), pose_age)
 

@@ -1,4 +1,4 @@
-"""The motion that is under way when a plan is made: what was commanded before acts until the plan's first command does.
+"""Motion under way when a plan is made: earlier commands act until the plan's first command does.
 
 A command sent at t, on the poses' clock, moves the wheels at t plus the delay from a pose's stamp to the wheels: that
 of motion capture, transport and firmware, the lag of the velocity law apart.
@@ -21,7 +21,7 @@ from collplan_core.state import State
 from collplan_core.velocity_law import VelocityLaw, velocity_after_step, velocity_law
 
 STEP = 0.005
-"""Spacing of the samples, and of the delays that are told apart [s]."""
+"""Spacing of the samples, and of the delays distinguished [s]."""
 KEPT_COMMANDS = 0.5
 """Commands are kept for so long: longer than any delay until they act [s]."""
 
@@ -32,8 +32,8 @@ class UnderWay:
 
     Attributes:
         times: (n,) STEP apart from the stamp of the pose on [s]; positions, velocities: (n, 2) then [m], [m/s].
-        contacts: those on the way.
-        yaw: of the pose [rad].
+        contacts: contacts during it.
+        yaw: yaw of the pose [rad].
     """
 
     times: np.ndarray
@@ -67,7 +67,7 @@ def with_command(commands: np.ndarray, velocity: np.ndarray, yaw: float, now: fl
 
 
 def delay_in_use(robot: Robot, estimated: float) -> float:
-    """The delay from a pose's stamp to the wheels [s]: the parameter, or the estimate once known and asked for."""
+    """Returns the delay from a pose's stamp to the wheels [s]: the parameter, or the estimate if enabled and known."""
     return estimated if robot.motion_delay_estimated and math.isfinite(estimated) else robot.motion_delay
 
 
@@ -78,7 +78,7 @@ def motion_under_way(
 
     Args:
         commands: (n, 3) when each was sent [s, poses' clock], and its velocity [m/s, world frame]; rest before these.
-        delay: until each acts [s].
+        delay: time until each acts [s].
     """
     n = round(ahead / STEP)
     times = state.stamp + STEP * np.arange(n + 1)
