@@ -15,7 +15,7 @@ class Contacts:
         times: (k,) [s].
         points: (k, 2) where the ring touches the obstacle, not the disc's centre [m].
         velocities_after: (k, 2) [m/s].
-        speeds: (k,) into the obstacle [m/s]; empty where they are not known, as of a plan that was published.
+        speeds: (k,) into the obstacle [m/s]; empty where they are unknown, as in a plan read from a message.
     """
 
     times: np.ndarray
@@ -40,10 +40,10 @@ class Candidates:
 
     Attributes:
         positions, velocities: (m, 2) [m], [m/s].
-        costs: (m,).
-        paths: whole ones (k, 2) that the best was refined from, if any [m].
-        path_costs: what each of these costs.
-        terms: (m,) each cost term by its name, where they are kept apart.
+        costs: (m,) cost of each candidate.
+        paths: (k, 2) whole paths that the best was refined from, if any [m].
+        path_costs: cost of each of these paths.
+        terms: (m,) each cost term by its name, where they are computed separately.
     """
 
     positions: np.ndarray
@@ -60,16 +60,16 @@ class Plan:
 
     Attributes:
         stamp: when it starts [s], the stamp of the state it was made from; the robot is at positions[0] then.
-        times: (n,) when to be where, strictly rising, times[0] == stamp [s].
+        times: (n,) time of each position, strictly rising, times[0] == stamp [s].
         positions: (n, 2) [m].
         velocities: (n, 2) [m/s].
         contacts: where this plan expects to touch and how it leaves.
         aim: (2,) chosen intermediate position p_s [m].
         aim_velocity: (2,) chosen velocity v_s [m/s].
         terms: cost terms of the choice by name (position, risk, collision_risk, gap_risk, velocity, total, ...).
-        candidates: all that were compared.
-        n_before_pruning: how many there were before pruning.
-        valid_until: until when it may be followed [s]; None where nobody says so.
+        candidates: all candidates compared.
+        n_before_pruning: number of candidates before pruning.
+        valid_until: time until which it may be followed [s]; None where it has no such limit.
     """
 
     stamp: float
@@ -107,10 +107,10 @@ def timed_path(
 
 
 class NoPlan(RuntimeError):
-    """There is nothing to aim at; the robot must stop. The message says why.
+    """Error of a cycle without a plan; the robot must stop. The message gives the reason.
 
     Attributes:
-        memory: what the cycle leaves to the next all the same; None where that is what it began with.
+        memory: memory that the cycle leaves to the next nevertheless; None where it is unchanged.
     """
 
     def __init__(self, message: str, memory: Any = None) -> None:

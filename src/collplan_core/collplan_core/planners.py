@@ -1,4 +1,4 @@
-"""The planners by strategy name: all that nodes and trials ask of a strategy."""
+"""The planners by strategy name: all that nodes and trials need of a strategy."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ class PlanFunction(Protocol):
         settings: Settings,
         deadline: Deadline = never,
     ) -> tuple[Plan, Any]:
-        """The plan from `state` to `goal` (2,) [m] and what the next cycle needs of this one; None is for the first.
+        """Returns the plan from `state` to `goal` (2,) [m] and the next cycle's memory; `memory` is None at first.
 
         Raises:
             NoPlan: there is nothing to aim at.
@@ -53,11 +53,11 @@ class Planner:
         plan: one cycle, from a local map to a plan.
         map_period: T_map where planner.map_period is 0 [s].
         starts_at_newest_pose: whether a plan starts at the newest pose; otherwise at the pose of the map's scan.
-        replans_after_impact: whether an impact asks for a plan at once.
-        gives_up_closed_off_goal: whether NoPlan means that what was seen closes off the goal.
-        boundaries: memory -> what the planner remembers of boundaries, for display; None where it remembers none.
+        replans_after_impact: whether an impact requires a plan at once.
+        gives_up_closed_off_goal: whether NoPlan means that seen boundaries close off the goal.
+        boundaries: memory -> remembered boundaries, for display; None where it remembers none.
         half_side: half the side of the local map that it plans in [m].
-        without_plan: memory -> what is left of it where the robot was led aside and the plan in force is no more.
+        without_plan: memory -> memory without the plan in force, for a robot that was led aside.
         known_map: world, settings -> a first memory that holds the whole world; None where it can hold none.
     """
 
@@ -146,8 +146,8 @@ def first_memory(settings: Settings, world: World | None) -> Any:
     """Returns a planner's initial memory of a goal: None, or the whole world where `trial.known_map` asks for it.
 
     Args:
-        settings: they choose the planner.
-        world: the world that it may know; None for a node, which is never given one.
+        settings: settings that select the planner.
+        world: world that the planner may know; None for a node, which never has one.
 
     Raises:
         ParameterError: `trial.known_map` is true for a node, or for a planner that cannot hold a map.

@@ -17,7 +17,7 @@ DIFFERENCE = 1e-6
 
 
 class Ring(NamedTuple):
-    """The reflection ring as it is believed to be.
+    """The reflection ring as the planner models it.
 
     Attributes:
         restitution: e, share of the speed into the boundary that comes back.
@@ -34,7 +34,7 @@ class Ring(NamedTuple):
 
 
 def believed_ring(settings: Settings) -> Ring:
-    """The ring as the parameters have it."""
+    """The ring by the parameters."""
     robot = settings.robot
     body_share = robot.mass / (robot.mass + robot.wheel_mass)
     return Ring(settings.rebound.restitution, settings.rebound.friction, robot.inertia_factor, body_share)
@@ -80,6 +80,6 @@ def rebound(velocity: np.ndarray, normal: np.ndarray, ring: Ring) -> np.ndarray:
     Args:
         velocity: (2,) before it [m/s].
         normal: (2,) unit normal of the boundary, either sign.
-        ring: what touches.
+        ring: ring that touches.
     """
     return np.array(reflect(velocity[0], velocity[1], 0.0, normal[0], normal[1], ring)[:2])

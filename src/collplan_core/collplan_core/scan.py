@@ -118,7 +118,7 @@ class Scan:
 
         Args:
             state: the robot at the stamp.
-            which: (n,) whether a beam is asked for, m of them; all of these have a finite range.
+            which: (n,) mask of the m beams wanted; all of these have a finite range.
         """
         origins, bearings = self.beams(state)
         if len(origins) > 1:

@@ -23,7 +23,7 @@ class ClockOffset:
     """Compares two clocks, and keeps to the last good comparison where this process was held up between two readings.
 
     Attributes:
-        ahead: by how much the settable clock is ahead of the steady one [s].
+        ahead: time by which the settable clock is ahead of the steady one [s].
     """
 
     def __init__(self, settable: Callable[[], float], steady: Callable[[], float]) -> None:
@@ -37,7 +37,7 @@ class ClockOffset:
             self.ahead, took = self._read()
 
     def compare(self) -> bool:
-        """Reads both clocks; whether one was set since."""
+        """Reads both clocks; returns whether one was set since."""
         ahead, took = self._read()
         was_set = took <= PROMPT and abs(ahead - self.ahead) > STEP
         if was_set:
@@ -53,7 +53,7 @@ class SendTimes:
     """Puts times of sending onto the steady clock, whatever steps the wall clock takes meanwhile.
 
     Attributes:
-        ahead_at_first: by how much the wall clock was ahead of the steady clock at first [ns].
+        ahead_at_first: time by which the wall clock was ahead of the steady clock at first [ns].
     """
 
     def __init__(self, wall: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic) -> None:
@@ -75,8 +75,8 @@ class SendTimes:
     def steady(self, sent: float) -> float:
         """Returns the time on the steady clock [s] of a message sent at `sent` [s, wall clock].
 
-        Of the settings that the wall clock has had, that one counts by which the message was on its way shortest, as
-        none comes before it was sent.
+        Of the settings that the wall clock has had, the one that gives the shortest transport time counts, as no
+        message arrives before it was sent.
         """
         if self._offset.compare():
             self._settings.append(self.ahead)
@@ -90,7 +90,7 @@ class RunTimes:
     """Continues the time of a run over steps of the clock that stamps its poses.
 
     Attributes:
-        corrections: what was added to stamps so far [s]; the last one holds now.
+        corrections: corrections added to stamps so far [s]; the last one holds now.
     """
 
     def __init__(self, pace: float = 1.0) -> None:

@@ -1,4 +1,4 @@
-"""Which beam of a scan goes towards a point, where each beam begins at a place of its own."""
+"""Search for the beam of a scan that goes towards a point, where each beam has its own origin."""
 
 import math
 

@@ -12,9 +12,9 @@ PAPER_WEIGHTS: dict[str, dict[str, float]] = {
 }
 
 REFLECTS, STOPS = "reflects", "stops"
-"""What a boundary does to the normal speed of a contact."""
+"""Effect of a boundary on the normal speed of a contact."""
 FREE, BY_SPEED, AVERSE = "free", "by_speed", "averse"
-"""What a contact costs."""
+"""Cost of a contact."""
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ class VelocityLaw(NamedTuple):
 
     Attributes:
         max_acceleration: [m/s^2]; lag: [s].
-        step: a duration that is asked for again and again [s].
-        step_decay: share of a small difference to the command that is left after it.
+        step: a duration that is used often [s].
+        step_decay: share of a small difference to the command that is left after the step.
     """
 
     max_acceleration: float

@@ -1,4 +1,4 @@
-"""Which contacts a plan foresees: at an observed boundary on its way, or at a predicted one behind its end."""
+"""Contacts that a plan foresees: at an observed boundary on its way, or at a predicted one behind its end."""
 
 import math
 

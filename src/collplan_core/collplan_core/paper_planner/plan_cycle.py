@@ -59,7 +59,7 @@ def plan_cycle(
     """One cycle of the paper's planner: from a local map to a timed reference. Paper: II and III-A.
 
     Args:
-        memory: what the previous cycle left, None at the start and after a new goal.
+        memory: memory of the previous cycle, None at the start and after a new goal.
         state: where the plan begins: at the scan's stamp, or later.
         goal: (2,) p_goal [m].
         deadline: not needed: a cycle takes less than a millisecond.

@@ -1,4 +1,4 @@
-"""Which candidates are never built, decided by frontier and by direction before the product. Paper: II-C."""
+"""Pruning of candidates by frontier and by direction, before the product is built. Paper: II-C."""
 
 import math
 

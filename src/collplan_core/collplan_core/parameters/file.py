@@ -42,7 +42,7 @@ _WILDCARDS = ("*", "**")
 
 
 class _Loader(yaml.SafeLoader):
-    """Takes 1e-3 for a number and refuses aliases, as ROS does; YAML 1.1 does neither."""
+    """Reads 1e-3 as a number and refuses aliases, as ROS does; YAML 1.1 does neither."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.AliasEvent):
@@ -149,7 +149,7 @@ def _merged(sections: Iterator[tuple[str, dict[str, Any]]]) -> dict[str, Any]:
 
 
 def _check_node(node: str) -> None:
-    """ROS itself passes over a section that no node is called, in silence."""
+    """Raises ParameterError for a section of an unknown node, which ROS itself would ignore silently."""
     name = node.rsplit("/", 1)[-1]
     if name in NODES or name in _WILDCARDS:
         return

@@ -201,7 +201,7 @@ class Limits(Parameters):
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=3.0)
     hand_age: float = parameter(0.2, "Age of the last command on hand/cmd_vel after which the hand has let go", unit="s", low=0.05, high=0.5)
     blind_speed: float = parameter(0.3, "Largest speed by hand where poses are lost or the motion does not fit the commands", unit="m/s", low=0.0, high=1.0)
-    heartbeat_age: float = parameter(0.2, "Silence of planner/heartbeat after which the robot stops, once one was heard", unit="s", low=0.1, high=0.5)
+    heartbeat_age: float = parameter(0.2, "Silence of planner/heartbeat after which the robot stops, once one was received", unit="s", low=0.1, high=0.5)
     goal_distance: float = parameter(100.0, "A goal farther from the robot is refused", unit="m", low=1.0, high=1000.0)
     fence: tuple[float, ...] = parameter((), "Corners x, y, x, y, ... in frames.map of a polygon that goals and the robot's centre must be in; empty for none", unit="m", low=-1e6, high=1e6)
     impact_speed: float = parameter(1.2, "Contacts faster than this into an obstacle are not planned by the time-to-goal strategies, and counted with the paper's; v_max excludes none (assumed)", unit="m/s", low=0.0, high=10.0)
@@ -221,7 +221,7 @@ class Mocap(Parameters):
     velocity_window: float = parameter(0.06, "Poses of this span are fitted for the velocity; the delay is half of it", unit="s", low=0.01, high=0.5, live=True)
     detect_impacts: bool = parameter(True, "Detect impacts in the poses; false where the ring itself senses them", live=True)
     position_noise: float = parameter(0.002, "Noise of a measured position, standard deviation by axis (assumed)", unit="m", low=1e-5, high=0.1, live=True)
-    yaw_noise: float = parameter(0.005, "Noise of a measured yaw, standard deviation, told to those who listen to mocap/odom (assumed)", unit="rad", low=1e-6, high=0.5, live=True)
+    yaw_noise: float = parameter(0.005, "Noise of a measured yaw, standard deviation, published as covariance on mocap/odom (assumed)", unit="rad", low=1e-6, high=0.5, live=True)
     impact_window: float = parameter(0.05, "A change of velocity within this time that max_acceleration cannot make is an impact", unit="s", low=0.02, high=0.2, live=True)
     impact_speed: float = parameter(0.15, "Smallest change of velocity reported as an impact", unit="m/s", low=0.01, high=5.0, live=True)
     leap_margin: float = parameter(0.05, "Distance beyond max_speed times the silence that still counts as motion", unit="m", low=0.0, high=1.0, live=True)
@@ -292,7 +292,7 @@ class Lidar(Parameters):
     sensor: str = parameter("ideal", "What a scan suffers: ideal casts rays as the paper does, low_cost is a spinning low-cost sensor with noise, lost and mixed returns, latency and sweep", choices=("ideal", "low_cost"))
     range_noise: float = parameter(0.0, "Noise of a range of sensor ideal, standard deviation; low_cost has its own", unit="m", low=0.0, high=0.2)
     seed: int = parameter(0, "Seed of the noise of ranges; a trial's own seed stands for it", low=0, high=2**31 - 1)
-    frame: str = parameter("", "header.frame_id of the scans; empty for frames.base. What is believed of it is scan.frame")
+    frame: str = parameter("", "header.frame_id of the scans; empty for frames.base. Planner and controller expect scan.frame")
     offset_x: float = parameter(0.0, "Where the sensor truly is on the robot: forward. What is believed of it is scan.offset_x", unit="m", low=-1.0, high=1.0)
     offset_y: float = parameter(0.0, "Where the sensor truly is on the robot: to the left. What is believed of it is scan.offset_y", unit="m", low=-1.0, high=1.0)
     offset_yaw: float = parameter(0.0, "True heading of the sensor on the robot. What is believed of it is scan.offset_yaw", unit="rad", low=-pi, high=pi)
@@ -510,7 +510,7 @@ GONE = {
     "time_to_goal.clearance_cost": "time_to_goal.margin_cost takes its place",
     "time_to_goal.limit_cost": "contacts faster than limits.impact_speed have no price, they are not planned",
 }
-"""Parameters that are no more, and what to do about it."""
+"""Removed parameters, and their replacements."""
 
 
 def all_specs() -> dict[str, Spec]:

@@ -1,1 +1,1 @@
-"""The journal of planner and controller: written while they run, and given to them again."""
+"""Journal of planner and controller: written while they run, and replayed later."""

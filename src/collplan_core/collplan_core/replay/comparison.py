@@ -12,11 +12,11 @@ from collplan_core.replay.reading import Beginning, Call, Event, Gap
 
 @dataclass(frozen=True)
 class Difference:
-    """The first thing that is not as it was.
+    """The first difference between a recording and its replay.
 
     Attributes:
         stamp: stamp of the newest pose then [s]; None before the first.
-        where: which value it is, by the keys that lead to it.
+        where: keys that lead to the value.
         recorded, replayed: the value then and now.
     """
 
@@ -36,7 +36,7 @@ class Interruption:
 
     Attributes:
         stamp: stamp of the newest pose before [s]; None before the first.
-        reason: what is missing.
+        reason: the missing part.
     """
 
     stamp: float | None
@@ -49,12 +49,12 @@ class Interruption:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A loop from its start on, as far as it was the same.
+    """Comparison of a loop from its start on, as far as it was equal.
 
     Attributes:
-        calls, plans, commands: so many came out the same.
-        end: why it was compared no further; None where that was to its end.
-        beginning: what the loop was made with; None where the beginning is missing.
+        calls, plans, commands: numbers of equal ones.
+        end: reason why the comparison ended early; None where it reached the end.
+        beginning: inputs that the loop was made with; None where the beginning is missing.
     """
 
     calls: int = 0

@@ -1,4 +1,4 @@
-"""Writing a journal: what planner or controller was given, in order, and what came of it, a line of JSON each cycle."""
+"""Writing of a journal: inputs of planner or controller, in order, and their outcome, a line of JSON each cycle."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ R = TypeVar("R")
 
 @dataclass
 class _Call:
-    """A call of the loop: its name, what was given, what it was told when it asked, and what came of it."""
+    """A call of the loop: its name, its arguments, the answers to its queries, and its outcome."""
 
     name: str
     given: tuple[Any, ...]
@@ -32,15 +32,15 @@ class _Call:
 class Journal:
     """The journal of one loop, whose inputs all go through `call`.
 
-    What the loop asks of the world outside while it is called is kept beside: why it is forbidden to act, and how
-    often it looked at its deadline before that came, the one thing that a clock decides.
+    The answers to the loop's external queries are kept too: why it is forbidden to act, and how often it looked at its
+    deadline before that passed, the only thing that a clock decides.
     """
 
     def __init__(self, of: str, send: Callable[[str], None] | None = None) -> None:
         """Hands each line to `send`; without it nothing is kept, and nothing costs time.
 
         Args:
-            of: whose it is, PLANNER or CONTROLLER.
+            of: the loop, PLANNER or CONTROLLER.
         """
         self._of = of
         self._send = send
@@ -69,7 +69,7 @@ class Journal:
         return came
 
     def asked(self, why_forbidden: Callable[[], str]) -> Callable[[], str]:
-        """The same question to the world outside, whose answers are kept."""
+        """Returns the same external query, whose answers are kept."""
 
         def asked() -> str:
             answer = why_forbidden()

@@ -41,7 +41,7 @@ class Moment:
     Attributes:
         stamp: stamp of the newest pose then [s].
         own, other: their plans; None where there is none.
-        note: why the other one has none.
+        note: reason why the other one has none.
     """
 
     stamp: float
@@ -56,7 +56,7 @@ class PlansBeside:
 
     Attributes:
         moments: in order.
-        end: why they end before the run does; "" where they do not.
+        end: reason why they end before the run does; "" where they do not.
     """
 
     moments: tuple[Moment, ...]
@@ -66,9 +66,9 @@ class PlansBeside:
 def plans_beside(events: Iterable[Event], strategy: str) -> PlansBeside:
     """Plays the journal of the planner twice, once with another strategy, up to the first gap.
 
-    The other one remembers what it would, but for a time-to-goal plan in force: the robot did not follow that. It
-    refines as far as the recorded one could, by the same number of looks at the deadline, and to the end where that was
-    one of the paper's strategies, which have none.
+    The other strategy keeps its own memory, but for a time-to-goal plan in force, which the robot did not follow. It
+    refines as far as the recorded one could, by the same number of looks at the deadline, and to the end where the
+    recorded one was a strategy of the paper, which has no deadline.
 
     Raises:
         JournalError: the journal does not fit the loop.

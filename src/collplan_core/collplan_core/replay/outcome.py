@@ -1,6 +1,6 @@
 """Outcome of a loop's call, as JSON whose text is equal where the outcome is, to the last bit.
 
-Large arrays stand there by hash, what a person would look at first by value.
+Large arrays are stored as hashes, values of interest to a reader as such.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ HASH_SIZE = 8
 
 
 def outcome_of(value: Any) -> Any:
-    """The outcome that stands for what a loop has returned, or for the error that it has raised; None for nothing.
+    """Returns the outcome of a call from the loop's return value or the error that it raised; None for None.
 
     Raises:
         TypeError: no loop returns such a thing.

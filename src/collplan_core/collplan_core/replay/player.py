@@ -1,4 +1,4 @@
-"""A loop of planner or controller that is given again what a journal holds."""
+"""A loop of planner or controller that replays a journal."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -17,10 +17,10 @@ from collplan_core.worlds.file import parse_text
 
 
 class Player:
-    """A loop, with the world outside that a journal tells of.
+    """A loop, with the external answers recorded in a journal.
 
     Attributes:
-        loop: the planner's or the controller's.
+        loop: loop of the planner or the controller.
         stamp: stamp of the newest pose given to it [s]; None before the first.
     """
 
@@ -29,8 +29,8 @@ class Player:
 
         Args:
             of: PLANNER or CONTROLLER.
-            beginning: what it is made with.
-            changed: parameters that are not as they were, and stay so.
+            beginning: inputs that it is made with.
+            changed: parameters that differ from the recorded ones, throughout.
         """
         self.stamp: float | None = None
         self._changed = dict(changed or {})

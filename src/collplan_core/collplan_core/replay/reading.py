@@ -1,4 +1,4 @@
-"""Reading a journal: how it begins, each call, and where lines are missing."""
+"""Reading of a journal: its beginning, each call, and missing lines."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,8 +16,8 @@ class Beginning:
     """The start of a loop.
 
     Attributes:
-        settings: what it is made with.
-        known_map: text of a world file, of the world that the planner is given; None where it is given none.
+        settings: settings that it is made with.
+        known_map: text of the world file given to the planner; None where it is given none.
         made_with: code and machine, by name.
     """
 
@@ -31,10 +31,10 @@ class Call:
     """A call of the loop.
 
     Attributes:
-        name: of the method.
-        given: what it was given.
-        forbidden: what was answered when it asked why it is forbidden to act; nothing always, where empty.
-        looks: how often it looked at each deadline before that came; None where it did not come.
+        name: name of the method.
+        given: its arguments.
+        forbidden: answers to its queries why it is forbidden to act; empty where it never was.
+        looks: number of looks at each deadline before that passed; None where it did not pass.
         came: the outcome, as JSON.
     """
 
@@ -47,7 +47,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Gap:
-    """A line that is not the one that was due, by their numbers."""
+    """Gap in a journal: the number of a line that is not the one expected."""
 
     number: int
     due: int

@@ -1,7 +1,7 @@
 """Inputs of the loops, as JSON and back, every float bit for bit.
 
-A finite float is the number that Python prints, which reads back to the same bits. What JSON does not have is an object
-with one key:
+A finite float is the number that Python prints, which reads back to the same bits. A value that JSON does not have is
+an object with one key:
 
 | key | value |
 |---|---|
@@ -12,7 +12,7 @@ with one key:
 | `goal` | identity, stamp, position, status |
 | `settings` | every parameter by its key |
 | `scan` | numbers, and the array of ranges |
-| `plan` | stamp, the arrays of times, positions and velocities, until when it holds: what follows it reads no more |
+| `plan` | stamp, the arrays of times, positions and velocities, its end of validity; the controller reads no more |
 """
 
 import math

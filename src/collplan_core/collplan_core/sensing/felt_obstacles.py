@@ -1,4 +1,4 @@
-"""Obstacles that were felt and not seen: where the robot got stuck, as a scan that sees them would show them."""
+"""Bumped obstacles, which no scan showed: discs where the robot got stuck, added to scans as if they were seen."""
 
 from dataclasses import replace
 

@@ -65,10 +65,10 @@ class ImpactLaw(NamedTuple):
     """Criteria by which poses show an impact.
 
     Attributes:
-        window: time within which a change of velocity is one [s].
-        least_change: smallest change of velocity that is one [m/s].
+        window: time within which a change of velocity counts as an impact [s].
+        least_change: smallest change of velocity that counts as one [m/s].
         position_deviation: standard deviation of a measured position by axis [m].
-        acceleration_deviation: the same of an acceleration [m/s^2].
+        acceleration_deviation: standard deviation of an acceleration by axis [m/s^2].
     """
 
     window: float

@@ -17,7 +17,7 @@ class MeasuredPose:
     """A body as a receiver reports it, unchecked, in the motion capture's units and axes.
 
     Attributes:
-        frame: coordinate frame it names, None where it names none.
+        frame: name of its coordinate frame, None where it has none.
         stamp: [s]; None where it has none.
         position: x, y, z.
         quaternion: x, y, z, w.

@@ -29,7 +29,7 @@ class Ways(NamedTuple):
     Attributes:
         rows: (n, 6). The first len(DELAYS) * len(MASSES) are plain, by delay, then mass; then dead wheels: braked,
             coasting, and almost without force; then turned or mirrored ones.
-        n_plain, n_dead: how many of these there are.
+        n_plain, n_dead: numbers of plain ways and of dead wheels.
     """
 
     rows: np.ndarray

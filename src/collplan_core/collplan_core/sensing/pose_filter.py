@@ -1,14 +1,14 @@
-"""Motion-capture poses become states; impacts are found, and what cannot be a pose of the robot is refused.
+"""Filter of motion-capture poses: gives states, detects impacts, and refuses poses that cannot be the robot's.
 
 Velocity and yaw rate are the slope of the least-squares line through the poses of the last `mocap.velocity_window`, the
 motion half a window ago: at the default 60 ms it lags by 30 ms (0.045 m/s at 1.5 m/s^2), and 2 mm of noise at 100 Hz
 leave 0.04 m/s. The position is the newest one, as measured, without delay. After an impact the line begins at the
 impact: it goes through its point and the poses since, so the velocity before it is forgotten at once. A second change
-of velocity that soon after it and that way is the rest of the same hit: the line begins there, but no impact is told.
+of velocity that soon after it and that way is the rest of the same hit: the line begins there, no impact is reported.
 
 A pose that `robot.max_speed` cannot explain, or whose stamp does not rise, is refused, until `mocap.relocation_time` of
-such poses agree with each other. Where stamps did not rise, the motion capture restarted; else the robot was carried,
-or another body is taken for it, which is told: nobody is to drive on by that unasked.
+such poses agree with each other. Where stamps did not rise, the motion capture restarted; else the robot was carried
+(kidnapped robot), or another body is mistaken for it. This is reported, and only a person may let the robot drive on.
 
 A pose that is tipped or off the floor is refused for as long as it is. So is a heading that leaps while the position
 goes on: nobody turns a robot like that, but markers that are nearly symmetric are taken for one another. It is trusted
@@ -35,11 +35,11 @@ SAME_HIT_ANGLE = math.radians(45.0)
 
 NOT_FINITE, ZEROS, QUATERNION, STAMP, LEAP = "not_finite", "zeros", "quaternion", "stamp", "leap"
 KIDNAPPED = "kidnapped"
-"""What is said beside a pose that is taken: it is none of a robot that drove there."""
+"""Reason given beside an accepted pose to which the robot cannot have driven."""
 
 
 class PoseError(ValueError):
-    """A message that holds no pose. `reason` is its kind, to count by."""
+    """Error of a message that holds no valid pose. `reason` is its kind, for counting."""
 
     def __init__(self, reason: str, message: str) -> None:
         super().__init__(message)
@@ -113,11 +113,11 @@ class FilterMemory:
     Attributes:
         track: the robot's.
         suspects: track of refused poses that may turn out to be a relocation.
-        suspected: why the first of them was refused.
-        impact: the last one found in the track, None before the first.
+        suspected: reason why the first of them was refused.
+        impact: the last impact found in the track, None before the first.
         floor: height of the first pose taken [m]; None before it.
-        heard: local time at which the newest pose on the floor came, refused or not [s].
-        unseen: whether none came for mocap.relocation_time since the last one taken: the robot may have been turned.
+        heard: local time of receipt of the newest pose on the floor, refused or not [s].
+        unseen: whether none arrived for mocap.relocation_time since the last accepted one: the robot may have turned.
     """
 
     track: Track = NO_TRACK
@@ -139,11 +139,11 @@ class FilterResult:
     Attributes:
         state: None when the pose was refused, or while the first window fills.
         impact: an impact, once, when it is found; else None.
-        refused: why, empty when accepted: not_finite, tilt, height, stamp, leap or yaw.
-        relocated: the robot is somewhere else now; what was planned is void.
-        kidnapped: and not by stamps alone: somebody has moved it, or it is another body.
-        yaw_rate: of the state [rad/s].
-        deviations: of state and yaw rate.
+        refused: reason of a refusal, empty when accepted: not_finite, tilt, height, stamp, leap or yaw.
+        relocated: whether the robot is somewhere else now; plans are then invalid.
+        kidnapped: whether it is, and not by stamps alone: somebody has moved it, or it is another body.
+        yaw_rate: yaw rate of the state [rad/s].
+        deviations: standard deviations of state and yaw rate.
     """
 
     state: State | None
@@ -247,7 +247,7 @@ def _disagreement(track: Track, sample: PoseSample, received: float, settings: S
     silence = min(sample.stamp - newest.stamp, received - track.received + settings.limits.pose_age)
     mocap = settings.mocap
     reach = SPEED_ALLOWANCE * settings.robot.max_speed * max(silence, 0.0) + mocap.leap_margin
-    # once the wheels are told zero, a spin does not last
+    # once the wheels are commanded zero, a spin does not last
     turned = not turns(sample.yaw - newest.yaw, min(silence, settings.limits.pose_age), mocap)
     # where the heading alone is wrong, so is the centre that was computed with it
     lever = 2.0 * math.hypot(mocap.body_offset_x, mocap.body_offset_y) if turned else 0.0

@@ -18,7 +18,7 @@ class PoseHistory:
         self._states: deque[State] = deque()
 
     def add(self, state: State) -> None:
-        """The newest state; one that is not later than those kept begins anew, as after a clock was set back."""
+        """Adds the newest state; one that is not later than those kept begins anew, as after a clock was set back."""
         if self._states and state.stamp <= self._states[-1].stamp:
             self._states.clear()
         self._states.append(state)
@@ -30,7 +30,7 @@ class PoseHistory:
         self._states.clear()
 
     def at(self, stamp: float) -> State | None:
-        """The state at `stamp` [s]; None outside what is kept."""
+        """Returns the state at `stamp` [s]; None outside of the span kept."""
         if not self._states or not self._states[0].stamp <= stamp <= self._states[-1].stamp:
             return None
         return state_at(self._states, stamp)

@@ -30,7 +30,7 @@ class TrackLaw(NamedTuple):
         kept: span of the poses that are kept [s].
         velocity_window: span of those that are fitted for the velocity [s].
         slack: stamps are not spaced to the nanosecond: a pose so much older than a span still belongs to it [s].
-        finds_impacts: whether impacts are looked for; impacts: what is one.
+        finds_impacts: whether impacts are detected; impacts: the criteria for one.
     """
 
     kept: float

@@ -13,7 +13,7 @@ GAP = 0.07
 """All beams towards a wall must end so far beyond it for it to be missing, or one so far before it for it to be hidden
 [m]: five times the noise of the difference of two ranges, of 0.01 m each."""
 SIDEWAYS, TURNED = 0.03, math.radians(1.0)
-"""Beams within these of the direction of a wall may show it [m, rad]: what poses are off."""
+"""Beams within these of the direction of a wall may show it [m, rad]: the errors of poses."""
 EDGE_ON = 0.2
 """A wall that is met at a smaller sine is not expected."""
 FACING = 0.7
@@ -32,9 +32,9 @@ class Consistency(NamedTuple):
     """Result of the comparison of a scan with walls seen before.
 
     Attributes:
-        expected, missing: number of walls that the scan must show, as nothing in it hides them; of those not shown.
-        expected_ahead, missing_ahead: the same of walls that the robot moves towards.
-        n_delays, delay: how much older than its stamp the scan's content is [s], median over so many walls; NaN for 0.
+        expected, missing: number of walls that the scan must show, as nothing in it hides them; number not shown.
+        expected_ahead, missing_ahead: the same for walls that the robot moves towards.
+        n_delays, delay: age of the scan's content beyond its stamp [s], median over so many walls; NaN for 0.
         towards_missing: (n,) bool, whether a beam goes towards a wall that is missing.
     """
 
@@ -80,7 +80,7 @@ def scan_consistency(
     scan_limits: tuple,
     velocity: tuple,
 ) -> Consistency:
-    """Compares a scan with walls that scans before it showed.
+    """Compares a scan with walls that earlier scans showed.
 
     A scan that shows what was seen a while ago, though it is stamped now, shows each wall off by what the robot has
     moved since: of each wall the delay is the distance over the speed towards it.

@@ -21,7 +21,7 @@ MOST_MISSING_AHEAD = 0.5
 MOST_BLIND = 0.5
 """Largest share of the beams that showed nothing in place of a wall that may go on showing nothing."""
 LATEST = 0.1
-"""A scan that shows what was seen longer before its stamp is late [s]; the sweep of a LIDAR of 10 Hz that gives no
+"""A scan whose content is older than its stamp by more is late [s]; the sweep of a LIDAR of 10 Hz that gives no
 time_increment is 0.05 s late on average."""
 STILL, UNTURNED = 0.02, 0.02
 """A robot that moved less than this may see the same to the last bit: poses have noise [m, rad]."""
@@ -32,8 +32,8 @@ class ScanMemory:
     """Memory by which the next scan is judged.
 
     Attributes:
-        walls: of scans found plausible, the newest last: stamp [s] and what `wall_of_each_beam` gives of walls.
-        ranges: of the newest scan, plausible or not; empty before the first.
+        walls: walls of plausible scans, the newest last: stamp [s] and the walls of `wall_of_each_beam`.
+        ranges: ranges of the newest scan, plausible or not; empty before the first.
         pose: (3,) x, y [m] and yaw [rad] where those ranges came first.
         blind: beams that showed nothing in place of a wall, of the newest scan that missed too many; empty once a scan
             was found plausible.
@@ -51,9 +51,9 @@ def judge_scan(
     """Returns the reason why a scan is implausible, "" where it is plausible, and the memory for the next scan.
 
     Args:
-        memory: what came of the scan before.
+        memory: memory after the previous scan.
         scan: the scan.
-        masked: (n,) whether a beam is masked: that it shows no wall says nothing.
+        masked: (n,) whether a beam is masked: it need not show a wall.
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam, of `beam_poses`.
         velocity: (2,) of the robot [m/s].
         limits: the shares of beams that may be lost or miss a wall.

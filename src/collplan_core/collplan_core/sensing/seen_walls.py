@@ -65,8 +65,8 @@ def _pieces(ranges: np.ndarray, beams: np.ndarray, first: float, step: float) ->
 def wall_of_each_beam(scan: Scan, beams: np.ndarray) -> np.ndarray:
     """(n, 4) where each beam met a straight piece of wall, x, y [m], and its normal, towards the sensor; world frame.
 
-    NaN where it met none. Corners, ends, lone hits and walls met too flatly are left out: what the next scan says of
-    them is chance.
+    NaN where it met none. Corners, ends, lone hits and walls met too flatly are left out: the next scan shows
+    them only by chance.
 
     Args:
         scan: the scan.

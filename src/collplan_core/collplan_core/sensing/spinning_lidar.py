@@ -93,11 +93,11 @@ def swept_scan(
     """The scan of one sweep.
 
     Args:
-        world: what is solid.
+        world: the solid surroundings.
         poses: (n_beams, 3) x, y [m] and yaw [rad] of the robot at each of `sensor.beam_times(stamp)`.
         stamp: time of the first beam [s].
-        sensor: what scans.
-        lidar: where it truly is on the robot, and the direction of its first beam.
+        sensor: the scanning sensor.
+        lidar: its true mounting pose on the robot, and the direction of its first beam.
         random: two draws a beam are taken from it, whatever the beam meets.
     """
     increment = tau / sensor.n_beams

@@ -47,7 +47,7 @@ class CoarsePlans(NamedTuple):
 
 
 class _Rollout(NamedTuple):
-    """A rollout so far: what was charged [s], and how many steps it took."""
+    """A rollout so far: its cost [s] and number of steps."""
 
     motion: Motion
     cost: float

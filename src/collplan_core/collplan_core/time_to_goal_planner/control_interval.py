@@ -1,4 +1,4 @@
-"""The time for which one command holds: where it leads and what it costs."""
+"""Control interval, for which one command holds: its motion and its cost."""
 
 import numpy as np
 

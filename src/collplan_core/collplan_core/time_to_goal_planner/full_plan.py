@@ -1,4 +1,4 @@
-"""Full plans: a command for each control interval up to the goal, where they lead and what they cost."""
+"""Full plans: a command for each control interval up to the goal, with the resulting motion and cost."""
 
 import math
 from typing import NamedTuple

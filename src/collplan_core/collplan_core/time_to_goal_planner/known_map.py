@@ -1,4 +1,4 @@
-"""The map given beforehand: what a planner that need not discover it could do."""
+"""Planning with a map given beforehand, for comparison with a planner that has to discover it."""
 
 import numpy as np
 

@@ -62,7 +62,7 @@ class GoalDisc(NamedTuple):
         x, y, tolerance: centre and radius [m].
         longest_within: no path from within the disc to its centre is longer [m].
         graze_cost: cost of an arrival, by the square of the distance at which its line passes the centre [s/m^2].
-        rest_speed: a faster one is no arrival [m/s]; inf where the goal may be passed.
+        rest_speed: largest speed of an arrival [m/s]; inf where the goal may be passed.
     """
 
     x: float

@@ -86,13 +86,13 @@ def plan_cycle(
     """One cycle: from a local map to a timed reference to the goal, with the contacts it foresees.
 
     Args:
-        memory: what the previous cycle left, None at the start and after a new goal.
+        memory: memory of the previous cycle, None at the start and after a new goal.
         state: the newest one; it may be younger than the map.
         goal: (2,) [m].
-        deadline: when refinement ends, with the best so far.
+        deadline: deadline of refinement, which ends with the best plan so far.
 
     Raises:
-        NoPlan: what was seen closes off the goal.
+        NoPlan: seen boundaries close off the goal.
     """
     memory = _updated(memory or RolloutMemory(), local_map, state, np.array(goal, dtype=float), settings)
     assert memory.remembered is not None

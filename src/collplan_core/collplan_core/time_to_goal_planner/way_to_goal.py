@@ -1,4 +1,4 @@
-"""Over which boundaries a goal can be reached. It is given up only where those that were seen leave no way."""
+"""Search for a way to the goal, with fewer boundaries if needed; given up only where seen ones leave no way."""
 
 from collections.abc import Iterator
 from dataclasses import replace

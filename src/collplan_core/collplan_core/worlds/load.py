@@ -11,7 +11,7 @@ from collplan_core.worlds.file import parse_text, read_world
 from collplan_core.worlds.shapes import World, WorldError
 
 UNKNOWN = "unknown"
-"""The world of a robot that nobody gave a world: nothing is known to be in it."""
+"""The world of a robot without a given world: nothing is known to be in it."""
 AROUND = 3.0
 """How far around the origin an unknown world is drawn [m]."""
 ARENAS = files("collplan_core.worlds") / "arenas"

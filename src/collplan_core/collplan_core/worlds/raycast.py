@@ -1,4 +1,4 @@
-"""Exact ray casting: what a LIDAR at a point would measure in a known world."""
+"""Exact ray casting: the scan that a LIDAR at a point would measure in a known world."""
 
 import math
 from dataclasses import dataclass
@@ -73,7 +73,7 @@ def cast_beams(world: World, origins: np.ndarray, angles: np.ndarray) -> np.ndar
     """Distance to the nearest surface along beams that begin where each likes, in the world frame.
 
     Args:
-        world: what is solid.
+        world: the solid surroundings.
         origins: (n, 2) where each beam begins [m].
         angles: (n,) its direction [rad].
 

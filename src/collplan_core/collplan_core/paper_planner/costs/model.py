@@ -14,8 +14,8 @@ class CostModel(NamedTuple):
     Attributes:
         position_weight, risk_weight, velocity_weight: w_p, w_r, w_v.
         speed_floor: delta v, closing speed assumed at rest [m/s].
-        time_floor: smallest time to collision told apart [s].
-        ring: what rebounds are made with.
+        time_floor: smallest time to collision; shorter ones count as this [s].
+        ring: ring that rebounds are computed with.
         rebound_horizon: time after the rebound at which p_ref is taken [s].
         rebound_penalty: reward of a rebound that ends in known free space [m/s].
     """

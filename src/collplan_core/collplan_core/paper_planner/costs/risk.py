@@ -220,4 +220,4 @@ def no_crossings(
 
 
 APPROACH_RISKS = {"crossing": crossings, "printed": no_crossings}
-"""What observed boundaries on the way add to J_risk, by planner.approach_risk."""
+"""Terms of J_risk for observed boundaries on the way, by planner.approach_risk."""

@@ -1,4 +1,4 @@
-"""J_vel: what the velocity at the candidate is worth, straight on and after a rebound. Paper: eq. (2) and (3)."""
+"""J_vel: value of the velocity at the candidate, straight on and after a rebound. Paper: eq. (2) and (3)."""
 
 import math
 

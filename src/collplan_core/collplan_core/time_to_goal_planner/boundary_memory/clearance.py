@@ -11,7 +11,7 @@ from collplan_core.jit import njit
 FAR = 0.10
 """Clearances are known up to this; where nothing is nearer the field says this [m]."""
 NOTHING, OBSERVED, INFERRED = 0, 1, 2
-"""What the nearest boundary of a node is."""
+"""Kind of the nearest boundary of a node."""
 
 
 class Grid(NamedTuple):
@@ -30,7 +30,7 @@ class ClearanceField:
         origin: (2,) where node [0, 0] is [m].
         spacing: distance between neighbouring nodes [m].
         clearance: (nx, ny) distance to the nearest boundary less the disc's radius, below 0 inside, at most FAR [m].
-        source: (nx, ny) int8, NOTHING, OBSERVED or INFERRED: what that boundary is.
+        source: (nx, ny) int8, kind of that boundary: NOTHING, OBSERVED or INFERRED.
     """
 
     origin: np.ndarray

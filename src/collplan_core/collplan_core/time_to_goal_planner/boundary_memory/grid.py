@@ -64,7 +64,7 @@ def window(nodes: Nodes, x0: float, y0: float, x1: float, y1: float, reach: floa
 
 @njit
 def see_free(nodes: Nodes, ends: np.ndarray, x: float, y: float, half_side: float) -> None:
-    """Note where F, its ends relative to (x, y), says that the centre is free, and where a boundary now says no."""
+    """Note where the centre is free by F, its ends relative to (x, y), and where a boundary now blocks it."""
     i0, i1, j0, j1 = window(nodes, x, y, x, y, half_side + nodes.radius)
     grid = nodes.grid
     for i in range(i0, i1):

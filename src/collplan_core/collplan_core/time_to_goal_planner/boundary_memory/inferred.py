@@ -13,7 +13,7 @@ from collplan_core.time_to_goal_planner.boundary_memory.working import Nodes, Po
 def inferred_rows(depth: float, radius: float) -> np.ndarray:
     """Returns how far behind a piece each row is [m], so that discs of `radius` block centres over a depth of `depth`.
 
-    None where the disc around the piece itself reaches as deep.
+    Empty where the disc around the piece itself reaches as deep.
     """
     deepest = depth - 2.0 * radius
     n = max(0, math.ceil(deepest / (1.5 * radius) - 1e-9))

@@ -23,7 +23,7 @@ NO_ROWS = np.zeros(0)
 def remember(
     memory: RememberedBoundaries | None, local_map: LocalMap, robot: Robot, settings: Remembered
 ) -> RememberedBoundaries:
-    """The memory with one more scan: what it shows is merged, what it contradicts forgotten. The old one stays valid.
+    """The memory with one more scan: shown boundaries are merged, contradicted ones forgotten. The old one stays valid.
 
     Args:
         memory: boundaries remembered from the scans before, None at the first one.

@@ -11,11 +11,11 @@ from collplan_core.time_to_goal_planner.boundary_memory.record import Remembered
 
 
 class Pool(NamedTuple):
-    """The remembered pieces as in the record, with room for new ones, and what becomes of each; written to.
+    """The remembered pieces as in the record, with room for new ones, and the fate of each; written to.
 
     Attributes:
-        kept: whether it is remembered on.
-        fresh: whether the newest scan shows it.
+        kept: whether a piece stays remembered.
+        fresh: whether the newest scan shows a piece.
     """
 
     pieces: np.ndarray
