@@ -50,14 +50,14 @@ class Declined(RuntimeError):
 
 
 class FoundWrong(RuntimeError):
-    """Something is wrong that has been said."""
+    """Error of a check whose finding was already printed."""
 
 
 def check(options: Options, progress: Progress) -> int:
     """Runs the whole check; returns an exit code, 0 where nothing is wrong.
 
     Raises:
-        StartError: what is asked for cannot be done; nothing was started.
+        StartError: the request cannot be fulfilled; nothing was started.
     """
     if not options.yes and not (sys.stdin and sys.stdin.isatty()):
         raise StartError("--check: asks before it moves the robot, so it needs a terminal, or --yes")
@@ -102,7 +102,7 @@ class Check:
     """One check of a robot and mocap_node that run already."""
 
     def __init__(self, graph: Graph, yes: bool, lidar: LidarScans | None = None) -> None:
-        """`yes`, where nobody is asked; `lidar`, where the place of the LIDAR is looked for."""
+        """`yes` moves the robot without asking; `lidar` is given where the LIDAR's mounting pose is to be found."""
         self._graph = graph
         self._lidar = lidar
         self._settings = graph.preparation.settings
@@ -111,14 +111,14 @@ class Check:
         self._yes = yes
 
     def run(self) -> tuple[dict[str, object], bool]:
-        """The parameters found, by key, none where the body's offset is not; and whether nothing is wrong."""
+        """Returns the parameters found by key, none without the body's offset; and whether the check passed."""
         self._say(f"checking {', '.join(self._graph.preparation.programs)}")
         wait_until_poses_come(self._graph)
         self._loop = OpenLoop(self._graph)
         found: dict[str, object] = {}
         try:
             self._judge([*self._nodes(), *self._stream(), *self._scans()])
-            self._graph.is_ready = True  # from now on nobody else may command
+            self._graph.is_ready = True  # from now on no other node may command
             offset = self._offset()
             found = {f"mocap.body_offset_{key}": round(getattr(offset, key), 5) for key in ("x", "y", "yaw")}
             if self._lidar is not None:

@@ -153,7 +153,7 @@ def scans_finding(late: float, limits: Limits) -> Finding:
 
 
 def lidar_finding(fit: MountFit | None, n_scans: int) -> Finding:
-    """Finding on the place of the LIDAR on the robot, from `n_scans` scans of a robot at rest."""
+    """Finding on the LIDAR's mounting pose, from `n_scans` scans of a robot at rest."""
     if fit is None:
         return Finding(WRONG, f"{n_scans} scans of the robot at rest show too little, or the world file holds nothing")
     share, mount = f"{fit.explained:.0%} of the LIDAR's hits are on surfaces of the world file", fit.mount

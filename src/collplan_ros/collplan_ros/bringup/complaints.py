@@ -15,7 +15,7 @@ LONGEST_SILENCE = 2.5
 
 
 class Complaints:
-    """Sentences from what the nodes of a graph have said, as a recorder knows it."""
+    """Sentences about a graph, from its nodes' reports to a recorder."""
 
     def __init__(self, preparation: Preparation, recorder: Recorder, node: Node) -> None:
         """`node` resolves names."""
@@ -26,9 +26,9 @@ class Complaints:
 
     @property
     def frozen(self) -> str:
-        """The nodes that report no more although their processes run, to be added to a sentence; empty without any.
+        """Returns the nodes that stopped reporting while their processes run, to append to a sentence; "" without any.
 
-        Where all report: the one that simulated time waited for until it went on without it.
+        Where all report: the node that simulated time waited for until it went on without it.
         """
         silent = self._recorder.silent(LONGEST_SILENCE)
         names = {name: self._preparation.full_name(name) for name in self._preparation.programs}
@@ -52,7 +52,7 @@ class Complaints:
         return f"{silent} not ready within {patience:g} s: nothing on /diagnostics; {self._preparation.where}"
 
     def no_pose(self) -> str:
-        """Poses do not come."""
+        """Complaint that no poses arrive."""
         mocap = self._preparation.settings.mocap
         source = f"{self.name(mocap.topic)} ({mocap.reliability.replace('_', ' ')})"
         said = self._recorder.status("mocap_node").message
@@ -62,26 +62,26 @@ class Complaints:
         return f"{self.missing('mocap/odom', 'reliable')}, made from {source}{reason}"
 
     def no_scan(self) -> str:
-        """Scans do not come, or cannot be used."""
+        """Complaint that scans do not arrive, or cannot be used."""
         if self._recorder.scan_refused:
             return f"scans come on {self.name('scan')} and are refused: {self._recorder.scan_refused}"
         said = self._recorder.status(PLANNER).message
         return self.missing("scan", "best effort") + (f"; {PLANNER}: {said}" if said else "")
 
     def too_slow(self) -> str:
-        """Poses come late."""
+        """Complaint that poses arrive late."""
         return f"poses come {self._recorder.lateness:.1f} s late: this machine is too slow for the graph"
 
     def no_planner(self) -> str:
-        """A goal is not answered."""
+        """Complaint that a goal is not answered."""
         goal, status = self.name("goal_pose"), self.name("goal_status")
         said = f"no answer on {status} to the goal on {goal} (reliable) for {INPUT_PATIENCE:g} s"
         return f"{said}; {self._preparation.where}"
 
     def missing(self, topic: str, reliability: str) -> str:
-        """Nothing comes on a topic."""
+        """Complaint that nothing arrives on a topic."""
         return f"nothing on {self.name(topic)} ({reliability}) for {INPUT_PATIENCE:g} s; {self._preparation.where}"
 
     def not_alone(self, who: str) -> str:
-        """Nodes of the names of this graph's are in its domain."""
+        """Complaint that nodes with names of this graph are in its domain."""
         return f"{who} in {self._preparation.where}; end it, or set another ROS_DOMAIN_ID"

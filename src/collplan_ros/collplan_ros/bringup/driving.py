@@ -1,4 +1,4 @@
-"""One run on the graph: starts it, gives goals, monitors how they end, and says why."""
+"""One run on the graph: starts it, gives goals, monitors how they end, and reports why."""
 
 import time
 from collections.abc import Callable
@@ -27,9 +27,9 @@ BY_A_PERSON = (CANCELED, EMERGENCY_STOP)
 PAUSE = 1.0
 """Rest at each end of a lap [s]."""
 MONITORED = (TIMEOUT, STUCK)
-"""Outcomes that no node tells."""
+"""Outcomes that no node reports."""
 BROKEN_OFF = (GraphError, Interrupted, RecordError)
-"""What ends a run before its outcome."""
+"""Exceptions that end a run before its outcome."""
 CANCEL_PERIOD = 0.1
 """Period at which the planner is asked to end the goal, until it has [s]: it may not be discovered yet."""
 CANCEL_PATIENCE = 0.3
@@ -45,7 +45,7 @@ class Bringup:
     long as the graph: the nodes are killed when the thread that started them ends.
 
     Raises:
-        StartError: what is asked for cannot be done; nothing was started.
+        StartError: the request cannot be fulfilled; nothing was started.
         NodeDied, GraphError, Interrupted, RecordError: from every method that waits.
     """
 
@@ -80,7 +80,7 @@ class Bringup:
             raise
 
     def drive_laps(self, ends: list[np.ndarray], say: Callable[[str], None]) -> None:
-        """Drives from end (2,) [m] to end until an exception ends it: a signal, or what has gone wrong.
+        """Drives from end (2,) [m] to end until an exception ends it: a signal or an error.
 
         A person may give goals in between. Where one cancels, or stops the robot, it stands until one gives a goal.
         """
@@ -100,7 +100,7 @@ class Bringup:
         """Gives the goal (2,) [m], the prepared one by default, and monitors the run.
 
         Returns:
-            The outcome: reached, aborted or canceled as the planner says, else timeout, stuck or emergency_stop.
+            The outcome: reached, aborted or canceled by the planner's report, else timeout, stuck or emergency_stop.
         """
         target = self.preparation.goal if goal is None else goal
         graph = self.graph
@@ -111,7 +111,7 @@ class Bringup:
         while True:
             outcome = outcome_of(recorder.goal, graph.pose, recorder.maneuver, monitor)
             if outcome in MONITORED and recorder.lateness > LATE:
-                graph.catch_up()  # poses came too late to say so
+                graph.catch_up()  # poses arrived too late to show it
                 continue
             if outcome is not None:
                 break

@@ -1,4 +1,4 @@
-"""The running graph: one process per node, and bringup's own node, which listens to them and publishes the goal."""
+"""The running graph: one process per node, and bringup's own node, which subscribes to them and publishes the goal."""
 
 import os
 import time
@@ -31,7 +31,7 @@ COMMANDERS_PERIOD = 0.1
 LISTENING_TIME = 0.5
 """Time within which other nodes in the domain are discovered [s]."""
 LATE = 1.0
-"""Time after sending at which a pose no longer tells how the robot is now [s]."""
+"""Age at which a pose no longer shows the robot's present state [s]."""
 CATCH_UP_PATIENCE = 5.0
 """Longest wait for poses that are not late, once those taken are [s]."""
 
@@ -42,10 +42,10 @@ class Graph:
     The nodes are killed when the thread that entered ends, whatever the reason.
 
     Attributes:
-        preparation: what is started.
-        processes: those of the nodes.
-        progress: where it says what users should know.
-        is_ready: whether every node does what it is there for; the page may then be missing, and nobody else command.
+        preparation: the run to start.
+        processes: processes of the nodes.
+        progress: output for the user.
+        is_ready: whether every node works; from then on the page may be missing, and no other node may command.
         listener, recorder, goals, complaints: once entered.
 
     Raises:
@@ -96,7 +96,7 @@ class Graph:
         return self.recorder.newest
 
     def step(self) -> None:
-        """Takes what comes, for a moment.
+        """Takes arriving messages, for a moment.
 
         Raises:
             Interrupted: a signal came.
@@ -178,8 +178,8 @@ class Graph:
     def _stop_nodes(self) -> None:
         """The commander first: its last command is zero, and the robot must still run to receive it.
 
-        The planner is next, while those are still there whose scans and poses it takes: what is on its way to the
-        recording is lost with its sender.
+        The planner is next, while the sources of its scans and poses still run: messages on their way to the recording
+        are lost with their sender.
         """
         try:
             self.processes.stop([COMMANDER])

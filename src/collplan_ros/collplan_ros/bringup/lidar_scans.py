@@ -1,4 +1,4 @@
-"""The scans that come during a check, and the place of the LIDAR that they show."""
+"""Scans received during a check, and the LIDAR's mounting pose from them."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from collplan_ros.messages.reading import scan_from_message
 
 
 class LidarScans:
-    """Listens to scans of any frame, and finds where their sensor is on the robot."""
+    """Subscribes to scans of any frame, and finds their sensor's mounting pose on the robot."""
 
     def __init__(self, listener: Listener, preparation: Preparation) -> None:
         """Listens through bringup's node; `preparation` has the world and how scans are read."""
@@ -50,7 +50,7 @@ class LidarScans:
 
         Args:
             body: poses of the measured body, in order of receipt.
-            received: when each was received, on the local clock [s].
+            received: time of receipt of each, on the local clock [s].
         """
         before = [bisect_right(received, at) - 1 for at in self._received]
         late = [body[k].stamp - scan.stamp for k, scan in zip(before, self._scans, strict=True) if k >= 0]
@@ -64,7 +64,7 @@ class LidarScans:
 
         Args:
             body: poses of the measured body during the check, in order.
-            offset: where it is on the robot.
+            offset: place of the measured body on the robot.
         """
         robot = [without_offset(pose, offset.x, offset.y, offset.yaw) for pose in body]
         resting = at_rest(self._scans, robot)

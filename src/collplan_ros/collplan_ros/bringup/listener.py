@@ -1,4 +1,4 @@
-"""bringup's own node: takes what the other nodes send, for the recording and for who watches the run."""
+"""bringup's own node: receives the other nodes' messages, for the recording and for monitoring the run."""
 
 import math
 import time
@@ -41,13 +41,13 @@ SILENCE = 1.0
 
 
 class Listener:
-    """Listens from its construction until `close()`; a check is not recorded, and its node has the graph's clock.
+    """Receives from its construction until `close()`; a check is not recorded, and its node has the graph's clock.
 
     Attributes:
-        node: bringup's own.
+        node: bringup's own node.
         local_clock: the clock of ages; the simulation's in a check of a simulated robot.
         local_time: the time of that clock [s].
-        recorder: the newest of what the nodes say.
+        recorder: the nodes' newest reports.
         silence: time without poses while messages were taken [s].
 
     Raises:
@@ -87,7 +87,7 @@ class Listener:
             self.close = stack.pop_all().close
 
     def take(self) -> None:
-        """Takes what comes in TAKING_PERIOD, or at once what has come where that is much."""
+        """Takes the messages that arrive in TAKING_PERIOD, or at once those received where they are many."""
         newest, begun = self.recorder.newest, time.monotonic()
         with self._spinning:
             self._executor.spin_once(timeout_sec=0.0)
@@ -100,7 +100,7 @@ class Listener:
             self._recording.flush_when_due()
 
     def take_all(self) -> None:
-        """Takes all that has come until now, when nobody sends any more."""
+        """Takes all messages received until now, when no node sends any more."""
         self._topics.take_all()
 
     def spin_meanwhile(self) -> None:
@@ -119,7 +119,7 @@ class Listener:
         return newest is not None and newest.sent > self.recorder.stands_since and self._speed <= REST_SPEED
 
     def record_to_the_end(self) -> None:
-        """Takes what comes until the robot rests and its record is whole, while poses come."""
+        """Takes messages until the robot rests and its record is complete, while poses arrive."""
         if not self.recorder.recording:
             return
         self.silence = 0.0

@@ -33,7 +33,7 @@ class RunResult:
         outcome: reached, timeout, stuck, aborted, canceled, emergency_stop, node_died, graph_lost, record_lost or
             interrupted.
         exit_code: 0 only when the goal was reached.
-        message: why the run was broken off or the goal not reached; empty where it was reached or canceled.
+        message: reason why the run was broken off or the goal not reached; empty where it was reached or canceled.
         folder: the run folder.
         summary: content of summary.json; empty where it could not be written.
     """
@@ -49,7 +49,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
     """Performs one whole run: start, goal, end, results.
 
     Raises:
-        StartError: what is asked for cannot be done; nothing was started.
+        StartError: the request cannot be fulfilled; nothing was started.
     """
     bringup = Bringup(options, progress)
     folder, preparation, say = bringup.folder, bringup.preparation, bringup.progress.say
@@ -80,7 +80,7 @@ def run(options: Options, progress: Progress | None = None) -> RunResult:
 
 
 def _driven(bringup: Bringup, options: Options) -> tuple[str, int, str]:
-    """Starts the graph, drives to the goal as asked for, and stops; returns outcome, exit code and message."""
+    """Starts the graph, drives to the requested goal, and stops; returns outcome, exit code and message."""
     graph, say = bringup.graph, bringup.progress.say
     try:
         with bringup:

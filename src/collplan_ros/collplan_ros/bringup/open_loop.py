@@ -26,7 +26,7 @@ from collplan_ros.node_kit.turn import Turn
 HALTING_TIME = 0.6
 """Time within which the robot comes to rest [s]."""
 GREETING_TIME = 0.1
-"""Time for which the robot is commanded zero first: of its first command it cannot tell the age [s]."""
+"""Time for which the robot is commanded zero first: the age of its first command is unknown to it [s]."""
 PATIENCE = 3.0
 """Longest wait for the end of a motion beyond its time [s]."""
 RESTING_TIME = 0.25
@@ -40,12 +40,12 @@ class InterruptedTooOften(RuntimeError):
 
 
 class OpenLoop:
-    """Drives the robot by commands of a steady pace, while poses come: without them it is commanded zero.
+    """Drives the robot by commands at a steady rate while poses arrive; without poses it is commanded zero.
 
     Attributes:
         poses: poses of the measured body, in order of receipt.
         received: time of receipt of each pose, on the local clock [s].
-        interruptions: of the motions driven so far.
+        interruptions: interruptions of the motions driven so far.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -163,11 +163,11 @@ class OpenLoop:
 
     @property
     def _allowed(self) -> float:
-        """Until when the newest pose lets the robot move, by the local clock [s]."""
+        """Local time until which the newest pose lets the robot move [s]."""
         return self._newest + self._settings.limits.pose_age
 
     def _pass(self, duration: float) -> None:
-        """Takes what comes for `duration` [s], and on until the poses of that time have come."""
+        """Takes messages for `duration` [s], and further until the poses of that time have arrived."""
         end = self.now() + duration
         while self._newest < end:
             self._step()
@@ -190,7 +190,7 @@ class OpenLoop:
         self._watch(self.poses[-1])
 
     def _watch(self, pose: PoseSample) -> None:
-        """Ends the motion under way at a pose that is not near, else lets it go on; in whichever thread takes poses."""
+        """Ends the present motion at a pose that is not near, else lets it go on; in whichever thread takes poses."""
         if self._is_near is None:
             return
         if self._is_near(pose):

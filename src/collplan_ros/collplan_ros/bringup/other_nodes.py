@@ -14,7 +14,7 @@ COMMANDS = "cmd_vel"
 def other_commanders(node: Node, commander: str) -> list[str]:
     """Full names of the nodes other than `commander`, in the namespace of `node`, that publish commands.
 
-    One of the commander's own name is not told apart here; bringup refuses a second node of that name at its start.
+    A second node of the commander's own name is not detected here; bringup refuses it at its start.
     """
     return sorted(set(known_publishers(node, COMMANDS)) - {full_name(node.get_namespace(), commander)})
 

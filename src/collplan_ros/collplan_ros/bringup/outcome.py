@@ -1,4 +1,4 @@
-"""The outcome of a run: the planner's word for the end of the goal, else that of the monitor."""
+"""The outcome of a run: the end of the goal by the planner's report, else by the monitor."""
 
 import numpy as np
 from action_msgs.msg import GoalStatus
@@ -16,7 +16,7 @@ OUTCOMES = {NUMBERS[status]: outcome for status, outcome in run_end.OUTCOMES.ite
 def outcome_of(goal: GoalReport | None, pose: PoseRow, maneuver: str, monitor: RunMonitor) -> str | None:
     """Outcome of a run at its newest pose and maneuver, None while it goes on.
 
-    The planner's word for the end of the goal outranks the monitor, however old the pose. A report of the goal is used
+    The planner's report of the goal's end has priority over the monitor, however old the pose. A report is used
     only once the poses sent before it were taken: time counts from the first of those after the first plan, and the
     time of arrival is read from them.
     """

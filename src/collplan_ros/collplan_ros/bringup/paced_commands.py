@@ -19,10 +19,10 @@ class PacedMotion:
     """A command that goes on for some time; times are of the clock of its `PacedCommands` [s].
 
     Attributes:
-        begun: when it was commanded first; until: when zero follows it.
-        allowed: when zero follows it at the latest, unless it is allowed for longer.
-        sent: when it was commanded last.
-        ended: when zero followed; inf while it goes on.
+        begun: time of its first command; until: time at which zero follows it.
+        allowed: latest time at which zero follows it, unless that is extended.
+        sent: time of its newest command.
+        ended: time at which zero followed; inf while it goes on.
         gap: longest time between two commands, the last one being zero.
     """
 
@@ -43,7 +43,7 @@ class PacedMotion:
 class PacedCommands:
     """A context manager: publishes each period the command of the motion under way, zero between motions, and at last.
 
-    A motion ends by itself, also while the thread that began it is stuck: it then is not allowed any longer.
+    A motion ends by itself, also while the thread that began it is stuck, as it is then no longer allowed.
     """
 
     def __init__(
@@ -54,14 +54,14 @@ class PacedCommands:
         go_on: Callable[[], None] = lambda: None,
         commanded: Callable[[float], None] = lambda time: None,
     ) -> None:
-        """Calls from either thread, never from both at once.
+        """Functions are called from either thread, never from both at once.
 
         Args:
             publish: sends a command.
             period: between two commands [s].
             now: the clock [s]; it may be a simulation's, which goes on by messages and waits for commands.
             go_on: takes the messages by which the clock goes on.
-            commanded: called when the command of a time [s] has been sent.
+            commanded: called after the command of a time [s] was sent.
         """
         self._publish, self._now, self._go_on, self._commanded = publish, now, go_on, commanded
         self._period = period

@@ -23,7 +23,7 @@ from collplan_ros.node_kit.node_names import full_name
 from collplan_ros.view.server import listening_socket
 
 FLOOR = "floor"
-"""The world of a check, unless another is said."""
+"""The world of a check, unless another is given."""
 CHECK_SPEED = 3.0
 """Simulated seconds a second in a check of a simulated robot in lockstep."""
 REMAPPED = ["-r", "/clock:=clock"]
@@ -40,12 +40,12 @@ class Preparation:
         robot: kind of the robot.
         network: discovery range, local or subnet.
         settings: parameters of all nodes.
-        world: the world, as far as it is known.
+        world: the world, as far as known.
         goal: (2,) [m].
         programs: path of each node's executable, by node name.
         namespace: of all nodes, with its leading slash.
-        asked: what of the command line no parameter file holds, but for the goal.
-        speed: how fast a robot that is not simulated drives, and what says so, in words; empty for others.
+        asked: command-line options that no parameter file holds, without the goal.
+        speed: top speed of a robot that is not simulated, and its source, in words; empty for others.
         checks: whether the robot is checked instead: nothing is recorded, and bringup's own node commands it.
     """
 
@@ -130,7 +130,7 @@ def find_executable(name: str) -> str:
 
 
 def _refuse_unsaid(options: Options, robot: RobotKind) -> None:
-    """Refuses to guess where a robot that is not simulated is, where it goes, and who may command it."""
+    """Requires world, goal and network on the command line for a robot that is not simulated."""
     if robot.simulated:
         return
     if options.again:
@@ -172,9 +172,9 @@ def _settings(
 
 
 def _slow(settings: Settings, options: Options, robot: RobotKind, given: Mapping[str, object]) -> tuple[Settings, str]:
-    """Has a robot that is not simulated drive no faster than FIRST_SPEED, unless it is said on the command line.
+    """Limits a robot that is not simulated to FIRST_SPEED, unless the command line sets a speed.
 
-    Nobody means it by a parameter file: those that bringup writes hold every parameter, also of simulated runs.
+    A parameter file does not count: those that bringup writes hold every parameter, also of simulated runs.
     """
     if robot.simulated:
         return settings, ""

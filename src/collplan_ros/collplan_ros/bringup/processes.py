@@ -55,11 +55,11 @@ class Processes:
         return self._started[name].poll() is None
 
     def check(self, say: Callable[[str], None], dispensable: Mapping[str, str]) -> None:
-        """Checks that all still run, and says the last lines of one that does not.
+        """Checks that all still run, and prints the last lines of one that does not.
 
         Args:
             say: prints a message.
-            dispensable: what a run goes on without where a node has ended, by the node.
+            dispensable: part that a run goes on without where a node has ended, by node.
 
         Raises:
             NodeDied: another one has ended.

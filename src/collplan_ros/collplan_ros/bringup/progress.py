@@ -15,7 +15,7 @@ ERASE_REST = "\x1b[K"
 class Progress:
     """Prints progress: one line rewritten in place on a terminal, else a plain line a second.
 
-    Where nobody reads it any more it goes nowhere.
+    Output that nobody reads any more is dropped.
     """
 
     def __init__(self, stream: TextIO | None = None) -> None:
@@ -34,7 +34,7 @@ class Progress:
             distance: distance to the goal [m].
             maneuver: the controller's present maneuver.
             impacts: number of impacts so far.
-            pace: how fast simulated time runs, in words; empty where there is nothing to say of it.
+            pace: speed of simulated time, in words; empty where it runs as usual.
         """
         if time.monotonic() - self._last < (TERMINAL_PERIOD if self._live else PLAIN_PERIOD):
             return

@@ -1,4 +1,4 @@
-"""Waits until a graph that was started is ready, and says what it lacks where it does not become so."""
+"""Waits until a started graph is ready, and reports what it lacks where it does not become ready."""
 
 import math
 import time
@@ -54,7 +54,7 @@ def wait_until_ready(graph: Graph) -> None:
     """
     wait_until_poses_come(graph)
     recorder, says = graph.recorder, graph.complaints
-    # a goal is new to the robot, and lets it move, only after it has heard of the planner
+    # a goal is new to the robot, and lets it move, only after it has received something from the planner
     for condition, complaint in (
         (lambda: recorder.scan_came, says.no_scan),
         (lambda: graph.goals.are_heard, says.no_planner),
@@ -68,7 +68,7 @@ def wait_until_ready(graph: Graph) -> None:
 def refuse_kept_stop(graph: Graph) -> None:
     """Waits, where the robot has kept an emergency stop, until somebody clears it, however long that takes.
 
-    Nothing drives off by that: then it ends, for whoever starts it again.
+    The robot does not drive off then: the run ends, and has to be started again.
 
     Raises:
         GraphError: the emergency stop has been cleared.

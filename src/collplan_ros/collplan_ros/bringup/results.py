@@ -23,7 +23,7 @@ BESIDE = 0.8
 def write_results(run: RecordedRun, preparation: Preparation, outcome: str, reason: str = "") -> Results:
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
 
-    `reason` is why it ended so, in words; empty where the outcome says it all.
+    `reason` explains its end; empty where the outcome suffices.
 
     Raises:
         RecordError: a file cannot be written.
@@ -34,7 +34,7 @@ def write_results(run: RecordedRun, preparation: Preparation, outcome: str, reas
 
 
 def repeating(asked: Sequence[str], parameters: Path, goal: np.ndarray) -> str:
-    """The command line that repeats a run to a goal (2,) [m], with what was `asked` for beside its parameters."""
+    """Returns the command line that repeats a run to a goal (2,) [m], with options `asked` beside its parameters."""
     # argparse takes -1e-05 for an option
     x, y = (np.format_float_positional(value, trim="0") for value in goal)
     return shlex.join([as_called("bringup"), *asked, "--params", str(parameters), "--goal", x, y])
@@ -69,7 +69,7 @@ def make_pictures(run: RecordedRun, results: Results, preparation: Preparation) 
 
 
 def _drawn(world: World, log: RunLog, goal: np.ndarray) -> World:
-    """The world of a picture: of one that is not known what is around the robot's way and its goal (2,) [m]."""
+    """Returns the world of a picture; for an unknown one, bounds around the robot's way and its goal (2,) [m]."""
     if world.name != UNKNOWN:
         return world
     places = np.vstack([goal, *((pose.x, pose.y) for pose in log.poses)])

@@ -13,10 +13,10 @@ class RobotKind:
     """A kind of robot; its nodes are started by executable name, so that this package does not depend on theirs.
 
     Attributes:
-        nodes: its nodes, first the one that receives commands, then the devices it speaks to; each executable is named
+        nodes: its nodes, first the one that receives commands, then the devices behind it; each executable is named
             like its node.
         simulated: whether the motion of the robot is simulated.
-        network: default discovery range, local or subnet; None where it has to be said.
+        network: default discovery range, local or subnet; None where it is required on the command line.
         emulated: whether a pseudo-terminal replaces the serial device.
         values: parameters set for this robot, by key.
         unless_given: parameters set for this robot where the user's file does not have them, by key.
@@ -53,7 +53,7 @@ LIDAR = "lidar_node"
 NODES = ("mocap_node", LIDAR, PLANNER, COMMANDER)
 """Nodes that run beside every robot; each executable is named like its node."""
 SIM, REAL = "sim", "real"
-"""Whose scans the robot drives by: those of lidar_node, or of a LIDAR whose driver somebody else runs."""
+"""Source of the scans that the robot drives by: lidar_node, or a LIDAR whose driver is started elsewhere."""
 VIEWER = "view_node"
 """The node of the live page, where it is asked for: a run goes on without it."""
 

@@ -39,7 +39,7 @@ class RobotFit:
 
 
 def fit_robot(runs: Sequence[FittedRun]) -> RobotFit:
-    """The constants of the robot: the drive first, which then tells what the wheels did around each hit.
+    """Fits the robot's constants: the drive first, which then gives the wheels' motion around each hit.
 
     Raises:
         Unexplained: runs of robots of different radius, or a drive law that does not explain the poses.
@@ -77,7 +77,7 @@ def _check_one_robot(runs: Sequence[FittedRun]) -> None:
 def same_simulated_drive(fit: RobotFit, settings: Settings) -> dict[str, float]:
     """The parameters with which a simulated robot drives as in runs with these settings, once the fit is believed.
 
-    The simulator's drive is given as ratios to what is believed of it.
+    The simulator's drive is given as ratios to the robot's parameters.
     """
     robot, simulation = settings.robot, settings.simulator
     lag = robot.velocity_lag * simulation.mass_ratio

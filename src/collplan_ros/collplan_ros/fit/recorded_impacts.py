@@ -24,7 +24,7 @@ SPIN_SPAN = 0.06
 def measured_impacts(runs: Sequence[FittedRun], drive: DriveFit) -> tuple[WallImpacts, Counter[str]]:
     """The usable impacts of all runs, and the number of others by reason.
 
-    What the wheels did around an impact is told by the drive that was fitted to the same runs. The normal is that of
+    The drive fitted to the same runs gives the wheels' motion around an impact. The normal is that of
     the world's nearest surface: from the change of velocity it could be found only if the friction were known.
     """
     impacts, normals, depths, spins, left_out = [], [], [], [], Counter[str]()
@@ -49,7 +49,7 @@ def measured_impacts(runs: Sequence[FittedRun], drive: DriveFit) -> tuple[WallIm
 def _hit_times(run: FittedRun) -> list[float]:
     """Times of the hits [s]: of touches of the world's walls, and of kinks in the path far from any.
 
-    Kinks alone would leave out hits of little change, and so make what is found of the others too large.
+    Kinks alone would leave out hits of little change, and so bias the result upwards.
     """
     times, points = run.path.times, run.path.points
     distances = surface_distances(run.world, points) - run.settings.robot.radius
@@ -61,7 +61,7 @@ def _hit_times(run: FittedRun) -> list[float]:
 
 
 def _with_drive(run: FittedRun, drive: DriveFit, bias: tuple[float, float]) -> FittedRun:
-    """The run with the fitted drive in the place of the believed one, and what its wheels aimed at as commanded."""
+    """The run with the fitted drive in place of its own parameters, and the wheels' target as its commands."""
     found = {
         "robot.max_acceleration": drive.max_acceleration.value,
         "robot.velocity_lag": drive.velocity_lag.value,

@@ -34,7 +34,7 @@ class Compared:
         rows: (m, 4) x, y, vx, vy of each candidate [m], [m/s].
         terms: (m,) each cost term by its name, TOTAL among them.
         paths: those of rollouts (n, 2), n > 1 [m].
-        costs: what each rollout costs.
+        costs: cost of each rollout.
     """
 
     rows: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))

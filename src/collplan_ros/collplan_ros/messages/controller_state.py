@@ -13,8 +13,8 @@ def activity_to_message(
     """Message of an activity; a warning where the robot stands still although it is to move.
 
     Args:
-        activity: what the controller is doing.
-        maneuver: that of its command, one of `collplan_core.command.MANEUVERS`.
+        activity: activity of the controller.
+        maneuver: maneuver of its command, one of `collplan_core.command.MANEUVERS`.
         plan_stamp: stamp of the plan in force [s, poses' clock]; None without one.
         is_to_move: whether the robot is to go to a goal, or where a hand drives it.
         source: full name of the controller's node.

@@ -31,7 +31,7 @@ from collplan_ros.messages.reading import (
 )
 
 UNMEASURED = 1e6
-"""Variance of what an Odometry holds as 0 and nobody measured: height, roll and pitch, and their rates; in SI units."""
+"""Variance of unmeasured fields of an Odometry, which are 0: height, roll and pitch, and their rates; in SI units."""
 
 
 # ---- stamps, headers, angles

@@ -33,7 +33,7 @@ class Format:
     Attributes:
         packages: packages that define the message, the newest name first.
         message: name of the message.
-        read: returns the pose of a subject in a message, None where the message is about another body.
+        read: function that returns the pose of a subject in a message, None where the message is about another body.
         several: whether a message holds several bodies.
     """
 

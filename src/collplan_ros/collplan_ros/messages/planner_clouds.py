@@ -1,6 +1,6 @@
 """Point clouds of what the planner sees and compares: cheap for both ends, where markers take as long as a plan.
 
-planner/seen holds lines of several layers; planner/compared what the choice was made from, with each cost term in a
+planner/seen holds lines of several layers; planner/compared the candidates of the choice, with each cost term in a
 field of its own, so that a viewer of point clouds can colour by it.
 """
 
@@ -31,7 +31,7 @@ SEEN = np.dtype({"names": ["x", "y", "layer"], "formats": ["<f4", "<f4", "u1"], 
 ARROW_LENGTH = 0.15
 """Drawn length of a predicted boundary [m]."""
 MOST_COMPARED = 500
-"""Only so many of the cheapest candidates are told and drawn: each takes time."""
+"""Number of the cheapest candidates that are published and drawn: each takes time."""
 _NUMBERS = {kind: number for number, kind in KINDS.items()}
 
 

@@ -13,28 +13,28 @@ def _profile(depth: int, reliable: bool = True, latched: bool = False) -> QoSPro
 
 
 # mocap/pose, mocap/odom: published reliable so that any listener matches, subscribed best effort so that none is late.
-# Who records has lost what is no longer kept when it asks again, which can take the 3 s between two heartbeats of DDS
+# A recorder has lost what is no longer kept when it asks again, which can take the 3 s between two heartbeats of DDS
 POSE_PUBLISHED = _profile(500)
 POSE_SUBSCRIBED = _profile(10, reliable=False)
 POSE_LISTENED = {"best_effort": POSE_SUBSCRIBED, "reliable": _profile(10)}
 """Profile of the subscription to a motion-capture receiver, by the value of mocap.reliability."""
 
-# scan: heard best effort, as drivers may send them so; lidar_node's are reliable, and no recording lacks one
+# scan: subscribed best effort, as drivers may send them so; lidar_node's are reliable, and no recording lacks one
 SENSOR_DATA = _profile(5, reliable=False)
 SENSOR_PUBLISHED = _profile(100)
 
 # events and what is recorded of each cycle, as goal_pose, impact, planner/costs, ground_truth/*: every one counts
 EVENT = _profile(50)
 
-# plan, cmd_vel, hand/cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to whoever
-# starts later. What planner and controller publish is kept a while for who records: a lost one is sent to it again
+# plan, cmd_vel, hand/cmd_vel: only the newest is acted on. Volatile: a latched plan would be a command to a node
+# started later. Messages of planner and controller are kept a while for the recorder: a lost one is sent to it again
 NEWEST = _profile(1)
 NEWEST_PUBLISHED = _profile(50)
 
 # states, as goal_status, robot/state, controller/state, planner/markers: a late listener gets the present one
 LATCHED = _profile(1, latched=True)
 
-# planner/journal, controller/journal: whoever records hears it from the node's first cycle on, though found late
+# planner/journal, controller/journal: a recorder receives it from the node's first cycle on, even if discovered late
 JOURNAL = _profile(200, latched=True)
 
 # /diagnostics: latched, so that a late listener learns at once that a node is ready; many nodes share the topic
@@ -45,8 +45,8 @@ DIAGNOSTICS_SUBSCRIBED = _profile(100, latched=True)
 CONSTANTS_PUBLISHED = LATCHED
 CONSTANTS_SUBSCRIBED = DIAGNOSTICS_SUBSCRIBED
 
-# for who records: no message may be left out, so the queue bridges a stall of some seconds
+# for recorders: no message may be left out, so the queue bridges a stall of some seconds
 EVERY_ONE = _profile(1000)
 EVERY_LATCHED = _profile(1000, latched=True)
 EVERY_UNRELIABLE = _profile(1000, reliable=False)
-"""Also hears publishers that are reliable. teleop_node hears joy so: whatever the stall, a press of stop is in it."""
+"""Also receives from reliable publishers. teleop_node takes joy so: whatever the stall, a press of stop is in it."""

@@ -95,7 +95,7 @@ def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
 
 
 def read_header(raw: bytes, frame: str) -> tuple[float, int]:
-    """The stamp [s] of a std_msgs/Header at the beginning, and where it ends; its frame is checked."""
+    """Returns the stamp [s] of a std_msgs/Header at the beginning, and the offset of its end; its frame is checked."""
     if raw[:2] != LITTLE_ENDIAN:
         raise MessageError(f"encoding: got {raw[:2].hex()}, expected {LITTLE_ENDIAN.hex()}, CDR in little endian")
     sec, nanosec = STAMP.unpack_from(raw, START)
@@ -105,7 +105,7 @@ def read_header(raw: bytes, frame: str) -> tuple[float, int]:
 
 
 def read_text(raw: bytes, at: int) -> tuple[str, int]:
-    """The string at a place, and where it ends."""
+    """Returns the string at an offset, and the offset of its end."""
     (length,) = _COUNT.unpack_from(raw, at := aligned(at, 4))
     return raw[at + 4 : at + 3 + length].decode(errors="replace"), at + 4 + length
 

@@ -20,7 +20,7 @@ QUATERNION_TOLERANCE = 0.01
 GOAL_STATUS = {0: NO_GOAL, 1: ACCEPTED, 2: EXECUTING, 4: SUCCEEDED, 5: CANCELED, 6: ABORTED}
 """Status of a goal by its number in action_msgs/GoalStatus."""
 ZERO = {"near": 0.0, "lost": math.nan, "free": math.inf}
-"""What is made of a range of 0: one that is near stays, being below range_min."""
+"""Replacement for a range of 0; a near one stays, as it is below range_min."""
 
 
 class MessageError(ValueError):
@@ -45,11 +45,11 @@ def check_finite(field: str, *values: float) -> None:
 
 
 def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> Scan:
-    """The scan in a LaserScan, as its sensor has it: where that is on the robot is not in it.
+    """Returns the scan in a LaserScan, in the sensor's frame, without the sensor's place on the robot.
 
     Args:
         message: the LaserScan.
-        frame: the robot's frame, which the message names where `taken.frame` says nothing else.
+        frame: the robot's frame, which the message must name unless `taken.frame` is set.
         taken: how it is to be read.
 
     Raises:
@@ -81,7 +81,7 @@ def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> S
 
 
 def _ranges(message: Any, taken: ScanInput) -> np.ndarray:
-    """(n,) the ranges of a LaserScan [m], NaN where they are not to be believed."""
+    """(n,) the ranges of a LaserScan [m], NaN where they are invalid."""
     ranges = np.array(message.ranges, dtype=np.float64)
     if taken.infinite == "lost":
         ranges[ranges == np.inf] = np.nan

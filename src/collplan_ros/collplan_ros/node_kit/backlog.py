@@ -38,7 +38,7 @@ class Backlog:
         self._subscriptions.append(subscription)
 
     def tick(self) -> None:
-        """Registers that the process runs; from any thread."""
+        """Registers that the process runs; may be called from any thread."""
         with self._lock:
             self._due = self.guard.tick(monotonic(), seconds(self._clock)) or self._due
 
@@ -57,7 +57,7 @@ class Backlog:
 
 
 def _emptied(subscription: Subscription) -> int:
-    """Takes everything out of a subscription's queue; how much it was, at most the depth of the queue."""
+    """Empties a subscription's queue; returns the number of messages, at most the depth of the queue."""
     with subscription.handle:
         for count in range(subscription.qos_profile.depth):
             if subscription.handle.take_message(subscription.msg_type, subscription.raw) is None:

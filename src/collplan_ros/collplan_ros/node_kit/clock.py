@@ -52,5 +52,5 @@ class SteadyTimes:
         return seconds(self._clock)
 
     def sent(self, wall: float) -> float:
-        """As it is: the two clocks differ by a constant, until one of them is set."""
+        """Returns it unchanged: the two clocks differ by a constant, until one of them is set."""
         return wall

@@ -6,24 +6,24 @@ from collections.abc import Callable
 STREAM = "stream"
 """An input that comes all the time: missed when nothing comes."""
 STATE = "state"
-"""A latched input: missed until it has come, and when nobody publishes it any more."""
+"""A latched input: missing until it was received, and when no node publishes it any more."""
 EVENT = "event"
 """An input that comes when something happens: never missed."""
 
 COMES = "comes"
 NOBODY = "0 publishers"
-"""What is seen of an input that nobody publishes."""
+"""Description of an input that no node publishes."""
 PATIENCE = 2
 """Checks in a row without a message after which an input is missed. Checks, not seconds: a stalled node misses none."""
 
 
 class InputWatch:
-    """One input, checked at a steady rate: each check says what is true of it and was not at the check before.
+    """One input, checked at a steady rate: each check reports what has changed since the previous one.
 
     Args:
         name: name of the topic.
         need: STREAM, STATE or EVENT.
-        publishers: says who publishes it, in words: NOBODY, or "1 publisher, ..."; asked only where it matters.
+        publishers: describes its publishers: NOBODY, or "1 publisher, ..."; called only where it matters.
 
     Attributes:
         n_taken, n_refused: messages so far.
@@ -45,9 +45,9 @@ class InputWatch:
         self._reason = reason
 
     def check(self) -> dict[str, str]:
-        """Lines about what has changed since the last check, by what makes it another thing to say.
+        """Returns lines about changes since the last check, by the key that makes each a new message.
 
-        That the input comes is COMES, with its name.
+        The key of an input that arrives is COMES, with its name.
         """
         before, self._true = self._true, self._what_is_true()
         return {fact: text for fact, text in self._true.items() if fact not in before}
@@ -62,7 +62,7 @@ class InputWatch:
         true = {COMES: self.name} if (taken or stays) and self._need != EVENT else {}
         if refused:
             kind = re.sub(r"\d+", "#", self._reason)  # other numbers in it do not make it another reason
-            # that nothing else comes is another thing, too
+            # that nothing else arrives is a new message, too
             true[f"{bool(taken)} {kind}"] = f"{self.name} refused: {self._reason}"
         return true
 

@@ -1,4 +1,4 @@
-"""The topics that a node listens to, and what it says about them at the terminal."""
+"""The subscriptions of a node, and its log lines about them."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -22,25 +22,25 @@ CHECK_PERIOD = 1.0
 
 
 class Inputs:
-    """The subscriptions of a node. It logs when they come, when they are missing or refused, and why.
+    """The subscriptions of a node. It logs when messages arrive, when they are missing or refused, and why.
 
     Make it first, subscribe through `listen`, and call `ready` at the end of the constructor. From then on it logs a
     line for each change, at most about one a second: docs/ros.md, "What a node writes to the terminal".
 
-    A callback refuses a message by letting the error of its conversion pass, or by calling `refused`. One that has more
-    to do then catches the error, acts, and raises it again. A refusal is logged once for each reason, numbers aside.
+    A callback refuses a message by letting the error of its conversion pass, or by calling `refused`. To do more, it
+    catches the error, acts, and raises it again. A refusal is logged once for each reason, numbers aside.
 
     Attributes:
         refusals: counts of what was refused, for the node's diagnostics.
-        sent: when the message being taken was sent, by the wall clock of its sender [s].
-        number: the count of the message being taken among those of its publisher; None where DDS gives none.
+        sent: send time of the present message, by the wall clock of its sender [s].
+        number: number of the present message among those of its publisher; None where DDS gives none.
     """
 
     def __init__(self, node: Node, refusals: Refusals | None = None, backlog: Backlog | None = None) -> None:
         """Subscribes in `node`; counts in `refusals` where given, which others may share.
 
-        Where a `backlog` is given it drops what queues up while the node is frozen, but for what is latched: that
-        holds until there is another, and comes only once; and for what counts late too.
+        A `backlog` drops messages that queue up while the node is frozen. Latched messages are kept, as they hold until
+        the next one and arrive only once; so are those with `late_counts`.
         """
         self.refusals = Refusals() if refusals is None else refusals
         self.sent = 0.0
@@ -67,12 +67,12 @@ class Inputs:
         Args:
             message_type: class of the messages.
             topic: name of the topic, as given to rclpy.
-            callback: takes a message, or its bytes where `raw`; one that it raises MessageError or ScanError on counts
-                as refused, and one that it returns False on as not meant for this node.
+            callback: takes a message, or its bytes where `raw`. A message counts as refused where it raises
+                MessageError or ScanError, and as not meant for this node where it returns False.
             qos: profile of the subscription.
-            need: STREAM, STATE or EVENT: whether the input is missed when it does not come.
-            kind: what messages refused by an error are counted as; the topic where empty.
-            late_counts: a message counts also where it queued up while the node was frozen: no backlog drops it.
+            need: STREAM, STATE or EVENT: whether the input is reported missing when it does not arrive.
+            kind: name under which refused messages are counted; the topic where empty.
+            late_counts: whether a message counts also where it queued up while the node was frozen.
             raw: messages are taken as bytes.
         """
         # the name after remapping, relative where it is in the node's namespace
@@ -116,7 +116,7 @@ class Inputs:
         self.refusals.add(kind or topic, reason)
 
     def ready(self, about: str) -> None:
-        """Logs that the node is ready, with its topics and what it says about itself, and watches from now on."""
+        """Logs that the node is ready, with its topics and its own description, and watches from now on."""
         names = ", ".join(watch.name for watch in self._watches.values())
         self._node.get_logger().info(f"ready: listens to {names}; {about}")
         # steady even where the node follows /clock: a clock that stands still must not hide what is missing

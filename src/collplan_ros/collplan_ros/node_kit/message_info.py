@@ -1,4 +1,4 @@
-"""Subscription callbacks that also take what DDS says of a message: when it was sent, and its number."""
+"""Subscription callbacks that also take DDS's information on a message: its send time and its number."""
 
 from collections.abc import Callable, Mapping
 from functools import wraps
@@ -7,7 +7,7 @@ from typing import Any
 Info = Mapping[str, Any]
 """source_timestamp [ns, wall clock of the sender], publication_sequence_number and more, by name."""
 Take = Callable[[Any, Info], None]
-"""Takes a message and what DDS says of it."""
+"""Takes a message and DDS's information on it."""
 
 
 def with_info(take: Take) -> Take:

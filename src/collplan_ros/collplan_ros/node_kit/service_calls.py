@@ -1,4 +1,4 @@
-"""Calls of services that may not be there: answered in any case, and never waited for."""
+"""Calls of services that may be missing: the caller gets an answer in any case, and never waits."""
 
 import time
 from collections.abc import Callable
@@ -13,7 +13,7 @@ PATIENCE = 3.0
 """Longest wait for a service and its answer [s]."""
 
 Done = Callable[[Any, str], None]
-"""Takes the response and "", or None and what went wrong."""
+"""Takes the response and "", or None and the error."""
 
 
 @dataclass(eq=False)
@@ -26,7 +26,7 @@ class _Call:
 
 
 class ServiceCalls:
-    """Calls from a node. `step` is to be called now and then, for those that wait."""
+    """Service calls of a node. Call `step` now and then, for calls that wait."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -34,11 +34,11 @@ class ServiceCalls:
         self._pending: list[_Call] = []
 
     def keep(self, service_type: type, name: str) -> None:
-        """Looks for a service from now on, so that a call of it need not."""
+        """Discovers a service from now on, so that a call of it need not wait for that."""
         self._kept[name] = self._node.create_client(service_type, name)
 
     def now(self, name: str, request: Any, done: Done) -> None:
-        """Calls a service that is kept at once, or says at once that nobody offers it."""
+        """Calls a kept service at once, or reports at once that no node offers it."""
         if self._kept[name].service_is_ready():
             self._call(name, request, done)
         else:
@@ -51,7 +51,7 @@ class ServiceCalls:
         self._call(name, request, done)
 
     def step(self) -> None:
-        """Sends what waited for its service, and gives up what has waited too long."""
+        """Sends calls that waited for their service, and gives up those that waited too long."""
         for call in list(self._pending):
             if time.monotonic() > call.deadline:
                 self._end(call, None, f"no answer from {call.client.srv_name} within {PATIENCE:g} s")

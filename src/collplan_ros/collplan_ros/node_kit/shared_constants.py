@@ -1,4 +1,4 @@
-"""Constants that all nodes of a graph must share: told to each other when they start, and compared."""
+"""Constants that all nodes of a graph must share: published at each node's start, and compared."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -52,20 +52,20 @@ def disagreement(ours: Mapping[str, str], others: Mapping[str, Mapping[str, str]
 
 
 class SharedConstants:
-    """Tells a node's constants to the others in its namespace, and whether theirs agree.
+    """Publishes a node's constants to the others in its namespace, and compares them with theirs.
 
-    A node that has ended no longer disagrees, nor does one that has started again with other values. A node that is to
-    stand still on a disagreement asks for `disagreement` at each step; others pass their health through `judged`:
+    A node that has ended no longer disagrees, nor does one that has started again with other values. A node that must
+    stand still on a disagreement reads `disagreement` at each step; others pass their health through `judged`:
 
         self._constants = SharedConstants(self, self._settings, *GROUPS)
         self._diagnostics = Diagnostics(self, lambda: self._constants.judged(self._health()))
 
     Attributes:
-        disagreement: where they disagree, as of the function `disagreement`; empty where they agree.
+        disagreement: the differences, as returned by the function `disagreement`; empty where they agree.
     """
 
     def __init__(self, node: Node, settings: Settings, *groups: Group) -> None:
-        """Publishes what of these groups, which `node` declares, all must share.
+        """Publishes the constants of these groups, declared by `node`, that all must share.
 
         From then on an error is logged when a disagreement begins, and a line of information when it ends.
         """

@@ -1,4 +1,4 @@
-"""Subscriptions of a node that only watches: they end together, and no message ends the node."""
+"""Subscriptions of a node that only displays: they end together, and no message ends the node."""
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -12,8 +12,8 @@ class ShownTopics:
     """Some subscriptions of a node.
 
     Attributes:
-        refused: how many messages could not be read.
-        newest_refusal: why not, of the newest one; empty before the first.
+        refused: number of messages that could not be read.
+        newest_refusal: reason of the newest one; empty before the first.
     """
 
     def __init__(self, node: Node) -> None:
@@ -28,7 +28,7 @@ class ShownTopics:
         def taking(data: bytes, info: Info) -> None:
             if subscription not in self._subscriptions:
                 return  # it came while all ended
-            # whatever a stranger publishes may be wrong in any way, and a viewer must not end by it
+            # a message of another program may be wrong in any way, and must not end a viewer
             try:
                 take(data if raw else deserialize_message(data, message_type), info)
             except Exception as error:

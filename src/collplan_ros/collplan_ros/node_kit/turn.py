@@ -1,4 +1,4 @@
-"""A node's reports to a simulation that waits for its graph: until when the node has done all that was due."""
+"""A node's reports to a simulation that waits for its graph: the time up to which the node has done its work."""
 
 import math
 from collections.abc import Callable
@@ -44,9 +44,9 @@ class Turn:
                 node.create_timer(IDLE_PERIOD, self.over, clock=steady_clock())
 
     def over(self, now: float | None = None) -> None:
-        """Reports that all has been done that is due by now, and where the node knows it, when the next is due.
+        """Reports that all work due by now is done, and, where the node knows it, when the next is due.
 
-        `now` is the time at which it was done [s], where another thread may have let the clock go on since.
+        `now` is the time at which it was done [s], where another thread may have advanced the clock since.
         """
         if self._out is None:
             return
