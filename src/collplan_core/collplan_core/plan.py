@@ -85,7 +85,7 @@ class Plan:
     valid_until: float | None = None
 
     def __repr__(self) -> str:
-        """In a line: when, how far, with how many contacts."""
+        """Summary in a line: start, duration, length, number of contacts."""
         length = float(np.hypot(*np.diff(self.positions, axis=0).T).sum())
         lasts, touches = self.times[-1] - self.stamp, len(self.contacts.times)
         return f"Plan(from {self.stamp:g} s, {lasts:.2f} s, {length:.2f} m, {touches} contacts)"

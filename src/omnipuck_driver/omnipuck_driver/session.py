@@ -44,7 +44,7 @@ class WheelCommand:
     life: float
 
     def standing_still(self) -> "WheelCommand":
-        """This command with the wheels at rest."""
+        """Copy of the command with all wheel speeds 0."""
         return WheelCommand((0.0,) * len(self.wheels), self.age, self.life)
 
 

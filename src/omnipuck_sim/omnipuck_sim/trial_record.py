@@ -55,7 +55,7 @@ class TrialResult:
     plans: tuple[np.ndarray, ...]
 
     def __repr__(self) -> str:
-        """In a line: how it ended, and the impacts."""
+        """Summary in a line: outcome and impacts."""
         when = (
             f"{self.outcome} in {self.arrival_time:.2f} s"
             if self.outcome == REACHED

@@ -79,7 +79,7 @@ def fit_turns(turns: Sequence[FittedTurn], lag: float) -> TurnFit:
 
 
 def _angle(turn: FittedTurn) -> float:
-    """From rest to rest: what the robot is late at the begin it makes up for after the end."""
+    """Turned angle from rest to rest [rad]: lag at the start is made up for after the end."""
     yaws = np.unwrap([turn.before.yaw, *(pose.yaw for pose in turn.poses), turn.after.yaw])
     return float(yaws[-1] - yaws[0])
 

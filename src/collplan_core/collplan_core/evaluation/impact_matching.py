@@ -53,7 +53,7 @@ class Verdicts(NamedTuple):
 def judge_impacts(
     times: np.ndarray, points: np.ndarray, speeds_into: np.ndarray, predictions: Sequence[Prediction]
 ) -> Verdicts:
-    """Which impacts were foreseen, and which deliberate.
+    """Marks which impacts were foreseen, and which were deliberate.
 
     Args:
         times: (k,) when they were [s].

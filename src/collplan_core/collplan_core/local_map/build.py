@@ -1,4 +1,4 @@
-"""From one scan and the pose it was taken at to the local map: the stages in order. Paper: II-A."""
+"""Builds the local map from one scan and its pose: the stages in order. Paper: II-A."""
 
 import math
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""From the beams of a scan to surfaces and the straight pieces they consist of. All points relative to the robot."""
+"""Surfaces in a scan, and the straight pieces that they consist of. All points are relative to the robot."""
 
 import math
 from typing import NamedTuple

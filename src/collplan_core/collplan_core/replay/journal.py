@@ -80,7 +80,7 @@ class Journal:
         return why_forbidden if self._send is None else asked
 
     def counted(self, make_deadline: Callable[[Settings], Deadline]) -> Callable[[Settings], Deadline]:
-        """The same deadlines, looks at which are counted."""
+        """Wraps `make_deadline` so that the checks of each deadline are counted in the journal."""
 
         def counted(settings: Settings) -> Deadline:
             deadline = CountedDeadline(make_deadline(settings))

@@ -1,1 +1,1 @@
-"""From measured poses to the robot's state and its impacts."""
+"""State and impacts of the robot from measured poses; scans, their plausibility and their noise."""

@@ -1,4 +1,4 @@
-"""From a layout, drawn the easy way round, to a world that is mirrored and turned at random."""
+"""Worlds made from a layout by mirroring and turning it at random."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

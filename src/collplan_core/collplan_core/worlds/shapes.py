@@ -45,7 +45,7 @@ class World:
     source: str = ""
 
     def __repr__(self) -> str:
-        """In a line: its name and how many obstacles."""
+        """Summary in a line: name and number of obstacles."""
         return f"World({self.called}, {len(self.polygons)} polygons, {len(self.circles)} circles)"
 
     @property

@@ -20,7 +20,7 @@ def largest_rectangles_beside(rectangles: np.ndarray, side: float) -> np.ndarray
 
 
 def _cells_left(rectangles: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
-    """Which cells between the lines xs and ys no rectangle covers."""
+    """Mask of the cells between the lines xs and ys that no rectangle covers."""
     x, y = np.meshgrid((xs[:-1] + xs[1:]) / 2, (ys[:-1] + ys[1:]) / 2, indexing="ij")
     x0, y0, x1, y1 = rectangles.T[:, :, None, None]
     return ~((x0 < x) & (x < x1) & (y0 < y) & (y < y1)).any(axis=0)

@@ -115,7 +115,7 @@ class BounceResults:
         return {name: [each for each in self.variants if each.ablation == name] for name in names}
 
     def both(self, cells: Sequence[Cell]) -> list[Cell]:
-        """Those of the two strategies compared, `ours` first."""
+        """Cells of the two compared strategies, `ours` first."""
         return [cell for name in (self.ours, self.against) for cell in cells if cell.strategy == name]
 
     def record(self) -> dict[str, Any]:

@@ -93,7 +93,7 @@ class Case:
         return [strategy for strategy in distinct(self.runs, "strategy") if strategy != self.reference]
 
     def periods(self, strategy: str) -> list[float]:
-        """Each T_map [s] of a strategy's runs, ascending."""
+        """Values of T_map [s] in a strategy's runs, ascending."""
         return sorted(distinct(self.runs.filter(strategy=strategy), "map_period_s"))
 
     def main_period(self, strategy: str) -> float:

@@ -49,7 +49,7 @@ def load_sources(texts: Sequence[str], start: Point, goal: Point) -> tuple[Sourc
 
 
 def _worlds_of(text: str) -> Iterator[tuple[World, str]]:
-    """Each world that a text names, with its family; empty where it has none."""
+    """Worlds that a text names, each with its family; an empty family where it has none."""
     family, _, rest = text.partition(":")
     if family in FAMILIES:
         yield from ((load_world(f"{family}:{seed}"), family) for seed in _seeds(text, rest))

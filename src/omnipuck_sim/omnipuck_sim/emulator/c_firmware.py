@@ -186,7 +186,7 @@ class CFirmware:
         return self._taken()
 
     def counts(self) -> dict[str, int]:
-        """It counts no more than its telemetry tells."""
+        """Empty: the firmware in C counts only what its telemetry reports."""
         return {}
 
     def _taken(self) -> bytes:

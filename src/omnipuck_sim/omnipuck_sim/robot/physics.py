@@ -113,7 +113,7 @@ class Simulator:
         self._expires = self.time + self._command_life - age
 
     def step(self, steps: int = 1) -> None:
-        """So many physics steps, of 1 / simulator.physics_rate each."""
+        """Advances the simulation by `steps` physics steps of 1 / simulator.physics_rate [s] each."""
         end = self._steps + steps
         while self._steps < end:
             # half a step of tolerance in both: sums of decimal times must not decide
