@@ -4,7 +4,7 @@ from collplan_core.parameters import Settings
 from collplan_core.parameters.spec import ParameterError
 
 LIVE = ("robot.max_speed",)
-"""The parameters that a robot's node takes while it runs."""
+"""The parameters of a robot's node that may change while it runs."""
 
 
 def check_caps(settings: Settings) -> None:

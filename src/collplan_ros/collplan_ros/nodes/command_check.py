@@ -14,7 +14,7 @@ REFUSED = "last command refused: not finite or too fast"
 
 
 class CommandCheck:
-    """Cuts commands to the limits of `robot` and of `cap`, refuses those not finite or far beyond, and counts both.
+    """Clamps commands to the limits of `robot` and `cap`, refuses those not finite or far beyond, and counts both.
 
     Attributes:
         last_refused: whether the last command was refused.

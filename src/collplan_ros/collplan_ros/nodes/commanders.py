@@ -5,19 +5,19 @@ from rclpy.node import Node
 from collplan_ros.node_kit.publishers import known_publishers
 
 MOST_BREAKS = 3
-"""Breaks in the count of messages within BREAK_TIME that tell of two publishers; a commander's restart makes one."""
+"""Breaks in the count of messages within BREAK_TIME that show two publishers; a commander's restart makes one."""
 BREAK_TIME = 1.0
 """[s]"""
 
 
 class Commanders:
-    """The publishers of a topic, by the names that ROS lists and by their messages.
+    """Publishers of a topic, by the names that ROS lists and by their messages.
 
     A commander that has restarted is listed twice until the old one's lease ends, under one name: it counts as one. Two
-    of one name are told apart by their messages, which each publisher counts by itself.
+    of one name are distinguished by their messages, which each publisher counts by itself.
 
     Attributes:
-        why_refused: who they are, in words, where there are several; empty where there is one or none.
+        why_refused: their names in a sentence, where there are several; empty where there is one or none.
     """
 
     def __init__(self, node: Node, topic: str) -> None:
@@ -29,7 +29,7 @@ class Commanders:
         self._breaks: list[float] = []
 
     def look(self, now: float) -> None:
-        """Looks at who is there at `now` [s]."""
+        """Updates the list of publishers at `now` [s]."""
         listed = known_publishers(self._node, self._topic)
         names = sorted(set(listed))
         self._breaks = [time for time in self._breaks if now - time < BREAK_TIME]

@@ -1,7 +1,7 @@
-"""The controller: plans, poses, scans and a hand's commands in; a velocity command out, each period, without exception.
+"""The controller: plans, poses, scans and manual commands in; a velocity command out, each period, without exception.
 
-What a person commands goes before any plan. It follows any timed path, whoever published it, while a goal is active,
-and stands still with a reason otherwise. All decisions: collplan_core/loop.
+A person's command has priority over any plan. It follows any timed path, whichever node published it, while a goal is
+active, and stands still with a reason otherwise. All decisions: collplan_core/loop.
 """
 
 from collections.abc import Sequence
@@ -47,12 +47,12 @@ from collplan_ros.nodes.teleop_input import TeleopInput
 MOCAP = ("mocap.leap_margin", "mocap.velocity_window")
 GROUPS = (Robot, LocalMapping, Control, ScanInput, Limits, Frames, *MOCAP)
 MAPPED = ("local_map.half_side", "local_map.clearance", "local_map.surface_tolerance", "local_map.grazing_angle")
-"""Of the local map it follows boundaries alone: what the planner makes of sight and of set E it does not read."""
+"""The controller follows the boundaries of the local map alone; it does not read sight and set E."""
 LIVE = (Robot, *MAPPED, Control, Limits, *MOCAP)
 
 
 class ControllerNode(Node):
-    """Hears mocap/*, scan, plan, planner/*, goal_status, hand/cmd_vel; publishes cmd_vel, maneuver and controller/*."""
+    """Takes mocap/*, scan, plan, planner/*, goal_status, hand/cmd_vel; publishes cmd_vel, maneuver and controller/*."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
@@ -117,8 +117,8 @@ class ControllerNode(Node):
         self._journal.call(self._loop.take_goal, goal_from_status(message))
 
     def _on_robot_state(self, message: DiagnosticStatus) -> None:
-        # a robot that stands by itself is commanded zero, so that nobody takes it for stuck
-        # the reason alone: what lets the robot move is said beside it where the controller is held too
+        # a robot that stands by itself is commanded zero, so that it does not count as stuck
+        # the reason alone: a controller that is held too reports how to release the robot
         reason = values_of(message).get("reason", message.message)
         self._journal.call(self._loop.take_robot_state, reason)
 

@@ -42,7 +42,7 @@ class ControllerOutputs:
         self._maneuver.publish(String(data=self.command.maneuver))
 
     def send(self, command: Command, loop: ControllerLoop, now: float) -> None:
-        """Publishes the command of a period at `now` [s, poses' clock], and what has changed with it."""
+        """Publishes the command of a period at `now` [s, poses' clock], and the topics that change with it."""
         self._cmd_vel.publish(command_to_message(command, now, self._settings))
         if not command.reason and command.maneuver != HAND:
             x, y = command.reference.tolist()

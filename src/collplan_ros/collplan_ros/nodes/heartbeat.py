@@ -51,7 +51,7 @@ class HeartbeatWatch:
     """Watch over the planner's heartbeat: whether it has stopped. A planner that never had one is not missed."""
 
     def __init__(self, inputs: Inputs, limit: float, clock: Clock) -> None:
-        """Listens through `inputs`; a silence longer than `limit` [s], in real time and by `clock`, is a stop."""
+        """Subscribes through `inputs`; a silence longer than `limit` [s], in real time and by `clock`, is a stop."""
         self._limit = limit
         self._clock = clock
         self._heard: tuple[float, float] | None = None

@@ -1,7 +1,7 @@
-"""The planner: scans, poses, impacts and a goal in; plans out, and what became of the goal.
+"""The planner: scans, poses, impacts and a goal in; plans and the status of the goal out.
 
 It plans every map_period if it can, with some strategies also at once after an impact. Without a plan it publishes
-nothing and says why; the controller stops the robot when plans fail to come. All decisions: collplan_core/loop.
+nothing and reports why; the controller stops the robot when plans do not arrive. All decisions: collplan_core/loop.
 """
 
 import uuid
@@ -63,7 +63,7 @@ LEAD = 0.02
 
 
 class PlannerNode(Node):
-    """Hears mocap/odom, scan, goal_pose, impact, commands; publishes plan, goal_status, planner/*; serves cancel."""
+    """Takes mocap/odom, scan, goal_pose, impact, commands; publishes plan, goal_status, planner/*; serves cancel."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`."""
@@ -159,10 +159,10 @@ class PlannerNode(Node):
         # last of all: the robot waits for the plan
         self._journal.end_cycle()
 
-    # ---- what is decided
+    # ---- decisions
 
     def _decide(self, decide: Callable[..., list[Decision]], *given: Any) -> bool:
-        """Acts on what the loop decides; whether that is a plan."""
+        """Acts on the loop's decisions; returns whether one is a plan."""
         begun = perf_counter()
         decisions = self._journal.call(decide, *given)
         planned = any(isinstance(decision, Cycle) for decision in decisions)
@@ -179,7 +179,7 @@ class PlannerNode(Node):
         return health_of(self._loop, self._settings.planner.strategy, self._planning_time, self._local())
 
     def stop(self) -> None:
-        """Cancels the goal and waits until listeners have received that."""
+        """Cancels the goal and waits until subscribers have received that."""
         self._outputs.take_last(self._journal.call(self._loop.cancel))
         self._turn.end()
         self._journal.end_cycle()

@@ -36,7 +36,7 @@ CLOUDS_PERIOD = 0.1
 
 
 class PlannerOutputs:
-    """Publishes goal_status and the topics of a plan; of those for display only what is subscribed."""
+    """Publishes goal_status and the topics of a plan; topics for display only where they are subscribed."""
 
     def __init__(self, node: Node) -> None:
         """Publishes through `node`."""
@@ -58,7 +58,7 @@ class PlannerOutputs:
     def take(
         self, decisions: Sequence[Decision], loop: PlannerLoop, planning_time: float, local: float, settings: Settings
     ) -> None:
-        """Publishes and says what a loop has decided at `local` [s, local clock]; a plan took `planning_time` [s]."""
+        """Publishes and logs a loop's decisions at `local` [s, local clock]; a plan took `planning_time` [s]."""
         for decision in decisions:
             if isinstance(decision, Goal):
                 self._status.publish(goal_to_status(decision))
@@ -68,7 +68,7 @@ class PlannerOutputs:
                 self._say(decision)
 
     def take_last(self, decisions: Sequence[Decision]) -> None:
-        """Publishes what became of the goal, and waits until listeners have received that."""
+        """Publishes the goal's status, and waits until subscribers have received it."""
         for decision in decisions:
             if isinstance(decision, Goal):
                 publish_acknowledged(self._status, goal_to_status(decision))
@@ -83,7 +83,7 @@ class PlannerOutputs:
             self._log.error(notice.text)
 
     def _publish(self, cycle: Cycle, goal: np.ndarray, planning_time: float, local: float, settings: Settings) -> None:
-        # the trajectory first, as whoever has it needs no path, and all else after the plan: the robot waits
+        # the trajectory first, as its receivers need no path, and all else after the plan: the robot waits
         plan, frame, robot = cycle.plan, settings.frames.map, settings.robot
         commands = commands_along(plan.times, plan.positions, velocity_law(robot), robot.max_speed)
         self._trajectory.publish(plan_to_trajectory(plan, commands, frame))

@@ -1,7 +1,7 @@
-"""The robot's end of the contract on the graph: what each robot, simulated or real, does alike.
+"""Contract of a robot on the graph: the common behaviour of every robot, simulated or real.
 
 It takes cmd_vel and serves estop, clear_estop and resume. It is held from its start, after an emergency stop, and after
-a fault, until a person gives a new goal or calls resume; nothing that is commanded frees it.
+a fault, until a person gives a new goal or calls resume; no command releases it.
 """
 
 import math
@@ -32,9 +32,9 @@ from collplan_ros.nodes.commanders import Commanders
 from collplan_ros.nodes.robot_state import RobotState
 
 STARTED = "just started"
-"""Why a robot is held that nobody has let move yet."""
+"""Reason why a robot is held that no person has let move yet."""
 LOOK_PERIOD = 0.05
-"""Time between two looks at what could hold the robot [s]."""
+"""Time between two checks for a reason to hold the robot [s]."""
 
 
 class ContractedRobot(Protocol):
@@ -63,9 +63,9 @@ class RobotContract:
     """Commands, the interlock and the emergency stop of one robot.
 
     Attributes:
-        stopped_by: what latched the emergency stop, in words; empty while it is not latched.
-        releases: how often a person has let the robot move.
-        clearances: how often the emergency stop was cleared.
+        stopped_by: cause of the latched emergency stop, in words; empty while it is not latched.
+        releases: number of times that a person has let the robot move.
+        clearances: number of times that the emergency stop was cleared.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class RobotContract:
         self._check.change_settings(settings)
 
     def latch(self, by: str) -> None:
-        """Latches the emergency stop; `by` says what did it: "by its service"."""
+        """Latches the emergency stop; `by` names its cause: "by its service"."""
         self.stopped_by = by
         self._tell()
 
@@ -137,12 +137,12 @@ class RobotContract:
 
     @property
     def counts(self) -> dict[str, object]:
-        """State, and commands by what became of them, ready for a `Health`."""
+        """State, and counts of commands by outcome, as values of a `Health`."""
         commands = {"commands": self._commands, "ignored": self._ignored, "late": self._late}
         return {"state": self._state.name, **commands, **self._check.counts}
 
     def look(self) -> None:
-        """Holds the robot where something must: a second commander, silence. Notes stalls of this node."""
+        """Holds the robot for a reason such as a second commander or silence. Notes stalls of this node."""
         now = self._times.now()
         self._stalls.tick(now)
         self._commanders.look(now)
@@ -165,7 +165,7 @@ class RobotContract:
         is_first = math.isinf(self._delay.least)
         self._delay, age = self._delay.measured(self._times.sent(self._inputs.sent), now)
         self._commanders.took(self._inputs.number, now)
-        # the first one's age is unknown, and what was queued in a stall was sent before its end
+        # the first one's age is unknown, and messages queued in a stall were sent before its end
         if is_first or age >= self._settings.limits.command_age or now - age <= self._stalls.ended:
             self._late += 1
             return
@@ -179,7 +179,7 @@ class RobotContract:
         velocity, yaw_rate = self._check.followed(twist_of(message), self._taken_at)
         self._robot.follow(velocity, yaw_rate, age)
 
-    # ---- what a person does
+    # ---- a person's actions
 
     def _take_goal(self, message: GoalStatus) -> None:
         goal = goal_from_status(message)
@@ -190,7 +190,7 @@ class RobotContract:
         self._tell()
 
     def _release(self) -> str:
-        """Lets the robot move where nothing is against it; returns what is."""
+        """Lets the robot move where no reason is against it; returns that reason."""
         reason = self._commanders.why_refused or self._robot.why_not_start()
         if reason:
             self.hold(reason)
@@ -230,7 +230,7 @@ class RobotContract:
             self._tell()
         return True, f"cleared; to move, {REMEDY}"
 
-    # ---- said
+    # ---- reports
 
     def _serve(self, name: str, act: Callable[[], tuple[bool, str]]) -> None:
         def answer(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -8,15 +8,15 @@ from collplan_ros.messages.robot_state import FREE, HELD
 from collplan_ros.node_kit.clock import steady_clock
 
 AGAIN = 1.0
-"""Period at which the present state is said again [s]: after a restart a latched message can be seconds late."""
+"""Period at which the present state is repeated [s]: after a restart a latched message can be seconds late."""
 
 
 class RobotState:
-    """Publishes robot/state, latched, at every change and each AGAIN; says changes at the terminal too.
+    """Publishes robot/state, latched, at every change and each AGAIN; logs changes too.
 
     Attributes:
         name: FREE, HELD or STOPPED.
-        message: why the robot does not move, and what lets it; empty where it is free.
+        message: reason why the robot does not move, and how to release it; empty where it is free.
     """
 
     def __init__(self, node: Node) -> None:
@@ -34,9 +34,9 @@ class RobotState:
 
         Args:
             name: FREE, HELD or STOPPED.
-            reason: why the robot does not move; empty where it is free.
-            remedy: what lets it move again.
-            knows_planner: whether the planner has been heard: a goal given from then on is a new one.
+            reason: reason why the robot does not move; empty where it is free.
+            remedy: action that lets it move again.
+            knows_planner: whether the planner was received: a goal given from then on is a new one.
         """
         whole = f"held, {reason}" if name == HELD else reason
         message = f"{whole}: {remedy}" if reason else ""

@@ -1,4 +1,4 @@
-"""Poses and scans, as planner and controller listen to them."""
+"""Subscriptions of planner and controller to poses and scans."""
 
 from collections.abc import Callable
 
@@ -23,7 +23,7 @@ def listen_to_sensors(
 ) -> None:
     """Subscribes mocap/odom and scan through `inputs`.
 
-    What cannot be used is handed to `refuse` as "pose" or "scan", with the reason.
+    Unusable ones are handed to `refuse` as "pose" or "scan", with the reason.
     """
     frames = settings.frames
 

@@ -1,4 +1,4 @@
-"""A person's commands as controller_node takes them: not too old, and from one sender."""
+"""Manual commands as controller_node takes them: not too old, and from one sender."""
 
 import math
 from collections.abc import Callable
@@ -24,10 +24,10 @@ Take = Callable[[np.ndarray, float, float, str], None]
 
 
 class TeleopInput:
-    """Listens to hand/cmd_vel.
+    """Subscription to hand/cmd_vel.
 
-    What is too old is left out, and the first command of a sender, whose age is not known. One to rest never is: nobody
-    means to drive by it.
+    Commands that are too old are left out, and the first command of a sender, whose age is unknown. A command to rest
+    is never left out, as it moves nothing.
     """
 
     def __init__(self, node: Node, inputs: Inputs, settings: Settings, take: Take) -> None:

@@ -1,8 +1,8 @@
 """A person's joystick: commands on hand/cmd_vel while the dead-man button is pressed, and buttons that stop and resume.
 
-Each command comes from a message of the joystick; none is repeated. A release is a zero at once, and then silence. So
-is a joystick that falls silent: its buttons count again once they were seen released for a while. Of two joysticks none
-is followed: which of them is holding on?
+Each command is made from a message of the joystick; none is repeated. A release sends a zero at once, and then nothing.
+So does a joystick that falls silent: its buttons count again once they were seen released for a while. Of two joysticks
+none is followed, as it is unknown which of them is held.
 """
 
 import math
@@ -43,7 +43,7 @@ class TeleopNode(Node):
         declare(self, *GROUPS, live=(), check=check_stick)
         self._settings = read_settings(self, *GROUPS)
         teleop = self._settings.teleop
-        # steady even where the node follows /clock: a hand lets go in real time
+        # steady even where the node follows /clock: a person lets go in real time
         self._steady = steady_clock()
         self._age = SenderAge(teleop.joy_age)
         self._senders = Commanders(self, "joy")
@@ -56,7 +56,7 @@ class TeleopNode(Node):
         self._calls = ServiceCalls(self)
         for name in SERVICES:
             self._calls.keep(Trigger, name)
-        # what queued up while the node did not run is told by its age: a press of the stop button in it counts
+        # messages queued while the node did not run show it by their age: a press of the stop button in them counts
         self._inputs = Inputs(self)
         self._inputs.listen(Joy, "joy", self._on_joy, EVERY_UNRELIABLE)
         self.create_timer(1.0 / teleop.rate, self._on_timer, clock=self._steady)
@@ -74,7 +74,7 @@ class TeleopNode(Node):
         self._came = now
         self._senders.took(self._inputs.number, now)
         try:
-            # whoever wants to stop is heard however late, and whoever else sends
+            # a stop counts however late it arrives, and whichever node sends it
             self._on_stop(stick.pressed(teleop.stop_button))
             if self._senders.why_refused:
                 raise StickError(self._senders.why_refused)
@@ -90,7 +90,7 @@ class TeleopNode(Node):
         except StickError as error:
             self._let_go()
             raise MessageError(str(error)) from None
-        # when it was sent: what a message takes is no time to drive on
+        # its send time: transport does not prolong driving
         self._heard = now - age
         before, self._grip = self._grip, self._grip.after(pressed, now)
         if before.holds and not self._grip.holds:
@@ -105,7 +105,7 @@ class TeleopNode(Node):
     def _on_stop(self, pressed: bool) -> None:
         was_pressed, self._stop_pressed = self._stop_pressed, pressed
         if pressed and not was_pressed:
-            # the controller stops at a hand that commands to stand, should nobody answer
+            # the controller stops at a manual command to stand, if no service answers
             self._grip = Grip()
             self._send(stopped("stop"))
             self._call("estop")
@@ -115,7 +115,7 @@ class TeleopNode(Node):
         if before.holds or not self._resume.holds:
             return
         if dead_man_pressed:
-            # whether it counts or not: who presses it believes to have the robot, and the planner would drive
+            # whether it counts or not: a person who presses it means to have the robot, and the planner would drive
             self.get_logger().warning("resume: release the dead-man button first")
         else:
             self._call("resume")
@@ -174,7 +174,7 @@ class TeleopNode(Node):
         return Health(OK, "drives" if self._grip.holds else "dead-man button released", values)
 
     def stop(self) -> None:
-        """Stops a robot that is driven, and waits until the controller has received that."""
+        """Stops a driven robot, and waits until the controller has received that."""
         if self._grip.holds:
             publish_acknowledged(self._hand, self._message(stopped("teleop_node ends")))
 

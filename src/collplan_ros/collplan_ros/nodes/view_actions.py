@@ -38,7 +38,7 @@ class ViewActions:
         self._inbox: queue.PriorityQueue[tuple[bool, int, PageCommand, Reply]] = queue.PriorityQueue()
 
     def take(self, command: PageCommand, reply: Reply) -> None:
-        """Has a command done as soon as the node can; from any thread."""
+        """Queues a command for the node; may be called from any thread."""
         if command.action != STOP and self._inbox.qsize() >= MOST_WAITING:
             reply(False, "too many commands are waiting")
             return
@@ -47,7 +47,7 @@ class ViewActions:
             self._node.executor.create_task(self.do_all)
 
     def do_all(self) -> None:
-        """Does what waits, stops first."""
+        """Executes the queued commands, stops first."""
         while True:
             try:
                 *_, command, reply = self._inbox.get_nowait()
@@ -65,7 +65,7 @@ class ViewActions:
             self._parameters.choose(command.strategy, reply)
 
     def _give_goal(self, command: PageCommand, reply: Reply) -> None:
-        # this node hears goals too
+        # this node receives goals too
         if self._goals.get_subscription_count() < 2:
             reply(False, f"no node subscribes to {self._goals.topic_name}")
             return

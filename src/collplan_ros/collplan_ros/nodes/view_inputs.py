@@ -60,7 +60,7 @@ STEP_BACK = 0.5
 QUIET = 0.25
 """Time without poses after which that of the frames goes on without them [s]: those of a slow simulation are rare."""
 MEMORY_EVERY = 5
-"""Of the messages about what is seen, those of which the memory is shown: it is the most of them and changes least."""
+"""One in so many planner/seen messages updates the memory shown: it is their largest part and changes least."""
 NODES_PERIOD = 0.5
 """Time between two looks at which nodes are silent [s]."""
 MOST_NODES = 50
@@ -75,11 +75,11 @@ class ViewInputs:
     """The topics that the page shows: subscribed between `open` and `close`.
 
     Attributes:
-        goal: the newest goal given, (2,) [m]; heard all the time, as nobody repeats it.
-        robot: full name of the node that says how the robot is; empty before it has.
+        goal: the newest goal given, (2,) [m]; subscribed all the time, as it is not repeated.
+        robot: full name of the node that publishes robot/state; empty before it has.
         reports: newest health report of each node of this namespace, by full name.
-        refused: messages that could not be read.
-        recent: how the graph has kept up in the last seconds.
+        refused: number of messages that could not be read.
+        recent: timing of the graph in the last seconds.
     """
 
     def __init__(
@@ -90,9 +90,9 @@ class ViewInputs:
         changes: Changes,
         clock: Callable[[], float],
     ) -> None:
-        """Listens in `node` and puts parts into `changes`; `clock` gives the local time [s].
+        """Subscribes in `node` and puts parts into `changes`; `clock` gives the local time [s].
 
-        `parameters` are told of each node that reports, and of what was set.
+        `parameters` is notified of each node that reports, and of parameters that were set.
         """
         self.goal: np.ndarray | None = None
         self.robot = ""
@@ -166,7 +166,7 @@ class ViewInputs:
         self.robot = ""
 
     def put(self) -> float:
-        """Puts what a frame gathers into the changes; returns the time of the frame [s]."""
+        """Puts the parts gathered for a frame into the changes; returns the time of the frame [s]."""
         now = self._clock()
         self._put_robot(now)
         if self._periods:
@@ -190,7 +190,7 @@ class ViewInputs:
             self._states.popleft()
 
     def _begin_anew(self) -> None:
-        """Drops what belongs to another time, as after a restart of the robot."""
+        """Drops parts of an earlier time, as after a restart of the robot."""
         self._states.clear()
         self._fresh.clear()
         self._impacts = ShownImpacts()
@@ -207,7 +207,7 @@ class ViewInputs:
             if between:
                 self._changes.put("trail", scene.trail(between, newest.stamp))
         elif now - self._came > QUIET:
-            # what is silent is to be seen to be
+            # a silent node must be shown as silent
             self._time = self._posed + now - self._came
         if 0.0 < before - self._time < STEP_BACK:
             self._time = before
@@ -266,7 +266,7 @@ class ViewInputs:
     def _put_goal(self) -> None:
         self._changes.put("goal", scene.goal(self.goal, self._status))
 
-    # ---- what happens and is said
+    # ---- events and reports
 
     def _take_impact(self, message: PoseStamped, _: Values) -> None:
         self._impacts.happened(impact_contact_from_message(message, self._frames.map), self._states)

@@ -1,7 +1,7 @@
-"""The live page's node: what the graph says goes to the browsers that look, what they ask for goes to the graph.
+"""The live page's node: sends the graph's messages to open browsers, and their requests to the graph.
 
-It decides nothing, and takes no part in what moves the robot: any graph runs the same without it. While nobody looks,
-and has not for a while, it listens to new goals alone.
+It decides nothing, and takes no part in moving the robot: any graph runs the same without it. While no page is open,
+and has not been for a while, it subscribes to new goals alone.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -33,17 +33,17 @@ GROUPS = (View, ScanInput, Frames, "controller.stamped_cmd_vel")
 LINGER = 10.0
 """Time after the last page was closed until the graph is no longer listened to [s]: it may only be loaded anew."""
 IDLE_PERIOD = 0.25
-"""Time between two looks whether somebody looks [s]."""
+"""Time between two checks whether a page is open [s]."""
 WARN_PERIOD = 5.0
-"""Shortest time between two lines of the log about what was refused [s]."""
+"""Shortest time between two log lines about refused requests [s]."""
 ABOUT_EVERY = 10
-"""Of the frames those that are looked at for a change of what seldom changes."""
+"""One in so many frames is checked for changes of parts that seldom change."""
 WORLDS = ("lidar.world", "simulator.world")
 """Parameters that name the world: the one that scans are cast in comes first."""
 
 
 class ViewNode(Node):
-    """Serves the page on this machine; hears what is shown, and gives goals, calls services, sets the strategy."""
+    """Serves the page on this machine; subscribes to shown topics, gives goals, calls services, sets the strategy."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Keyword arguments go to `rclpy.node.Node`.
@@ -82,7 +82,7 @@ class ViewNode(Node):
         return seconds(self._steady)
 
     def _warn(self, words: str) -> None:
-        # nobody may fill a disk by being refused
+        # refused requests must not fill a disk
         self.get_logger().warning(words, throttle_duration_sec=WARN_PERIOD)
 
     def _tick(self) -> None:
@@ -117,7 +117,7 @@ class ViewNode(Node):
 
     def _put_about(self, heard: Collection[str]) -> None:
         known = self._graph_parameters.values
-        # what a node said that is gone holds no more
+        # reports of a node that has gone no longer hold
         there = {name: each for name, each in known.items() if name in heard}
         world, trouble = self._found_world(there)
         self._changes.put(
@@ -141,7 +141,7 @@ class ViewNode(Node):
         self._put_machine(there)
 
     def _put_machine(self, known: Mapping[str, Values]) -> None:
-        """Says how fast simulated time runs, and whether the machine would do for a real robot."""
+        """Puts the speed of simulated time, and whether the machine is fast enough for a real robot."""
         now, recent = self._now(), self._inputs.recent
         speed_factor = _number(first_of(known, "simulator.speed_factor"), self._settings.simulator.speed_factor)
         command_age = _number(first_of(known, "limits.command_age"), self._settings.limits.command_age)
@@ -149,7 +149,7 @@ class ViewNode(Node):
         self._changes.put("machine", {"pace": pace_words(recent.newest_factor(now)), "verdict": verdict})
 
     def _found_world(self, known: Mapping[str, Values]) -> tuple[scene.Part, str]:
-        """The world that nodes with these parameters name, to be drawn once it is made, or why there is none."""
+        """Returns the world named by nodes with these parameters, or the reason why there is none."""
         name = next((found for key in WORLDS if (found := first_of(known, key)) is not None), None)
         if name is None:
             self._world_name = None
@@ -187,7 +187,7 @@ class ViewNode(Node):
 
 
 def _milli(value: object, otherwise: float) -> int:
-    """A length or speed as a page is sent it; `otherwise` where it is none that can be drawn."""
+    """Returns a length or speed as sent to a page; `otherwise` where it cannot be drawn."""
     number = _number(value, otherwise)
     return scene.milli([number if abs(number) <= scene.LARGEST else otherwise])[0]
 

@@ -1,4 +1,4 @@
-"""The parameters of the other nodes, which tell what the page shows, and the strategy, which it sets."""
+"""Parameters of the other nodes, for the page to show, and the strategy, which it sets."""
 
 import time
 from collections.abc import Mapping
@@ -14,12 +14,12 @@ from collplan_ros.view.scene import SILENT_AFTER
 from collplan_ros.view.server import Reply
 
 ASK_AGAIN, ASK_SOON = 4.0, 0.2
-"""Time after which a node that did not answer is asked again, and one that has started again is [s]."""
+"""Time after which a node that did not answer, or has restarted, is asked again [s]."""
 STRATEGY = "planner.strategy"
 
 
 class GraphParameters:
-    """The parameters of every node heard of, asked for once it is heard.
+    """The parameters of every node that reports, requested at its first report.
 
     Attributes:
         values: all parameters by node and name, of the nodes that have answered.
@@ -33,9 +33,9 @@ class GraphParameters:
         self._numbers: dict[str, int] = {}
 
     def heard(self, node: str, number: int | None) -> None:
-        """Takes that a node is there; asks it where it is new, has come back or started again, or has never answered.
+        """Notes a node's report; requests its parameters where it is new, has restarted, or has never answered.
 
-        `number` is which of its publisher's health reports was heard, from 1; None where the middleware does not tell.
+        `number` is the number of the health report by its publisher, from 1; None where the middleware gives none.
         """
         now = time.monotonic()
         was_silent = now - self._heard.get(node, now) > SILENT_AFTER
@@ -56,7 +56,7 @@ class GraphParameters:
                 self.values[event.node][changed.name] = parameter_value_to_python(changed.value)
 
     def choose(self, strategy: str, reply: Reply) -> None:
-        """Sets the strategy of the planner heard last, and says what it has answered."""
+        """Sets the strategy of the planner that reported last, and replies with its answer."""
         planners = [node for node, values in self.values.items() if STRATEGY in values]
         if not planners:
             reply(False, f"no node with {STRATEGY} was found")

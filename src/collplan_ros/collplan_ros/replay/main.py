@@ -41,7 +41,7 @@ examples:
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point of the executable; returns its exit code."""
     options = _parser().parse_args(args)
-    # where nobody reads on, as `head`, it goes nowhere
+    # output that nobody reads any more, as after `head`, is dropped
     say = Progress().say
     folder = options.run.parent if options.run.name == RECORDING else options.run
     try:

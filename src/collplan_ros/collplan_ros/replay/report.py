@@ -8,7 +8,7 @@ from collplan_core.replay.origin import changes
 from collplan_core.replay.other_strategy import Moment, PlanFigures
 
 SAME, DIFFERENT, REFUSED, INTERRUPTED = 0, 1, 2, 3
-"""Exit codes: bit-equal, a difference, something asked for that cannot be done, and equal up to a gap."""
+"""Exit codes: bit-equal, a difference, a request that cannot be fulfilled, and equal up to a gap."""
 
 
 def said_of(of: str, comparison: Comparison) -> Iterator[str]:
@@ -23,7 +23,7 @@ def said_of(of: str, comparison: Comparison) -> Iterator[str]:
 
 
 def exit_code(comparisons: Iterable[Comparison]) -> int:
-    """The exit code that goes with what was found; a difference outranks a gap."""
+    """Returns the exit code of the result; a difference has priority over a gap."""
     ends = [comparison.end for comparison in comparisons]
     if any(isinstance(end, Difference) for end in ends):
         return DIFFERENT

@@ -1,6 +1,6 @@
-"""Completes what a bringup that was killed has left: the end of its recording, and its results.
+"""Completion of a run whose bringup was killed: the end of its recording, and its results.
 
-Who writes a run has its folder locked, and what is locked is left alone.
+A run that is being written has its folder locked; a locked folder is left unchanged.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,19 +26,18 @@ KILLED, WHY_KILLED = "killed", "bringup ended before the run did"
 
 
 class BeingWritten(RunError):
-    """Somebody else writes the run."""
+    """Error of a run that another process is writing."""
 
 
 def complete(folder: Path, say: Callable[[str], None] = lambda _: None) -> str:
-    """Completes the recording of a run whose bringup was killed, and its results; says what was done.
+    """Completes the recording of a run whose bringup was killed, and its results; returns a report.
 
-    What it begins to do, which may take long, it tells `say`.
-
-    Of the recording every chunk is kept that was closed and can still be read. What is whole is not changed.
+    It announces to `say` a task that may take long. Every chunk of the recording that was closed and can still be
+    read is kept. Complete files are not changed.
 
     Raises:
-        BeingWritten: it is not left yet.
-        RunError: nothing of it can be completed.
+        BeingWritten: another process is still writing it.
+        RunError: it cannot be completed.
         RecordError: a file cannot be written.
     """
     if not folder.is_dir():
@@ -61,9 +60,9 @@ def complete(folder: Path, say: Callable[[str], None] = lambda _: None) -> str:
 
 
 def complete_newest(parent: Path, say: Callable[[str], None] = lambda _: None) -> str:
-    """Completes the newest run below `parent` that was killed and can be; says so, or "" where there is none.
+    """Completes the newest run below `parent` that was killed and can be; returns a report, or "" without one.
 
-    What it begins to do, which may take long, and what it cannot, it tells `say`.
+    It announces to `say` a task that may take long, and a failure.
 
     Raises:
         RecordError: a file cannot be written.
@@ -94,7 +93,7 @@ def _left(folder: Path) -> Iterator[None]:
     """Locks a folder.
 
     Raises:
-        BeingWritten: somebody else has.
+        BeingWritten: another process has locked it.
         RunError: it cannot be locked.
     """
     try:
@@ -108,7 +107,7 @@ def _left(folder: Path) -> Iterator[None]:
 
 
 def _rewritten(file: BinaryIO, path: Path) -> str:
-    """Puts a file with an end and all that is left of `file` in its place; says what it holds.
+    """Replaces `file` by one with an end and all that can be read of it; returns a report of its content.
 
     Raises:
         RunError: it is no recording.
@@ -144,7 +143,7 @@ def _rewritten(file: BinaryIO, path: Path) -> str:
 
 
 def _results(folder: Path) -> str:
-    """Makes the result files of a run from its recording; says so.
+    """Makes the result files of a run from its recording; returns a report.
 
     Raises:
         RunError: they cannot be made.

@@ -10,11 +10,11 @@ from collplan_core.worlds import World, world_text
 from collplan_ros.run.writer import RecordingFile
 
 PARAMETERS, WORLD = "parameters.yaml", "world.yaml"
-"""Names of what is attached."""
+"""Names of the attachments."""
 RUN, VERSION = "run", "version"
-"""Names of what describes the whole run: what was asked for, and the code."""
+"""Names of the descriptions of the whole run: the request, and the code."""
 BEGIN, GOAL, END = "begin", "goal", "end"
-"""Names of what marks a place between the messages: the run begins, a goal is given, the run ends."""
+"""Names of the marks between the messages: the run begins, a goal is given, the run ends."""
 CLOCK = "clock_ahead_ns"
 """By how much the clock of a recording's times is ahead of that of `sent` [ns]."""
 YAML = "application/yaml"
@@ -30,16 +30,16 @@ def describe_run(
     namespace: str,
     clock_ahead: int,
 ) -> None:
-    """Begins a recording with what was asked for.
+    """Begins a recording with the description of its run.
 
     Args:
         recording: the file, to which nothing was written yet.
         parameters: file of all parameters.
-        world: where the run is.
+        world: world of the run.
         goal: x, y [m].
-        simulated: whether the robot is.
-        namespace: of the robot's nodes.
-        clock_ahead: by how much the clock of the messages' times is ahead of the steady clock [ns].
+        simulated: whether the robot is simulated.
+        namespace: namespace of the robot's nodes.
+        clock_ahead: time by which the clock of the messages' times is ahead of the steady clock [ns].
 
     Raises:
         OSError: the file of parameters cannot be read.

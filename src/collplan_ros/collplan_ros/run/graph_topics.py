@@ -1,4 +1,4 @@
-"""Every topic of a graph, each subscribed once: as bytes to the recording, as messages to who listens."""
+"""Every topic of a graph, each subscribed once: as bytes for the recording, as messages for its listeners."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -18,10 +18,10 @@ from collplan_ros.run.topics import RecordedTopic
 from collplan_ros.run.writer import RecordingFile
 
 Take = Callable[[Any, float], None]
-"""Takes a message and when it was sent [s, steady clock]: its sender's middleware says so, whatever delays it here."""
+"""Takes a message and its send time [s, steady clock], which its sender's middleware gives, whatever delays it here."""
 NANO = 10**9
 AT_ONCE = 20
-"""Messages of a topic that are taken one after the other before it is the next one's turn."""
+"""Messages of a topic that are taken in a row before the next topic's turn."""
 
 
 class _NeverCalled(CallbackGroup):
@@ -47,7 +47,7 @@ class PollingNode(Node):
 
 
 class GraphTopics:
-    """Takes what has come, whenever it is asked to.
+    """Takes the received messages whenever it is called.
 
     An executor that waits for each message spends several times as much on waiting as on the message. One of rclpy's
     leaves these subscriptions alone; for EventsExecutor they must be those of a PollingNode.
@@ -77,14 +77,14 @@ class GraphTopics:
         (of.takers_of_bytes if raw else of.listeners).append(take)
 
     def take(self) -> bool:
-        """Takes what has come; whether there may be more."""
+        """Takes received messages; returns whether there may be more."""
         more = False
         for topic in self._taken.values():
             more = topic.take() or more
         return more
 
     def take_all(self) -> None:
-        """Takes all that has come until now, when nobody sends any more."""
+        """Takes all messages received until now, when no node sends any more."""
         for _ in range(EVERY_ONE.depth // AT_ONCE):
             if not self.take():
                 return
@@ -126,7 +126,7 @@ class _Topic:
             self._subscription = self._subscribed()
 
     def take(self) -> bool:
-        """Takes what has come, at most AT_ONCE; whether there may be more."""
+        """Takes received messages, at most AT_ONCE; returns whether there may be more."""
         if self._subscription is None:
             if time.monotonic() < self._due:
                 return False
@@ -159,7 +159,7 @@ class _Topic:
         self._subscription, self._due = None, time.monotonic() + self._topic.period
 
     def _hand_on(self, data: bytes, info: dict[str, Any]) -> None:
-        # DDS says when it came, however late it is taken here
+        # DDS gives its time of receipt, however late it is taken here
         came = info["received_timestamp"] or time.time_ns()
         stamp = info["source_timestamp"] or came
         ns = round(NANO * self._times.steady(stamp / NANO))

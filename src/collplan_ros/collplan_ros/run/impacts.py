@@ -1,4 +1,4 @@
-"""The impacts of a run: where on the obstacles they were, whether a plan foresaw them, and how well."""
+"""The impacts of a run: their place on the obstacles, whether a plan foresaw them, and how well."""
 
 import csv
 import math
@@ -37,7 +37,7 @@ class Impacts:
     detected in the poses or sensed by the ring, placed where they were measured.
 
     Attributes:
-        times: (k,) when each impact was, also where it was found later [s].
+        times: (k,) time of each impact, also where it was detected later [s].
         points: (k, 2) on the obstacle [m].
         normals: (k, 2) unit normals out of the obstacle.
         before: (k, 2) velocity before each impact [m/s].

@@ -45,7 +45,7 @@ RAW = ("mocap/odom", "ground_truth/odom", "plan", "planner/trajectory")
 PICTURED = ("plan", "scan")
 """Topics that nothing but the picture and the page need; scans would be most of a log."""
 ODD = (ArithmeticError, LookupError, TypeError, ValueError)
-"""What a message that nobody expects can raise while it is read."""
+"""Errors that an invalid message can raise while it is read."""
 
 
 class End(NamedTuple):
@@ -65,7 +65,7 @@ class LogBuilder:
     Attributes:
         topics: the topics that it takes.
         newest: newest pose, also while nothing is logged; None before the first.
-        lockstep: newest report of how simulated time keeps step with the graph; None without lockstep.
+        lockstep: newest lockstep report; None without lockstep.
         time_zero: time of the first command to move, by the newest pose then [s]; None before it.
     """
 
@@ -103,16 +103,16 @@ class LogBuilder:
         self.topics = tuple(self._takers)
 
     def drop(self) -> None:
-        """Drops what was logged until now, lest the memory of a graph that drives to goal after goal grow."""
+        """Drops the log so far, so that the memory of a graph that drives to goal after goal does not grow."""
         self._log = RunLog(pace=self._log.pace)
 
     def begin(self, simulated: bool) -> None:
-        """Logs what comes from now on."""
+        """Logs messages from now on."""
         self._log.simulated = simulated
         self._end, self._ended = OPEN, None
 
     def ask(self, goal: SentGoal) -> None:
-        """Notes that a goal is given; what was said of earlier goals no longer counts."""
+        """Notes that a goal is given; reports of earlier goals no longer count."""
         self._log.goals.append(goal)
         self._log.reached_sent = self._ended = self._arrived = None
 
@@ -138,7 +138,7 @@ class LogBuilder:
         return NEVER if last is None else End(last.stamp, last.sent)
 
     def end(self, end: End) -> None:
-        """Ends the run with a pose: what is of the time up to it and comes later is still logged."""
+        """Ends the run with a pose: later messages of the time up to it are still logged."""
         self._end = self._ended = end
 
     @property

@@ -1,4 +1,4 @@
-"""Reads run.mcap, also one that was cut off: what describes the run, and its messages, in the order they came in."""
+"""Reads run.mcap, also one that was cut off: the description of the run, and its messages in the order of receipt."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -15,7 +15,7 @@ from collplan_ros.run.description import RUN
 from collplan_ros.run.run_error import RunError
 
 MAGIC = b"\x89MCAP0\r\n"
-"""With what a file in the MCAP format begins and ends."""
+"""Bytes at the beginning and end of a file in the MCAP format."""
 SHORTEST = 2 * len(MAGIC) + 29
 """Size of a file that has an end [bytes]: both marks and a footer."""
 
@@ -24,13 +24,13 @@ class Message(NamedTuple):
     """A message as it was sent.
 
     Attributes:
-        topic: as it was asked for.
+        topic: topic, as it was requested.
         kind: its type, such as nav_msgs/msg/Odometry.
         data: CDR with its header, as rclpy deserialises it.
-        came: when it came to the recorder [ns, wall clock at the begin of the recording, continued].
-        sent: when it was sent [ns, the same clock].
-        number: which of its publisher's messages it is, from 1; 0 where that is not known.
-        decode: makes an object with the message's fields of its data; needs no ROS.
+        came: time of receipt by the recorder [ns, wall clock at the begin of the recording, continued].
+        sent: send time [ns, the same clock].
+        number: its number among its publisher's messages, from 1; 0 where that is unknown.
+        decode: makes an object with the message's fields from its data; needs no ROS.
     """
 
     topic: str
@@ -89,7 +89,7 @@ def raw_messages(path: Path, topics: Sequence[str]) -> Iterator[Message]:
 
 
 def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
-    """The same, decoded: topic, when it came [ns], and the message.
+    """Yields the same, decoded: topic, time of receipt [ns], and the message.
 
     Raises:
         RunError: the file is missing, or is no recording.

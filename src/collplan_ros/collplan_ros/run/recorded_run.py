@@ -31,10 +31,10 @@ class RecordedRun:
         folder: the run folder.
         settings: the parameters used.
         world: the world that the robot was in.
-        log: what was recorded.
-        clock_ahead: by how much the clock of the recording is ahead of that of `sent` in the log [ns].
-        namespace: of the robot's nodes.
-        has_results: whether bringup, or who completed the run, has written its results.
+        log: log of the run.
+        clock_ahead: time by which the clock of the recording is ahead of that of `sent` in the log [ns].
+        namespace: namespace of the robot's nodes.
+        has_results: whether bringup, or its completion, has written the run's results.
     """
 
     folder: Path
@@ -89,7 +89,7 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
 
 
 def take_mark(builder: LogBuilder, name: str, values: Mapping[str, str]) -> None:
-    """Gives a builder what stands between the messages: begin, goals and end of the run."""
+    """Gives a builder a mark between the messages: begin, goals and end of the run."""
     if name == BEGIN:
         builder.begin(values["simulated"] == "true")
     elif name == GOAL:
@@ -106,7 +106,7 @@ def _settings(path: Path) -> Settings:
 
 
 def _world(path: Path, settings: Settings) -> World:
-    """The world in the recording, whatever has become of its file since."""
+    """Returns the world in the recording, whether or not its file still exists."""
     try:
         try:
             return parse_text(attachment(path, WORLD), f"{path}: {WORLD}", settings.simulator.world)

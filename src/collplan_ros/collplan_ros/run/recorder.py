@@ -1,4 +1,4 @@
-"""Watches a run while it goes on: keeps the newest of what its nodes say, and marks begin and end in its recording."""
+"""Monitors a run: keeps the newest reports of its nodes, and marks begin and end in its recording."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -32,36 +32,36 @@ class Listening(Protocol):
     """Source of the messages to record."""
 
     def listen(self, topic: str, take: Callable[[Any, float], None], raw: bool = False) -> None:
-        """Has each message of a topic, or its bytes, handed to `take`, with when it was sent [s, steady clock]."""
+        """Hands each message of a topic, or its bytes, to `take`, with its send time [s, steady clock]."""
 
 
 class GoalReport(NamedTuple):
-    """The planner's report of a goal: GoalStatus.STATUS_*, and when it was sent [s, steady clock]."""
+    """The planner's report of a goal: GoalStatus.STATUS_*, and its send time [s, steady clock]."""
 
     status: int
     sent: float
 
 
 class Recorder:
-    """Logs from `begin()` on what comes, and keeps the newest of it; `finish()` says where the run ends.
+    """Logs messages from `begin()` on, and keeps the newest ones; `finish()` sets the end of the run.
 
-    What is logged is whole up to there, however late and in whatever order it comes. A message that cannot be read is
+    The log is complete up to there, however late and in any order messages arrive. A message that cannot be read is
     left out; the node that drops it counts it.
 
     Attributes:
         reported: newest diagnostics, by the node's full name.
-        reported_at: when these were sent [s, steady clock].
+        reported_at: send times of these [s, steady clock].
         goal: newest report of the goal given last; None before the first.
         robot: values of the newest report of the robot, by key.
-        robot_waits: why the robot stands, and what releases it, in words; empty while it is free or has not reported.
-        emergency_stop: why the robot's emergency stop is latched, in words; empty while it is not.
-        held: why the robot is held, in words; empty while it is not.
-        standing: why the controller commands the robot to stand, in words; empty while it moves it.
-        scan_came: whether a scan that can be used was received.
-        scan_refused: why the newest scan that cannot be used was refused; empty before one came.
+        robot_waits: reason why the robot stands, and how to release it; empty while it is free or has not reported.
+        emergency_stop: reason why the robot's emergency stop is latched; empty while it is not.
+        held: reason why the robot is held; empty while it is not.
+        standing: reason why the controller commands the robot to stand; empty while it moves it.
+        scan_came: whether a usable scan was received.
+        scan_refused: reason of the newest refusal of a scan; empty before the first.
         lateness: time from sending the newest pose until it was taken here [s]; 0 before the first.
-        maneuver: the maneuver begun last.
-        stands_since: when the newest command was sent, if it is zero [s, steady clock]; infinite while one moves.
+        maneuver: the newest maneuver.
+        stands_since: send time of the newest command, if it is zero [s, steady clock]; infinite while one moves.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Recorder:
         times: SendTimes,
         namespace: str = "/",
     ) -> None:
-        """Listens to `topics`; what robots share, it takes of nodes in `namespace` alone.
+        """Subscribes to `topics`; on topics that robots share, it takes messages of nodes in `namespace` alone.
 
         `mark` is called with name and values where the run begins or ends and where a goal is given.
         """
@@ -103,7 +103,7 @@ class Recorder:
 
     @property
     def lockstep(self) -> LockstepReport | None:
-        """The newest report of how simulated time keeps step with the graph; None where it need not."""
+        """The newest lockstep report; None without lockstep."""
         return self._builder.lockstep
 
     @property
@@ -144,7 +144,7 @@ class Recorder:
     def finish(self) -> None:
         """Ends the run with the pose that arrived at the goal, or else with the newest one.
 
-        What is of the time up to that pose and still under way is logged all the same.
+        Messages of the time up to that pose that are still under way are logged too.
         """
         if not self.recording:
             return

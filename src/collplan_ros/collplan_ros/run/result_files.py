@@ -26,7 +26,7 @@ class Results:
     """Results computed from a run.
 
     Attributes:
-        impacts: those of the run.
+        impacts: impacts of the run.
         summary: content of summary.json.
     """
 
@@ -46,13 +46,13 @@ def write_result_files(
     """Writes trajectory, impacts and summary of a run, each of them whole, the trajectory first.
 
     Args:
-        folder: where they go.
-        log: the run.
-        world: where it was.
+        folder: folder for the files.
+        log: log of the run.
+        world: world of the run.
         goal: (2,) [m].
         settings: its parameters.
-        outcome: how it ended.
-        said: what the summary tells beside its figures.
+        outcome: its outcome.
+        said: further values of the summary.
 
     Raises:
         RecordError: a file cannot be written.

@@ -4,11 +4,11 @@ from pathlib import Path
 
 
 class RunError(ValueError):
-    """A run cannot be read; the text names its folder or file, and what was expected."""
+    """Error of a run that cannot be read; the text names its folder or file, and what was expected."""
 
 
 class RecordError(RuntimeError):
-    """A file of a run cannot be written; the text names it and says why."""
+    """Error of a file of a run that cannot be written; the text names it and the reason."""
 
     def __init__(self, path: Path, error: OSError) -> None:
         """Says which file, and why."""

@@ -1,7 +1,7 @@
 """Records of a run; times are stamps on the poses' clock [s], vectors are in the world frame.
 
-`sent` is when a node passed a message to its middleware [s, steady clock]. Messages without a stamp are ordered by it:
-a subscriber that falls behind receives the backlogs of its topics in no common order.
+`sent` is the time at which a node passed a message to its middleware [s, steady clock]. It orders messages without a
+stamp: a subscriber that falls behind receives the backlogs of its topics in no common order.
 """
 
 import math
@@ -142,10 +142,10 @@ class RunLog:
         detected_impacts: impacts as published on the topic impact/contact, each with its own time.
         costs: figures of each planning cycle.
         goals: goals given.
-        statuses: what the planner said of them.
-        reached_sent: when the planner sent that the goal is reached; None before.
-        pace: how many seconds of stamps pass in one of the clock of `sent`; 0 where that varies.
-        longest_wait: for how long simulated time waited for a node at most [s], and for which; None without lockstep.
+        statuses: the planner's reports on them.
+        reached_sent: send time of the planner's report that the goal is reached; None before.
+        pace: seconds of stamps per second of the clock of `sent`; 0 where that varies.
+        longest_wait: longest wait of simulated time for a node [s], and that node; None without lockstep.
     """
 
     simulated: bool = False

@@ -1,4 +1,4 @@
-"""The topics of a run that are recorded: what comes on each and how it is listened to."""
+"""The topics of a run that are recorded: the messages of each and their QoS."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ from collplan_ros.messages.mocap_formats import message_type
 from collplan_ros.messages.qos import EVERY_LATCHED, EVERY_ONE, EVERY_UNRELIABLE
 
 SPARSE = {"planner/markers": 2.0}
-"""Topics of which one message in so long [s] is recorded. In between nobody listens: the planner makes markers only for
-who does, and they take as long as a plan. They are among RELIABLE, as what was latched earlier would come again."""
+"""Topics of which one message in so long [s] is recorded. In between there is no subscription: the planner makes
+markers only for subscribers, and they take as long as a plan. They are in RELIABLE, as latched ones would return."""
 
 RELIABLE: dict[str, type] = {
     "goal_pose": PoseStamped,
@@ -65,10 +65,10 @@ class RecordedTopic:
     """A topic that is recorded.
 
     Attributes:
-        name: as its nodes name it: within the robot's namespace, but for those that begin with a slash.
+        name: name used by its nodes: within the robot's namespace, but for those that begin with a slash.
         kind: class of its messages.
-        qos: what matches every publisher of it and leaves no message out.
-        period: at least so long between two messages of it [s]; 0 where every one is recorded.
+        qos: profile that matches every publisher of it and leaves no message out.
+        period: shortest time between two recorded messages [s]; 0 where every one is recorded.
     """
 
     name: str
@@ -91,7 +91,7 @@ def _topics(settings: Settings) -> Iterator[RecordedTopic]:
     try:
         measured = EVERY_ONE if mocap.reliability == "reliable" else EVERY_UNRELIABLE
         yield RecordedTopic(mocap.topic, message_type(mocap), measured)
-    except ParameterError:  # mocap_node says so, and ends
+    except ParameterError:  # mocap_node reports this, and ends
         pass
     for name in ("cmd_vel", "hand/cmd_vel"):
         yield RecordedTopic(name, command_type(settings), EVERY_ONE)

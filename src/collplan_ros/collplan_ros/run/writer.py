@@ -20,7 +20,7 @@ FLUSH_PERIOD = 0.5
 class _Pending:
     """Bytes that the library has written and the file has not received yet.
 
-    A file of Python's would keep what a full disk refused, and try again whenever it is closed.
+    A Python file would keep bytes that a full disk refused, and try again whenever it is closed.
     """
 
     def __init__(self) -> None:
@@ -73,12 +73,12 @@ class RecordingFile:
         self._writer.add_attachment(now, now, name, media_type, text.encode())
 
     def describe(self, name: str, values: Mapping[str, str]) -> None:
-        """Adds values by name, under the name of what they are about; after the messages taken until now."""
+        """Adds values by name, under the name of their subject; after the messages taken until now."""
         self._writer.flush()
         self._writer.add_metadata(name, dict(values))
 
     def channel(self, topic: str, kind: str, definition: str | None, about: Mapping[str, str]) -> int:
-        """Adds a topic; returns what its messages are written by.
+        """Adds a topic; returns the channel that its messages are written by.
 
         Args:
             topic: its full name.
@@ -95,11 +95,11 @@ class RecordingFile:
         """Takes a message; it is on disk after the next flush.
 
         Args:
-            channel: of its topic.
+            channel: channel of its topic.
             data: the message as it was sent, CDR with its header.
-            came: when it came here [ns, wall clock].
-            sent: when it was sent [ns, wall clock].
-            number: which of its publisher's messages it is; 0 where that is not known.
+            came: time of receipt here [ns, wall clock].
+            sent: send time [ns, wall clock].
+            number: its number among its publisher's messages; 0 where that is unknown.
         """
         if not self._failed:
             self._writer.add_message(channel, came, data, sent, number & 0xFFFFFFFF)

@@ -138,7 +138,7 @@ def _periods(log: RunLog) -> Iterator[Event]:
 
 
 def _goals(log: RunLog) -> Iterator[Event]:
-    """Goals, and what the planner said of them."""
+    """Yields goals, and the planner's reports on them."""
     target, status = log.goal, NO_GOAL
     rows: list[SentGoal | SentStatus] = [*log.goals, *log.statuses]
     for row in sorted(rows, key=lambda row: row.sent):

@@ -24,8 +24,8 @@ class PlayedRun:
         run: the run.
         impacts: its impacts.
         title: world, strategy and seed of the run, and whether it was simulated.
-        end: how it ended.
-        reason: why it ended so; empty where that says it all.
+        end: its end, in words.
+        reason: reason of its end; empty where the end suffices.
         machine: the part `machine` of the whole run.
     """
 
@@ -54,7 +54,7 @@ class PlayedRun:
 
 
 def played(run: RecordedRun) -> PlayedRun:
-    """A run that was read, and what its results say.
+    """Returns a run that was read, with its results.
 
     Raises:
         RunError: it has no poses, or summary.json has another form than bringup writes.

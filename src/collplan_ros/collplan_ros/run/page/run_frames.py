@@ -1,4 +1,4 @@
-"""Frames of a run from its poses and from what happened in between, as the live page would have been sent them."""
+"""Frames of a run from its poses and the events between them, as the live page would have received them."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ EARLY = 1e-3
 OWN_FRAME = frozenset({"plan", "impacts"})
 """Parts that the next pose has a frame for: steps go from one to the next."""
 LATEST = 0.5
-"""What came so long after the last pose still belongs to the last frame [s]: the goal's end is told after it."""
+"""Events so long after the last pose still belong to the last frame [s]: the goal's end is reported after it."""
 HEAVY = frozenset(
     {"scan", "free", "frontiers", "predicted", "remembered", "inferred", "candidates", "rollouts", "plan"}
 )
@@ -40,7 +40,7 @@ def frames_of(poses: Sequence[PoseRow], events: Iterable[Event], beginning: Fram
 
     Args:
         poses: at least one, in order.
-        events: what was new, in any order.
+        events: new parts, in any order.
         beginning: parts of the first frame.
         zero: t = 0 of the frames [s, poses' clock].
     """

@@ -68,7 +68,7 @@ def _recording(run: PlayedRun, page: int) -> str:
 
 
 def _frames(run: PlayedRun) -> tuple[list[Frame], list[str]]:
-    """All frames of a run, and a note on what was not recorded of it."""
+    """Returns all frames of a run, and a note on the parts that were not recorded."""
     events = [*log_events(run), *message_events(run)]
     frames = frames_of(run.run.log.poses, events, beginning(run), run.zero)
     return frames, _missing(frames, run.run.settings)
@@ -80,7 +80,7 @@ def largest_file(duration: float) -> int:
 
 
 def _fewer(decimation: int, largest: int) -> list[str]:
-    """A note on what is not shown; none where all is."""
+    """Returns a note on parts that are not shown; none where all are."""
     bound = f"{1e-6 * largest:g} MB"
     words = f"one in {decimation} scans, maps and sets of candidates: all are too many for a file of {bound}"
     return [words] if decimation > 1 else []
@@ -91,7 +91,7 @@ def _packed(run: PlayedRun, frames: Sequence[Frame], notes: Sequence[str]) -> st
 
 
 def _missing(frames: Sequence[Frame], settings: Settings) -> list[str]:
-    """A note that names what was not recorded of the run; none where nothing is missing."""
+    """Returns a note that names the parts of the run that were not recorded; none where nothing is missing."""
     compared = any(frame.get("rollouts") or frame.get("candidates", {}).get("at") for frame in frames)
     remembers = settings.planner.strategy in TIME_TO_GOAL
     known = {
