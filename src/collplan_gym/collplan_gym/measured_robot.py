@@ -1,4 +1,4 @@
-"""The simulated robot and what its sensors report, one control period at a time."""
+"""The simulated robot and its sensors, one control period at a time."""
 
 from typing import NamedTuple
 
@@ -19,11 +19,11 @@ class Measured(NamedTuple):
     """Measurements of a control period.
 
     Attributes:
-        states: by the poses of motion capture, in order.
-        newest: the last of them; where none was taken, the one before.
-        changes: impacts found in these poses: stamp [s] and change of the velocity (2,) [m/s].
-        scan: from where the newest pose is.
-        contacts: the impacts that there truly were.
+        states: states from the poses of motion capture, in order.
+        newest: the last of them; without any, the previous one.
+        changes: impacts detected in these poses: stamp [s] and change of the velocity (2,) [m/s].
+        scan: scan from the newest pose.
+        contacts: the true impacts.
     """
 
     states: tuple[State, ...]

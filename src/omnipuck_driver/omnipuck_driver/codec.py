@@ -1,4 +1,4 @@
-"""Messages to bytes and a stream of bytes to messages, whatever happens to it on the way. Opens no port."""
+"""Messages to bytes, and a stream of bytes to messages, whatever faults the line has. Opens no port."""
 
 from collections import Counter
 
@@ -33,20 +33,20 @@ class Encoder:
 
 
 class Decoder:
-    """Finds the messages in a stream of bytes; keeps at most one frame, drops what is none, and counts why.
+    """Decodes the messages in a stream of bytes; keeps at most one frame, and drops and counts invalid data.
 
     A frame whose number is that of the frame before, or an earlier one, is a repetition and dropped. Hello and Announce
     begin the numbering anew.
 
     Args:
-        version: of the protocol.
-        kinds: the messages that this end hears; of any other one the type is unknown.
+        version: version of the protocol.
+        kinds: the messages that this end accepts; any other type is unknown.
 
     Attributes:
-        dropped: counts by reason.
-        accepted: messages given out.
-        lost: numbers that never came.
-        taken: bytes fed so far.
+        dropped: counts of dropped frames by reason.
+        accepted: number of messages returned.
+        lost: count of sequence numbers that never arrived.
+        taken: number of bytes fed so far.
         other_version: newest version seen that is not this one, None before.
     """
 
@@ -63,7 +63,7 @@ class Decoder:
         self._last: int | None = None
 
     def feed(self, data: bytes) -> list[Message]:
-        """The messages that end in these bytes, in order."""
+        """Returns the messages that end in these bytes, in order."""
         self.taken += len(data)
         first, *others = data.split(DELIMITER)
         self._keep(first)

@@ -1,4 +1,4 @@
-"""The real Omnipuck as a robot on the graph: takes cmd_vel, speaks to the firmware over a serial device."""
+"""The real Omnipuck as a robot on the graph: takes cmd_vel, and communicates with the firmware over a serial device."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -44,7 +44,7 @@ FINAL_WAIT = 0.2
 LOG_PERIOD = 1.0
 """Shortest time between two lines about the link: on a bad one they would come without end [s]."""
 UNARMED = 25
-"""So many periods in a row, half a second, with telemetry of a firmware that does not arm, or does not hear it may."""
+"""Periods in a row, half a second, with telemetry of a firmware that does not arm, or does not receive its release."""
 BATTERY = {BATTERY_LOW: "the battery is low: the next goal is refused until it is charged"}
 """A robot that moves goes on to its goal."""
 FAULTS = {MOTOR_FAULT: "a motor has failed", TOO_HOT: "too hot"}
@@ -55,7 +55,7 @@ LOGGED = {
     STALLED: "the firmware was held up",
     EXPIRED: "stopped by the firmware: the last command outlived its life",
 }
-"""What is logged when it begins, by its bit in the telemetry's status."""
+"""Log lines for faults when they begin, by their bit in the telemetry's status."""
 
 
 class DriverNode(Node):
@@ -63,7 +63,7 @@ class DriverNode(Node):
 
     Attributes:
         link: the serial link to the firmware.
-        contract: what it does as any robot.
+        contract: behaviour that it shares with every robot.
     """
 
     def __init__(self, **kwargs: Any) -> None:
@@ -98,7 +98,7 @@ class DriverNode(Node):
         self._inputs.ready(f"{driver.port} at {driver.baud} bit/s, {len(self._wheels)} wheels")
         self._logged_at = self.now()
 
-    # ---- what the contract needs
+    # ---- interface for the contract
 
     def now(self) -> float:
         """The local time [s]."""
@@ -133,7 +133,7 @@ class DriverNode(Node):
     def _tick(self) -> None:
         now = self.now()
         news = self.link.receive(now)
-        # once for all that came while this node was held up: it has sent nothing meanwhile
+        # once for all bytes received while this node was held up: it has sent nothing meanwhile
         self._unarmed = self._unarmed + bool(news) if self._waits else 0
         for telemetry in news:
             self._take_telemetry(telemetry)
@@ -165,7 +165,7 @@ class DriverNode(Node):
 
     def _wheel_command(self, now: float) -> WheelCommand:
         if not self.contract.may_move or not self.link.armed:
-            # only a command that comes afterwards is followed
+            # only a command received afterwards is followed
             self._command = None
         if self._command is not None:
             wheel_command = self._command.wheel_command(now, self._settings.limits.command_age)
@@ -193,7 +193,7 @@ class DriverNode(Node):
     def _take_stops(self, telemetry: Telemetry) -> None:
         """Latches, or holds the robot, where the firmware stands still by itself."""
         contract = self.contract
-        # by the one that came, not the newest: what is over by then has stopped it all the same
+        # by the received telemetry, not the newest: a cause that is over by then has stopped it nevertheless
         status, faults = telemetry.status, _words(FAULTS, telemetry)
         told = self._permission.is_told_by(telemetry)
         armed = told and bool(status & ARMED)

@@ -7,7 +7,7 @@ from omnipuck_driver.session import WheelCommand
 
 @dataclass(frozen=True)
 class HeldCommand:
-    """Wheel speeds [rad/s] and when the command for them was given [s, local clock]."""
+    """Wheel speeds [rad/s] and the time of their command [s, local clock]."""
 
     wheels: tuple[float, ...]
     given: float

@@ -19,7 +19,7 @@ SENSES_IMPACTS, GIVES_TEMPERATURE = 1, 2
 # flags of a command
 EMERGENCY_STOP, HOLD = 1, 2
 ACTS = 1 << 8
-"""What a person does is counted modulo this."""
+"""Modulus of the counts of a person's actions."""
 
 _HELLO = struct.Struct("<Iff")
 _COMMAND = struct.Struct("<IIHHBBBB")
@@ -33,7 +33,7 @@ class WheelCaps:
 
     Attributes:
         speed: [rad/s], exactly a 32-bit float.
-        acceleration: of a wheel that is told to turn faster [rad/s^2], exactly a 32-bit float.
+        acceleration: of a wheel that is commanded to turn faster [rad/s^2], exactly a 32-bit float.
     """
 
     speed: float
@@ -45,7 +45,7 @@ class WheelCaps:
             raise FrameError("content", f"caps {self.speed}, {self.acceleration}, expected more than 0")
 
     def within(self, other: "WheelCaps") -> "WheelCaps":
-        """The smaller of each."""
+        """Returns the smaller of each limit."""
         return WheelCaps(min(self.speed, other.speed), min(self.acceleration, other.acceleration))
 
 
@@ -55,7 +55,7 @@ class Hello:
 
     Attributes:
         session: token of the session.
-        caps: what no wheel is to exceed in it, whatever is commanded.
+        caps: hard limits of every wheel in the session, whatever is commanded.
     """
 
     KIND: ClassVar[int] = 0x01
@@ -83,8 +83,8 @@ class CommandMessage:
         age: age of the command behind it when it was sent [ms].
         life: how much longer it may be followed [ms].
         flags: EMERGENCY_STOP: stand still, latch and disarm; HOLD: stand still and disarm.
-        cleared: how often a person has cleared the emergency stop, modulo ACTS; a change within a session clears it.
-        released: how often a person has let the robot move, modulo ACTS; a change within a session arms.
+        cleared: count of clearances of the emergency stop by a person, modulo ACTS; a change in a session clears it.
+        released: count of releases of the robot by a person, modulo ACTS; a change in a session arms it.
         wheels: speeds [rad/s].
     """
 
@@ -112,7 +112,7 @@ class CommandMessage:
 
 @dataclass(frozen=True)
 class Announce:
-    """Device to driver: what it is; the answer to Hello, and sent unasked with session 0 when it has started.
+    """Device to driver: its description; the answer to Hello, and sent unrequested with session 0 after a start.
 
     Attributes:
         session: token of the Hello it answers, else 0.
@@ -120,7 +120,7 @@ class Announce:
         capabilities: SENSES_IMPACTS, GIVES_TEMPERATURE.
         n_wheels: number of wheels.
         longest_life: it shortens longer lives of commands to this [ms].
-        caps: what none of its wheels exceeds in this session: the smaller of those told and its own.
+        caps: hard limits of every wheel in this session: the smaller of the requested ones and its own.
         firmware: name and version, up to 12 ASCII characters.
     """
 

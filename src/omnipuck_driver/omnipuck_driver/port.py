@@ -8,7 +8,7 @@ import serial
 
 
 class PortError(OSError):
-    """A device that cannot be opened."""
+    """Error of a device that cannot be opened."""
 
 
 def open_port(path: str, baud: int) -> serial.Serial:
@@ -24,7 +24,7 @@ def open_port(path: str, baud: int) -> serial.Serial:
 
 
 def described(path: str, baud: int, error: Exception) -> str:
-    """The error message: what is wrong with a device, and what to do."""
+    """Returns the error message: the fault of a device, and its remedy."""
     # pyserial lets through that of a device that goes while it is set up, which has no errno
     number = error.args[0] if isinstance(error, termios.error) else getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):

@@ -23,8 +23,8 @@ class SerialLink:
 
     Attributes:
         session: the conversation with the firmware.
-        waits_for: why the device is not open, in words; empty while it is.
-        sent, unsent: frames written, and those given up because the device was full.
+        waits_for: reason why the device is not open; empty while it is.
+        sent, unsent: number of frames written, and of those dropped because the device was full.
     """
 
     def __init__(self, driver: Driver, n_wheels: int, caps: WheelCaps) -> None:
@@ -48,7 +48,7 @@ class SerialLink:
         return self.waits_for or self.session.trouble()
 
     def receive(self, now: float) -> list[Telemetry]:
-        """The telemetry that has come until the local time `now` [s]; opens the device when it is time to."""
+        """Returns the telemetry received until the local time `now` [s]; opens the device when an attempt is due."""
         if self._port is None:
             self._try_to_open(now)
         if self._port is None:
@@ -61,7 +61,7 @@ class SerialLink:
         return self.session.receive(data, now)
 
     def send(self, wheel_command: WheelCommand, permission: Permission, now: float) -> None:
-        """Sends what the session allows of a wheel command at the local time `now` [s]."""
+        """Sends the part of a wheel command that the session allows at the local time `now` [s]."""
         if self._port is None:
             return
         frame = self.session.outgoing(wheel_command, permission, now)

@@ -1,4 +1,4 @@
-"""The driver's end of the protocol, without a port: when to greet, what to accept, what to send."""
+"""The driver's end of the protocol, without a port: greeting, acceptance of messages, and sending."""
 
 import secrets
 from collections.abc import Callable
@@ -36,7 +36,7 @@ class WheelCommand:
     Attributes:
         wheels: speeds [rad/s].
         age: age of the velocity command behind them [s].
-        life: how much longer they may be followed [s].
+        life: remaining time for which they may be followed [s].
     """
 
     wheels: tuple[float, ...]
@@ -55,8 +55,8 @@ class Permission:
     Attributes:
         stopped: the emergency stop is latched.
         held: the robot waits until a person lets it move.
-        cleared: how often the emergency stop was cleared.
-        released: how often a person has let the robot move.
+        cleared: number of times that the emergency stop was cleared.
+        released: number of times that a person has let the robot move.
     """
 
     stopped: bool
@@ -83,20 +83,20 @@ class Session:
     """One conversation with the firmware at a time.
 
     It begins with a Hello and a token that the firmware repeats in each message; a message with another token belongs
-    to an earlier conversation. Only zero is sent until the firmware says that it is armed.
+    to an earlier conversation. Only zero is sent until the firmware reports that it is armed.
 
     Args:
         n_wheels: number of wheels that the robot should have.
         timeout: silence after which a new session begins [s].
-        caps: what no wheel is to exceed.
+        caps: hard limits of every wheel.
         new_token: draws tokens, never 0.
 
     Attributes:
         announced: the firmware's answer, None before.
         telemetry: its newest in this session, None before.
-        latency: from sending a command to the telemetry that echoes it, without the firmware's own time [s].
-        begun: sessions so far.
-        ended_by: why the session before has ended, in words.
+        latency: time from sending a command to the telemetry that echoes it, without the firmware's own time [s].
+        begun: number of sessions so far.
+        ended_by: reason why the previous session has ended.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class Session:
         self.begin("nothing was sent yet")
 
     def begin(self, ended_by: str) -> None:
-        """Begins a new session with a greeting; `ended_by` says what has ended the one before."""
+        """Begins a new session with a greeting; `ended_by` is the reason why the previous one has ended."""
         self.begun += 1
         self.ended_by = ended_by
         self.announced = self.telemetry = self.latency = None
@@ -148,7 +148,7 @@ class Session:
         return self.telemetry is not None and bool(self.telemetry.status & ESTOP_PRESSED)
 
     def receive(self, data: bytes, now: float) -> list[Telemetry]:
-        """Takes bytes at the local time `now` [s]; the telemetry of this session among them."""
+        """Takes bytes at the local time `now` [s]; returns the telemetry of this session among them."""
         news = []
         for message in self.decoder.feed(data):
             if isinstance(message, Announce):
@@ -163,7 +163,7 @@ class Session:
         return news
 
     def outgoing(self, wheel_command: WheelCommand, permission: Permission, now: float) -> bytes:
-        """The bytes to send at the local time `now` [s]: a greeting, zero, or the wheel command."""
+        """Returns the bytes to send at the local time `now` [s]: a greeting, zero, or the wheel command."""
         if self.announced is not None and now - self._heard > self._timeout:
             self.begin("the firmware fell silent")
         if not self.connected:

@@ -11,7 +11,7 @@ __all__ = ["TrialResult", "run_trial"]
 
 
 def __getattr__(name: str) -> Any:
-    """Imports what is asked for: the nodes need none of it."""
+    """Imports a name on first use: the nodes need none of them."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.trial"), name)

@@ -182,8 +182,8 @@ def run_trial(
     """One run from the world's start to the goal, the world's own by default.
 
     Args:
-        solid: what the robot runs into, where that is not what the LIDAR sees.
-        journal: a file for all that planner and controller are given, and what they decide; `replay` reads it.
+        solid: world of the robot's contacts, where it differs from the one that the LIDAR sees.
+        journal: file for the inputs and decisions of planner and controller; `replay` reads it.
 
     Raises:
         WorldError: the world has no start or no goal, or the start is inside an obstacle.

@@ -1,1 +1,1 @@
-"""The live page: what it is sent, who may speak to it, and the page itself."""
+"""The live page: its frames, its access checks, and the page itself."""

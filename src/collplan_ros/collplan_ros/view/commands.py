@@ -16,15 +16,15 @@ GOAL, CANCEL, RESUME, STOP, CLEAR_STOP, CHOOSE = ACTIONS = (
 LONGEST_TEXT = 200
 """Longest text in a command."""
 LARGEST = 1e15
-"""Largest number in a command; what the nodes take is less."""
+"""Largest number in a command; the nodes accept less."""
 
 
 class WrongToken(Exception):
-    """A command without the token of this start: it does not come from the page that was served."""
+    """Error of a command without the token of this start: it is not from the page that was served."""
 
 
 class CommandError(ValueError):
-    """A command that cannot be done; the text names what was got and what was expected."""
+    """Error of a command that cannot be done; the text names the value and what was expected."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class PageCommand:
     Attributes:
         number: the page's own number of it, for the answer.
         action: one of ACTIONS.
-        at: where to go, of GOAL [m].
-        strategy: by which to plan, of CHOOSE.
+        at: goal position, of GOAL [m].
+        strategy: strategy to plan by, of CHOOSE.
     """
 
     number: int
@@ -49,7 +49,7 @@ def command_from_text(text: str | bytes, token: str) -> PageCommand:
 
     Raises:
         WrongToken: it has another token, or none, or is no such object at all.
-        CommandError: it has the token, and does not say what to do.
+        CommandError: it has the token, and no valid action.
     """
     try:
         given = json.loads(text)

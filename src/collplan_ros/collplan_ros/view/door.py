@@ -1,6 +1,6 @@
 """Access check of the live page: requests are accepted by their origin, before anything else is read.
 
-A web page of anybody's, open in the same browser, can reach a server on this machine. It cannot choose the headers Host
+A page of another site, open in the same browser, can reach a server on this machine. It cannot choose the headers Host
 and Origin, which the browser writes: a name that was bound to this machine's address stands in Host, the page's own
 address in Origin.
 """
@@ -41,7 +41,7 @@ def answer(request: Request, page: Mapping[str, tuple[str, bytes]]) -> Response 
     """The answer to a request; None lets a websocket in.
 
     Args:
-        request: what is asked for.
+        request: the request.
         page: type and content of each file of the page, by path.
     """
     host, origins = _only(request.headers, "Host"), request.headers.get_all("Origin")
@@ -56,7 +56,7 @@ def answer(request: Request, page: Mapping[str, tuple[str, bytes]]) -> Response 
     if getattr(request, "method", "GET") != "GET":
         return refusal(HTTPStatus.METHOD_NOT_ALLOWED, "expected GET")
     if request.path == FRAMES:
-        # what is no browser may leave the origin out; it is not who this page was made for
+        # a program that is no browser may leave the origin out; the page is not made for it
         return None if origins else refusal(HTTPStatus.FORBIDDEN, "expected an Origin")
     if request.path not in page:
         return refusal(HTTPStatus.NOT_FOUND, "no such file")
@@ -64,18 +64,18 @@ def answer(request: Request, page: Mapping[str, tuple[str, bytes]]) -> Response 
 
 
 def refusal(status: HTTPStatus, words: str) -> Response:
-    """An answer that says why nothing is given."""
+    """Returns an answer with the reason of a refusal."""
     return _response(status, "text/plain; charset=utf-8", f"{words}\n".encode(), "")
 
 
 def _response(status: HTTPStatus, kind: str, body: bytes, host: str) -> Response:
-    """An answer with what a browser is told to keep away from this page, and this page from others.
+    """Returns an answer with headers that separate this page from other sites.
 
     Args:
-        status: of the answer.
+        status: status of the answer.
         kind: type of the body.
-        body: what is given.
-        host: the Host that was asked for and found good; the websocket is at the same.
+        body: content.
+        host: the requested Host, which was accepted; the websocket has the same one.
     """
     sources = {
         "default-src": "'none'",
@@ -104,7 +104,7 @@ def _response(status: HTTPStatus, kind: str, body: bytes, host: str) -> Response
 
 
 def _only(headers: Headers, name: str) -> str:
-    """The value of a header; empty where there is none, and what nobody is called where there are several."""
+    """Returns the value of a header; empty where there is none, and an invalid name where there are several."""
     return ", ".join(headers.get_all(name))
 
 

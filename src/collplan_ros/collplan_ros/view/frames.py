@@ -1,4 +1,4 @@
-"""Frames on their way to pages: what has changed, and the newest of all."""
+"""Frames on their way to pages: changed parts, and the newest of each part."""
 
 import json
 import math
@@ -13,7 +13,7 @@ KEPT = 1200
 STEP_BACK = 0.5
 """A frame that is so much before the one before it begins another time, as after a restart of the robot [s]."""
 LOSSY = ("trail", "periods")
-"""Parts that stand for one frame alone: the newest of them says nothing of those before."""
+"""Parts that belong to one frame alone: the newest does not contain the earlier ones."""
 REPEATED = (*LOSSY, "robot")
 """Parts that are sent whenever they are put, also as they were: a robot at rest is still measured."""
 
@@ -22,7 +22,7 @@ Texts = Mapping[str, str]
 
 
 def as_json(value: Any) -> str:
-    """A value as JSON without spaces, ASCII alone, and never what JSON does not know.
+    """Returns a value as strict JSON in ASCII, without spaces.
 
     Raises:
         ValueError: a number in it is not finite.
@@ -36,14 +36,14 @@ def joined(parts: Texts) -> str:
 
 
 class Changes:
-    """Collects the parts of the next frame; a part that is as it was is none."""
+    """Collects the parts of the next frame; unchanged parts are left out."""
 
     def __init__(self) -> None:
         self._newest: dict[str, str] = {}
         self._changed: dict[str, str] = {}
 
     def put(self, name: str, value: Any) -> None:
-        """Sets a part, if it is another than the newest of its name or one of REPEATED.
+        """Sets a part, if it differs from the newest of its name or is one of REPEATED.
 
         Raises:
             ValueError: a number in it is not finite.
@@ -53,12 +53,12 @@ class Changes:
             self._newest[name] = self._changed[name] = text
 
     def forget(self) -> None:
-        """Forgets what was put: everything is a change from now on."""
+        """Forgets all parts: every part is a change from now on."""
         self._newest.clear()
         self._changed.clear()
 
     def take(self, time: float) -> Texts:
-        """The frame at a time [s]: all that has changed since the one before."""
+        """Returns the frame at a time [s]: all parts changed since the previous one."""
         changed, self._changed = self._changed, {}
         return {"t": as_json(time), **changed}
 
@@ -72,7 +72,7 @@ class Newest:
         self._time = -math.inf
 
     def add(self, frame: Texts) -> None:
-        """Takes the next frame; one that is of an earlier time begins another history."""
+        """Takes the next frame; one of an earlier time begins another history."""
         time = float(frame["t"])
         if time < self._time - STEP_BACK:
             self._history.clear()
@@ -83,7 +83,7 @@ class Newest:
             self._history.append(joined({"t": frame["t"], **kept}))
 
     def whole(self) -> Texts:
-        """The frame for a page that comes now: everything, with the history; empty before the first frame."""
+        """Returns the frame for a new page: all parts, with the history; empty before the first frame."""
         return {**self._parts, "history": f"[{','.join(self._history)}]"} if self._parts else {}
 
     def forget(self) -> None:

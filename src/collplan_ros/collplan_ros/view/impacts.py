@@ -18,7 +18,7 @@ MOST = 200
 
 
 class ShownImpacts:
-    """The impacts so far, as the page is sent them.
+    """The impacts so far, as sent to the page.
 
     Attributes:
         part: the part `impacts` of a frame, the newest MOST of them.
@@ -37,7 +37,7 @@ class ShownImpacts:
             self._predictions.popleft()
 
     def happened(self, contact: ImpactContact, states: Sequence[State]) -> None:
-        """Takes an impact and the states around it, in order; without any its speed is told as 0."""
+        """Takes an impact and the states around it, in order; without any its speed is given as 0."""
         before = last_before(contact.time, states).velocity if states else np.zeros(2)
         # into the wall
         speed = max(0.0, -float(before @ contact.normal))

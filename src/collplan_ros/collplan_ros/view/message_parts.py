@@ -29,7 +29,7 @@ NAMES = {
 }
 """Parts by layer of planner/seen."""
 WARN = 1
-"""DiagnosticStatus.WARN: with this the controller says that the robot stands though a goal is active."""
+"""DiagnosticStatus.WARN: level at which the controller reports that the robot stands though a goal is active."""
 
 
 def seen_parts(message: Any, frame: str, shown: Collection[str] = LAYERS) -> Parts:
@@ -47,7 +47,7 @@ def compared_parts(message: Any, frame: str) -> Parts:
 
 
 def parts_without_goal() -> Parts:
-    """Nothing is planned where no goal is active."""
+    """Yields empty parts of the plan, for when no goal is active."""
     yield "plan", None
     for name in ("free", "frontiers", "predicted", "rollouts"):
         yield name, []
@@ -78,6 +78,6 @@ def report_of(status: Any, now: float) -> scene.NodeReport:
 
 
 def _level(status: Any) -> int:
-    """A `byte` is bytes in rclpy, and a number in other readers."""
+    """Returns the level of a status: a `byte` is bytes in rclpy, and a number in other readers."""
     level = status.level
     return level[0] if isinstance(level, bytes) else int(level)

@@ -6,11 +6,11 @@ from collplan_core.evaluation.machine import Timing
 from collplan_ros.messages.lockstep_report import LockstepReport
 
 RECENT = 10.0
-"""What is older is shown no more [s]."""
+"""Age beyond which figures are no longer shown [s]."""
 
 
 class RecentTiming:
-    """Takes what tells whether the machine is fast enough; times are of one steady clock [s]."""
+    """Takes figures that show whether the machine is fast enough; times are of one steady clock [s]."""
 
     def __init__(self) -> None:
         self._factors: deque[tuple[float, float]] = deque()
@@ -22,7 +22,7 @@ class RecentTiming:
         self._gaps.append((now, period, ""))
 
     def reported(self, lockstep: LockstepReport, now: float) -> None:
-        """Takes a report of simulator_node; what it waited before the first one was of another time."""
+        """Takes a report of simulator_node; waits before the first report are of an earlier time."""
         self._factors.append((now, lockstep.factor))
         if self._longest_wait is not None and lockstep.longest_wait > self._longest_wait:
             self._gaps.append((now, lockstep.longest_wait, lockstep.waited_for))
@@ -34,7 +34,7 @@ class RecentTiming:
         return self._factors[-1][1] if self._factors else None
 
     def timing(self, now: float) -> Timing:
-        """Timing of the last seconds; a wait for a node tells more than the gap between commands that it causes."""
+        """Returns the timing of the last seconds; a wait for a node replaces the gap that it causes."""
         self._forget(now)
         factors = [factor for _, factor in self._factors]
         _, gap, waited_for = max(self._gaps, key=lambda each: (bool(each[2]), each[1]), default=(now, 0.0, ""))

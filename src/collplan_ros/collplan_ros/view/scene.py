@@ -1,7 +1,7 @@
 """Frames sent to the page; each part of them is made here from the project's records.
 
 A frame is one JSON object. `t` is always there; every other key is a *part*, there only where it has changed, and then
-whole: it replaces the part of the same name. What the page shows at a time is the newest of each part up to then.
+whole: it replaces the part of the same name. The page shows the newest of each part up to a time.
 
 Lengths are in mm, speeds in mm/s, angles in mrad, durations in ms, all whole numbers in the world frame; times are in s
 on the poses' clock. Points are one flat list x0, y0, x1, y1, ...
@@ -78,7 +78,7 @@ NO_TERMS = frozenset(
         "rebound_direction_error_deg",
     }
 )
-"""What planner/costs says beside the cost terms."""
+"""Values of planner/costs beside the cost terms."""
 
 
 class SceneError(ValueError):
@@ -98,7 +98,7 @@ def milli(values: np.ndarray | Sequence[float]) -> list[int]:
 
 
 def significant(values: np.ndarray | Sequence[float]) -> list[float]:
-    """Numbers (n,) to four significant digits; what is not finite becomes 0, as a term that was not computed."""
+    """Numbers (n,) to four significant digits; one that is not finite becomes 0, as a term that was not computed."""
     return [float(f"{value:.4g}") if math.isfinite(value) else 0.0 for value in np.asarray(values, dtype=float)]
 
 
@@ -133,7 +133,7 @@ def world(place: World) -> Part:
     }
 
 
-# ---- what was thought
+# ---- planning
 
 
 def candidates(rows: np.ndarray, terms: Mapping[str, np.ndarray]) -> Part:
@@ -172,7 +172,7 @@ def costs(values: Mapping[str, str]) -> Part:
     }
 
 
-# ---- what happens
+# ---- events
 
 
 def goal(at: np.ndarray | None, status: str) -> Part:
@@ -191,12 +191,12 @@ def impact(contact: ImpactContact, kind: str, speed: float) -> Part:
     }
 
 
-# ---- who takes part
+# ---- nodes
 
 
 @dataclass(frozen=True)
 class NodeReport:
-    """The newest health report of a node: full name, level, message, figures by name, and when it came [s]."""
+    """The newest health report of a node: full name, level, message, figures by name, and time of receipt [s]."""
 
     name: str
     level: int

@@ -1,7 +1,7 @@
 """The page's server: files, and frames over a websocket, on this machine alone; in a thread of its own.
 
-No client can hold up another, nor the graph: each has one slot, which the newest frame is merged into, and a time in
-which it must take what it is sent.
+No client can hold up another, nor the graph: each has one slot, which the newest frame is merged into, and a time limit
+for receiving it.
 """
 
 import asyncio
@@ -29,17 +29,17 @@ ADDRESS = "127.0.0.1"
 LARGEST_MESSAGE = 4096
 """Largest message of a client [bytes]."""
 HANDSHAKE_PATIENCE = 5.0
-"""Time within which a connection must have said what it wants [s]."""
+"""Time within which a connection must send its request [s]."""
 SEND_PATIENCE = 5.0
-"""Time within which a page must take what it is sent [s]."""
+"""Time within which a page must receive a frame [s]."""
 SEND_BUFFER = 65536
-"""What the system keeps of what a page has not taken yet [bytes]: what is in it can be merged no more."""
+"""Size of the system's send buffer of a page [bytes]: its content can no longer be merged."""
 MOST_ANSWERS = 50
-"""Answers kept for a page that does not take them."""
+"""Answers kept for a page that does not receive them."""
 POLICY_VIOLATION = 1008
 
 Reply = Callable[[bool, str], None]
-"""Tells the page that asked whether something was done, and what there is to say; from any thread."""
+"""Sends the requesting page whether its command was done, and a message; may be called from any thread."""
 
 
 class PortTaken(OSError):
@@ -65,9 +65,9 @@ class PageServer:
 
     Attributes:
         port: the port it listens on.
-        token: what each command must hold, another one at each start.
-        n_clients: pages that are open.
-        n_refused: requests and commands that were refused.
+        token: token that each command must hold, another one at each start.
+        n_clients: number of open pages.
+        n_refused: number of refused requests and commands.
     """
 
     def __init__(
@@ -76,10 +76,10 @@ class PageServer:
         """Listens, and starts the thread.
 
         Args:
-            port: where; 0 for any that is free.
-            most_clients: pages that may be open at once.
-            take: does what a page has asked for; called in the server's thread, and must not wait.
-            log: says at the terminal what was refused.
+            port: port; 0 for any that is free.
+            most_clients: largest number of open pages.
+            take: executes a page's command; called in the server's thread, and must not wait.
+            log: logs refusals.
 
         Raises:
             PortTaken: it cannot listen there.
@@ -112,7 +112,7 @@ class PageServer:
         return 0.0 if self.n_clients else time.monotonic() - self._left_at
 
     def publish(self, frame: Texts) -> None:
-        """Sends a frame to all pages; from any thread."""
+        """Sends a frame to all pages; may be called from any thread."""
         self._soon(self._publish, frame)
 
     def forget(self) -> None:
@@ -192,7 +192,7 @@ class PageServer:
             self.n_clients = len(self._clients)
 
     async def _send(self, client: "_Client") -> None:
-        """Sends a page what there is until its connection ends, or it does not take it in time."""
+        """Sends a page its frames until its connection ends, or it does not receive them in time."""
         try:
             while True:
                 await client.news.wait()
@@ -204,7 +204,7 @@ class PageServer:
             client.connection.transport.abort()
 
     def _heard(self, client: "_Client", message: str | bytes) -> bool:
-        """Acts on a message of a page; whether the page may stay."""
+        """Acts on a message of a page; returns whether the page may stay."""
         try:
             command = command_from_text(message, self.token)
         except WrongToken:
@@ -221,7 +221,7 @@ class PageServer:
 
 
 class _Client:
-    """An open page and what it is sent next; `news` is set where there is something."""
+    """An open page and its next frame; `news` is set where there is one."""
 
     def __init__(self, connection: ServerConnection) -> None:
         self.connection = connection
@@ -230,17 +230,17 @@ class _Client:
         self._answers: deque[str] = deque(maxlen=MOST_ANSWERS)
 
     def give(self, frame: Texts) -> None:
-        """Has a frame sent as soon as there is room, merged into what a slow page has not got yet."""
+        """Queues a frame, merged into the one that a slow page has not received yet."""
         self._frame = {**self._frame, **frame}
         self.news.set()
 
     def say(self, number: int, done: bool, text: str) -> None:
-        """Has the answer to a command sent, before any frame."""
+        """Queues the answer to a command, before any frame."""
         self._answers.append(as_json({"answer": number, "done": done, "text": text}))
         self.news.set()
 
     async def send(self) -> None:
-        """Sends what there is."""
+        """Sends the queued answers and frame."""
         self.news.clear()
         while self._answers:
             await self.connection.send(self._answers.popleft())

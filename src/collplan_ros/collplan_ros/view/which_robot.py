@@ -1,4 +1,4 @@
-"""Which robot moves: a simulated one must never be taken for a real one, nor the other way round."""
+"""Identification of the moving robot: a simulated one must never be mistaken for a real one, or vice versa."""
 
 from collections.abc import Collection, Mapping
 
@@ -9,12 +9,12 @@ Values = Mapping[str, object]
 
 
 def which_robot(source: str, known: Mapping[str, Values], nodes: Collection[str]) -> str:
-    """Which robot it is that says how it is, by the parameters that its node has; UNKNOWN as long as there is doubt.
+    """Returns the kind of the reporting robot, by the parameters of its node; UNKNOWN as long as there is doubt.
 
     Args:
         source: full name of the robot's node.
-        known: parameters of the nodes that were asked and have answered, by full name.
-        nodes: full names of all nodes that are heard.
+        known: parameters of the nodes that have answered a request, by full name.
+        nodes: full names of all nodes that report.
     """
     own = known.get(source)
     there = [known[name] for name in {*nodes, source} if name in known]

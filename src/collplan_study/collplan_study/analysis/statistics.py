@@ -17,7 +17,7 @@ FEWEST = 5
 SEED = 0
 """Seed of the resampling: equal runs give equal intervals."""
 INTERVAL = {"level": LEVEL, "method": "bootstrap, BCa", "resamples": RESAMPLES, "seed": SEED}
-"""How intervals are made, as table.json says it."""
+"""Method of the intervals, as given in table.json."""
 
 Sample = Sequence[np.ndarray]
 """Runs of each world, an array (n,) for each."""

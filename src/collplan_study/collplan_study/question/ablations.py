@@ -42,7 +42,7 @@ OTHERWISE: dict[str, dict[str, Any]] = {
     "waypoints on the chord": {"planner.waypoints": "chord"},
     "first of equal costs": {"planner.tie_rule": "first"},
 }
-"""Ablations that decide otherwise what the paper leaves open."""
+"""Ablations that make another choice where the paper leaves one open."""
 
 ROBOT: dict[str, dict[str, Any]] = {
     "a_max 1 m/s^2": {"robot.max_acceleration": 1.0},

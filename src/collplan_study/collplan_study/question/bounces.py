@@ -1,4 +1,4 @@
-"""The question of `--bounces`, what deliberate bounces gain, and its variants, which change one thing each."""
+"""The question of `--bounces`, the gain by deliberate bounces, and its variants, which change one thing each."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -79,7 +79,7 @@ def make_grid(
     """The grid of a question over its worlds.
 
     Args:
-        question: what is asked; its worlds are `sources`.
+        question: question of the study; its worlds are `sources`.
         sources: the worlds.
         ablations: changed parameters by name of the ablation; they override the axes. The empty name changes nothing.
 

@@ -1,4 +1,4 @@
-"""The provenance of a study: what was asked, with which code, on which machine, and when it was run.
+"""The provenance of a study: its question, code, machine, and times of running.
 
 A study may take several invocations of the command, one that starts it and others that resume it. Each invocation is
 recorded as one session.
@@ -74,8 +74,8 @@ def new_provenance(
 ) -> Provenance:
     """Provenance of a study of `trials` trials, before the first of them; its list of sessions is empty.
 
-    `parameters` are the defaults with the engine that was asked for; what the cells of the grid change is in
-    `question`, `sources` and `ablations`.
+    `parameters` are the defaults with the requested engine; `question`, `sources` and `ablations` hold the changes in
+    the cells of the grid.
     """
     return {
         "results": "simulated",

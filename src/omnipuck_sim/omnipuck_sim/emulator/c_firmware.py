@@ -74,7 +74,7 @@ class _Configuration(ctypes.Structure):
 class CFirmware:
     """Reference firmware in C with the interface of `Firmware`: takes and gives bytes, and drives `simulator`'s wheels.
 
-    Why it has stopped is known from its telemetry alone.
+    The reason of a stop is known from its telemetry alone.
 
     Attributes:
         estop_pressed, battery, motor_fault, too_hot: as of `Firmware`.
@@ -147,7 +147,7 @@ class CFirmware:
         return self.receive(b"")
 
     def receive(self, data: bytes) -> bytes:
-        """Takes bytes; returns what it has sent since it was last asked."""
+        """Takes bytes; returns the bytes sent since the last call."""
         self._incoming += data
         self._step()
         while self._incoming:

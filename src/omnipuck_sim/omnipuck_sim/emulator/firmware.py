@@ -34,7 +34,7 @@ from omnipuck_sim.robot.impact import Impact
 from omnipuck_sim.robot.physics import Simulator
 
 LONGEST_LIFE = 0.5
-"""Longest life of a command, whatever it asks for [s]."""
+"""Longest life of a command, whatever it requests [s]."""
 SESSION_TIMEOUT = 1.0
 """Silence after which a session is over [s]."""
 LOW_BATTERY = 6.6
@@ -50,7 +50,7 @@ class Stop:
     """The wheels were set to zero after they had turned.
 
     Attributes:
-        time: when it was [s].
+        time: time of the stop [s].
         age: age of the last command followed, since the driver took it [s].
         cause: command, life, hold, clock, emergency stop, motor fault, too hot, session or restart.
     """
@@ -80,9 +80,9 @@ class Firmware:
         battery: its voltage [V].
         motor_fault, too_hot: whether a motor has failed, or they are too hot.
         stalled: whether the firmware was held up since the last telemetry.
-        refused: commands that came whole and were not followed.
-        late: refused commands that had outlived their life on the way.
-        expires: when the last command that was followed ends, by the simulator's clock [s].
+        refused: number of complete commands that were not followed.
+        late: number of refused commands that expired on the way.
+        expires: time at which the last followed command ends, by the simulator's clock [s].
     """
 
     def __init__(self, simulator: Simulator, settings: Settings, boot: int) -> None:
@@ -126,7 +126,7 @@ class Firmware:
         return self._announcement(0)
 
     def receive(self, data: bytes) -> bytes:
-        """Takes bytes; returns the answers: several Hellos that come at once get one."""
+        """Takes bytes; returns the answers: several Hellos received at once get one."""
         greeted = False
         for message in self._decoder.feed(data):
             if isinstance(message, Hello):
@@ -220,7 +220,7 @@ class Firmware:
 
     @property
     def _inputs(self) -> int:
-        """Their bits of the status, as they are now."""
+        """Returns the present status bits of the inputs."""
         return _bits({ESTOP_PRESSED: self.estop_pressed, MOTOR_FAULT: self.motor_fault, TOO_HOT: self.too_hot})
 
     def _status(self) -> int:
@@ -243,7 +243,7 @@ class Firmware:
     def _greet(self, hello: Hello) -> None:
         self._heard = self._simulator.time
         if hello.session != self._session:
-            # 0 begins none: its caps are told to nobody
+            # 0 begins none: its caps are not announced
             self._begin(hello.session, hello.caps.within(self._own_caps) if hello.session else self._own_caps)
 
     def _begin(self, session: int, caps: WheelCaps) -> None:
@@ -264,7 +264,7 @@ class Firmware:
         spent = self._time_on_the_way(command.sent, now)
         life = min(command.life * 1e-3, LONGEST_LIFE) - spent
         if spent > STEP:
-            # it may as well have been held up for as long, and the commands that wait behind this one be as old
+            # it may have been held up for as long, so that the commands waiting behind this one are as old
             self._disarm("clock")
         if stop:
             self._latched = True
@@ -302,7 +302,7 @@ class Firmware:
         self._drive()
 
     def _turn(self, duration: float) -> None:
-        """Brings the wheels nearer to the speeds asked for: slower at once, faster by the cap of acceleration."""
+        """Brings the wheels nearer to the commanded speeds: slower at once, faster by the cap of acceleration."""
         if not self._turning or np.array_equal(self._speeds, self._asked):
             return
         same_way = np.sign(self._speeds) == np.sign(self._asked)

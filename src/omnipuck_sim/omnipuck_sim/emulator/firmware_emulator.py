@@ -30,7 +30,7 @@ GARBLED = Emulator(flipped=0.5)
 
 
 class FirmwareEmulator(Node):
-    """Once per pose it reads what the driver has sent, moves the robot, and answers.
+    """Once per pose it reads the driver's bytes, moves the robot, and answers.
 
     Each time the wheels are set to zero after they had turned, its diagnostics report at once: `stops`, `stop_age` (of
     the command then), `stop_cause`, and `time_stalled`, all on the simulation's clock.
@@ -147,7 +147,7 @@ class FirmwareEmulator(Node):
         self.get_logger().info(f"reset: {response.message}")
         return response
 
-    # ---- how it is
+    # ---- state
 
     def _health(self) -> Health:
         stop, firmware = self._last_stop, self._firmware

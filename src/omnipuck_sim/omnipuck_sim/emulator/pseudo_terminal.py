@@ -28,14 +28,14 @@ class PseudoTerminal:
             raise
 
     def read(self) -> bytes:
-        """The bytes that have come."""
+        """Returns the bytes received."""
         try:
             return os.read(self._master, MOST_READ)
         except BlockingIOError:
             return b""
 
     def write(self, data: bytes) -> None:
-        """Sends; what nobody takes is lost, as on a cable."""
+        """Sends; bytes that no program reads are lost, as on a cable."""
         with suppress(BlockingIOError):
             os.write(self._master, data)
 

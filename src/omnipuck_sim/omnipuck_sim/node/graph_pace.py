@@ -30,7 +30,7 @@ class GraphPace:
     """
 
     def __init__(self, node: Node, inputs: Inputs, settings: Settings, room: MocapRoom) -> None:
-        """Listens to the nodes' reports through `inputs`, in lockstep."""
+        """Subscribes to the nodes' reports through `inputs`, in lockstep."""
         self.times = SimulatedTimes(room.simulator)
         self._log = node.get_logger()
         self._room = room
@@ -50,7 +50,7 @@ class GraphPace:
         if simulator.time > before or not self._room.waits:
             self._lockstep.goes_on()
             return
-        # whoever has missed it would be waited for
+        # a node that has missed it would be waited for
         self._room.publish_clock()
         # at the start nodes compile, and a robot that rests loses nothing by a wait
         for node in self._lockstep.waits(simulator.time, seconds(self._clock), simulator.is_driven):

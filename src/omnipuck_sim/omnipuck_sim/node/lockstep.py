@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 
 class Lockstep:
-    """The nodes that are waited for, each with the simulated time until which it has done all that was due.
+    """The nodes that are waited for, each with the simulated time up to which it has done its work.
 
     A node is waited for from its first report on. One that is waited for longer than `patience` is given up: it is
     waited for again once it reports again.
@@ -31,7 +31,7 @@ class Lockstep:
         self._waits_since: float | None = None
 
     def report(self, node: str, until: float) -> bool:
-        """Notes that nothing is due of `node` before the simulated time `until` [s]; inf where it ends.
+        """Notes that `node` has no work due before the simulated time `until` [s]; inf where it ends.
 
         Returns:
             Whether the node had been given up.
@@ -43,7 +43,7 @@ class Lockstep:
 
     @property
     def limit(self) -> float:
-        """The simulated time up to which no node must be waited for [s]; infinite where there is none."""
+        """Simulated time up to which no node must be waited for [s]; infinite without a node."""
         return min(self._awaited.values(), default=math.inf)
 
     def goes_on(self) -> None:

@@ -26,7 +26,7 @@ from omnipuck_sim.robot.mocap_faults import added_latency, faulty
 from omnipuck_sim.robot.physics import Simulator
 
 MOCAP_LIVE = ("simulator.mocap_fault",)
-"""What the room takes while its node runs."""
+"""Parameters of the room that may change while its node runs."""
 FASTEST_TIMER = 0.001
 """Shortest period of the timer; what is due between two calls is then published together [s]."""
 LATE = 1e-4

@@ -23,7 +23,7 @@ GRAVITY = 9.81
 CLEAR = 1e-6
 """A disc nearer to a surface than this may touch it [m]."""
 X, Y, VX, VY, YAW, SPIN, WHEELS_X, WHEELS_Y = range(8)
-"""What a motion (8,) holds: position [m], velocity [m/s, world frame], yaw [rad], yaw rate [rad/s], and the velocity
+"""Columns of a motion (8,): position [m], velocity [m/s, world frame], yaw [rad], yaw rate [rad/s], and the velocity
 at which the wheels roll [m/s, world frame]."""
 
 
@@ -33,8 +33,8 @@ class DriveLaw(NamedTuple):
     Attributes:
         rate: steps a second [Hz].
         mass, moment: of the body [kg], [kg m^2]; wheel_mass: reflected mass of the wheels [kg].
-        share: of the difference from the commanded velocity that the motors make up for in a step.
-        largest_change, largest_spin_change: in a step [m/s], [rad/s].
+        share: share of the difference from the commanded velocity that the motors remove in a step.
+        largest_change, largest_spin_change: largest changes in a step [m/s], [rad/s].
         traction: largest impulse on the body in a step [N s].
     """
 

@@ -39,7 +39,7 @@ def make_engine(world: World, robot: Robot, simulation: Simulation, random: np.r
     """The disc of a robot in a world, by the engine that simulator.engine names.
 
     Args:
-        world, robot, simulation: what is simulated.
+        world, robot, simulation: world and parameters that are simulated.
         random: draws the spread of each hit and of each wall.
 
     Raises:

@@ -13,7 +13,7 @@ class Impact:
     """One impact, world frame.
 
     Attributes:
-        time: when it was [s, simulated].
+        time: simulated time of the impact [s].
         point: (2,) contact point on the obstacle [m].
         normal: (2,) unit normal out of the obstacle.
         velocity_before, velocity_after: (2,) velocity of the robot's centre [m/s].

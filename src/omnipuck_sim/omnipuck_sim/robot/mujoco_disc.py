@@ -20,7 +20,7 @@ from omnipuck_sim.robot.walls import Edge, Pole, outlines
 LONGEST_STEP = 5e-4
 """MuJoCo's step is a whole fraction of a physics step and at most this [s]."""
 NEAR = 0.003
-"""A wall nearer than this is about to be hit, and what the hit will be is drawn [m]."""
+"""Distance of a wall below which the properties of the coming hit are drawn [m]."""
 EDGE_RADIUS = 1e-6
 """Edges are capsules of this radius [m]."""
 IMPEDANCE = 0.9999
@@ -34,7 +34,7 @@ LONGEST_CONTACT = 3.0
 """An impact of which the body does not come off ends after so many contact times."""
 RING = "ring"
 PLACE, CHANGE = [X, Y, YAW], [VX, VY, SPIN]
-"""Where a motion has what MuJoCo's joints have."""
+"""Columns of a motion that correspond to MuJoCo's joints."""
 
 
 @dataclass(eq=False)
@@ -106,7 +106,7 @@ class MujocoDisc:
         return 1
 
     def take_impacts(self) -> list[Impact]:
-        """The impacts since the last call, in order of their begin; one is told when it has ended."""
+        """Returns the impacts since the last call, in order of their begin; each is returned once it has ended."""
         taken = []
         while self._impacts and self._impacts[0].after is not None:
             taken.append(self._impacts.pop(0).impact())

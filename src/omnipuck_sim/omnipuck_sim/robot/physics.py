@@ -27,10 +27,10 @@ class Simulator:
     """The simulated robot in its world; time passes only in `step`.
 
     Args:
-        world: what is solid; the bounds are too where it is walled.
-        settings: uses robot, simulator, limits.command_age and controller.rate.
+        world: the solid surroundings; a walled world's bounds are solid too.
+        settings: robot, simulator, limits.command_age and controller.rate are used.
         seed: seed of every random number; equal seeds give equal runs, bit by bit.
-        start: (2,) [m], else the world's own; the start noise comes on top.
+        start: (2,) [m], by default the world's own; the start noise is added.
 
     Raises:
         WorldError: no start given, or the robot would stand inside an obstacle.
