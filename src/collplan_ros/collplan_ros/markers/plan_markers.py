@@ -118,7 +118,7 @@ def _strips_as_lines(strips: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _candidates(head: Header, candidates: Candidates) -> Iterable[Marker]:
-    """Each candidate's velocity as a line from its position, the cheapest last and so on top; those at rest as dots."""
+    """Candidates: a velocity is a line from its position, the cheapest drawn last and on top; at rest, a dot."""
     order = cheapest(candidates)[::-1]
     positions, velocities = candidates.positions[order], candidates.velocities[order]
     colors = cost_colors(candidates.costs[order])

@@ -1,4 +1,4 @@
-"""Which nodes publish a topic, by the names that ROS lists."""
+"""Names of the nodes that publish a topic, as ROS lists them."""
 
 from rclpy.node import Node
 
@@ -15,5 +15,5 @@ def listed_publishers(node: Node, topic: str) -> list[str]:
 
 
 def known_publishers(node: Node, topic: str) -> list[str]:
-    """The same without those not discovered whole: they are listed with their names soon."""
+    """Full name of the node of each publisher of `topic`, without those whose discovery is not complete."""
     return [name for name in listed_publishers(node, topic) if name != UNKNOWN]

@@ -42,7 +42,7 @@ class PollingNode(Node):
 
     @property
     def subscriptions(self) -> Iterator[Subscription]:
-        """Those that are not polled."""
+        """Subscriptions that are not polled."""
         return (each for each in super().subscriptions if not isinstance(each.callback_group, _NeverCalled))
 
 
