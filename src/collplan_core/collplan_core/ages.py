@@ -17,7 +17,7 @@ class SmallestDelay:
 
     Attributes:
         least: arrival less departure, each by its own clock [s]; inf before the first message.
-        at: when it was last measured, by the receiver's clock [s].
+        at: time of its last measurement, by the receiver's clock [s].
     """
 
     least: float = math.inf
@@ -92,7 +92,7 @@ class StallGuard:
 
     Attributes:
         gap: length of the newest gap beyond the limit [s]; 0 before the first.
-        count: how many there were.
+        count: number of gaps.
         ended: the tick that ended the newest one [s]; before all time where there was none.
     """
 

@@ -1,4 +1,4 @@
-"""Commands to copy: a program of this project as it is started from where the user stands."""
+"""Commands to copy: how to call a program of this project from the user's shell."""
 
 import re
 import sys
@@ -16,5 +16,5 @@ def as_called(program: str) -> str:
 
 
 def examples(text: str) -> str:
-    """A help text whose lines of examples, two spaces and a program's name, start the program as it is called here."""
+    """Returns a help text whose example lines, two spaces and a program's name, call the program as it was called."""
     return PROGRAMS.sub(lambda line: f"  {as_called(line[1])}", text)

@@ -32,7 +32,7 @@ def private_folder(path: Path) -> Path:
         OSError: it cannot be made, is no folder, or belongs to another user.
     """
     path.mkdir(mode=0o700, parents=True, exist_ok=True)
-    found = path.lstat()  # a link may lead to what somebody else owns
+    found = path.lstat()  # a link may lead to another user's file
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
         raise PermissionError(f"{path}: expected a folder of user {os.getuid()}, and no link")
     if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):

@@ -59,11 +59,11 @@ class Plan:
     """A timed reference and how it was chosen, world frame.
 
     Attributes:
-        stamp: when it starts [s], the stamp of the state it was made from; the robot is at positions[0] then.
+        stamp: start of the plan [s], the stamp of the state it was made from; the robot is at positions[0] then.
         times: (n,) time of each position, strictly rising, times[0] == stamp [s].
         positions: (n, 2) [m].
         velocities: (n, 2) [m/s].
-        contacts: where this plan expects to touch and how it leaves.
+        contacts: contacts and rebounds that this plan foresees.
         aim: (2,) chosen intermediate position p_s [m].
         aim_velocity: (2,) chosen velocity v_s [m/s].
         terms: cost terms of the choice by name (position, risk, collision_risk, gap_risk, velocity, total, ...).

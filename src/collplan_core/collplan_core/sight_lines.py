@@ -53,7 +53,7 @@ def place_towards(x: float, y: float, beams: np.ndarray, first: float, step: flo
         nearest = int(round(place))
         if nearest >= n:  # between the last beam and the first, or where no beam goes
             nearest = n - 1 if place - (n - 1) < 2.0 * math.pi / abs(step) - place else 0
-        # beams that begin at one place say the same again
+        # beams with one origin give the same again
         if nearest == k or _is_same_pose(beams, nearest, k):
             break
         k = nearest

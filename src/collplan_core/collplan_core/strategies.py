@@ -1,4 +1,4 @@
-"""The strategies by name: the paper's are weight sets (IV-B), the time-to-goal ones say what contacts do and cost.
+"""The strategies by name: the paper's are weight sets (IV-B), the time-to-goal ones set effect and cost of contacts.
 
 The parameters take the choices of `planner.strategy` from here, so that nothing of theirs is imported.
 """

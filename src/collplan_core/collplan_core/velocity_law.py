@@ -7,7 +7,7 @@ from collplan_core.jit import njit
 from collplan_core.parameters import Robot
 
 SHORTEST_LAG = 1e-3
-"""A velocity loop without any lag is taken for this one [s]."""
+"""Smallest lag of the velocity loop; a smaller one counts as this [s]."""
 
 
 class VelocityLaw(NamedTuple):
@@ -26,12 +26,12 @@ class VelocityLaw(NamedTuple):
 
 
 class Course(NamedTuple):
-    """A velocity on its way to a command that holds: along a straight line, so that one number says where it is.
+    """A velocity on its way to a command that holds: along a straight line, so that one number gives its place.
 
     Attributes:
         ux, uy: the command [m/s].
         ex, ey: unit direction in which the velocity is off the command.
-        gap: by how much it is [m/s].
+        gap: distance of the velocity from the command [m/s].
     """
 
     ux: float

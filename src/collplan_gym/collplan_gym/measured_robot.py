@@ -39,7 +39,7 @@ class MeasuredRobot:
     Args:
         world: has a start.
         settings: robot, simulator, lidar, mocap and controller are used. Poses and scans come at once.
-        seed: of all noise.
+        seed: seed of all noise.
 
     Raises:
         ParameterError: a sensor that needs time, which is not simulated here.

@@ -28,7 +28,7 @@ class PlannerPolicy:
 
     Args:
         strategy: a value of `planner.strategy`, such as bounce, avoid, harness.
-        settings: those of the environment; the shipped ones by default.
+        settings: settings of the environment; the shipped ones by default.
 
     Attributes:
         plan: the newest plan; None before the first.

@@ -81,7 +81,7 @@ class CommandMessage:
         session: token of the session.
         sent: driver's clock [ms, modulo 2^32].
         age: age of the command behind it when it was sent [ms].
-        life: how much longer it may be followed [ms].
+        life: remaining time for which it may be followed [ms].
         flags: EMERGENCY_STOP: stand still, latch and disarm; HOLD: stand still and disarm.
         cleared: count of clearances of the emergency stop by a person, modulo ACTS; a change in a session clears it.
         released: count of releases of the robot by a person, modulo ACTS; a change in a session arms it.
@@ -165,7 +165,7 @@ class Telemetry:
         impacts: impacts sensed so far, modulo 2^16.
         impact_age: time since the newest impact [ms], NEVER where there is none.
         impact: its change of velocity in the body frame of then, x forward, y left [m/s].
-        cleared, released: of the newest command taken in this session, 0 before one.
+        cleared, released: counts of the newest command taken in this session, 0 before one.
         wheels: measured speeds [rad/s].
     """
 

@@ -25,7 +25,7 @@ HELLO_PERIOD = 0.1
 LONGEST_ECHO_DELAY = 1000
 """Time since the firmware took a command, beyond which none is taken in time [ms]."""
 TOO_LATE = "the firmware takes no command in time: raise driver.baud, lower driver.rate, or check the line"
-"""Why nothing moves where commands come late and are dropped."""
+"""Reason why nothing moves where commands arrive late and are dropped."""
 MILLISECONDS = 1 << 32
 
 

@@ -23,7 +23,7 @@ class TrialResult:
     Attributes:
         outcome: reached, timeout, stuck, or aborted where the planner gave the goal up.
         reason: reason of another outcome; empty where it reached the goal.
-        arrival_time: from the first non-zero command to the first pose within goal_tolerance, else the limit [s].
+        arrival_time: time from the first non-zero command to the first pose within goal_tolerance, else the limit [s].
         path_length: length of the true path from the first non-zero command to the end [m].
         impacts: all k impacts of the run.
         foreseen, deliberate: (k,) whether a plan in force foresaw each, and whether it was deliberate too.

@@ -58,7 +58,7 @@ class MeasuredRobot(Protocol):
 
 
 class Strayed(RuntimeError):
-    """The robot is too far from where it began; the message says how far."""
+    """Error of a robot that is too far from its starting point; the message gives the distance."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Pace:
 
 
 def careful(robot: Robot) -> Pace:
-    """The pace of a robot of which nobody knows yet where it goes."""
+    """Pace of a robot whose direction of motion is not known yet."""
     return Pace(min(0.1, robot.max_speed), min(0.3, robot.max_speed), min(1.0, robot.max_yaw_rate), 0.05)
 
 
@@ -99,7 +99,7 @@ class Motions:
 
     Attributes:
         start, here: the body at rest, before all motions and after the last one.
-        turns, strokes: those that nothing interrupted.
+        turns, strokes: motions that were not interrupted.
     """
 
     start: PoseSample

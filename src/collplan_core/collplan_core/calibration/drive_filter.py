@@ -21,7 +21,7 @@ LARGEST_BIAS = 0.1
 """Standard deviation of the mean error of a run before its poses are seen, by axis [m/s] (assumed)."""
 
 _GAP = np.hstack([np.zeros((2, 2)), -np.eye(2), np.eye(2), np.eye(2)])
-"""What of a state makes the law's u + e + b - v: position, velocity, error and mean error, two each."""
+"""Matrix that gives the law's u + e + b - v from a state: position, velocity, error and mean error, two each."""
 _STRAIGHT = 0.01
 """Standard deviation of what a line through the first poses misses of the velocity [m/s]."""
 _POINTS, _WEIGHTS = np.polynomial.hermite_e.hermegauss(5)

@@ -20,12 +20,12 @@ LARGEST_ERROR = 0.2
 LARGEST_MISFIT = 1.3
 """Misfit of a run's poses beyond which it was driven by another drive than the others; chance makes 1.1."""
 LARGEST_NOISE = 2.0
-"""Largest pose noise found, as a multiple of the one believed."""
+"""Largest pose noise found, as a multiple of mocap.position_noise."""
 WIDEST_ACCELERATION, WIDEST_LAG = 0.2, 0.1
 """Width of the interval above which an assumed value is as good: relative; [s]."""
 
 ACCELERATION_MARGIN, LAG_MARGIN = 3e-4, 0.001
-"""What stamps and the order of events within a pose's period add to either side of an interval: relative; [s]."""
+"""Margins on either side of an interval for errors of stamps and of the order of events: relative; [s]."""
 
 _STEPS = np.array([0.003, 0.02, 0.04, 0.01])
 """Steps of the logarithms of the constants, small beside their uncertainty or about it."""
@@ -42,12 +42,12 @@ class DrivenStretches:
     """A run away from walls.
 
     Attributes:
-        name: what to call it.
+        name: name of the run.
         times: (n,) strictly rising [s]; points: (n, 2) measured [m, world frame].
         wanted: (n, 2) velocity commanded from each pose to the next [m/s, world frame].
         stretches: (m, 2) first pose of each stretch, and the one after its last; each longer than FIRST.
         period: time between two commands [s].
-        noise: standard deviation of a measured position that the run believed [m].
+        noise: standard deviation of a measured position in the run's parameters [m].
     """
 
     name: str

@@ -7,11 +7,11 @@ LEVEL = 0.95
 
 
 class TooLittle(ValueError):
-    """Runs that do not determine the constants; the message says what is missing."""
+    """Error of runs that do not determine the constants; the message names what is missing."""
 
 
 class Unexplained(ValueError):
-    """Poses that no constants explain; the message names the figure and what was expected."""
+    """Error of poses that no constants explain; the message names the figure and what was expected."""
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ _SCALES = np.array([0.01, 0.01, 0.1, 0.1, 0.1, 0.1, 0.01])
 
 
 class UnusableImpact(ValueError):
-    """An impact whose velocities cannot be determined; the message says why."""
+    """Error of an impact whose velocities cannot be determined; the message gives the reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class ImpactFit:
     """A fitted impact, world frame.
 
     Attributes:
-        time: when [s].
+        time: time of the impact [s].
         position: (2,) centre of the robot then [m].
         before, after: (2,) velocity [m/s].
         driven: (2, 2) acceleration by the wheels right before and right after [m/s^2].

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 HEADINGS = 72
 """Headings of the sensor that are tried first, evenly over the full turn."""
 BEAMS = 1500
-"""So many hits of all scans together are fitted at most."""
+"""Largest number of hits of all scans together that are fitted."""
 REFINED = 6
-"""So many of the headings that explain most are refined."""
+"""Number of the headings that explain most, which are refined."""
 GATE = 0.1
 """Distance from a surface beyond which a hit pulls less and less [m]."""
 FAR = 0.3
@@ -39,7 +39,7 @@ FEWEST_POSES = 5
 MOST = 30
 """Scans that are fitted."""
 FEWEST = 100
-"""Fewer hits than these say nothing."""
+"""Smallest number of hits for a fit."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def at_rest(scans: Sequence[Scan], poses: Sequence[PoseSample]) -> list[tuple[Sc
 
     Args:
         scans: in any order.
-        poses: of the robot, in order.
+        poses: poses of the robot, in order.
     """
     stamps = np.array([pose.stamp for pose in poses])
     rows = np.array([(*pose.position.tolist(), pose.yaw) for pose in poses]).reshape(-1, 3)

@@ -22,7 +22,7 @@ class BodyOffset:
 
     Attributes:
         position_uncertainty: standard deviation of x and of y [m].
-        yaw_uncertainty: of yaw [rad].
+        yaw_uncertainty: standard deviation of yaw [rad].
     """
 
     x: float

@@ -14,7 +14,7 @@ import numpy as np
 from collplan_core.sensing.pose_filter import PoseSample
 
 ONE_HEADING = 0.9
-"""Length of the mean of the headings' unit vectors above which they are one: b and w cannot be told apart."""
+"""Length of the mean of the headings' unit vectors above which they are one: b and w cannot be separated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class AxesFit:
     """The map from commanded velocities to measured ones.
 
     Attributes:
-        turn: from a commanded direction to the measured one, seen from the body [rad].
+        turn: angle from a commanded direction to the measured one, seen from the body [rad].
         uncertainty: standard deviation of the turn [rad], and of the scale as a share of it; inf where the motions do
             not determine it.
         scale: measured length over commanded length.

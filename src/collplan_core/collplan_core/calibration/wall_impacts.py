@@ -56,9 +56,9 @@ def seen_from_walls(
     Args:
         impacts: their velocities, world frame.
         normals: (n, 2) unit normals out of the obstacles.
-        depths: how far the robot was past its first touch at each [m].
+        depths: distance of the robot beyond its first touch at each [m].
         spins: yaw rate before each [rad/s].
-        radius: of the ring [m].
+        radius: radius of the ring [m].
     """
     into = -np.reshape(normals, (-1, 2))
     axes = np.stack([into, np.stack([-into[:, 1], into[:, 0]], axis=1)], axis=1)

@@ -8,7 +8,7 @@ from collplan_core.state import State
 SPEED = 0.3
 """Speed at which a stuck robot backs out [m/s]."""
 DISTANCE = 0.3
-"""How far it does [m]."""
+"""Distance over which a stuck robot backs out [m]."""
 SPACING = 0.02
 """Spacing of the samples on the way [m]."""
 

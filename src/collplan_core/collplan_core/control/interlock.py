@@ -7,7 +7,7 @@ commands, the line and the emergency stop.
 from dataclasses import dataclass, replace
 
 KNOWN_GOALS = 100
-"""So many goals are remembered, the newest ones."""
+"""Number of goals that are remembered, the newest ones."""
 LONGEST_FAULT = 1.0
 """A fault that lasts longer holds the robot [s]; after a shorter one it goes on."""
 REMEDY = "give a new goal, or call resume"
@@ -19,7 +19,7 @@ class Interlock:
     """Held or free. No command, zero or not, changes it, nor does time.
 
     Attributes:
-        reason: why the robot is held; empty where it may move.
+        reason: reason why the robot is held; empty where it may move.
         goals: identities of the goals received, the newest last, whatever their status.
     """
 

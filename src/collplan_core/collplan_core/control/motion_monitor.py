@@ -57,7 +57,7 @@ WRONG_ADVANTAGE = 6e-3
 TURN_TIME = 0.2
 """Motion is reversed only where the robot gained speed against its commands in a part of the window so long [s]."""
 GAINED = 0.1
-"""So much [m/s]: one that brakes or stands gains none, whatever does not fit its commands."""
+"""Speed that it must have gained [m/s]: one that brakes or stands gains none, whatever does not fit its commands."""
 CLEAR = 1.5e-3
 """Advantage of a delay over those that differ by 0.1 s from which it is published [m^2/s]."""
 FOLLOWING = 0.5e-3
@@ -76,7 +76,7 @@ SMOOTHED = 0.2
 GROWTH_TIME = 0.25
 """Time for which poses must come later than they did [s]."""
 DRIFT = 0.002
-"""How fast the smallest delay seen is forgotten: two clocks need not run alike [s/s]."""
+"""Rate at which the smallest delay seen is forgotten, as two clocks may drift apart [s/s]."""
 _KEPT = max(WINDOW + LONGEST_DELAY, stuck.WINDOW) + 0.3
 _OWN_STALL = 0.3
 _OVERDUE = 2.5

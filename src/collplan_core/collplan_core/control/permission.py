@@ -14,7 +14,7 @@ from collplan_core.scan import Scan
 from collplan_core.state import State
 
 TOUCH_MARGIN = 0.01
-"""How far a seen surface may reach into the robot standing at its goal: noise of poses and ranges [m]."""
+"""Largest overlap of a seen surface with the robot standing at its goal: noise of poses and ranges [m]."""
 
 
 def why_stale(name: str, age: float, limit: float) -> str:

@@ -15,7 +15,7 @@ opens a joystick, and those that are pressed a moment later."""
 
 
 class StickError(ValueError):
-    """A joystick that cannot be followed, as one without an axis or a button; says what came and what was expected."""
+    """Error of an unusable joystick, as one without an axis or a button; names what it has and what was expected."""
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ def judge_impacts(
         times: (k,) when they were [s].
         points: (k, 2) where on the obstacles [m].
         speeds_into: (k,) speed into the wall before each [m/s].
-        predictions: of every plan of the run, also of those that foresee nothing, in order of `made`.
+        predictions: one of every plan of the run, also of those that foresee nothing, in order of `made`.
     """
     made = np.array([p.made for p in predictions])
     matched = np.array([match_contacts(times, points, p.contacts) != UNMATCHED for p in predictions], dtype=bool)

@@ -36,7 +36,7 @@ def machine_verdict(timing: Timing, speed_factor: float, command_age: float) -> 
     fast as real time.
 
     Args:
-        timing: how the graph kept up.
+        timing: timing of the graph.
         speed_factor: simulated seconds wanted in a second; 0 for as many as there can be.
         command_age: age at which a robot follows its last command no more [s].
     """

@@ -20,7 +20,7 @@ class MeasuredImpact:
     """One impact, world frame.
 
     Attributes:
-        stamp: when it was found [s].
+        stamp: time of its detection [s].
         point: (2,) where the ring touched, from the direction of the change of velocity [m].
         foreseen: (2,) velocity after it in the last plan that expected it [m/s]; NaN where none did.
         measured: (2,) velocity that the poses show after it [m/s].

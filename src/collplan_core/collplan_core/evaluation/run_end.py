@@ -56,7 +56,7 @@ class RunMonitor:
 
         Args:
             stamp: time of the newest pose [s].
-            position: of the newest pose (2,) [m].
+            position: position of the newest pose (2,) [m].
         """
         limits = self._limits
         if self._begun is None:

@@ -17,7 +17,7 @@ class ContactPoint:
 
     Attributes:
         index: first sample of the reference beyond the boundary.
-        share: where between the samples index - 1 and index, in [0, 1].
+        share: place between the samples index - 1 and index, in [0, 1].
         point: (2,) position of the disc's centre there [m].
         direction: (2,) unit direction of the reference there.
         normal: (2,) unit normal out of the obstacle.

@@ -28,7 +28,7 @@ def sight_angle(
         reach: (n,) free distance in direction 2 pi k / n from the centre of F [m].
         x, y: the candidate relative to the centre of F [m].
         clockwise, counter_clockwise: the open sides of its frontier.
-        sight_distance: how far a direction must be free to count [m].
+        sight_distance: distance over which a direction must be free to count [m].
     """
     n = len(reach)
     step = 2.0 * math.pi / n

@@ -39,7 +39,7 @@ LONGEST_START = 10.0
 LONGEST_RESUMED = 3.0
 """The same after a person let the robot go on [s]: inputs are to be there then, and a plan soon."""
 WHY_KIDNAPPED = "the robot was carried or turned, or another body is taken for it"
-"""Why it is held where poses leapt, and agree with one another elsewhere; or so after a turn that nothing explains."""
+"""Reason for a hold after poses have jumped and agree with one another elsewhere, or after an unexplained turn."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,7 +80,7 @@ class PlannerLoop:
             make_deadline: gives the deadline of a cycle at its start.
             known_map: initial memory of each goal.
             why_forbidden: returns an external reason to make no plan, in each cycle; empty where there is none.
-            sensed: that of a controller which is given the same poses and scans; one of its own by default.
+            sensed: record of a controller that takes the same poses and scans; one of its own by default.
         """
         self.goal = CurrentGoal()
         self.refusals = Refusals()

@@ -1,9 +1,9 @@
 """Trust in scans of which some were refused."""
 
 REFUSED_RUNNING = 2
-"""So many scans refused one after the other stop the robot; a single one is left out."""
+"""Number of scans refused in a row that stops the robot; a single one is left out."""
 PAUSE = 0.5
-"""How long the robot stands after the last refusal, the first time [s]."""
+"""Time for which the robot stands after the last refusal, the first time [s]."""
 RECENT = 10.0
 """Where it has to stand again within this time, it stands twice as long [s]: a robot at rest sees nothing of a delay,
 and would drive on into the next one."""

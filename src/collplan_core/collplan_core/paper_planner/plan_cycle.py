@@ -60,7 +60,7 @@ def plan_cycle(
 
     Args:
         memory: memory of the previous cycle, None at the start and after a new goal.
-        state: where the plan begins: at the scan's stamp, or later.
+        state: initial state of the plan: at the scan's stamp, or later.
         goal: (2,) p_goal [m].
         deadline: not needed: a cycle takes less than a millisecond.
 

@@ -43,7 +43,7 @@ def prune_positions(
 ) -> np.ndarray:
     """Position-based pruning: a frontier is dropped where a nearby one that is nearer to the goal stands for it.
 
-    A dropped frontier drops nobody, so the one nearest to the goal always stays. Points relative to the centre of F.
+    A dropped frontier drops no other, so the one nearest to the goal always stays. Points relative to the centre of F.
 
     Args:
         border: (n, 2) border points of F [m].

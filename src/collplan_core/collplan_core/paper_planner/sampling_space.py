@@ -42,7 +42,7 @@ def shadow_edges(local_map: LocalMap) -> np.ndarray:
 
 
 FRONTIERS = {"all": all_frontiers, "printed": shadow_edges}
-"""Where candidates may lie, by planner.frontiers."""
+"""Frontiers on which candidates may lie, by planner.frontiers."""
 
 
 class _Samples(NamedTuple):

@@ -192,7 +192,7 @@ class Limits(Parameters):
     group = "limits"
     pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=0.5, live=True)
     scan_age: float = parameter(0.25, "Oldest scan acted on, since its receipt; one that comes later than this after its stamp is refused", unit="s", low=0.02, high=0.6, live=True)
-    plan_age: float = parameter(0.6, "Oldest plan followed where no planner/trajectory says until when it holds", unit="s", low=0.05, high=2.0, live=True)
+    plan_age: float = parameter(0.6, "Oldest plan followed where no planner/trajectory gives its end of validity", unit="s", low=0.05, high=2.0, live=True)
     command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=0.5)
     motion_delay: float = parameter(0.1, "Longest delay from a command to the motion measured, beyond which the robot stops", unit="s", low=0.05, high=0.4)
     missing_beams: float = parameter(0.15, "Largest share of beams in which a scan may miss walls that scans before it showed", low=0.05, high=0.45)
@@ -293,10 +293,10 @@ class Lidar(Parameters):
     range_noise: float = parameter(0.0, "Noise of a range of sensor ideal, standard deviation; low_cost has its own", unit="m", low=0.0, high=0.2)
     seed: int = parameter(0, "Seed of the noise of ranges; a trial's own seed stands for it", low=0, high=2**31 - 1)
     frame: str = parameter("", "header.frame_id of the scans; empty for frames.base. Planner and controller expect scan.frame")
-    offset_x: float = parameter(0.0, "Where the sensor truly is on the robot: forward. What is believed of it is scan.offset_x", unit="m", low=-1.0, high=1.0)
-    offset_y: float = parameter(0.0, "Where the sensor truly is on the robot: to the left. What is believed of it is scan.offset_y", unit="m", low=-1.0, high=1.0)
-    offset_yaw: float = parameter(0.0, "True heading of the sensor on the robot. What is believed of it is scan.offset_yaw", unit="rad", low=-pi, high=pi)
-    mirrored: bool = parameter(False, "Its angles truly count clockwise, as of one mounted upside down. What is believed of it is scan.mirrored")
+    offset_x: float = parameter(0.0, "True place of the sensor on the robot: forward. Planner and controller use scan.offset_x", unit="m", low=-1.0, high=1.0)
+    offset_y: float = parameter(0.0, "True place of the sensor on the robot: to the left. Planner and controller use scan.offset_y", unit="m", low=-1.0, high=1.0)
+    offset_yaw: float = parameter(0.0, "True heading of the sensor on the robot. Planner and controller use scan.offset_yaw", unit="rad", low=-pi, high=pi)
+    mirrored: bool = parameter(False, "Its angles truly count clockwise, as of one mounted upside down. Planner and controller use scan.mirrored")
 
     @property
     def offset(self) -> tuple[float, float, float]:

@@ -22,10 +22,10 @@ class PlanFigures:
     """A plan in a few figures.
 
     Attributes:
-        duration: from its stamp to its end [s]; to the goal, if it leads there.
-        length: of its path [m].
-        left: from its end to the goal, as the crow flies [m].
-        first_contact: from its stamp to the first contact that it foresees [s]; None without one.
+        duration: time from its stamp to its end [s]; to the goal, if it leads there.
+        length: length of its path [m].
+        left: distance from its end to the goal, as the crow flies [m].
+        first_contact: time from its stamp to the first contact that it foresees [s]; None without one.
     """
 
     duration: float

@@ -33,7 +33,7 @@ _MOTION = struct.Struct("<5d")
 
 
 class JournalError(ValueError):
-    """A journal that cannot be read; the message says what was found and what was expected."""
+    """Error of a journal that cannot be read; the message names what was found and what was expected."""
 
 
 def encode(value: Any) -> Any:

@@ -42,7 +42,7 @@ def placed_among(scan: Scan, state: State, states: Collection[State], mount: Sca
         scan: the scan; beams beyond the states are placed by the first or the last of them.
         state: the robot at its stamp.
         states: states around that time, in order, at least one.
-        mount: where the sensor is on the robot.
+        mount: mounting pose of the sensor on the robot.
     """
     scan, robot = used_scan(scan, mount), poses_along(states, _instants(scan))
     return placed(scan, poses_of_sensor(robot, mount.offset), state, mount)

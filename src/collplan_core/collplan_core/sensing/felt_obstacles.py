@@ -14,7 +14,7 @@ def with_felt(scan: Scan, state: State, centers: np.ndarray, radius: float) -> S
     Args:
         state: the robot at the scan's stamp.
         centers: (n, 2) of the discs, world frame [m].
-        radius: of the discs [m]; one that the robot is inside of is left out.
+        radius: radius of the discs [m]; a disc that contains the robot is left out.
     """
     if len(centers) == 0:
         return scan

@@ -26,7 +26,7 @@ from collplan_core.parameters import Mocap, Robot
 IMPACT_SPAN = 3.6
 """Span of the poses that are fitted, in impact_windows."""
 IMPACT_REACH = 1.6
-"""How far back an impact is looked for, in impact_windows."""
+"""Span back in time in which an impact is searched, in impact_windows."""
 CERTAINTY = 5.8
 """Change of velocity from which an impact is certain, in standard deviations.
 
@@ -51,7 +51,7 @@ class DetectedImpact:
     """An impact found in measured poses, world frame.
 
     Attributes:
-        time: when it was [s].
+        time: time of the impact [s].
         center: (2,) centre of the robot then [m].
         change: (2,) change of the velocity [m/s].
     """

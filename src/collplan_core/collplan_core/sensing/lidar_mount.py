@@ -15,7 +15,7 @@ def poses_of_sensor(robot: np.ndarray, mount: tuple[float, float, float]) -> np.
 
     Args:
         robot: x, y [m] and yaw [rad] of the robot.
-        mount: where the sensor is on it: x forward, y to the left [m], and its heading [rad].
+        mount: mounting pose of the sensor: x forward, y to the left [m], and heading [rad].
     """
     if not any(mount):
         return robot

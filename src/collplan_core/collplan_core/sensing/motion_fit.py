@@ -17,7 +17,7 @@ STEP = 0.025
 LONGEST_DELAY = 0.45
 """[s]"""
 MASSES = (0.7, 1.0, 1.4, 2.0, 2.8)
-"""Masses over the believed one, with the same motors."""
+"""Masses over robot.mass, with the same motors."""
 _QUICK_DELAYS = (0.0, 0.05, 0.1)
 _TURNS = (0.5 * math.pi, math.pi, 1.5 * math.pi)
 _COASTING = 1e6
@@ -73,7 +73,7 @@ def misfits(
         commands: (k, 3) time [s] and velocity [m/s, world frame], rising times; none before the first.
         velocities: (m, 2) measured [m/s], STEP apart from `begin` [s] on.
         rows: (n, 6) `Ways.rows`.
-        max_acceleration, lag: of the believed mass [m/s^2], [s].
+        max_acceleration, lag: those of robot.mass [m/s^2], [s].
     """
     result, n = np.zeros((len(rows), 2)), len(velocities)
     for j in range(len(rows)):

@@ -52,7 +52,7 @@ class FittedMotion(NamedTuple):
     Attributes:
         vx, vy: its slope [m/s]; NaN until the first window is full, as all that follows.
         yaw_rate: [rad/s].
-        delay: how long before the newest pose the slope is that of the motion [s].
+        delay: time before the newest pose at which the slope is the velocity [s].
         spread: sum of the squared times around their mean [s^2]: noise of the poses over its root is that of the slope.
     """
 
@@ -101,14 +101,14 @@ def with_pose_judged(
         times, poses: the track so far.
         begun: stamp of its first pose, also where that is no longer kept [s].
         stamp, x, y, yaw: the pose [s, m, rad].
-        law_fields: of a TrackLaw, and in it of an ImpactLaw.
+        law_fields: fields of a TrackLaw, and in it of an ImpactLaw.
     """
     kept, velocity_window, slack, finds_impacts, impact_fields = law_fields
     law = TrackLaw(kept, velocity_window, slack, finds_impacts, ImpactLaw(*impact_fields))
     times, poses = with_pose(times, poses, stamp, x, y, yaw, law)
     impact = find_impact(times, poses, law.impacts) if law.finds_impacts else NO_IMPACT
     if impact.score > 0.0:
-        # in the place of the last pose before it; the arrays are of this call, nobody else has them
+        # in the place of the last pose before it; the arrays belong to this call alone
         first = impact.first_after - 1
         share = (impact.time - times[first]) / (times[first + 1] - times[first])
         poses[first, 2] += share * (poses[first + 1, 2] - poses[first, 2])

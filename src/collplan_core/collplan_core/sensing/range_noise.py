@@ -9,7 +9,7 @@ from collplan_core.scan import Scan
 from collplan_core.sight_lines import is_full_turn, repeats_first
 
 FEWEST = 40
-"""Fewer triples of neighbouring beams than these say nothing."""
+"""Smallest number of triples of neighbouring beams for an estimate."""
 QUARTILE = 0.3186
 """A quarter of all draws of a normal distribution are within so many standard deviations."""
 

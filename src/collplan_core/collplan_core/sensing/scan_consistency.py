@@ -91,7 +91,7 @@ def scan_consistency(
         ranges: (n,) of the scan [m].
         masked: (n,) whether a beam is masked: no wall is expected where it looks.
         beams: (n, 3) x, y [m] and yaw [rad] of the sensor at each beam.
-        scan_limits: of the scan angle_min, angle_increment [rad], range_min, range_max [m].
+        scan_limits: angle_min, angle_increment [rad], range_min, range_max [m] of the scan.
         velocity: (2,) of the robot [m/s].
     """
     n = len(ranges)

@@ -13,9 +13,9 @@ from collplan_core.sensing.seen_walls import wall_of_each_beam
 from collplan_core.state import State
 
 KEPT, PERIOD = 5, 0.2
-"""So many scans are kept, so long apart [s]."""
+"""Number of scans kept, and the time between them [s]."""
 FEWEST, FEWEST_AHEAD = 40, 30
-"""Fewer walls than these, of all scans kept together, say nothing."""
+"""Smallest number of walls, of all scans kept together, for a verdict."""
 MOST_MISSING_AHEAD = 0.5
 """Largest share of the beams ahead, which are few, that may miss a wall."""
 MOST_BLIND = 0.5
@@ -120,7 +120,7 @@ def _frozen(memory: ScanMemory, scan: Scan, beams: np.ndarray) -> str:
 
 
 def _still_blind(memory: ScanMemory, scan: Scan) -> str:
-    """A robot that stands, or drives on a little, has other walls in sight, which say nothing of these beams."""
+    """A robot that stands, or drives on a little, has other walls in sight, which do not vouch for these beams."""
     blind = [beam for beam in memory.blind if beam < len(scan.ranges)]
     share = float(np.isinf(scan.ranges[blind]).mean()) if blind else 0.0
     return f"{share:.0%} of the beams that missed walls still show nothing" if share > MOST_BLIND else ""

@@ -18,7 +18,7 @@ from collplan_core.worlds import World, load_world
 from collplan_core.worlds.raycast import cast_beams
 
 FOOTPRINT = np.linspace(-0.5, 0.5, 5)
-"""Where across a beam's width it is sampled."""
+"""Places across a beam's width at which it is sampled."""
 
 
 STREAM = 100
@@ -137,7 +137,7 @@ class Sweeps:
     """
 
     def __init__(self, world: World, sensor: SpinningSensor, lidar: Lidar, seed: int) -> None:
-        """Equal poses and seeds give equal scans; `lidar` says where the sensor truly is on the robot."""
+        """Equal poses and seeds give equal scans; `lidar` has the sensor's true mounting pose on the robot."""
         self._world = world
         self._sensor = sensor
         self._lidar = lidar

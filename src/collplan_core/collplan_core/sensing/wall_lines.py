@@ -15,7 +15,7 @@ from collplan_core.sensing.range_noise import range_noise
 from collplan_core.sight_lines import is_full_turn, repeats_first
 
 NEGLIGIBLE, MOST = 0.0003, 0.03
-"""Less noise is left as it is; more is not believed [m]."""
+"""Limits of the noise [m]: a scan with less is left unchanged; more is implausible."""
 FAR = 3.0
 """Ranges beyond are left as they are [m]: their weight would drown that of near ones, and no boundary is kept there."""
 PENALTY = 16.0
@@ -171,7 +171,7 @@ def _beside(ranges: np.ndarray, i: int, onward: int) -> float:
 def _settled(ranges: np.ndarray, sums: np.ndarray, starts: np.ndarray, noise: float) -> np.ndarray:
     """(n,) ranges with a hit on no line, alone between a near and a far surface, given the range of the near one.
 
-    Such a beam straddles an edge, and its range is a mean of both: nothing is where it says. It does meet the near one.
+    Such a beam straddles an edge, and its range is a mean of both: nothing is at its hit. It does meet the near one.
     """
     settled = ranges.copy()
     for k in range(len(starts) - 1):

@@ -38,7 +38,7 @@ from collplan_core.time_to_goal_planner.stopping import UNSTOPPABLE
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
 
 TURNS = 2
-"""With a plan in force a cycle tries every so many-th velocity in coarse plans, the next cycle those beside it."""
+"""One in so many velocities is tried in a cycle's coarse plans with a plan in force; the next cycle tries others."""
 CHUNK = 200
 """Changes tried between two looks at the deadline, and at what they gained."""
 SMOOTHED = 2

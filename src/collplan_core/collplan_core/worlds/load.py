@@ -13,7 +13,7 @@ from collplan_core.worlds.shapes import World, WorldError
 UNKNOWN = "unknown"
 """The world of a robot without a given world: nothing is known to be in it."""
 AROUND = 3.0
-"""How far around the origin an unknown world is drawn [m]."""
+"""Distance around the origin to which an unknown world is drawn [m]."""
 ARENAS = files("collplan_core.worlds") / "arenas"
 
 

@@ -44,7 +44,7 @@ def ray_scene(world: World) -> RayScene:
 
 
 def simulate_scan(world: World, state: State, lidar: Lidar) -> Scan:
-    """The scan that a LIDAR takes of a world that is on a robot where `lidar` says; stamped as the state.
+    """Returns the scan of a world by a LIDAR mounted on the robot as in `lidar`; stamped as the state.
 
     A LIDAR on or inside an obstacle, or beyond the walls, is nearer than `range_min` in every direction.
 

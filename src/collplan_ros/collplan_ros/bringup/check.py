@@ -40,7 +40,7 @@ WATCHING_TIME = 2.0
 MOST_TIME = 360.0
 """Longest time for which it goes on where the first motions do not determine the offset [s]."""
 TELLING_PERIOD = 30.0
-"""Time after which it says how certain the offset is by then [s]."""
+"""Time after which it prints the offset's uncertainty so far [s]."""
 
 
 class Declined(RuntimeError):

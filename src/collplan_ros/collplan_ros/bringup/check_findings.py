@@ -31,7 +31,7 @@ SURELY = 3.0
 ENOUGH_EXPLAINED = 0.6
 """Least share of the LIDAR's hits on surfaces of the world file; the rest are people and objects not in it."""
 CLEARLY_WORSE = 0.1
-"""By so much less must any other mount explain."""
+"""Share by which any other mount must explain less."""
 ENOUGH_PLACED = 0.005
 """Largest acceptable standard deviation of the LIDAR's place [m]."""
 ENOUGH_TURNED = 0.5

@@ -7,7 +7,7 @@ from collplan_core.parameters import Limits
 ENOUGH_MOTIONS = 6
 """Interrupted motions from which on their share counts."""
 HOPELESS, MANY = 1 / 3, 0.1
-"""Shares of interrupted motions beyond which the check ends, and beyond which it says why it takes so long."""
+"""Shares of interrupted motions beyond which the check ends, and beyond which it reports why it takes so long."""
 
 
 @dataclass(frozen=True)

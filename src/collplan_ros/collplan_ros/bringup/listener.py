@@ -27,7 +27,7 @@ TAKING_PERIOD = 0.01
 AT_ONCE = 4
 """Messages of the node's own subscriptions that are taken between two looks at its clock."""
 LONGEST_STEP = 0.1
-"""What a step counts at most as time without poses [s]: one that takes longer was stalled by the machine."""
+"""Longest time without poses that one step counts [s]: one that takes longer was stalled by the machine."""
 REST_SPEED = 0.03
 """Speed below which the robot counts as at rest [m/s]."""
 ZERO_PATIENCE = 0.3

@@ -14,7 +14,7 @@ OWN_PROFILES = {network: str(files("collplan_ros") / "config" / f"fastdds_{netwo
 def graph_environment(network: str, environment: Mapping[str, str]) -> dict[str, str]:
     """Environment variables of a graph that is `local` or `subnet`.
 
-    Fast DDS is given a profile that says which interfaces it uses, and the discovery range leaves that to the profile:
+    Fast DDS is given a profile that names its interfaces, and the discovery range leaves that to the profile:
     by itself it would add shared memory. A profile set by the user is kept; then, and with another middleware, the
     discovery range says it.
     """

@@ -36,7 +36,7 @@ LATE_COMMANDS = ("late", "expired")
 
 
 class InterruptedTooOften(RuntimeError):
-    """So many motions were interrupted that the rest is not worth driving."""
+    """Error of a check with so many interrupted motions that further ones are not worth driving."""
 
 
 class OpenLoop:
@@ -107,7 +107,7 @@ class OpenLoop:
             GraphError: poses have ceased, or the robot does not move any more.
             InterruptedTooOften: as the name says.
         """
-        # poses that came while nobody looked at them must not end it
+        # poses received before the motion must not end it
         self._pass(0.0)
         count = len(self.poses)
         command = Command(np.array(velocity), yaw_rate, FREE_SPACE, np.full(2, np.nan))

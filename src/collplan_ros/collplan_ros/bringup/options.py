@@ -20,7 +20,7 @@ DEFAULTS = Settings()
 
 
 def _checked(read: Callable[[str], object], text: str) -> str:
-    """The text, once `read` has taken it; what it raises becomes argparse's own error."""
+    """Returns the text if `read` accepts it; its errors become argparse's own."""
     try:
         read(text)
     except (StartError, ValueError) as error:
@@ -29,7 +29,7 @@ def _checked(read: Callable[[str], object], text: str) -> str:
 
 
 def _option(flag: str, default: Any, about: str, **given: Any) -> Any:
-    """An option as argparse takes it; one that is True or False by default says the contrary."""
+    """Returns an option for argparse; one that is True or False by default sets the opposite."""
     if isinstance(default, bool):
         given["action"] = "store_false" if default else "store_true"
     return field(default=default, metadata={"flag": flag, "help": about, **given})

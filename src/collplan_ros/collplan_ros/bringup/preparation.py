@@ -43,7 +43,7 @@ class Preparation:
         world: the world, as far as known.
         goal: (2,) [m].
         programs: path of each node's executable, by node name.
-        namespace: of all nodes, with its leading slash.
+        namespace: namespace of all nodes, with its leading slash.
         asked: command-line options that no parameter file holds, without the goal.
         speed: top speed of a robot that is not simulated, and its source, in words; empty for others.
         checks: whether the robot is checked instead: nothing is recorded, and bringup's own node commands it.
@@ -153,7 +153,7 @@ def _settings(
 ) -> Settings:
     values = {**robot.unless_given, **given, **robot.values, **chosen}
     if options.check:
-        # in lockstep its motions are the same at any speed, and nobody watches
+        # in lockstep its motions are the same at any speed
         faster = {"simulator.speed_factor": CHECK_SPEED} if values.get(LOCKSTEP) else {}
         values = {"lidar.world": FLOOR, "simulator.world": FLOOR, **faster, **values}
     if not robot.simulated and options.world is None and not options.check:

@@ -39,7 +39,7 @@ class Progress:
         if time.monotonic() - self._last < (TERMINAL_PERIOD if self._live else PLAIN_PERIOD):
             return
         self._last = time.monotonic()
-        # cut off, not rounded: no time is said before it has come
+        # cut off, not rounded: no time is shown before it has passed
         shown = math.floor(10.0 * elapsed) / 10.0
         line = f"{shown:6.1f} s  {distance:5.2f} m to the goal  {maneuver:<18}  impacts {impacts}"
         line += f", {pace}" if pace else ""

@@ -75,7 +75,7 @@ def _check_one_robot(runs: Sequence[FittedRun]) -> None:
 
 
 def same_simulated_drive(fit: RobotFit, settings: Settings) -> dict[str, float]:
-    """The parameters with which a simulated robot drives as in runs with these settings, once the fit is believed.
+    """The parameters with which a simulated robot drives as in runs with these settings, once the fit is used.
 
     The simulator's drive is given as ratios to the robot's parameters.
     """

@@ -17,7 +17,7 @@ ROBOT = color(0.15, 0.3, 0.55, 0.6)
 GOAL = color(0.1, 0.6, 0.2)
 SCAN = color(0.8, 0.0, 0.0)
 SHOWN = Duration(sec=1)
-"""How long robot and scan are shown where no plan follows: what has moved on since is not shown as if it were there."""
+"""Time for which robot and scan are shown where no plan follows, so that outdated ones do not stay."""
 
 
 def scene_markers(

@@ -33,7 +33,7 @@ class Compared:
     Attributes:
         rows: (m, 4) x, y, vx, vy of each candidate [m], [m/s].
         terms: (m,) each cost term by its name, TOTAL among them.
-        paths: those of rollouts (n, 2), n > 1 [m].
+        paths: paths (n, 2) of rollouts, n > 1 [m].
         costs: cost of each rollout.
     """
 

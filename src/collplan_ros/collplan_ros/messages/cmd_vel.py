@@ -1,4 +1,4 @@
-"""The type of cmd_vel: Twist, or TwistStamped where controller.stamped_cmd_vel says so."""
+"""The type of cmd_vel: Twist, or TwistStamped with controller.stamped_cmd_vel."""
 
 from geometry_msgs.msg import Twist, TwistStamped
 

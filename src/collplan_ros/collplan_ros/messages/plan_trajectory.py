@@ -39,7 +39,7 @@ _POINT = np.dtype(
 
 
 def plan_to_trajectory(plan: Plan, commands: np.ndarray, frame: str) -> bytes:
-    """The message of a plan, serialized; it holds to the end of its path where it does not say until when.
+    """Returns the message of a plan, serialized; a plan without an end of validity holds to the end of its path.
 
     Args:
         plan: the plan.

@@ -50,7 +50,7 @@ def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> S
     Args:
         message: the LaserScan.
         frame: the robot's frame, which the message must name unless `taken.frame` is set.
-        taken: how it is to be read.
+        taken: parameters of reading it.
 
     Raises:
         ScanError: another frame, angles that do not fit the number of ranges, or values that `Scan` refuses.

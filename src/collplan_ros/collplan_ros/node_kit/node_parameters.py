@@ -77,7 +77,7 @@ def _overrides(node: Node) -> dict[str, object]:
 
 
 def _as_float(parameter: Parameter, floats: Collection[str]) -> Parameter:
-    """The parameter as it is, but a whole number for a float as one: `ros2 param set` takes 1 for an integer."""
+    """Returns the parameter, a whole number for a float converted: `ros2 param set` sends 1 as an integer."""
     if parameter.name in floats and parameter.type_ == Parameter.Type.INTEGER:
         return Parameter(parameter.name, value=float(parameter.value))
     return parameter

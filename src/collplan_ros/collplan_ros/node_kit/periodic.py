@@ -37,7 +37,7 @@ def call_in(timer: Timer, left: int) -> None:
 
 
 def keep_step(timer: Timer, period: float, lead: float) -> None:
-    """Moves a timer's calls to `lead` [s] before those of somebody who calls each `period` [s] and has just called.
+    """Moves a timer's calls to `lead` [s] before those of a caller that calls each `period` [s] and has just called.
 
     Does nothing where the timer's own period is not a multiple of the other one.
     """

@@ -20,7 +20,7 @@ CHECK_PERIOD = 1.0
 PATIENCE = 3
 """Looks in a row at which a node is not there until it counts as ended: its message may come before ROS lists it."""
 GROUPS = ("robot.", "frames.", "limits.fence", "scan.")
-"""Where keys of constants that must be shared begin."""
+"""Beginnings of the keys of constants that must be shared."""
 
 
 def constants_of(settings: Settings, *groups: Group) -> dict[str, str]:

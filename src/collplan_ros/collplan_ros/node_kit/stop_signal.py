@@ -13,7 +13,7 @@ class StopSignal:
     """Keeps the first signal received; rclpy's own handlers end the context before a last message can be sent.
 
     Attributes:
-        number: of the signal; None before.
+        number: number of the signal; None before.
     """
 
     def __init__(self) -> None:

@@ -50,7 +50,7 @@ class GraphParameters:
             self._ask(node)
 
     def take_event(self, event: ParameterEvent) -> None:
-        """Takes new values that somebody has set."""
+        """Takes parameter values that were set."""
         for changed in event.changed_parameters:
             if changed.name in self.values.get(event.node, {}):
                 self.values[event.node][changed.name] = parameter_value_to_python(changed.value)

@@ -16,7 +16,7 @@ RUN, VERSION = "run", "version"
 BEGIN, GOAL, END = "begin", "goal", "end"
 """Names of the marks between the messages: the run begins, a goal is given, the run ends."""
 CLOCK = "clock_ahead_ns"
-"""By how much the clock of a recording's times is ahead of that of `sent` [ns]."""
+"""Time by which the clock of a recording's times is ahead of that of `sent` [ns]."""
 YAML = "application/yaml"
 PACKAGES = ("collplan-core", "collplan-ros", "omnipuck-sim", "omnipuck-driver", "numpy", "scipy", "numba", "shapely")
 

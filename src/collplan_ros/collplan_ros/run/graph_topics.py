@@ -99,8 +99,8 @@ class _Topic:
     """One topic.
 
     Attributes:
-        listeners: what each message is handed to.
-        takers_of_bytes: what its bytes are handed to.
+        listeners: functions that take each message.
+        takers_of_bytes: functions that take its bytes.
     """
 
     def __init__(

@@ -23,7 +23,7 @@ TYPES = {
     ".svg": "image/svg+xml",
 }
 TOKEN_MARK = b"@TOKEN@"
-"""Where the page has the token of this start."""
+"""Placeholder in the page for the token of this start."""
 
 
 def page_files(token: str) -> dict[str, tuple[str, bytes]]:

@@ -152,9 +152,9 @@ def plan(stamp: float, times: np.ndarray, positions: np.ndarray, contacts: Conta
     """The part `plan`.
 
     Args:
-        stamp: when it begins [s].
+        stamp: start of the plan [s].
         times: (n,) [s], positions: (n, 2) [m].
-        contacts: those it foresees.
+        contacts: contacts that it foresees.
     """
     rows = np.column_stack([contacts.points, contacts.velocities_after, contacts.times - stamp])
     return {"stamp": time_of(stamp), "times": milli(times - stamp), "path": milli(positions), "contacts": milli(rows)}
@@ -224,7 +224,7 @@ def nodes(reports: Iterable[NodeReport], now: float) -> Part:
 
 
 def time_of(seconds: float) -> float:
-    """A time [s] as it is sent, to the ms.
+    """Returns a time [s] as sent to the page, to the ms.
 
     Raises:
         SceneError: it is not finite.

@@ -18,7 +18,7 @@ class CaseResults:
     """Results of a case without ablation.
 
     Attributes:
-        name, family, point: of the case.
+        name, family, point: those of the case.
         worlds: their names.
         main_periods: T_map [s] of each strategy in Table I.
         spread: name of the units that the standard deviations of its Table I are taken over.

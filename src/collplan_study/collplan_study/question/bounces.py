@@ -36,7 +36,7 @@ BODY: Mapping[str, Mapping[str, Any]] = {
     "a_max 20 % less than believed": {"simulator.acceleration_ratio": 0.8},
 }
 """Other bodies than the planner believes in. Defaults: friction 0.12, massless wheels, 0.7 kg, a_max 1.5 m/s^2, lag
-0.1 s. The mass is doubled with the same motors; told is the planner its mass, its acceleration and its lag."""
+0.1 s. The mass is doubled with the same motors; "told" sets the planner's mass, acceleration and lag too."""
 
 COMPLIANT: Mapping[str, Mapping[str, Any]] = {"soft ring, 40 ms": {"simulator.contact_time": 0.04}}
 """Changes that only the engine with a compliant ring knows; its default is 15 ms."""

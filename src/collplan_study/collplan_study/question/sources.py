@@ -32,7 +32,7 @@ def load_sources(texts: Sequence[str], start: Point, goal: Point) -> tuple[Sourc
     """Every world that the texts name, in their order.
 
     Args:
-        texts: as `--worlds` takes them.
+        texts: values of `--worlds`.
         start, goal: x, y [m] that replace the worlds' own; None keeps them.
 
     Raises:

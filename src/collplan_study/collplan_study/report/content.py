@@ -30,11 +30,11 @@ class Section:
 
     Attributes:
         title: its heading; empty where what is above goes on.
-        note: how to read it.
+        note: explanation of the section.
         head, rows: names of the columns and text of the cells of its table.
         picture: figure of the same numbers, shown above the table.
         bullets: a list of lines, above picture and table; commands: lines shown as typed there.
-        level: of the heading, from 1.
+        level: level of the heading, from 1.
         text: whether all columns are text; else all but the first are numbers.
         folded: whether the table is shown on demand, under its title.
     """
@@ -57,7 +57,7 @@ class Report:
 
     Attributes:
         record: the results as table.json holds them.
-        sections: those of its page; figures are drawn and saved as they are taken.
+        sections: sections of its page; figures are drawn and saved as they are taken.
         document: text of tables.md; empty where there is none.
     """
 

@@ -18,7 +18,7 @@ class StudyData:
 
     Attributes:
         folder: folder of the study.
-        provenance: as provenance.json holds it.
+        provenance: content of provenance.json.
         sources: the worlds.
         runs, impacts: rows of the runs done so far and of their impacts.
     """

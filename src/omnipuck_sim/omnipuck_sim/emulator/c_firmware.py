@@ -26,7 +26,7 @@ from omnipuck_sim.robot.physics import Simulator
 
 CLOCK = 1 << 32
 TELEMETRY_RATE = 50.0
-"""Of its own, as in firmware.h [Hz]."""
+"""Rate of its telemetry, as in firmware.h [Hz]."""
 NAME = b"reference 2"
 
 _CLOCK = ctypes.CFUNCTYPE(c_uint32, c_void_p)
@@ -77,7 +77,7 @@ class CFirmware:
     The reason of a stop is known from its telemetry alone.
 
     Attributes:
-        estop_pressed, battery, motor_fault, too_hot: as of `Firmware`.
+        estop_pressed, battery, motor_fault, too_hot: see `Firmware`.
         stalled: set where it was held up since the last telemetry.
     """
 

@@ -32,7 +32,7 @@ class DriveLaw(NamedTuple):
 
     Attributes:
         rate: steps a second [Hz].
-        mass, moment: of the body [kg], [kg m^2]; wheel_mass: reflected mass of the wheels [kg].
+        mass, moment: mass and inertia of the body [kg], [kg m^2]; wheel_mass: reflected mass of the wheels [kg].
         share: share of the difference from the commanded velocity that the motors remove in a step.
         largest_change, largest_spin_change: largest changes in a step [m/s], [rad/s].
         traction: largest impulse on the body in a step [N s].
@@ -164,7 +164,7 @@ def flown(motion: np.ndarray, law_fields: tuple, aim_fields: tuple, outline: tup
     Args:
         motion: (8,), changed in place.
         law_fields, aim_fields: a DriveLaw and an Aim as plain tuples, which cost a tenth to hand over.
-        outline: of `outline_of`.
+        outline: result of `outline_of`.
         most: number of steps.
     """
     law, aim = DriveLaw(*law_fields), Aim(*aim_fields)

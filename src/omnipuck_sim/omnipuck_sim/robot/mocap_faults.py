@@ -8,9 +8,9 @@ from collplan_core.sensing.pose_filter import PoseSample
 
 LATE = "late"
 MORE_LATENCY = 0.2
-"""By how much later poses come with fault `late` [s]."""
+"""Additional delay of poses with fault `late` [s]."""
 HOUR = 3600.0
-"""By how much the stamps of poses are off with faults `hour_ahead` and `hour_back` [s]."""
+"""Error of the stamps of poses with faults `hour_ahead` and `hour_back` [s]."""
 
 
 def _turned(angle: float) -> Callable[[PoseSample], PoseSample]:

@@ -51,7 +51,7 @@ class Simulator:
         self._draws = 0
         self._error: Vector = (0.0, 0.0)
         self.drive = True
-        """Whether the wheels drive; without them nothing but impacts changes the velocity."""
+        """True where the wheels drive; without them nothing but impacts changes the velocity."""
         self._start = self._drawn_start(world, start)
         self.reset()
 

@@ -103,7 +103,7 @@ def opening_widths(
         reach: (n,) free distance in direction 2 pi k / n from the centre of F [m].
         positions: (p, 2) relative to the centre of F [m]; open_side: (p, 2) the open sides of each one's frontier.
         current: (2,) p_cur relative to the centre of F [m].
-        sight_distance: how far a direction must be free to count as sight [m].
+        sight_distance: distance over which a direction must be free to count as sight [m].
         gap_weight: f_theta.
         widest: wider openings count as this wide [m].
     """
@@ -132,7 +132,7 @@ def sight_angles(
         reach: (n,) free distance in direction 2 pi k / n from the centre of F [m].
         positions: (p, 2) relative to the centre of F [m]; open_side: (p, 2) the open sides of each one's frontier.
         current: (2,) p_cur relative to the centre of F [m]; without effect here.
-        sight_distance: how far a direction must be free to count as sight [m].
+        sight_distance: distance over which a direction must be free to count as sight [m].
         gap_weight: f_theta.
         widest: limit of an opening's width [m]; without effect here.
     """

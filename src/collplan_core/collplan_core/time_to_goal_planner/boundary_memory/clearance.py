@@ -9,7 +9,7 @@ import numpy as np
 from collplan_core.jit import njit
 
 FAR = 0.10
-"""Clearances are known up to this; where nothing is nearer the field says this [m]."""
+"""Largest clearance in the field, where nothing is nearer [m]."""
 NOTHING, OBSERVED, INFERRED = 0, 1, 2
 """Kind of the nearest boundary of a node."""
 

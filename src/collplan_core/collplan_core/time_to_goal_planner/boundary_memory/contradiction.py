@@ -12,7 +12,7 @@ EDGE_ON = 0.1
 """A piece that a beam meets at a smaller sine is neither confirmed nor contradicted: all that lies in that direction is
 near its line, whatever it is."""
 SCANS = 2
-"""So many scans running must see through a piece: a single beam may slip past a thin end."""
+"""Number of scans in a row that must see through a piece: a single beam may slip past a thin end."""
 
 
 @njit

@@ -14,7 +14,7 @@ class _Stretch(NamedTuple):
 
     Attributes:
         low, high: shares of the wall between which it is seen.
-        before, beyond: how far its surface is seen before and beyond the wall, along it [m].
+        before, beyond: lengths over which its surface is seen before and beyond the wall, along it [m].
     """
 
     low: float
@@ -161,7 +161,7 @@ def cut(walls: np.ndarray, owner: np.ndarray, sight: Sight, spacing: float, inse
 
     Args:
         spacing: length of a piece [m].
-        inset: how far the inner pieces are from both ends of what is seen of their surface, around corners too [m].
+        inset: distance of the inner pieces from both visible ends of their surface, around corners too [m].
         widest: cuts across a corner up to this are left out [m].
     """
     n = len(walls)

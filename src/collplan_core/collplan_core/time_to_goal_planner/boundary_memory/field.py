@@ -89,7 +89,7 @@ def renew(nodes: Nodes, pool: Pool, count: int, had_solid_behind: np.ndarray, ro
     Args:
         count: number of pieces in the pool; the first len(had_solid_behind) of them are in the clearance already.
         had_solid_behind: which of those had inferred solid behind them there.
-        rows: how far behind a piece that is [m].
+        rows: distances of inferred solid behind a piece [m].
     """
     box = np.array([math.inf, math.inf, -math.inf, -math.inf])
     if nodes.stale[0, 0] or nodes.stale[-1, -1]:  # the grid has moved

@@ -161,7 +161,7 @@ def merge_scan(
 
     Args:
         count: number of pieces in the pool.
-        rows: how far behind a piece solid is inferred [m].
+        rows: distances of inferred solid behind a piece [m].
         margin: nearer in front of a new piece older ones are the same boundary from a pose that was off [m].
         half: half the side of the square in which pieces are remembered [m].
 

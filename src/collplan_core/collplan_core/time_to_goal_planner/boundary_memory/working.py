@@ -47,10 +47,10 @@ class Sight(NamedTuple):
 
     Attributes:
         ranges: (b,) how far each beam saw [m].
-        x, y: where the beams begin [m]; first: bearing of the first; step: angle between two [rad].
+        x, y: origin of the beams [m]; first: bearing of the first; step: angle between two [rad].
         beams: (b, 3) where each begins [m] and how much farther it is turned [rad]; (0, 3) where all do at x, y.
         half_side: half the side of the square in which it counts [m].
-        stamp: when it was taken [s].
+        stamp: stamp of the scan [s].
     """
 
     ranges: np.ndarray
@@ -69,7 +69,7 @@ class Nodes(NamedTuple):
     Attributes:
         clearance, source: (nx, ny) as in the field; free: (nx, ny) as in the record.
         stale: (nx, ny) whether the clearance has to be computed anew.
-        grid: where the nodes are.
+        grid: grid of the nodes.
         radius: radius of the disc [m].
     """
 

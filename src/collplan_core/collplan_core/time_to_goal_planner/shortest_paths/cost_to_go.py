@@ -39,7 +39,7 @@ def _waypoint(
 def _ahead(point: _Waypoint, x: float, y: float) -> tuple[float, float, float]:
     """Unit direction from (x, y) along the path by a waypoint, and the distance to that [m].
 
-    Toward a point NEAREST ahead on the path: so close to a waypoint the direction to it says nothing.
+    Toward a point NEAREST ahead on the path: so close to a waypoint the direction to it means nothing.
     """
     dx, dy = point.x - x, point.y - y
     distance = math.hypot(dx, dy)

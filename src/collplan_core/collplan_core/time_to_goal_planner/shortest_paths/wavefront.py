@@ -15,7 +15,7 @@ from collplan_core.time_to_goal_planner.shortest_paths.grid import Cells
 from collplan_core.time_to_goal_planner.shortest_paths.line_of_sight import sees
 
 UNSEEN, SEEN, DONE = 0, 1, 2
-"""Whether the line from a cell to its parent was looked at, and whether its length is final."""
+"""States of a cell: whether the line to its parent was checked, and whether its length is final."""
 WORTH_A_TURN = 0.2
 """A path turns in the open only where this saves so much over turning where the paths beside it do [cells]."""
 MOST_ENTRIES = 16

@@ -100,7 +100,7 @@ def _scans(played: PlayedRun) -> Iterator[Event]:
 def _plans(played: PlayedRun) -> Iterator[Event]:
     log = played.run.log
     for plan in log.plans.values():
-        # a plan made by hand says no more than when it begins
+        # a plan made by hand has no more than its start
         came = log.stamp_at(plan.sent) if math.isfinite(plan.sent) else plan.stamp
         part = scene.plan(plan.stamp, plan.times, plan.positions, plan.contacts)
         yield Event(came, "plan", part | {"stamp": scene.time_of(plan.stamp - played.zero)})

@@ -14,7 +14,7 @@ Frame = dict[str, Any]
 PERIOD = 0.05
 """Time between two frames [s], but where something of OWN_FRAME comes."""
 EARLY = 1e-3
-"""So much earlier is as good [s]: sums of decimal times must not decide."""
+"""Tolerance of times [s]: sums of decimal times must not decide."""
 OWN_FRAME = frozenset({"plan", "impacts"})
 """Parts that the next pose has a frame for: steps go from one to the next."""
 LATEST = 0.5
@@ -24,7 +24,7 @@ HEAVY = frozenset(
 )
 """Parts that most of a page consists of."""
 PLAN_LATER = 4
-"""So many times more plans than other heavy parts are kept, where not all are."""
+"""Ratio of plans to other heavy parts kept, where not all are."""
 
 
 class Event(NamedTuple):

@@ -21,7 +21,7 @@ LARGEST_SHORT, SHORT = 2_000_000, 10.0
 LARGEST = 10_000_000
 """Largest file of any run [bytes]."""
 COARSEST = 4096
-"""Of the heavy parts of a run no fewer than every so many-th are kept."""
+"""Largest decimation factor of the heavy parts of a run."""
 
 
 def write_run_page(run: Path | RecordedRun) -> Path:
