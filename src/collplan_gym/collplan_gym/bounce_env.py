@@ -60,7 +60,7 @@ class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """A new episode: the robot rests at the start of its world."""
+        """Starts a new episode: the robot rests at the start of its world."""
         super().reset(seed=seed)
         if self._family is not None:
             self._world = self._family(int(self.np_random.integers(MOST_SEEDS)))
@@ -79,7 +79,7 @@ class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
         return self._seen(measured)
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """A control period under a velocity (2,) [m/s, body frame].
+        """Runs a control period under a velocity (2,) [m/s, body frame].
 
         Raises:
             ValueError: not finite, or `reset` was not called.

@@ -59,11 +59,11 @@ class MeasuredRobot:
         self._between_poses = round(settings.simulator.physics_rate / settings.simulator.mocap_rate)
 
     def rest(self) -> Measured:
-        """A control period without a command: fills the window of the pose filter."""
+        """Runs a control period without a command, which fills the window of the pose filter."""
         return self._advance()
 
     def drive(self, velocity: np.ndarray, yaw: float) -> Measured:
-        """A control period under a velocity (2,) [m/s, body frame], cut to v_max; the heading is held at 0.
+        """Runs a control period under a velocity (2,) [m/s, body frame], cut to v_max; the heading is held at 0.
 
         Args:
             velocity: finite.

@@ -62,7 +62,7 @@ class _Nodes:
         self._pass_on(self._to_planner(self._planner.take_goal, b"the only goal...", goal, self.simulator.time))
 
     def step(self, steps: int) -> None:
-        """Time passes, and with it the sweep of a sensor that has one, from where the robot truly is."""
+        """Advances time, and with it the sweep of a sensor that has one, from the robot's true pose."""
         if self._sweeps is None:
             self.simulator.step(steps)
             return
@@ -179,7 +179,7 @@ def run_trial(
     solid: World | None = None,
     journal: Path | None = None,
 ) -> TrialResult:
-    """One run from the world's start to the goal, the world's own by default.
+    """Runs one trial from the world's start to the goal, the world's own by default.
 
     Args:
         solid: world of the robot's contacts, where it differs from the one that the LIDAR sees.

@@ -210,7 +210,7 @@ def time_missing(motions: Motions, pace: Pace, lag: float) -> float:
 
 
 def _missing(driven: float, ratio: float) -> float:
-    """A variance falls with what was driven; `ratio` is the deviation over the one wanted."""
+    """Returns how much driving is missing: a variance falls with it; `ratio` is the deviation over the one required."""
     return driven * max(ratio**2 - 1.0, 0.0)
 
 

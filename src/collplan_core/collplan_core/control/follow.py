@@ -36,7 +36,7 @@ def set_course(plan: Plan, local_map: LocalMap, settings: Settings) -> ManeuverC
 
 
 def _carried_stage(old: ManeuverCourse, new: ManeuverCourse, stage: str, switch_distance: float) -> str:
-    """A new plan resets phi unless its contact point is within delta of the old one."""
+    """Returns the stage for a new plan: WAITING, unless its contact point is within delta of the old one."""
     if old.contact_point is None or new.contact_point is None or old.maneuver != new.maneuver:
         return WAITING
     return stage if float(np.hypot(*(old.contact_point - new.contact_point))) <= switch_distance else WAITING

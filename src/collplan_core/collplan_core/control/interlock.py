@@ -27,11 +27,11 @@ class Interlock:
     goals: tuple[bytes, ...] = ()
 
     def held(self, reason: str) -> "Interlock":
-        """Held from now on."""
+        """Returns the interlock, held from now on."""
         return replace(self, reason=reason)
 
     def resumed(self) -> "Interlock":
-        """Free from now on."""
+        """Returns the interlock, free from now on."""
         return replace(self, reason="")
 
     def is_new(self, goal: bytes, active: bool) -> bool:
@@ -42,6 +42,6 @@ class Interlock:
         return active and bool(self.goals) and goal not in self.goals
 
     def after_goal(self, goal: bytes) -> "Interlock":
-        """Notes a goal by its identity; held or free as before."""
+        """Returns the interlock with a goal noted by its identity; held or free as before."""
         others = [known for known in self.goals if known != goal]
         return replace(self, goals=(*others, goal)[-KNOWN_GOALS:])

@@ -37,7 +37,7 @@ from collplan_core.state import State
 LONGEST_START = 10.0
 """Time for the first plan of a goal, and for the first poses and scans [s]; nothing else may take so long."""
 LONGEST_RESUMED = 3.0
-"""The same after a person let the robot go on [s]: inputs are to be there then, and a plan soon."""
+"""The same time after a person let the robot go on [s]: inputs must be there then, and a plan soon."""
 WHY_KIDNAPPED = "the robot was carried or turned, or another body is taken for it"
 """Reason for a hold after poses have jumped and agree with one another elsewhere, or after an unexplained turn."""
 
@@ -91,7 +91,7 @@ class ControllerLoop:
         self._lost_since: float | None = None
 
     def change_settings(self, settings: Settings) -> None:
-        """Other settings from now on."""
+        """Uses other settings from now on."""
         self._settings = settings
 
     @property
@@ -121,7 +121,7 @@ class ControllerLoop:
     # ---- inputs
 
     def take_pose(self, state: State, local: float) -> None:
-        """A pose."""
+        """Takes a pose."""
         joins = self._sensors.take_pose(state, local, self._settings)
         self.motion.take_pose(state, local, joins, self._settings)
         if not joins:
@@ -129,7 +129,7 @@ class ControllerLoop:
             self._forget_plans()
 
     def take_scan(self, scan: Scan, local: float) -> None:
-        """A scan."""
+        """Takes a scan."""
         self._sensors.take_scan(scan, local, self._settings)
         self.motion.take_scan(self._sensors.sensed.newest_placed(), self._settings)
 
@@ -147,7 +147,7 @@ class ControllerLoop:
         self._sensors.refuse(kind, reason)
 
     def forget_scans(self) -> None:
-        """A person resumes: where scans are refused, the next one is accepted."""
+        """Takes a person's resume: where scans are refused, the next one is accepted."""
         self._sensors.forget_scans()
 
     def take_robot_state(self, reason: str) -> None:
@@ -155,7 +155,7 @@ class ControllerLoop:
         self._robot_stands = reason
 
     def take_manual_command(self, velocity: np.ndarray, yaw_rate: float, sent: float, trouble: str) -> None:
-        """A person's command.
+        """Takes a person's command.
 
         Args:
             velocity: (2,) [m/s, body frame]; yaw_rate: [rad/s].
@@ -165,7 +165,7 @@ class ControllerLoop:
         self._hand = ManualCommand(velocity, yaw_rate, sent, trouble)
 
     def take_goal(self, goal: Goal) -> None:
-        """The goal's identity, stamp and status; the position is not needed.
+        """Takes the goal's identity, stamp and status; the position is not needed.
 
         A goal not received before releases a hold if it is active; a planner that starts without a goal does not.
         """
@@ -179,7 +179,7 @@ class ControllerLoop:
             self._forget_plans()
 
     def resume(self) -> None:
-        """A person lets the robot go on to its goal."""
+        """Lets the robot go on to its goal, on a person's request."""
         self._go_on(LONGEST_RESUMED)
 
     def _go_on(self, patience: float) -> None:
@@ -225,7 +225,7 @@ class ControllerLoop:
     # ---- control
 
     def tick(self, local: float) -> Command:
-        """The command of one control period."""
+        """Returns the command of one control period."""
         self.motion.judge(local, self._settings)
         if self.motion.verdict.kind in STOPPING:
             # until a person resumes: at a constant speed turned motion does not show, and is as wrong

@@ -53,7 +53,7 @@ class MotionWatch:
         self._record = MotionRecord(delay=self._record.delay)
 
     def take_pose(self, state: State, local: float, joins: bool, settings: Settings) -> None:
-        """A pose; one that does not join those before begins anew."""
+        """Takes a pose; one that does not join the earlier ones begins anew."""
         if not joins:
             self._record = begun_anew(self._record)
         touching = _is_near(self._surfaces, *state.position.tolist(), settings.robot.radius + TOUCH)
@@ -74,7 +74,7 @@ class MotionWatch:
         return change > settings.robot.max_acceleration * HIT_TIME + HIT
 
     def take_scan(self, placed: tuple[Scan, State] | None, settings: Settings) -> None:
-        """The newest scan whose pose is known, and that pose."""
+        """Takes the newest scan whose pose is known, and that pose."""
         if placed is None:
             return
         scan, state = placed
@@ -86,7 +86,7 @@ class MotionWatch:
         self.verdict, self._record = judge_motion(self._record, now, settings)
 
     def commanded(self, command: Command, local: float) -> None:
-        """A command that is sent now."""
+        """Takes a command that is sent now."""
         if math.isfinite(self._yaw):
             x, y = command.velocity.tolist()
             self._record = commanded(self._record, np.array(rotate(x, y, self._yaw)), local)
@@ -103,7 +103,7 @@ def _is_near(points: np.ndarray, x: float, y: float, reach: float) -> bool:
 
 
 def warm_up() -> None:
-    """Compiles what judges motion, so that neither pose nor command has to wait for it."""
+    """Compiles the judgement of motion, so that neither pose nor command has to wait for it."""
     watch, settings = MotionWatch(), Settings()
     for k in range(40):
         watch.take_pose(State(0.01 * k, np.zeros(2), np.zeros(2), 0.0), 0.01 * k, True, settings)

@@ -104,7 +104,7 @@ class PlannerLoop:
         self._decisions: list[Decision] = []
 
     def change_settings(self, settings: Settings) -> None:
-        """Other settings from now on; another strategy begins without memory."""
+        """Uses other settings from now on; another strategy begins without memory."""
         if settings.planner.strategy != self._settings.planner.strategy:
             self._memory = self._known_map
             self._planner = planner_for(settings.planner.strategy)
@@ -113,7 +113,7 @@ class PlannerLoop:
     # ---- inputs
 
     def take_pose(self, state: State, local: float) -> list[Decision]:
-        """A pose."""
+        """Takes a pose."""
         settings = self._settings
         if not self._sensors.take_pose(state, local, settings):
             self._forget_before(state.stamp)
@@ -131,35 +131,35 @@ class PlannerLoop:
         return self._decided()
 
     def take_command(self, velocity: np.ndarray, local: float) -> None:
-        """A velocity (2,) [m/s, body frame] that the robot is commanded from now on."""
+        """Takes a velocity (2,) [m/s, body frame] that the robot is commanded from now on."""
         state, now = self._sensors.state, self._sensors.now(local)
         if state is not None and now is not None:
             self._commands = with_command(self._commands, velocity, state.yaw, now)
             self._recovery.commanded(self._commands[-1, 1:], now)
 
     def take_motion_delay(self, delay: float) -> None:
-        """The delay from a command to the motion measured, as estimated [s]."""
+        """Takes the estimated delay from a command to the measured motion [s]."""
         self._estimated_delay = delay
 
     def take_manual_command(self) -> None:
-        """A person's command, which the robot follows instead of the plan."""
+        """Takes a person's command, which the robot follows instead of the plan."""
         self._recovery.led_by_hand()
         self.forget_plan()
 
     def take_scan(self, scan: Scan, local: float) -> None:
-        """A scan."""
+        """Takes a scan."""
         self._sensors.take_scan(scan, local, self._settings)
 
     def refuse(self, kind: str, reason: str) -> None:
-        """A pose or a scan (`kind` "pose" or "scan") that cannot be used."""
+        """Takes a refused pose or scan (`kind` "pose" or "scan")."""
         self._sensors.refuse(kind, reason)
 
     def forget_scans(self) -> None:
-        """A person resumes: where scans are refused, the next one is accepted."""
+        """Takes a person's resume: where scans are refused, the next one is accepted."""
         self._sensors.forget_scans()
 
     def take_impact(self, stamp: float, change: np.ndarray, local: float) -> list[Decision]:
-        """An impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s]."""
+        """Takes an impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s]."""
         settings, state = self._settings, self._sensors.state
         self.n_impacts += 1
         reason = why_not_now(stamp, self._sensors.now(local), settings.limits.pose_age)

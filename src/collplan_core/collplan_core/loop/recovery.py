@@ -39,7 +39,7 @@ class Recovery:
         self.repeat_goal()
 
     def repeat_goal(self) -> None:
-        """The goal is given again: the plan that backs out is void, as all made before, and the rest goes on."""
+        """Takes the same goal again: the plan that backs out is void, as all earlier plans, and the rest continues."""
         self._until = -np.inf
 
     def forget(self) -> None:
@@ -50,7 +50,7 @@ class Recovery:
         self._forget_motion()
 
     def led_by_hand(self) -> None:
-        """A person drives: commands are not the plan's, and a robot pushed against something is not stuck."""
+        """Notes that a person drives: a robot pushed against something by hand is not stuck."""
         self._until = -np.inf
         self._forget_motion()
 
@@ -67,7 +67,7 @@ class Recovery:
         return now < self._until
 
     def commanded(self, velocity: np.ndarray, now: float) -> None:
-        """A velocity (2,) [m/s, world frame] is commanded from `now` on [s, poses' clock]."""
+        """Takes a velocity (2,) [m/s, world frame] commanded from `now` on [s, poses' clock]."""
         vx, vy = velocity.tolist()
         if len(self._commands) and now < self._commands[-1, 0]:
             self._forget_motion()

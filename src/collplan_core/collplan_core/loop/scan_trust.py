@@ -20,7 +20,7 @@ class ScanTrust:
         self._pause = 0.0
 
     def refused(self, reason: str, local: float) -> None:
-        """A scan was refused."""
+        """Counts a refused scan."""
         self._running += 1
         self._reason = reason
         if self._running == REFUSED_RUNNING:
@@ -30,7 +30,7 @@ class ScanTrust:
             self._stood = local
 
     def believed(self) -> None:
-        """A scan was found plausible."""
+        """Counts an accepted scan."""
         self._running = 0
 
     @property

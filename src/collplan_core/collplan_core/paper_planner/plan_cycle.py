@@ -92,7 +92,7 @@ def plan_cycle(
 
 
 def _goal_itself(goal: np.ndarray) -> _Choice:
-    """A goal in F is reached at rest."""
+    """Returns the choice of a goal in F itself, reached at rest."""
     at_rest = np.zeros(2)
     return _Choice(goal, at_rest, dict.fromkeys(TERMS, 0.0), Candidates(goal[None], at_rest[None], np.zeros(1)), 1)
 

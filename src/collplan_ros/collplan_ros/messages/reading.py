@@ -112,7 +112,7 @@ def yaw_from_quaternion(quaternion: Any) -> float:
 
 
 def yaw_of(x: float, y: float, z: float, w: float) -> float:
-    """The same for the four numbers of a quaternion."""
+    """Returns the yaw [rad] of a quaternion given as four numbers; raises MessageError likewise."""
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     if not abs(norm - 1.0) <= QUATERNION_TOLERANCE:
         raise MessageError(f"orientation: got ({x:g}, {y:g}, {z:g}, {w:g}), expected a quaternion of length 1")

@@ -29,7 +29,7 @@ class CommandCheck:
         self._followed_at = -math.inf
 
     def change_settings(self, settings: Settings) -> None:
-        """Other settings from now on."""
+        """Uses other settings from now on."""
         self._settings = settings
 
     def followed(self, twist: Twist, now: float) -> tuple[np.ndarray, float]:

@@ -97,7 +97,7 @@ class RobotContract:
         self._tell()
 
     def change_settings(self, settings: Settings) -> None:
-        """Other settings from now on."""
+        """Uses other settings from now on."""
         self._settings = settings
         self._check.change_settings(settings)
 

@@ -108,7 +108,7 @@ def _true_motion(impact: ImpactRecord, log: RunLog) -> tuple[np.ndarray, np.ndar
 
 
 def _acceleration_until(last: PoseRow, log: RunLog) -> np.ndarray:
-    """(2,) by the wheels between a true pose and the one before it [m/s^2]; zero where the ring may have touched."""
+    """Returns the wheels' acceleration (2,) [m/s^2] up to a true pose; zero where the ring may have touched."""
     one_before = last_before(last.stamp, log.truth)
     if any(one_before.stamp - TOUCH < other.stamp <= last.stamp for other in log.true_impacts):
         return np.zeros(2)

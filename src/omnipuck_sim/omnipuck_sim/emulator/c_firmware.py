@@ -155,11 +155,11 @@ class CFirmware:
         return self._taken()
 
     def advance(self) -> None:
-        """A step of the firmware; to be called before each step of the simulator."""
+        """Steps the firmware; to be called before each step of the simulator."""
         self._step()
 
     def end(self) -> None:
-        """Power off."""
+        """Switches the firmware off."""
         if self._speeds.any():
             now = self._simulator.time
             self._stops.append(Stop(now, now - self._born(), "restart"))

@@ -160,7 +160,7 @@ class Firmware:
             self._begin(0, self._own_caps)
 
     def end(self) -> None:
-        """Power off."""
+        """Switches the firmware off."""
         self._disarm("restart")
 
     def sense(self, impact: Impact) -> None:

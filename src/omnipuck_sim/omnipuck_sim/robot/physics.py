@@ -81,7 +81,7 @@ class Simulator:
         return float(self._disc.motion[SPIN])
 
     def reset(self) -> None:
-        """Back to the start, at rest, without a command. Time and noise go on."""
+        """Puts the robot back to the start, at rest, without a command. Time and noise go on."""
         self.place(np.array(self._start))
 
     def place(self, position: np.ndarray, velocity: np.ndarray | None = None, yaw: float = 0.0) -> None:
