@@ -96,7 +96,7 @@ BAD = {
         "robot1: {planer_node: {ros__parameters: {planner.map_period: 0.3}}}",
         ["robot1/planer_node", "did you mean planner_node"],
     ),
-    "another node": ("rviz: {ros__parameters: {use_sim_time: true}}", ["rviz: no node", "/**", "controller_node"]),
+    "another node": ("rviz: {ros__parameters: {use_sim_time: true}}", ["rviz: unknown node", "/**", "controller_node"]),
 }
 
 

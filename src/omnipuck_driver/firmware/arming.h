@@ -9,7 +9,7 @@
 struct omnipuck_arming {
     bool armed;
     bool latched;
-    bool counted; /* a command of this session has told its counts */
+    bool counted; /* a command of this session has set the counts */
     uint8_t cleared;
     uint8_t released;
 };

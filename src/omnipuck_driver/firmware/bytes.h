@@ -56,7 +56,7 @@ static inline uint8_t *omnipuck_put_f32(uint8_t *to, float value)
     return omnipuck_put_u32(to, number.bits);
 }
 
-/* By the bits, because a compiler that is told -ffast-math may assume that every float is finite. */
+/* By the bits, because a compiler with -ffast-math may assume that every float is finite. */
 static inline bool omnipuck_is_finite(float value)
 {
     union omnipuck_float_bits number;

@@ -20,7 +20,7 @@ struct omnipuck_decoder {
     uint8_t bytes[OMNIPUCK_ENCODED_MAX]; /* since the last 00 */
     size_t length;
     bool too_long;
-    bool numbered;     /* a message has been heard */
+    bool numbered;     /* a message was received */
     uint16_t sequence; /* of the newest message */
     uint16_t accepted; /* modulo 2^16 */
     uint16_t dropped;  /* modulo 2^16, the sum of drops */

@@ -45,7 +45,7 @@ struct omnipuck_state {
     uint32_t now; /* [ms], device's clock at this step */
 
     uint32_t session;         /* 0: none */
-    uint32_t silence;         /* [ms] since the host was heard in it */
+    uint32_t silence;         /* [ms] since the last message of the host in it */
     float wheel_speed;        /* [rad/s], cap in force */
     float wheel_acceleration; /* [rad/s^2], cap in force */
     bool echoes;          /* a command has come in this session */

@@ -41,7 +41,7 @@ struct omnipuck_frame {
 };
 
 /* Opens, in place, what came between two 00. OMNIPUCK_DROP_NONE, or why it is no frame of this version; the crc is looked
- * at before the version, so OMNIPUCK_DROP_VERSION is said of undamaged frames only. */
+ * at before the version, so OMNIPUCK_DROP_VERSION is given for undamaged frames only. */
 enum omnipuck_drop omnipuck_frame_open(uint8_t *encoded, size_t length, struct omnipuck_frame *frame);
 
 /* Puts header, crc, COBS and both 00 around the payload that stands at bytes[OMNIPUCK_PAYLOAD_AT]. bytes has room for

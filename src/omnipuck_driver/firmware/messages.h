@@ -49,8 +49,8 @@ enum {
 
 struct omnipuck_hello {
     uint32_t session;
-    float wheel_speed;        /* rad/s, cap told */
-    float wheel_acceleration; /* rad/s^2, cap told */
+    float wheel_speed;        /* rad/s, cap requested */
+    float wheel_acceleration; /* rad/s^2, cap requested */
 };
 
 struct omnipuck_command {

@@ -1,6 +1,6 @@
 #include "report.h"
 
-/* What no age can be is also said of one that is longer than its field can hold. */
+/* The value that no age can be is also sent for an age that its field cannot hold. */
 static uint16_t age_to_tell(uint32_t age)
 {
     return (uint16_t)(age > OMNIPUCK_NO_AGE ? OMNIPUCK_NO_AGE : age);
@@ -28,7 +28,7 @@ static uint16_t command_age(const struct omnipuck_state *state)
     return following->active ? age_to_tell(following->age + (state->now - following->since)) : OMNIPUCK_NO_AGE;
 }
 
-/* Button, fault and heat are among what was noticed, if only in this step: what is over before the telemetry is told too. */
+/* Button, fault and heat count even if noticed only in this step: causes that are over before the telemetry are sent too. */
 static uint16_t status(const struct omnipuck_state *state, uint16_t battery)
 {
     unsigned bits = state->noticed;

@@ -133,7 +133,7 @@ export class SceneCanvas {
     return last && now - last.t < 0.75 && now > last.t ? now : 0;
   }
 
-  /** Stays with the robot, or shows the world whole once it is known, until somebody moves the picture. */
+  /** Stays with the robot, or shows the world whole once it is known, until a user moves the picture. */
   look(robot) {
     const { view, scene, moved } = this;
     const { world } = scene.parts;

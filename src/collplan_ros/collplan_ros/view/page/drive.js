@@ -5,7 +5,7 @@ import { isSolid } from "./geometry.js";
 import { toast } from "./panels.js";
 
 const SAME_PLACE = 200; // mm within which a second click is meant for the same goal
-const UNCONFIRMED = 700; // ms after which a stop that the robot has not confirmed is told of
+const UNCONFIRMED = 700; // ms after which a stop that the robot has not confirmed is reported
 
 /** The buttons, the strategy, and a goal by a click. A field that was changed gives the focus back: space then stops. */
 export class Drive {

@@ -21,7 +21,7 @@ export function liveSource() {
   let drawn = NaN;
   let came = []; // moments and times of the newest frames
   let heard = NaN; // moment of the newest frame, or of the connection where there is none
-  let told = false; // whether it is said that none comes
+  let told = false; // whether it is shown that none arrives
 
   // seconds of the frames' clock that pass in one
   function pace() {

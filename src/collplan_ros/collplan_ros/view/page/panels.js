@@ -31,7 +31,7 @@ export class Panels {
     this.version = this.scene.version;
     const { about, doing, hold, goal, costs, nodes, counts, machine } = this.scene.parts;
     this.writeAbout(about, costs, machine);
-    byId("maneuver").textContent = (doing?.maneuver || "no controller heard").replaceAll("_", " ");
+    byId("maneuver").textContent = (doing?.maneuver || "no controller").replaceAll("_", " ");
     byId("goal_status").textContent = goal && goal.status !== "none" ? `· goal ${goal.status}` : "· no goal";
     byId("reason").textContent = doing?.reason ?? "";
     byId("reason").classList.toggle("warning", Boolean(doing?.warn));
