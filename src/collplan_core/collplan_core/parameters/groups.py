@@ -23,11 +23,11 @@ class Robot(Parameters):
     inertia_factor: float = parameter(1.0 / 3.0, "1 / (1 + m r^2 / I): 1/3 for a uniform disc, 1/2 with all mass in the ring (assumed)", low=0.05, high=0.5)
     wheel_mass: float = parameter(0.0, "Reflected mass of wheels and motors: a hit stops the body alone, traction then pulls the two together (assumed)", unit="kg", low=0.0, high=10.0)
     max_speed: float = parameter(1.2, "Largest speed commanded or planned, v_max (paper)", unit="m/s", low=0.05, high=5.0, live=True)
-    max_yaw_rate: float = parameter(3.0, "Largest yaw rate the robot takes (assumed)", unit="rad/s", low=0.1, high=20.0)
+    max_yaw_rate: float = parameter(3.0, "Largest yaw rate that the robot accepts (assumed)", unit="rad/s", low=0.1, high=20.0)
     max_acceleration: float = parameter(1.5, "Largest acceleration the wheels can make (assumed)", unit="m/s^2", low=0.1, high=20.0)
     velocity_lag: float = parameter(0.1, "Time constant of the velocity loop (assumed)", unit="s", low=0.0, high=1.0)
-    motion_delay: float = parameter(0.0, "Delay from the stamp of a pose to the wheels that act on it: motion capture, transport and firmware, velocity_lag apart", unit="s", low=0.0, high=0.3)
-    motion_delay_estimated: bool = parameter(False, "Whether the estimate on controller/motion_delay, to 0.025 s, replaces motion_delay once it is known")
+    motion_delay: float = parameter(0.0, "Delay from a pose's stamp until the wheels act on it: motion capture, transport and firmware, without velocity_lag", unit="s", low=0.0, high=0.3)
+    motion_delay_estimated: bool = parameter(False, "Replace motion_delay by the estimate on controller/motion_delay, in steps of 0.025 s, once it is known")
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Rebound(Parameters):
     """The planner's model of a rebound. The simulator has values of its own."""
 
     group = "rebound"
-    restitution: float = parameter(0.7, "Share of the speed into the wall that comes back (assumed)", low=0.0, high=1.0, live=True)
+    restitution: float = parameter(0.7, "Share of the speed into the wall that is returned (assumed)", low=0.0, high=1.0, live=True)
     friction: float = parameter(0.12, "Coulomb friction of ring and wall (assumed)", low=0.0, high=5.0, live=True)
 
 
@@ -44,13 +44,13 @@ class LocalMapping(Parameters):
     """The sliding local map that is made of a scan."""
 
     group = "local_map"
-    half_side: float = parameter(0.6, "Half the side of the square map around the robot; the planner of the time-to-goal strategies takes time_to_goal.half_side", unit="m", low=0.2, high=5.0, live=True)
+    half_side: float = parameter(0.6, "Half the side of the square map around the robot; time-to-goal strategies use time_to_goal.half_side", unit="m", low=0.2, high=5.0, live=True)
     clearance: float = parameter(0.0, "Distance kept beyond the robot's radius when obstacles are grown", unit="m", low=0.0, high=0.5, live=True)
     n_rays: int = parameter(360, "Directions in which the free space is measured, evenly over the full turn; a multiple of 4", low=60, high=3600)
     surface_tolerance: float = parameter(0.001, "Largest distance of a hit from the straight piece fitted to its surface", unit="m", low=0.0, high=0.05, live=True)
     grazing_angle: float = parameter(radians(10.0), "Smallest angle between beam and surface that still joins two hits (Borges and Aldon 2004)", unit="rad", low=0.01, high=1.0, live=True)
-    sight_share: float = parameter(0.92, "Share of half_side that a direction must be free for to count as sight", low=0.1, high=1.4, live=True)
-    predicted: str = parameter("going_on", "Set E: where observed boundaries are seen to go on, or wherever one meets a frontier as printed", choices=("going_on", "printed"), live=True)
+    sight_share: float = parameter(0.92, "Share of half_side that must be free in a direction for it to count as sight", low=0.1, high=1.4, live=True)
+    predicted: str = parameter("going_on", "Set E: where an observed boundary is seen to continue (going_on), or wherever one meets a frontier (printed)", choices=("going_on", "printed"), live=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -76,30 +76,30 @@ class Planning(Parameters):
     """The sampling planner (paper, II and III-A). Readings name how a passage of the paper is understood; `printed` is the passage to the letter."""
 
     group = "planner"
-    strategy: str = parameter("harness", "The paper's weight sets (custom takes the weights group), or the time to the goal with these terms for contacts", choices=NAMES, live=True)
+    strategy: str = parameter("harness", "Weight sets of the paper (custom: the weights group), or time-to-goal strategies, which differ in how they treat contacts", choices=NAMES, live=True)
     map_period: float = parameter(0.0, "T_map, time between two plans, at least 0.05; 0 is the strategy's own: 0.2 for the paper's, 0.05 for the others", unit="s", low=0.0, high=2.0, live=True)
     goal_tolerance: float = parameter(0.10, "Distance to the goal that counts as arrived", unit="m", low=0.01, high=5.0, live=True)
     stop_at_goal: bool = parameter(False, "A goal is reached at rest within goal_tolerance, instead of by passing", live=True)
-    goal_timeout: float = parameter(120.0, "A goal not reached so long after it was accepted is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)
-    recovery_tries: int = parameter(3, "How often a robot that is stuck backs out and tries again on the way to one goal, before the goal is given up", low=0, high=100, live=True)
+    goal_timeout: float = parameter(120.0, "Time after which an accepted goal is aborted; 0 is never", unit="s", low=0.0, high=86400.0, live=True)
+    recovery_tries: int = parameter(3, "How often a stuck robot backs out and tries again before the goal is aborted", low=0, high=100, live=True)
     frontier_spacing: float = parameter(0.08, "dl, spacing of candidate positions on a frontier", unit="m", low=0.01, high=0.5, live=True)
-    shortest_frontier: float = parameter(0.05, "Shorter frontiers are passed over where a longer one is seen", unit="m", low=0.0, high=0.5, live=True)
+    shortest_frontier: float = parameter(0.05, "Shorter frontiers are ignored if a longer one is seen", unit="m", low=0.0, high=0.5, live=True)
     n_directions: int = parameter(8, "N_l, number of candidate velocity directions", low=4, high=64, live=True)
     n_speeds: int = parameter(4, "N_v, candidate speeds are 0 to v_max in so many steps", low=1, high=32, live=True)
     turn_penalty: float = parameter(5.0, "f_a, factor on J_pos where the turn reaches turn_threshold", low=1.0, high=1e3, live=True)
     turn_threshold: float = parameter(radians(70.0), "theta_thres, turn from which the penalty applies", unit="rad", low=0.0, high=pi, live=True)
     gap_weight: float = parameter(1.0, "f_theta, weight of the opening's width", unit="1/m", low=0.0, high=10.0, live=True)
-    widest_gap: float = parameter(0.6, "Openings wider than this count as this wide: they are not narrow", unit="m", low=0.0, high=100.0, live=True)
+    widest_gap: float = parameter(0.6, "Wider openings count as this wide, which is not narrow", unit="m", low=0.0, high=100.0, live=True)
     speed_floor: float = parameter(0.05, "delta v, closing speed assumed for a candidate at rest", unit="m/s", low=0.001, high=1.0, live=True)
     time_floor: float = parameter(0.05, "Smallest time to collision; shorter ones count as this long", unit="s", low=1e-9, high=1.0, live=True)
     rebound_horizon: float = parameter(0.3, "Time after the rebound at which p_ref is taken", unit="s", low=0.01, high=3.0, live=True)
     rebound_penalty: float = parameter(-1.0, "Reward of a rebound that ends in known free space", unit="m/s", low=-100.0, high=0.0, live=True)
-    prune_distance: float = parameter(0.35, "d_prune, distance within which a frontier stands for another", unit="m", low=0.0, high=5.0, live=True)
+    prune_distance: float = parameter(0.35, "d_prune, distance within which one frontier represents another", unit="m", low=0.0, high=5.0, live=True)
     time_scale: float = parameter(1.3, "P_safe, factor on the time that the waypoints take at v_max", low=1.0, high=5.0, live=True)
     acceleration_factor: float = parameter(2.0, "Peak acceleration of a spline over the robot's max_acceleration", low=0.5, high=100.0, live=True)
     n_samples: int = parameter(64, "Samples of a published plan", low=8, high=1000)
     frontiers: str = parameter("all", "Shadow edges and visible runs of the map border, or shadow edges alone (obstacle-extending frontiers as printed)", choices=("all", "printed"), live=True)
-    position_pruning: bool = parameter(True, "Drop frontiers that a nearby one nearer to the goal stands for", live=True)
+    position_pruning: bool = parameter(True, "Drop frontiers represented by a nearby one that is closer to the goal", live=True)
     velocity_pruning: bool = parameter(True, "Drop velocity directions that lead back into known free space", live=True)
     position_cost: str = parameter("normalised_first", "J_pos: normalise then penalise, or as printed in Alg. 1", choices=("normalised_first", "printed"), live=True)
     turn_angle: str = parameter("turn", "Angle of Alg. 1: turn between successive aims, or the interior angle at p_cur as printed", choices=("turn", "printed"), live=True)
@@ -126,10 +126,10 @@ class Remembered(Parameters):
     group = "remembered"
     side: float = parameter(6.0, "Side of the square around the robot within which boundaries are kept", unit="m", low=1.0, high=30.0)
     spacing: float = parameter(0.02, "Spacing of the nodes at which the clearance is known, and length of a remembered piece", unit="m", low=0.005, high=0.1)
-    max_pieces: int = parameter(6000, "Pieces kept; beyond, those seen longest ago are forgotten", low=100, high=100000)
-    inferred_depth: float = parameter(0.30, "Solid assumed behind an observed boundary, seen from the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0)
+    max_pieces: int = parameter(6000, "Largest number of pieces; those seen longest ago are forgotten first", low=100, high=100000)
+    inferred_depth: float = parameter(0.30, "Depth of the solid assumed behind an observed boundary, for the disc's centre, until it is seen to be free", unit="m", low=0.0, high=1.0)
     inferred_inset: float = parameter(0.08, "Distance from the ends of what was observed at which the inferred solid begins", unit="m", low=0.0, high=0.5)
-    contradiction: float = parameter(0.05, "Boundaries that two scans running see through by this distance are forgotten", unit="m", low=0.005, high=0.5)
+    contradiction: float = parameter(0.05, "Boundaries are forgotten if two scans in a row see this far through them", unit="m", low=0.005, high=0.5)
 
 
 @dataclass(frozen=True)
@@ -137,16 +137,16 @@ class TimeToGoal(Parameters):
     """Rollouts to the goal under the robot's own law, judged by the time they take. For the time-to-goal strategies."""
 
     group = "time_to_goal"
-    half_side: float = parameter(1.2, "Half the side of the square around the robot within which a scan counts", unit="m", low=0.2, high=5.0)
+    half_side: float = parameter(1.2, "Half the side of the square around the robot within which scans are used", unit="m", low=0.2, high=5.0)
     horizon: float = parameter(1.3, "Length of a coarse rollout", unit="s", low=0.2, high=5.0)
     grid_spacing: float = parameter(0.03, "Spacing of the cells of the shortest paths", unit="m", low=0.01, high=0.2)
     n_starts: int = parameter(5, "Coarse plans that are extended to the goal and refined, beside the last plan", low=1, high=20)
     start_proposals: int = parameter(50, "Changes tried on each coarse plan that is refined", low=0, high=10000)
-    proposals: int = parameter(600, "Changes tried at most on the best refined plan, and a third as many on a smooth one; fewer where they gain no more", low=0, high=100000)
-    time_budget: float = parameter(0.0, "Refinement ends so long after a cycle began, with the best so far; 0 never: equal runs stay equal (planner_node: half of map_period)", unit="s", low=0.0, high=1.0)
-    arrival_share: float = parameter(0.7, "Rollouts end within this share of goal_tolerance: one that grazes its edge misses it", low=0.05, high=1.0, live=True)
+    proposals: int = parameter(600, "Most changes tried on the best refined plan, and a third as many on a smooth one; fewer if they gain nothing more", low=0, high=100000)
+    time_budget: float = parameter(0.0, "Time after the start of a cycle at which refinement ends with the best plan so far; 0 is never, so equal runs stay equal (planner_node: half of map_period)", unit="s", low=0.0, high=1.0)
+    arrival_share: float = parameter(0.7, "Rollouts end within this share of goal_tolerance, because one that grazes the edge may miss it", low=0.05, high=1.0, live=True)
     graze_cost: float = parameter(0.5, "Cost of an arrival that passes the goal at goal_tolerance, by the square of the distance: it may miss", unit="s", low=0.0, high=10.0, live=True)
-    longest_plan: float = parameter(8.0, "Longest plan; one that has not arrived by then is charged the time to go from its end", unit="s", low=1.0, high=60.0)
+    longest_plan: float = parameter(8.0, "Longest plan; if it has not arrived by then, the time to go from its end is added to its cost", unit="s", low=1.0, high=60.0)
     hit_cost: float = parameter(0.03, "bounce: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=100.0)
     averse_cost: float = parameter(0.5, "avoid, stop_guarantee: cost of any contact", unit="s", low=0.0, high=1000.0)
     averse_speed_cost: float = parameter(2.0, "avoid, stop_guarantee: cost of a contact by its speed into the boundary", unit="s per m/s", low=0.0, high=1000.0)
@@ -166,13 +166,13 @@ class Control(Parameters):
     k_p: float = parameter(4.0, "Proportional gain on position", unit="1/s", low=0.0, high=50.0, live=True)
     k_i: float = parameter(1.0, "Integral gain on the position beside the path", unit="1/s^2", low=0.0, high=50.0, live=True)
     k_d: float = parameter(0.0, "Gain on the velocity error", low=0.0, high=5.0, live=True)
-    full_acceleration_lead: float = parameter(0.6, "Farthest that a command leads the velocity where the path takes full acceleration throughout; 0 is just as far as suffices", unit="m/s", low=0.0, high=5.0)
+    full_acceleration_lead: float = parameter(0.6, "Largest lead of the command over the velocity where the path requires full acceleration; 0 is as much as suffices", unit="m/s", low=0.0, high=5.0)
     integral_limit: float = parameter(0.2, "Largest velocity the integral may add", unit="m/s", low=0.0, high=5.0, live=True)
     k_yaw: float = parameter(2.0, "Gain that holds the first heading", unit="1/s", low=0.0, high=50.0, live=True)
     max_yaw_rate: float = parameter(1.0, "Largest yaw rate commanded", unit="rad/s", low=0.0, high=20.0, live=True)
     switch_distance: float = parameter(0.15, "delta, distance to the contact point at which a maneuver engages", unit="m", low=0.0, high=1.0, live=True)
     incidence_threshold: float = parameter(radians(45.0), "Angle between path and boundary below which the boundary is followed", unit="rad", low=0.0, high=pi / 2, live=True)
-    boundary_projection: str = parameter("continuous", "q_bound goes on along the tangent past the end of what was seen and is never faster than v_max, or jumps as printed", choices=("continuous", "printed"), live=True)
+    boundary_projection: str = parameter("continuous", "q_bound continues along the tangent past the end of what was seen, at v_max at most, or jumps as printed", choices=("continuous", "printed"), live=True)
     maneuver_rule: str = parameter("incidence", "Alg. 3 by incidence at the contact, or left and right of the chord as printed", choices=("incidence", "printed"), live=True)
 
 
@@ -181,8 +181,8 @@ class Cap(Parameters):
     """Hard limits that the robot itself enforces, whatever is commanded or set: in the driver and its firmware, and in the simulated robot."""
 
     group = "cap"
-    speed: float = parameter(1.2, "Largest speed that the robot's end lets through; robot.max_speed may not be above it", unit="m/s", low=0.05, high=5.0)
-    acceleration: float = parameter(50.0, "Largest change of the commanded velocity let through, a stop aside; a rebound reverses the command within a control period, which takes 2 max_speed * controller.rate", unit="m/s^2", low=0.5, high=50.0)
+    speed: float = parameter(1.2, "Largest speed that the robot's end lets through; robot.max_speed must not exceed it", unit="m/s", low=0.05, high=5.0)
+    acceleration: float = parameter(50.0, "Largest change of the commanded velocity let through, except a stop; a rebound requires 2 max_speed * controller.rate", unit="m/s^2", low=0.5, high=50.0)
 
 
 @dataclass(frozen=True)
@@ -190,17 +190,17 @@ class Limits(Parameters):
     """Ages, by local receipt, beyond which an input counts as lost and the robot stops; and what else bounds it."""
 
     group = "limits"
-    pose_age: float = parameter(0.15, "Oldest pose acted on", unit="s", low=0.02, high=0.5, live=True)
-    scan_age: float = parameter(0.25, "Oldest scan acted on, since its receipt; one that comes later than this after its stamp is refused", unit="s", low=0.02, high=0.6, live=True)
+    pose_age: float = parameter(0.15, "Largest age of a pose that is used", unit="s", low=0.02, high=0.5, live=True)
+    scan_age: float = parameter(0.25, "Largest age of a scan that is used, since its receipt; one that comes later than this after its stamp is refused", unit="s", low=0.02, high=0.6, live=True)
     plan_age: float = parameter(0.6, "Oldest plan followed where no planner/trajectory gives its end of validity", unit="s", low=0.05, high=2.0, live=True)
     command_age: float = parameter(0.2, "Age of the last command after which the robot applies zero", unit="s", low=0.02, high=0.5)
     motion_delay: float = parameter(0.1, "Longest delay from a command to the motion measured, beyond which the robot stops", unit="s", low=0.05, high=0.4)
-    missing_beams: float = parameter(0.15, "Largest share of beams in which a scan may miss walls that scans before it showed", low=0.05, high=0.45)
-    lost_beams: float = parameter(0.5, "Largest share of beams of a scan, but for masked ones, that may have measured nothing (NaN)", low=0.0, high=0.9)
+    missing_beams: float = parameter(0.15, "Largest share of beams in which a scan may lack walls that earlier scans showed", low=0.05, high=0.45)
+    lost_beams: float = parameter(0.5, "Largest share of the unmasked beams that may have measured nothing (NaN)", low=0.0, high=0.9)
     pose_history: float = parameter(0.5, "Time for which poses are kept, to find the one at a scan's stamp", unit="s", low=0.1, high=10.0)
     excess_speed: float = parameter(1.5, "Commands up to this multiple of max_speed are clipped, faster ones refused", low=1.0, high=3.0)
     hand_age: float = parameter(0.2, "Age of the last command on hand/cmd_vel after which the hand has let go", unit="s", low=0.05, high=0.5)
-    blind_speed: float = parameter(0.3, "Largest speed by hand where poses are lost or the motion does not fit the commands", unit="m/s", low=0.0, high=1.0)
+    blind_speed: float = parameter(0.3, "Largest speed by hand if poses are lost or the motion does not fit the commands", unit="m/s", low=0.0, high=1.0)
     heartbeat_age: float = parameter(0.2, "Silence of planner/heartbeat after which the robot stops, once one was received", unit="s", low=0.1, high=0.5)
     goal_distance: float = parameter(100.0, "A goal farther from the robot is refused", unit="m", low=1.0, high=1000.0)
     fence: tuple[float, ...] = parameter((), "Corners x, y, x, y, ... in frames.map of a polygon that goals and the robot's centre must be in; empty for none", unit="m", low=-1e6, high=1e6)
@@ -219,7 +219,7 @@ class Mocap(Parameters):
 
     group = "mocap"
     velocity_window: float = parameter(0.06, "Poses of this span are fitted for the velocity; the delay is half of it", unit="s", low=0.01, high=0.5, live=True)
-    detect_impacts: bool = parameter(True, "Detect impacts in the poses; false where the ring itself senses them", live=True)
+    detect_impacts: bool = parameter(True, "Detect impacts in the poses; false if the ring itself senses them", live=True)
     position_noise: float = parameter(0.002, "Noise of a measured position, standard deviation by axis (assumed)", unit="m", low=1e-5, high=0.1, live=True)
     yaw_noise: float = parameter(0.005, "Noise of a measured yaw, standard deviation, published as covariance on mocap/odom (assumed)", unit="rad", low=1e-6, high=0.5, live=True)
     impact_window: float = parameter(0.05, "A change of velocity within this time that max_acceleration cannot make is an impact", unit="s", low=0.02, high=0.2, live=True)
@@ -230,19 +230,19 @@ class Mocap(Parameters):
     max_spin: float = parameter(9.0, "Fastest turn that still counts as motion, as after an oblique hit", unit="rad/s", low=1.0, high=30.0)
     yaw_margin: float = parameter(0.2, "Turn beyond max_spin times the silence that still counts as motion", unit="rad", low=0.02, high=0.5)
     max_tilt: float = parameter(radians(15.0), "Largest angle between the body's z axis and the vertical; pi is any", unit="rad", low=0.02, high=pi)
-    max_lift: float = parameter(0.05, "Largest distance in height from the first pose taken; 100 is any", unit="m", low=0.005, high=100.0)
-    publish_tf: bool = parameter(False, "Broadcast map to base_link, where tf2_ros is installed")
+    max_lift: float = parameter(0.05, "Largest difference in height from the first accepted pose; 100 is any", unit="m", low=0.005, high=100.0)
+    publish_tf: bool = parameter(False, "Broadcast the transform from map to base_link; requires tf2_ros")
     format: str = parameter("pose", "Messages of the motion capture's receiver", choices=("pose", "pose_with_covariance", "odometry", "transform", "tf", "named_poses", "rigid_bodies", "vicon"))
     topic: str = parameter("mocap/pose", "Topic of the motion capture's messages")
     reliability: str = parameter("best_effort", "Reliability of the subscription to the motion capture; best_effort receives reliable messages too", choices=("best_effort", "reliable"))
-    subject: str = parameter("", "Name of the robot's body where a message holds several; empty takes any where it holds one")
+    subject: str = parameter("", "Name of the robot's body in messages with several; empty accepts any in messages with one")
     frame: str = parameter("", "header.frame_id of the messages; empty for frames.map. Its axes become those of frames.map")
     units: str = parameter("m", "Unit of measured positions", choices=("m", "mm"))
     axes: str = parameter("z_up", "Which axis points up; y-up coordinates x, y, z become x, -z, y", choices=("z_up", "y_up"))
     body_offset_x: float = parameter(0.0, "The measured body's origin seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0)
     body_offset_y: float = parameter(0.0, "The measured body's origin seen from the robot's centre: to the left", unit="m", low=-1.0, high=1.0)
     body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi)
-    accept_frozen: bool = parameter(False, "Take a pose that repeats the last one to the last bit; true for a simulation without noise", live=True)
+    accept_frozen: bool = parameter(False, "Accept a pose that equals the last one to the last bit; true for a simulation without noise", live=True)
 
 
 @dataclass(frozen=True)
@@ -254,15 +254,15 @@ class ScanInput(Parameters):
     offset_x: float = parameter(0.0, "The LIDAR seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0)
     offset_y: float = parameter(0.0, "The LIDAR seen from the robot's centre: to the left", unit="m", low=-1.0, high=1.0)
     offset_yaw: float = parameter(0.0, "Heading of the LIDAR seen from the robot", unit="rad", low=-pi, high=pi)
-    mirrored: bool = parameter(False, "Its angles count clockwise seen from above, as of one mounted upside down")
-    stamp_offset: float = parameter(0.0, "When the sweep began, after header.stamp; below 0 where the driver stamps it later", unit="s", low=-0.5, high=0.5)
-    backwards: bool = parameter(False, "The first beam of a message was measured last, as where a driver turns the order of a LIDAR that sweeps clockwise")
-    zero: str = parameter("near", "What a range of 0 means: nearer than range_min as REP-117 has it, lost, or nothing within range_max", choices=("near", "lost", "free"))
-    codes_below: float = parameter(0.0, "Ranges up to this are no distances but codes of the device, and mean what a range of 0 does", unit="m", low=0.0, high=0.1)
-    infinite: str = parameter("free", "What a range of +Inf means: nothing within range_max as REP-117 has it, or lost, of a device that gives it for whatever it did not measure", choices=("free", "lost"))
-    min_intensity: float = parameter(0.0, "Ranges measured with less intensity count as lost; of messages with intensities", low=0.0, high=1e6)
-    masked_angles: tuple[float, ...] = parameter((), "From, to, from, to, ... in the angles of the messages, counter-clockwise in them: beams between are not used, as those that see the robot itself", unit="rad", low=-2 * pi, high=2 * pi)
-    median: int = parameter(1, "Each range becomes the median of so many beams around it, against speckles; odd, 1 is none", low=1, high=9)
+    mirrored: bool = parameter(False, "Its angles count clockwise seen from above, as when mounted upside down")
+    stamp_offset: float = parameter(0.0, "Start of the sweep after header.stamp; negative if the driver stamps later", unit="s", low=-0.5, high=0.5)
+    backwards: bool = parameter(False, "The first beam of a message was measured last, as when a driver reverses the order of a LIDAR that turns clockwise")
+    zero: str = parameter("near", "Meaning of a range of 0: nearer than range_min (REP-117), lost, or nothing within range_max", choices=("near", "lost", "free"))
+    codes_below: float = parameter(0.0, "Ranges up to this are codes of the device and mean what a range of 0 does", unit="m", low=0.0, high=0.1)
+    infinite: str = parameter("free", "Meaning of a range of +Inf: nothing within range_max (REP-117), or lost, for devices that give it for everything not measured", choices=("free", "lost"))
+    min_intensity: float = parameter(0.0, "Ranges with less intensity count as lost, in messages with intensities", low=0.0, high=1e6)
+    masked_angles: tuple[float, ...] = parameter((), "From, to, from, to, ... in the messages' angles, counter-clockwise: beams between are not used, such as those that see the robot itself", unit="rad", low=-2 * pi, high=2 * pi)
+    median: int = parameter(1, "Each range becomes the median of this many beams around it, to remove speckles; odd, 1 is none", low=1, high=9)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -289,9 +289,9 @@ class Lidar(Parameters):
     angle_span: float = parameter(2 * pi, "Angle covered; a full turn does not repeat its first beam", unit="rad", low=0.1, high=2 * pi)
     range_min: float = parameter(0.02, "Nearest range; nearer is -Inf", unit="m", low=0.0, high=1.0)
     range_max: float = parameter(5.0, "Farthest range; farther is +Inf", unit="m", low=0.1, high=100.0)
-    sensor: str = parameter("ideal", "What a scan suffers: ideal casts rays as the paper does, low_cost is a spinning low-cost sensor with noise, lost and mixed returns, latency and sweep", choices=("ideal", "low_cost"))
+    sensor: str = parameter("ideal", "Kind of sensor: ideal casts rays as in the paper; low_cost is a spinning sensor with noise, lost and mixed returns, latency and sweep", choices=("ideal", "low_cost"))
     range_noise: float = parameter(0.0, "Noise of a range of sensor ideal, standard deviation; low_cost has its own", unit="m", low=0.0, high=0.2)
-    seed: int = parameter(0, "Seed of the noise of ranges; a trial's own seed stands for it", low=0, high=2**31 - 1)
+    seed: int = parameter(0, "Seed of the noise of ranges; a trial uses its own seed instead", low=0, high=2**31 - 1)
     frame: str = parameter("", "header.frame_id of the scans; empty for frames.base. Planner and controller expect scan.frame")
     offset_x: float = parameter(0.0, "True place of the sensor on the robot: forward. Planner and controller use scan.offset_x", unit="m", low=-1.0, high=1.0)
     offset_y: float = parameter(0.0, "True place of the sensor on the robot: to the left. Planner and controller use scan.offset_y", unit="m", low=-1.0, high=1.0)
@@ -309,16 +309,16 @@ class Simulation(Parameters):
     """The simulated Omnipuck: the truth, which the planner is not given. Restitution, friction, noise are assumed."""
 
     group = "simulator"
-    engine: str = parameter("pymunk", "Who computes contacts: pymunk rigid, mujoco with a compliant ring; the latter is an extra to install", choices=("pymunk", "mujoco"))
+    engine: str = parameter("pymunk", "Engine for contacts: pymunk (rigid), or mujoco (compliant ring), which must be installed separately", choices=("pymunk", "mujoco"))
     world: str = parameter("corridor", "World simulated: NAME, FILE or FAMILY:SEED")
     seed: int = parameter(0, "Seed of every random number", low=0, high=2**31 - 1)
     physics_rate: float = parameter(800.0, "Physics steps per second", unit="Hz", low=400.0, high=10000.0)
-    speed_factor: float = parameter(1.0, "Simulated seconds per second, 0 for as many as the graph allows in lockstep; other than 1 needs use_sim_time in all nodes", low=0.0, high=50.0)
-    lockstep: bool = parameter(False, "Simulated time waits for nodes that are late; needs use_sim_time in all nodes")
+    speed_factor: float = parameter(1.0, "Simulated seconds per second, 0 for as many as the graph allows in lockstep; other values than 1 require use_sim_time in all nodes", low=0.0, high=50.0)
+    lockstep: bool = parameter(False, "Simulated time waits for nodes that are late; requires use_sim_time in all nodes")
     controller_lateness: float = parameter(0.01, "Simulated time by which a command may come after its control period has begun, in lockstep", unit="s", low=0.001, high=1.0)
     planner_lateness: float = parameter(0.03, "Simulated time by which the planner may be behind the poses, in lockstep", unit="s", low=0.001, high=1.0)
     sensor_lateness: float = parameter(0.02, "Simulated time by which mocap_node and lidar_node may be behind the poses, in lockstep", unit="s", low=0.001, high=1.0)
-    patience: float = parameter(1.0, "Longest wait of simulated time for a node that is late, by the system's clock; then it goes on without that node", unit="s", low=0.05, high=60.0)
+    patience: float = parameter(1.0, "Longest wait for a late node, by the system's clock; then simulated time continues without it", unit="s", low=0.05, high=60.0)
     restitution: float = parameter(0.7, "True restitution of the ring (assumed)", low=0.0, high=1.0)
     restitution_slope: float = parameter(0.0, "How much the restitution falls with the speed into the wall", unit="s/m", low=0.0, high=0.5)
     restitution_spread: float = parameter(0.0, "Half width of the uniform spread of the restitution from hit to hit", low=0.0, high=0.5)
@@ -339,10 +339,10 @@ class Simulation(Parameters):
     mocap_yaw_noise: float = parameter(0.0, "Yaw noise of a mocap pose, standard deviation, at level 1", unit="rad", low=0.0, high=0.2)
     mocap_latency: float = parameter(0.0, "Time from a pose's stamp until the motion capture sends it", unit="s", low=0.0, high=0.5)
     mocap_rate: float = parameter(100.0, "Mocap poses per second", unit="Hz", low=10.0, high=400.0)
-    mocap_fault: str = parameter("none", "What the motion capture gets wrong: yaw off by 90 or 180 degrees, tipped by 30 degrees, lifted by 0.2 m, poses 0.2 s later, or stamps off by an hour", choices=("none", "yaw_90", "yaw_180", "tilt", "lift", "late", "hour_ahead", "hour_back"), live=True)
-    marker_offset_x: float = parameter(0.0, "Where the measured body's origin is on the robot: forward", unit="m", low=-1.0, high=1.0)
-    marker_offset_y: float = parameter(0.0, "Where the measured body's origin is on the robot: to the left", unit="m", low=-1.0, high=1.0)
-    marker_offset_yaw: float = parameter(0.0, "Heading of the measured body on the robot", unit="rad", low=-pi, high=pi)
+    mocap_fault: str = parameter("none", "Error of the motion capture: yaw off by 90 or 180 degrees, tipped by 30 degrees, lifted by 0.2 m, poses 0.2 s late, or stamps off by an hour", choices=("none", "yaw_90", "yaw_180", "tilt", "lift", "late", "hour_ahead", "hour_back"), live=True)
+    marker_offset_x: float = parameter(0.0, "True place of the measured body's origin on the robot: forward", unit="m", low=-1.0, high=1.0)
+    marker_offset_y: float = parameter(0.0, "True place of the measured body's origin on the robot: to the left", unit="m", low=-1.0, high=1.0)
+    marker_offset_yaw: float = parameter(0.0, "True heading of the measured body on the robot", unit="rad", low=-pi, high=pi)
 
     @property
     def publishes_clock(self) -> bool:
@@ -360,10 +360,10 @@ class Kinematics(Parameters):
     """The omni wheels, seen from above. All assumed."""
 
     group = "kinematics"
-    wheel_angles: tuple[float, ...] = parameter((pi / 3, pi, 5 * pi / 3), "Where each wheel stands, from x forward, counter-clockwise; it drives along its tangent that way (assumed)", unit="rad", low=-2 * pi, high=2 * pi)
+    wheel_angles: tuple[float, ...] = parameter((pi / 3, pi, 5 * pi / 3), "Angle at which each wheel is mounted, from x forward, counter-clockwise; it drives along its tangent in that sense (assumed)", unit="rad", low=-2 * pi, high=2 * pi)
     mount_radius: float = parameter(0.07, "Distance of the wheels from the centre (assumed)", unit="m", low=0.005, high=1.0)
     wheel_radius: float = parameter(0.02, "Radius of a wheel (assumed)", unit="m", low=0.002, high=0.5)
-    max_wheel_speed: float = parameter(80.0, "Fastest a wheel is asked to turn; all are slowed alike (assumed)", unit="rad/s", low=0.1, high=1000.0)
+    max_wheel_speed: float = parameter(80.0, "Largest commanded speed of a wheel; all wheels are slowed in proportion (assumed)", unit="rad/s", low=0.1, high=1000.0)
 
 
 @dataclass(frozen=True)
@@ -372,9 +372,9 @@ class Driver(Parameters):
 
     group = "driver"
     port: str = parameter("/dev/ttyUSB0", "Serial device")
-    baud: int = parameter(115200, "Rate of the serial device; that of the firmware", unit="bit/s", low=9600, high=4000000)
+    baud: int = parameter(115200, "Baud rate of the serial device, equal to the firmware's", unit="bit/s", low=9600, high=4000000)
     rate: float = parameter(50.0, "Commands sent per second: at least two in limits.command_age, no more than driver.baud carries", unit="Hz", low=5.0, high=200.0)
-    link_timeout: float = parameter(0.3, "Silence of the firmware after which the session begins anew, standing still", unit="s", low=0.05, high=5.0)
+    link_timeout: float = parameter(0.3, "Silence of the firmware after which the driver begins a new session with a robot at rest", unit="s", low=0.05, high=5.0)
     longest_wait: float = parameter(1.0, "Longest pause between two attempts to open the device", unit="s", low=0.05, high=60.0)
 
 
@@ -384,8 +384,8 @@ class Emulator(Parameters):
 
     group = "emulator"
     firmware: str = parameter("python", "Firmware: the emulated one, or the reference in C, compiled by cc", choices=("python", "c"))
-    link: str = parameter("/tmp/omnipuck", "Path made to lead to the pseudo-terminal, the driver's driver.port")
-    baud: int = parameter(115200, "Rate that the firmware understands; at another one both ends read garbage", unit="bit/s", low=9600, high=4000000)
+    link: str = parameter("/tmp/omnipuck", "Path of the link to the pseudo-terminal, for driver.port")
+    baud: int = parameter(115200, "Baud rate of the firmware; at another one both ends read garbage", unit="bit/s", low=9600, high=4000000)
     telemetry_rate: float = parameter(50.0, "Telemetry frames per second; the reference in C has 50", unit="Hz", low=1.0, high=100.0)
     senses_impacts: bool = parameter(False, "The ring senses impacts and the firmware reports them")
     protocol_version: int = parameter(2, "Version of the protocol that the firmware speaks", low=0, high=255)
@@ -396,7 +396,7 @@ class Emulator(Parameters):
     cut: float = parameter(0.0, "Share of frames that end too early", low=0.0, high=1.0, live=True)
     split: float = parameter(0.0, "Share of frames whose second part comes later", low=0.0, high=1.0, live=True)
     noise: float = parameter(0.0, "Share of frames with noise before them", low=0.0, high=1.0, live=True)
-    stall: float = parameter(0.0, "Time for which the firmware hangs, as soon as this is set", unit="s", low=0.0, high=10.0, live=True)
+    stall: float = parameter(0.0, "Time for which the firmware hangs when this is set", unit="s", low=0.0, high=10.0, live=True)
     restarts: int = parameter(0, "The firmware restarts whenever this is changed", low=0, high=2**31 - 1, live=True)
     unplugged: bool = parameter(False, "The cable is pulled", live=True)
     estop_pressed: bool = parameter(False, "The button on the robot is pressed", live=True)
@@ -419,7 +419,7 @@ class View(Parameters):
     """The live page of view_node, on 127.0.0.1 alone."""
 
     group = "view"
-    port: int = parameter(8090, "Port of the page, on this machine alone; 0 is any that is free", low=0, high=65535)
+    port: int = parameter(8090, "Port of the page, on this machine alone; 0 is any free one", low=0, high=65535)
     rate: float = parameter(20.0, "Frames sent to a page per second", unit="Hz", low=1.0, high=60.0)
     clients: int = parameter(20, "Pages that may be open at once", low=1, high=100)
 
@@ -437,9 +437,9 @@ class Teleop(Parameters):
     resume_button: int = parameter(7, "Button that calls resume, with the dead-man button released", low=0, high=63)
     speed_share: float = parameter(0.25, "Share of robot.max_speed at full stick", low=0.01, high=1.0)
     turn_share: float = parameter(0.25, "Share of robot.max_yaw_rate at full stick", low=0.0, high=1.0)
-    deadzone: float = parameter(0.1, "Share of the stick's way around its centre that counts as none", low=0.0, high=0.9)
-    joy_age: float = parameter(0.2, "Silence of the joystick after which the dead-man button counts as released; also the oldest message taken. joy_node has to repeat more often than once in it", unit="s", low=0.02, high=0.5)
-    rate: float = parameter(50.0, "Most commands per second; the first one and a release come at once", unit="Hz", low=10.0, high=200.0)
+    deadzone: float = parameter(0.1, "Share of the stick's travel around its centre that counts as zero", low=0.0, high=0.9)
+    joy_age: float = parameter(0.2, "Silence of the joystick after which the dead-man button counts as released, and largest age of a message; joy_node must repeat more often", unit="s", low=0.02, high=0.5)
+    rate: float = parameter(50.0, "Most commands per second; the first one and a release are sent at once", unit="Hz", low=10.0, high=200.0)
 
 
 @dataclass(frozen=True)
@@ -447,10 +447,10 @@ class Trial(Parameters):
     """Conditions that end a run."""
 
     group = "trial"
-    timeout: float = parameter(30.0, "Longest run", unit="s", low=1.0, high=3600.0)
-    stuck_time: float = parameter(5.0, "Time over which progress is demanded", unit="s", low=0.5, high=600.0)
-    stuck_distance: float = parameter(0.05, "Progress demanded in stuck_time", unit="m", low=0.0, high=10.0)
-    known_map: bool = parameter(False, "The planner is given the whole map: what not knowing costs. Time-to-goal strategies, trials and studies only")
+    timeout: float = parameter(30.0, "Longest duration of a run", unit="s", low=1.0, high=3600.0)
+    stuck_time: float = parameter(5.0, "Time within which progress is required", unit="s", low=0.5, high=600.0)
+    stuck_distance: float = parameter(0.05, "Progress required in stuck_time", unit="m", low=0.0, high=10.0)
+    known_map: bool = parameter(False, "Give the planner the whole map, to measure the cost of not knowing it; time-to-goal strategies, in trials and studies only")
 
 
 GROUPS: tuple[type[Parameters], ...] = (
