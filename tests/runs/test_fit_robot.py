@@ -85,7 +85,7 @@ def test_the_truth_is_found_not_the_belief_and_the_simulated_robot_stays_the_sam
         assert found[key] == pytest.approx(truth, abs=MARGINS[key]), key
     said, comment = capsys.readouterr().out, out.read_text().split("/**")[0]
     assert "2 simulated" in said
-    assert "believed 1.5" in " ".join(said.split())
+    assert "used 1.5" in " ".join(said.split())
     assert all(words in comment for words in (*map(str, recorded), "simulated", "95 %", "believed 1.5"))
     before = Settings().with_values(read_parameters(recorded[0] / "parameters.yaml"))
     after = before.with_values(found)

@@ -86,7 +86,7 @@ def test_at_the_noise_shipped_the_offset_is_found_and_written(tmp_path, capsys, 
 def test_what_cannot_be_checked_is_refused_before_anything_starts(tmp_path, capsys, monkeypatch, options):
     for given in ([*options(), "--world", "corridor"], options(simulator__world="corridor")):
         assert main(given) == 2
-        assert "take --world floor" in capsys.readouterr().err
+        assert "use --world floor" in capsys.readouterr().err
     monkeypatch.setattr(sys.stdin, "isatty", lambda: False, raising=False)
     assert main([o for o in options() if o != "--yes"]) == 2
     assert "--yes" in capsys.readouterr().err
