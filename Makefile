@@ -23,7 +23,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce optimum graph-gain animation test test-oldest soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce optimum graph-gain animation examples test test-oldest soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -50,6 +50,12 @@ animation: $(COMPILED)  ## the README's animation anew, from two runs in a serpe
 	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
 	@$(VENV)/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out runs/animation/beside.html
 	@$(PYTHON) tools/page_animation.py runs/animation/beside.html docs/avoid_beside_bounce.webp
+
+examples: $(COMPILED)  ## the scripts of examples/ and their pictures in docs/pictures/examples, simulated
+	@$(VENV)/bin/bringup --world slalom --strategy low_risk --no-pictures --out runs/examples
+	@cd docs/pictures/examples && for script in $(filter-out %/stopping_way.py,$(wildcard $(CURDIR)/examples/*.py)); do \
+		MPLBACKEND=agg $(CURDIR)/$(PYTHON) "$$script" $(CURDIR)/runs/examples/latest || exit 1; done
+	@cd docs/pictures/examples && MPLBACKEND=agg $(CURDIR)/$(PYTHON) $(CURDIR)/examples/stopping_way.py
 
 test: $(COMPILED)  ## all tests but the long ones
 	@$(PYTEST) $(ARGS)

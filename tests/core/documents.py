@@ -14,7 +14,7 @@ from collplan_core.parameters import GROUPS, ParameterError, Settings, all_specs
 from collplan_core.parameters.file import read_parameters
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = ("src", "docs", "tests", "tools", "studies", "benchmarks", ".ci")
+FOLDERS = ("src", "docs", "examples", "tests", "tools", "studies", "benchmarks", ".ci")
 FILES = {
     path.relative_to(ROOT).as_posix()
     for path in (*ROOT.glob("*"), *(path for folder in FOLDERS for path in (ROOT / folder).rglob("*")))
@@ -22,7 +22,7 @@ FILES = {
 }
 SOURCES = {path: (ROOT / path).read_text() for path in FILES if path.endswith(".py") and not path.startswith("tests/")}
 EVERYTHING = "\n".join(SOURCES.values())
-OF_THE_READER = {"first.py", "lab.yaml", "floor.yaml", "spread.yaml", "my_arena.yaml", "my_room.yaml"}
+OF_THE_READER = {"first.py", *(f"{name}.yaml" for name in ("lab", "fitted", "floor", "spread", "my_arena", "my_room"))}
 CALLS = [node for source in SOURCES.values() for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
 
 

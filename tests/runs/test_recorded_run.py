@@ -2,6 +2,7 @@
 
 import errno
 import os
+import runpy
 import shutil
 import tempfile
 from pathlib import Path
@@ -24,6 +25,7 @@ from collplan_ros.run.whole_file import replacing
 from collplan_ros.run.writer import LIBRARY, RECORDING
 from made_runs import EPOCH, GOAL, WINDOW, bouncing_run, room, write_recording
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 HOUR = 3600.0
 HEADER = 8 + 9 + len("....ros2....") + len(LIBRARY)
 """Where the first record ends [bytes]."""
@@ -148,3 +150,13 @@ def test_the_time_of_a_run_goes_on_where_the_stamps_step(stretches):
             before = time
             assert continued(sent + ahead - 0.02, time, times.corrections) == pytest.approx(time - 0.02, abs=1e-6)
         ahead += step
+
+
+def test_the_script_of_examples_reads_a_run(tmp_path, monkeypatch, capsys):
+    write_recording(tmp_path, bouncing_run())
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.setattr("sys.argv", ["recorded_run.py", "."])
+    runpy.run_path(str(EXAMPLES / "recorded_run.py"), run_name="__main__")
+    assert "poses" in capsys.readouterr().out
+    assert (tmp_path / "recorded_run.png").exists()
