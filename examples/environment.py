@@ -21,7 +21,7 @@ def toward_open_space(observation, info):
     return 0.5 * FASTEST * np.array([np.cos(best), np.sin(best)], dtype=np.float32)
 
 
-env = gymnasium.make("collplan/Bounce-v0", world="u:17")
+env = gymnasium.make("collplan/Bounce-v0", world="random:7")
 plt.figure(figsize=(5, 3.5))
 for name, policy in (("bounce", collplan_gym.PlannerPolicy("bounce")), ("towards open space", toward_open_space)):
     observation, info = env.reset(seed=1)

@@ -1,7 +1,5 @@
 """A planner of your own in a simulated robot: to the frontier from which the rest of the way looks shortest."""
 
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -27,11 +25,11 @@ def greedy(memory, local_map, state, goal, settings, deadline=None):
 
 
 register("greedy", Planner(greedy, map_period=0.1))
-world = load_world(str(Path(__file__).with_name("room.yaml")))
+world = load_world("random:7")
 result = run_trial(world, Settings().with_values({"planner.strategy": "greedy"}), seed=1)
 print(result)
 
-plt.figure(figsize=(6, 4))
+plt.figure(figsize=(5, 5))
 plt.plot(*world_segments(world).reshape(-1, 2, 2).transpose(2, 1, 0), color="black")
 for positions in result.plans[::5]:
     plt.plot(*positions.T, color="tab:blue", linewidth=0.6)

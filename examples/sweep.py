@@ -6,7 +6,7 @@ from collplan_core import Settings, load_world
 from omnipuck_sim import run_trial
 
 world = load_world("serpentine:2")
-accelerations, seeds = (1.0, 1.5, 3.0), range(2)
+accelerations, seeds = (1.0, 1.5, 3.0), range(1)
 plt.figure(figsize=(5, 3.5))
 for strategy in ("avoid", "bounce"):
     means = []

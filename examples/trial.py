@@ -9,7 +9,7 @@ from collplan_core import Settings, load_world, world_segments
 from omnipuck_sim import run_trial
 
 world = load_world(str(Path(__file__).with_name("room.yaml")))
-plt.figure(figsize=(6, 4))
+plt.figure(figsize=(6, 4.5))
 plt.plot(*world_segments(world).reshape(-1, 2, 2).transpose(2, 1, 0), color="black")
 for strategy in ("avoid", "bounce"):
     result = run_trial(world, Settings().with_values({"planner.strategy": strategy}), seed=1)
@@ -19,5 +19,5 @@ for strategy in ("avoid", "bounce"):
     plt.scatter(*points.T, marker="x", color=line.get_color())
 plt.plot(*world.goal, "k*", markersize=12)
 plt.axis("equal")
-plt.legend(loc="lower left")
+plt.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=2)
 plt.savefig("trial.png")
