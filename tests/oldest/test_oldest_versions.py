@@ -13,7 +13,7 @@ from collplan_ros.run.writer import RecordingFile
 from omnipuck_sim.trial import run_trial
 
 PACKAGES = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study", "collplan_gym")
-NOT_THERE = ("rclpy", "tf2_ros", "casadi", "_msgs", "_interfaces", "std_srvs")
+NOT_THERE = ("rclpy", "casadi", "_msgs", "_interfaces", "std_srvs")
 """ROS and what nobody installs with the packages, by the ends of their names."""
 
 

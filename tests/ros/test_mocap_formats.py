@@ -4,11 +4,12 @@ import math
 import sys
 from dataclasses import make_dataclass
 from importlib.resources import files
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from collplan_core.parameters import Mocap, Settings
 from collplan_core.parameters.file import read_parameters
@@ -16,6 +17,7 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_core.sensing.pose_filter import PoseError
 from collplan_ros.messages.conversions import header
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
+from collplan_ros.nodes.frame_broadcast import frame_broadcast
 from collplan_ros.nodes.mocap_node import MocapNode
 
 # Messages of packages that are not among the wheels, with the same fields.
@@ -147,3 +149,20 @@ def test_each_shipped_set_starts_a_node(everything_installed, ros):
         node = ros.make(Unfed, cli_args=["--ros-args", "--params-file", path])
         assert node.listened == (FORMATS[mocap.format].message, mocap.topic)
         ros.remove(node)
+
+
+def test_a_pose_is_broadcast_as_a_transform_as_tf2_ros_does(everything_installed):
+    publishers, sent = [], []
+
+    def create_publisher(*given):
+        publishers.append(given)
+        return SimpleNamespace(publish=sent.append)
+
+    odometry = Odometry(header=HEADER, child_frame_id="base_link")
+    placed(odometry.pose.pose)
+    frame_broadcast(SimpleNamespace(create_publisher=create_publisher))(odometry)
+    ((kind, topic, qos),) = publishers
+    assert (kind, topic, qos.depth, qos.reliability) == (TFMessage, "/tf", 100, ReliabilityPolicy.RELIABLE)
+    assert qos.durability == DurabilityPolicy.VOLATILE
+    read = FORMATS["tf"].read
+    assert read(sent[0], "base_link") == FORMATS["odometry"].read(odometry, "")

@@ -135,7 +135,7 @@ def test_frames_are_parameters(ros):
     assert (bench.odometry[0].header.frame_id, bench.odometry[0].child_frame_id) == ("lab", "puck")
 
 
-@pytest.mark.skipif(find_spec("tf2_ros") is not None, reason="tf2_ros is installed here")
-def test_transform_without_tf2_is_an_error_that_says_so(ros):
-    with pytest.raises(ParameterError, match=r"mocap\.publish_tf.*tf2_ros"):
+@pytest.mark.skipif(find_spec("tf2_msgs") is not None, reason="tf2_msgs is installed here")
+def test_transform_without_tf2_msgs_is_an_error_that_says_so(ros):
+    with pytest.raises(ParameterError, match=r"mocap\.publish_tf.*tf2_msgs"):
         ros.make(MocapNode, {"mocap.publish_tf": True})

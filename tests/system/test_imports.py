@@ -13,10 +13,11 @@ import collplan_core
 
 SRC = Path(__file__).parents[2] / "src"
 ORDER = ("collplan_core", "collplan_ros", "omnipuck_driver", "omnipuck_sim", "collplan_study", "collplan_gym")
+OPTIONAL = {"nav2_msgs", "tf2_msgs"}
 STANDARD_MESSAGES = {"geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "std_srvs"}
 STANDARD_MESSAGES |= {"trajectory_msgs", "visualization_msgs"}
 SYSTEM_MESSAGES = {"action_msgs", "builtin_interfaces", "diagnostic_msgs", "rosgraph_msgs"}
-ROS = {"rclpy", "tf2_ros", "rcl_interfaces", *STANDARD_MESSAGES, *SYSTEM_MESSAGES}
+ROS = {"rclpy", *OPTIONAL, "rcl_interfaces", *STANDARD_MESSAGES, *SYSTEM_MESSAGES}
 WITH_ROS_IN_SIM = {
     *(f"omnipuck_sim.node.{name}" for name in ("graph_pace", "mocap_room", "simulator_node")),
     "omnipuck_sim.emulator.firmware_emulator",
@@ -34,7 +35,6 @@ ROSDEP_KEYS = {
 PIP_NAMES = {"mcap_ros2": "mcap_ros2_support", "mujoco": "mujoco_core", "serial": "pyserial"}
 PIP_NAMES |= {"PIL": "pillow", "yaml": "PyYAML"}
 WITHOUT_ROSDEP_KEY = {"distributed", "gymnasium", "mujoco", "polars", "pyarrow", "pymunk"}
-OPTIONAL = {"tf2_ros"}
 
 
 def module_name(path: Path) -> str:

@@ -5,7 +5,7 @@
     resolution: 0.05            # side of a cell [m]
     origin: [-2.0, -3.0, 0]     # x, y [m] of the lower left corner, and yaw, which must be 0
     negate: 0                   # 1: white is occupied, not black
-    occupied_thresh: 0.65       # a cell is occupied where its occupancy, from 0 to 1, is larger
+    occupied_thresh: 0.65       # a cell is occupied where its occupancy, from 0 to 1, is not less
     free_thresh: 0.25
 
 All other cells, unknown ones too, are free. `name`, `walled`, `start` and `goal` are those of a world file; map_server
@@ -48,7 +48,7 @@ def as_world_file(mapping: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         raise WorldError(f"origin: got yaw {yaw:g}, expected 0: turn the image")
     threshold, _ = (_share(key, mapping[key]) for key in ("occupied_thresh", "free_thresh"))
     shades = _shades(folder / str(mapping["image"]))
-    found = rectangles_of((shades if mapping["negate"] else 1.0 - shades) > threshold)
+    found = rectangles_of((shades if mapping["negate"] else 1.0 - shades) >= threshold)
     # rounded, so that a file written of them is short
     corners = np.round(np.tile(corner, 2) + side * found, 6)[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
     bounds = np.round([*corner, *(np.array(corner) + side * np.array(shades.shape[::-1]))], 6)
