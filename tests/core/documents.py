@@ -35,6 +35,7 @@ def named_in_calls(*functions: str) -> set[str]:
 
 NAMED = set(re.findall(r'^TOPIC = "([\w/]+)"', EVERYTHING, re.MULTILINE)) | {all_specs()["mocap.topic"].default}
 TOPICS = named_in_calls("create_publisher", "create_subscription", "listen") | NAMED
+ACTIONS = set(re.findall(r'^ACTION = "(\w+)"', EVERYTHING, re.MULTILINE))
 SERVICES = named_in_calls("create_service", "_serve")
 
 
@@ -93,7 +94,7 @@ def wrong_command(line: str) -> list[str]:
     elif head == "ros2" and words[0] == "param":
         wrong = wrong_value(words[3], words[4] if len(words) > 4 else None)
     elif head == "ros2" and words[0] not in ("pkg", "bag"):
-        return [] if {*TOPICS, *(f"/{each}" for each in SERVICES)} & set(words) else [line]
+        return [] if {*TOPICS, *ACTIONS, *(f"/{each}" for each in SERVICES)} & set(words) else [line]
     elif head not in SHELL and not name.isupper() and name not in (*SHELL, *PACKAGES):
         wrong = [name]
     if name == "python":

@@ -12,6 +12,7 @@ from collplan_core.goal import ABORTED, ACCEPTED, CANCELED, EXECUTING, SUCCEEDED
 from collplan_core.loop import current_goal
 from collplan_core.loop.decisions import ERROR, INFO, WARNING
 from collplan_core.loop.planner_loop import ALARM_PERIODS, PlannerLoop
+from collplan_core.loop.way_left import way_left
 from collplan_core.plan import NoPlan
 from collplan_core.planners import PLANNERS
 from loop_scenes import AHEAD, IDENTITY, SETTINGS, at, cycles, notices, scan_at, see, statuses
@@ -43,6 +44,8 @@ def test_a_plan_begins_at_the_newest_pose_and_says_how_long_it_holds():
     np.testing.assert_allclose(cycle.plan.positions[[0, -1]], [[0.0, 0.0], AHEAD])
     assert statuses(decisions) == [EXECUTING]
     assert (loop.n_plans, loop.trouble) == (1, "")
+    beyond, lasts = AHEAD + np.array([0.3, 0.4]), cycle.plan.times[-1] - 1.01
+    assert way_left(cycle.plan, beyond, 0.25) == pytest.approx((np.hypot(*AHEAD) + 0.5, lasts + 2.0))
 
 
 def test_no_plan_is_made_twice_of_one_pose_nor_of_one_before_the_goal():

@@ -110,6 +110,16 @@ class PlannerLoop:
             self._planner = planner_for(settings.planner.strategy)
         self._settings = settings
 
+    @property
+    def state(self) -> State | None:
+        """State of the robot at the newest pose; None before the first."""
+        return self._sensors.state
+
+    @property
+    def recovery_tries(self) -> int:
+        """How often the robot was stuck on its way to the newest goal."""
+        return self._recovery.tries
+
     # ---- inputs
 
     def take_pose(self, state: State, local: float) -> list[Decision]:

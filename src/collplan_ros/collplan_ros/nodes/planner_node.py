@@ -49,6 +49,7 @@ from collplan_ros.node_kit.periodic import call_each_period, keep_step
 from collplan_ros.node_kit.run_node import run_node
 from collplan_ros.node_kit.shared_constants import SharedConstants
 from collplan_ros.node_kit.turn import Turn
+from collplan_ros.nodes.goal_action import serve_goals
 from collplan_ros.nodes.heartbeat import Heartbeat
 from collplan_ros.nodes.planner_outputs import PlannerOutputs, health_of
 from collplan_ros.nodes.sensor_inputs import listen_to_sensors
@@ -95,6 +96,7 @@ class PlannerNode(Node):
         listen(Float64, "controller/motion_delay", self._on_motion_delay, qos.LATCHED, EVENT)
         listen(command, "hand/cmd_vel", lambda _: journal.call(loop.take_manual_command), qos.NEWEST, EVENT)
         self.create_service(Trigger, "cancel", self._on_cancel)
+        self._tell = serve_goals(self, self._on_goal, lambda: self._decide(self._loop.cancel), backlog.holds)
         self._timer = call_each_period(self, map_period_of(self._settings), self._on_timer, self._local_clock)
         on_change(self, self._take_settings, *GROUPS)
         self._diagnostics = Diagnostics(self, self._health)
@@ -125,8 +127,8 @@ class PlannerNode(Node):
     def _on_scan(self, scan: Scan) -> None:
         self._journal.call(self._loop.take_scan, scan, self._local())
 
-    def _on_goal(self, message: PoseStamped) -> None:
-        identity = uuid.uuid4().bytes
+    def _on_goal(self, message: PoseStamped, identity: bytes | None = None) -> None:
+        identity = identity or uuid.uuid4().bytes
         try:
             position = goal_from_message(message, self._settings.frames.map)
         except MessageError as error:
@@ -169,6 +171,7 @@ class PlannerNode(Node):
         if planned:
             self._planning_time = perf_counter() - begun
         self._outputs.take(decisions, self._loop, self._planning_time, self._local(), self._settings)
+        self._tell(decisions, self._loop, self._settings, self._local())
         if any(isinstance(decision, Notice) and decision.level == ERROR for decision in decisions):
             self._diagnostics.publish()
         return planned
