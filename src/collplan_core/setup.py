@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Contact-prone planning and control: the algorithm, without ROS."""
 
 from setuptools import find_packages, setup

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated robot as an environment of gymnasium."""
 
 from setuptools import find_packages, setup

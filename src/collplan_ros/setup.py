@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """ROS 2 nodes of collplan: motion capture, lidar, planner, controller, and bringup."""
 
 from glob import glob

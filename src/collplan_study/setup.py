@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The study: a grid of simulated trials in one command, each reproducible, none lost."""
 
 from setuptools import find_packages, setup

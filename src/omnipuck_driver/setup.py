@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Serial driver of the Omnipuck."""
 
 from setuptools import find_packages, setup

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Simulated Omnipuck: physics, the simulator node, and the closed loop without ROS."""
 
 from setuptools import find_packages, setup

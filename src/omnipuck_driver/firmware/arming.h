@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Whether the wheels may turn: armed or not, and the latch of the emergency stop. Both end a stop by the change of a count
  * that only a person's act changes, so that no program and no lost frame can do it. */
 #ifndef OMNIPUCK_ARMING_H

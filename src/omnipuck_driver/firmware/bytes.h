@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Numbers as the protocol writes them: little endian, floats as IEEE 754 single precision.
  *
  * Byte by byte, so that neither the byte order nor the alignment rules of the processor matter. Each `put` returns where

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "cobs.h"
 
 void omnipuck_cobs_encode(uint8_t *bytes, size_t length)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Consistent overhead byte stuffing (Cheshire and Baker 1999): takes the zeros out of a body, so that 00 can stand between
  * frames. Both ways work in place. */
 #ifndef OMNIPUCK_COBS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What is different from robot to robot. */
 #ifndef OMNIPUCK_CONFIGURATION_H
 #define OMNIPUCK_CONFIGURATION_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "crc32.h"
 
 /* Bit by bit: a table would be faster, but takes 1 KiB of flash, and at 115200 bit/s there are at most 12 bytes in each

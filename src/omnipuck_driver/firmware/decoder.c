@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "decoder.h"
 
 void omnipuck_decoder_start(struct omnipuck_decoder *decoder)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Bytes from the port to messages, one byte at a time. Needs nothing else of the firmware, so it can be fuzzed alone. */
 #ifndef OMNIPUCK_DECODER_H
 #define OMNIPUCK_DECODER_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "delay.h"
 
 static void measure_anew(struct omnipuck_delay *delay, uint32_t smallest)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* How long a command was on its way, beyond the fastest one of its session. Neither clock is set by the other, so only
  * differences of (own clock - sent) mean anything. All times in ms, all clocks modulo 2^32. */
 #ifndef OMNIPUCK_DELAY_H

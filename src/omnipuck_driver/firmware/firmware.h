@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The device's side of the serial protocol.
  *
  * All state is in struct omnipuck_state, which the caller owns; nothing is static, so several can run in one process. Its

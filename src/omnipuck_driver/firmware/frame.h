@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A frame: 00 | COBS( version u8 | type u8 | sequence u16 | payload | crc u32 ) | 00. The same in every version of the
  * protocol, whatever its payloads are. */
 #ifndef OMNIPUCK_FRAME_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the firmware asks of a board. `context` is handed to every function, for the board's own use.
  *
  * Every function returns at once: none waits for a port, a converter or a motor. All are called from omnipuck_start and

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The payloads. What the device hears is read, what it says is written. */
 #ifndef OMNIPUCK_MESSAGES_H
 #define OMNIPUCK_MESSAGES_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "report.h"
 
 /* The value that no age can be is also sent for an age that its field cannot hold. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the device says: Announce when greeted, telemetry at a steady rate.
  *
  * Announces go first. Telemetry is written when the port is free for it, so it says what is true then; when the port was

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "transmitter.h"
 
 void omnipuck_transmitter_start(struct omnipuck_transmitter *transmitter)

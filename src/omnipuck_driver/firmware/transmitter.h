@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Frames to the host through a port that may take only a part of what it is given.
  *
  * There is room for one frame. While a part of it waits, no other is begun; a frame of which the port takes nothing at all

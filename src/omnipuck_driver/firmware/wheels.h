@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The caps of the wheels' speed [rad/s] and acceleration [rad/s^2]. "All alike": one factor for all wheels, so that the
  * robot goes slower on the way it was told, and not another way. */
 #ifndef OMNIPUCK_WHEELS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 #include "host.h"
 
 size_t omnipuck_host_state_size(void)

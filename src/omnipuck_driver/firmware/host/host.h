@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What a program needs that plays the board: it holds the firmware in memory whose size it asks for. */
 #ifndef OMNIPUCK_HOST_H
 #define OMNIPUCK_HOST_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Damaged, forged and random bytes, for the decoder alone and for a whole device.
  *
  * fuzz_decoder N SEED. The judge reads the same bytes with the host's code, which shares nothing with the firmware's. It

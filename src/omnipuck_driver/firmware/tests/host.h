@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The host's side of the protocol, for tests: written apart from the firmware's, and sharing none of its code, so that a
  * mistake in one does not agree with itself. */
 #ifndef OMNIPUCK_TEST_HOST_H

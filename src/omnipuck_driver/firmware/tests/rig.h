@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A firmware on a fake board with a fake clock, and a host that speaks to it. */
 #ifndef OMNIPUCK_TEST_RIG_H
 #define OMNIPUCK_TEST_RIG_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Each rule of the protocol's page, on a fake board with a fake clock. */
 #include "cobs.h"
 #include "crc32.h"
