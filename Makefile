@@ -23,7 +23,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce optimum graph-gain animation examples test test-oldest soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce optimum rivals graph-gain animation examples test test-oldest soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -44,6 +44,9 @@ study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in world
 
 optimum:  ## how far bounce and avoid are from the best without contact and with the map, simulated; needs CasADi
 	@studies/optimum.sh $(ARGS)
+
+rivals:  ## OMPL's SST and pytorch_mppi beside bounce and avoid, with the map, simulated; needs OMPL and PyTorch
+	@studies/rivals.sh $(ARGS)
 
 animation: $(COMPILED)  ## the README's animation anew, from two runs in a serpentine, simulated; needs Chromium
 	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy avoid --out runs/animation/avoid --no-pictures

@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 folder=$1 python=$2 constraints=$3 words=$4
 shift 4
 
-sum=$(cat "$constraints" requirements-test.txt requirements-site.txt studies/requirements.txt src/*/setup.py tools/environment.sh | cksum)
+sum=$(cat "$constraints" requirements-test.txt requirements-site.txt studies/requirements*.txt src/*/setup.py tools/environment.sh | cksum)
 made_from="$PWD $sum $*"
 if [ "$(cat "$folder/.ready" 2>/dev/null)" != "$made_from" ]; then
     echo "Setting up $folder: $python, $words; takes a minute or two ..."
