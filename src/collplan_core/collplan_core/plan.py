@@ -99,7 +99,14 @@ def timed_path(
     valid_until: float | None = None,
     contacts: Contacts | None = None,
 ) -> Plan:
-    """A plan of which it is not known how it was chosen; its arguments are those of Plan."""
+    """Makes a plan from a path alone, as a planner of your own returns it.
+
+    Args:
+        stamp: when it starts [s].
+        times: (n,) strictly rising, on the clock of the stamp, times[0] == stamp [s].
+        positions, velocities: (n, 2) world frame [m], [m/s].
+        valid_until, contacts: as in Plan.
+    """
     nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
     touched = Contacts.none() if contacts is None else contacts
     aim, aim_velocity = positions[-1], velocities[-1]

@@ -23,7 +23,8 @@ Observation = dict[str, np.ndarray]
 class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
     """The Omnipuck, a puck with a reflection ring, on its way to a goal; one step is one control period (0.05 s).
 
-    Observation, in the robot's frame: `scan` (n_beams,) ranges [m], range_max where nothing is seen; `velocity` (2,)
+    Observation, in the robot's frame: `scan` (n_beams,) ranges [m], range_max where nothing is seen, beam k at
+    lidar.angle_min + k lidar.angle_span / n_beams, which is -pi for the first one, counter-clockwise; `velocity` (2,)
     [m/s]; `goal` (2,) from the robot to the goal [m]. Action: velocity (2,) [m/s], cut to v_max. Reward: minus the
     time that passed [s]. Terminates within planner.goal_tolerance of the goal, truncates after trial.timeout.
 
