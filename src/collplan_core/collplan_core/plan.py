@@ -104,8 +104,10 @@ def timed_path(
     Args:
         stamp: when it starts [s].
         times: (n,) strictly rising, on the clock of the stamp, times[0] == stamp [s].
-        positions, velocities: (n, 2) world frame [m], [m/s].
-        valid_until, contacts: as in Plan.
+        positions: (n, 2) world frame [m].
+        velocities: (n, 2) world frame [m/s].
+        valid_until: as in Plan.
+        contacts: as in Plan.
     """
     nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
     touched = Contacts.none() if contacts is None else contacts
