@@ -1,4 +1,4 @@
-"""How much room a stop takes: `stopping_way.py [PARAMETERS]`, by default for the robot as shipped."""
+"""Prints the room that a stop takes: `stopping_way.py [PARAMETERS]`, by default for the robot as shipped."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What of `make rivals` needs none of the rivals' libraries: an interval of SST, a plan that is followed, the table."""
+"""Tests of `make rivals` without the rivals' libraries: an interval of SST, a plan that is followed, the table."""
 
 import math
 

@@ -58,7 +58,7 @@ def table_of(rows: Sequence[dict[str, Any]]) -> Section:
 
 
 def cells(runs: Sequence[dict[str, Any]], best: dict[str, float]) -> list[str]:
-    """What the table says of the runs of one rival in one family."""
+    """Returns the cells of the table for the runs of one rival in one family."""
     there = [row for row in runs if row["outcome"] == REACHED]
     driven, planned = ([row[key] / best[row["world"]] for row in there if key in row] for key in ("time", "planned"))
     planning = np.concatenate([row["planning_ms"] for row in runs])

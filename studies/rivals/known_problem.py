@@ -1,4 +1,4 @@
-"""What every rival is given: the whole world, the dynamics and the costs of one of the project's own strategies."""
+"""The problem that every rival solves: a whole world with dynamics and costs of one of the project's own strategies."""
 
 import numpy as np
 

@@ -24,7 +24,7 @@ FIRST_WORLD = 8200
 OPTIMUM = "optimum"
 OURS = {name: PLANNERS[name] for name in ("bounce", "avoid")}
 SST = {"SST, 1 s": 1.0, "SST, 10 s": 10.0}
-"""How long each search takes [s]."""
+"""Duration of each search [s]."""
 MPPI, MPPI_WORLDS = {"MPPI": "avoid", "MPPI, bounce's costs": "bounce"}, 4
 """The strategy whose contacts and costs each has, and in how many worlds of a family they run."""
 RIVALS = (*OURS, *SST, *MPPI)
@@ -47,7 +47,7 @@ def cases(most: int) -> Iterator[Case]:
 
 
 def figures(case: Case) -> dict[str, Any]:
-    """How a run ended, when [s], how often it touched, the processor's time for each plan [ms]; optimum: when."""
+    """Returns outcome, time [s], contacts and processor time of each plan [ms] of a run; for the optimum the time."""
     world, settings = load_world(case.world), Settings().with_values(VALUES)
     if case.who == OPTIMUM:
         return {"time": world_optimum(world, disc_of(settings)).time}

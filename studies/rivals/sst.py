@@ -28,7 +28,7 @@ from collplan_core.worlds import World
 from rivals.known_problem import known_problem, plan_along
 
 VELOCITY_WEIGHT = 0.2
-"""What a difference of velocity counts beside a distance [s]."""
+"""Weight of a difference of velocity beside a distance [s]."""
 SELECTION, PRUNING = 0.1, 0.05
 """Radii of SST, in the same measure [m]."""
 LONGEST_CONTROL = 8

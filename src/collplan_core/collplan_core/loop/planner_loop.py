@@ -117,7 +117,7 @@ class PlannerLoop:
 
     @property
     def recovery_tries(self) -> int:
-        """How often the robot was stuck on its way to the newest goal."""
+        """Number of times the robot was stuck on its way to the newest goal."""
         return self._recovery.tries
 
     # ---- inputs

@@ -1,4 +1,4 @@
-"""How far a robot still has to go, as far as its plan shows."""
+"""Remaining distance and time to the goal, by the plan."""
 
 import math
 
