@@ -13,6 +13,17 @@ from collplan_core.parameters.spec import Parameters, Spec, specs
 PAGE = Path(__file__).parents[1] / "docs" / "parameters.md"
 BEGIN, END = "<!-- tables: written by tools/parameter_table.py -->", "<!-- end of tables -->"
 
+HEAD = "| key | default | unit | range | live | what |\n|---|---|---|---|---|---|"
+SECTIONS = {
+    "robot": "Robot and planners",
+    "controller": "Controller and limits",
+    "mocap": "Motion capture and scans",
+    "lidar": "Simulation",
+    "kinematics": "Driver and firmware",
+    "frames": "Frames, live page, joystick, end of a run",
+}
+"""Title of the table that begins with this group."""
+
 
 def _value(value: object) -> str:
     if isinstance(value, tuple):
@@ -33,18 +44,17 @@ def _row(spec: Spec) -> str:
     return f"| `{spec.key}` | {_value(spec.default)} | {spec.unit} | {_range(spec)} | {live} | {spec.doc} |"
 
 
-def _table(group: type[Parameters]) -> str:
-    head = "| key | default | unit | range | live | what |\n|---|---|---|---|---|---|"
-    rows = "\n".join(_row(spec) for spec in specs(group))
-    return f"## {group.group}\n\n{group.__doc__}\n\n{head}\n{rows}"
+def _rows(group: type[Parameters]) -> str:
+    head = f"\n## {SECTIONS[group.group]}\n\n{HEAD}\n" if group.group in SECTIONS else ""
+    return head + "\n".join((f"| **{group.group}** | | | | | **{group.__doc__}** |", *map(_row, specs(group))))
 
 
 def with_tables(page: str) -> str:
     """The text of the page with the tables between its markers as the code has them now."""
     before, rest = page.split(BEGIN)
     _, after = rest.split(END)
-    tables = "\n\n".join(_table(group) for group in GROUPS)
-    return f"{before}{BEGIN}\n\n{tables}\n\n{END}{after}"
+    tables = "\n".join(map(_rows, GROUPS))
+    return f"{before}{BEGIN}\n{tables}\n\n{END}{after}"
 
 
 if __name__ == "__main__":
