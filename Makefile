@@ -23,7 +23,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce optimum rivals graph-gain animation examples test test-oldest soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain animation examples test test-oldest soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -41,6 +41,9 @@ study: $(COMPILED)  ## the paper's 300 runs and what they say, simulated, ARGS="
 
 study-bounce: $(COMPILED)  ## do deliberate bounces pay: every strategy in worlds nothing was tuned on, simulated
 	@$(VENV)/bin/study --bounces $(ARGS)
+
+results: $(COMPILED)  ## the studies behind docs/results.md, what is missing of them, hours; ARGS="table_1" for a part
+	@$(PYTHON) studies/results.py $(ARGS)
 
 optimum:  ## how far bounce and avoid are from the best without contact and with the map, simulated; needs CasADi
 	@studies/optimum.sh $(ARGS)

@@ -33,6 +33,8 @@ from sdf import load_sdf
 
 START, GOAL = (-2.25, 3.0), (-2.25, 13.0)
 """Position of start and goal in every world [m]."""
+SEEN = range(3, 238, 6)
+"""Numbers of the 40 worlds by which `planner.shortest_frontier` was chosen: in-sample."""
 OPTIMAL_SPEED = 2.0
 """Speed at which the optimal time takes the shortest path to be driven, the Jackal's [m/s]."""
 CELL, FIRST_CELL = 0.15, (-4.575, 5.075)
@@ -102,8 +104,9 @@ def _mean_score(runs: pl.DataFrame, touching_fails: bool) -> str:
     return with_interval(mean_over_worlds(runs.with_columns(pl.Series(VALUE, scores))), 3)
 
 
-def _write_worlds(folder: Path, out: Path, scale: float) -> str:
-    files = sorted(path for path in folder.iterdir() if re.fullmatch(r"world_\d+\.world(\.gz)?", path.name))
+def _write_worlds(folder: Path, out: Path, scale: float, held_out: bool) -> str:
+    found = {path: re.fullmatch(r"world_(\d+)\.world(\.gz)?", path.name) for path in sorted(folder.iterdir())}
+    files = [path for path, name in found.items() if name and not (held_out and int(name[1]) in SEEN)]
     if not files:
         raise WorldError(f"{folder}: no worlds, expected files called world_N.world or world_N.world.gz")
     out.mkdir(parents=True, exist_ok=True)
@@ -126,11 +129,12 @@ def main(args: Sequence[str] | None = None) -> int:
     for each in (worlds, scored):
         each.add_argument("folder", type=Path, help="folder of the data set")
         each.add_argument("--scale", type=float, default=1.0, help="factor on all lengths (default 1)")
+    worlds.add_argument("--held-out", action="store_true", help="leave out 3, 9, ... 237, by which a value was chosen")
     worlds.add_argument("--out", type=Path, required=True, help="folder of the world files")
     given = parser.parse_args(args)
     try:
         if given.command == "worlds":
-            print(_write_worlds(given.folder, given.out, given.scale))
+            print(_write_worlds(given.folder, given.out, given.scale, given.held_out))
         else:
             print(_score(given.study, given.folder, given.scale))
     except (StudyError, WorldError, OSError, ValueError) as error:

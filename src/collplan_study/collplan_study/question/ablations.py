@@ -37,6 +37,9 @@ PRINTED: dict[str, dict[str, Any]] = {
 }
 """Ablations that put a reading of the paper back to its printed form."""
 
+ALL_PRINTED = {key: value for changes in PRINTED.values() for key, value in changes.items()}
+"""Every printed form at once."""
+
 OTHERWISE: dict[str, dict[str, Any]] = {
     "goal vector as unit vector": {"planner.goal_vector": "unit"},
     "waypoints on the chord": {"planner.waypoints": "chord"},
@@ -57,7 +60,14 @@ ROBOT: dict[str, dict[str, Any]] = {
 }
 """Ablations that set assumed constants of the robot; defaults: a_max 1.5 m/s^2, restitution 0.7, noise 1."""
 
-ABLATIONS: Mapping[str, Mapping[str, Any]] = {"": {}, **WITHOUT, **PRINTED, **OTHERWISE, **ROBOT}
+ABLATIONS: Mapping[str, Mapping[str, Any]] = {
+    "": {},
+    **WITHOUT,
+    **PRINTED,
+    "all as printed": ALL_PRINTED,
+    **OTHERWISE,
+    **ROBOT,
+}
 """Changed parameters of every ablation by name. The empty name comes first and changes nothing."""
 
 DEFAULTS: Mapping[str, Any] = {"worlds": ("corridor", "random:0-19"), "map_periods": (0.2,), "trials": 5}
