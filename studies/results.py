@@ -1,4 +1,4 @@
-"""The command `make results`: the studies behind docs/results.md; it runs what is missing of them, one after another.
+"""The command `make results`: the studies behind the tables of docs, of which it runs what is missing.
 
     make results                             # all of them
     make results ARGS="table_1 bounces"      # these alone
@@ -19,6 +19,7 @@ import barn
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_study.main import main as study
 from collplan_study.question.ablations import ALL_PRINTED
+from collplan_study.question.bounces import SPREADS
 from collplan_study.question.held_out import (
     ABLATION_WORLDS,
     FAMILIES,
@@ -48,6 +49,18 @@ def _in_worlds(worlds: str, *options: str, trials: int = 1) -> tuple[str, ...]:
 
 AT_ONE_PERIOD = ("--map-periods", "0.2")
 VARIED = ",".join(held_out_worlds(each, 12 if each in ("u", "serpentine") else 8) for each in (*FAMILIES, "serpentine"))
+SPREAD = [option for value in SPREADS for option in ("--set", value)]
+BOTH_LIDARS = ("--set", "lidar.sensor=ideal,low_cost")
+MOUNT = {"offset_x": 0.03, "offset_yaw": 0.1745}
+"""Place of a LIDAR that is not in the middle, 3 cm ahead and turned by 10 degrees [m, rad]."""
+MOUNTED = [
+    option for key, value in MOUNT.items() for to in ("lidar", "scan") for option in ("--set", f"{to}.{key}={value}")
+]
+ARENAS = "corridor,l_corridor,slalom"
+TURNS = f"{held_out_worlds('random')},{held_out_worlds('serpentine')},{held_out_worlds('u')}"
+TIME_TO_GOAL_ALL = ("--strategies", ",".join(TIME_TO_GOAL), *SPREAD)
+BOUNCE_AND_AVOID = ("--strategies", "bounce,avoid", *SPREAD)
+FOUR_FAMILIES = ",".join(f"{family}:300-307" for family in ("serpentine", "u", "baffles", "random"))
 IN_BARN = (
     *("--strategies", ",".join((*Question().strategies, *TIME_TO_GOAL)), *AT_ONE_PERIOD),
     *("--set", "trial.timeout=100", "--set"),
@@ -73,6 +86,18 @@ PARTS: Mapping[str, Part] = {
     "bounces": Part(14, ("--bounces", "--no-ablations")),
     "bounces_mujoco": Part(22, ("--bounces", "--no-ablations", "--engine", "mujoco")),
     "variants": Part(16, ("--bounces", *_in_worlds(VARIED, "--strategies", "bounce,avoid"))),
+    "lidar_arenas": Part(2, _in_worlds(ARENAS, *AT_ONE_PERIOD, trials=100)),
+    "lidar_arenas_low_cost": Part(
+        3, _in_worlds(ARENAS, *AT_ONE_PERIOD, "--set", "lidar.sensor=low_cost", *MOUNTED, trials=100)
+    ),
+    "lidar_paper": Part(2, _in_worlds(PERIOD_WORLDS, *AT_ONE_PERIOD, *BOTH_LIDARS)),
+    "lidar_time_to_goal": Part(6, _in_worlds(TURNS, *TIME_TO_GOAL_ALL, *BOTH_LIDARS)),
+    "range_noise": Part(
+        2, _in_worlds("serpentine:300-311", *BOUNCE_AND_AVOID, "--set", "lidar.range_noise=0,0.003,0.01", trials=2)
+    ),
+    "impact_speed": Part(
+        2, _in_worlds(FOUR_FAMILIES, "--strategies", "bounce", *SPREAD, "--set", "limits.impact_speed=1.2,1,0.8,0.6")
+    ),
 }
 BARN: Mapping[str, Part] = {
     "barn": Part(20, (*_in_worlds(str(OUT / "barn_worlds")), *IN_BARN, "planner.goal_tolerance=1")),
