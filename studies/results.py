@@ -18,7 +18,6 @@ from typing import NamedTuple
 import barn
 from collplan_core.strategies import TIME_TO_GOAL
 from collplan_study.main import main as study
-from collplan_study.question.ablations import ALL_PRINTED
 from collplan_study.question.bounces import SPREADS
 from collplan_study.question.held_out import (
     ABLATION_WORLDS,
@@ -65,12 +64,10 @@ IN_BARN = (
     *("--strategies", ",".join((*Question().strategies, *TIME_TO_GOAL)), *AT_ONE_PERIOD),
     *("--set", "trial.timeout=100", "--set"),
 )
-PRINTED = [option for key, value in ALL_PRINTED.items() for option in ("--set", f"{key}={str(value).lower()}")]
 
 PARTS: Mapping[str, Part] = {
     "table_1_corridor": Part(2, _in_worlds("corridor", *AT_ONE_PERIOD, trials=500)),
     "table_1": Part(1, _in_worlds(PAPER_WORLDS, *AT_ONE_PERIOD)),
-    "all_printed": Part(2, _in_worlds(PAPER_WORLDS, *AT_ONE_PERIOD, *PRINTED)),
     "set_e": Part(2, _in_worlds(PAPER_WORLDS, *AT_ONE_PERIOD, "--set", "local_map.predicted=printed")),
     "set_e_no_floor": Part(
         2,
