@@ -15,12 +15,9 @@ BEGIN, END = "<!-- tables: written by tools/parameter_table.py -->", "<!-- end o
 
 HEAD = "| key | default | unit | range | live | what |\n|---|---|---|---|---|---|"
 SECTIONS = {
-    "robot": "Robot and planners",
-    "controller": "Controller and limits",
-    "mocap": "Motion capture and scans",
-    "lidar": "Simulation",
-    "kinematics": "Driver and firmware",
-    "frames": "Frames, live page, joystick, end of a run",
+    "robot": "Robot, planners, controller, limits",
+    "mocap": "Sensors and simulation",
+    "kinematics": "Driver, firmware, live page, joystick, end of a run",
 }
 """Title of the table that begins with this group."""
 
