@@ -239,7 +239,7 @@ def test_a_scan_and_a_plan_survive(ranges):
     assert bits(found.ranges) == bits(scan.ranges)
     assert (found.stamp, found.angle_min, found.time_increment) == (1.0, -3.0, 1e-4)
     assert not found.ranges.flags.writeable
-    positions = np.column_stack([ranges, ranges])
+    positions = np.nan_to_num(np.column_stack([ranges, ranges]), posinf=12.0)
     plan = timed_path(1.0, 1.0 + 0.1 * np.arange(len(ranges)), positions, 0.5 * positions)
     found = back(plan)
     assert (found.stamp, bits(found.positions, found.velocities)) == (1.0, bits(positions, 0.5 * positions))

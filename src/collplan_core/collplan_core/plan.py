@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from collplan_core.given import finite, rising
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +96,9 @@ class Plan:
 
 def timed_path(
     stamp: float,
-    times: np.ndarray,
-    positions: np.ndarray,
-    velocities: np.ndarray,
+    times: ArrayLike,
+    positions: ArrayLike,
+    velocities: ArrayLike,
     valid_until: float | None = None,
     contacts: Contacts | None = None,
 ) -> Plan:
@@ -108,11 +111,16 @@ def timed_path(
         velocities: (n, 2) world frame [m/s].
         valid_until: as in Plan.
         contacts: as in Plan.
+
+    Raises:
+        ValueError: another shape, n under 2, not finite, or times that do not rise.
     """
+    path = rising("times", times)
+    shape, form = (len(path), 2), f"expected finite x, y for each of {len(path)} times"
+    where, how_fast = finite("positions", positions, shape, form), finite("velocities", velocities, shape, form)
     nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
     touched = Contacts.none() if contacts is None else contacts
-    aim, aim_velocity = positions[-1], velocities[-1]
-    return Plan(stamp, times, positions, velocities, touched, aim, aim_velocity, {}, nothing, 0, valid_until)
+    return Plan(stamp, path, where, how_fast, touched, where[-1], how_fast[-1], {}, nothing, 0, valid_until)
 
 
 class NoPlan(RuntimeError):

@@ -1,5 +1,6 @@
 """The planners by strategy name: all that nodes and trials need of a strategy."""
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -7,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from collplan_core.deadline import Deadline, after, never
+from collplan_core.given import check_type, finite
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.paper_planner.plan_cycle import plan_cycle as plan_spline
 from collplan_core.paper_planner.trajectory import MAP_PERIOD as SPLINE_MAP_PERIOD
@@ -24,6 +26,9 @@ from collplan_core.worlds import World
 
 BUDGET_SHARE = 0.5
 """Time budget of refinement where time_to_goal.time_budget is 0, as a share of map_period: plans must not be late."""
+
+ROUNDING = 1e-6
+"""Largest difference of a plan's first time, which may be a sum, from its stamp [s]."""
 
 
 class PlanFunction(Protocol):
@@ -59,6 +64,9 @@ class Planner:
         half_side: half the side of the local map that it plans in [m].
         without_plan: memory -> memory without the plan in force, for a robot that was led aside.
         known_map: world, settings -> a first memory that holds the whole world; None where it can hold none.
+
+    Raises:
+        TypeError, ValueError: at construction, `plan` does not take six arguments, or map_period is not above 0.
     """
 
     plan: PlanFunction
@@ -70,6 +78,15 @@ class Planner:
     half_side: Callable[[Settings], float] = lambda settings: settings.local_map.half_side
     without_plan: Callable[[Any], Any] = lambda memory: None
     known_map: Callable[[World, Settings], Any] | None = None
+
+    def __post_init__(self) -> None:
+        wanted = "memory, local_map, state, goal, settings, deadline"
+        try:
+            inspect.signature(self.plan).bind(*wanted.split(", "))
+        except TypeError as error:
+            raise TypeError(f"plan: got {self.plan!r:.80} ({error}), expected a function of {wanted}") from None
+        if not (isinstance(self.map_period, float | int) and 0.0 < self.map_period < np.inf):
+            raise ValueError(f"map_period: got {self.map_period!r:.80}, expected a time above 0 [s]")
 
 
 PAPER = Planner(
@@ -96,10 +113,28 @@ PLANNERS: dict[str, Planner] = {
 
 
 def register(strategy: str, planner: Planner) -> None:
-    """Makes a planner what `planner.strategy` chooses by this name, a new one or one that there is."""
-    PLANNERS[strategy] = planner
+    """Makes a planner what `planner.strategy` chooses by this name, a new one or one that there is.
+
+    Raises:
+        TypeError: the strategy is no str, or the planner no Planner; in each cycle, it returns no plan and memory.
+    """
+    check_type("strategy", strategy, str)
+    check_type("planner", planner, Planner, ", as in Planner(plan, map_period=0.1)")
+    PLANNERS[strategy] = replace(planner, plan=_checked(strategy, planner.plan))
     if strategy not in NAMES:
         NAMES.append(strategy)
+
+
+def _checked(strategy: str, plan: PlanFunction) -> PlanFunction:
+    def cycle(*given: Any, **named: Any) -> tuple[Plan, Any]:
+        found = plan(*given, **named)
+        if not (isinstance(found, tuple) and len(found) == 2 and isinstance(found[0], Plan)):
+            raise TypeError(f"planner {strategy}: returned {found!r:.80}, expected a Plan and the next memory")
+        if not abs((begins := found[0].times[0]) - found[0].stamp) <= ROUNDING:
+            raise ValueError(f"planner {strategy}: times[0]: got {begins}, expected its stamp, {found[0].stamp}")
+        return found
+
+    return cycle
 
 
 def planner_for(strategy: str) -> Planner:
@@ -122,9 +157,14 @@ def plan_once(scan: Scan, state: State, goal: np.ndarray, settings: Settings, me
     Raises:
         NoPlan: there is nothing to aim at.
         ScanError: the scan cannot be used.
+        TypeError, ValueError: an argument is of another type, or the goal not two finite numbers.
     """
+    check_type("scan", scan, Scan)
+    check_type("state", state, State, ", as in State.at_rest(world.start)")
+    check_type("settings", settings, Settings, ", as in Settings()")
+    goal = finite("goal", goal, (2,), "expected x, y [m]")
     local_map = build_local_map(scan, state, settings.robot, local_mapping_of(settings))
-    return planner_for(settings.planner.strategy).plan(memory, local_map, state, np.array(goal, dtype=float), settings)
+    return planner_for(settings.planner.strategy).plan(memory, local_map, state, goal, settings)
 
 
 def map_period_of(settings: Settings) -> float:

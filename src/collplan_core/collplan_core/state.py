@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from collplan_core.given import finite
+
 
 @dataclass(frozen=True, eq=False)
 class State:
@@ -24,5 +26,5 @@ class State:
 
     @classmethod
     def at_rest(cls, position: Sequence[float] | np.ndarray, yaw: float = 0.0, stamp: float = 0.0) -> "State":
-        """A robot that rests at a position (2,) [m] with a heading [rad]."""
-        return cls(stamp, np.array(position, dtype=float), np.zeros(2), yaw)
+        """A robot that rests at a position (2,) [m] with a heading [rad]; ValueError where that is no position."""
+        return cls(stamp, finite("position", position, (2,), "expected x, y [m]"), np.zeros(2), yaw)

@@ -10,9 +10,11 @@ from time import perf_counter
 from typing import ParamSpec
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from collplan_core.deadline import Deadline, after, never
 from collplan_core.evaluation.run_end import OUTCOMES, REACHED, RunMonitor
+from collplan_core.given import check_type, finite
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.decisions import Cycle, Decision
@@ -26,7 +28,7 @@ from collplan_core.sensing.instant_lidar import InstantLidar
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.sensing.spinning_lidar import Sweeps, sweeps_of
 from collplan_core.state import State
-from collplan_core.worlds import World, WorldError
+from collplan_core.worlds import World, WorldError, load_world
 from omnipuck_sim.robot.physics import Simulator
 from omnipuck_sim.trial_journal import TrialJournals, trial_journals
 from omnipuck_sim.trial_record import TrialRecord, TrialResult
@@ -172,30 +174,37 @@ class _Timer:
 
 
 def run_trial(
-    world: World,
+    world: World | str | Path,
     settings: Settings,
     seed: int,
-    goal: np.ndarray | None = None,
+    goal: ArrayLike | None = None,
     solid: World | None = None,
-    journal: Path | None = None,
+    journal: str | Path | None = None,
 ) -> TrialResult:
     """Runs one trial from the world's start to the goal, the world's own by default.
 
     Args:
+        world: the world, or what `load_world` takes.
         solid: world of the robot's contacts, where it differs from the one that the LIDAR sees.
         journal: file for the inputs and decisions of planner and controller; `replay` reads it.
 
     Raises:
-        WorldError: the world has no start or no goal, or the start is inside an obstacle.
+        WorldError: the world is unknown, has no start or no goal, or the start has no room for the robot.
+        TypeError, ValueError: another argument is of another type, shape or range.
         ParameterError: `trial.known_map` is true for a planner that cannot hold a map.
         OSError: the journal cannot be written.
     """
+    world = world if isinstance(world, World) else load_world(world)
+    solid = world if solid is None else solid
+    check_type("settings", settings, Settings, ", as in Settings()")
+    if not (isinstance(seed, int | np.integer) and seed >= 0):
+        raise ValueError(f"seed: got {seed!r:.80}, expected a whole number from 0")
     goal = world.goal if goal is None else goal
     if goal is None:
         raise WorldError(f"{world.called}: goal: missing, expected x, y")
-    goal, solid = np.asarray(goal, dtype=float), world if solid is None else solid
+    aim = finite("goal", goal, (2,), "expected x, y [m]")
     with trial_journals(journal, world, settings, seed) as journals:
-        nodes = _Nodes(world, settings, seed, goal, solid, journals)
+        nodes = _Nodes(world, settings, seed, aim, solid, journals)
         outcome = _run(nodes)
         return nodes.record.result(outcome, "" if outcome == REACHED else nodes.reason, nodes.newest_stamp)
 

@@ -24,7 +24,7 @@ class TrialJournals:
 
 
 @contextmanager
-def trial_journals(path: Path | None, world: World, settings: Settings, seed: int) -> Iterator[TrialJournals]:
+def trial_journals(path: str | Path | None, world: World, settings: Settings, seed: int) -> Iterator[TrialJournals]:
     """Journals that are written to a file, which is replaced; without a path they keep nothing.
 
     Raises:
@@ -33,7 +33,7 @@ def trial_journals(path: Path | None, world: World, settings: Settings, seed: in
     if path is None:
         yield TrialJournals(Journal(PLANNER), Journal(CONTROLLER))
         return
-    with path.open("w", encoding="utf-8") as file:
+    with Path(path).open("w", encoding="utf-8") as file:
 
         def send(line: str) -> None:
             file.write(line + "\n")

@@ -337,7 +337,7 @@ class PlannerLoop:
         try:
             plan, self._memory = self._planner.plan(self._memory, shown, begin, goal, settings, deadline)
         except NoPlan as error:
-            self._memory = error.memory or self._memory
+            self._memory = self._memory if error.memory is None else error.memory
             if len(self._recovery.felt):
                 self._try_the_same_way_again()
                 return

@@ -22,7 +22,7 @@ def arena_names() -> list[str]:
     return sorted(entry.name.removesuffix(".yaml") for entry in ARENAS.iterdir() if entry.name.endswith(".yaml"))
 
 
-def load_world(spec: str) -> World:
+def load_world(spec: str | Path) -> World:
     """The world called NAME (a shipped arena), FILE (a path ending in .yaml or .yml) or FAMILY:SEED, as in `random:7`.
 
     A file is a world file, or a map of ROS's map_server. UNKNOWN is one without anything, bounds aside.
@@ -30,6 +30,7 @@ def load_world(spec: str) -> World:
     Raises:
         WorldError: no such world, with near matches, or a file that does not hold one.
     """
+    spec = str(spec)
     if spec == UNKNOWN:
         return World(UNKNOWN, (), np.zeros((0, 3)), (-AROUND, -AROUND, AROUND, AROUND), walled=False)
     if spec in arena_names():

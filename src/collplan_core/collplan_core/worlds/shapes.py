@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from collplan_core.given import finite
+
 POLYGON_FORM = "expected at least 3 corners [x, y] [m] of a convex polygon, in order"
 MOST_OBSTACLES = 10_000
 """Obstacles of a world: a route through as many is found in 5 s."""
@@ -149,14 +151,7 @@ def _checked_bounds(value: Any) -> tuple[float, float, float, float]:
 
 
 def _finite(key: str, value: Any, shape: tuple[int | None, ...], form: str) -> np.ndarray:
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise WorldError(f"{key}: got {value!r}, {form}") from None
-    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=False))
-    if not fits or not np.isfinite(array).all():
-        raise WorldError(f"{key}: got {array.tolist()}, {form}")
-    return _frozen(array)
+    return _frozen(finite(key, value, shape, form, WorldError))
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from struct import Struct, error
 
 import numpy as np
 
+from collplan_core.given import finite, rising
 from collplan_core.plan import Plan, timed_path
 from collplan_core.plane import rotate
 from collplan_core.state import State
@@ -53,25 +54,11 @@ def plan_from_path(raw: bytes, frame: str) -> Plan:
             at += _POSE.size
     except error as cut:
         raise MessageError(f"path: got {len(raw)} bytes, {cut}") from None
-    times, positions = check_path(rows[:, 0], rows[:, 1:])
-    velocities = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
+    times = rising("poses", rows[:, 0], MessageError)
+    positions = finite("poses", rows[:, 1:], (None, 2), "expected finite numbers", MessageError)
+    slopes = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
+    velocities = finite("poses", slopes, (None, 2), "expected finite velocities", MessageError)
     return timed_path(stamp, times, positions, velocities)
-
-
-def check_path(times: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A path's times (n,) [s] and positions (n, 2) [m], contiguous, as the code that takes them is compiled for.
-
-    Raises:
-        MessageError: n under 2, not finite, or times that do not rise.
-    """
-    for number in np.flatnonzero(~np.isfinite(positions).all(axis=1)):
-        raise MessageError(f"poses[{number}]: got {positions[number].tolist()}, expected finite numbers")
-    if len(times) < 2:
-        raise MessageError(f"poses: got {len(times)}, expected at least 2")
-    for number in np.flatnonzero(np.diff(times) <= 0.0):
-        after = f"got time {times[number + 1]} after {times[number]}"
-        raise MessageError(f"poses[{number + 1}]: {after}, expected a later one")
-    return np.ascontiguousarray(times), np.ascontiguousarray(positions)
 
 
 def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
