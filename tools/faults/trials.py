@@ -79,7 +79,7 @@ def stuck(bench: object, seed: int) -> Measured:
         patched.setattr(trial._Nodes, "controller", tick)
         patched.setattr(trial._Nodes, "_pass_on", watch)
         try:
-            trial.run_trial(_room({}), settings, seed, solid=_room(wall))
+            trial.run_trial(room({}), settings, seed, solid=room(wall))
         except Noticed:
             return Measured(still_for(np.array(path)))
     return Measured(None)
@@ -91,7 +91,7 @@ def still_for(path: np.ndarray) -> float:
     return float(path[-1, 0] - path[np.flatnonzero(away)[-1], 0]) if away.any() else float(np.ptp(path[:, 0]))
 
 
-def _room(obstacles: dict) -> World:
+def room(obstacles: dict) -> World:
     return parse_world({"name": "room", **obstacles, **ROOM}, "room")
 
 
