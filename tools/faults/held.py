@@ -1,4 +1,4 @@
-"""What must hold the robot until a person lets it go, in trials: turned motion, plans that fail, a robot carried away."""
+"""What must stop the robot for good, in trials: motion that is turned, plans that fail, somebody who carries it."""
 
 import math
 from collections.abc import Callable

@@ -6,7 +6,7 @@ from operator import methodcaller
 
 from collplan_ros.messages.robot_state import FREE, HELD, STOPPED
 from faults.fault import NOTHING, Act, Fault, Measured
-from faults.live_graph import LiveGraph
+from faults.live_graph import LiveGraph, at_full_speed
 from faults.stands import WAIT, no_motion_since, wheels_stop, why_followed_again
 from faults.streams import why_lost
 
@@ -134,7 +134,7 @@ def released(graph: LiveGraph) -> None:
 
 
 def refused(graph: LiveGraph, begun: float) -> Measured:
-    """It stands, and nobody can let it move as long as the motor has failed."""
+    """It stands, and nobody can let it move as long as a motor has failed or is too hot."""
     measured = wheels_stop(HELD)(graph, begun)
     return replace(measured, missed="resume is not refused") if graph.trigger("resume") else measured
 
@@ -150,7 +150,7 @@ def next_refused(graph: LiveGraph, begun: float) -> Measured:
 
 
 def well_again(graph: LiveGraph) -> None:
-    graph.let(EMULATOR, emulator__motor_fault=False, emulator__battery=7.6)
+    graph.let(EMULATOR, emulator__motor_fault=False, emulator__too_hot=False, emulator__battery=7.6)
     graph.pause(0.1)
 
 
@@ -161,7 +161,13 @@ def row(name: str, limit: float | None, act: Act, measure, undo=NOTHING, long: i
 AGED = "age of the last command followed"
 COMMANDER, DRIVER = "controller_node", "driver_node"
 FAULTS = [
-    row(f"cable pulled and back: {AGED}, then no motion", AGE, let(emulator__unplugged=True), link_lost, plugged_in),
+    row(
+        f"cable pulled and back: {AGED}, then no motion",
+        AGE,
+        at_full_speed(let(emulator__unplugged=True)),
+        link_lost,
+        plugged_in,
+    ),
     row(f"{COMMANDER} frozen: {AGED}", AGE, methodcaller("freeze", COMMANDER), oldest_followed, thaw_both, 200),
     row(
         f"{COMMANDER} killed: {AGED}",
@@ -177,5 +183,6 @@ FAULTS = [
     row("firmware restarts in an emergency stop: kept", None, stopped_and_firmware_restarts, kept, clear),
     row("button on the robot", FIRMWARE, let(emulator__estop_pressed=True), wheels_stop(STOPPED), released),
     row("motor fault", FIRMWARE, let(emulator__motor_fault=True), refused, well_again),
+    row("motors too hot", FIRMWARE, let(emulator__too_hot=True), refused, well_again),
     row("battery low: the next goal is refused", 0.5, let(emulator__battery=6.2), next_refused, well_again),
 ]

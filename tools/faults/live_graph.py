@@ -10,6 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from action_msgs.msg import GoalStatus
@@ -27,6 +28,7 @@ from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.messages.robot_state import FREE
 from collplan_ros.node_kit.diagnostics import ERROR
 from faults.bench import Bench, BenchError
+from faults.fault import Act
 from faults.streams import AT_REST, Streams
 
 HALL = """
@@ -40,8 +42,8 @@ ENDS = np.array([0.0, 0.0]), np.array([12.0, 0.0])
 FENCE_GAP = (-1.4, -0.8), -1.0
 """Where the fence leaves out a piece of the hall, behind the start: from and to x, and from y on [m]."""
 FENCE = (-3.0, -1.6, 13.0, -1.6, 13.0, 1.6, -0.8, 1.6, -0.8, -1.0, -1.4, -1.0, -1.4, 1.6, -3.0, 1.6)
-FAST = 0.8
-"""The robot is fast enough for a fault from here on [m/s]."""
+FAST, FULL = 0.8, 1.15
+"""The robot is fast enough for a fault from here on, and at full speed [m/s]."""
 REST = 2.0
 """Longest wait for the robot to come to rest [s]."""
 PATIENCE = 20.0
@@ -72,8 +74,9 @@ class LiveGraph(Graph, Bench):
         folder = Path(self._temporary.name)
         (folder / "hall.yaml").write_text(HALL, encoding="utf-8")
         file = folder / "parameters.yaml"
-        fenced = f"/**:\n  ros__parameters:\n    limits: {{fence: {list(FENCE)}}}\n"
-        file.write_text(fenced, encoding="utf-8")
+        # of the strategies that reach robot.max_speed the simplest
+        given = f"limits: {{fence: {list(FENCE)}}}, planner: {{strategy: avoid}}"
+        file.write_text(f"/**: {{ros__parameters: {{{given}}}}}", encoding="utf-8")
         preparation = prepare(Options(robot=robot, world=str(folder / "hall.yaml"), params=file, real_time=True))
         programs = {**preparation.programs, TELEOP: find_executable(TELEOP)}
         preparation = replace(preparation, programs=programs)
@@ -240,3 +243,18 @@ class LiveGraph(Graph, Bench):
         if self.processes.runs(node):
             os.kill(self.processes.pids[node], number)
         return begun
+
+
+def at_full_speed(act: Act) -> Act:
+    """Does it once the robot goes as fast as it may.
+
+    Raises:
+        BenchError: it does not.
+    """
+
+    def acting(graph: LiveGraph) -> Any:
+        if not graph.until(lambda: graph.streams.truth[-1].speed >= FULL, REST):
+            raise BenchError(f"the robot does not reach {FULL} m/s: {graph.described()}")
+        return act(graph)
+
+    return acting

@@ -5,7 +5,7 @@ from operator import methodcaller
 
 from collplan_ros.bringup.robots import COMMANDER
 from faults.fault import Fault, Measured
-from faults.live_graph import LiveGraph
+from faults.live_graph import LiveGraph, at_full_speed
 from faults.stands import CREEP, WAIT, commanded_to_stand, no_motion_since
 from faults.streams import why_stalled
 
@@ -33,7 +33,7 @@ def frozen_and_killed(node: str, limit: float) -> list[Fault]:
             f"{node} {done}",
             "simulator",
             limit,
-            methodcaller(act, node),
+            at_full_speed(methodcaller(act, node)),
             commanded_to_stand(0.6),
             methodcaller(undo, node),
         )

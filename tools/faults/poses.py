@@ -4,8 +4,8 @@ from collections.abc import Callable
 from itertools import pairwise
 
 from collplan_ros.messages.robot_state import FREE
-from faults.fault import Fault, Measured
-from faults.live_graph import LiveGraph
+from faults.fault import Act, Fault, Measured
+from faults.live_graph import LiveGraph, at_full_speed
 from faults.stands import WAIT, Measure, commanded_to_stand
 from faults.streams import why_stalled
 
@@ -67,18 +67,18 @@ def stood(graph: LiveGraph, begun: float) -> float:
     return sum(after.sent - row.sent for row, after in pairwise(rows) if not row.moves)
 
 
-def row(name: str, fault: str, limit: float, measure: Measure) -> Fault:
-    return Fault(f"mocap: {name}", "simulator", limit, lie(fault), measure, truth_again)
+def row(name: str, act: Act, limit: float, measure: Measure) -> Fault:
+    return Fault(f"mocap: {name}", "simulator", limit, act, measure, truth_again)
 
 
 refused, late = commanded_to_stand(HOLD, first_refused), commanded_to_stand(HOLD, first_late)
 ON = "longest time commanded to stand, then it drives on"
 FAULTS = [
-    row("heading flips by 90 degrees", "yaw_90", REFUSED, refused),
-    row("heading flips by 180 degrees", "yaw_180", REFUSED, refused),
-    row("robot tipped by 30 degrees", "tilt", REFUSED, refused),
-    row("robot lifted by 0.2 m", "lift", REFUSED, refused),
-    row("poses 0.2 s late, from the first late one on", "late", LATE, late),
-    row(f"clock set ahead by 1 h and back: {ON}", "hour_ahead", DRIVES_ON, drives_on),
-    row(f"clock set back by 1 h and ahead: {ON}", "hour_back", DRIVES_ON, drives_on),
+    row("heading flips by 90 degrees", lie("yaw_90"), REFUSED, refused),
+    row("heading flips by 180 degrees", lie("yaw_180"), REFUSED, refused),
+    row("robot tipped by 30 degrees", lie("tilt"), REFUSED, refused),
+    row("robot lifted by 0.2 m", lie("lift"), REFUSED, refused),
+    row("poses 0.2 s late, from the first late one on", at_full_speed(lie("late")), LATE, late),
+    row(f"clock set ahead by 1 h and back: {ON}", lie("hour_ahead"), DRIVES_ON, drives_on),
+    row(f"clock set back by 1 h and ahead: {ON}", lie("hour_back"), DRIVES_ON, drives_on),
 ]

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from faults import fuzz, goals, hands, line, nodes, order, poses, runs, stops, trials
+from faults import fuzz, goals, hands, held, line, nodes, order, poses, runs, stops, trials
 from faults.bench import Bench
 from faults.fault import Fault
 from faults.live_graph import LiveGraph
@@ -14,6 +14,7 @@ FAULTS: list[Fault] = [
     *nodes.FAULTS,
     *poses.FAULTS,
     *trials.FAULTS,
+    *held.FAULTS,
     *goals.FAULTS,
     *line.FAULTS,
     *runs.FAULTS,

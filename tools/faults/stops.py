@@ -10,7 +10,7 @@ from rclpy.node import Node
 from collplan_ros.messages.qos import NEWEST
 from collplan_ros.messages.robot_state import HELD, STOPPED
 from faults.fault import Fault, Measured
-from faults.live_graph import LiveGraph
+from faults.live_graph import LiveGraph, at_full_speed
 from faults.stands import no_motion_since, robot_stops, wheels_stop
 
 CALL = 0.2
@@ -33,21 +33,21 @@ def estop(graph: LiveGraph) -> float:
     return begun
 
 
-def cleared(graph: LiveGraph) -> float:
-    graph.trigger("estop")
-    graph.rest()
-    graph.trigger("clear_estop")
-    return graph.now()
+def then_cleared(stops: Callable[[LiveGraph, float], Measured]) -> Callable[[LiveGraph, float], Measured]:
+    def measure(graph: LiveGraph, begun: float) -> Measured:
+        """Nothing moves for NO_MOTION after clear_estop, though the controller loses its poses for a moment."""
+        measured = stops(graph, begun)
+        clear(graph)
+        cleared = graph.now()
+        graph.pause(0.5)
+        graph.freeze("mocap_node")
+        graph.pause(OCCLUSION)
+        graph.thaw("mocap_node")
+        graph.until(lambda: graph.now() > cleared + NO_MOTION, NO_MOTION)
+        wrong = no_motion_since(graph, cleared) or ("" if graph.state == HELD else f"it is {graph.state}")
+        return replace(measured, missed=measured.missed or wrong)
 
-
-def watched(graph: LiveGraph, begun: float) -> Measured:
-    """Nothing moves for NO_MOTION, though the controller loses its poses for a moment."""
-    graph.pause(0.5)
-    graph.freeze("mocap_node")
-    graph.pause(OCCLUSION)
-    graph.thaw("mocap_node")
-    graph.until(lambda: graph.now() > begun + NO_MOTION, NO_MOTION)
-    return Measured(missed=no_motion_since(graph, begun) or ("" if graph.state == HELD else f"it is {graph.state}"))
+    return measure
 
 
 class SecondPublisher:
@@ -90,9 +90,14 @@ def clear(graph: LiveGraph) -> None:
 def both(robot: str) -> list[Fault]:
     stops, second = ROBOTS[robot], SecondPublisher("cmd_vel")
     return [
-        Fault("estop", robot, CALL, estop, stops(STOPPED), clear, long=PUBLISHED),
         Fault(
-            f"clear_estop, then {NO_MOTION:g} s and poses lost for a moment: no motion", robot, None, cleared, watched
+            f"estop; then clear_estop, {NO_MOTION:g} s and poses lost for a moment: no motion",
+            robot,
+            CALL,
+            at_full_speed(estop),
+            then_cleared(stops(STOPPED)),
+            clear,
+            long=PUBLISHED,
         ),
         Fault("second publisher on cmd_vel", robot, COMMANDER, second.begin, second.named(stops), second.end, long=50),
     ]
