@@ -43,6 +43,7 @@ from collplan_ros.bringup.check_findings import (
     stream_findings,
     turn_finding,
 )
+from collplan_ros.bringup.failures import GraphError
 from collplan_ros.bringup.interruptions import Interruptions
 from collplan_ros.bringup.lidar_scans import LidarScans
 from collplan_ros.bringup.main import main
@@ -136,7 +137,7 @@ class Runaway:
         )
         self.pose, self.commanded = PoseRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), []
         self.local_clock = Clock(clock_type=ClockType.STEADY_TIME)
-        self.recorder = SimpleNamespace(robot_waits="", status=lambda name: DiagnosticStatus())
+        self.recorder = SimpleNamespace(robot_waits="", held="", status=lambda name: DiagnosticStatus())
         self.preparation = SimpleNamespace(settings=PATIENT, robot=ROBOTS["sim"])
         self.listener = self
         self._time, self._stall = 0.0, stall
@@ -182,6 +183,22 @@ def test_a_motion_ends_where_it_leads_too_far(limit):
     assert np.array_equal(moving, np.arange(moving[0], moving[-1] + 1))
     assert len(graph.commanded) - moving[-1] > 5
     assert graph.pose.stamp > poses[-1].stamp + open_loop.HALTING_TIME - 0.02
+
+
+@pytest.mark.parametrize(
+    ("held", "waits", "said"),
+    [
+        ("no fresh command for 1.0 s", "held, ...: call resume", "may be too slow or too busy"),
+        ("", "emergency stop by its service: call clear_estop", "emergency stop by its service"),
+    ],
+)
+def test_a_robot_that_stands_ends_the_check_and_it_is_said_what_to_do(held, waits, said):
+    graph = Runaway()
+    loop = OpenLoop(graph)
+    graph.recorder.held, graph.recorder.robot_waits = held, waits
+    with pytest.raises(GraphError, match=said) as error, loop.commanding():
+        loop.drive((0.1, 0.0), 0.0, 0.2, lambda pose: True)
+    assert "resume" not in str(error.value)
 
 
 def wait_for(condition):
