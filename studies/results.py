@@ -48,6 +48,7 @@ def _in_worlds(worlds: str, *options: str, trials: int = 1) -> tuple[str, ...]:
 
 AT_ONE_PERIOD = ("--map-periods", "0.2")
 VARIED = ",".join(held_out_worlds(each, 12 if each in ("u", "serpentine") else 8) for each in (*FAMILIES, "serpentine"))
+TWO = ("--strategies", "bounce,avoid")
 SPREAD = [option for value in SPREADS for option in ("--set", value)]
 BOTH_LIDARS = ("--set", "lidar.sensor=ideal,low_cost")
 MOUNT = {"offset_x": 0.03, "offset_yaw": 0.1745}
@@ -58,7 +59,7 @@ MOUNTED = [
 ARENAS = "corridor,l_corridor,slalom"
 TURNS = f"{held_out_worlds('random')},{held_out_worlds('serpentine')},{held_out_worlds('u')}"
 TIME_TO_GOAL_ALL = ("--strategies", ",".join(TIME_TO_GOAL), *SPREAD)
-BOUNCE_AND_AVOID = ("--strategies", "bounce,avoid", *SPREAD)
+TWO_SPREAD = (*TWO, *SPREAD)
 FOUR_FAMILIES = ",".join(f"{family}:300-307" for family in ("serpentine", "u", "baffles", "random"))
 IN_BARN = (
     *("--strategies", ",".join((*Question().strategies, *TIME_TO_GOAL)), *AT_ONE_PERIOD),
@@ -79,10 +80,10 @@ PARTS: Mapping[str, Part] = {
     ),
     "map_periods_corridor": Part(2, _in_worlds("corridor", trials=100)),
     "map_periods": Part(3, _in_worlds(PERIOD_WORLDS)),
-    "ablations": Part(12, ("--ablations", "--worlds", f"corridor,{ABLATION_WORLDS}")),
+    "ablations": Part(8, ("--ablations", *_in_worlds(f"corridor,{ABLATION_WORLDS}", trials=2))),
     "bounces": Part(14, ("--bounces", "--no-ablations")),
-    "bounces_mujoco": Part(22, ("--bounces", "--no-ablations", "--engine", "mujoco")),
-    "variants": Part(16, ("--bounces", *_in_worlds(VARIED, "--strategies", "bounce,avoid"))),
+    "bounces_mujoco": Part(6, ("--bounces", "--no-ablations", "--engine", "mujoco", *TWO, "--trials", "1")),
+    "variants": Part(16, ("--bounces", *_in_worlds(VARIED, *TWO))),
     "lidar_arenas": Part(2, _in_worlds(ARENAS, *AT_ONE_PERIOD, trials=100)),
     "lidar_arenas_low_cost": Part(
         3, _in_worlds(ARENAS, *AT_ONE_PERIOD, "--set", "lidar.sensor=low_cost", *MOUNTED, trials=100)
@@ -90,7 +91,7 @@ PARTS: Mapping[str, Part] = {
     "lidar_paper": Part(2, _in_worlds(PERIOD_WORLDS, *AT_ONE_PERIOD, *BOTH_LIDARS)),
     "lidar_time_to_goal": Part(6, _in_worlds(TURNS, *TIME_TO_GOAL_ALL, *BOTH_LIDARS)),
     "range_noise": Part(
-        2, _in_worlds("serpentine:300-311", *BOUNCE_AND_AVOID, "--set", "lidar.range_noise=0,0.003,0.01", trials=2)
+        2, _in_worlds("serpentine:300-311", *TWO_SPREAD, "--set", "lidar.range_noise=0,0.003,0.01", trials=2)
     ),
     "impact_speed": Part(
         2, _in_worlds(FOUR_FAMILIES, "--strategies", "bounce", *SPREAD, "--set", "limits.impact_speed=1.2,1,0.8,0.6")
