@@ -14,6 +14,7 @@ from collplan_core.command_line import examples
 from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError
 from collplan_ros.fit.fitting import RobotFit, believed_otherwise, fit_robot, hits_found, same_simulated_drive
+from collplan_ros.fit.recorded_impacts import FARTHEST_WALL
 from collplan_ros.fit.recorded_path import FittedRun, fitted_run
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RunError
@@ -34,9 +35,10 @@ writes them into a ROS parameter file:
 
 The drive is fitted first; the fit then gives the wheels' motion around each hit, whatever drive parameters the runs
 used. A parameter of the runs outside the fitted interval is reported. Hits are detected again in the poses. A hit
-counts where no other one is within {FAR:g} s and a surface of the run's world is at the robot's rim. The robot's radius
-and robot.inertia_factor must be right. From simulated runs the new file also holds simulator.mass_ratio and
-simulator.acceleration_ratio, which keep the simulated robot the same.
+counts where no other one is within {FAR:g} s and a surface of the run's world is within {1e2 * FARTHEST_WALL:g} cm of
+the robot's rim. robot.radius may be off by 5 mm. robot.inertia_factor must be right: it decides which hits slide. From
+simulated runs the new file also holds simulator.mass_ratio and simulator.acceleration_ratio, which keep the simulated
+robot the same.
 
 Written: exit code 0. Poses that no drive explains, runs of robots of different radius, too few or too similar hits, or
 a request that cannot be fulfilled: 2, and nothing is written.
