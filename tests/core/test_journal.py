@@ -13,7 +13,7 @@ from collplan_core.deadline import CountedDeadline, after_looks, never
 from collplan_core.goal import Goal
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.planner_loop import PlannerLoop
-from collplan_core.plan import timed_path
+from collplan_core.plan import plan_of_path
 from collplan_core.replay.comparison import Difference, Interruption, compare
 from collplan_core.replay.journal import CONTROLLER, PLANNER, Journal
 from collplan_core.replay.reading import Call, events_of, rows_of
@@ -239,8 +239,8 @@ def test_a_scan_and_a_plan_survive(ranges):
     assert bits(found.ranges) == bits(scan.ranges)
     assert (found.stamp, found.angle_min, found.time_increment) == (1.0, -3.0, 1e-4)
     assert not found.ranges.flags.writeable
-    positions = np.nan_to_num(np.column_stack([ranges, ranges]), posinf=12.0)
-    plan = timed_path(1.0, 1.0 + 0.1 * np.arange(len(ranges)), positions, 0.5 * positions)
+    positions = np.column_stack([ranges, ranges])
+    plan = plan_of_path(1.0, 1.0 + 0.1 * np.arange(len(ranges)), positions, 0.5 * positions)
     found = back(plan)
     assert (found.stamp, bits(found.positions, found.velocities)) == (1.0, bits(positions, 0.5 * positions))
 

@@ -1,4 +1,4 @@
-"""What a program gives wrongly to the library: the error names the argument, the value and what was expected."""
+"""Wrong arguments to the library: errors that name the argument, the value and what was expected."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ WRONG = [
     (lambda: plan_once(SCAN, FLOOR.start, FLOOR.goal, SETTINGS), r"state: got array.*expected State"),
     (lambda: plan_once(SCAN, STATE, FLOOR.goal, {}), r"settings: got {}, expected Settings"),
     (lambda: plan_once(SCAN, STATE, [1.0, NAN], SETTINGS), r"goal\[1\]: got nan, expected x, y"),
-    (lambda: plan_once(SCAN, STATE, None, SETTINGS), "goal: got nan, expected x, y|goal: got None, expected x, y"),
+    (lambda: plan_once(SCAN, STATE, None, SETTINGS), "goal: got None, expected x, y"),
     (lambda: State.at_rest([1.0, 2.0, 3.0]), r"position: got \[1.0, 2.0, 3.0\], expected x, y"),
     (lambda: load_world(3), "world '3': unknown, expected"),
     (lambda: run_trial("flor", SETTINGS, 0), "world 'flor': unknown.*did you mean floor"),

@@ -118,9 +118,22 @@ def timed_path(
     path = rising("times", times)
     shape, form = (len(path), 2), f"expected finite x, y for each of {len(path)} times"
     where, how_fast = finite("positions", positions, shape, form), finite("velocities", velocities, shape, form)
+    return plan_of_path(stamp, path, where, how_fast, valid_until, contacts)
+
+
+def plan_of_path(
+    stamp: float,
+    times: np.ndarray,
+    positions: np.ndarray,
+    velocities: np.ndarray,
+    valid_until: float | None = None,
+    contacts: Contacts | None = None,
+) -> Plan:
+    """Makes a plan as `timed_path` does, from arrays that were checked already."""
     nothing = Candidates(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
     touched = Contacts.none() if contacts is None else contacts
-    return Plan(stamp, path, where, how_fast, touched, where[-1], how_fast[-1], {}, nothing, 0, valid_until)
+    aim, aim_velocity = positions[-1], velocities[-1]
+    return Plan(stamp, times, positions, velocities, touched, aim, aim_velocity, {}, nothing, 0, valid_until)
 
 
 class NoPlan(RuntimeError):

@@ -25,7 +25,7 @@ import numpy as np
 
 from collplan_core.goal import Goal
 from collplan_core.parameters import Settings
-from collplan_core.plan import Plan, timed_path
+from collplan_core.plan import Plan, plan_of_path
 from collplan_core.scan import Scan
 from collplan_core.state import State
 
@@ -120,5 +120,5 @@ _DECODERS: dict[str, Callable[[Any], Any]] = {
     "goal": lambda held: Goal(*decode(held)),
     "settings": lambda held: Settings().with_values({key: decode(each) for key, each in held.items()}),
     "scan": lambda held: Scan(*decode(held)),
-    "plan": lambda held: timed_path(*decode(held)),
+    "plan": lambda held: plan_of_path(*decode(held)),
 }

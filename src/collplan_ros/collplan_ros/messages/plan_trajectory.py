@@ -17,7 +17,7 @@ from struct import Struct, error
 import numpy as np
 
 from collplan_core.given import rising
-from collplan_core.plan import Contacts, Plan, timed_path
+from collplan_core.plan import Contacts, Plan, plan_of_path
 from collplan_ros.messages.raw_reading import STAMP, START, aligned, read_header, read_text
 from collplan_ros.messages.raw_writing import ENCODING, add_header, add_text, align
 from collplan_ros.messages.reading import NANOSECONDS, MessageError
@@ -99,12 +99,13 @@ def plan_from_trajectory(raw: bytes, frame: str) -> Plan:
     is_path = ~touches
     is_path[-1] = touches[-1] = False
     path_times = rising("points", times[is_path], MessageError)
-    positions, velocities = rows["transforms"][is_path, 0, :2], rows["velocities"][is_path, 0, :2]
+    positions = np.ascontiguousarray(rows["transforms"][is_path, 0, :2])
+    velocities = np.ascontiguousarray(rows["velocities"][is_path, 0, :2])
     points, rebounds = rows["transforms"][touches, 2, :2], rows["velocities"][touches, 2, :2]
     if not all(np.isfinite(each).all() for each in (positions, velocities, points, rebounds)):
         raise MessageError("points: got a position, velocity or contact that is not finite")
     contacts = Contacts(times[touches], points, rebounds)
-    return timed_path(sec + nanosec / NANOSECONDS, path_times, positions, velocities, float(times[-1]), contacts)
+    return plan_of_path(sec + nanosec / NANOSECONDS, path_times, positions, velocities, float(times[-1]), contacts)
 
 
 def _behind_joints(raw: bytes, at: int) -> int:

@@ -11,7 +11,7 @@ from struct import Struct, error
 import numpy as np
 
 from collplan_core.given import finite, rising
-from collplan_core.plan import Plan, timed_path
+from collplan_core.plan import Plan, plan_of_path
 from collplan_core.plane import rotate
 from collplan_core.state import State
 from collplan_ros.messages.reading import (
@@ -58,7 +58,7 @@ def plan_from_path(raw: bytes, frame: str) -> Plan:
     positions = finite("poses", rows[:, 1:], (None, 2), "expected finite numbers", MessageError)
     slopes = np.gradient(positions, times, axis=0, edge_order=2 if len(times) > 2 else 1)
     velocities = finite("poses", slopes, (None, 2), "expected finite velocities", MessageError)
-    return timed_path(stamp, times, positions, velocities)
+    return plan_of_path(stamp, times, positions, velocities)
 
 
 def state_from_bytes(raw: bytes, map_frame: str, base_frame: str) -> State:
