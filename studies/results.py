@@ -1,4 +1,4 @@
-"""The command `make results`: the studies behind the tables of docs, of which it runs what is missing.
+"""The command `make results`: runs the missing studies behind the tables of docs.
 
     make results                             # all of them
     make results ARGS="table_1 bounces"      # these alone

@@ -1,4 +1,4 @@
-"""What must stop the robot for good, in trials: motion that is turned, plans that fail, somebody who carries it."""
+"""Faults after which the robot must be held, in trials: turned motion, failing plans, a carried robot."""
 
 import math
 from collections.abc import Callable

@@ -123,7 +123,8 @@ class OpenLoop:
 
     def _refuse_to_wait(self) -> None:
         recorder = self._graph.recorder
-        if recorder.held:  # by a fault; what lets a robot drive to goals does not bring back the check
+        if recorder.held:
+            # robot_waits advises a new goal or resume, which release the robot but do not continue the check
             raise GraphError(
                 f"the robot is held, {recorder.held}: this machine may be too slow or too busy; start the check again"
             )
