@@ -99,10 +99,24 @@ def test_by_hand_a_lost_beam_is_filled_on_a_wall_and_stays_lost_elsewhere():
     found = on_wall_lines(replace(exact, ranges=noisy)).ranges
     assert found[ahead] == pytest.approx(exact.ranges[ahead], abs=0.01)
     assert np.isnan(found[[20, 21, edge]]).all()
-    # a beam that straddles an edge meets what is near
-    noisy[edge + 1] = 0.5 * (exact.ranges[edge] + exact.ranges[edge + 2])
-    found = on_wall_lines(replace(exact, ranges=noisy)).ranges
-    assert found[edge + 1] == pytest.approx(exact.ranges[edge], abs=0.03)
+    # a beam that straddles an edge meets what is near, also where its hit is on a line with one hit of each surface
+    for share in (0.5, 0.4):
+        noisy[edge + 1] = exact.ranges[edge] + share * (exact.ranges[edge + 2] - exact.ranges[edge])
+        found = on_wall_lines(replace(exact, ranges=noisy)).ranges
+        assert found[edge + 1] == pytest.approx(exact.ranges[edge], abs=0.03)
+
+
+@pytest.mark.parametrize("elsewhere", [np.inf, 0.5])
+@pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.6])
+def test_a_hit_between_two_surfaces_counts_as_the_near_one(share, elsewhere):
+    """Such hits closed gaps: at a share of 0.4 on a line with a hit of each, or beside the farthest hit of the turn."""
+    angles, end = TURN * np.arange(450) / 450, 82
+    beside, behind = 0.286 / np.maximum(np.cos(angles), 0.1), 1.02 / np.maximum(np.sin(angles), 0.1)
+    exact = np.where(np.arange(450) <= end, beside, np.where(np.arange(450) < 113, behind, elsewhere))
+    exact[end + 1] = exact[end] + share * (exact[end + 2] - exact[end])
+    for seed in range(20):
+        found = on_wall_lines(with_noise(Scan(0.0, 0.0, TURN / 450, 0.02, 5.0, exact), 0.01, seed)).ranges
+        assert found[end + 1] == pytest.approx(exact[end], abs=0.045), seed
 
 
 # ---- what is never touched

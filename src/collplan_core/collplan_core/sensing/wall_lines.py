@@ -22,6 +22,8 @@ PENALTY = 16.0
 """Squared error, in variances of the noise, by which two lines must fit better than one."""
 OUTLIER = 4.5
 """A range farther from its line is on none [standard deviations]."""
+GRAZING = 0.1
+"""Three hits alone on a line that beams meet at a smaller slope are taken for an edge and what is behind it."""
 FARTHEST = 3.0
 """No hit is moved to its line by more [standard deviations]."""
 
@@ -160,34 +162,51 @@ def _unbiased(ranges: np.ndarray, beams: np.ndarray, a: int, b: int, x: float, y
 
 
 @njit
-def _beside(ranges: np.ndarray, i: int, onward: int) -> float:
-    """The range of the beam beside beam i, of the next one where that was lost; NaN where there is none."""
-    if math.isnan(ranges[i + onward]) and 0 <= i + 2 * onward < len(ranges):
-        return ranges[i + 2 * onward]
-    return ranges[i + onward]
+def _beside(ranges: np.ndarray, i: int, onward: int, around: bool) -> int:
+    """The beam beside beam i, the next one where that was lost; -1 where there is none."""
+    n = len(ranges)
+    for k in (i + onward, i + 2 * onward):
+        if not (around or 0 <= k < n):
+            return -1
+        if not math.isnan(ranges[k % n]):
+            return k % n
+    return -1
 
 
 @njit
-def _settled(ranges: np.ndarray, sums: np.ndarray, starts: np.ndarray, noise: float) -> np.ndarray:
-    """(n,) ranges with a hit on no line, alone between a near and a far surface, given the range of the near one.
+def _settled(
+    ranges: np.ndarray,
+    fitted: np.ndarray,
+    sums: np.ndarray,
+    starts: np.ndarray,
+    noise: float,
+    step: float,
+    around: bool,
+) -> np.ndarray:
+    """(n,) fitted ranges, with a hit on no line that is alone between a near and a far surface moved to the near one.
 
     Such a beam straddles an edge, and its range is a mean of both: nothing is at its hit. It does meet the near one.
+    With one hit of each surface it may lie on a line, which then runs nearly along the beams.
     """
-    settled = ranges.copy()
+    settled = fitted.copy()
     for k in range(len(starts) - 1):
         a, b = starts[k], starts[k + 1]
-        if sums[b, 0] - sums[a, 0] >= 3.0:
+        hits = sums[b, 0] - sums[a, 0]
+        if hits > 3.0:
             continue
-        for i in range(max(a, 1), min(b, len(ranges) - 1)):
-            before, after = _beside(ranges, i, -1), _beside(ranges, i, 1)
-            near, far = min(before, after), max(before, after)
-            if 0.0 < near < ranges[i] - OUTLIER * noise and ranges[i] + OUTLIER * noise < far < math.inf:
+        for i in range(a, b):
+            before, after = _beside(ranges, i, -1, around), _beside(ranges, i, 1, around)
+            if before < 0 or after < 0:
+                continue
+            near, far = min(fitted[before], fitted[after]), max(fitted[before], fitted[after])
+            apart = OUTLIER * noise if hits < 3.0 else max(OUTLIER * noise, fitted[i] * step / GRAZING)
+            if 0.0 < near < fitted[i] - apart and fitted[i] + apart < far < math.inf:
                 settled[i] = near
     return settled
 
 
 @njit
-def _on_lines(ranges: np.ndarray, step: float, noise: float, low: float, high: float) -> np.ndarray:
+def _on_lines(ranges: np.ndarray, step: float, noise: float, low: float, high: float, around: bool) -> np.ndarray:
     """(n,) ranges with every hit moved along its beam to the line that it lies on, within `low` and `high` [m].
 
     A single lost beam, NaN, whose two neighbours lie on one line ends on it too.
@@ -214,7 +233,7 @@ def _on_lines(ranges: np.ndarray, step: float, noise: float, low: float, high: f
                 fitted[i] = min(max(1.0 / inverse, least), most)
             elif math.isnan(ranges[i]) and a < i < b - 1 and _is_hit(ranges[i - 1]) and _is_hit(ranges[i + 1]):
                 fitted[i] = min(max(1.0 / inverse, low), high)
-    return _settled(fitted, sums, starts, noise)
+    return _settled(ranges, fitted, sums, starts, noise, step, around)
 
 
 def on_wall_lines(scan: Scan) -> Scan:
@@ -232,8 +251,9 @@ def on_wall_lines(scan: Scan) -> Scan:
     n -= repeats_first(n, step)
     ranges, again = scan.ranges[:n], scan.ranges[n:]
     # a full turn begins at what is farthest, a corner or nothing at all: not in the middle of a wall
-    first = int(np.argmax(np.nan_to_num(ranges))) if is_full_turn(n, step) else 0
-    fitted = _on_lines(np.roll(ranges, -first), step, noise, scan.range_min, scan.range_max)
+    around = is_full_turn(n, step)
+    first = int(np.argmax(np.nan_to_num(ranges))) if around else 0
+    fitted = _on_lines(np.roll(ranges, -first), step, noise, scan.range_min, scan.range_max, around)
     return replace(scan, ranges=np.concatenate([np.roll(fitted, first), again]))
 
 
