@@ -78,10 +78,15 @@ def test_cancel_ends_the_goal_once_and_so_does_one_that_is_refused():
     assert (level, "nan" in text, loop.goal.active) == (ERROR, True, False)
 
 
-def test_a_goal_inside_what_the_scan_shows_is_aborted():
+def test_a_goal_inside_what_scans_show_is_given_up_not_for_a_single_scan():
     loop = with_goal(goal=np.array([0.0, 0.47]))
-    decisions = loop.cycle(1.02)
-    assert statuses(decisions) == [ABORTED]
+    assert statuses(loop.cycle(1.02)) == []
+    assert "obstacle" in loop.trouble
+    ended = []
+    for stamp in np.arange(1.1, 1.2 + current_goal.CLOSED_OFF_TIME, 0.1).tolist():
+        see(loop, stamp)
+        ended += statuses(loop.cycle(stamp))
+    assert ended == [ABORTED]
     assert "obstacle" in loop.trouble
 
 

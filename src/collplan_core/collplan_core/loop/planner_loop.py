@@ -325,11 +325,13 @@ class PlannerLoop:
         settings, placed, goal = self._settings, self._placed, self.goal.position
         assert placed is not None, "there is no initial state without it"
         reason = why_refuse_goal(goal, initial.position, settings.limits)
-        if is_blocked(goal, placed.scan, placed.state, settings.robot, local_mapping_of(settings)):
-            reason = f"{goal[0]:.3f}, {goal[1]:.3f} lies inside an obstacle that the scan shows"
         if reason:
             self._end_goal(ABORTED)
             self._refuse_goal(reason)
+            return
+        if is_blocked(goal, placed.scan, placed.state, settings.robot, local_mapping_of(settings)):
+            reason = f"{goal[0]:.3f}, {goal[1]:.3f} lies inside an obstacle that the scan shows"
+            self._report_no_way(reason, local, gives_up=True)
             return
         delay, shown = delay_in_use(settings.robot, self._estimated_delay), placed.local_map
         before = motion_under_way(initial, self._commands, delay, delay, shown, settings) if delay > 0.0 else None
@@ -341,11 +343,15 @@ class PlannerLoop:
             if len(self._recovery.felt):
                 self._try_the_same_way_again()
                 return
-            self._report_no_plan("no_plan", str(error), local)
-            if self._planner.gives_up_closed_off_goal and self.goal.is_closed_off(local):
-                self._give_up(str(error))
+            self._report_no_way(str(error), local, self._planner.gives_up_closed_off_goal)
             return
         self._decide_on(plan if before is None else before.before(plan), valid_until, shown)
+
+    def _report_no_way(self, reason: str, local: float, gives_up: bool) -> None:
+        """Makes no plan; gives the goal up where that lasts, as a single noisy scan may be wrong."""
+        self._report_no_plan("no_plan", reason, local)
+        if gives_up and self.goal.is_closed_off(local):
+            self._give_up(reason)
 
     def _recover(self, stuck: str, state: State) -> None:
         """Backs out of a place where the robot is stuck, or gives the goal up where it was stuck too often."""
