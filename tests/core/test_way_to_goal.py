@@ -1,4 +1,4 @@
-"""A gap 2 cm wider than the disc is open, one that the disc does not fit through is closed."""
+"""A gap that the disc fits through is open, one that is 25 mm narrower is closed."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -72,16 +72,16 @@ def way(memory: RememberedBoundaries, position: np.ndarray, goal: np.ndarray):
     return way_to_goal(memory, paths, position, SETTINGS)
 
 
-@given(room=parted_rooms((0.0205, 0.06)), seed=st.integers(0, 99), n=st.integers(0, 12))
-def test_a_gap_that_the_disc_fits_through_by_2_cm_is_open_whatever_was_seen_of_it(room, seed, n):
+@given(room=parted_rooms((0.0005, 0.06)), seed=st.integers(0, 99), n=st.integers(0, 12))
+def test_a_gap_that_the_disc_fits_through_is_open_whatever_was_seen_of_it(room, seed, n):
     memory, _ = seen(room, seed, n)
     found = way(memory, room.start, room.goal)
     assert found is not None
     assert is_reachable(found[1], room.start)
 
 
-@given(room=parted_rooms((-0.06, -0.012)), seed=st.integers(0, 99))
-def test_a_gap_that_the_disc_does_not_fit_through_by_a_centimetre_is_closed_once_it_was_seen(room, seed):
+@given(room=parted_rooms((-0.06, -0.025)), seed=st.integers(0, 99))
+def test_a_gap_that_the_disc_does_not_fit_through_by_25_mm_is_closed_once_it_was_seen(room, seed):
     memory, _ = seen(room, seed, 30)
     assert way(memory, room.start, room.goal) is None
     # nor does it open where the robot stands before it

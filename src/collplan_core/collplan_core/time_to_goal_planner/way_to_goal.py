@@ -24,6 +24,8 @@ CLEAR = 0.005
 """A robot measured inside a boundary is taken to be so far out of it [m]."""
 FINER = 3
 """Cells are so many times smaller where a way is looked for that is too narrow for the others."""
+TIGHT = 0.01
+"""Last, boundaries count as so much farther away: a gap that the disc just fits through may measure narrower [m]."""
 
 
 def way_to_goal(
@@ -31,25 +33,28 @@ def way_to_goal(
 ) -> tuple[RememberedBoundaries, ShortestPaths] | None:
     """Boundaries over which the goal can be reached from a position (2,) [m], and the shortest paths over those.
 
-    As they are where the paths lead there, else over smaller cells, else without what is only inferred. None where what
-    was seen leaves no way.
+    As they are where the paths lead there, else over smaller cells, else without what is only inferred, else with gaps
+    wider by 2 TIGHT. None where what was seen leaves no way even then.
 
     Args:
         paths: over the boundaries as they are.
     """
     if is_reachable(paths, _outside(remembered.field, position)):
         return remembered, paths
-    for boundaries in _with_and_without_inferred(remembered, settings.robot.radius):
+    for boundaries in _with_ever_less(remembered, settings.robot.radius):
         over = shortest_paths(boundaries.field, paths.goal, position, settings, finer=FINER)
         if is_reachable(over, _outside(boundaries.field, position)):
             return boundaries, over
     return None
 
 
-def _with_and_without_inferred(memory: RememberedBoundaries, radius: float) -> Iterator[RememberedBoundaries]:
+def _with_ever_less(memory: RememberedBoundaries, radius: float) -> Iterator[RememberedBoundaries]:
     yield memory
     if memory.solid_behind.any():
-        yield only_seen(memory, radius)
+        memory = only_seen(memory, radius)
+        yield memory
+    field = memory.field
+    yield replace(memory, field=replace(field, clearance=field.clearance + TIGHT))
 
 
 def only_seen(memory: RememberedBoundaries, radius: float) -> RememberedBoundaries:
