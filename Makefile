@@ -23,7 +23,7 @@ ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
 .PHONY: $(READY)
 endif
 
-.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain animation examples test test-oldest soak faults faults-long bench lint format site dist ws
+.PHONY: help setup run demo study study-bounce results optimum rivals graph-gain animation examples frozen test test-oldest soak faults faults-long bench lint format site dist ws
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## */  make \1\t/' | expand -t 21
@@ -56,6 +56,10 @@ animation: $(COMPILED)  ## the README's animation anew, from two runs in a serpe
 	@$(VENV)/bin/bringup --world $(SERPENTINE) --strategy bounce --out runs/animation/bounce --no-pictures
 	@$(VENV)/bin/beside runs/animation/avoid/latest runs/animation/bounce/latest --out runs/animation/beside.html
 	@$(PYTHON) tools/page_animation.py runs/animation/beside.html docs/avoid_beside_bounce.webp
+
+frozen: export PYTHONPATH = $(CURDIR)/tests/frozen:$(CURDIR)/tests/runs:$(CURDIR)/tests/study
+frozen: $(COMPILED)  ## take over a meant change of results, and say in words what has changed: tests/frozen
+	@$(PYTHON) -m renew
 
 examples: $(COMPILED)  ## the scripts of examples/ and their pictures in docs/pictures/examples, simulated
 	@$(VENV)/bin/bringup --world slalom --strategy low_risk --no-pictures --out runs/examples

@@ -32,6 +32,7 @@ class TrialResult:
         plan_times: (n,) wall time of each cycle from scan to plan [s].
         candidates, candidates_before_pruning: (n,) numbers of candidates in each cycle.
         maneuvers: control periods spent in each maneuver.
+        commands: (c, 4) simulated time [s], velocity [m/s, body frame] and yaw rate [rad/s] of every command.
         trajectory: (m, 5) t, x, y, vx, vy of the truth at the mocap rate, t from the first non-zero command.
         plans: the reference positions (n, 2) of every plan.
     """
@@ -51,6 +52,7 @@ class TrialResult:
     candidates: np.ndarray
     candidates_before_pruning: np.ndarray
     maneuvers: dict[str, int]
+    commands: np.ndarray
     trajectory: np.ndarray
     plans: tuple[np.ndarray, ...]
 
@@ -88,6 +90,7 @@ class TrialRecord:
         self._plans: list[Plan] = []
         self._plan_times: list[float] = []
         self._maneuvers: Counter[str] = Counter()
+        self._commands: list[tuple[float, ...]] = []
 
     def planned(self, plan: Plan) -> None:
         """Takes a plan, made in the newest planning time."""
@@ -97,6 +100,7 @@ class TrialRecord:
     def commanded(self, command: Command, now: float) -> None:
         """Takes a command given at `now` [s]; time counts from the first one that moves the robot."""
         self._maneuvers[command.maneuver] += 1
+        self._commands.append((now, *command.velocity.tolist(), command.yaw_rate))
         if self._begun is None and command.velocity.any():
             self._begun = now
 
@@ -131,6 +135,7 @@ class TrialRecord:
             candidates=np.array([len(plan.candidates.costs) for plan in self._plans], dtype=int),
             candidates_before_pruning=np.array([plan.n_before_pruning for plan in self._plans], dtype=int),
             maneuvers=dict(self._maneuvers),
+            commands=np.array(self._commands).reshape(-1, 4),
             trajectory=trajectory,
             plans=tuple(plan.positions for plan in self._plans),
         )
