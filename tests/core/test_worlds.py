@@ -105,6 +105,27 @@ def test_a_route_needs_room_at_both_ends():
             check_route(world_of([GATE]), np.array(start), np.array(goal), 0.09)
 
 
+SLOT = ([[0.0, 0.0], [1.0, 0.0], [1.0, 0.41], [0.0, 0.41]], [[0.0, 0.59], [1.0, 0.59], [1.0, 1.0], [0.0, 1.0]])
+TOUCHING = [
+    ((), (), (0.09, 0.5)),
+    ((), (), (0.09, 0.09)),
+    (SLOT, (), (0.3, 0.5)),
+    ((), ((0.5, 0.5, 0.1),), (0.69, 0.5)),
+    (([[0.5, 0.5], [0.9, 0.5], [0.9, 0.9], [0.5, 0.9]],), (), (0.5 - 0.09 * np.sqrt(0.5),) * 2),
+]
+
+
+@pytest.mark.parametrize("far", [(0.0, 0.0), (1e3, -2e3), (4e5, 5e6), (1e9, 1e9)])
+@pytest.mark.parametrize(("polygons", "circles", "start"), TOUCHING)
+def test_a_disc_that_touches_has_room_and_a_tenth_of_a_millimetre_deeper_has_none(polygons, circles, start, far):
+    moved = tuple(np.array(corners) + far for corners in polygons)
+    world = World("w", moved, (*np.array(circles).reshape(-1, 3), *far, 0.0), (*far, far[0] + 2.0, far[1] + 1.0))
+    start, goal = np.array(start) + far, np.array((1.7, 0.5)) + far
+    check_route(world, start, goal, 0.09)
+    with pytest.raises(WorldError, match="start: .*near"):
+        check_route(world, start, goal, 0.0901)
+
+
 def test_the_shipped_arenas_are_named_and_have_routes():
     for name in ("corridor", "floor", "l_corridor", "slalom"):
         world = load_world(name)

@@ -142,6 +142,16 @@ def test_a_start_that_is_not_free_is_an_error():
             Simulator(world, QUIET, 0, start=None if start is None else np.array(start))
 
 
+@pytest.mark.parametrize("engine", ["pymunk", "mujoco"])
+@pytest.mark.parametrize("far", [0.0, 5e6])
+def test_a_robot_that_touches_a_wall_starts_and_drives_off(engine, far):
+    room = make_world(walled=True, bounds=(far, far, far + 2.0, far + 2.0))
+    sim = Simulator(room, QUIET.with_values({"simulator.engine": engine}), 0, start=np.array([far + 0.09, far + 1.0]))
+    drive(sim, (0.5, 0.0), 0.0, 1.0)
+    assert sim.state.position[0] > far + 0.3
+    assert not sim.take_impacts()
+
+
 def test_reset_puts_it_back_at_rest_while_time_goes_on():
     sim = Simulator(OPEN, noisy(), 2)
     start = sim.state.position

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
 # 64 pieces to a quarter turn: a grown corner is off by less than a thousandth of a millimetre per centimetre
 QUARTER_SEGMENTS = 64
+TOUCH = 1e-6
+"""Depth up to which a disc in an obstacle touches it [m]; far from the origin, what rounding leaves is added."""
 
 
 def free_space(world: World, radius: float) -> "BaseGeometry":
@@ -38,9 +40,9 @@ def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float
     """
     import shapely
 
-    free = free_space(world, radius)
     for key, point in (("start", start), ("goal", goal)):
-        _check_room(world, free, key, np.asarray(point), radius)
+        _check_room(world, key, np.asarray(point), radius)
+    free = free_space(world, radius - 2.0 * touch_depth(world))
     parts = getattr(free, "geoms", [free])
     if not any(part.covers(shapely.Point(start)) and part.covers(shapely.Point(goal)) for part in parts):
         raise WorldError(
@@ -50,18 +52,36 @@ def check_route(world: World, start: np.ndarray, goal: np.ndarray, radius: float
 
 
 def has_room(world: World, point: np.ndarray, radius: float) -> bool:
-    """Returns whether a disc of `radius` [m] can stand at a point (2,) [m] of the arena."""
+    """Returns whether a disc of `radius` [m] can stand at a point (2,) [m] of the arena; it may touch obstacles."""
+    return in_bounds(world.bounds, point) and clearance(world, point, radius) >= -touch_depth(world)
+
+
+def touch_depth(world: World) -> float:
+    """Depth up to which a disc in an obstacle of this world only touches it [m]."""
+    return TOUCH + 16.0 * float(np.spacing(np.abs(world.bounds).max()))
+
+
+def clearance(world: World, point: np.ndarray, radius: float) -> float:
+    """Distance of a disc of `radius` [m] at a point (2,) [m] from the nearest obstacle or wall, negative inside [m]."""
     import shapely
 
-    return in_bounds(world.bounds, point) and bool(free_space(world, radius).covers(shapely.Point(point)))
+    (x, y), spot = point, shapely.Point(point)
+    distances = [np.hypot(x - cx, y - cy) - r for cx, cy, r in world.circles]
+    if world.polygons:
+        # in their union: an edge within another polygon is no way out
+        solid = shapely.union_all([shapely.Polygon(corners) for corners in world.polygons])
+        inside = solid.contains(spot)
+        distances.append(-shapely.distance(solid.boundary, spot) if inside else shapely.distance(solid, spot))
+    if world.walled:
+        x_min, y_min, x_max, y_max = world.bounds
+        distances += [x - x_min, y - y_min, x_max - x, y_max - y]
+    return float(min(distances, default=np.inf)) - radius
 
 
-def _check_room(world: World, free: "BaseGeometry", key: str, point: np.ndarray, radius: float) -> None:
-    import shapely
-
+def _check_room(world: World, key: str, point: np.ndarray, radius: float) -> None:
     if not np.isfinite(point).all() or not in_bounds(world.bounds, point):
         expected = f"expected a point within {list(world.bounds)}"
         raise WorldError(f"{world.called}: {key}: {point.tolist()} is outside the arena, {expected}")
-    if not free.covers(shapely.Point(point)):
+    if not has_room(world, point, radius):
         expected = f"expected {radius:g} m of room around it"
         raise WorldError(f"{world.called}: {key}: {point.tolist()} is in an obstacle or too near one, {expected}")

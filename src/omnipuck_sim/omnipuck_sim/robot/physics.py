@@ -3,13 +3,13 @@
 from math import ceil, isfinite, pi, remainder
 
 import numpy as np
-import shapely
 
 from collplan_core.parameters import Settings
 from collplan_core.sensing.mocap_body import with_offset
 from collplan_core.sensing.pose_filter import PoseSample
 from collplan_core.state import State
 from collplan_core.worlds import World, WorldError
+from collplan_core.worlds.route import clearance, touch_depth
 from omnipuck_sim.robot.drive import SPIN, VX, VY, YAW, Aim, X, Y
 from omnipuck_sim.robot.engine import make_engine
 from omnipuck_sim.robot.impact import Impact
@@ -17,7 +17,7 @@ from omnipuck_sim.robot.noise import ACTUATION_RATE, Noise
 from omnipuck_sim.robot.vector import Vector
 
 CLEAR = 1e-6
-"""Least distance from every obstacle at which the robot is placed [m]."""
+"""Least distance from every obstacle at which a noisy start is drawn [m]."""
 
 MOST_STARTS = 1000
 """Noisy starts that are drawn until one is free."""
@@ -149,31 +149,16 @@ class Simulator:
         self._check_free((x, y))
         for _ in range(MOST_STARTS):
             noise_x, noise_y = self._noise.start()
-            if self._clearance((x + noise_x, y + noise_y)) > CLEAR:
+            if clearance(world, np.array((x + noise_x, y + noise_y)), self._radius) > CLEAR:
                 return x + noise_x, y + noise_y
         return x, y
 
     def _check_free(self, position: Vector) -> None:
         if not (isfinite(position[0]) and isfinite(position[1])):
             raise WorldError(f"start: got {position}, expected finite coordinates")
-        clearance = self._clearance(position)
-        if not clearance > 0.0:
+        depth = -clearance(self._world, np.array(position), self._radius)
+        if depth > touch_depth(self._world):
             raise WorldError(
-                f"start: the robot at ({position[0]:g}, {position[1]:g}) stands {-clearance:.3g} m inside an obstacle"
+                f"start: the robot at ({position[0]:g}, {position[1]:g}) stands {depth:.3g} m inside an obstacle"
                 f" or wall, expected free space for a disc of radius {self._radius:g} m"
             )
-
-    def _clearance(self, position: Vector) -> float:
-        """Distance of the disc from the nearest obstacle, negative inside or beyond a wall [m]."""
-        x, y = position
-        point, world = shapely.Point(x, y), self._world
-        inside = [*(shapely.Polygon(polygon).contains(point) for polygon in world.polygons)]
-        distances = [np.hypot(x - cx, y - cy) - r for cx, cy, r in np.asarray(world.circles).tolist()]
-        if world.polygons:
-            polygons = shapely.union_all([shapely.Polygon(polygon) for polygon in world.polygons])
-            away = shapely.distance(polygons, point)
-            distances.append(-shapely.distance(polygons.boundary, point) if any(inside) else away)
-        if world.walled:
-            x_min, y_min, x_max, y_max = map(float, world.bounds)
-            distances += [x - x_min, y - y_min, x_max - x, y_max - y]
-        return float(min(distances, default=np.inf)) - self._radius
