@@ -5,6 +5,7 @@ import re
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -209,6 +210,17 @@ def test_set_values_leave_the_others_alone_and_whole_numbers_become_numbers():
     after = Settings().with_values({"planner.n_directions": 16, "robot.mass": 1}).values()
     assert after == before | {"planner.n_directions": 16, "robot.mass": 1.0}
     assert type(after["robot.mass"]) is float
+
+
+def test_numbers_of_numpy_are_numbers_of_their_kind():
+    given = {"robot.mass": np.int32(1), "simulator.seed": np.uint8(3), "limits.fence": np.zeros(6, np.float32)}
+    given |= {"trial.known_map": np.bool_(True), "planner.strategy": np.str_("bounce")}
+    after = Settings().with_values(given)
+    assert (after.robot.mass, after.simulator.seed, after.trial.known_map) == (1.0, 3, True)
+    assert all(type(each) is float for each in after.limits.fence)
+    for key, value in (("simulator.seed", np.float64(1.0)), ("robot.mass", np.bool_(True)), ("robot.mass", np.nan)):
+        with pytest.raises(ParameterError, match=key):
+            Settings().with_values({key: value})
 
 
 def test_the_page_has_every_parameter_as_the_code_has_it():

@@ -10,8 +10,8 @@ from collplan_core.command import FREE_SPACE, HAND, STOPPED
 from collplan_core.evaluation.machine import Timing, machine_verdict, pace_words
 from collplan_core.evaluation.path_length import measured_path_length, path_length
 from collplan_core.evaluation.rebound_tracking import ReboundTracker
-from collplan_core.evaluation.run_end import STUCK, TIMEOUT, RunMonitor
-from collplan_core.parameters import Trial
+from collplan_core.evaluation.run_end import STUCK, TIMEOUT, RunMonitor, drive_noise_hint
+from collplan_core.parameters import Settings, Trial
 from collplan_core.plan import Contacts, timed_path
 from collplan_core.state import State
 
@@ -145,3 +145,9 @@ def test_a_machine_is_too_slow_by_its_factor_or_by_a_gap_that_a_command_does_not
         assert all(each in verdict for each in words), verdict
     said = [bool(pace_words(factor)) for factor in (None, 1.04, 0.96, 0.85, 4.0)]
     assert said == [False, False, False, True, True]
+
+
+def test_noise_that_rivals_the_speed_of_a_slow_robot_is_named():
+    for speed, noise, named in ((1.2, 1.0, False), (0.05, 1.0, True), (0.05, 0.1, False), (1.2, 10.0, True)):
+        hint = drive_noise_hint(Settings().with_values({"robot.max_speed": speed, "simulator.noise": noise}))
+        assert ("simulator.noise" in hint and f"{speed:g} m/s" in hint) == named

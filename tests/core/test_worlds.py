@@ -122,7 +122,7 @@ def test_a_disc_that_touches_has_room_and_a_tenth_of_a_millimetre_deeper_has_non
     world = World("w", moved, (*np.array(circles).reshape(-1, 3), *far, 0.0), (*far, far[0] + 2.0, far[1] + 1.0))
     start, goal = np.array(start) + far, np.array((1.7, 0.5)) + far
     check_route(world, start, goal, 0.09)
-    with pytest.raises(WorldError, match="start: .*near"):
+    with pytest.raises(WorldError, match=r"start: .*near"):
         check_route(world, start, goal, 0.0901)
 
 

@@ -1,5 +1,9 @@
 """`collplan/Bounce-v0`: gymnasium's own check, its figures against a trial, strategies as policies, a vector of it."""
 
+import copy
+import pickle
+from pathlib import Path
+
 import gymnasium
 import numpy as np
 import pytest
@@ -7,7 +11,7 @@ from gymnasium.utils.env_checker import check_env
 
 import collplan_gym
 from collplan_core.parameters import ParameterError, Settings
-from collplan_core.worlds import WorldError, load_world
+from collplan_core.worlds import WorldError, load_world, save_world
 from omnipuck_sim.trial import run_trial
 
 BOUNCE = "collplan/Bounce-v0"
@@ -67,6 +71,34 @@ def test_a_vector_of_processes():
         assert info["pose"].shape == (2, 3)
     finally:
         envs.close()
+
+
+WRONG = [
+    ({"world": 7}, TypeError, "world: got 7, expected"),
+    ({"world": None}, TypeError, "world: got None"),
+    ({"world": Path("missing.yaml")}, WorldError, "no such file"),
+    ({"settings": {"a": 1}}, TypeError, "settings: got .*expected Settings"),
+    ({"settings": []}, TypeError, "settings: got .*expected Settings"),
+    ({"render_mode": "human"}, ValueError, "render_mode: got 'human', expected None"),
+]
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize(("given", "kind", "words"), WRONG)
+def test_a_wrong_argument_is_named_with_what_was_expected(given, kind, words):
+    with pytest.raises(kind, match=words):
+        gymnasium.make(BOUNCE, **given)
+
+
+def test_a_path_is_a_world_numbers_of_numpy_are_numbers_and_a_driven_robot_cannot_be_copied(tmp_path):
+    save_world(load_world("u:1"), tmp_path / "u.yaml")
+    env = gymnasium.make(BOUNCE, world=tmp_path / "u.yaml", max_episode_steps=5).unwrapped
+    copy.deepcopy(env).reset(seed=np.int64(3))
+    env.reset(seed=np.uint8(3))
+    with pytest.raises(TypeError, match="cannot be copied or pickled"):
+        pickle.dumps(env)
+    with pytest.raises(ValueError, match="action: got 'ab', expected 2 finite"):
+        env.step("ab")
 
 
 def test_what_cannot_be_simulated_is_refused():

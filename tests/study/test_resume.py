@@ -182,13 +182,15 @@ def test_a_trial_that_raises_becomes_a_row_with_its_error_and_seed(tmp_path, mon
 
     monkeypatch.setattr(worker, "run_trial", failing)
     folder = tmp_path / "study"
-    assert main([*FEW, "--set", "simulator.noise=0.5,1", "--out", str(folder)]) == 0
+    assert main([*FEW, "--set", "simulator.noise=0.5,1", "--out", str(folder)]) == 1
     rows = [row for row in table(folder).to_pylist() if row["simulator.noise"] == 0.5]
     assert {(row["outcome"], row["error"]) for row in rows} == {("error", "RuntimeError: the robot fell over")}
     assert all(row["seed"] > 0 for row in rows)
     assert all(row["arrival_time_s"] is None for row in rows)
     assert [p["x"] for p in paths(folder).to_pylist() if p["simulator.noise"] == 0.5] == [[]] * len(rows)
-    assert f"{len(rows)} error" in capsys.readouterr().out
+    printed = capsys.readouterr()
+    assert f"{len(rows)} error" in printed.out
+    assert f"{len(rows)} trials were not run to their end: RuntimeError: the robot fell over" in printed.err
 
 
 @pytest.mark.soak

@@ -1,5 +1,6 @@
 """Checks of what a program gives: an error names the argument, the value and what was expected."""
 
+from types import UnionType
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,8 @@ def rising(key: str, times: Any, error: type[ValueError] = ValueError) -> np.nda
     return array
 
 
-def check_type(key: str, value: Any, kind: type, hint: str = "") -> None:
+def check_type(key: str, value: Any, kind: type | UnionType, hint: str = "") -> None:
     """Raises TypeError where a value is not of a type."""
     if not isinstance(value, kind):
-        raise TypeError(f"{key}: got {value!r:.80}, expected {kind.__name__}{hint}")
+        name = getattr(kind, "__name__", str(kind))
+        raise TypeError(f"{key}: got {value!r:.80}, expected {name}{hint}")

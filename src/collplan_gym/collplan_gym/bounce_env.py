@@ -1,11 +1,13 @@
 """`collplan/Bounce-v0`: reach a goal in an unknown place in the least time; contact costs nothing but what it does."""
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from collplan_core.given import check_type, finite
 from collplan_core.parameters import Settings
 from collplan_core.plane import rotate
 from collplan_core.sensing.pose_filter import SPEED_ALLOWANCE
@@ -35,18 +37,33 @@ class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
     Args:
         world: NAME, FILE, FAMILY:SEED or a World; a FAMILY alone draws a new world of it at each reset.
         settings: all parameters; the shipped ones by default.
+        render_mode: gymnasium's keyword; None, as nothing is drawn.
+
+    After `reset` it cannot be copied or pickled: make another one.
 
     Raises:
+        TypeError: world or settings are of another type.
         WorldError: no such world, or one without start or goal.
+        ValueError: a `render_mode`.
         ParameterError: a sensor that is not simulated here.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  # gymnasium's own form
 
-    def __init__(self, world: str | World = "serpentine", settings: Settings | None = None) -> None:
-        self._settings = settings or Settings()
+    def __init__(
+        self,
+        world: str | Path | World = "serpentine",
+        settings: Settings | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        self._settings = Settings() if settings is None else settings
+        check_type("settings", self._settings, Settings, ", as in Settings()")
+        check_type("world", world, str | Path | World, ", as in 'u:7'")
+        if render_mode is not None:
+            raise ValueError(f"render_mode: got {render_mode!r}, expected None: nothing is drawn")
+        self.render_mode = None
         self._family = FAMILIES.get(world) if isinstance(world, str) else None
-        self._world = load_world(world) if isinstance(world, str) and self._family is None else world
+        self._world = world if isinstance(world, World) or self._family else load_world(world)
         lidar, speed = self._settings.lidar, self._settings.robot.max_speed
         n, far = lidar.n_beams, lidar.range_max
         self.observation_space = spaces.Dict(
@@ -62,7 +79,7 @@ class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Starts a new episode: the robot rests at the start of its world."""
-        super().reset(seed=seed)
+        super().reset(seed=int(seed) if isinstance(seed, np.integer) else seed)
         if self._family is not None:
             self._world = self._family(int(self.np_random.integers(MOST_SEEDS)))
         world = self._world
@@ -79,17 +96,25 @@ class BounceEnv(gymnasium.Env[Observation, np.ndarray]):
         self._began = measured.states[-1].stamp
         return self._seen(measured)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """State to be pickled or copied, before the first `reset` alone.
+
+        Raises:
+            TypeError: after it: the robot holds generators of noise and a physics engine.
+        """
+        if self._robot is not None:
+            raise TypeError("collplan/Bounce-v0: cannot be copied or pickled after reset, expected a new environment")
+        return self.__dict__
+
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Runs a control period under a velocity (2,) [m/s, body frame].
 
         Raises:
             ValueError: not finite, or `reset` was not called.
         """
-        velocity = np.asarray(action, dtype=float)
+        velocity = finite("action", action, (2,), "expected 2 finite numbers [m/s]")
         if self._robot is None:
             raise ValueError("step: called before reset")
-        if velocity.shape != (2,) or not np.isfinite(velocity).all():
-            raise ValueError(f"action: got {action!r}, expected 2 finite numbers")
         measured = self._robot.drive(velocity, self._yaw)
         observation, info = self._seen(measured)
         limits = self._settings

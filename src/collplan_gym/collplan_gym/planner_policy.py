@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from collplan_core.deadline import never
+from collplan_core.given import check_type
 from collplan_core.goal import Goal
 from collplan_core.loop.controller_loop import ControllerLoop
 from collplan_core.loop.decisions import Cycle, Decision
@@ -35,10 +36,13 @@ class PlannerPolicy:
 
     Raises:
         ParameterError: unknown strategy.
+        TypeError: settings of another type.
     """
 
     def __init__(self, strategy: str, settings: Settings | None = None) -> None:
-        self._settings = (settings or Settings()).with_values({"planner.strategy": strategy})
+        given = Settings() if settings is None else settings
+        check_type("settings", given, Settings, ", as in Settings()")
+        self._settings = given.with_values({"planner.strategy": strategy})
         self._stamp, self._due = math.inf, -math.inf
         self.plan: Plan | None = None
 

@@ -16,13 +16,14 @@ from collplan_study.run.provenance import finished_session, new_session
 from collplan_study.run.row_file import RowFile
 from collplan_study.run.runner import progress_bar, run_tasks
 from collplan_study.run.study_folder import REPORT, ROWS, make_folder, write_provenance
+from collplan_study.tables.rows import ERROR
 from collplan_study.tables.table_files import write_tables
 
 INCOMPLETE, REFUSED, INTERRUPTED = 1, 2, 130
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Entry point of `study`; exit code 0 when every trial that was to be run has its row."""
+    """Entry point of `study`; exit code 0 when every trial that was to be run has its row, and none is an error."""
     try:
         return _run(parse(args))
     except StudyError as error:
@@ -48,12 +49,14 @@ def _complete(options: StudyOptions, study: Study, folder: Path, rows: RowFile, 
         return _stopped(INCOMPLETE, f"{error}; {advice}")
     except KeyboardInterrupt:
         return _stopped(INTERRUPTED, f"interrupted; {advice}")
-    _print_outcomes(folder, rows)
+    errors = _print_outcomes(folder, rows)
     if options.report:
         print(f"report: {folder / REPORT}")
     if len(rows) < len(study.grid):
         print(f"{len(study.grid) - len(rows)} trials were not run; {advice}")
-    return 0
+    for message, count in errors.most_common():
+        print(f"study: {count} trials were not run to their end: {message}", file=sys.stderr)
+    return INCOMPLETE if errors else 0
 
 
 def _run_missing(options: StudyOptions, study: Study, folder: Path, rows: RowFile, pool: Pool) -> None:
@@ -81,7 +84,9 @@ def _stopped(code: int, reason: object) -> int:
     return code
 
 
-def _print_outcomes(folder: Path, rows: RowFile) -> None:
-    outcomes = Counter(record["row"]["outcome"] for record in rows)
-    counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
-    print(f"{folder}: {len(rows)} trials (simulated): {counts}")
+def _print_outcomes(folder: Path, rows: RowFile) -> Counter[str]:
+    """Prints how the trials ended; returns how often each error ended one."""
+    found = [record["row"] for record in rows]
+    counts = ", ".join(f"{n} {outcome}" for outcome, n in Counter(row["outcome"] for row in found).most_common())
+    print(f"{folder}: {len(found)} trials (simulated): {counts}")
+    return Counter(row["error"] for row in found if row["outcome"] == ERROR)

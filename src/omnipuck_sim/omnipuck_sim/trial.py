@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from collplan_core.deadline import Deadline, after, never
-from collplan_core.evaluation.run_end import OUTCOMES, REACHED, RunMonitor
+from collplan_core.evaluation.run_end import OUTCOMES, REACHED, RunMonitor, drive_noise_hint
 from collplan_core.given import check_type, finite
 from collplan_core.goal import EXECUTING, Goal
 from collplan_core.loop.controller_loop import ControllerLoop
@@ -120,7 +120,7 @@ class _Nodes:
     @property
     def reason(self) -> str:
         """Reason why the goal was given up, or why the run is over."""
-        return self._monitor.reason or self._planner.trouble
+        return (self._monitor.reason or self._planner.trouble) + drive_noise_hint(self.settings)
 
     @property
     def newest_stamp(self) -> float:

@@ -56,13 +56,14 @@ class TrialResult:
     trajectory: np.ndarray
     plans: tuple[np.ndarray, ...]
 
+    @property
+    def reached(self) -> bool:
+        """Whether the robot reached its goal."""
+        return self.outcome == REACHED
+
     def __repr__(self) -> str:
         """Summary in a line: outcome and impacts."""
-        when = (
-            f"{self.outcome} in {self.arrival_time:.2f} s"
-            if self.outcome == REACHED
-            else f"{self.outcome}: {self.reason}"
-        )
+        when = f"{self.outcome} in {self.arrival_time:.2f} s" if self.reached else f"{self.outcome}: {self.reason}"
         touches = f"{len(self.impacts)} impacts, {int(self.deliberate.sum())} deliberate"
         return f"TrialResult({self.world}, {self.strategy}, seed {self.seed}: {when}; {touches})"
 

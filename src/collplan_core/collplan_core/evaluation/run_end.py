@@ -9,7 +9,7 @@ import numpy as np
 
 from collplan_core import goal
 from collplan_core.command import HAND, STOPPED
-from collplan_core.parameters import Trial
+from collplan_core.parameters import Settings, Trial
 
 REACHED = "reached"
 ABORTED = "aborted"
@@ -18,6 +18,18 @@ TIMEOUT = "timeout"
 STUCK = "stuck"
 OUTCOMES = {goal.SUCCEEDED: REACHED, goal.ABORTED: ABORTED, goal.CANCELED: CANCELED}
 """Outcome of a run by the final status of its goal."""
+
+
+def drive_noise_hint(settings: Settings) -> str:
+    """Part of a reason, after another one, where the simulated drive errs by half of v_max or more; else empty."""
+    simulator = settings.simulator
+    error = simulator.noise * math.hypot(simulator.actuation_noise, simulator.actuation_bias)
+    if error < 0.5 * settings.robot.max_speed:
+        return ""
+    return (
+        f"; simulator.noise: the drive errs by {error:.2g} m/s at robot.max_speed {settings.robot.max_speed:g} m/s,"
+        " expected less than half of that"
+    )
 
 
 class RunMonitor:

@@ -10,6 +10,8 @@ from dataclasses import MISSING, dataclass, field, fields, replace
 from difflib import get_close_matches
 from typing import Any, ClassVar
 
+import numpy as np
+
 _IN_WORDS = {
     bool: "true or false",
     int: "a whole number",
@@ -53,6 +55,8 @@ class Spec:
         Raises:
             ParameterError: wrong type, not finite, out of range or not among the choices.
         """
+        if isinstance(value, np.generic):
+            value = value.item()
         if isinstance(self.default, tuple):
             return self._checked_numbers(value)
         kind = type(self.default)

@@ -8,7 +8,7 @@ import numpy as np
 from action_msgs.msg import GoalStatus
 
 from collplan_core.evaluation.machine import pace_words
-from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, STUCK, TIMEOUT, RunMonitor
+from collplan_core.evaluation.run_end import ABORTED, CANCELED, REACHED, STUCK, TIMEOUT, RunMonitor, drive_noise_hint
 from collplan_ros.bringup.failures import GraphError, Interrupted, StartError
 from collplan_ros.bringup.graph import LATE, Graph
 from collplan_ros.bringup.listener import REST_PATIENCE
@@ -170,10 +170,14 @@ class Bringup:
     def reason(self, outcome: str) -> str:
         """Returns why the goal was not reached, for the outcome of `drive`; the planner's report may come after it."""
         if outcome == ABORTED:
-            return self.graph.recorder.status(PLANNER).message + self.graph.complaints.frozen
+            return self.graph.recorder.status(PLANNER).message + self.graph.complaints.frozen + self._noise_hint
         if outcome == EMERGENCY_STOP:
             return self.graph.recorder.emergency_stop
-        return self._why if outcome in MONITORED else ""
+        return self._why + self._noise_hint if outcome in MONITORED else ""
+
+    @property
+    def _noise_hint(self) -> str:
+        return drive_noise_hint(self.preparation.settings) if self.preparation.robot.simulated else ""
 
     def _why_not_there(self, monitored: str) -> str:
         """Returns why the robot is not at the goal: a hold first, then a standing controller, then the planner."""

@@ -80,7 +80,8 @@ Runs a grid of simulated trials: worlds x strategies x mapping periods x --set a
 300 runs. A trial's noise depends on world, trial number and --seed alone, so that strategies meet the same noise.
 
 Every row is written when its trial ends: after a stop of any kind, --resume DIR completes the study.
-The request is fulfilled: exit code 0. Workers or disk were lost: 1. It cannot be fulfilled: 2. Ctrl-C: 130.
+The request is fulfilled: exit code 0. Workers or disk were lost, or a trial ended in an error: 1. The request cannot be
+fulfilled: 2. Ctrl-C: 130.
 """
 EPILOG = """\
 examples:

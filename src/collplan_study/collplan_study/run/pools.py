@@ -1,5 +1,6 @@
 """Pools of workers for the trials: this process, several processes, or a Dask cluster."""
 
+import logging
 import multiprocessing
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
@@ -59,6 +60,9 @@ def _on_cluster(address: str) -> Iterator[Pool]:
     # imported late: it takes a second, and few studies need it
     from distributed import Client
 
+    # a scheduler that dies is said in a sentence of the study's own
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(address, timeout=PATIENCE)
     except (OSError, ValueError, TypeError) as error:

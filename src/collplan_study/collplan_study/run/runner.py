@@ -50,7 +50,8 @@ def _result(future: Future[list[TrialRow]]) -> list[TrialRow]:
 
 
 def _lost(error: Exception) -> WorkersLost:
-    return WorkersLost(f"workers lost ({type(error).__name__}: {error})")
+    said = f": {error}" if str(error) else ""
+    return WorkersLost(f"workers, or the scheduler of their cluster, are gone ({type(error).__name__}{said})")
 
 
 def progress_bar(total: int, done: int, unit: str) -> tqdm:
