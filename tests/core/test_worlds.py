@@ -1,6 +1,7 @@
 """What a world is, its files, the shipped arenas, how a world is named, and what each seeded family promises."""
 
 import hashlib
+import re
 from functools import cache
 from itertools import combinations
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 
 from collplan_core.worlds import World, WorldError, arena_names, check_route, load_world, save_world, world_segments
 from collplan_core.worlds.families import FAMILIES
@@ -119,7 +121,8 @@ TOUCHING = [
 @pytest.mark.parametrize(("polygons", "circles", "start"), TOUCHING)
 def test_a_disc_that_touches_has_room_and_a_tenth_of_a_millimetre_deeper_has_none(polygons, circles, start, far):
     moved = tuple(np.array(corners) + far for corners in polygons)
-    world = World("w", moved, (*np.array(circles).reshape(-1, 3), *far, 0.0), (*far, far[0] + 2.0, far[1] + 1.0))
+    round_ones = np.array(circles).reshape(-1, 3) + np.array([*far, 0.0])
+    world = World("w", moved, round_ones, (*far, far[0] + 2.0, far[1] + 1.0))
     start, goal = np.array(start) + far, np.array((1.7, 0.5)) + far
     check_route(world, start, goal, 0.09)
     with pytest.raises(WorldError, match=r"start: .*near"):
@@ -249,6 +252,10 @@ def test_a_map_that_does_not_fit_is_refused_by_name(tmp_path):
     for change, words in (
         (("0.0]", "0.1]"), "origin: got yaw 0.1, expected 0"),
         (("resolution: 0.05", "resolution: 0"), "resolution: got 0"),
+        (("[-1.0", "[.nan"), "origin: got x nan"),
+        (("2.0, 0.0", ".inf, 0.0"), "origin: got x -1, y inf"),
+        (("0.0]", ".nan]"), "origin: got yaw nan"),
+        (("negate: 0\n", "negate: 0\nnegate: 1\n"), "line 5: negate: given in line 4"),
         (("0.65", "65"), "occupied_thresh: got 65"),
         (("negate: 0", "negate: no way"), "negate: got"),
         (("free_thresh: 0.25\n", ""), "free_thresh: missing"),
@@ -259,10 +266,64 @@ def test_a_map_that_does_not_fit_is_refused_by_name(tmp_path):
     ):
         with pytest.raises(WorldError, match=r"map\.yaml: " + words):
             load_world(write_map(tmp_path, speckles, MAP.replace(*change)))
+    with pytest.raises(WorldError, match=r"start: .*an occupied cell \(negate"):
+        load_world(write_map(tmp_path, speckles[:20, :20], MAP + "start: [-0.975, 2.025]\n"))
+    assert load_world(write_map(tmp_path, speckles[:20, :20], MAP.replace("0.05", "5e-2").replace("0.0]", "1e-17]")))
     few, ends = speckles[:20, :20], "start: [-0.925, 2.025]\ngoal: [-2.0, 2.0]\n"
     with pytest.raises(WorldError, match=r"map\.yaml: goal: .*outside"):
         load_world(write_map(tmp_path, few, MAP + ends))
     np.testing.assert_array_equal(load_world(write_map(tmp_path, few, MAP + ends[:23])).start, [-0.925, 2.025])
+
+
+PIXELS = [
+    ((0, 0, 0), True), ((255, 255, 255), False), ((0, 255, 0), True), ((0, 200, 0), True), ((255, 0, 0), True),
+    ((0, 0, 255), True), ((255, 255, 0), False), ((0, 255, 255), False), ((89, 89, 90), False), ((89, 89, 89), True),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["RGB", "P", "RGBA"])
+@pytest.mark.parametrize("mode", ["trinary", "scale"])
+def test_a_colour_is_the_mean_of_its_channels_as_in_map_server(tmp_path, kind, mode):
+    image = Image.new("RGB", (len(PIXELS), 1))
+    image.putdata([colour for colour, _ in PIXELS])
+    image.convert(kind, palette=Image.Palette.ADAPTIVE).save(tmp_path / "map.png")
+    (tmp_path / "map.yaml").write_text(MAP.replace("map.pgm", "map.png") + f"mode: {mode}\n")
+    world = load_world(tmp_path / "map.yaml")
+    for k, (colour, solid) in enumerate(PIXELS):
+        with_opacity = kind == "RGBA" and mode == "trinary"
+        shade = (sum(colour) + 255) / 4 if with_opacity else sum(colour) / 3
+        expected = 1.0 - shade / 255 > 0.65 if with_opacity else solid
+        assert bool(obstacle_at(world, np.array([-1.0 + 0.05 * (k + 0.5), 2.025]))) == expected, colour
+
+
+@pytest.mark.parametrize("kind", ["RGBA", "LA", "P", "L", "RGB"])
+def test_a_transparent_pixel_is_refused_in_every_kind_of_image(tmp_path, kind):
+    image = Image.new(kind if kind in ("RGBA", "LA") else "L", (3, 1), 0)
+    said = {} if "A" in kind else {"transparency": (0, 0, 0) if kind == "RGB" else 0}
+    image.convert(kind).save(tmp_path / "map.png", **said)
+    (tmp_path / "map.yaml").write_text(MAP.replace("map.pgm", "map.png"))
+    with pytest.raises(WorldError, match=r"image: .*transparent"):
+        load_world(tmp_path / "map.yaml")
+
+
+def test_a_world_is_read_as_strictly_as_a_parameter_file(tmp_path):
+    bounds, bomb = "bounds: [0, 0, 3, 2]\n", "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1]\n"
+    bomb += "".join(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 9))
+    for text, words in (
+        (bounds + "goal: [1, 1]\ngoal: [2, 1]\n", "line 3: goal: given in line 2"),
+        (bounds + "circles: []\nname: x\ncircles: []\n", "line 4: circles"),
+        (bounds + "circles: [{center: [1, 1], radius: 1, radius: 2}]\n", "line 2: radius"),
+        (bomb + bounds, "by aliases"),
+        (bounds.replace("0, 0", "&a [*a]"), "alias"),
+        (bounds + "name: 2026-13-45\ngoal: 2026-01-01\n", "goal: got '2026-01-01'"),
+        (bounds + "circles: [{center: [1, 1], radius: 1_0}]\n", "radius: got '1_0'"),
+    ):
+        (tmp_path / "world.yaml").write_text(text)
+        with pytest.raises(WorldError, match=r"world\.yaml: .*" + re.escape(words)):
+            load_world(tmp_path / "world.yaml")
+    circles = "circles: [&c {center: [1, 1], radius: 5e-2}, {<<: *c, radius: 1e-3}]\n"
+    (tmp_path / "world.yaml").write_text(bounds + circles)
+    assert load_world(tmp_path / "world.yaml").circles[:, 2].tolist() == [0.05, 0.001]
 
 
 def test_what_is_no_readable_text_file_is_refused_and_where_none_can_be_written_is_said(tmp_path):

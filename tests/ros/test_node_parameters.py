@@ -1,12 +1,14 @@
 """Parameters of nodes: declared from the groups, checked, live or not."""
 
 import pytest
+import rclpy
 from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from collplan_core.parameters import GROUPS, Limits, Mocap, Robot, Settings
-from collplan_core.parameters.file import write_values
+from collplan_core.parameters.file import read_parameters, write_values
 from collplan_core.parameters.spec import ParameterError, specs
 from collplan_ros.node_kit.node_parameters import declare, on_change, read_settings
 
@@ -100,3 +102,37 @@ def test_a_list_of_a_parameter_file_is_read_an_empty_one_too(ros, tmp_path):
         write_values({"limits.fence": list(fence)}, path)
         node = ros.make(lambda **kwargs: Declaring((Limits,), cli_args=arguments, **kwargs))
         assert read_settings(node, Limits).limits.fence == fence
+
+
+TEXTS = (
+    "y",
+    "N",
+    "nan",
+    "inf",
+    "08",
+    "1e5",
+    "~",
+    "null",
+    "on",
+    "1:30",
+    "0x10",
+    "\u00fc # :",
+    'it\'s "so"',
+    "2026-01-01",
+    "true",
+)
+
+
+def test_ros_reads_every_text_that_is_written_as_text(tmp_path):
+    path = tmp_path / "written.yaml"
+    for text in TEXTS:
+        write_values({"mocap.subject": text}, path)
+        context = Context()
+        rclpy.init(args=["--ros-args", "--params-file", str(path)], context=context)
+        try:
+            node = rclpy.create_node("reader", context=context, automatically_declare_parameters_from_overrides=True)
+            assert node.get_parameter("mocap.subject").value == text
+            node.destroy_node()
+        finally:
+            context.try_shutdown()
+        assert read_parameters(path) == {"mocap.subject": text}

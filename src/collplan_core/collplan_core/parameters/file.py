@@ -12,10 +12,9 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from collplan_core.parameters import Settings, all_specs, unknown_key
+from collplan_core.parameters import GROUPS, Settings, all_specs, unknown_key
 from collplan_core.parameters.spec import ParameterError
+from collplan_core.yaml_text import YamlError, dump_yaml, parse_yaml, read_text
 
 ROS_KEYS = ("use_sim_time", "start_type_description_service")
 """Keys that every ROS node declares itself."""
@@ -33,48 +32,29 @@ NODES = (
 )
 """Names of the nodes that have parameters."""
 
-LONGEST = 1 << 20
-"""Largest parameter file [bytes]; one with every parameter has a hundredth of it."""
-
 _PARAMETERS = "ros__parameters"
 _EVERY_NODE = "/**"
-_WILDCARDS = ("*", "**")
+_WILDCARDS = {"*": r"/\w+", "**": r"(/\w+)*"}
+"""Names that stand for any one, and for any number of names, as a form of them."""
+_FORM = f"NODE: {_PARAMETERS}: KEY: VALUE"
 
 
-class _Loader(yaml.SafeLoader):
-    """Reads 1e-3 as a number and refuses aliases, as ROS does; YAML 1.1 does neither."""
+def read_parameters(path: str | Path, namespace: str = "/") -> dict[str, Any]:
+    """Every `group.field` key of a file and its checked value, for all nodes of a namespace.
 
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            event = self.peek_event()
-            raise ParameterError(f"line {event.start_mark.line + 1}: got the alias *{event.anchor}, expected a value")
-        return super().compose_node(parent, index)
-
-
-class _Dumper(yaml.SafeDumper):
-    """Quotes text that ROS would take for a number."""
-
-
-for kind in (_Loader, _Dumper):
-    kind.add_implicit_resolver(
-        "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+$"), list("-+0123456789")
-    )
-
-
-def read_parameters(path: str | Path) -> dict[str, Any]:
-    """Every `group.field` key of a file and its checked value, whichever node it is for.
-
-    A node's own section goes before the one for every node (`/**`). Keys of ROS itself are left out.
+    A node's own section goes before those with a wildcard. Sections of other namespaces are left out, by the rule of
+    ROS, and so are keys of ROS itself.
 
     Raises:
-        ParameterError: no such file, not this format, a section for an unknown node, an unknown key, a value that does
-            not fit its parameter, or two nodes' sections that differ; names the file, the key, the value and what
-            was expected.
+        ParameterError: no such file, not this format, a section for an unknown node or for no node of the namespace, a
+            key that is unknown or given twice, a value that does not fit its parameter, or two nodes' sections that
+            differ; names the file, the key, the value and what was expected.
     """
     try:
-        values = _merged(_sections("", _loaded(path)))
+        sections = list(_sections("", parse_yaml(read_text(Path(path)), as_ros=True)))
+        values = _merged(_of_namespace(sections, f"/{namespace.strip('/')}".rstrip("/")))
         Settings().with_values(values)
-    except ParameterError as error:
+    except (ParameterError, YamlError) as error:
         raise ParameterError(f"{path}: {error}") from None
     return values
 
@@ -91,7 +71,7 @@ def write_values(values: Mapping[str, Any], path: str | Path, comment: str = "")
         group, name = key.split(".")
         groups.setdefault(group, {})[name] = value
     heading = "".join(f"# {line}\n" for line in comment.splitlines())
-    Path(path).write_text(heading + yaml.dump({_EVERY_NODE: {_PARAMETERS: groups}}, Dumper=_Dumper, sort_keys=False))
+    Path(path).write_text(heading + dump_yaml({_EVERY_NODE: {_PARAMETERS: groups}}), encoding="utf-8")
 
 
 def is_ros_key(key: str) -> bool:
@@ -99,50 +79,65 @@ def is_ros_key(key: str) -> bool:
     return key in ROS_KEYS
 
 
-def _loaded(path: str | Path) -> Any:
-    try:
-        with Path(path).open("rb") as file:
-            text = file.read(LONGEST + 1)
-        if len(text) > LONGEST:
-            raise ParameterError(f"longer than {LONGEST} bytes, expected a parameter file")
-        return yaml.load(text.decode(), _Loader)
-    except RecursionError:
-        raise ParameterError(f"nested too deep, expected NODE: {_PARAMETERS}: KEY: VALUE") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ParameterError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    except yaml.YAMLError as error:
-        raise ParameterError(f"not YAML: {' '.join(str(error).split())}") from None
-
-
 def _sections(node: str, content: Any) -> Iterator[tuple[str, dict[str, Any]]]:
     """Node name and flat parameters of each section; namespaces may be nested."""
     if not isinstance(content, Mapping) or not content:
-        raise ParameterError(f"{node or 'file'}: got {content!r}, expected NODE: {_PARAMETERS}: KEY: VALUE")
+        raise ParameterError(f"{node or 'file'}: got {content!r:.80}, expected {_FORM}")
     for name, inner in content.items():
         if name == _PARAMETERS and node:
-            yield node, dict(_flat("", inner))
+            yield node, _flat(inner)
         else:
             yield from _sections(f"{node}/{name}" if node else str(name), inner)
 
 
-def _flat(prefix: str, content: Any) -> Iterator[tuple[str, Any]]:
+def _flat(content: Any) -> dict[str, Any]:
+    """Parameters by their whole names."""
     if not isinstance(content, Mapping):
-        raise ParameterError(f"{_PARAMETERS}: got {content!r}, expected KEY: VALUE")
+        raise ParameterError(f"{_PARAMETERS}: got {content!r:.80}, expected KEY: VALUE")
+    found: dict[str, Any] = {}
+    for key, value in _entries("", content):
+        if key in found:
+            raise ParameterError(f"{key}: given as {found[key]!r:.80} and as {value!r:.80}, expected it once")
+        found[key] = value
+    return found
+
+
+def _entries(prefix: str, content: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for name, value in content.items():
         if isinstance(value, Mapping):
-            yield from _flat(f"{prefix}{name}.", value)
+            yield from _entries(f"{prefix}{name}.", value)
+        elif value is None and f"{prefix}{name}" in {group.group for group in GROUPS}:
+            raise ParameterError(f"{prefix}{name}: holds nothing, expected KEY: VALUE below it, or no such line")
         else:
             yield f"{prefix}{name}", value
+
+
+def _of_namespace(sections: list[tuple[str, dict[str, Any]]], namespace: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """The sections that are for a node of a namespace, such as "/robot1" or ""."""
+    used = 0
+    for node, parameters in sections:
+        *spaces, name = node.strip("/").split("/")
+        pattern = "".join(_WILDCARDS.get(token, f"/{re.escape(token)}") for token in (*spaces, name))
+        known = name in NODES or name in _WILDCARDS
+        if any(re.fullmatch(pattern, f"{namespace}/{one}") for one in (NODES if known else (name,))):
+            used += 1
+            _check_node(node)
+            yield node, parameters
+        elif not spaces:
+            _check_node(node)
+            raise ParameterError(f"{node}: no node of {namespace} has this name, expected {namespace}/{name}")
+    if not used:
+        ours = f"{namespace}/** or {_EVERY_NODE}" if namespace else _EVERY_NODE
+        raise ParameterError(f"no section is for nodes of {namespace or '/'}, expected {ours}")
 
 
 def _merged(sections: Iterator[tuple[str, dict[str, Any]]]) -> dict[str, Any]:
     general: dict[str, Any] = {}
     special: dict[str, Any] = {}
     for node, parameters in sections:
-        _check_node(node)
         for key, value in _checked(parameters).items():
-            if node == _EVERY_NODE:
-                general[key] = value
+            if node.rsplit("/", 1)[-1] in _WILDCARDS:
+                general[key] = value  # of several the last one goes, as for ROS
             elif special.setdefault(key, value) != value:
                 raise ParameterError(f"{key}: got {special[key]!r} and, for {node}, {value!r}, expected one value")
     return general | special

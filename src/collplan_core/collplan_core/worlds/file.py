@@ -20,17 +20,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from collplan_core.worlds.keys import check_keys, numbers
-from collplan_core.worlds.occupancy_map import as_world_file
+from collplan_core.worlds.occupancy_map import as_world_file, in_words_of_map
 from collplan_core.worlds.shapes import BOUNDS_FORM, MOST_OBSTACLES, POLYGON_FORM, World, WorldError
+from collplan_core.yaml_text import YamlError, dump_yaml, parse_yaml, read_text
 
 KEYS = ("name", "bounds", "walled", "polygons", "circles", "start", "goal")
 CIRCLE_FORM = "expected {center: [x, y], radius: r} [m]"
 POINT_FORM = "expected [x, y] [m]"
-LONGEST = 1 << 20
-"""Largest world file [bytes]; one of 10000 circles has half of it, and takes 2 s to read."""
 
 
 def read_world(path: Path) -> World:
@@ -40,16 +38,9 @@ def read_world(path: Path) -> World:
         WorldError: the file is missing, cannot be read, is too large, is not YAML, or does not hold a world.
     """
     try:
-        with path.open("rb") as file:
-            held = file.read(LONGEST + 1)
-        if len(held) > LONGEST:
-            size = max(path.stat().st_size, len(held))
-            raise WorldError(f"{path}: got {size} bytes, expected a world file of at most {LONGEST}")
-        text = held.decode()
-    except FileNotFoundError:
-        raise WorldError(f"{path}: no such file, expected a world file in YAML") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise WorldError(f"{path}: cannot be read as text ({error}), expected a world file in YAML") from None
+        text = read_text(path)
+    except YamlError as error:
+        raise WorldError(f"{path}: {error}, expected a world file in YAML") from None
     return parse_text(text, str(path), path.stem, path.parent)
 
 
@@ -66,11 +57,9 @@ def parse_text(text: str, source: str, name: str, folder: Path = Path()) -> Worl
     if circles > MOST_OBSTACLES:
         raise WorldError(f"{source}: circles: got {circles}, expected at most {MOST_OBSTACLES}")
     try:
-        mapping = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError) as error:
-        raise WorldError(f"{source}: not YAML: {' '.join(str(error).split())}") from None
-    except RecursionError:
-        raise WorldError(f"{source}: nested too deep, expected keys and values: {', '.join(KEYS)}") from None
+        mapping = parse_yaml(text)
+    except YamlError as error:
+        raise WorldError(f"{source}: {error}") from None
     if not isinstance(mapping, Mapping):
         raise WorldError(f"{source}: got {mapping!r:.80}, expected keys and values: {', '.join(KEYS)}")
     return parse_world({"name": name, **mapping}, source, folder)
@@ -82,8 +71,9 @@ def parse_world(mapping: Mapping[str, Any], source: str, folder: Path = Path()) 
     Raises:
         WorldError: an unknown, missing or malformed key.
     """
+    is_map = "image" in mapping
     try:
-        if "image" in mapping:
+        if is_map:
             mapping = as_world_file(mapping, folder)
         check_keys(mapping, KEYS, required=("name", "bounds"))
         return World(
@@ -97,7 +87,8 @@ def parse_world(mapping: Mapping[str, Any], source: str, folder: Path = Path()) 
             source=source,
         )
     except WorldError as error:
-        raise WorldError(f"{source}: {error}") from None
+        said = in_words_of_map(str(error)) if is_map else str(error)
+        raise WorldError(f"{source}: {said}") from None
 
 
 def save_world(world: World, path: Path) -> None:
@@ -123,7 +114,7 @@ def world_text(world: World) -> str:
     }
     ends = {"start": world.start, "goal": world.goal}
     mapping |= {key: point.tolist() for key, point in ends.items() if point is not None}
-    return yaml.safe_dump(mapping, sort_keys=False, default_flow_style=None)
+    return dump_yaml(mapping, flow=None)
 
 
 def _entries(mapping: Mapping[str, Any], key: str) -> list[Any]:

@@ -1,17 +1,19 @@
 """Maps in the form of ROS's map_server: a YAML file and a grey image, whose occupied cells become rectangles.
 
-    image: lab.pgm              # from the file's folder on; PGM, PNG or BMP
+    image: lab.pgm              # from the file's folder on; PGM, PNG or BMP, opaque; of a colour the mean counts
     mode: trinary               # optional; or scale, which has the same occupied cells
     resolution: 0.05            # side of a cell [m]
     origin: [-2.0, -3.0, 0]     # x, y [m] of the lower left corner, and yaw, which must be 0
     negate: 0                   # 1: white is occupied, not black
-    occupied_thresh: 0.65       # a cell is occupied where its occupancy, from 0 to 1, is not less
+    occupied_thresh: 0.65       # a cell is occupied where its occupancy, from 0 to 1, is more
     free_thresh: 0.25
 
 All other cells, unknown ones too, are free. `name`, `walled`, `start` and `goal` are those of a world file; map_server
 does not read them. Nothing stands at the edges of the image unless `walled` is true.
 """
 
+import re
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -24,8 +26,12 @@ from collplan_core.worlds.shapes import WorldError
 REQUIRED = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 OF_WORLD_FILE = ("name", "walled", "start", "goal")
 MODES = ("trinary", "scale")
-GREY = ("1", "L", "P", "RGB")
-"""Kinds of images, as Pillow calls them, whose grey values are of 8 bits and have no transparency."""
+ALPHA = ("LA", "PA", "RGBA")
+"""Kinds of images, as Pillow calls them, whose pixels have an opacity."""
+KINDS = ("1", "L", "P", "RGB", *ALPHA)
+"""Kinds of images whose channels have 8 bits."""
+LEVEL = 1e-6
+"""Largest yaw that counts as none [rad]."""
 MOST_RECTANGLES = 4000
 
 
@@ -44,16 +50,23 @@ def as_world_file(mapping: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     if not 0.0 < side < np.inf:
         raise WorldError(f"resolution: got {side:g}, expected a number above 0 [m]")
     *corner, yaw = numbers("origin", mapping["origin"], 3, "expected [x, y, yaw] [m, rad]")
-    if yaw != 0.0:
+    if not np.isfinite(corner).all():
+        raise WorldError(f"origin: got x {corner[0]:g}, y {corner[1]:g}, expected finite numbers [m]")
+    if not abs(yaw) < LEVEL:
         raise WorldError(f"origin: got yaw {yaw:g}, expected 0: turn the image")
     threshold, _ = (_share(key, mapping[key]) for key in ("occupied_thresh", "free_thresh"))
-    shades = _shades(folder / str(mapping["image"]))
-    found = rectangles_of((shades if mapping["negate"] else 1.0 - shades) >= threshold)
+    shades = _shades(folder / str(mapping["image"]), mapping.get("mode", "trinary"))
+    found = rectangles_of((shades if mapping["negate"] else 1.0 - shades) > threshold)
     # rounded, so that a file written of them is short
     corners = np.round(np.tile(corner, 2) + side * found, 6)[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
     bounds = np.round([*corner, *(np.array(corner) + side * np.array(shades.shape[::-1]))], 6)
     kept = {key: mapping[key] for key in OF_WORLD_FILE if key in mapping}
     return {"bounds": bounds.tolist(), "walled": False, "polygons": corners.tolist(), **kept}
+
+
+def in_words_of_map(error: str) -> str:
+    """Returns a message on the polygons of a map, which nobody wrote, as one on its cells."""
+    return re.sub(r"polygons\[\d+\]", "an occupied cell (negate, occupied_thresh?)", error)
 
 
 def rectangles_of(occupied: np.ndarray) -> np.ndarray:
@@ -91,16 +104,28 @@ def _share(key: str, value: Any) -> float:
     return share
 
 
-def _shades(path: Path) -> np.ndarray:
-    """Shades (h, w) of an image, 0 for black to 1 for white, the lowest row first."""
+def _shades(path: Path, mode: str) -> np.ndarray:
+    """Shades (h, w) of an image, 0 for black to 1 for white, the lowest row first.
+
+    As in map_server a shade is the mean of the channels, in the mode trinary with opacity, where an image has one.
+    """
     # takes long to load
     from PIL import Image
 
     try:
-        with Image.open(path, formats=("PPM", "PNG", "BMP")) as image:
-            mode, shades = image.mode, np.asarray(image.convert("L"))
+        with warnings.catch_warnings(), Image.open(path, formats=("PPM", "PNG", "BMP")) as image:
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            if image.mode not in KINDS:
+                raise WorldError(f"image: {path}: got a {image.mode} image, expected channels of 8 bits")
+            layered = image.mode in ALPHA or "transparency" in image.info
+            grey = image.mode in ("1", "L") and not layered
+            channels = np.asarray(image.convert("L" if grey else "RGBA" if layered else "RGB"))
+    except WorldError:
+        raise
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise WorldError(f"image: {path}: cannot be read ({error}), expected a PGM, PNG or BMP file") from None
-    if mode not in GREY:
-        raise WorldError(f"image: {path}: got a {mode} image, expected grey values of 8 bits, none transparent")
-    return shades[::-1] / 255.0
+    if layered and channels[..., 3].min() < 255:
+        raise WorldError(f"image: {path}: has transparent pixels, expected opaque ones")
+    if not grey:
+        channels = channels[..., : 4 if layered and mode == "trinary" else 3].mean(axis=2)
+    return channels[::-1] / 255.0

@@ -98,7 +98,7 @@ def prepare(options: Options) -> Preparation:
     robot = robot_kind(options.robot)
     asked, chosen = options.asked(robot.simulated), options.values()
     try:
-        given = read_parameters(options.params) if options.params else {}
+        given = read_parameters(options.params, options.namespace) if options.params else {}
         _refuse_unsaid(options, robot)
         settings, speed = _slow(_settings(options, robot, given, chosen), options, robot, given)
         world = load_world(settings.simulator.world)

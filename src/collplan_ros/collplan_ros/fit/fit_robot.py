@@ -16,8 +16,11 @@ from collplan_core.parameters.spec import ParameterError
 from collplan_ros.fit.fitting import RobotFit, believed_otherwise, fit_robot, hits_found, same_simulated_drive
 from collplan_ros.fit.recorded_impacts import FARTHEST_WALL
 from collplan_ros.fit.recorded_path import FittedRun, fitted_run
+from collplan_ros.run.description import RUN
+from collplan_ros.run.reader import description
 from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RunError
+from collplan_ros.run.writer import RECORDING
 
 REFUSED = 2
 """Exit code of a fit that is not possible."""
@@ -80,10 +83,11 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _fit(options: argparse.Namespace) -> None:
-    given = read_parameters(options.params) if options.params else {}
     if options.out.exists() and not options.force:
         raise RunError(f"--out {options.out}: exists, expected a new file; --force replaces it")
     runs = _read(options.runs)
+    namespace = description(options.runs[0] / RECORDING, RUN).get("namespace", "/")
+    given = read_parameters(options.params, namespace) if options.params else {}
     _check_radius(given, options.params, runs)
     fit = fit_robot(runs)
     print(hits_found(runs, fit.usable, fit.left_out))
