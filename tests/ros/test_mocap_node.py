@@ -1,6 +1,7 @@
 """mocap_node alone, with a fake motion capture."""
 
 import math
+import time
 from importlib.util import find_spec
 
 import numpy as np
@@ -139,3 +140,49 @@ def test_frames_are_parameters(ros):
 def test_transform_without_tf2_msgs_is_an_error_that_says_so(ros):
     with pytest.raises(ParameterError, match=r"mocap\.publish_tf.*tf2_msgs"):
         ros.make(MocapNode, {"mocap.publish_tf": True})
+
+
+def test_poses_that_come_in_bursts_are_not_believed_and_the_stamps_are_named(ros, bench):
+    """12 poses at once, as a receiver gives them that stamps at receipt."""
+    for k in range(240):
+        bench.send_at(5.0 + 0.12 * (k // 12) + 1e-4 * (k % 12), 0.004 * k, 0.1)
+    assert ros.wait_until(lambda: bench.health.newest.level == DiagnosticStatus.WARN)
+    said = bench.health.newest.message
+    assert all(word in said for word in ("poses refused", "speed", "stamp at receipt (mocap.rate)")), said
+    assert all(abs(message.twist.twist.linear.x) <= 1.57 for message in bench.odometry)
+    assert not bench.impacts
+
+
+def test_poses_get_even_stamps_where_the_rate_of_the_cameras_is_told(ros):
+    bench = MocapBench(ros, {"mocap.rate": 100.0})
+    for k in range(40):
+        bench.send_at(0.0, 0.005 * k, 0.1)
+    assert ros.wait_until(lambda: len(bench.odometry) > 25)
+    stamps = [seconds_from_stamp(message.header.stamp) for message in bench.odometry]
+    assert all(0.002 < gap < 0.02 for gap in np.diff(stamps[5:])), np.diff(stamps)
+    assert not bench.refusals
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e-6, 0.25, 40.0])
+def test_stamps_in_another_unit_are_named(ros, bench, factor):
+    began = time.monotonic()
+    assert ros.wait_until(
+        lambda: bench.send_at(5.0 + factor * (t := time.monotonic() - began), 1e-4 * t, 0.1) or bench.refusals
+    )
+    assert bench.refusals[0].data.startswith("clock: ")
+    assert "of stamps in" in bench.refusals[0].data
+    assert bench.health.says("header.stamp")
+
+
+def test_an_odometry_that_stands_repeats_itself(ros):
+    odometry, refusals = ros.listen(Odometry, "mocap/odom", POSE_SUBSCRIBED), ros.listen(String, "mocap/refused", 10)
+    ros.make(MocapNode, {"mocap.format": "odometry", "mocap.topic": "odom"})
+    wheels = ros.publisher(Odometry, "odom", POSE_PUBLISHED)
+    message = Odometry()
+    message.header.frame_id, message.pose.pose.orientation.w = "map", 1.0
+    for k in range(40):
+        message.header.stamp.sec, message.header.stamp.nanosec = 5, 10_000_000 * k
+        wheels.publish(message)
+        ros.spin(0.005)
+    assert ros.wait_until(lambda: len(odometry) == 34)
+    assert not refusals

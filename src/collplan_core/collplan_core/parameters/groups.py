@@ -235,6 +235,7 @@ class Mocap(Parameters):
     format: str = parameter("pose", "Messages of the motion capture's receiver", choices=("pose", "pose_with_covariance", "odometry", "transform", "tf", "named_poses", "rigid_bodies", "vicon"))
     topic: str = parameter("mocap/pose", "Topic of the motion capture's messages")
     reliability: str = parameter("best_effort", "Reliability of the subscription to the motion capture; best_effort receives reliable messages too", choices=("best_effort", "reliable"))
+    rate: float = parameter(0.0, "Poses per second, for a receiver that stamps at receipt and delivers in bursts: poses get even stamps in their order of arrival. 0 believes header.stamp", unit="Hz", low=0.0, high=1000.0)
     subject: str = parameter("", "Name of the robot's body in messages with several; empty accepts any in messages with one")
     frame: str = parameter("", "header.frame_id of the messages; empty for frames.map. Its axes become those of frames.map")
     units: str = parameter("m", "Unit of measured positions", choices=("m", "mm"))
@@ -242,7 +243,7 @@ class Mocap(Parameters):
     body_offset_x: float = parameter(0.0, "The measured body's origin seen from the robot's centre: forward", unit="m", low=-1.0, high=1.0)
     body_offset_y: float = parameter(0.0, "The measured body's origin seen from the robot's centre: to the left", unit="m", low=-1.0, high=1.0)
     body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi)
-    accept_frozen: bool = parameter(False, "Accept a pose that equals the last one to the last bit; true for a simulation without noise", live=True)
+    accept_frozen: bool = parameter(False, "Accept a pose that equals the last one to the last bit; true for a simulation without noise. Format odometry always does", live=True)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,9 @@ A pose that `robot.max_speed` cannot explain, or whose stamp does not rise, is r
 such poses agree with each other. Where stamps did not rise, the motion capture restarted; else the robot was carried
 (kidnapped robot), or another body is mistaken for it. This is reported, and only a person may let the robot drive on.
 
+A velocity that the robot cannot have is not published: most often the stamps are wrong, as those of poses that came in
+a burst and were stamped at receipt. Then none is believed for `mocap.relocation_time`, and no impact.
+
 A pose that is tipped or off the floor is refused for as long as it is. So is a heading that leaps while the position
 goes on: nobody turns a robot like that, but markers that are nearly symmetric are taken for one another. It is trusted
 again when it is back, or by the rule above where the position leapt first, or after a silence of
@@ -22,18 +25,27 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from collplan_core.parameters import Mocap, Settings
-from collplan_core.sensing.impact_detection import IMPACT_REACH, DetectedImpact, FittedImpact, detected_impact
+from collplan_core.sensing.impact_detection import (
+    IMPACT_REACH,
+    SPEED_ALLOWANCE,
+    DetectedImpact,
+    FittedImpact,
+    detected_impact,
+)
 from collplan_core.sensing.pose_deviations import EXACT, Deviations, deviations_of
 from collplan_core.sensing.pose_track import FittedMotion, track_law, with_pose, with_pose_judged
 from collplan_core.sensing.six_degrees import YAW, tilt_of, turns, why_off_floor
 from collplan_core.state import State
 
-SPEED_ALLOWANCE = 1.2
-"""Largest speed that poses may show, as a multiple of max_speed."""
+CERTAIN = 4.0
+"""Noise of the velocity that is allowed for, in mocap.position_noise over mocap.velocity_window."""
+MISTAKEN = 2.0
+"""Multiple of the largest speed that no single wrong pose makes: the stamps are wrong, and so is what follows."""
 SAME_HIT_ANGLE = math.radians(45.0)
 """Largest angle between the two changes of velocity that one hit was found as [rad]; two walls in turn turn further."""
 
 NOT_FINITE, ZEROS, QUATERNION, STAMP, LEAP = "not_finite", "zeros", "quaternion", "stamp", "leap"
+SPEED = "speed"
 KIDNAPPED = "kidnapped"
 """Reason given beside an accepted pose to which the robot cannot have driven."""
 
@@ -117,6 +129,7 @@ class FilterMemory:
         impact: the last impact found in the track, None before the first.
         floor: height of the first pose taken [m]; None before it.
         heard: local time of receipt of the newest pose on the floor, refused or not [s].
+        mistrusted: local time until which no velocity is believed, after one that cannot be [s].
         unseen: whether none arrived for mocap.relocation_time since the last accepted one: the robot may have turned.
     """
 
@@ -126,6 +139,7 @@ class FilterMemory:
     impact: DetectedImpact | None = None
     floor: float | None = None
     heard: float = math.inf
+    mistrusted: float = -math.inf
     unseen: bool = False
 
 
@@ -139,11 +153,12 @@ class FilterResult:
     Attributes:
         state: None when the pose was refused, or while the first window fills.
         impact: an impact, once, when it is found; else None.
-        refused: reason of a refusal, empty when accepted: not_finite, tilt, height, stamp, leap or yaw.
+        refused: reason of a refusal, empty when accepted: not_finite, tilt, height, stamp, leap, yaw or speed.
         relocated: whether the robot is somewhere else now; plans are then invalid.
         kidnapped: whether it is, and not by stamps alone: somebody has moved it, or it is another body.
         yaw_rate: yaw rate of the state [rad/s].
         deviations: standard deviations of state and yaw rate.
+        speed: speed that the poses show [m/s].
     """
 
     state: State | None
@@ -153,6 +168,7 @@ class FilterResult:
     kidnapped: bool = False
     yaw_rate: float = math.nan
     deviations: Deviations = EXACT
+    speed: float = math.nan
 
 
 def filter_pose(
@@ -194,6 +210,12 @@ def filter_pose(
     return replace(result, relocated=True, kidnapped=memory.suspected != STAMP), taken
 
 
+def speed_limit(settings: Settings) -> float:
+    """Returns the largest speed that poses may show, noise included [m/s]."""
+    mocap = settings.mocap
+    return SPEED_ALLOWANCE * settings.robot.max_speed + CERTAIN * mocap.position_noise / mocap.velocity_window
+
+
 def warm_up() -> None:
     """Compiles the filter by a pose that is taken and one that has leapt, so that no pose has to wait for it."""
     memory = FRESH
@@ -215,12 +237,19 @@ def _accepted(
     impact, motion = detected_impact(FittedImpact(*fit)), FittedMotion(*slope)
     told = None if _is_same_hit(impact, memory.impact, settings.mocap) else impact
     track = Track(times, poses, track.begun, received, sample)
-    taken = FilterMemory(track, impact=impact or memory.impact, floor=memory.floor, heard=received)
+    taken = FilterMemory(
+        track, impact=impact or memory.impact, floor=memory.floor, heard=received, mistrusted=memory.mistrusted
+    )
     if math.isnan(motion.vx):
         return FilterResult(None, told), taken
+    speed, limit = math.hypot(motion.vx, motion.vy), speed_limit(settings)
+    if speed > MISTAKEN * limit:
+        taken = replace(taken, mistrusted=received + settings.mocap.relocation_time)
+    if speed > limit or received < taken.mistrusted:
+        return FilterResult(None, refused=SPEED, speed=speed), taken
     state = State(sample.stamp, sample.position, np.array((motion.vx, motion.vy)), sample.yaw)
     deviations = deviations_of(motion, settings.robot, settings.mocap)
-    return FilterResult(state, told, yaw_rate=motion.yaw_rate, deviations=deviations), taken
+    return FilterResult(state, told, yaw_rate=motion.yaw_rate, deviations=deviations, speed=speed), taken
 
 
 def _is_finite(sample: PoseSample) -> bool:

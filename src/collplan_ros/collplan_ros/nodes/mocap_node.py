@@ -1,6 +1,8 @@
 """Motion-capture poses in, odometry and impacts out; implausible poses are dropped and counted."""
 
+import math
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
@@ -10,6 +12,7 @@ from std_msgs.msg import String
 
 from collplan_core.ages import PosesClock
 from collplan_core.parameters import Frames, Limits, Mocap, Robot, Settings
+from collplan_core.sensing.even_stamps import even_stamp
 from collplan_core.sensing.impact_contact import impact_contact
 from collplan_core.sensing.impact_detection import DetectedImpact
 from collplan_core.sensing.mocap_body import MeasuredPose, robot_pose
@@ -22,6 +25,7 @@ from collplan_core.sensing.pose_filter import (
     filter_pose,
     warm_up,
 )
+from collplan_core.sensing.refused_pose import CLOCK, described_pose, why_clock_is_wrong, why_refused
 from collplan_core.state import State
 from collplan_ros.messages.conversions import impact_contact_to_message, impact_to_message, state_to_odometry
 from collplan_ros.messages.mocap_formats import FORMATS, message_type
@@ -37,6 +41,8 @@ from collplan_ros.nodes.frame_broadcast import frame_broadcast
 
 GROUPS = (Robot, Mocap, Limits, Frames)
 LIVE = (Robot, Mocap, "limits.pose_age")
+STAMPS_WITHOUT_STATE, STAMPS_WITH_STATE = 1.0, 5.0
+"""Times between two comparisons of the stamps with the local clock [s]. A node that stood still is not such a clock."""
 SAME_POSE = "nothing but the same pose (mocap.accept_frozen: false)"
 
 
@@ -52,6 +58,8 @@ class MocapNode(Node):
         self._newest: MeasuredPose | None = None
         self._repeats = 0
         self._longest_gap = 0.0
+        self._even = math.nan
+        self._compared = (math.nan, math.nan, 0)
         self._counts: Counter[str] = Counter()
         self._refused = self._reported = 0
         self._local = local_clock(self)
@@ -96,11 +104,15 @@ class MocapNode(Node):
         mocap, expected = self._settings.mocap, self._pose_frame()
         if measured.frame not in (None, expected):
             raise PoseError("frame", f"header.frame_id: got {measured.frame!r}, expected {expected!r}")
-        sample = robot_pose(measured, seconds(self.get_clock()), mocap)
+        now = seconds(self.get_clock())
+        if mocap.rate > 0.0:
+            self._even = even_stamp(self._even, now, 1.0 / mocap.rate)
+            measured = replace(measured, stamp=self._even)
+        sample = robot_pose(measured, now, mocap)
         # noise repeats no pose exactly: the body is lost and its last pose held, or the receiver outruns its cameras
         self._repeats = self._repeats + 1 if measured.repeats(self._newest) else 0
         self._newest = measured
-        if self._repeats and not mocap.accept_frozen:
+        if self._repeats and not (mocap.accept_frozen or mocap.format == "odometry"):
             self._counts["repeated"] += 1
             if self._is_late():
                 self._refuse("frozen", SAME_POSE)
@@ -108,17 +120,28 @@ class MocapNode(Node):
         self._take_sample(sample)
 
     def _take_sample(self, sample: PoseSample) -> None:
-        received, before = seconds(self._local), self._memory.track.times
-        result, self._memory = filter_pose(self._memory, sample, received, self._settings)
+        received, before = seconds(self._local), self._memory
+        result, self._memory = filter_pose(before, sample, received, self._settings)
         if result.refused:
-            self._refuse(result.refused, _described(sample))
+            self._refuse(result.refused, why_refused(result.refused, sample, before, self._settings, result.speed))
             return
         self._poses_clock.received(sample.stamp, received)
-        if len(before):
-            self._longest_gap = max(self._longest_gap, sample.stamp - float(before[-1]))
+        if len(before.track.times):
+            self._longest_gap = max(self._longest_gap, sample.stamp - float(before.track.times[-1]))
+        self._watch_stamps(sample.stamp, received)
         if result.kidnapped:
-            self._refusal.publish(String(data=f"{KIDNAPPED}: {_described(sample)}"))
+            self._refusal.publish(String(data=f"{KIDNAPPED}: {described_pose(sample)}"))
         self._publish(sample.stamp, result)
+
+    def _watch_stamps(self, stamp: float, received: float) -> None:
+        """Reports stamps that do not run as time does."""
+        stamp_then, received_then, published_then = self._compared
+        elapsed, published = received - received_then, self._counts["published"]
+        if elapsed < (STAMPS_WITHOUT_STATE if published == published_then else STAMPS_WITH_STATE):
+            return
+        self._compared = stamp, received, published
+        if why := why_clock_is_wrong(stamp - stamp_then, elapsed):
+            self._refuse(CLOCK, why)
 
     def _publish(self, stamp: float, result: FilterResult) -> None:
         self._counts["relocations"] += result.relocated
@@ -175,11 +198,6 @@ class MocapNode(Node):
         """Returns why no pose is passed on: poses come too far apart to give a velocity."""
         limit = self._settings.limits.pose_age
         return f"poses come {self._longest_gap:.2f} s apart, expected less than limits.pose_age {limit:g} s"
-
-
-def _described(sample: PoseSample) -> str:
-    place = ", ".join(f"{value:.3f}" for value in (*sample.position.tolist(), sample.height))
-    return f"pose {place}, yaw {sample.yaw:.2f}, tilt {sample.tilt:.2f} at {sample.stamp:.3f}"
 
 
 def main(args: list[str] | None = None) -> int:
