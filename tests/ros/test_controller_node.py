@@ -13,6 +13,7 @@ from geometry_msgs.msg import PointStamped, Twist
 from nav_msgs.msg import Path
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Empty, String
+from terminal import Terminal
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from collplan_core.goal import Goal
@@ -158,6 +159,15 @@ def test_what_cannot_be_used_is_counted_by_kind_and_never_moves_the_robot(ros, b
     bench.robot.send_bad()
     assert bench.health.refuses(plan=4, pose=3, scan=6), bench.health.newest
     assert not any(map(is_moving, bench.commands))
+
+
+def test_plans_without_a_goal_are_no_news(ros):
+    terminal = Terminal(ros)
+    bench = Bench(ros)
+    bench.plans_on = True
+    assert ros.wait_until(lambda: len(bench.commands) > 50)
+    assert not [text for _, text in terminal.lines(bench.node) if "plan refused" in text]
+    assert bench.stands("no active goal")
 
 
 def test_stands_still_where_constants_differ_which_a_goal_makes_a_warning(ros, bench):

@@ -25,7 +25,7 @@ from collplan_ros.messages import conversions as c
 from collplan_ros.messages import reading as r
 from collplan_ros.messages.cmd_vel import command_to_message, command_type
 from collplan_ros.messages.raw_reading import state_from_bytes
-from collplan_ros.messages.reading import scan_from_message, twist_of
+from collplan_ros.messages.reading import scan_from_message, suspicious_zeros, twist_of
 
 CONFIG = Path(__file__).parents[2] / "src/collplan_ros/collplan_ros/config"
 FEW = settings(derandomize=True, deadline=None, max_examples=30)
@@ -140,6 +140,78 @@ def test_scan(stamp, values, first, step):
     assert back.stamp == stamp
     np.testing.assert_array_equal(back.ranges, scan.ranges.astype(np.float32))
     np.testing.assert_allclose(back.angles, scan.angles, atol=1e-5)
+
+
+def turn_of(n_beams, step, last):
+    message = LaserScan(angle_min=-math.pi, angle_max=last, angle_increment=step, range_max=10.0)
+    message.header.frame_id, message.ranges = "base_link", [1.0] * n_beams
+    return message
+
+
+@pytest.mark.parametrize("step", [0.004, 0.005, 0.0064, 0.007, 0.0075, 0.0174533, 0.0031, 0.00613, 0.0123, 0.0211])
+def test_drivers_that_round_the_number_of_beams_or_end_one_step_further(step):
+    whole = math.tau / step
+    for n_beams in {math.floor(whole), math.ceil(whole), round(whole)} - {math.ceil(whole) + 1}:
+        for last in (math.pi, math.pi - step, -math.pi + (n_beams - 1) * step):
+            if (n_beams - 1) * step <= math.tau:
+                assert len(scan_from_message(turn_of(n_beams, step, last), "base_link").ranges) == n_beams
+    for n_beams in (0, math.floor(whole) - 4, math.floor(whole) // 2):
+        with pytest.raises(ScanError, match=r"angle_max: got 3\.14|ranges: got none"):
+            scan_from_message(turn_of(n_beams, step, math.pi), "base_link")
+
+
+def test_a_scan_without_a_largest_range_has_none():
+    scans = [scan_from_message(driver_message(range_max=most), "base_link") for most in (math.inf, 3.4e38, 1e6)]
+    assert all((scan.ranges == 2.0).all() for scan in scans)
+    state = State(7.0, np.zeros(2), np.zeros(2), 0.0)
+    maps = [build_local_map(scan, state, Settings().robot, Settings().local_map) for scan in scans]
+    assert maps[0].walls.tolist() == maps[1].walls.tolist() == maps[2].walls.tolist()
+    np.testing.assert_array_equal(maps[0].border_points, maps[2].border_points)
+    for most in (math.nan, -math.inf, 0.05):
+        with pytest.raises(ScanError, match="range_max"):
+            scan_from_message(driver_message(range_max=most), "base_link")
+
+
+@pytest.mark.parametrize(
+    ("fields", "taken", "expected"),
+    [
+        ({"time_increment": 0.0, "scan_time": -1.0}, {}, "scan_time: got -1"),
+        ({"time_increment": 0.0, "scan_time": math.nan}, {}, "scan_time: got nan"),
+        ({"time_increment": 0.0, "scan_time": math.inf}, {}, "scan_time: got inf"),
+        ({"time_increment": math.nan}, {}, "time_increment: got nan"),
+        ({"time_increment": -math.inf}, {}, "time_increment: got -inf"),
+        ({"time_increment": math.nan}, {"instant": True}, ""),
+        ({"time_increment": 153333.0, "scan_time": -5.0}, {"instant": True}, ""),
+        ({"time_increment": 0.0, "scan_time": 0.3333}, {"instant": True}, ""),
+        ({"time_increment": 2.5e-4, "scan_time": math.nan}, {}, ""),
+    ],
+)
+def test_times_of_a_scan_that_cannot_be_are_named_and_not_read_where_it_is_of_one_moment(fields, taken, expected):
+    message, taken = driver_message(**fields), ScanInput(**taken)
+    if not expected:
+        assert (scan_from_message(message, "base_link", taken).time_increment == 0.0) == taken.instant
+        return
+    with pytest.raises(ScanError, match=expected):
+        scan_from_message(message, "base_link", taken)
+
+
+@pytest.mark.parametrize(
+    ("ranges", "taken", "share"),
+    [
+        ([0.0, 2.0, 2.0, 2.0, 2.0], {}, "20%"),
+        ([0.0] * 5, {}, "100%"),
+        ([0.01, 0.0, 2.0, 2.0, 2.0], {"codes_below": 0.02}, "40%"),
+        ([0.0, 2.0, 2.0, 2.0, 2.0], {"zero": "lost"}, ""),
+        ([0.0, 2.0, 2.0, 2.0, 2.0], {"zero": "free"}, ""),
+        ([0.0, *[2.0] * 30], {}, ""),
+        ([-math.inf, math.nan, 2.0, 2.0], {}, ""),
+        ([], {}, ""),
+    ],
+)
+def test_many_zeros_are_suspicious_where_they_mean_near(ranges, taken, share):
+    said = suspicious_zeros(LaserScan(ranges=ranges), ScanInput(**taken))
+    assert said.startswith(share)
+    assert ("scan.zero" in said) == bool(share)
 
 
 BAD_SCANS = (

@@ -27,7 +27,7 @@ ABSENT, SILENT = (f"no scan: {seen}" for seen in (NOBODY, HEARD))
 )
 def test_what_is_said(need, seconds):
     publishers, numbers = NOBODY, iter(range(1000))
-    watch = InputWatch("scan", need, lambda: publishers)
+    watch = InputWatch("scan", need, lambda: publishers, str)
     for taken, refused, publishers, said in seconds:  # noqa: B007 (the watch asks for it)
         watch.n_taken += taken
         for _ in range(refused):
@@ -35,3 +35,29 @@ def test_what_is_said(need, seconds):
         lines = watch.check()
         assert bool(said) == bool(lines), (seconds, lines)
         assert said in str(lines)
+
+
+WRONG = "1 publisher, but of type Odd, expected Even"
+
+
+@pytest.mark.parametrize("need", [STREAM, STATE, EVENT])
+def test_a_publisher_of_another_type_is_told_once_also_beside_a_right_one_and_where_quiet_is_usual(need):
+    wrong = ""
+    watch = InputWatch("scan", need, lambda: WRONG if wrong else NOBODY, lambda: wrong)
+    said = []
+    for wrong, taken in [("", 0), ("", 0), (WRONG, 0), (WRONG, 0), (WRONG, 3), (WRONG, 3), ("", 3), (WRONG, 3)]:  # noqa: B007 (the watch asks for it)
+        watch.n_taken += taken
+        said.append([text for text in watch.check().values() if WRONG in text])
+    # told where it comes first, and anew after it was gone
+    assert [len(lines) for lines in said[2:4]] == [1, 0]
+    assert sum(map(len, said[2:6])) <= 2
+    assert said[6:] == [[], [f"scan: {WRONG}"]]
+
+
+def test_a_hint_is_told_once_for_as_long_as_it_is_true():
+    watch = InputWatch("scan", STREAM, lambda: NOBODY, str)
+    told = []
+    for hint in ("", "20% are 0", "30% are 0", "", "40% are 0"):
+        watch.n_taken, watch.hint = watch.n_taken + 1, hint
+        told.append("hint" in watch.check())
+    assert told == [False, True, False, False, True]

@@ -1,7 +1,7 @@
 """What a node says at the terminal about the topics it listens to."""
 
 import pytest
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped, TwistStamped, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from ros_fixture import RosGraph
@@ -13,7 +13,12 @@ from collplan_core.scan import ScanError
 from collplan_ros.messages.qos import EVENT, LATCHED, POSE_SUBSCRIBED, SENSOR_DATA
 from collplan_ros.messages.reading import MessageError
 from collplan_ros.node_kit import input_watch
-from collplan_ros.node_kit.inputs import Inputs
+from collplan_ros.node_kit.inputs import Inputs, type_name
+from collplan_ros.nodes.controller_node import ControllerNode
+from collplan_ros.nodes.lidar_node import LidarNode
+from collplan_ros.nodes.mocap_node import MocapNode
+from collplan_ros.nodes.planner_node import PlannerNode
+from omnipuck_sim.node.simulator_node import SimulatorNode
 
 
 class Listening(Node):
@@ -82,6 +87,37 @@ def test_publishers_that_cannot_be_heard_are_told_with_the_reason(terminal, node
         "volatile publisher and transient local subscription",
     ):
         assert terminal.has(node, words), words
+
+
+WRONG_TYPES = (
+    (ControllerNode, "hand/cmd_vel", TwistStamped, "Twist"),
+    (ControllerNode, "plan", PoseStamped, "nav_msgs/msg/Path"),
+    (ControllerNode, "robot/state", String, "DiagnosticStatus"),
+    (ControllerNode, "planner/heartbeat", String, "std_msgs/msg/Empty"),
+    (SimulatorNode, "cmd_vel", TwistStamped, "geometry_msgs/msg/Twist"),
+    (SimulatorNode, "goal_status", String, "GoalStatus"),
+    (PlannerNode, "goal_pose", PointStamped, "PoseStamped"),
+    (PlannerNode, "impact", Vector3, "Vector3Stamped"),
+    (MocapNode, "mocap/pose", PoseWithCovarianceStamped, "PoseStamped"),
+    (LidarNode, "mocap/odom", PoseStamped, "Odometry"),
+)
+
+
+@pytest.mark.parametrize(("node_class", "topic", "sent", "expected"), WRONG_TYPES)
+def test_every_input_of_every_node_names_messages_of_another_type(
+    ros, terminal, other_process, node_class, topic, sent, expected
+):
+    node = ros.make(node_class)
+    other_process.probe.create_publisher(sent, topic, EVENT)
+    words = f"{topic}: 1 publisher, but of type {type_name(sent)}, expected"
+    assert terminal.has(node, words), terminal.lines(node)
+    assert any(words in text and expected in text.split("expected")[1] for _, text in terminal.lines(node))
+
+
+def test_a_node_on_simulated_time_without_a_clock_says_so(ros, terminal):
+    node = ros.make(Listening, {"use_sim_time": True})
+    steadily(ros, ros.publisher(LaserScan, "scan", SENSOR_DATA), LaserScan())
+    assert terminal.has(node, "no scan: 1 publisher, but no /clock: 0 publishers, and use_sim_time is true")
 
 
 def test_what_is_refused_or_not_for_this_node_is_said_once_and_counted_as_its_kind(ros, terminal, node):

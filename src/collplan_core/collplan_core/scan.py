@@ -42,7 +42,7 @@ class Scan:
         stamp: time of the first beam on the poses' clock [s].
         angle_min: direction of the first beam [rad, sensor frame].
         angle_increment: step from beam to beam [rad], not zero.
-        range_min, range_max: limits of a valid range [m].
+        range_min, range_max: limits of a valid range [m]; a range_max of inf is none.
         ranges: (n,) [m]; +Inf nothing within range_max, -Inf nearer than range_min, NaN not measured.
         time_increment: time from beam to beam [s], below 0 where later ones were measured before; 0 where all are of
             one instant.
@@ -80,7 +80,7 @@ class Scan:
             raise ScanError(f"time_increment: got {self.time_increment}, expected a finite time")
         if abs(self.angle_increment) * (len(ranges) - 1) > 2 * np.pi + 1e-3:
             raise ScanError(f"angles: {len(ranges)} beams of {self.angle_increment} rad, expected at most a full turn")
-        if not (0.0 <= self.range_min < self.range_max < np.inf):
+        if not (0.0 <= self.range_min < self.range_max):
             raise ScanError(
                 f"limits: got range_min {self.range_min}, range_max {self.range_max}, "
                 "expected 0 <= range_min < range_max"
@@ -99,6 +99,11 @@ class Scan:
     def angles(self) -> np.ndarray:
         """(n,) beam directions [rad, sensor frame]."""
         return self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+
+    @property
+    def sweep(self) -> float:
+        """Time from the first beam to the last [s]."""
+        return abs(self.time_increment) * (len(self.ranges) - 1)
 
     def beams(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Returns each beam's origin (n, 2) [m], or (1, 2) where all share it, and bearing (n,) [rad], world frame.

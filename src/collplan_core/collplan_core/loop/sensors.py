@@ -49,7 +49,7 @@ class Sensors:
 
     def take_scan(self, scan: Scan, local: float, settings: Settings) -> None:
         """Adds a scan received at `local` [s, local clock]."""
-        reason = self._why_untimely(scan.stamp, local, settings.limits)
+        reason = _why_slow(scan, settings.limits) or self._why_untimely(scan.stamp, local, settings.limits)
         if not reason:
             try:
                 self._count(self.sensed.take_scan(scan, local, settings))
@@ -129,3 +129,11 @@ class Sensors:
     def newest_stamp(self) -> float:
         """Stamp of the newest pose [s], 0 before the first; no plan made so far has a later one."""
         return 0.0 if self.state is None else self.state.stamp
+
+
+def _why_slow(scan: Scan, limits: Limits) -> str:
+    """Returns why a scan takes longer than it may; "" where it does not."""
+    if scan.sweep <= limits.scan_age:
+        return ""
+    found = f"time_increment or scan_time: {len(scan.ranges)} beams take {scan.sweep:.2g} s"
+    return f"{found}, expected at most limits.scan_age {limits.scan_age:g} s: scan.instant?"

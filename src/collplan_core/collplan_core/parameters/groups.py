@@ -257,6 +257,7 @@ class ScanInput(Parameters):
     offset_yaw: float = parameter(0.0, "Heading of the LIDAR seen from the robot", unit="rad", low=-pi, high=pi)
     mirrored: bool = parameter(False, "Its angles count clockwise seen from above, as when mounted upside down")
     stamp_offset: float = parameter(0.0, "Start of the sweep after header.stamp; negative if the driver stamps later", unit="s", low=-0.5, high=0.5)
+    instant: bool = parameter(False, "All beams are of one moment, as those made of a point cloud: time_increment and scan_time are not read")
     backwards: bool = parameter(False, "The first beam of a message was measured last, as when a driver reverses the order of a LIDAR that turns clockwise")
     zero: str = parameter("near", "Meaning of a range of 0: nearer than range_min (REP-117), lost, or nothing within range_max", choices=("near", "lost", "free"))
     codes_below: float = parameter(0.0, "Ranges up to this are codes of the device and mean what a range of 0 does", unit="m", low=0.0, high=0.1)

@@ -73,7 +73,7 @@ def judge_scan(
             return reason, replace(
                 memory, blind=tuple(np.flatnonzero(found.towards_missing & np.isinf(scan.ranges)).tolist())
             )
-        reason = _still_blind(memory, scan) or _late(found)
+        reason = _still_blind(memory, scan) or _late(found, scan)
     return reason, memory if reason else _with_walls(memory, scan.stamp, now)
 
 
@@ -135,9 +135,11 @@ def _missing(found: Consistency, limits: Limits) -> str:
     return ""
 
 
-def _late(found: Consistency) -> str:
-    late = found.n_delays >= FEWEST_AHEAD and found.delay > LATEST
-    return f"it shows what was seen {found.delay:.2f} s before its stamp" if late else ""
+def _late(found: Consistency, scan: Scan) -> str:
+    if found.n_delays < FEWEST_AHEAD or found.delay <= LATEST:
+        return ""
+    swept = f"time_increment or scan_time says {scan.sweep:.2f} s a scan: scan.instant? " if scan.sweep else ""
+    return f"it shows what was seen {found.delay:.2f} s before its stamp: {swept}scan.stamp_offset?"
 
 
 def warm_up(scan: Scan, state: State, limits: Limits) -> None:

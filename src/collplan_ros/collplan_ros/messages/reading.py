@@ -19,6 +19,8 @@ QUATERNION_TOLERANCE = 0.01
 """Largest deviation of a quaternion's norm from 1 in the project's own messages."""
 GOAL_STATUS = {0: NO_GOAL, 1: ACCEPTED, 2: EXECUTING, 4: SUCCEEDED, 5: CANCELED, 6: ABORTED}
 """Status of a goal by its number in action_msgs/GoalStatus."""
+MANY_ZEROS = 0.1
+"""Share of ranges of 0 that is suspicious where they mean that something is near."""
 ZERO = {"near": 0.0, "lost": math.nan, "free": math.inf}
 """Replacement for a range of 0; a near one stays, as it is below range_min."""
 
@@ -61,10 +63,13 @@ def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> S
         raise ScanError(f"header.frame_id: got {message.header.frame_id!r}, expected {expected!r} ({key})")
     first, last, step = float(message.angle_min), float(message.angle_max), float(message.angle_increment)
     ranges = _ranges(message, taken)
-    # devices disagree on whether angle_max is the last beam's angle or one step further
-    if not abs(first + step * (len(ranges) - 1) - last) <= 1.5 * abs(step):
+    if len(ranges) == 0:
+        raise ScanError("ranges: got none, expected at least 2")
+    # devices disagree on whether angle_max is the last beam's angle or one step further, and on rounding their number
+    if not abs(first + step * (len(ranges) - 1) - last) <= 2.01 * abs(step):
         raise ScanError(f"angle_max: got {last:g}, expected {first:g} + {len(ranges) - 1} steps of {step:g}")
-    stamp, between = seconds_from_stamp(message.header.stamp), _time_increment(message, step)
+    stamp = seconds_from_stamp(message.header.stamp)
+    between = 0.0 if taken.instant else _time_increment(message, step)
     if taken.stamp_offset != 0.0:
         stamp += taken.stamp_offset
     if taken.backwards:
@@ -78,6 +83,15 @@ def scan_from_message(message: Any, frame: str, taken: ScanInput = SHIPPED) -> S
         ranges=ranges,
         time_increment=between,
     )
+
+
+def suspicious_zeros(message: Any, taken: ScanInput) -> str:
+    """Returns what is suspicious about the zeros among the ranges of a LaserScan; "" where they are few."""
+    ranges = np.asarray(message.ranges)
+    share = float(np.mean((ranges >= 0.0) & (ranges <= taken.codes_below))) if len(ranges) else 0.0
+    if taken.zero != "near" or share < MANY_ZEROS:
+        return ""
+    return f"{share:.0%} of the ranges are 0 and count as nearer than range_min (scan.zero: near): lost, or free?"
 
 
 def _ranges(message: Any, taken: ScanInput) -> np.ndarray:
@@ -99,7 +113,11 @@ def _ranges(message: Any, taken: ScanInput) -> np.ndarray:
 def _time_increment(message: Any, step: float) -> float:
     """Time from beam to beam [s]; of a driver that gives that of a turn alone, the turn's share."""
     between, turn = float(message.time_increment), float(message.scan_time)
-    return turn * abs(step) / math.tau if between == 0.0 and turn > 0.0 else between
+    if between != 0.0:
+        return between
+    if not 0.0 <= turn < math.inf:
+        raise ScanError(f"scan_time: got {turn:g}, expected a time of at least 0 s, or scan.instant")
+    return turn * abs(step) / math.tau
 
 
 def yaw_from_quaternion(quaternion: Any) -> float:

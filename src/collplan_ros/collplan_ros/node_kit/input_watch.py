@@ -24,16 +24,20 @@ class InputWatch:
         name: name of the topic.
         need: STREAM, STATE or EVENT.
         publishers: describes its publishers: NOBODY, or "1 publisher, ..."; called only where it matters.
+        mismatch: describes publishers whose messages can never be received, "" without one.
 
     Attributes:
         n_taken, n_refused: messages so far.
+        hint: what is suspicious about the messages that are taken, "" for nothing.
     """
 
-    def __init__(self, name: str, need: str, publishers: Callable[[], str]) -> None:
+    def __init__(self, name: str, need: str, publishers: Callable[[], str], mismatch: Callable[[], str]) -> None:
         self.name = name
         self.n_taken = self.n_refused = 0
         self._need = need
+        self.hint = ""
         self._publishers = publishers
+        self._mismatch = mismatch
         self._reason = ""
         self._checked = 0, 0
         self._quiet = 0
@@ -50,6 +54,10 @@ class InputWatch:
         The key of an input that arrives is COMES, with its name.
         """
         before, self._true = self._true, self._what_is_true()
+        mismatch = self._mismatch()
+        # an input that is missing for it has been described with it
+        if mismatch and not any(mismatch in text for text in self._true.values()):
+            self._true = {**self._true, mismatch: f"{self.name}: {mismatch}"}
         return {fact: text for fact, text in self._true.items() if fact not in before}
 
     def _what_is_true(self) -> dict[str, str]:
@@ -64,6 +72,8 @@ class InputWatch:
             kind = re.sub(r"\d+", "#", self._reason)  # other numbers in it do not make it another reason
             # that nothing else arrives is a new message, too
             true[f"{bool(taken)} {kind}"] = f"{self.name} refused: {self._reason}"
+        if self.hint:
+            true["hint"] = f"{self.name}: {self.hint}"
         return true
 
     def _without_messages(self) -> dict[str, str]:

@@ -77,7 +77,12 @@ class Inputs:
         """
         # the name after remapping, relative where it is in the node's namespace
         name = self._node.resolve_topic_name(topic).removeprefix(self._node.get_namespace().rstrip("/") + "/")
-        watch = InputWatch(name, need, lambda: self._publishers(message_type, topic, qos))
+        watch = InputWatch(
+            name,
+            need,
+            lambda: self._publishers(message_type, topic, qos),
+            lambda: self._mismatch(message_type, topic, qos),
+        )
         self._watches[topic] = watch
         latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
         backlog = None if latched or late_counts else self._backlog
@@ -115,6 +120,10 @@ class Inputs:
         self._watches[topic].refused(reason)
         self.refusals.add(kind or topic, reason)
 
+    def hint(self, topic: str, text: str) -> None:
+        """Notes what is suspicious about a message that is taken, "" for nothing; the next look logs it once."""
+        self._watches[topic].hint = text
+
     def ready(self, about: str) -> None:
         """Logs that the node is ready, with its topics and its own description, and watches from now on."""
         names = ", ".join(watch.name for watch in self._watches.values())
@@ -131,9 +140,17 @@ class Inputs:
         if warnings:
             self._node.get_logger().warning("; ".join(warnings))
 
+    def _mismatch(self, message_type: type[Any], topic: str, qos: QoSProfile) -> str:
+        return described_mismatch(self._found(topic), type_name(message_type), qos)
+
+    def _found(self, topic: str) -> list[TopicEndpointInfo]:
+        return self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
+
     def _publishers(self, message_type: type[Any], topic: str, qos: QoSProfile) -> str:
-        found = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
-        words = described_publishers(found, type_name(message_type), qos)
+        words = described_publishers(self._found(topic), type_name(message_type), qos)
+        if not self._has_time():
+            n = self._node.count_publishers("/clock")
+            return words.replace(NOTHING, f"but no /clock: {_count(n)}, and use_sim_time is true")
         return words.replace(NOTHING, ONLY_OTHERS) if self._others.get(topic) else words
 
 
@@ -141,9 +158,18 @@ def described_publishers(publishers: Sequence[TopicEndpointInfo], expected_type:
     """Describes the publishers of a topic from which nothing is received, and the obstacle to receiving."""
     if not publishers:
         return NOBODY
-    count = "1 publisher" if len(publishers) == 1 else f"{len(publishers)} publishers"
-    obstacles = [_obstacle(publisher, expected_type, qos) for publisher in publishers]
-    return f"{count}, {obstacles[0] if all(obstacles) else NOTHING}"
+    mismatch = described_mismatch(publishers, expected_type, qos)
+    return mismatch if mismatch.startswith(_count(len(publishers))) else f"{_count(len(publishers))}, {NOTHING}"
+
+
+def described_mismatch(publishers: Sequence[TopicEndpointInfo], expected_type: str, qos: QoSProfile) -> str:
+    """Describes the publishers of a topic from which nothing can be received, and why; "" without one."""
+    obstacles = [each for each in (_obstacle(publisher, expected_type, qos) for publisher in publishers) if each]
+    return f"{_count(len(obstacles))}, {obstacles[0]}" if obstacles else ""
+
+
+def _count(n: int) -> str:
+    return f"{n} publisher{'s' * (n != 1)}"
 
 
 def type_name(message_type: type[Any]) -> str:

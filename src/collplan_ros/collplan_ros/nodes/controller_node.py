@@ -140,7 +140,8 @@ class ControllerNode(Node):
 
     def _take_plan(self, plan: Plan) -> None:
         reason = self._journal.call(self._loop.take_plan, plan, self._local())
-        if reason:
+        # a goal's first plan may come before its status
+        if reason and self._loop.goal_active:
             self._inputs.refused("plan", reason)
 
     # ---- control
