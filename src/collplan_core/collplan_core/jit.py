@@ -1,4 +1,4 @@
-"""Compiled loops, with a cache that notices every change.
+"""Compiled loops, with a cache that notices every change and every damage.
 
 numba's file cache looks at one file at a time and returns stale code when a called function in another file has
 changed. The cache folder is therefore named by a hash over all sources of this package and numba's version. numba runs
@@ -7,12 +7,20 @@ the code found there, so only the user can access the folder.
 
 import hashlib
 import os
+import pickle
 import shutil
 import stat
 import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+
+import numba
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.serialize import dumps
+from numba.extending import register_jitable
 
 PACKAGE = Path(__file__).parent
 
@@ -39,27 +47,66 @@ def private_folder(path: Path) -> Path:
         shutil.rmtree(path, ignore_errors=True)
         path.mkdir(mode=0o700, exist_ok=True)
     path.chmod(0o700)
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise PermissionError(f"{path}: cannot be written")
     return path
 
 
-def cache_folder(name: str) -> str:
-    """A folder for what is compiled on this machine, the user's alone."""
-    home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    for parent in (home / "collplan", Path(tempfile.gettempdir()) / f"collplan-{os.getuid()}"):
+def cache_folder(name: str) -> Path | None:
+    """A folder for what is compiled on this machine, the user's alone; None where nothing can be written."""
+    for parent in _parents():
+        with suppress(OSError):
+            return private_folder(private_folder(parent) / name)
+    with suppress(OSError):
+        return Path(tempfile.mkdtemp(prefix="collplan-"))
+    return None
+
+
+def _parents() -> Iterator[Path]:
+    """Folders in which a cache may be, the best first; a relative one counts as not set (XDG base directories)."""
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        yield Path(os.environ["NUMBA_CACHE_DIR"]).absolute() / "collplan"
+    home = os.path.expanduser("~/.cache") if os.environ.get("HOME") != "" else ""
+    for cache in (os.environ.get("XDG_CACHE_HOME", ""), home):
+        if Path(cache).is_absolute():
+            yield Path(cache) / "collplan"
+    with suppress(OSError):
+        yield Path(tempfile.gettempdir()) / f"collplan-{os.getuid()}"
+
+
+CACHE = cache_folder(f"numba-{sources_digest()}")
+
+
+class _Checked(CompileResultCacheImpl):
+    """Compiled code with its checksum: damaged code could do anything."""
+
+    def reduce(self, cres: Any) -> tuple[bytes, bytes]:
+        body = dumps(super().reduce(cres))
+        return hashlib.sha256(body).digest(), body
+
+    def rebuild(self, target_context: Any, payload: tuple[bytes, bytes]) -> Any:
+        digest, body = payload
+        if hashlib.sha256(body).digest() != digest:
+            raise ValueError("damaged")
+        return super().rebuild(target_context, pickle.loads(body))
+
+
+class _Cache(FunctionCache):
+    """Compiles anew what cannot be read, and goes on where nothing can be written."""
+
+    _impl_class = _Checked
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
-            return str(private_folder(private_folder(parent) / name))
-        except OSError:
-            continue
-    return tempfile.mkdtemp(prefix="collplan-")
+            return super().load_overload(sig, target_context)
+        except Exception:  # whatever damaged bytes lead to
+            with suppress(OSError):
+                self.flush()
+            return None
 
-
-os.environ["NUMBA_CACHE_DIR"] = cache_folder(f"numba-{sources_digest()}")
-
-import numba  # noqa: E402  (reads NUMBA_CACHE_DIR when imported)
-from numba.extending import register_jitable  # noqa: E402
-
-# another import of numba may have come first and read the variable before it was set
-numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with suppress(Exception):  # also what a damaged index that cannot be removed leads to
+            super().save_overload(sig, data)
 
 
 def njit(function: Any) -> Any:
@@ -67,7 +114,16 @@ def njit(function: Any) -> Any:
 
     Compiled code lets the other threads of Python run: a planner's heartbeat goes on while it plans.
     """
-    return numba.njit(cache=True, nogil=True)(function)
+    compiled = numba.njit(nogil=True)(function)
+    if CACHE is None or not hasattr(compiled, "enable_caching"):  # NUMBA_DISABLE_JIT
+        return compiled
+    # the user's own functions go on using the user's own folder
+    users, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(CACHE)
+    try:
+        compiled._cache = _Cache(function)  # noqa: SLF001 (numba has no other way to be given one)
+    finally:
+        numba.config.CACHE_DIR = users
+    return compiled
 
 
 def jitable(function: Any) -> Any:

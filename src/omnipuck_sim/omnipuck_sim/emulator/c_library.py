@@ -39,19 +39,28 @@ def compiled_firmware() -> ctypes.CDLL:
     sources = [*sorted(folder.glob("*.c")), *sorted(folder.glob("host/*.c"))]
     headers = [*folder.glob("*.h"), *folder.glob("host/*.h")]
     digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in sorted([*sources, *headers]))).hexdigest()[:16]
-    library = Path(cache_folder(f"firmware-{digest}")) / NAME
-    if not library.exists():
-        _compile(sources, library)
-    return ctypes.CDLL(str(library))
+    cache = cache_folder(f"firmware-{digest}")
+    if cache is None:
+        raise ParameterError("emulator.firmware: got c, expected python: no folder can be written for what is compiled")
+    # named by its content: one that is damaged is not found
+    return ctypes.CDLL(str(_found(cache) or _compile(sources, cache)))
 
 
-def _compile(sources: list[Path], library: Path) -> None:
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def _found(cache: Path) -> Path | None:
+    return next((path for path in cache.glob(f"*-{NAME}") if path.name == f"{_digest(path)}-{NAME}"), None)
+
+
+def _compile(sources: list[Path], cache: Path) -> Path:
     compiler = shutil.which(COMPILER)
     if compiler is None:
         raise ParameterError(f"emulator.firmware: got c, expected python: no C compiler, {COMPILER}, on PATH")
-    unfinished = library.with_name(f"{library.name}.{os.getpid()}")
+    unfinished = cache / f"unfinished.{os.getpid()}"
     done = subprocess.run([compiler, *FLAGS, "-o", unfinished, *sources], capture_output=True, text=True)
     if done.returncode != 0:
         raise ParameterError(f"emulator.firmware: {compiler} refuses the sources: {done.stderr.strip()}")
     # another process may compile the same
-    unfinished.replace(library)
+    return unfinished.replace(cache / f"{_digest(unfinished)}-{NAME}")
