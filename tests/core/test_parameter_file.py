@@ -24,6 +24,7 @@ BOUND_TO_MORE = {
     "planner.map_period": st.just(0.0) | st.floats(SHORTEST_MAP_PERIOD, 1.0),
     "limits.fence": st.floats(0.1, 1e3).map(lambda side: (0.0, 0.0, side, 0.0, 0.0, side)),
     "scan.median": st.sampled_from([1, 3, 9]),
+    "mocap.topic": st.from_regex(r"/?[a-z_][a-z_0-9]{0,8}(/y)?", fullmatch=True),
     "scan.masked_angles": st.lists(st.floats(-3.0, 3.0), max_size=4).map(lambda angles: (*angles, *angles)),
 }
 """Of parameters that not every value of their range suits."""

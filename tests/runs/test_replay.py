@@ -69,6 +69,29 @@ def test_the_journals_in_a_recording_are_replayed_as_those_of_a_file(rows, tmp_p
     assert (main([str(tmp_path)]), capsys.readouterr().out.count("bit-equal")) == (SAME, 2)
 
 
+@pytest.mark.parametrize("lost", [1, 8, 9, 40, 20_000, 0.5, 0.9])
+def test_a_recording_that_is_cut_off_is_not_replayed_as_a_whole_one(rows, tmp_path, capsys, lost):
+    path = tmp_path / RECORDING
+    made = MadeRecording(path)
+    for row in rows:
+        made.write(f"/{row.get('of', PLANNER)}/journal", String(json.dumps(row)))
+        made.file.flush()
+    made.file.finish()
+    held = path.read_bytes()
+    path.write_bytes(held[: -(lost if isinstance(lost, int) else int(lost * len(held)))])
+    assert main([str(tmp_path)]) == INTERRUPTED
+    assert "has no end, it is cut off after" in capsys.readouterr().out
+    assert main([str(tmp_path), "--strategy", "avoid"]) == INTERRUPTED
+    assert "has no end, it is cut off after" in capsys.readouterr().out
+
+
+def test_a_trials_journal_whose_last_line_is_cut_off_is_not_replayed_as_a_whole_one(journal, tmp_path, capsys):
+    path = tmp_path / "trial.jsonl"
+    path.write_bytes(journal.read_bytes()[:-30])
+    assert main([str(path)]) == INTERRUPTED
+    assert "its last line is cut off" in capsys.readouterr().out
+
+
 def test_a_difference_is_shown_in_time_and_value_and_what_has_changed_since(rows, replay):
     plan = next(
         each["plan"]

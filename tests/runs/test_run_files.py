@@ -25,7 +25,7 @@ from made_runs import EPOCH, GOAL, HIT_AT, RADIUS, SPEED, WINDOW, bouncing_run, 
 
 def run_in(folder: RunFolder, log: RunLog) -> RecordedRun:
     log.simulated = True
-    return RecordedRun(folder.path, Settings(), room(), log, 0, "/", has_results=False)
+    return RecordedRun(folder.path, Settings(), room(), log, 0, "/", has_results=False, is_whole=True)
 
 
 PREPARED = Preparation(ROBOTS["sim"], "local", Settings(), room(), GOAL, {})

@@ -1,9 +1,11 @@
 """Start of an installed program: a module's `main`, imported only then."""
 
 import signal
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from io import TextIOWrapper
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,9 @@ class Executable:
         on_ctrl_c = signal.getsignal(signal.SIGINT)
         if on_ctrl_c is signal.default_int_handler:  # it may be ignored, as in the background of a shell
             signal.signal(signal.SIGINT, signal.SIG_DFL)
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, TextIOWrapper):  # a name that the terminal cannot show must not end the program
+                stream.reconfigure(errors="backslashreplace")
         main = self.load()
         signal.signal(signal.SIGINT, on_ctrl_c)
         return main()

@@ -61,8 +61,8 @@ def parse_yaml(text: str, as_ros: bool = False) -> Any:
     Raises:
         YamlError: not YAML, a key given twice in one mapping, nested too deep, or aliases that grow too far.
     """
-    loader = _Loader(text)
     try:
+        loader = _Loader(text)
         node = loader.get_single_node()
         if node is None:
             return None
@@ -74,8 +74,6 @@ def parse_yaml(text: str, as_ros: bool = False) -> Any:
         raise YamlError("nested too deep, expected keys and values") from None
     except (yaml.YAMLError, ValueError) as error:
         raise YamlError(f"not YAML: {' '.join(str(error).split())}") from None
-    finally:
-        loader.dispose()
 
 
 def dump_yaml(content: Any, flow: bool | None = False) -> str:

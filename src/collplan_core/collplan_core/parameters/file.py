@@ -51,11 +51,19 @@ def read_parameters(path: str | Path, namespace: str = "/") -> dict[str, Any]:
             differ; names the file, the key, the value and what was expected.
     """
     try:
-        sections = list(_sections("", parse_yaml(read_text(Path(path)), as_ros=True)))
+        return parameters_of(read_text(Path(path)), str(path), namespace)
+    except YamlError as error:
+        raise ParameterError(f"{path}: {error}") from None
+
+
+def parameters_of(text: str, source: str, namespace: str = "/") -> dict[str, Any]:
+    """Returns the same of a file's text; `source` stands in the errors."""
+    try:
+        sections = list(_sections("", parse_yaml(text, as_ros=True)))
         values = _merged(_of_namespace(sections, f"/{namespace.strip('/')}".rstrip("/")))
         Settings().with_values(values)
     except (ParameterError, YamlError) as error:
-        raise ParameterError(f"{path}: {error}") from None
+        raise ParameterError(f"{source}: {error}") from None
     return values
 
 

@@ -4,6 +4,7 @@ A key is `group.field`, for example `planner.map_period`; no two groups share a 
 parameter files, `ros2 param set` and the study's grid.
 """
 
+import re
 from dataclasses import dataclass, fields, replace
 from math import pi, radians
 from typing import Any
@@ -11,6 +12,12 @@ from typing import Any
 from collplan_core.fence import why_no_polygon
 from collplan_core.parameters.spec import ParameterError, Parameters, Spec, parameter, specs
 from collplan_core.strategies import NAMES
+
+_PART = r"(?:[A-Za-z_]|\{(?:node|ns|namespace)\})(?:\w|\{(?:node|ns|namespace)\})*"
+TOPIC = re.compile(rf"~|(?:~?/)?{_PART}(?:/{_PART})*", re.ASCII)
+"""Names of topics that ROS accepts: design.ros2.org, Topic and Service Names."""
+LONGEST_TOPIC = 247
+"""Characters of a topic's name that the middleware accepts."""
 
 
 @dataclass(frozen=True)
@@ -244,6 +251,11 @@ class Mocap(Parameters):
     body_offset_y: float = parameter(0.0, "The measured body's origin seen from the robot's centre: to the left", unit="m", low=-1.0, high=1.0)
     body_offset_yaw: float = parameter(0.0, "Heading of the measured body seen from the robot", unit="rad", low=-pi, high=pi)
     accept_frozen: bool = parameter(False, "Accept a pose that equals the last one to the last bit; true for a simulation without noise. Format odometry always does", live=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not TOPIC.fullmatch(self.topic) or len(self.topic) > LONGEST_TOPIC:
+            raise ParameterError(f"mocap.topic: got {self.topic!r}, expected a name of ROS: letters, digits, _ and /; no part begins with a digit or is empty")
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,8 @@ class Graph:
         preparation = self.preparation
         with ExitStack() as stack:
             stack.enter_context(environment_set(graph_environment(preparation.network, os.environ)))
+            if not os.environ.get("ROS_LOG_DIR"):  # the folder of ROS's own logs would need a home
+                stack.enter_context(environment_set({"ROS_LOG_DIR": str(self._folder.logs)}))
             stack.enter_context(self._stop_signal.listening())
             self.listener = stack.enter_context(closing(Listener(preparation, self._folder)))
             self.recorder, node = self.listener.recorder, self.listener.node

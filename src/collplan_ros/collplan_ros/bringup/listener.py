@@ -10,6 +10,7 @@ from threading import Lock
 from rclpy.context import Context
 
 from collplan_core.set_clocks import SendTimes
+from collplan_ros.bringup.failures import StartError
 from collplan_ros.bringup.preparation import REMAPPED, Preparation
 from collplan_ros.bringup.robots import LIDAR
 from collplan_ros.bringup.run_folder import RunFolder
@@ -51,6 +52,7 @@ class Listener:
         silence: time without poses while messages were taken [s].
 
     Raises:
+        StartError: ROS does not start.
         RecordError: the recording cannot be written; also from methods.
     """
 
@@ -61,12 +63,14 @@ class Listener:
         self._spinning = Lock()
         settings, context = preparation.settings, Context()
         with ExitStack() as stack:
-            context.init()
             stack.callback(context.try_shutdown)
             clock = preparation.simulated_time if preparation.checks else []
-            self.node = PollingNode(
-                NAME, context=context, namespace=preparation.namespace, cli_args=["--ros-args", *REMAPPED, *clock]
-            )
+            arguments = ["--ros-args", *REMAPPED, *clock]
+            try:
+                context.init(args=[])
+                self.node = PollingNode(NAME, context=context, namespace=preparation.namespace, cli_args=arguments)
+            except RuntimeError as error:  # rcl's own, about its environment
+                raise StartError(f"ROS does not start: {' '.join(str(error).split())}") from None
             stack.callback(self.node.destroy_node)
             self.local_clock = local_clock(self.node)
             self.local_time = partial(seconds, self.local_clock)

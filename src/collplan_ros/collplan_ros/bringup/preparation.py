@@ -20,6 +20,7 @@ from collplan_ros.bringup.robots import FIRST_SPEED, LIDAR, LOCKSTEP, NODES, SIM
 from collplan_ros.bringup.run_folder import RunFolder
 from collplan_ros.bringup.words import in_words
 from collplan_ros.node_kit.node_names import full_name
+from collplan_ros.node_kit.reachability import why_no_graph
 from collplan_ros.view.server import listening_socket
 
 FLOOR = "floor"
@@ -92,9 +93,12 @@ def prepare(options: Options) -> Preparation:
     """Checks the options of a run and resolves robot, parameters, world, goal and executables.
 
     Raises:
-        StartError: an unknown robot, world, strategy or parameter, a value that does not fit, a goal that cannot be
-            reached, a program that is not installed, or something that a robot which is not simulated needs.
+        StartError: nodes cannot meet here, an unknown robot, world, strategy or parameter, a value that does not fit,
+            a goal that cannot be reached, a program that is not installed, or something that a robot which is not
+            simulated needs.
     """
+    if why := why_no_graph(os.environ):
+        raise StartError(why)
     robot = robot_kind(options.robot)
     asked, chosen = options.asked(robot.simulated), options.values()
     try:

@@ -32,6 +32,10 @@ class RunFolder:
 
     def __init__(self, parent: Path, settings: Settings) -> None:
         """Makes the folder, and writes the parameters of a run into it."""
+        if not _is_utf8(parent.absolute()):
+            raise StartError(
+                f"run folder {parent}: cannot be told to ROS, which reads paths as UTF-8: set LC_ALL=C.UTF-8"
+            )
         if parent.is_file():
             raise StartError(f"run folder {parent}: is a file, expected a folder")
         with _writing(parent):
@@ -67,6 +71,13 @@ class RunFolder:
     def discard(self) -> None:
         """Removes the folder, for a run that did not start."""
         shutil.rmtree(self.path)
+
+
+def _is_utf8(path: Path) -> bool:
+    try:
+        return str(path).encode() == os.fsencode(path)
+    except UnicodeEncodeError:
+        return False
 
 
 @contextmanager

@@ -18,6 +18,7 @@ from collplan_ros.replay.recorded_journals import RecordedJournals, read_journal
 from collplan_ros.replay.report import INTERRUPTED, REFUSED, SAME, exit_code, said_of, table_of
 from collplan_ros.run.completion import complete
 from collplan_ros.run.page import write_run_page
+from collplan_ros.run.recorded_run import read_run
 from collplan_ros.run.run_error import RecordError, RunError
 from collplan_ros.run.writer import RECORDING
 
@@ -26,7 +27,8 @@ Gives the recorded inputs of a run to planner and controller again, without ROS 
 by plan and command by command. The same code on the same machine decides the same to the last bit; otherwise the first
 difference is shown, with the stamp of the newest pose then.
 
-All bit-equal: exit code 0. A difference: 1. A request that cannot be fulfilled: 2. Equal up to a gap: 3.
+All bit-equal: exit code 0. A difference: 1. A request that cannot be fulfilled: 2. Equal up to a gap, or to where the
+recording is cut off: 3.
 """
 EPILOG = """\
 examples:
@@ -49,10 +51,17 @@ def main(args: Sequence[str] | None = None) -> int:
             say(complete(folder))
             return SAME
         if options.page:
-            print(f"written to {write_run_page(folder)}")
+            run = read_run(folder)
+            print(f"written to {write_run_page(run)}")
+            if run.note:
+                say(run.note)
             return SAME
         journals = read_journals(options.run)
-        return _say_plans(journals, options.strategy, say) if options.strategy else _say_comparison(journals, say)
+        found = _say_plans(journals, options.strategy, say) if options.strategy else _say_comparison(journals, say)
+        if not journals.cut:
+            return found
+        say(journals.cut)
+        return found or INTERRUPTED
     except (JournalError, ParameterError, RecordError, RunError) as error:
         print(f"replay: {error}", file=sys.stderr)
         return REFUSED

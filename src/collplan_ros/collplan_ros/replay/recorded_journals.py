@@ -8,7 +8,8 @@ from typing import Any
 from collplan_core.replay.journal import CONTROLLER, PLANNER
 from collplan_core.replay.reading import Event, events_of, rows_of
 from collplan_core.replay.values import JournalError
-from collplan_ros.run.reader import messages
+from collplan_ros.messages.reading import NANOSECONDS
+from collplan_ros.run.reader import is_whole, messages
 from collplan_ros.run.writer import RECORDING
 
 TOPICS = {"planner/journal": PLANNER, "controller/journal": CONTROLLER}
@@ -21,10 +22,12 @@ class RecordedJournals:
     Attributes:
         source: the file that they come from.
         rows: their lines.
+        cut: where that file is cut off, in words; "" where it has an end.
     """
 
     source: Path
     rows: Sequence[Mapping[str, Any]]
+    cut: str = ""
 
     def events(self, of: str) -> list[Event]:
         """Returns the events in the journal of a loop, PLANNER or CONTROLLER; empty where there is none.
@@ -43,16 +46,23 @@ def read_journals(run: Path) -> RecordedJournals:
         RunError: a recording that cannot be read.
     """
     path = run / RECORDING if run.is_dir() else run
-    rows = rows_of(_lines(path), str(path))
+    lines, cut = _recorded_lines(path) if path.suffix == ".mcap" else _written_lines(path)
+    rows = rows_of(lines, str(path))
     if not any("of" in row for row in rows):
         raise JournalError(f"{path}: holds no journal, expected a run of bringup or a trial's journal")
-    return RecordedJournals(path, rows)
+    return RecordedJournals(path, rows, cut)
 
 
-def _lines(path: Path) -> list[str]:
-    if path.suffix == ".mcap":
-        return [message.data for _, _, message in messages(path, list(TOPICS))]
+def _recorded_lines(path: Path) -> tuple[list[str], str]:
+    found = list(messages(path, list(TOPICS)))
+    duration = (found[-1][1] - found[0][1]) / NANOSECONDS if found else 0.0
+    cut = "" if is_whole(path) else f"{path}: has no end, it is cut off after {duration:.1f} s"
+    return [message.data for _, _, message in found], cut
+
+
+def _written_lines(path: Path) -> tuple[list[str], str]:
     try:
-        return path.read_text(encoding="utf-8").splitlines()
+        text = path.read_text(encoding="utf-8")
+        return text.splitlines(), "" if text.endswith("\n") else f"{path}: has no end, its last line is cut off"
     except (OSError, UnicodeDecodeError) as error:
         raise JournalError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None

@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from mcap.records import Attachment, Channel, Chunk, Header, Message, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
 from mcap.writer import Writer
 
-from collplan_ros.run.description import BEGIN
+from collplan_ros.run.description import BEGIN, PARAMETERS
 from collplan_ros.run.folder_lock import FolderLock
-from collplan_ros.run.reader import description, is_whole, records
+from collplan_ros.run.reader import attachment, description, is_whole, records
 from collplan_ros.run.recorded_run import NANO, read_run
-from collplan_ros.run.result_files import SUMMARY, write_result_files
+from collplan_ros.run.result_files import IMPACTS, SUMMARY, TRAJECTORY, write_result_files
 from collplan_ros.run.run_error import RunError
-from collplan_ros.run.whole_file import replacing
+from collplan_ros.run.whole_file import has_end, replacing
 from collplan_ros.run.writer import LIBRARY, RECORDING
 
 KILLED, WHY_KILLED = "killed", "bringup ended before the run did"
@@ -47,15 +47,21 @@ def complete(folder: Path, say: Callable[[str], None] = lambda _: None) -> str:
         raise RunError(f"{folder}: no {RECORDING}, expected a folder that bringup left")
     with _left(folder):
         say(f"completing {folder} ...")
-        with path.open("rb") as file:
-            done = [] if is_whole(file) else [f"{path}: had no end; {_rewritten(file, path)}"]
-        if not (folder / SUMMARY).exists():
+        done = [] if is_whole(path) else [f"{path}: had no end; {_rewritten(path)}"]
+        if not has_end(folder / SUMMARY):
             try:
                 done.append(_results(folder))
             except RunError as error:
                 if not done:
                     raise
                 done.append(str(error))
+        if (folder / PARAMETERS).exists() and not has_end(folder / PARAMETERS):
+            with replacing(folder / PARAMETERS) as unfinished:
+                unfinished.write_text(attachment(path, PARAMETERS), encoding="utf-8")
+            done.append(f"{folder / PARAMETERS} is made from {RECORDING}")
+        cut = [name for name in (TRAJECTORY, IMPACTS) if not has_end(folder / name)]
+        if cut and has_end(folder / SUMMARY):
+            done.append(f"{folder}: {' and '.join(cut)} cut off: remove {SUMMARY}, and the results are made anew")
     return "; ".join(done) or f"{folder}: is whole"
 
 
@@ -83,8 +89,8 @@ def complete_newest(parent: Path, say: Callable[[str], None] = lambda _: None) -
 def _is_unfinished(folder: Path) -> bool:
     """Returns whether the end of a recording is missing, or the results of a run that had begun."""
     path = folder / RECORDING
-    with suppress(OSError, RunError), path.open("rb") as file:
-        return not is_whole(file) or (not (folder / SUMMARY).exists() and bool(description(path, BEGIN)))
+    with suppress(RunError):
+        return not is_whole(path) or (not has_end(folder / SUMMARY) and bool(description(path, BEGIN)))
     return False
 
 
@@ -106,38 +112,41 @@ def _left(folder: Path) -> Iterator[None]:
         yield
 
 
-def _rewritten(file: BinaryIO, path: Path) -> str:
-    """Replaces `file` by one with an end and all that can be read of it; returns a report of its content.
+def _rewritten(path: Path) -> str:
+    """Replaces a recording by one with an end and all that can be read of it; returns a report of its content.
 
     Raises:
         RunError: it is no recording.
     """
-    found = records(file)
+    with path.open("rb") as file, replacing(path) as new, new.open("wb") as target:
+        return _copied(records(file), path, target)
+
+
+def _copied(found: Iterator[McapRecord], path: Path, target: BinaryIO) -> str:
     header = next(found, None)
     if not isinstance(header, Header):
         raise RunError(f"{path}: does not begin like a recording, and is left unchanged")
     schemas, channels, times = {0: 0}, dict[int, int](), list[int]()
-    with replacing(path) as new, new.open("wb") as target:
-        writer = Writer(target)
-        writer.start(profile=header.profile, library=LIBRARY)
-        for record in found:
-            if isinstance(record, Schema):
-                schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
-            elif isinstance(record, Channel) and record.schema_id in schemas:
-                about = record.topic, record.message_encoding, schemas[record.schema_id]
-                channels[record.id] = writer.register_channel(*about, record.metadata)
-            elif isinstance(record, Message) and record.channel_id in channels:
-                sent, number = record.publish_time, record.sequence
-                writer.add_message(channels[record.channel_id], record.log_time, record.data, sent, number)
-                times.append(record.log_time)
-            elif isinstance(record, Attachment):
-                made, kind = (record.create_time, record.log_time), (record.name, record.media_type)
-                writer.add_attachment(*made, *kind, record.data)
-            elif isinstance(record, Metadata):
-                writer.add_metadata(record.name, record.metadata)
-            elif isinstance(record, Chunk):
-                writer.flush()
-        writer.finish()
+    writer = Writer(target)
+    writer.start(profile=header.profile, library=LIBRARY)
+    for record in found:
+        if isinstance(record, Schema):
+            schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+        elif isinstance(record, Channel) and record.schema_id in schemas:
+            about = record.topic, record.message_encoding, schemas[record.schema_id]
+            channels[record.id] = writer.register_channel(*about, record.metadata)
+        elif isinstance(record, Message) and record.channel_id in channels:
+            sent, number = record.publish_time, record.sequence
+            writer.add_message(channels[record.channel_id], record.log_time, record.data, sent, number)
+            times.append(record.log_time)
+        elif isinstance(record, Attachment):
+            made, kind = (record.create_time, record.log_time), (record.name, record.media_type)
+            writer.add_attachment(*made, *kind, record.data)
+        elif isinstance(record, Metadata):
+            writer.add_metadata(record.name, record.metadata)
+        elif isinstance(record, Chunk):
+            writer.flush()
+    writer.finish()
     duration = (max(times) - times[0]) / NANO if times else 0.0
     return f"completed, it holds {len(times)} messages of {duration:.1f} s"
 

@@ -119,13 +119,17 @@ def description(path: Path, name: str) -> dict[str, str]:
     return next((dict(each.metadata) for each in found), {})
 
 
-def is_whole(file: BinaryIO) -> bool:
-    """Returns whether a recording has an end; one whose bringup was killed has none."""
-    size = file.seek(0, 2)
-    if size < SHORTEST:
-        return False
-    file.seek(-len(MAGIC), 2)
-    return file.read() == MAGIC
+def is_whole(path: Path) -> bool:
+    """Returns whether a recording has an end; one whose bringup was killed has none.
+
+    Raises:
+        RunError: it cannot be read.
+    """
+    with _opened(path) as file:
+        if file.seek(0, 2) < SHORTEST:
+            return False
+        file.seek(-len(MAGIC), 2)
+        return file.read() == MAGIC
 
 
 def records(file: BinaryIO) -> Iterator[McapRecord]:

@@ -9,15 +9,16 @@ from mcap.records import Metadata
 
 import collplan_core.planners  # noqa: F401  (registers what a run may have been planned by)
 from collplan_core.parameters import Settings
-from collplan_core.parameters.file import read_parameters
+from collplan_core.parameters.file import parameters_of, read_parameters
 from collplan_core.parameters.spec import ParameterError
 from collplan_core.worlds import World, WorldError, load_world
 from collplan_core.worlds.file import parse_text
 from collplan_ros.run.description import BEGIN, CLOCK, END, GOAL, PARAMETERS, RUN, WORLD
 from collplan_ros.run.log_builder import RAW, End, LogBuilder
-from collplan_ros.run.reader import attachment, description, entries
+from collplan_ros.run.reader import attachment, description, entries, is_whole
 from collplan_ros.run.run_error import RunError
 from collplan_ros.run.run_log import RunLog, SentGoal
+from collplan_ros.run.whole_file import has_end
 from collplan_ros.run.writer import RECORDING
 
 NANO = 10**9
@@ -35,6 +36,7 @@ class RecordedRun:
         clock_ahead: time by which the clock of the recording is ahead of that of `sent` in the log [ns].
         namespace: namespace of the robot's nodes.
         has_results: whether bringup, or its completion, has written the run's results.
+        is_whole: whether its recording has an end.
     """
 
     folder: Path
@@ -44,6 +46,7 @@ class RecordedRun:
     clock_ahead: int
     namespace: str
     has_results: bool
+    is_whole: bool
 
     @property
     def recording(self) -> Path:
@@ -57,12 +60,13 @@ class RecordedRun:
 
     @property
     def note(self) -> str:
-        """A sentence for the user where bringup ended before the run did; "" where it did not."""
-        if self.has_results:
+        """A sentence for the user where the run is not there to its end; "" where it is."""
+        if self.has_results and self.is_whole:
             return ""
         poses = self.log.poses
         held = f"holds it up to {poses[-1].stamp - self.log.begin:.2f} s" if poses else "holds no pose"
-        return f"{self.folder}: incomplete, bringup ended before the run did; {RECORDING} {held}"
+        why = "bringup ended before the run did" if self.is_whole else "its recording is cut off"
+        return f"{self.folder}: incomplete, {why}; {RECORDING} {held}"
 
 
 def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
@@ -73,7 +77,8 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
     """
     if not folder.is_dir():
         raise RunError(f"{folder}: not a folder, expected one that bringup left")
-    settings, path = _settings(folder / PARAMETERS), folder / RECORDING
+    path = folder / RECORDING
+    settings = _settings(folder / PARAMETERS, path)
     about = description(path, RUN)
     namespace, clock_ahead = about.get("namespace", "/"), int(about.get(CLOCK, "0"))
     builder = LogBuilder(settings, namespace, pictured)
@@ -84,8 +89,8 @@ def read_run(folder: Path, pictured: bool = True) -> RecordedRun:
         with suppress(Exception):  # whatever a decoder makes of a message that is none: it is left out
             message = entry.data if entry.topic in RAW else entry.decoded
             builder.take(entry.topic, message, (entry.sent - clock_ahead) / NANO)
-    has_results = (folder / "summary.json").exists()
-    return RecordedRun(folder, settings, _world(path, settings), builder.log, clock_ahead, namespace, has_results)
+    whole = has_end(folder / "summary.json"), is_whole(path)
+    return RecordedRun(folder, settings, _world(path, settings), builder.log, clock_ahead, namespace, *whole)
 
 
 def take_mark(builder: LogBuilder, name: str, values: Mapping[str, str]) -> None:
@@ -98,9 +103,15 @@ def take_mark(builder: LogBuilder, name: str, values: Mapping[str, str]) -> None
         builder.end(End(*(float(values[key]) for key in End._fields)))
 
 
-def _settings(path: Path) -> Settings:
+def _settings(path: Path, recording: Path) -> Settings:
+    """Returns the parameters in the recording, or where there are none those in their file, which may be cut off."""
     try:
-        return Settings().with_values(read_parameters(path))
+        try:
+            return Settings().with_values(
+                parameters_of(attachment(recording, PARAMETERS), f"{recording}: {PARAMETERS}")
+            )
+        except RunError:  # none are attached
+            return Settings().with_values(read_parameters(path))
     except ParameterError as error:  # names the file
         raise RunError(str(error)) from None
 

@@ -8,6 +8,14 @@ from pathlib import Path
 from collplan_ros.run.run_error import RecordError
 
 
+def has_end(path: Path) -> bool:
+    """Returns whether a text file is there and ends with its last line."""
+    try:
+        return path.read_bytes().endswith(b"\n")
+    except OSError:
+        return False
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Gives the path of a file to write beside `path`, which takes its place on leaving, or is removed on an error.

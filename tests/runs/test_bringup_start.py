@@ -1,0 +1,106 @@
+"""What keeps bringup from starting: one sentence and exit code 2, before the first node."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from collplan_core.parameters import Mocap, ParameterError
+from collplan_ros.bringup.failures import NOT_STARTED, StartError
+from collplan_ros.bringup.run_folder import RunFolder
+from collplan_ros.node_kit.reachability import why_no_graph
+
+BRINGUP = [str(Path(sys.executable).with_name("bringup")), "--no-pictures"]
+
+
+def started(command=(), **variables):
+    """Exit code and output of bringup with these environment variables; None removes one."""
+    env = {**os.environ, **{key: value for key, value in variables.items() if value is not None}}
+    for key in (key for key, value in variables.items() if value is None):
+        env.pop(key, None)
+    done = subprocess.run([*command, *BRINGUP], env=env, capture_output=True, text=True, errors="replace", timeout=60)
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("domain", ["abc", "300", "-1", "233", "1.5", "0x", "4 2", "eins"])
+def test_a_domain_that_is_none_is_named(domain):
+    why = why_no_graph({"ROS_DOMAIN_ID": domain})
+    assert why == f"ROS_DOMAIN_ID: got {domain!r}, expected a whole number in [0, 232]"
+
+
+@pytest.mark.parametrize("domain", ["", "0", "42", "232"])
+def test_a_domain_is_taken(domain):
+    assert why_no_graph({"ROS_DOMAIN_ID": domain}) == ""
+    assert why_no_graph({}) == ""
+
+
+@pytest.mark.parametrize(
+    ("variables", "words"),
+    [
+        ({"ROS_DOMAIN_ID": "abc"}, "ROS_DOMAIN_ID: got 'abc'"),
+        ({"ROS_LOG_DIR": "/proc/nope"}, "ROS does not start"),
+        ({"ROS_LOG_DIR": "/dev/null/logs", "HOME": None}, "/dev/null/logs"),
+        ({"ROS_LOG_DIR": __file__}, "ROS does not start"),
+        ({"RMW_IMPLEMENTATION": "rmw_none_cpp"}, "rmw_none_cpp"),
+    ],
+)
+def test_what_keeps_ros_from_starting_is_one_sentence(tmp_path, monkeypatch, variables, words):
+    monkeypatch.chdir(tmp_path)
+    code, said = started(**variables)
+    assert code != 0
+    assert "Traceback" not in said
+    assert words in said
+    if "RMW_IMPLEMENTATION" not in variables:  # the middleware ends the process by itself
+        assert (code, len(said.splitlines())) == (NOT_STARTED, 1), said
+    assert not list(tmp_path.glob("runs/*/run.mcap"))
+
+
+@pytest.mark.skipif(
+    shutil.which("unshare") is None or subprocess.run(["unshare", "-rn", "true"], capture_output=True).returncode != 0,
+    reason="this machine gives no network namespace",
+)
+def test_a_loopback_interface_that_is_down_is_named_at_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, said = started(["unshare", "-rn"])
+    assert code == NOT_STARTED
+    assert "the loopback interface is down" in said
+    assert "ip link set lo up" in said
+
+
+@pytest.mark.parametrize("name", ["caf\udce9", "\udcfc", "\udcc3\udcbc", "a/\udce4/b", "caf\udce9/runs"])
+def test_a_folder_that_ros_cannot_be_told_is_an_error(tmp_path, name):
+    with pytest.raises(StartError, match="reads paths as UTF-8"):
+        RunFolder(tmp_path / name, None)
+
+
+NAMES = ("mocap/pose", "/vrpn_mocap/omnipuck/pose", "~/pose", "~", "pose2", "_p/_q", "{node}/pose", "/" + "a" * 246)
+NO_NAMES = (
+    *("/vrpn_mocap/omni-puck/pose", "/entity/1/pose", "mocap.pose", "", "pose/", "$(env USER)/pose", "//a", "a//b"),
+    *("a b", "pösé", "~x", "/", "a/2b", "9", "a\n", "pose?", "{no}/pose", "a~b", "mocap/pose ", "/" + "a" * 247),
+)
+
+
+@pytest.mark.parametrize("topic", NAMES)
+def test_names_of_topics_that_ros_accepts_are_accepted(topic):
+    assert Mocap(topic=topic).topic == topic
+
+
+@pytest.mark.parametrize("topic", NO_NAMES)
+def test_names_of_topics_that_ros_refuses_are_named(topic):
+    with pytest.raises(ParameterError, match=r"mocap\.topic: got .* expected a name of ROS"):
+        Mocap(topic=topic)
+
+
+def test_output_that_cannot_show_a_letter_ends_nothing(tmp_path):
+    done = subprocess.run(
+        [*BRINGUP, "--world", str(tmp_path / "wörld.yaml")],
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == NOT_STARTED
+    assert "w\\xf6rld.yaml: no such file" in done.stderr
