@@ -3,6 +3,9 @@
 # .venv, or .venv-jazzy where that is sourced: a shell with ROS and one without have an environment each
 export VENV := .venv$(addprefix -,$(ROS_DISTRO))
 PYTHON := $(VENV)/bin/python
+# settings of a user for pip that have no meaning in an environment
+export PIP_USER := 0
+unexport PIP_TARGET PIP_PREFIX PIP_ROOT
 # stands for the environment and holds the folder it was made in: an environment cannot be moved
 READY := $(VENV)/.ready
 COMPILED := $(VENV)/.compiled

@@ -3,7 +3,6 @@
 # asked for, under constraints; made anew where something of that has changed. WORDS say what it is.
 set -eu
 cd "$(dirname "$0")/.."
-export PIP_USER=0
 folder=$1 python=$2 constraints=$3 words=$4
 shift 4
 

@@ -4,9 +4,6 @@
 set -eu
 : "${VENV:?make names the environment: call make setup}"
 cd "$(dirname "$0")/.."
-# a user's own setting for pip, which has no meaning in an environment
-export PIP_USER=0
-unset PIP_TARGET PIP_PREFIX PIP_ROOT
 
 fail() {
     echo "setup: $*" >&2

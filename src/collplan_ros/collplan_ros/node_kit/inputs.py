@@ -25,7 +25,7 @@ class Inputs:
     """The subscriptions of a node. It logs when messages arrive, when they are missing or refused, and why.
 
     Make it first, subscribe through `listen`, and call `ready` at the end of the constructor. From then on it logs a
-    line for each change, at most about one a second: docs/ros.md, "What a node writes to the terminal".
+    line for each change, at most about one a second: docs/troubleshooting.md.
 
     A callback refuses a message by letting the error of its conversion pass, or by calling `refused`. To do more, it
     catches the error, acts, and raises it again. A refusal is logged once for each reason, numbers aside.
