@@ -1,19 +1,13 @@
 """When a run has ended, how long its path was, which impacts its plans foresaw, and which machine was too slow."""
 
-import math
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from collplan_core.command import FREE_SPACE, HAND, STOPPED
 from collplan_core.evaluation.machine import Timing, machine_verdict, pace_words
 from collplan_core.evaluation.path_length import measured_path_length, path_length
-from collplan_core.evaluation.rebound_tracking import ReboundTracker
 from collplan_core.evaluation.run_end import STUCK, TIMEOUT, RunMonitor, drive_noise_hint
 from collplan_core.parameters import Settings, Trial
-from collplan_core.plan import Contacts, timed_path
-from collplan_core.state import State
 
 LIMITS = Trial(timeout=30.0, stuck_time=5.0, stuck_distance=0.05)
 GIVEN = 100.0
@@ -74,56 +68,6 @@ def test_noise_adds_little_where_the_plain_sum_adds_much():
         length = path_length(exact)
         assert path_length(noisy) > 1.04 * length, seed
         assert measured_path_length(times, noisy) == pytest.approx(length, rel=0.01), seed
-
-
-RADIUS, SETTLED = 0.09, 0.06
-WALL = 1.0
-
-
-def state(stamp, x=0.0, velocity=(0.0, 0.0)):
-    return State(stamp, np.array([x, 0.0]), np.array(velocity, dtype=float), 0.0)
-
-
-def plan(stamp, impact_at=None, after=(-0.4, 0.3)):
-    contacts = Contacts.none()
-    if impact_at is not None:
-        contacts = Contacts(np.array([impact_at]), np.array([[WALL, 0.0]]), np.array([after]))
-    return replace(timed_path(stamp, stamp + np.array([0.0, 1.0]), *np.zeros((2, 2, 2))), contacts=contacts)
-
-
-def impact_of(*plans, at=10.0):
-    rebounds = ReboundTracker()
-    for each in plans:
-        rebounds.planned(each)
-    rebounds.impact(at, np.array([-1.2, 0.0]), state(at, WALL - RADIUS), RADIUS)
-    assert rebounds.moved(state(at + SETTLED - 0.001), SETTLED) is None
-    measured = rebounds.moved(state(at + SETTLED, velocity=(-0.4, -0.3)), SETTLED)
-    assert rebounds.moved(state(at + 1.0), SETTLED) is None
-    return measured
-
-
-def test_a_foreseen_impact_has_both_rebounds_and_the_angle_between():
-    # the plan that was made after the impact, but before it was found, no longer expects it
-    impact = impact_of(plan(9.9, impact_at=9.97), plan(9.98))
-    np.testing.assert_allclose(impact.point, [WALL, 0.0])
-    np.testing.assert_allclose(impact.foreseen, [-0.4, 0.3])
-    np.testing.assert_allclose(impact.measured, [-0.4, -0.3])
-    assert impact.direction_error == pytest.approx(2 * math.atan2(3, 4))
-
-
-def test_an_impact_that_no_plan_expected_lately_has_none_foreseen():
-    for plans in [(), (plan(9.6, impact_at=9.97), plan(9.9)), (plan(9.9, impact_at=10.3),)]:
-        impact = impact_of(*plans)
-        assert np.isnan([*impact.foreseen, impact.direction_error]).all(), plans
-        np.testing.assert_allclose(impact.measured, [-0.4, -0.3])
-
-
-def test_impacts_and_plans_before_a_break_do_not_count():
-    rebounds = ReboundTracker()
-    rebounds.planned(plan(9.9, impact_at=10.0))
-    rebounds.impact(10.0, np.array([-1.2, 0.0]), state(10.0, WALL - RADIUS), RADIUS)
-    rebounds.forget()
-    assert rebounds.moved(state(11.0), SETTLED) is None
 
 
 def test_a_machine_is_too_slow_by_its_factor_or_by_a_gap_that_a_command_does_not_outlive():

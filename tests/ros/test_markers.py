@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from visualization_msgs.msg import Marker
 
-from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.parameters import Settings
 from collplan_core.plan import Contacts
 from collplan_ros.markers.plan_markers import REBOUND_SCALE, plan_markers
@@ -28,8 +27,8 @@ def rollouts():
     return planned(BOUNCE)
 
 
-def by_namespace(cycle, hit=None, settings=SETTINGS):
-    return {marker.ns: marker for marker in plan_markers(*cycle, hit, GOAL, settings).markers}
+def by_namespace(cycle, settings=SETTINGS):
+    return {marker.ns: marker for marker in plan_markers(*cycle, GOAL, settings).markers}
 
 
 def points(marker):
@@ -37,7 +36,7 @@ def points(marker):
 
 
 def test_one_marker_a_namespace_so_that_each_replaces_the_last_or_deletes_it(cycle, rollouts):
-    made = plan_markers(*cycle, None, GOAL, SETTINGS).markers
+    made = plan_markers(*cycle, GOAL, SETTINGS).markers
     assert len({m.ns for m in made}) == len(made)
     assert {(m.id, m.header.frame_id, m.header.stamp.sec, m.header.stamp.nanosec) for m in made} == {
         (0, "map", 3, 250_000_000)
@@ -45,7 +44,7 @@ def test_one_marker_a_namespace_so_that_each_replaces_the_last_or_deletes_it(cyc
     assert {m.ns for m in made if m.lifetime.sec} == {"robot", "scan"}
     sizes = {Marker.TRIANGLE_LIST: "xyz", Marker.POINTS: "xy"}
     assert all(getattr(m.scale, axis) > 0.0 for m in made for axis in sizes.get(m.type, "x"))
-    now, then = by_namespace(cycle), by_namespace(rollouts, None, BOUNCE)
+    now, then = by_namespace(cycle), by_namespace(rollouts, BOUNCE)
     assert now.keys() == then.keys()
     for name in ("rollouts", "remembered", "inferred"):
         assert (now[name].action, then[name].action) == (Marker.DELETE, Marker.ADD), name
@@ -70,16 +69,10 @@ def test_what_is_seen_and_planned_is_where_the_records_say(cycle):
     np.testing.assert_allclose((shafts[:, 1] - shafts[:, 0]) / ARROW_LENGTH, local_map.predicted[:, 2:], atol=1e-9)
 
 
-def test_contacts_foreseen_and_the_last_hit_have_their_arrows(cycle):
+def test_contacts_foreseen_have_their_arrows(cycle):
     local_map, plan, remembered = cycle
     contacts = Contacts(np.array([4.0, 5.0]), np.array([[0.4, 0.1], [1.0, 0.9]]), np.array([[0.0, 0.5], [-0.4, 0.3]]))
     made = by_namespace((local_map, replace(plan, contacts=contacts), remembered))
     np.testing.assert_array_equal(points(made["foreseen_contacts"]), contacts.points)
     shafts = points(made["foreseen_rebounds"]).reshape(2, ARROW_ENDS, 2)[:, :2]
     np.testing.assert_allclose(np.diff(shafts, axis=1)[:, 0], REBOUND_SCALE * contacts.velocities_after)
-    measured = np.array([0.1, 0.4])
-    for expected, velocities in ((np.array([0.0, 0.5]), [[0.0, 0.5], measured]), (np.full(2, np.nan), [measured])):
-        hit = MeasuredImpact(3.2, np.array([0.3, 0.2]), expected, measured)
-        shafts = points(by_namespace(cycle, hit)["rebound"]).reshape(-1, ARROW_ENDS, 2)[:, :2]
-        np.testing.assert_allclose(shafts[:, 0], np.tile(hit.point, (len(velocities), 1)))
-        np.testing.assert_allclose(np.diff(shafts, axis=1)[:, 0], REBOUND_SCALE * np.array(velocities))

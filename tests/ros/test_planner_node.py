@@ -155,7 +155,7 @@ def test_a_goal_is_replaced_refused_and_canceled(ros, bench):
     bench.assert_no_more_plans()
 
 
-def test_a_hit_is_planned_for_at_once_and_its_measured_rebound_told_once(ros):
+def test_a_hit_is_planned_for_at_once(ros):
     bench = PlannerBench(ros, limits__pose_age=0.5, **QUICK)
     impacts = ros.publisher(Vector3Stamped, "impact", EVENT)
     bench.send_goal()
@@ -173,9 +173,6 @@ def test_a_hit_is_planned_for_at_once_and_its_measured_rebound_told_once(ros):
     bench.node.set_parameters([Parameter("planner.map_period", value=0.05)])
     bench.wait_for_plan(bench.robot.stamp)
     ros.spin(0.2)
-    (rebound,) = [values for values in map(values_of, bench.costs) if "rebound_stamp" in values]
-    assert float(rebound["rebound_measured_speed"]) == 0.0
-    assert rebound["rebound_direction_error_deg"] == "nan"
     assert 0.5 < float(values_of(bench.costs[-1])["arrival_time"]) < 8.0
 
 

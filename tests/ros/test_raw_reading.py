@@ -60,7 +60,7 @@ def test_a_state_is_what_was_sent(frame, base, stamp, position, velocity, yaw):
 @given(st.data())
 def test_bytes_that_are_none_are_refused(data):
     plan = timed_path(1.0, np.array([1.0, 2.0]), np.eye(2), np.eye(2))
-    whole = data.draw(st.sampled_from([plan_to_path(plan, "map"), plan_to_trajectory(plan, plan.velocities, "map")]))
+    whole = data.draw(st.sampled_from([plan_to_path(plan, "map"), plan_to_trajectory(plan, "map")]))
     bad = bytearray(whole[: data.draw(st.integers(0, len(whole) - 1))])
     for _ in range(data.draw(st.integers(0, 3))):
         if bad:

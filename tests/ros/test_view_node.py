@@ -114,7 +114,7 @@ def test_a_plan_its_contacts_and_what_it_was_chosen_from(ros, bench):
     way = np.array([[0.0, 0.2], [0.1, 0.2], [0.2, 0.2]])
     plan = timed_path(12.0, 12.0 + np.arange(3.0), way, 0.0 * way, contacts=contacts)
     trajectories = ros.publisher(MultiDOFJointTrajectory, "planner/trajectory", EVENT)
-    trajectories.publish(plan_to_trajectory(plan, plan.velocities, "map"))
+    trajectories.publish(plan_to_trajectory(plan, "map"))
     ros.spin(0.3)
     ros.publisher(Path, "plan", NEWEST).publish(plan_to_path(plan, "map"))
     nothing = np.zeros((0, 2))

@@ -75,7 +75,7 @@ def compiled_beyond_warm_up() -> list[str]:
         for goal in ([2.0, 0.0], [2.0, 0.0], [0.2, 0.1]):
             planner = planner_for(strategy)
             plan, memory = planner.plan(memory, local_map, state, np.array(goal), chosen)
-            plan = plan_from_trajectory(plan_to_trajectory(plan, plan.velocities, "map"), "map")
+            plan = plan_from_trajectory(plan_to_trajectory(plan, "map"), "map")
             command, _ = follow(ControllerMemory(), plan, local_map, state, 1.1, chosen)
             watch.commanded(command, 1.1)
     nowhere = replace(memory.paths, waypoint=np.full_like(memory.paths.waypoint, -1))

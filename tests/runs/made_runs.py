@@ -129,7 +129,7 @@ def _said(log: RunLog) -> Iterator[Said]:
     for row in log.plans.values():
         still = np.zeros_like(row.positions)
         plan = timed_path(row.stamp, row.times, row.positions, still, contacts=row.contacts)
-        trajectory = deserialize_message(plan_to_trajectory(plan, still, frames.map), MultiDOFJointTrajectory)
+        trajectory = deserialize_message(plan_to_trajectory(plan, frames.map), MultiDOFJointTrajectory)
         yield plan.stamp - AHEAD + THOUGHT, "planner/trajectory", trajectory
         yield plan.stamp - AHEAD + THOUGHT, "plan", deserialize_message(plan_to_path(plan, frames.map), PathMessage)
     for scan in log.scans:

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from collplan_core.control.feed_forward import commands_along
 from collplan_core.control.follow import follow
 from collplan_core.control.memory import ControllerMemory
 from collplan_core.control.references import boundary_reference
@@ -22,7 +21,6 @@ from collplan_core.sensing import pose_filter, scan_plausibility, spinning_lidar
 from collplan_core.state import State
 from collplan_core.time_to_goal_planner.boundary_memory.update import remember
 from collplan_core.time_to_goal_planner.way_to_goal import way_to_goal
-from collplan_core.velocity_law import velocity_law
 from collplan_core.worlds import load_world
 from collplan_core.worlds.raycast import simulate_scan
 
@@ -52,7 +50,6 @@ def warm_up() -> None:
     into_wall = np.linspace(state.position, state.position + 1.2 * (wall - state.position), len(plan.times))
     _warm_up_contact(into_wall, plan.times, local_map, settings)
     toward = replace(plan, positions=into_wall)
-    commands_along(plan.times, plan.positions, velocity_law(settings.robot), settings.robot.max_speed)
     for each in (plan, toward):
         follow(ControllerMemory(), each, local_map, state, plan.stamp, settings)
     _warm_up_time_to_goal(local_map, state, world.goal)

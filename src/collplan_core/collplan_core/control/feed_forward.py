@@ -53,16 +53,6 @@ def feed_forward(
 
 
 @njit
-def commands_along(times: np.ndarray, path: np.ndarray, wheels: VelocityLaw, max_speed: float) -> np.ndarray:
-    """(n, 2) commands that drive along the path (n, 2), each held until the next of times (n,); the last is 0."""
-    commands = np.zeros_like(path)
-    for k in range(len(times) - 1):
-        period = times[k + 1] - times[k]
-        commands[k, 0], commands[k, 1] = feed_forward(times, path, times[k], period, wheels, max_speed, 0.0)
-    return commands
-
-
-@njit
 def _room(vx: float, vy: float, dx: float, dy: float, max_speed: float) -> float:
     """Largest change of the velocity v along the unit direction d up to max_speed [m/s]."""
     along = vx * dx + vy * dy

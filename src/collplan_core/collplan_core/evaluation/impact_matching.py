@@ -92,7 +92,7 @@ def foreseen_rebounds(
     made = np.array([p.made for p in predictions])
     for i, time in enumerate(times):
         k = int(np.searchsorted(made, time)) - 1
-        foreseen = None if k < 0 else foreseen_rebound(time, points[i], predictions[k].contacts)
+        foreseen = None if k < 0 else _foreseen_rebound(time, points[i], predictions[k].contacts)
         if foreseen is not None:
             came = velocities_after[i]
             turn = math.atan2(foreseen[0] * came[1] - foreseen[1] * came[0], float(foreseen @ came))
@@ -100,7 +100,7 @@ def foreseen_rebounds(
     return result
 
 
-def foreseen_rebound(time: float, point: np.ndarray, contacts: Contacts) -> np.ndarray | None:
+def _foreseen_rebound(time: float, point: np.ndarray, contacts: Contacts) -> np.ndarray | None:
     """Velocity (2,) [m/s] after an impact at a time [s] and point (2,) [m], by one plan; None where it foresaw none."""
     match = match_contacts(np.array([time]), point[None], contacts)[0]
     return None if match == UNMATCHED else contacts.velocities_after[match]

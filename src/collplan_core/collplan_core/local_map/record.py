@@ -80,12 +80,3 @@ class LocalMap:
     def contains(self, points: np.ndarray) -> np.ndarray:
         """(k,) whether each of the points (k, 2) lies in F, border included."""
         return _contains(self.border, np.atleast_2d(points) - self.position)
-
-    def observed_boundaries(self) -> list[np.ndarray]:
-        """The observed boundaries dO_j of the grown obstacles: a polyline (k, 2) a run, counter-clockwise [m]."""
-        points, n = self.border_points, len(self.surface)
-        changes = np.flatnonzero(self.surface != np.roll(self.surface, 1))
-        if len(changes) == 0:
-            return [np.vstack([points, points[:1]])] if self.surface[0] >= 0 else []
-        runs = [np.arange(a, b) % n for a, b in zip(changes, np.append(changes[1:], changes[0] + n), strict=True)]
-        return [points[run] for run in runs if self.surface[run[0]] >= 0]

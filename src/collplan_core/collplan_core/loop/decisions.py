@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.goal import Goal
 from collplan_core.local_map import LocalMap
 from collplan_core.plan import Plan
@@ -19,13 +18,11 @@ class Cycle:
         plan: the plan chosen, with the time until which it may be followed.
         local_map: local map that it was made in.
         boundaries: boundaries that the planner remembers; None where it has no memory of them.
-        impact: impact measured since the previous cycle; None where there was none.
     """
 
     plan: Plan
     local_map: LocalMap
     boundaries: RememberedBoundaries | None
-    impact: MeasuredImpact | None
 
 
 @dataclass(frozen=True)

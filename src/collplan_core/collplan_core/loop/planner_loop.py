@@ -18,7 +18,6 @@ import numpy as np
 
 from collplan_core.control.permission import is_blocked, plan_lifetime, why_outside, why_refuse_goal
 from collplan_core.deadline import Deadline
-from collplan_core.evaluation.rebound_tracking import MeasuredImpact, ReboundTracker
 from collplan_core.goal import ABORTED, AT_REST, CANCELED, SUCCEEDED, Goal
 from collplan_core.local_map import LocalMap, build_local_map
 from collplan_core.loop.current_goal import CurrentGoal
@@ -93,9 +92,7 @@ class PlannerLoop:
         self._known_map = self._memory = known_map
         self._sensors = Sensors(sensed or SensedScans(settings.limits.pose_history), self.refusals)
         self._alarm = ImpactAlarm()
-        self._rebounds = ReboundTracker()
         self._recovery = Recovery()
-        self._impact: MeasuredImpact | None = None
         self._placed: PlacedScan | None = None
         self._commands = np.zeros((0, 3))
         self._estimated_delay = math.nan
@@ -133,7 +130,6 @@ class PlannerLoop:
         outside = why_outside(state.position, settings.limits)
         if outside and self.goal.active:
             self._give_up(outside)
-        self._impact = self._rebounds.moved(state, settings.mocap.velocity_window) or self._impact
         stuck = self._recovery.moved(state, settings)
         if stuck and self.goal.active:
             self._recover(stuck, state)
@@ -170,11 +166,10 @@ class PlannerLoop:
 
     def take_impact(self, stamp: float, change: np.ndarray, local: float) -> list[Decision]:
         """Takes an impact at `stamp` [s] that changed the velocity by `change` (2,) [m/s]."""
-        settings, state = self._settings, self._sensors.state
+        settings = self._settings
         self.n_impacts += 1
         reason = why_not_now(stamp, self._sensors.now(local), settings.limits.pose_age)
-        if not reason and state is not None:
-            self._rebounds.impact(stamp, change, state, settings.robot.radius)
+        if not reason and self._sensors.state is not None:
             reason = self._alarm.raised(stamp, local, ALARM_PERIODS * map_period_of(settings))
         if reason:
             self.refusals.add("impact", reason)
@@ -224,7 +219,6 @@ class PlannerLoop:
         self._memory, self._placed, self._planned_until = self._known_map, None, stamp
         self._commands = np.zeros((0, 3))
         self._alarm.forget()
-        self._rebounds.forget()
         self._recovery.forget()
         self.trouble = ""
         goal = self.goal.restamp(stamp)
@@ -376,11 +370,9 @@ class PlannerLoop:
         boundaries = None if self._memory is None else self._planner.boundaries(self._memory)
         self._announce(self.goal.planned())
         held = replace(plan, valid_until=valid_until)
-        self._decisions.append(Cycle(held, local_map, boundaries, self._impact))
+        self._decisions.append(Cycle(held, local_map, boundaries))
         if self._reported:
             self._decisions.append(Notice(INFO, "plans again"))
-        self._rebounds.planned(plan)
-        self._impact = None
         self._planned_until = plan.stamp
         self.trouble = self._reported = ""
         self.n_plans += 1

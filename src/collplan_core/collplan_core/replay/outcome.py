@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from collplan_core.command import Command
-from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.goal import Goal
 from collplan_core.loop.decisions import Cycle, Notice
 from collplan_core.plan import Contacts
@@ -84,7 +83,6 @@ def _cycle(cycle: Cycle) -> dict[str, Any]:
             "candidates": len(plan.candidates.costs),
             "before_pruning": int(plan.n_before_pruning),
             "contacts": _contacts(plan.contacts),
-            "impact": None if cycle.impact is None else _impact(cycle.impact),
             "path": _hash(plan.times, plan.positions, plan.velocities),
         }
     }
@@ -93,10 +91,6 @@ def _cycle(cycle: Cycle) -> dict[str, Any]:
 def _contacts(contacts: Contacts) -> dict[str, Any]:
     every = _hash(contacts.times, contacts.points, contacts.velocities_after, contacts.speeds)
     return {"times": encode(contacts.times.tolist()), "all": every}
-
-
-def _impact(impact: MeasuredImpact) -> dict[str, Any]:
-    return {"stamp": encode(impact.stamp), "all": _hash(impact.point, impact.foreseen, impact.measured)}
 
 
 _DESCRIBED: dict[type, Callable[[Any], dict[str, Any]]] = {

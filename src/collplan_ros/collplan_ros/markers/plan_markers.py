@@ -1,7 +1,7 @@
 """Markers of a planning cycle for RViz and Foxglove, in the map frame: one per namespace, replaced in each cycle.
 
 Every strategy shows robot, goal and scan, free space, frontiers, predicted boundaries, the cheapest candidates coloured
-by cost, the choice, the plan, its foreseen contacts and rebounds, and the last impact; time-to-goal strategies also
+by cost, the choice, the plan, its foreseen contacts and rebounds; time-to-goal strategies also
 rollouts and memory.
 """
 
@@ -12,14 +12,12 @@ from geometry_msgs.msg import Vector3
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.local_map import LocalMap
 from collplan_core.parameters import Settings
 from collplan_core.plan import Candidates, Contacts, Plan
 from collplan_core.time_to_goal_planner.boundary_memory.record import RememberedBoundaries
 from collplan_ros.markers.scene_markers import scene_markers
 from collplan_ros.markers.shapes import (
-    ARROW_ENDS,
     LINE_WIDTH,
     arrow_lines,
     circle,
@@ -40,7 +38,7 @@ BARB = 0.04
 VELOCITY_SCALE = 0.1
 """Drawn length of a candidate's velocity, per speed [s]."""
 REBOUND_SCALE = 0.25
-"""Drawn length of a velocity after a contact or impact, per speed [s]."""
+"""Drawn length of a velocity after a contact, per speed [s]."""
 
 FREE_SPACE = color(0.4, 0.7, 1.0, 0.15)
 BORDER = color(0.2, 0.45, 0.8, 0.8)
@@ -49,7 +47,6 @@ PREDICTED = color(0.9, 0.3, 0.1)
 CHOICE = color(0.85, 0.1, 0.6)
 PLAN = color(0.1, 0.1, 0.1)
 FORESEEN = color(0.95, 0.65, 0.0)
-MEASURED = color(0.85, 0.1, 0.2)
 ROLLOUT = color(0.2, 0.5, 0.9, 0.5)
 REMEMBERED = color(0.25, 0.25, 0.3)
 INFERRED = color(0.25, 0.25, 0.3, 0.25)
@@ -59,7 +56,6 @@ def plan_markers(
     local_map: LocalMap,
     plan: Plan,
     remembered: RememberedBoundaries | None,
-    impact: MeasuredImpact | None,
     goal: np.ndarray,
     settings: Settings,
 ) -> MarkerArray:
@@ -69,7 +65,6 @@ def plan_markers(
         local_map: local map that the plan was made in.
         plan: the plan chosen.
         remembered: boundaries that the planner remembers; None where it remembers none.
-        impact: the last impact measured; None before the first.
         goal: (2,) what the plan leads to [m].
         settings: their frames, robot, goal tolerance and remembered boundaries are used.
     """
@@ -80,7 +75,6 @@ def plan_markers(
         *_choice(head, plan, settings.robot.radius),
         line_strip(head, "plan", plan.positions, PLAN, LINE_WIDTH),
         *_contacts(head, plan.contacts),
-        _rebound(head, impact),
         lines_of_one_color(head, "rollouts", _strips_as_lines(plan.candidates.paths), ROLLOUT, LINE_WIDTH / 4),
         *scene_markers(head, local_map, plan, goal, settings),
     ]
@@ -142,15 +136,3 @@ def _contacts(head: Header, contacts: Contacts) -> Iterable[Marker]:
     yield dots(head, "foreseen_contacts", contacts.points, 3 * LINE_WIDTH, FORESEEN)
     tips = contacts.points + REBOUND_SCALE * contacts.velocities_after
     yield lines_of_one_color(head, "foreseen_rebounds", arrow_lines(contacts.points, tips, BARB), FORESEEN)
-
-
-def _rebound(head: Header, impact: MeasuredImpact | None) -> Marker:
-    """The rebound at the last impact: as measured, and as foreseen where a plan foresaw it."""
-    if impact is None:
-        return line_list(head, "rebound", np.zeros((0, 2)), [])
-    velocities = np.stack([impact.foreseen, impact.measured])
-    known = np.flatnonzero(np.isfinite(velocities).all(axis=1))
-    origins = np.tile(impact.point, (len(known), 1))
-    points = arrow_lines(origins, origins + REBOUND_SCALE * velocities[known], BARB)
-    colors = [each for k in known for each in [(FORESEEN, MEASURED)[k]] * ARROW_ENDS]
-    return line_list(head, "rebound", points, colors, 1.5 * LINE_WIDTH)

@@ -1,11 +1,10 @@
 """A plan as one message: a trajectory_msgs/MultiDOFJointTrajectory, in the bytes that DDS sends.
 
-Each point has its time after the plan's stamp, and of each of three joints a transform and a velocity:
+Each point has its time after the plan's stamp, and of each joint a transform and a velocity:
 
 | joint | transform | velocity |
 |---|---|---|
 | `robot` | place of its centre | velocity |
-| `command` | that place | velocity to command until the next point, by which wheels with a lag follow the path |
 | `contact` | point of the obstacle that the ring touches; NaN but at a contact | velocity after it |
 
 The points are the path and the contacts in order of time. The last one is of neither: its time is how long the plan
@@ -22,50 +21,51 @@ from collplan_ros.messages.raw_reading import STAMP, START, aligned, read_header
 from collplan_ros.messages.raw_writing import ENCODING, add_header, add_text, align
 from collplan_ros.messages.reading import NANOSECONDS, MessageError
 
-JOINTS = ROBOT, COMMAND, CONTACT = "robot", "command", "contact"
+JOINTS = ROBOT, CONTACT = "robot", "contact"
+MOST_JOINTS = 8
 _COUNT = Struct("<I")
-_POINT = np.dtype(
-    [
-        ("transforms", "<f8", (3, 7)),
-        ("n_velocities", "<u4"),
-        ("padding", "<u4"),
-        ("velocities", "<f8", (3, 6)),
-        ("n_accelerations", "<u4"),
-        ("sec", "<i4"),
-        ("nanosec", "<u4"),
-        ("n_transforms", "<u4"),
-    ]
-)
-"""A point behind the number of its transforms, and that of the next one's, which the last point has not."""
 
 
-def plan_to_trajectory(plan: Plan, commands: np.ndarray, frame: str) -> bytes:
+def _point(n_joints: int) -> np.dtype:
+    """A point behind the number of its transforms, and that of the next one's, which the last point has not."""
+    return np.dtype(
+        [
+            ("transforms", "<f8", (n_joints, 7)),
+            ("n_velocities", "<u4"),
+            ("padding", "<u4"),
+            ("velocities", "<f8", (n_joints, 6)),
+            ("n_accelerations", "<u4"),
+            ("sec", "<i4"),
+            ("nanosec", "<u4"),
+            ("n_transforms", "<u4"),
+        ]
+    )
+
+
+def plan_to_trajectory(plan: Plan, frame: str) -> bytes:
     """Returns the message of a plan, serialized; a plan without an end of validity holds to the end of its path.
 
     Args:
         plan: the plan.
-        commands: (n, 2) at each of its times [m/s].
         frame: the world frame.
     """
     contacts = plan.contacts
     until = plan.times[-1] if plan.valid_until is None else plan.valid_until
     others = np.append(contacts.times, until)
     times = np.append(plan.times, others)
-    held = np.clip(np.searchsorted(plan.times, others, side="right") - 1, 0, None)
     # in order of time, but for the last
     order = np.append(np.argsort(times[:-1], kind="stable"), len(times) - 1)
-    rows = np.zeros(len(times), _POINT)
+    rows = np.zeros(len(times), _point(len(JOINTS)))
     rows["n_transforms"] = rows["n_velocities"] = len(JOINTS)
     whole, rows["nanosec"] = np.divmod(_nanoseconds(times) - _nanoseconds(plan.stamp), NANOSECONDS)
     rows["sec"] = whole
     transforms, velocities = rows["transforms"], rows["velocities"]
     transforms[:, :, 6] = 1.0
-    transforms[:, :2, :2] = np.vstack([plan.positions, _at(others, plan.times, plan.positions)])[:, None]
-    transforms[:, 2, :2] = np.nan
-    transforms[len(plan.times) : -1, 2, :2] = contacts.points
+    transforms[:, 0, :2] = np.vstack([plan.positions, _at(others, plan.times, plan.positions)])
+    transforms[:, 1, :2] = np.nan
+    transforms[len(plan.times) : -1, 1, :2] = contacts.points
     velocities[:, 0, :2] = np.vstack([plan.velocities, _at(others, plan.times, plan.velocities)])
-    velocities[:, 1, :2] = np.vstack([commands, commands[held]])
-    velocities[len(plan.times) : -1, 2, :2] = contacts.velocities_after
+    velocities[len(plan.times) : -1, 1, :2] = contacts.velocities_after
     raw = bytearray(ENCODING)
     add_header(raw, plan.stamp, frame.encode() + b"\0")
     align(raw, 4)
@@ -88,48 +88,53 @@ def plan_from_trajectory(raw: bytes, frame: str) -> Plan:
     try:
         _, at = read_header(raw, frame)
         sec, nanosec = STAMP.unpack_from(raw, START)
-        rows = _points(raw, _behind_joints(raw, at))
+        joints, at = _joints(raw, at)
+        rows = _points(raw, at, len(joints))
     except error as cut:
         raise MessageError(f"trajectory: got {len(raw)} bytes, {cut}") from None
     begin = sec * NANOSECONDS + nanosec
     after = rows["sec"].astype(np.int64) * NANOSECONDS + rows["nanosec"]
     whole, rest = np.divmod(begin + after, NANOSECONDS)
     times = whole + rest / NANOSECONDS
-    touches = ~np.isnan(rows["transforms"][:, 2, 0])
+    robot, contact = joints.index(ROBOT), joints.index(CONTACT)
+    touches = ~np.isnan(rows["transforms"][:, contact, 0])
     is_path = ~touches
     is_path[-1] = touches[-1] = False
     path_times = rising("points", times[is_path], MessageError)
-    positions = np.ascontiguousarray(rows["transforms"][is_path, 0, :2])
-    velocities = np.ascontiguousarray(rows["velocities"][is_path, 0, :2])
-    points, rebounds = rows["transforms"][touches, 2, :2], rows["velocities"][touches, 2, :2]
+    positions = np.ascontiguousarray(rows["transforms"][is_path, robot, :2])
+    velocities = np.ascontiguousarray(rows["velocities"][is_path, robot, :2])
+    points, rebounds = rows["transforms"][touches, contact, :2], rows["velocities"][touches, contact, :2]
     if not all(np.isfinite(each).all() for each in (positions, velocities, points, rebounds)):
         raise MessageError("points: got a position, velocity or contact that is not finite")
     contacts = Contacts(times[touches], points, rebounds)
     return plan_of_path(sec + nanosec / NANOSECONDS, path_times, positions, velocities, float(times[-1]), contacts)
 
 
-def _behind_joints(raw: bytes, at: int) -> int:
-    """Returns the offset behind the joints that begin at an offset."""
+def _joints(raw: bytes, at: int) -> tuple[list[str], int]:
+    """Returns the joints that begin at an offset, those of earlier versions among them, and the offset behind them."""
     (count,) = _COUNT.unpack_from(raw, at := aligned(at, 4))
     at, names = at + _COUNT.size, []
-    for _ in range(min(count, len(JOINTS) + 1)):
+    for _ in range(min(count, MOST_JOINTS)):
         name, at = read_text(raw, at)
         names.append(name)
-    if tuple(names) != JOINTS:
+    if not set(JOINTS) <= set(names):
         raise MessageError(f"joint_names: got {', '.join(names)}, expected {', '.join(JOINTS)}")
-    return at
+    return names, at
 
 
-def _points(raw: bytes, at: int) -> np.ndarray:
+def _points(raw: bytes, at: int, n_joints: int) -> np.ndarray:
     """The points that begin at a place, one at least."""
+    point = _point(n_joints)
     (count,) = _COUNT.unpack_from(raw, at := aligned(at, 4))
     begin = aligned(at + 2 * _COUNT.size, 8)
-    if count < 1 or len(raw) < begin + count * _POINT.itemsize - _COUNT.size:
-        raise MessageError(f"points: got {count} in {len(raw)} bytes, expected three transforms and velocities in each")
+    if count < 1 or len(raw) < begin + count * point.itemsize - _COUNT.size:
+        raise MessageError(
+            f"points: got {count} in {len(raw)} bytes, expected {n_joints} transforms and velocities in each"
+        )
     (first,) = _COUNT.unpack_from(raw, at + _COUNT.size)
-    rows = np.frombuffer(raw + _COUNT.pack(len(JOINTS)), _POINT, count, begin)
-    if first != len(JOINTS) or not ((rows["n_velocities"] == len(JOINTS)) & (rows["n_accelerations"] == 0)).all():
-        raise MessageError("points: expected three transforms, three velocities and no acceleration in each")
+    rows = np.frombuffer(raw + _COUNT.pack(n_joints), point, count, begin)
+    if first != n_joints or not ((rows["n_velocities"] == n_joints) & (rows["n_accelerations"] == 0)).all():
+        raise MessageError(f"points: expected {n_joints} transforms and velocities and no acceleration in each")
     return rows
 
 

@@ -12,13 +12,10 @@ from sensor_msgs.msg import PointCloud2
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 from visualization_msgs.msg import MarkerArray
 
-from collplan_core.control.feed_forward import commands_along
-from collplan_core.evaluation.rebound_tracking import MeasuredImpact
 from collplan_core.goal import Goal
 from collplan_core.loop.decisions import INFO, WARNING, Cycle, Decision, Notice
 from collplan_core.loop.planner_loop import PlannerLoop
 from collplan_core.parameters import Settings
-from collplan_core.velocity_law import velocity_law
 from collplan_ros.markers.plan_markers import plan_markers
 from collplan_ros.messages import qos
 from collplan_ros.messages.goal_status import goal_to_status
@@ -53,7 +50,6 @@ class PlannerOutputs:
         self._seen = node.create_publisher(PointCloud2, "planner/seen", qos.LATCHED)
         self._compared = node.create_publisher(PointCloud2, "planner/compared", qos.LATCHED)
         self._clouds_sent = -math.inf
-        self._impact: MeasuredImpact | None = None
 
     def take(
         self, decisions: Sequence[Decision], loop: PlannerLoop, planning_time: float, local: float, settings: Settings
@@ -84,16 +80,14 @@ class PlannerOutputs:
 
     def _publish(self, cycle: Cycle, goal: np.ndarray, planning_time: float, local: float, settings: Settings) -> None:
         # the trajectory first, as its receivers need no path, and all else after the plan: the robot waits
-        plan, frame, robot = cycle.plan, settings.frames.map, settings.robot
-        commands = commands_along(plan.times, plan.positions, velocity_law(robot), robot.max_speed)
-        self._trajectory.publish(plan_to_trajectory(plan, commands, frame))
+        plan, frame = cycle.plan, settings.frames.map
+        self._trajectory.publish(plan_to_trajectory(plan, frame))
         self._plan.publish(plan_to_path(plan, frame))
         strategy = settings.planner.strategy
-        self._costs.publish(costs_message(self._name, plan, planning_time, strategy, cycle.impact))
-        self._impact = cycle.impact or self._impact
+        self._costs.publish(costs_message(self._name, plan, planning_time, strategy))
         if self._markers.get_subscription_count() and not 0.0 <= local - self._markers_sent < MARKERS_PERIOD:
             self._markers_sent = local
-            self._markers.publish(plan_markers(cycle.local_map, plan, cycle.boundaries, self._impact, goal, settings))
+            self._markers.publish(plan_markers(cycle.local_map, plan, cycle.boundaries, goal, settings))
         self._publish_clouds(cycle, local, settings)
 
     def _publish_clouds(self, cycle: Cycle, local: float, settings: Settings) -> None:

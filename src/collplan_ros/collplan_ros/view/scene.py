@@ -63,21 +63,9 @@ SILENT_AFTER = 2.5
 """Time without diagnostics after which a node counts as silent [s]: each sends them once a second."""
 LARGEST = 1e6
 """Farthest coordinate and fastest speed that is drawn [m], [m/s]."""
-NO_TERMS = frozenset(
-    {
-        "planning_time_ms",
-        "candidates",
-        "candidates_before_pruning",
-        "foreseen_contacts",
-        "hardest_contact",
-        "rebound_stamp",
-        "rebound_foreseen_direction",
-        "rebound_foreseen_speed",
-        "rebound_measured_direction",
-        "rebound_measured_speed",
-        "rebound_direction_error_deg",
-    }
-)
+NO_TERMS = ("planning_time_ms", "candidates", "foreseen_contacts", "hardest_contact")
+OLD_FIGURES = ("rebound_stamp", "rebound_foreseen", "rebound_measured", "rebound_direction")
+"""Beginnings of names on planner/costs that are no cost terms; the second ones are of recordings of version 1.0.0."""
 """Values of planner/costs beside the cost terms."""
 
 
@@ -163,7 +151,7 @@ def plan(stamp: float, times: np.ndarray, positions: np.ndarray, contacts: Conta
 def costs(values: Mapping[str, str]) -> Part:
     """The part `costs` of the figures on planner/costs."""
     numbers = {name: number for name, text in values.items() if (number := _number(text)) is not None}
-    terms = {name: number for name, number in numbers.items() if name not in NO_TERMS}
+    terms = {name: number for name, number in numbers.items() if not name.startswith((*NO_TERMS, *OLD_FIGURES))}
     return {
         "planning_time": round(numbers.get("planning_time_ms", 0.0), 2),
         "strategy": values.get("strategy", ""),

@@ -6,7 +6,7 @@ from collplan_core.parameters import Settings
 from collplan_study.bounces.pictures import bounce_pictures
 from collplan_study.bounces.results import MAIN, BounceResults, bounce_results
 from collplan_study.question.question import parse_axes
-from collplan_study.report.content import Report, Section, markdown
+from collplan_study.report.content import Report, Section
 from collplan_study.report.study_data import StudyData
 from collplan_study.report.templates import sections
 
@@ -23,10 +23,7 @@ def bounce_report(data: StudyData) -> Report:
     robot = {**Settings().values(), **provenance["parameters"], **axes}
     first, *notes = sections("bounce_opening.md", results=results, robot=robot, **counts)
     tables = sections("bounce_tables.md", results=results, least=LEAST, main=MAIN) if results.groups else []
-    commands = [session["command"] for session in provenance["sessions"]]
-    simulated = Section(note="All figures are simulated.", commands=commands)
-    document = markdown(simulated, Section(bullets=first.bullets), *notes, *tables)
-    return Report(results.record(), _page(data, results, [first, *notes], tables), document)
+    return Report(results.record(), _page(data, results, [first, *notes], tables))
 
 
 def _page(

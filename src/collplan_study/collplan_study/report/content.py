@@ -58,12 +58,10 @@ class Report:
     Attributes:
         record: the results as table.json holds them.
         sections: sections of its page; figures are drawn and saved as they are taken.
-        document: text of tables.md; empty where there is none.
     """
 
     record: Mapping[str, Any]
     sections: Iterator[Section]
-    document: str = ""
 
 
 def markdown(*sections: Section) -> str:

@@ -1,4 +1,4 @@
-"""Writes the report of a study: report.html, a page without external files, table.json and tables.md of bounces."""
+"""Writes the report of a study: report.html, a page without external files, and table.json."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from collplan_study.report.study_data import read_study
 from collplan_study.report.templates import environment
 from collplan_study.run.study_folder import REPORT
 
-RESULTS, DOCUMENT = "table.json", "tables.md"
+RESULTS = "table.json"
 
 
 def write_report(folder: Path) -> None:
@@ -25,8 +25,6 @@ def write_report(folder: Path) -> None:
     data = read_study(folder)
     report = bounce_report(data) if data.provenance["question"].get("bounces") else paper_report(data)
     _replace(folder / RESULTS, json.dumps(report.record, indent=2, allow_nan=False) + "\n")
-    if report.document:
-        _replace(folder / DOCUMENT, report.document)
     families = ", ".join(distinct(data.runs, "family"))
     sections = (*report.sections, *closing_sections(data.runs, data.provenance))
     page = environment(markdown=False).get_template("page.html")

@@ -1,6 +1,5 @@
-"""Writes the tables of a study in the order of the grid: trials.parquet, trials.csv, trajectories, impacts."""
+"""Writes the tables of a study in the order of the grid: trials.parquet, trajectories, impacts."""
 
-import csv
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
@@ -14,7 +13,7 @@ import pyarrow.parquet as pq
 from collplan_study.question.grid import TrialGrid
 from collplan_study.tables.rows import IMPACT, LABELS, PATH_UNIT, TRIAL, TrialRow, columns
 
-TABLE, TEXT, PATHS, IMPACTS = "trials.parquet", "trials.csv", "trajectories.parquet", "impacts.parquet"
+TABLE, PATHS, IMPACTS = "trials.parquet", "trajectories.parquet", "impacts.parquet"
 CHUNK = 1000
 """Trials held in memory at once."""
 ARROW = {str: pa.string(), float: pa.float64(), int: pa.int64(), bool: pa.bool_()}
@@ -27,17 +26,13 @@ def write_tables(folder: Path, grid: TrialGrid, records: Iterable[TrialRow]) -> 
     rows = _schema(kinds)
     labels = [rows.field(name) for name in (*LABELS, *grid.axes, *TRIAL)]
     paths, impacts = pa.schema([*labels, *PATH_FIELDS]), pa.schema([*labels, *_schema(IMPACT)])
-    parts = {name: folder / f".{name}.part" for name in (TABLE, TEXT, PATHS, IMPACTS)}
+    parts = {name: folder / f".{name}.part" for name in (TABLE, PATHS, IMPACTS)}
     with (
         pq.ParquetWriter(parts[TABLE], rows, compression="zstd") as table,
         pq.ParquetWriter(parts[PATHS], paths, compression="zstd") as path_table,
         pq.ParquetWriter(parts[IMPACTS], impacts, compression="zstd") as impact_table,
-        parts[TEXT].open("w", newline="", encoding="utf-8") as text,
     ):
-        writer = csv.DictWriter(text, kinds)
-        writer.writeheader()
         for chunk in _chunks(records):
-            writer.writerows(_as_text(record["row"]) for record in chunk)
             table.write_table(pa.Table.from_pylist([record["row"] for record in chunk], schema=rows))
             path_table.write_table(pa.Table.from_pylist([_path_row(record) for record in chunk], schema=paths))
             impact_table.write_table(pa.Table.from_pylist(list(_impact_rows(chunk)), schema=impacts))
@@ -52,11 +47,6 @@ def _schema(kinds: Mapping[str, type]) -> pa.Schema:
 def _chunks(records: Iterable[TrialRow]) -> Iterator[list[TrialRow]]:
     remaining = iter(records)
     return iter(lambda: list(islice(remaining, CHUNK)), [])
-
-
-def _as_text(row: Mapping[str, Any]) -> dict[str, Any]:
-    # booleans as parameter files spell them
-    return {key: str(value).lower() if isinstance(value, bool) else value for key, value in row.items()}
 
 
 def _path_row(record: TrialRow) -> dict[str, Any]:
